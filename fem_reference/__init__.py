@@ -1,0 +1,1 @@
+"""3D finite element reference for tooth compliance (gmsh, scikit-fem)."""

@@ -1,0 +1,1 @@
+"""Tooth compliance by the Ritz method: bases, energies, and their symbolic twins."""

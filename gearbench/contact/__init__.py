@@ -1,0 +1,1 @@
+"""The unilateral contact problem of a mesh cycle: assembly and solvers."""

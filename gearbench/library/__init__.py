@@ -1,0 +1,1 @@
+"""Published gear pairs, one source a file."""

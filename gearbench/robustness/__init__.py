@@ -1,0 +1,1 @@
+"""Robustness of a design under random manufacturing errors."""

@@ -1,0 +1,1 @@
+"""Reproducible studies: one question a file."""
