@@ -1,0 +1,37 @@
+"""Errors that speak to the person at the keyboard: one line, naming the key, its value and what is allowed."""
+
+from __future__ import annotations
+
+
+class InputError(ValueError):
+    """Input that cannot be simulated.
+
+    Parameters
+    ----------
+    key
+        Dotted key of the scene, e.g. ``"pair.pinion.teeth"``.
+    value
+        What was given there (or what follows from it).
+    allowed
+        What is allowed, in words.
+    file
+        The file the key stands in, where there is one.
+    """
+
+    def __init__(self, key: str, value: object, allowed: str, file: str | None = None) -> None:
+        self.key, self.value, self.allowed, self.file = key, value, allowed, file
+        shown = f"{value:.6g}" if isinstance(value, float) else f"{value}"
+        where = f"{file}: " if file else ""
+        at = f"{key} = {shown}: " if key else f"{shown}: " if shown else ""
+        super().__init__(f"{where}{at}{allowed}")
+
+    def __reduce__(self) -> tuple:
+        return type(self), (self.key, self.value, self.allowed, self.file)
+
+    def within(self, prefix: str) -> InputError:
+        """Return the same error with its key placed below the table ``prefix``."""
+        return InputError(f"{prefix}.{self.key}".strip("."), self.value, self.allowed, self.file)
+
+    def in_file(self, file: str) -> InputError:
+        """Return the same error naming the file."""
+        return InputError(self.key, self.value, self.allowed, file)

@@ -1,0 +1,42 @@
+"""Linear elastic, isotropic material."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import ConfigDict, Field
+from pydantic.dataclasses import dataclass
+
+#: Every input class of the project refuses unknown keys, NaN, infinities and silent conversions.
+STRICT = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Material:
+    """Linear elastic, isotropic material; steel by default.
+
+    Parameters
+    ----------
+    youngs_modulus
+        Young's modulus E [GPa].
+    poisson_ratio
+        Poisson's ratio ν [–].
+    """
+
+    youngs_modulus: Annotated[float, Field(ge=0.01, le=5000.0)] = 210.0
+    poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)] = 0.3
+
+    @property
+    def E(self) -> float:
+        """Young's modulus [N/mm²]."""
+        return 1e3 * self.youngs_modulus
+
+    @property
+    def nu(self) -> float:
+        """Poisson's ratio ν [–]."""
+        return self.poisson_ratio
+
+    @property
+    def G(self) -> float:
+        """Shear modulus E / 2(1+ν) [N/mm²]."""
+        return self.E / (2 * (1 + self.nu))
