@@ -129,7 +129,7 @@ class Gear:
         phi = self.fillet.phi_end
         if not self.is_undercut:
             return phi
-        from scipy.optimize import brentq
+        from scipy.optimize import root_scalar
 
         def excess(p: float) -> float:
             radius = float(self.fillet.radius(p))
@@ -138,7 +138,7 @@ class Gear:
         low = float(self.fillet.parameter(max(self.base_radius, self.root_radius)))
         if excess(low) >= 0:  # undercut by rounding only: the junction is the base circle itself
             return low
-        return float(brentq(excess, low, phi, xtol=1e-15))
+        return float(root_scalar(excess, bracket=(low, phi), method="brentq", xtol=1e-15).root)
 
     @cached_property
     def form_radius(self) -> float:
@@ -159,7 +159,7 @@ class Gear:
 
     # -- section of the tooth -----------------------------------------------------------------------------------------
     def involute_half_angle(self, radius: ArrayLike) -> NDArray:
-        """Half tooth-thickness angle ψ [rad] of the involute at radius R [mm]; below the base circle its value there."""
+        """Half tooth-thickness angle ψ [rad] of the involute at R [mm]; below the base circle its value there."""
         radius = np.asarray(radius, dtype=float)
         r_b = self.base_radius
         tan = np.sqrt(np.maximum((radius - r_b) * (radius + r_b), 0.0)) / r_b
