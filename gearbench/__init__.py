@@ -13,7 +13,7 @@ __version__ = "0.1.0"
 _PUBLIC = {
     "Scene": "gearbench.scene",
     "load_scene": "gearbench.scene_file",
-    "simulate": "gearbench.simulate",
+    "simulate": "gearbench.simulation",
     "robust": "gearbench.robustness.montecarlo",
 }
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from gearbench.robustness.montecarlo import robust
     from gearbench.scene import Scene
     from gearbench.scene_file import load_scene
-    from gearbench.simulate import simulate
+    from gearbench.simulation import simulate
 
 
 def __getattr__(name: str) -> Any:

@@ -35,3 +35,7 @@ class InputError(ValueError):
     def in_file(self, file: str) -> InputError:
         """Return the same error naming the file."""
         return InputError(self.key, self.value, self.allowed, file)
+
+
+class GearbenchError(RuntimeError):
+    """A run that could not be finished; its message is one clear line."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import cached_property
 from typing import Annotated
@@ -242,6 +243,11 @@ class Pair:
         """ε_γ = ε_α + ε_β."""
         return self.transverse_contact_ratio + self.overlap_ratio
 
+    def path_coordinate(self, gear: int, radius: float) -> float:
+        """Place u [mm] on the path of contact of radius R [mm] on the pinion (0) or the wheel (1)."""
+        roll = math.sqrt(max(radius**2 - self._base_radii[gear] ** 2, 0.0))
+        return roll if gear == 0 else self.tangent_length - roll
+
     @property
     def active_radii(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """Radii of start and end of the active profile (root side, tip side) of pinion and wheel [mm]."""
@@ -278,8 +284,12 @@ class Pair:
     @property
     def transition_phases(self) -> tuple[float, ...]:
         """Mesh phases in [0, 1) at which a contact line begins, ends, or reaches the edge of a face; sorted."""
-        e_a, e_b = self.transverse_contact_ratio, self.overlap_ratio
-        return tuple(sorted({x % 1.0 for x in (0.0, e_a, -e_b, e_a - e_b)}))
+        return self.phases_at((self.path_start, self.path_end))
+
+    def phases_at(self, places: Iterable[float]) -> tuple[float, ...]:
+        """Mesh phases in [0, 1) at which an end of the face (y = 0 or y = b) passes one of the ``places`` u [mm]."""
+        turns = [(u - self.path_start) / self.base_pitch for u in places]
+        return tuple(sorted({x % 1.0 for t in turns for x in (t, t - self.overlap_ratio)}))
 
     def swapped(self) -> Pair:
         """The same pair with the wheel driving: pinion and wheel exchanged."""

@@ -1,0 +1,127 @@
+"""From a scene's effects to the contact problem: compliances and gaps are summed, then made dimensionless."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.contact.phases import DEFAULT_GAUSS_POINTS, gauss_phases, uniform_phases
+from gearbench.contact.problem import ContactProblem
+from gearbench.effects.base import ComplianceEffect, Dense, GapEffect, LineLaw, LowRank
+from gearbench.errors import InputError
+from gearbench.geometry.action import ContactLines, contact_lines
+from gearbench.scene import Scene
+
+
+def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
+    """Mesh phases τ and weights (position,) that the scene's resolution asks for."""
+    resolution = scene.resolution
+    if resolution.positions is not None:
+        return uniform_phases(resolution.positions)
+    kinks = [u for effect in scene.effects if isinstance(effect, GapEffect) for u in effect.kinks(scene.pair)]
+    transitions = (*scene.pair.transition_phases, *scene.pair.phases_at(kinks))
+    return gauss_phases(transitions, resolution.gauss_points or DEFAULT_GAUSS_POINTS)
+
+
+def scene_lines(scene: Scene, mesh_phase: NDArray) -> ContactLines:
+    """Contact lines of the scene at the given phases."""
+    return contact_lines(scene.pair, mesh_phase, scene.resolution.segments)
+
+
+def total_gap(scene: Scene, lines: ContactLines) -> NDArray:
+    """Sum of the gaps of all effects, (position, pair, segment) [mm]."""
+    gaps = [effect.gap(lines) for effect in scene.effects if isinstance(effect, GapEffect)]
+    return sum(gaps[1:], gaps[0]) if gaps else np.zeros(lines.shape)
+
+
+def assemble(scene: Scene, lines: ContactLines) -> ContactProblem:
+    """Contact problem of ``scene`` on ``lines``: the sum over its effects."""
+    parts = [effect.compliance(lines) for effect in scene.effects if isinstance(effect, ComplianceEffect)]
+    smooth = [part for part in parts if not isinstance(part, LineLaw)]
+    laws = [part for part in parts if isinstance(part, LineLaw)]
+    factor, coupled = _join(smooth, lines)
+    if laws:
+        a, h = sum((law.a for law in laws), np.zeros(lines.shape)), sum((law.h for law in laws), np.zeros(lines.shape))
+    else:
+        factor, a, h = _split_diagonal(factor if coupled else _own_columns(factor), lines)
+        coupled = True
+    return scale_problem(lines, total_gap(scene, lines), factor, a, h, scene.normal_force, coupled=coupled)
+
+
+def scale_problem(
+    lines: ContactLines, gap: NDArray, factor: NDArray, a: NDArray, h: NDArray, force: float, *, coupled: bool
+) -> ContactProblem:
+    """Dimensionless problem from gap [mm], Ψ [√(mm/N)] and the law's a, h [mm²/N], (position, pair, segment, …)."""
+    positions, pairs, segments = lines.shape
+    active = np.broadcast_to(lines.active[..., None], lines.shape)
+    length = np.where(active, lines.length[..., None], 1.0)
+    line_load = force / lines.pair.face_width
+    # typical local compression; a law driven beyond its validity still has the slope h of its continuation
+    typical = max(float(np.mean(a - h * math.log(line_load))), float(np.mean(h)))
+    scale = typical * line_load
+    unit = force / scale
+    flat = (positions, pairs * segments)
+    return ContactProblem(
+        gap=(gap / scale).reshape(flat),
+        a=(unit / length * (a + h * np.log(length / force))).reshape(flat),
+        h=(unit / length * h).reshape(flat),
+        active=active.reshape(flat),
+        factor=np.ascontiguousarray((factor * math.sqrt(unit)).reshape(*flat, -1)),
+        block=np.zeros(flat[1], dtype=np.int64) if coupled else np.repeat(np.arange(pairs), segments),
+        blocks=1 if coupled else pairs,
+        force=force,
+        length_scale=scale,
+        shape=lines.shape,
+    )
+
+
+def _join(parts: Sequence[LowRank | Dense], lines: ContactLines) -> tuple[NDArray, bool]:
+    """One factor Ψ for the sum of the smooth compliances, and whether its columns are shared by all pairs."""
+    factors = [
+        (part.factor, part.coupled) if isinstance(part, LowRank) else _dense_factor(part, lines) for part in parts
+    ]
+    if not factors:
+        return np.zeros((*lines.shape, 0)), False
+    coupled = any(shared for _, shared in factors)
+    if coupled:
+        factors = [(f if shared else _own_columns(f), True) for f, shared in factors]
+    return np.concatenate([f for f, _ in factors], axis=-1), coupled
+
+
+def _own_columns(factor: NDArray) -> NDArray:
+    """Give each pair columns of its own in a factor whose columns are shared."""
+    positions, pairs, segments, rank = factor.shape
+    wide = np.zeros((positions, pairs, segments, pairs, rank))
+    index = np.arange(pairs)
+    wide[:, index, :, index, :] = np.moveaxis(factor, 1, 0)
+    return wide.reshape(positions, pairs, segments, pairs * rank)
+
+
+def _dense_factor(part: Dense, lines: ContactLines) -> tuple[NDArray, bool]:
+    """Symmetric factor of a dense compliance."""
+    value, vector = np.linalg.eigh(part.matrix)
+    factor = vector * np.sqrt(np.maximum(value, 0.0))[:, None, :]
+    return factor.reshape(*lines.shape, -1), True
+
+
+def _split_diagonal(factor: NDArray, lines: ContactLines) -> tuple[NDArray, NDArray, NDArray]:
+    """Split H = (H − μ1) + μ1 with μ half its least eigenvalue: the diagonal that the structured solver needs.
+
+    Exact, for a positive definite H without a contact law.
+    """
+    positions, pairs, segments, rank = factor.shape
+    flat = factor.reshape(positions, pairs * segments, rank)
+    active = np.repeat(lines.active, segments, axis=1)
+    matrix = flat @ np.swapaxes(flat, 1, 2)
+    stiffest = np.trace(matrix, axis1=1, axis2=2)[:, None]
+    matrix += np.eye(pairs * segments) * np.where(active, 0.0, stiffest)[:, None, :]
+    value, vector = np.linalg.eigh(matrix)
+    if np.any(value[:, 0] <= 1e-13 * value[:, -1]):
+        raise InputError("effects", "no contact law", "the compliance alone does not determine the loads: add hertz")
+    mu = 0.5 * value[:, :1]
+    left = np.where(active[..., None], vector * np.sqrt(value - mu)[:, None, :], 0.0)
+    a = (mu * np.repeat(np.where(lines.active, lines.length, 1.0), segments, axis=1)).reshape(lines.shape)
+    return left.reshape(*lines.shape, -1), a, np.zeros_like(a)

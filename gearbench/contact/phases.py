@@ -1,0 +1,38 @@
+"""Mesh phases at which the contact is solved, with the weights that average over the mesh cycle."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: Gauss points on each panel unless a scene says otherwise.
+DEFAULT_GAUSS_POINTS = 8
+
+
+def uniform_phases(count: int) -> tuple[NDArray, NDArray]:
+    """Midpoints of ``count`` equal intervals of [0, 1) and their weights; first order where the stiffness jumps."""
+    return (np.arange(count) + 0.5) / count, np.full(count, 1 / count)
+
+
+def gauss_phases(transitions: Iterable[float], points: int) -> tuple[NDArray, NDArray]:
+    """Gauss–Legendre points and weights on each panel between transitions (periodic in the phase).
+
+    Between its kinks the integrand is smooth, so that means and RMS values converge as ``points`` grows with order
+    2·``points``, not first order. Panels shorter than 1e-9 of the cycle are left out.
+
+    Returns
+    -------
+    Phases in [0, 1), ascending, and weights that sum to 1.
+    """
+    edges = np.unique(np.asarray(list(transitions), dtype=float) % 1.0)
+    edges = np.append(edges, edges[0] + 1.0)
+    widths = np.diff(edges)
+    long = widths > 1e-9
+    node, weight = np.polynomial.legendre.leggauss(points)
+    phase = edges[:-1][long, None] + widths[long, None] * (node + 1) / 2
+    weights = widths[long, None] * weight / 2
+    order = np.argsort(phase.ravel() % 1.0, kind="stable")
+    weights = weights.ravel()[order]
+    return phase.ravel()[order] % 1.0, weights / weights.sum()

@@ -1,0 +1,77 @@
+"""The unilateral contact problem of every position of a mesh cycle, dimensionless, as the kernels take it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactProblem:
+    """H P + g(P) + e = δ on loaded segments, ≥ δ on separated ones, P ≥ 0, ΣP = 1; H = Ψ Ψᵀ, one block per tooth pair.
+
+    Forces are in units of the normal force F_n, displacements in units of ``length_scale``. The law of segment i is
+    g_i(P) = P (a_i − h_i ln P), continued by its tangent above the load where a/h − ln P = 2 (half-width of contact
+    0.6 times the depth of the tooth, far outside its validity), so that it stays monotone at any load.
+
+    Parameters
+    ----------
+    gap, a, h, active
+        (position, segment), segments of all pairs side by side; e, the coefficients of the law, and whether the
+        segment exists.
+    factor
+        Ψ, (position, segment, rank).
+    block
+        Block of each segment, (segment,): segments of one block share the amplitudes of its columns.
+    blocks
+        Number of blocks.
+    force
+        Normal force F_n [N].
+    length_scale
+        Unit of displacement λ [mm].
+    shape
+        (positions, pairs, segments) of the arrays before the pairs were put side by side.
+    """
+
+    gap: NDArray
+    a: NDArray
+    h: NDArray
+    active: NDArray
+    factor: NDArray
+    block: NDArray
+    blocks: int
+    force: float
+    length_scale: float
+    shape: tuple[int, int, int]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactSolution:
+    """What a position answers, with the residuals of the answer.
+
+    Parameters
+    ----------
+    force
+        P, (position, pair, segment) [N].
+    approach
+        δ_n normal to the flank, (position,) [mm].
+    stiffness
+        ∂F_n/∂δ_n, (position,) [N/mm].
+    equilibrium
+        |ΣP − F| / F, (position,).
+    least_force
+        min P / F, (position,).
+    complementarity
+        max |min(P_i / F, gap_i / λ)|, (position,): how far the pair (force, gap) is from complementary.
+    iterations
+        Newton steps, (position,).
+    """
+
+    force: NDArray
+    approach: NDArray
+    stiffness: NDArray
+    equilibrium: NDArray
+    least_force: NDArray
+    complementarity: NDArray
+    iterations: NDArray

@@ -1,0 +1,69 @@
+"""Solve the contact problem of every position and say how well it is solved."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.contact.problem import ContactProblem, ContactSolution
+from gearbench.errors import GearbenchError
+
+#: Residuals above this are an error of the program, never returned as an answer.
+RESIDUAL_LIMIT = 1e-9
+
+
+class ConvergenceError(GearbenchError):
+    """The contact problem was not solved to the residual it must have."""
+
+
+def solve(problem: ContactProblem) -> ContactSolution:
+    """Solve ``problem`` by the structured Newton method.
+
+    The unknowns are the amplitudes q of the smooth compliance and the approach δ; each force follows from its own law,
+    P_i = g_i⁻¹(max(0, δ − e_i − ψ_iᵀq)). They minimise a convex function, so Newton's method with a line search
+    converges from anywhere.
+
+    Raises
+    ------
+    ConvergenceError
+        If a residual stays above 1e-9.
+    """
+    from gearbench.contact._kernels import solve_positions
+
+    p = problem
+    force, delta, stiffness, steps = solve_positions(p.gap, p.a, p.h, p.active, p.factor, p.block, p.blocks)
+    complementarity = complementarity_residual(problem, force, delta)
+    equilibrium = np.abs(force.sum(axis=1) - 1)
+    worst = float(np.max(np.maximum(complementarity, equilibrium)))
+    if not worst <= RESIDUAL_LIMIT:
+        raise ConvergenceError(f"contact not solved: residual {worst:.1e} after {int(steps.max())} Newton steps")
+    return ContactSolution(
+        force=p.force * force.reshape(p.shape),
+        approach=p.length_scale * delta,
+        stiffness=p.force / p.length_scale * stiffness,
+        equilibrium=equilibrium,
+        least_force=force.min(axis=1),
+        complementarity=complementarity,
+        iterations=steps,
+    )
+
+
+def complementarity_residual(problem: ContactProblem, force: NDArray, delta: NDArray) -> NDArray:
+    """max |min(P, gap)| of each position, from the equations themselves: gap = H P + g(P) + e − δ, (position,)."""
+    p = problem
+    shared = np.zeros((*force.shape[:1], p.blocks, p.factor.shape[-1]))
+    for k in range(p.blocks):
+        mine = p.block == k
+        shared[:, k] = np.einsum("pn,pnr->pr", force[:, mine], p.factor[:, mine])
+    smooth = np.einsum("pnr,pnr->pn", p.factor, shared[:, p.block])
+    gap = smooth + compression(force, p.a, p.h) + p.gap - delta[:, None]
+    return np.max(np.abs(np.where(p.active, np.minimum(force, gap), 0.0)), axis=1)
+
+
+def compression(force: NDArray, a: NDArray, h: NDArray) -> NDArray:
+    """Law g(P) = P (a − h ln P), continued by its tangent where a/h − ln P < 2."""
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        edge = np.where(h > 0, np.exp(np.where(h > 0, a / h, 0.0) - 2), np.inf)
+        low = np.minimum(force, edge)
+        value = low * (a - h * np.log(np.where(low > 0, low, 1.0)))
+    return value + np.where(force > edge, h * (force - edge), 0.0)

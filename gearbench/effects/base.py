@@ -1,0 +1,101 @@
+"""The two kinds of effect a scene may ask for: one adds compliance, the other adds gap. Composition is a sum.
+
+What an effect contributes is given on the segments of the contact lines, arrays (position, pair, segment); lengths in
+mm, forces in N, normal to the flank. Positive gap = material missing.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar
+
+from numpy.typing import NDArray
+
+from gearbench.geometry.action import ContactLines
+from gearbench.geometry.pair import Pair
+
+
+@dataclass(frozen=True, kw_only=True)
+class LowRank:
+    """Smooth compliance H = Ψ Ψᵀ [mm/N] of the segments.
+
+    Parameters
+    ----------
+    factor
+        Ψ, (position, pair, segment, rank) [√(mm/N)].
+    coupled
+        False: each tooth pair deflects by itself. True: the columns are shared by all pairs, so that a force on one
+        tooth deflects the others too.
+    """
+
+    factor: NDArray
+    coupled: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dense:
+    """Any symmetric positive definite compliance H [mm/N] of all segments of a position, pairs coupled or not.
+
+    Parameters
+    ----------
+    matrix
+        (position, pair·segment, pair·segment); rows of absent lines are ignored.
+    """
+
+    matrix: NDArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class LineLaw:
+    """Local compression of a segment under its own line load q = P/ℓ [N/mm]: g = q (a − h ln q) [mm].
+
+    Parameters
+    ----------
+    a, h
+        Coefficients, (position, pair, segment) [mm²/N]; h = 0 is a linear law.
+    """
+
+    a: NDArray
+    h: NDArray
+
+
+@dataclass(frozen=True)
+class Effect(ABC):
+    """One physical effect, named as its table in the scene."""
+
+    #: Name of the table below ``[effects]``.
+    name: ClassVar[str]
+    #: One line for ``gearbench plan`` and the documentation: what it adds.
+    summary: ClassVar[str]
+    #: Where the model comes from.
+    source: ClassVar[str]
+    #: Effects that must be there too, with the reason.
+    requires: ClassVar[dict[str, str]] = {}
+    #: Effects that must not be there, with the reason.
+    conflicts: ClassVar[dict[str, str]] = {}
+
+    def check(self, pair: Pair) -> None:  # noqa: B027
+        """Refuse, with an ``InputError`` keyed from this effect's table, what does not fit the pair."""
+
+
+@dataclass(frozen=True)
+class ComplianceEffect(Effect):
+    """An effect that adds compliance."""
+
+    @abstractmethod
+    def compliance(self, lines: ContactLines) -> LowRank | Dense | LineLaw:
+        """Compliance of the segments of ``lines``."""
+
+
+@dataclass(frozen=True)
+class GapEffect(Effect):
+    """An effect that adds gap."""
+
+    @abstractmethod
+    def gap(self, lines: ContactLines) -> NDArray:
+        """Initial gap e normal to the flank, (position, pair, segment) [mm]."""
+
+    def kinks(self, pair: Pair) -> tuple[float, ...]:
+        """Places u [mm] on the path of contact where the gap has a kink; none by default."""
+        return ()

@@ -1,0 +1,36 @@
+"""Helix slope: a flank that leads, linear over the face width."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from numpy.typing import NDArray
+from pydantic.dataclasses import dataclass
+
+from gearbench.effects.base import GapEffect
+from gearbench.effects.profile_slope import Amount
+from gearbench.effects.relief import MICROMETRE
+from gearbench.geometry.action import ContactLines
+from gearbench.geometry.material import STRICT
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class HelixSlope(GapEffect):
+    """Helix slope f_Hβ of each gear: zero at y = 0, full amount at y = b. Positive: material missing at y = b.
+
+    Parameters
+    ----------
+    pinion, wheel
+        Amounts over the face width [µm].
+    """
+
+    pinion: Amount = 0.0
+    wheel: Amount = 0.0
+
+    name: ClassVar[str] = "helix_slope"
+    summary: ClassVar[str] = "gap: linear over the face width, each gear"
+    source: ClassVar[str] = "ISO 1328-1 f_Hβ"
+
+    def gap(self, lines: ContactLines) -> NDArray:
+        """Gap [mm], (position, pair, segment)."""
+        return MICROMETRE * (self.pinion + self.wheel) * lines.y / lines.pair.face_width

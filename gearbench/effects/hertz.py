@@ -1,0 +1,62 @@
+"""Local contact compliance of two teeth pressed together along a line."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic.dataclasses import dataclass
+
+from gearbench.effects.base import ComplianceEffect, LineLaw
+from gearbench.geometry.action import ContactLines
+from gearbench.geometry.gear import Gear
+from gearbench.geometry.material import STRICT
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Hertz(ComplianceEffect):
+    """Contact compliance, as a law of the line load q.
+
+    "yang_sun": constant per unit length, g = 4(1−ν²)/(πE) · q.
+    "weber_banaschek": g = 4(1−ν²)/(πE) · q · [ln(2√(t₁t₂)/a_H) − ν/(2(1−ν))], a_H² = 8qρ(1−ν²)/(πE), with ρ the
+    relative radius of curvature in the normal plane and t_i the depth from the flank, along the line of action, to
+    the centre line of the tooth; load dependent, solved to convergence.
+
+    Parameters
+    ----------
+    law
+        "weber_banaschek" or "yang_sun".
+    """
+
+    law: Literal["weber_banaschek", "yang_sun"] = "weber_banaschek"
+
+    name: ClassVar[str] = "hertz"
+    summary: ClassVar[str] = "compliance: local compression of the flanks under the line load"
+    source: ClassVar[str] = "Yang & Sun 1985; Weber & Banaschek 1953"
+
+    def compliance(self, lines: ContactLines) -> LineLaw:
+        """Law of each segment, (position, pair, segment)."""
+        nu, E = lines.pair.material.nu, lines.pair.material.E
+        c = 4 * (1 - nu**2) / (math.pi * E)
+        if self.law == "yang_sun":
+            return LineLaw(a=np.full(lines.shape, c), h=np.zeros(lines.shape))
+        cos_b = math.cos(lines.pair.base_helix_angle)
+        rho = lines.u * (lines.pair.tangent_length - lines.u) / lines.pair.tangent_length / cos_b
+        # at an interference point ρ = 0 and the logarithm is infinite: no segment centre sees less than this
+        rho = np.maximum(rho, 1e-9 * lines.pair.tangent_length)
+        t1, t2 = (_depth(gear, r) * cos_b for gear, r in zip(lines.pair.gears, lines.radii, strict=True))
+        # ln(2√(t1 t2)/a_H) = ½ ln(4 t1 t2 / (2cρ)) − ½ ln q, since a_H² = 2cρq
+        a = c * (0.5 * np.log(2 * t1 * t2 / (c * rho)) - nu / (2 * (1 - nu)))
+        return LineLaw(a=a, h=np.full(lines.shape, c / 2))
+
+
+def _depth(gear: Gear, radius: NDArray) -> NDArray:
+    """Depth t from the flank at R to the tooth's centre line along the transverse line of action [mm].
+
+    The normal of the flank meets the centre line under the load angle γ = α_R − ψ(R).
+    """
+    psi = gear.involute_half_angle(radius)
+    load_angle = np.arccos(np.clip(gear.base_radius / radius, 0.0, 1.0)) - psi
+    return radius * np.sin(psi) / np.cos(load_angle)

@@ -1,0 +1,46 @@
+"""Misalignment of the two axes: inclination in their common plane, deviation out of it."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar
+
+from numpy.typing import NDArray
+from pydantic.dataclasses import dataclass
+
+from gearbench.effects.base import GapEffect
+from gearbench.effects.profile_slope import Amount
+from gearbench.effects.relief import MICROMETRE
+from gearbench.geometry.action import ContactLines
+from gearbench.geometry.material import STRICT
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Misalignment(GapEffect):
+    """Axes that are not parallel, as gaps in the plane of action: linear over the face width, zero at y = 0.
+
+    The line of action makes the angle α_wt with the normal of the axial plane, so that an approach of the axes of
+    f_Σδ over the face width opens f_Σδ sin α_wt, and an offset f_Σβ across the axial plane f_Σβ cos α_wt, both in the
+    transverse plane; normal to the flank that is × cos β_b. Positive: opening towards y = b.
+
+    Parameters
+    ----------
+    inclination
+        f_Σδ, in the common plane of the axes, over the face width [µm].
+    deviation
+        f_Σβ, perpendicular to that plane, over the face width [µm].
+    """
+
+    inclination: Amount = 0.0
+    deviation: Amount = 0.0
+
+    name: ClassVar[str] = "misalignment"
+    summary: ClassVar[str] = "gap: linear over the face width, from axes that are not parallel"
+    source: ClassVar[str] = "ISO/TR 10064-3 f_Σδ, f_Σβ"
+
+    def gap(self, lines: ContactLines) -> NDArray:
+        """Gap [mm], (position, pair, segment)."""
+        alpha = lines.pair.working_pressure_angle
+        opening = self.inclination * math.sin(alpha) + self.deviation * math.cos(alpha)
+        normal = MICROMETRE * math.cos(lines.pair.base_helix_angle)
+        return normal * opening * lines.y / lines.pair.face_width

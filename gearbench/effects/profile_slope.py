@@ -1,0 +1,43 @@
+"""Profile slope: a flank that leans, linear in the roll length of each gear."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar
+
+from numpy.typing import NDArray
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from gearbench.effects.base import GapEffect
+from gearbench.effects.relief import MICROMETRE
+from gearbench.geometry.action import ContactLines
+from gearbench.geometry.material import STRICT
+
+Amount = Annotated[float, Field(ge=-1000.0, le=1000.0)]
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class ProfileSlope(GapEffect):
+    """Profile slope f_Hα of each gear: zero at the start of its active profile, full amount at its end (tip side).
+
+    Linear along the path of contact, i.e. in roll length, as a profile is measured. Positive: material missing at
+    the tip.
+
+    Parameters
+    ----------
+    pinion, wheel
+        Amounts [µm].
+    """
+
+    pinion: Amount = 0.0
+    wheel: Amount = 0.0
+
+    name: ClassVar[str] = "profile_slope"
+    summary: ClassVar[str] = "gap: linear along the profile of each gear"
+    source: ClassVar[str] = "ISO 1328-1 f_Hα"
+
+    def gap(self, lines: ContactLines) -> NDArray:
+        """Gap [mm], (position, pair, segment)."""
+        start, end = lines.pair.path_start, lines.pair.path_end
+        tip_side = (lines.u - start) / (end - start)  # of the pinion; of the wheel it is the other way round
+        return MICROMETRE * (self.pinion * tip_side + self.wheel * (1 - tip_side))

@@ -1,0 +1,29 @@
+"""The shape of a relief and on whose flank it is: shared by tip, root and end relief."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Shape = Literal["linear", "parabolic"]
+Gears = Literal["both", "pinion", "wheel"]
+
+MICROMETRE = 1e-3  # mm
+
+
+def relief(distance: NDArray, length: float, amount: float, shape: Shape) -> NDArray:
+    """Gap [mm] of a relief of ``amount`` [µm] over ``length`` [mm].
+
+    ``distance`` [mm] counts from the relieved edge into the flank; the gap is full at 0 and gone at ``length``.
+    """
+    if length == 0:
+        return np.zeros_like(distance)
+    depth = np.clip(1 - distance / length, 0.0, None)
+    return amount * MICROMETRE * (depth if shape == "linear" else depth**2)
+
+
+def chosen(gears: Gears) -> tuple[int, ...]:
+    """Indices of the gears meant: 0 pinion, 1 wheel."""
+    return {"both": (0, 1), "pinion": (0,), "wheel": (1,)}[gears]

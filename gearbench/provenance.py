@@ -1,0 +1,54 @@
+"""Where a result comes from: scene, versions, revision, seed, wall time, host."""
+
+from __future__ import annotations
+
+import platform
+import subprocess
+from datetime import UTC, datetime
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from gearbench.scene import Scene
+
+_PACKAGES = ("gearbench", "numpy", "scipy", "numba", "xarray")
+
+
+def provenance(scene: Scene, *, wall_time: float, seed: int | None = None) -> dict[str, Any]:
+    """Attributes of a Dataset: scene as TOML, its hash, package versions, git revision, seed, wall time [s], host."""
+    attrs: dict[str, Any] = {
+        "scene": scene.to_toml(),
+        "scene_sha256": scene.digest,
+        "versions": versions(),
+        "git_revision": git_revision(),
+        "wall_time_s": wall_time,
+        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+        "host": platform.node(),
+        "Conventions": "CF-1.8",
+    }
+    return attrs if seed is None else {**attrs, "seed": seed}
+
+
+@cache
+def versions() -> str:
+    """Versions of Python and of the packages that computed the result."""
+    found = [f"python {platform.python_version()}"]
+    for package in _PACKAGES:
+        try:
+            found.append(f"{package} {version(package)}")
+        except PackageNotFoundError:
+            continue
+    return ", ".join(found)
+
+
+@cache
+def git_revision() -> str:
+    """Revision of the checkout the package is imported from; "unknown" outside one."""
+    folder = Path(__file__).resolve().parent
+    command = ["git", "-C", str(folder), "describe", "--always", "--dirty"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=5, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        return "unknown"
+    return done.stdout.strip() or "unknown"

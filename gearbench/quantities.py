@@ -1,0 +1,52 @@
+"""Names, units and symbols of everything a Dataset may hold: one table for programs, plots and documentation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One variable or coordinate of a Dataset: its unit, symbol and meaning."""
+
+    units: str
+    symbol: str
+    long_name: str
+
+    @property
+    def attrs(self) -> dict[str, str]:
+        """As attributes of an xarray variable."""
+        return {"units": self.units, "symbol": self.symbol, "long_name": self.long_name}
+
+
+QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
+    {
+        # coordinates
+        "mesh_phase": Quantity("1", "τ", "mesh phase"),
+        "phase_weight": Quantity("1", "w", "weight of the mesh phase in means over the mesh cycle"),
+        "pair_index": Quantity("1", "k", "number of the tooth pair"),
+        "path_position": Quantity("mm", "u", "place on the path of contact, from the pinion's interference point"),
+        "face_position": Quantity("mm", "y", "place along the face width"),
+        "segment_length": Quantity("mm", "ℓ", "length of a segment along the contact line"),
+        # over the mesh cycle
+        "transmission_error": Quantity("µm", "δ", "static transmission error along the line of action"),
+        "mesh_stiffness": Quantity("N/µm", "k", "mesh stiffness"),
+        "line_load": Quantity("N/mm", "q", "line load"),
+        "load_share": Quantity("1", "X", "share of the load on a tooth pair"),
+        "initial_gap": Quantity("µm", "e", "initial gap from micro-geometry and errors"),
+        # one number per cycle
+        "transmission_error_mean": Quantity("µm", "mean δ", "mean static transmission error"),
+        "transmission_error_rms": Quantity("µm", "RMS δ", "RMS of the fluctuating static transmission error"),
+        "transmission_error_peak_to_peak": Quantity("µm", "PP δ", "peak-to-peak static transmission error"),
+        "mesh_stiffness_mean": Quantity("N/µm", "mean k", "mean mesh stiffness"),
+        "mesh_stiffness_rms": Quantity("%", "RMS k", "RMS of the relative fluctuation of the mesh stiffness"),
+        "mesh_stiffness_peak_to_peak": Quantity("N/µm", "PP k", "peak-to-peak mesh stiffness"),
+        # how well the contact is solved
+        "equilibrium_residual": Quantity("1", "|ΣP−F|/F", "relative residual of the force balance"),
+        "minimum_force": Quantity("1", "min P/F", "least segment force over the normal force"),
+        "complementarity_residual": Quantity("1", "max|min(P,g)|", "residual of the contact conditions"),
+        "newton_steps": Quantity("1", "n", "steps of the contact solver"),
+    }
+)

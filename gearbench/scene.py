@@ -1,0 +1,151 @@
+"""The scene: a pair, its load, the effects that are simulated, and how finely. A TOML file and a frozen object."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from dataclasses import MISSING, fields
+from typing import Annotated, Any
+
+from pydantic import ConfigDict, Field
+from pydantic.dataclasses import dataclass
+
+from gearbench.effects.base import ComplianceEffect, Effect
+from gearbench.errors import InputError
+from gearbench.geometry.material import STRICT
+from gearbench.geometry.pair import Pair
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Load:
+    """What the pair carries.
+
+    Parameters
+    ----------
+    torque
+        On the pinion [N·m].
+    """
+
+    torque: Annotated[float, Field(gt=0.0)]
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Resolution:
+    """How finely the mesh cycle and the contact lines are resolved.
+
+    Parameters
+    ----------
+    positions
+        Number of uniformly spaced mesh phases. Absent: Gauss points between the transition phases, which converge
+        much faster, because the stiffness jumps where a pair enters or leaves.
+    gauss_points
+        Gauss points on each panel between two transitions, where ``positions`` is absent; 8 unless given.
+    segments
+        Segments of constant line load on each contact line.
+    """
+
+    positions: Annotated[int, Field(ge=1, le=100_000)] | None = None
+    gauss_points: Annotated[int, Field(ge=1, le=1000)] | None = None
+    segments: Annotated[int, Field(ge=1, le=2000)] = 15
+
+    def __post_init__(self) -> None:
+        if self.positions is not None and self.gauss_points is not None:
+            raise InputError("gauss_points", self.gauss_points, "conflicts with positions: give one of the two")
+
+
+@dataclass(frozen=True, kw_only=True, config=ConfigDict(STRICT, arbitrary_types_allowed=True))
+class Scene:
+    """Everything a simulation needs. An effect is simulated if and only if it is in ``effects``.
+
+    Parameters
+    ----------
+    name
+        Free text.
+    pair, load, resolution
+        The gear pair, its load, and the resolution.
+    effects
+        The effects to simulate, each kind at most once, in any order.
+
+    Raises
+    ------
+    InputError
+        If an effect appears twice, lacks what it requires, meets what it excludes, or does not fit the pair; or if
+        nothing adds compliance. Wrapped by pydantic's ``ValidationError``.
+    """
+
+    name: str = ""
+    pair: Pair
+    load: Load
+    effects: tuple[Effect, ...]
+    resolution: Resolution = Resolution()
+
+    def __post_init__(self) -> None:
+        names = [effect.name for effect in self.effects]
+        for name in names:
+            if names.count(name) > 1:
+                raise InputError(f"effects.{name}", "given twice", "each effect at most once")
+        for effect in self.effects:
+            for other, reason in effect.requires.items():
+                if other not in names:
+                    raise InputError(f"effects.{effect.name}", "alone", f"requires effects.{other}: {reason}")
+            for other, reason in effect.conflicts.items():
+                if other in names:
+                    raise InputError(f"effects.{effect.name}", "given", f"conflicts with effects.{other}: {reason}")
+            try:
+                effect.check(self.pair)
+            except InputError as error:
+                raise error.within(f"effects.{effect.name}") from None
+        if not any(isinstance(effect, ComplianceEffect) for effect in self.effects):
+            raise InputError("effects", ", ".join(names) or "none", "at least one must add compliance, e.g. hertz")
+
+    def effect(self, name: str) -> Effect | None:
+        """The effect called ``name``, or None where the scene does not ask for it."""
+        return next((effect for effect in self.effects if effect.name == name), None)
+
+    @property
+    def tangential_force(self) -> float:
+        """F_t = T / r_b1, transverse, along the line of action [N]."""
+        return 1e3 * self.load.torque / self.pair.gears[0].base_radius
+
+    @property
+    def normal_force(self) -> float:
+        """F_n = F_t / cos β_b [N]."""
+        return self.tangential_force / math.cos(self.pair.base_helix_angle)
+
+    def to_mapping(self) -> dict[str, Any]:
+        """The scene as nested tables, as in a file; what equals its default is left out."""
+        tables = _given(self)
+        tables.pop("effects", None)
+        tables["effects"] = {effect.name: _given(effect) for effect in self.effects}
+        return tables
+
+    def to_toml(self) -> str:
+        """The scene as the text of a TOML file."""
+        import tomli_w
+
+        return tomli_w.dumps(self.to_mapping())
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the scene's TOML text."""
+        return hashlib.sha256(self.to_toml().encode()).hexdigest()
+
+
+def _given(table: Any) -> dict[str, Any]:
+    """Fields of an input object that differ from their defaults, nested ones as tables of their own."""
+    given = {}
+    for field in fields(table):
+        value = getattr(table, field.name)
+        default = field.default if field.default_factory is MISSING else field.default_factory()
+        if value is None or (value == default and type(value) is type(default)):
+            continue
+        given[field.name] = _plain(value)
+    return given
+
+
+def _plain(value: Any) -> Any:
+    if hasattr(value, "__dataclass_fields__"):
+        return _given(value)
+    if isinstance(value, tuple):
+        return [_plain(item) for item in value]
+    return value

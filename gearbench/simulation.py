@@ -1,0 +1,86 @@
+"""Simulate a scene: static transmission error and mesh stiffness over a mesh cycle."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.solver import solve
+from gearbench.errors import InputError
+from gearbench.outputs import DEFAULT_OUTPUTS, OUTPUTS, Solved
+from gearbench.provenance import provenance
+from gearbench.quantities import QUANTITIES
+from gearbench.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Dataset:
+    """Static transmission error, mesh stiffness and load distribution of ``scene`` over a mesh cycle.
+
+    Parameters
+    ----------
+    scene
+        What to simulate.
+    outputs
+        Names of the variables to compute, from ``gearbench.outputs.OUTPUTS``.
+
+    Returns
+    -------
+    Dataset with the dimensions ``position``, ``pair``, ``segment``, names and units as in ``gearbench.quantities``,
+    the residuals of the contact solution, and its provenance in the attributes.
+
+    Raises
+    ------
+    InputError
+        If an output has no such name.
+    ConvergenceError
+        If the contact problem is not solved to its residual.
+    """
+    start = time.perf_counter()
+    for name in outputs:
+        if name not in OUTPUTS:
+            raise InputError("outputs", name, f"allowed: {', '.join(OUTPUTS)}")
+    return dataset(solve_scene(scene), outputs, start)
+
+
+def solve_scene(scene: Scene) -> Solved:
+    """Contact solution of ``scene`` at all its mesh phases."""
+    phase, weight = mesh_phases(scene)
+    lines = scene_lines(scene, phase)
+    return Solved(scene=scene, lines=lines, weight=weight, solution=solve(assemble(scene, lines)))
+
+
+def dataset(solved: Solved, outputs: Sequence[str], start: float) -> xr.Dataset:
+    """Dataset of the ``outputs`` of a solved scene; ``start`` is when its computation began (``perf_counter``)."""
+    import xarray as xr
+
+    lines, solution = solved.lines, solved.solution
+    coords = {
+        "mesh_phase": ("position", lines.mesh_phase),
+        "phase_weight": ("position", solved.weight),
+        "pair_index": ("pair", lines.index),
+    }
+    variables: dict[str, tuple] = {name: (OUTPUTS[name][0], OUTPUTS[name][1](solved)) for name in outputs}
+    if any("segment" in dims for dims, _ in variables.values()):
+        grid = ("position", "pair", "segment")
+        coords |= {
+            "path_position": (grid, lines.u),
+            "face_position": (grid, lines.y),
+            "segment_length": (grid[:2], lines.length),
+        }
+    variables |= {
+        "equilibrium_residual": ("position", solution.equilibrium),
+        "minimum_force": ("position", solution.least_force),
+        "complementarity_residual": ("position", solution.complementarity),
+        "newton_steps": ("position", solution.iterations),
+    }
+    attrs = provenance(solved.scene, wall_time=time.perf_counter() - start)
+    described = {name: (dims, np.asarray(v), QUANTITIES[name].attrs) for name, (dims, v) in variables.items()}
+    named = {name: (dims, v, QUANTITIES[name].attrs) for name, (dims, v) in coords.items()}
+    return xr.Dataset(described, coords=named, attrs=attrs)
