@@ -193,3 +193,50 @@ def solve_positions(gap, a, h, active, factor, block, blocks):
             gap[p], a[p], h[p], active[p], factor[p], block, blocks, force[p]
         )
     return force, delta, stiffness, steps
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def first_guess(count, blocks, firsts, gap, modes, factor, laws, start, guess):
+    """Fill (q, δ) of every position at its own gap, and their derivatives with respect to the errors.
+
+    Arrays as in ``gearbench.contact.batch.Batch``. With W = dP/ds on the loaded segments and C = [−Ψ 1],
+    s = C (q, δ) − e, the solution moves by [diag(1, …, 1, 0) + CᵀWC] d(q, δ) = CᵀW de.
+    """
+    rank, most = factor.shape[2], start.shape[1] - 1
+    errors = modes.shape[1]
+    for t in range(count.size):
+        n, size = count[t], blocks[t] * rank
+        block, active, force = np.empty(n, np.int64), np.ones(n, np.bool_), np.zeros(n)
+        for k in range(blocks[t]):
+            block[firsts[t, k] : firsts[t, k + 1]] = k
+        delta, _, _ = solve_position(
+            gap[t, :n], laws[t, 0, :n], laws[t, 1, :n], active, factor[t, :n], block, blocks[t], force
+        )
+        matrix, right = np.zeros((size + 1, size + 1)), np.zeros((size + 1, errors))
+        start[t, most] = delta
+        for c in range(size):
+            matrix[c, c] = 1.0
+        for i in range(n):
+            offset = block[i] * rank
+            for c in range(rank):
+                start[t, offset + c] += force[i] * factor[t, i, c]
+        for i in range(n):
+            offset, s = block[i] * rank, delta - gap[t, i]
+            for c in range(rank):
+                s -= factor[t, i, c] * start[t, offset + c]
+            w = law(s, laws[t, 0, i], laws[t, 1, i])[1]
+            for c in range(rank):
+                for d in range(rank):
+                    matrix[offset + c, offset + d] += w * factor[t, i, c] * factor[t, i, d]
+                matrix[offset + c, size] -= w * factor[t, i, c]
+                matrix[size, offset + c] -= w * factor[t, i, c]
+                for m in range(errors):
+                    right[offset + c, m] -= w * factor[t, i, c] * modes[t, m, i]
+            matrix[size, size] += w
+            for m in range(errors):
+                right[size, m] += w * modes[t, m, i]
+        solution = np.linalg.solve(matrix, right)
+        for m in range(errors):
+            guess[t, m, most] = solution[size, m]
+            for c in range(size):
+                guess[t, m, c] = solution[c, m]

@@ -1,0 +1,63 @@
+"""One-dimensional families of polynomials that Ritz fields are made of, with their derivatives and quadrature.
+
+Height functions vanish at the clamped root: f_k(ξ) = ∫₀^ξ P_k, shifted Legendre P_k, scaled so that the derivatives
+are orthonormal; they span ξ·(polynomials) and keep the stiffness well conditioned at any order. Width (and thickness)
+functions are Legendre polynomials, scaled likewise. Sources: Szabó & Babuška, Finite Element Analysis, ch. 3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import ArrayLike, NDArray
+
+
+def height_functions(count: int, xi: ArrayLike) -> tuple[NDArray, NDArray]:
+    """Height functions f_0 … f_{count−1} and their derivatives at ξ ∈ [0, 1], each (…, count)."""
+    t = 2 * np.asarray(xi, dtype=float) - 1
+    p = legendre.legvander(t, count)
+    k = np.arange(1, count)
+    integral = np.empty((*t.shape, count))
+    integral[..., 0] = (t + 1) / 2
+    # ∫₀^ξ P_k dξ = (P_{k+1} − P_{k−1}) / (2(2k+1))
+    integral[..., 1:] = (p[..., 2 : count + 1] - p[..., : count - 1]) / (2 * (2 * k + 1))
+    scale = np.sqrt(2 * np.arange(count) + 1)
+    return integral * scale, p[..., :count] * scale
+
+
+def width_functions(count: int, eta: ArrayLike) -> tuple[NDArray, NDArray]:
+    """Legendre functions g_0 … g_{count−1}, orthonormal on η ∈ [0, 1], and their derivatives, each (…, count)."""
+    t = 2 * np.asarray(eta, dtype=float) - 1
+    p = legendre.legvander(t, count - 1)
+    slope = np.zeros_like(p)
+    # P'_k = Σ (2j+1) P_j over j = k−1, k−3, …
+    for k in range(1, count):
+        j = np.arange(k - 1, -1, -2)
+        slope[..., k] = p[..., j] @ (2 * j + 1.0)
+    scale = np.sqrt(2 * np.arange(count) + 1)
+    return p * scale, 2 * slope * scale
+
+
+def gauss(points: int, start: float = 0.0, stop: float = 1.0) -> tuple[NDArray, NDArray]:
+    """Gauss–Legendre nodes and weights on [start, stop]."""
+    t, w = legendre.leggauss(points)
+    half = (stop - start) / 2
+    return start + half * (t + 1), half * w
+
+
+def height_quadrature(points: int, breaks: Iterable[float] = ()) -> tuple[NDArray, NDArray]:
+    """Nodes and weights on ξ ∈ [0, 1], one Gauss panel between ``breaks``.
+
+    The panel at the root is mapped by ξ = c t²: a generated fillet meets the root circle tangentially, so that the
+    thickness grows like √ξ there, which is smooth in t.
+    """
+    edges = [0.0, *sorted(x for x in breaks if 1e-6 < x < 1 - 1e-6), 1.0]
+    t, w = gauss(points)
+    nodes, weights = [edges[1] * t**2], [edges[1] * 2 * t * w]
+    for start, stop in zip(edges[1:-1], edges[2:], strict=True):
+        x, v = gauss(points, start, stop)
+        nodes.append(x)
+        weights.append(v)
+    return np.concatenate(nodes), np.concatenate(weights)

@@ -1,0 +1,55 @@
+"""The Ritz method: from a stiffness matrix to the compliance of a load functional. Knows no energy in particular."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
+
+
+@dataclass(frozen=True)
+class Ritz:
+    """Minimum of ½ aᵀK a − fᵀa over the amplitudes a, for loads f that act on the last ``loaded`` amplitudes only.
+
+    Parameters
+    ----------
+    stiffness
+        K, symmetric positive definite, (n, n).
+    loaded
+        Number of amplitudes, the last ones, that loads and measured displacements involve.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        If K is not positive definite.
+    """
+
+    stiffness: NDArray
+    loaded: int
+
+    @cached_property
+    def _scale(self) -> NDArray:
+        return 1 / np.sqrt(np.diagonal(self.stiffness))
+
+    @cached_property
+    def _scaled(self) -> NDArray:
+        return self.stiffness * self._scale * self._scale[:, None]
+
+    @cached_property
+    def _triangle(self) -> NDArray:
+        """Trailing block of the Cholesky factor: G Gᵀ is the inverse of the loaded block of K⁻¹."""
+        return np.linalg.cholesky(self._scaled)[-self.loaded :, -self.loaded :]
+
+    @property
+    def condition(self) -> float:
+        """Condition number of the symmetrically scaled stiffness, the matrix that is factorised."""
+        return float(np.linalg.cond(self._scaled))
+
+    def factor(self, functional: NDArray) -> NDArray:
+        """ψ with ψ(a) · ψ(b) = f(a)ᵀ K⁻¹ f(b), for functionals f of the loaded amplitudes, (…, loaded)."""
+        scaled = functional * self._scale[-self.loaded :]
+        flat = scaled.reshape(-1, self.loaded)
+        return solve_triangular(self._triangle, flat.T, lower=True, check_finite=False).T.reshape(scaled.shape)

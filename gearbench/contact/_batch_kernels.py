@@ -1,0 +1,332 @@
+"""Compiled solver for many gap vectors against one compliance: samples side by side in the lanes of the processor.
+
+The same Newton method as ``gearbench.contact._kernels``, on ``LANES`` samples at once: every inner loop runs over the
+lanes, so that it compiles to vector instructions. A lane that has converged is frozen; no lane sees another, so that
+a sample's answer does not depend on its neighbours. The readable twin is ``gearbench.contact.reference``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+#: Samples solved side by side.
+LANES = 64
+
+_OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": {"contract"}}
+
+# Bits of a double: mantissa mask, exponent of 1.0, and the trick that reads an exponent field as a double.
+_MANTISSA, _ONE = np.int64(0x000FFFFFFFFFFFFF), np.int64(0x3FF0000000000000)
+_MAGIC, _MAGIC_VALUE = np.int64(0x4330000000000000), 4503599627370496.0 + 1023.0
+_LN2, _SQRT2 = 0.6931471805599453, 1.4142135623730951
+
+# ln m on [1, 2) to 2e-6, only to start from (Chebyshev interpolation)
+_C0, _C1, _C2 = -2.0996478486768844, 4.205234841459749, -3.647120395291447
+_C3, _C4, _C5, _C6 = 2.226943460753641, -0.8520795951448831, 0.18370084115152, -0.017029610589036435
+# rational approximation of ln L as a function of ℓ = L − ln L on [2 − ln 2, 120], to 1.2e-4, only to start from
+_N0, _N1, _N2 = -9.995550735434079e-05, -0.0249708843354656, -0.6947243186683587
+_N3, _N4, _N5 = -1.9526075373671652, 2.675457294772817, -0.21083468541969874
+_D0, _D1, _D2 = -1.3412269292221055e-05, -0.005223620965804569, -0.2331840533201535
+_D3, _D4 = -1.5703000265079305, -0.14966709188859736
+
+
+@njit(**_OPTIONS)
+def split_exponent(bits, mantissa_bits, exponent_bits):
+    """Mantissa in [1, 2) and exponent of positive doubles, through their bits."""
+    for j in range(LANES):
+        mantissa_bits[j] = (bits[j] & _MANTISSA) | _ONE
+        exponent_bits[j] = (bits[j] >> 52) | _MAGIC
+
+
+@njit(**_OPTIONS)
+def linear_law(i, s, a, p, w):
+    """Row i of forces p and slopes w of a linear law, p = s/a."""
+    inverse = 1.0 / a
+    for j in range(LANES):
+        on = s[i, j] > 0.0
+        p[i, j] = s[i, j] * inverse if on else 0.0
+        w[i, j] = inverse if on else 0.0
+
+
+@njit(**_OPTIONS)
+def log_law_start(kappa, x, mantissa, exponent, level):
+    """First guess of L with L − ln L = κ − ln x, and x ← x / L."""
+    for j in range(LANES):
+        m = mantissa[j]
+        crude = (((((_C6 * m + _C5) * m + _C4) * m + _C3) * m + _C2) * m + _C1) * m + _C0
+        y = kappa - ((exponent[j] - _MAGIC_VALUE) * _LN2 + crude)
+        top = ((((_N0 * y + _N1) * y + _N2) * y + _N3) * y + _N4) * y + _N5
+        bottom = ((((_D0 * y + _D1) * y + _D2) * y + _D3) * y + _D4) * y + 1.0
+        product = y * bottom + top
+        inverse = 1.0 / (bottom * product)
+        level[j] = product * product * inverse
+        x[j] = x[j] * bottom * bottom * inverse
+
+
+@njit(**_OPTIONS)
+def log_law_finish(i, s, edge, kappa, h, mantissa, exponent, level, p, w):
+    """Row i of p and w: one step of Halley's method from the guess L, with the exact ln(x/L)."""
+    for j in range(LANES):
+        m, e = mantissa[j], exponent[j] - _MAGIC_VALUE
+        large = m > _SQRT2
+        m = 0.5 * m if large else m
+        e = e + 1.0 if large else e
+        f = (m - 1.0) / (m + 1.0)
+        g = f * f
+        r = 1.0 / 19
+        r = r * g + 1.0 / 17
+        r = r * g + 1.0 / 15
+        r = r * g + 1.0 / 13
+        r = r * g + 1.0 / 11
+        r = r * g + 1.0 / 9
+        r = r * g + 1.0 / 7
+        r = r * g + 1.0 / 5
+        r = r * g + 1.0 / 3
+        r = r * g + 1.0
+        residual = level[j] - kappa + e * _LN2 + 2.0 * f * r
+        slope = level[j] - 1.0
+        below = slope * slope - 0.5 * residual
+        above = level[j] * (below - residual * slope)  # L = above / below
+        x = min(s[i, j], edge)
+        scale = 1.0 / (h * above * (above - below))
+        over = s[i, j] - edge
+        on = s[i, j] > 0.0
+        force = x * below * (above - below) * scale + max(over, 0.0) / h
+        rate = 1.0 / h if over > 0.0 else below * above * scale
+        p[i, j] = force if on else 0.0
+        w[i, j] = rate if on else 0.0
+
+
+@njit(**_OPTIONS)
+def apply_laws(n, s, a, h, kappa, edge, p, w, rows, bits):
+    """Forces p and slopes w (n, lanes) of segments compressed by s, the law of each its own."""
+    for i in range(n):
+        if h[i] == 0.0:
+            linear_law(i, s, a[i], p, w)
+            continue
+        for j in range(LANES):
+            x = min(s[i, j], edge[i])
+            rows[0, j] = x if x > 1e-290 else 1e-290
+        split_exponent(bits[0], bits[1], bits[2])
+        log_law_start(kappa[i], rows[0], rows[1], rows[2], rows[3])
+        split_exponent(bits[0], bits[1], bits[2])
+        log_law_finish(i, s, edge[i], kappa[i], h[i], rows[1], rows[2], rows[3], p, w)
+
+
+@njit(**_OPTIONS)
+def add_combination(start, stop, coefficient, column, rows, out, r):
+    """out[r] += Σ_i coefficient[i, column] · rows[i] over start ≤ i < stop, four rows at a time."""
+    i = start
+    while i + 4 <= stop:
+        a, b = coefficient[i, column], coefficient[i + 1, column]
+        c, d = coefficient[i + 2, column], coefficient[i + 3, column]
+        for j in range(LANES):
+            out[r, j] += (a * rows[i, j] + b * rows[i + 1, j]) + (c * rows[i + 2, j] + d * rows[i + 3, j])
+        i += 4
+    while i < stop:
+        a = coefficient[i, column]
+        for j in range(LANES):
+            out[r, j] += a * rows[i, j]
+        i += 1
+
+
+@njit(**_OPTIONS)
+def compress(first, gap, factor, q, delta, s):
+    """s = δ − e − Ψ q of every segment."""
+    rank = factor.shape[1]
+    for k in range(first.size - 1):
+        for i in range(first[k], first[k + 1]):
+            for j in range(LANES):
+                s[i, j] = delta[j] - gap[i, j]
+            c = 0
+            while c + 2 <= rank:
+                b0, b1, r = factor[i, c], factor[i, c + 1], k * rank + c
+                for j in range(LANES):
+                    s[i, j] -= b0 * q[r, j] + b1 * q[r + 1, j]
+                c += 2
+            if c < rank:
+                b0, r = factor[i, c], k * rank + c
+                for j in range(LANES):
+                    s[i, j] -= b0 * q[r, j]
+
+
+@njit(**_OPTIONS)
+def normal_equations(first, factor, product, q, p, w, grad, cross, hess, total, slope):
+    """Gradient and Hessian of J(q, δ) per block; lower triangles of the Hessian stored row by row."""
+    blocks, rank = first.size - 1, factor.shape[1]
+    size = rank * (rank + 1) // 2
+    for j in range(LANES):
+        total[j] = -1.0
+        slope[j] = 0.0
+    for i in range(first[blocks]):
+        for j in range(LANES):
+            total[j] += p[i, j]
+            slope[j] += w[i, j]
+    for k in range(blocks):
+        for c in range(rank):
+            r = k * rank + c
+            for j in range(LANES):
+                grad[r, j] = 0.0
+                cross[r, j] = 0.0
+            add_combination(first[k], first[k + 1], factor, c, p, grad, r)
+            add_combination(first[k], first[k + 1], factor, c, w, cross, r)
+            for j in range(LANES):
+                grad[r, j] = q[r, j] - grad[r, j]
+            for d in range(c + 1):
+                t = c * (c + 1) // 2 + d
+                one = 1.0 if c == d else 0.0
+                for j in range(LANES):
+                    hess[k * size + t, j] = one
+                add_combination(first[k], first[k + 1], product, t, w, hess, k * size + t)
+
+
+@njit(**_OPTIONS)
+def factorise(blocks, rank, hess, x, y):
+    """Cholesky factor of each block (inverse diagonal), and L⁻¹x, L⁻¹y in place."""
+    size = rank * (rank + 1) // 2
+    for k in range(blocks):
+        for c in range(rank):
+            row, xr = k * size + c * (c + 1) // 2, k * rank + c
+            for d in range(c + 1):
+                other = k * size + d * (d + 1) // 2
+                for f in range(d):
+                    for j in range(LANES):
+                        hess[row + d, j] -= hess[row + f, j] * hess[other + f, j]
+                if c == d:
+                    for j in range(LANES):
+                        hess[row + d, j] = 1.0 / np.sqrt(hess[row + d, j])
+                else:
+                    for j in range(LANES):
+                        hess[row + d, j] *= hess[other + d, j]
+            for f in range(c):
+                for j in range(LANES):
+                    x[xr, j] -= hess[row + f, j] * x[k * rank + f, j]
+                    y[xr, j] -= hess[row + f, j] * y[k * rank + f, j]
+            for j in range(LANES):
+                x[xr, j] *= hess[row + c, j]
+                y[xr, j] *= hess[row + c, j]
+
+
+@njit(**_OPTIONS)
+def back_substitute(blocks, rank, hess, x):
+    """x ← L⁻ᵀ x of each block."""
+    size = rank * (rank + 1) // 2
+    for k in range(blocks):
+        for c in range(rank - 1, -1, -1):
+            r = k * rank + c
+            for f in range(c + 1, rank):
+                t = k * size + f * (f + 1) // 2 + c
+                for j in range(LANES):
+                    x[r, j] -= hess[t, j] * x[k * rank + f, j]
+            t = k * size + c * (c + 1) // 2 + c
+            for j in range(LANES):
+                x[r, j] *= hess[t, j]
+
+
+@njit(**_OPTIONS)
+def newton_step(blocks, rank, hess, x, y, rows, stiffness, q, delta, tolerance):
+    """One full Newton step of the lanes that are not done; returns how many are done after it.
+
+    rows: 4 total, 5 slope, 6 residual, 7 done, 8 step of δ. A lane whose residual has reached the tolerance keeps the
+    stiffness of this point, takes this last step (which squares its residual) and is frozen.
+    """
+    total, slope, residual, done, step = rows[4], rows[5], rows[6], rows[7], rows[8]
+    for j in range(LANES):
+        step[j] = -total[j]
+    for r in range(blocks * rank):
+        for j in range(LANES):
+            slope[j] -= x[r, j] * x[r, j]
+            step[j] -= x[r, j] * y[r, j]
+    for j in range(LANES):
+        fresh = (done[j] == 0.0) & (residual[j] <= tolerance)
+        stiffness[j] = slope[j] if fresh else stiffness[j]
+        step[j] = step[j] / slope[j] if done[j] == 0.0 else 0.0
+    for r in range(blocks * rank):
+        for j in range(LANES):
+            x[r, j] = x[r, j] * step[j] - y[r, j]
+    back_substitute(blocks, rank, hess, x)
+    for r in range(blocks * rank):
+        for j in range(LANES):
+            q[r, j] = q[r, j] + x[r, j] if done[j] == 0.0 else q[r, j]
+    count = 0.0
+    for j in range(LANES):
+        delta[j] += step[j]
+        done[j] = 1.0 if residual[j] <= tolerance else done[j]
+        count += done[j]
+    return count
+
+
+@njit(**_OPTIONS)
+def solve_lanes(
+    first, gap, factor, product, law, q, delta, stiffness, tolerance, limit, s, p, w, grad, cross, hess, rows
+):
+    """Newton's method on all lanes of one position; rows[7] tells which lanes converged. Returns the steps taken."""
+    blocks, rank = first.size - 1, factor.shape[1]
+    n, bits = first[blocks], rows.view(np.int64)
+    for j in range(LANES):
+        rows[7, j] = 0.0
+    for iteration in range(limit):
+        compress(first, gap, factor, q, delta, s)
+        apply_laws(n, s, law[0], law[1], law[2], law[3], p, w, rows, bits)
+        normal_equations(first, factor, product, q, p, w, grad, cross, hess, rows[4], rows[5])
+        for j in range(LANES):
+            rows[6, j] = abs(rows[4, j])
+        for r in range(blocks * rank):
+            for j in range(LANES):
+                rows[6, j] = max(rows[6, j], abs(grad[r, j]))
+        factorise(blocks, rank, hess, cross, grad)
+        if newton_step(blocks, rank, hess, cross, grad, rows, stiffness, q, delta, tolerance) == LANES:
+            return iteration + 1
+    return limit
+
+
+@njit(**_OPTIONS)
+def solve_chunk(
+    firsts, blocks, gap0, modes, draws, factor, product, laws, start, guess, tolerance, limit, delta, stiffness, done
+):
+    """Solve every position for one chunk of ``LANES`` samples; fills δ, ∂F/∂δ and whether they converged.
+
+    gap0 (position, n), modes (position, error, n), draws (error, lanes): e = gap0 + Σ modes · draws. start (position,
+    block·rank + 1) and guess (position, error, block·rank + 1): first guess of (q, δ), linear in the draws.
+    """
+    positions, n = gap0.shape
+    errors, rank = draws.shape[0], factor.shape[2]
+    most = start.shape[1] - 1
+    gap, s, p, w = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((n, LANES)), np.empty((n, LANES))
+    q, grad, cross = np.empty((most + 1, LANES)), np.empty((most, LANES)), np.empty((most, LANES))
+    hess, rows = np.empty((most * (rank + 1) // 2 + 1, LANES)), np.empty((9, LANES))
+    steps = 0
+    for t in range(positions):
+        first = firsts[t, : blocks[t] + 1]
+        for i in range(first[blocks[t]]):
+            for j in range(LANES):
+                gap[i, j] = gap0[t, i]
+            add_combination(0, errors, modes[t], i, draws, gap, i)
+        for r in range(most + 1):
+            for j in range(LANES):
+                q[r, j] = start[t, r]
+            add_combination(0, errors, guess[t], r, draws, q, r)
+        for j in range(LANES):
+            delta[t, j] = q[most, j]
+        steps += solve_lanes(
+            first,
+            gap,
+            factor[t],
+            product[t],
+            laws[t],
+            q,
+            delta[t],
+            stiffness[t],
+            tolerance,
+            limit,
+            s,
+            p,
+            w,
+            grad,
+            cross,
+            hess,
+            rows,
+        )
+        for j in range(LANES):
+            done[t, j] = rows[7, j]
+    return steps

@@ -1,0 +1,236 @@
+"""Many gap vectors against one compliance: the contact problem of every sample, in milliseconds.
+
+The gap of a sample is linear in its errors, e = e₀ + Σ_m ε_m e_m, and the compliance is the same for all samples. So
+everything that does not depend on the sample is made once: the factor of each position, reduced to its numerical
+rank; the products of its columns; the solution at the mean errors and its derivative with respect to each error, from
+which each sample starts. What is left is done by compiled kernels, chunk by chunk of samples, on as many threads as
+asked for. A sample's answer depends neither on the chunk it is in nor on the number of threads.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.contact.problem import ContactProblem
+
+#: Columns of Ψ below this fraction of the largest singular value are dropped: H changes by its square, 1e-14.
+RANK_TOLERANCE = 1e-7
+#: Residual at which a sample takes its last Newton step; the step squares it.
+NEWTON_TOLERANCE = 1e-10
+#: Newton steps after which a sample is handed to the solver with line search.
+NEWTON_LIMIT = 25
+
+
+@dataclass(frozen=True, kw_only=True)
+class Batch:
+    """A contact problem prepared for many gap vectors. Arrays start with the position; absent segments are left out.
+
+    Parameters
+    ----------
+    problem
+        The problem at the mean errors, its factor reduced in rank.
+    count, blocks, firsts
+        Number of segments and of loaded blocks (position,), first segment of each block (position, block + 1).
+    gap, modes
+        e at the mean errors, (position, n), and the gap of each error, (position, error, n).
+    factor, product
+        Ψ (position, n, rank) and the products of its columns, lower triangle row by row (position, n, rank(rank+1)/2).
+    laws
+        a, h, ln-coefficient κ and the compression where the tangent takes over, (position, 4, n).
+    start, guess
+        (q, δ) at the mean errors, (position, block·rank + 1), and their derivatives, (position, error, block·rank + 1).
+    """
+
+    problem: ContactProblem
+    count: NDArray
+    blocks: NDArray
+    firsts: NDArray
+    gap: NDArray
+    modes: NDArray
+    factor: NDArray
+    product: NDArray
+    laws: NDArray
+    start: NDArray
+    guess: NDArray
+
+    @property
+    def rank(self) -> int:
+        """Columns of the factor of a block."""
+        return self.factor.shape[2]
+
+
+@dataclass(frozen=True, kw_only=True)
+class BatchSolution:
+    """Answers of a run of samples, (position, sample).
+
+    Parameters
+    ----------
+    approach
+        δ_n [mm].
+    stiffness
+        ∂F_n/∂δ_n [N/mm].
+    rescued
+        How many of the contact problems needed the solver with line search.
+    """
+
+    approach: NDArray
+    stiffness: NDArray
+    rescued: int
+
+
+def prepare(problem: ContactProblem, modes: NDArray) -> Batch:
+    """Prepare ``problem`` for gaps e + Σ ε_m ``modes``[..., m], (position, segment, error) [mm]."""
+    problem = reduce_rank(problem)
+    order, count, blocks, firsts = _order(problem)
+
+    def pick(values: NDArray) -> NDArray:
+        """Existing segments first, absent ones behind them, cut to the most there are."""
+        index = order.reshape(order.shape + (1,) * (values.ndim - 2))
+        return np.ascontiguousarray(np.take_along_axis(values, index, 1)[:, : count.max()])
+
+    factor, a, h = pick(problem.factor), pick(problem.a), pick(problem.h)
+    lower = np.tril_indices(factor.shape[2])
+    batch = Batch(
+        problem=problem,
+        count=count,
+        blocks=blocks,
+        firsts=firsts,
+        gap=pick(problem.gap),
+        modes=np.ascontiguousarray(np.swapaxes(pick(modes / problem.length_scale), 1, 2)),
+        factor=factor,
+        product=np.ascontiguousarray(factor[..., lower[0]] * factor[..., lower[1]]),
+        laws=_laws(a, h),
+        start=np.empty(0),
+        guess=np.empty(0),
+    )
+    start, guess = _first_guess(batch)
+    return replace(batch, start=start, guess=guess)
+
+
+def reduce_rank(problem: ContactProblem) -> ContactProblem:
+    """The same problem with the factor of each position and block reduced to its numerical rank.
+
+    On the few places of a contact line the smooth compliance has fewer independent columns than the tooth has Ritz
+    functions: two for a spur pair with the paper's basis, six for a helical one.
+    """
+    positions, segments, columns = problem.factor.shape
+    if columns == 0:
+        return problem
+    by_block = problem.factor.reshape(positions, problem.blocks, segments // problem.blocks, columns)
+    left, size, _ = np.linalg.svd(by_block, full_matrices=False)
+    rank = int(np.max(np.sum(size > RANK_TOLERANCE * np.max(size), axis=-1)))
+    factor = (left * size[..., None, :])[..., :rank].reshape(positions, segments, rank)
+    return replace(problem, factor=np.ascontiguousarray(factor))
+
+
+def _order(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+    """Order that puts the existing segments first, how many there are, and the blocks they form."""
+    positions = problem.active.shape[0]
+    order = np.argsort(~problem.active, axis=1, kind="stable")
+    count = problem.active.sum(axis=1)
+    per_block = np.zeros((positions, problem.blocks), dtype=np.int64)
+    for k in range(problem.blocks):
+        per_block[:, k] = problem.active[:, problem.block == k].sum(axis=1)
+    blocks = (per_block > 0).sum(axis=1)
+    firsts = np.zeros((positions, problem.blocks + 1), dtype=np.int64)
+    for t in range(positions):
+        firsts[t, 1 : blocks[t] + 1] = np.cumsum(per_block[t][per_block[t] > 0])
+    return order, count, blocks, firsts
+
+
+def _laws(a: NDArray, h: NDArray) -> NDArray:
+    """Coefficients of the laws as the kernel takes them: a, h, κ = a/h + ln h, edge = 2h exp(a/h − 2)."""
+    logarithmic = h > 0
+    ratio = np.where(logarithmic, a, 0.0) / np.where(logarithmic, h, 1.0)
+    kappa = ratio + np.log(np.where(logarithmic, h, 1.0))
+    edge = np.where(logarithmic, 2 * h * np.exp(np.minimum(ratio, 690.0) - 2), np.inf)
+    return np.ascontiguousarray(np.stack([a, h, kappa, edge], axis=1))
+
+
+def _first_guess(batch: Batch) -> tuple[NDArray, NDArray]:
+    """(q, δ) of each position at the mean errors and their derivatives with respect to the errors."""
+    from gearbench.contact._kernels import first_guess
+
+    positions, errors, _ = batch.modes.shape
+    most = int(batch.blocks.max()) * batch.rank
+    start, guess = np.zeros((positions, most + 1)), np.zeros((positions, errors, most + 1))
+    first_guess(batch.count, batch.blocks, batch.firsts, batch.gap, batch.modes, batch.factor, batch.laws, start, guess)
+    return start, guess
+
+
+def solve_batch(batch: Batch, draws: NDArray) -> BatchSolution:
+    """Solve every position for the errors ``draws`` − mean, (sample, error), on this thread."""
+    parts = [solve_one_chunk(batch, chunk) for chunk in chunks(draws)]
+    count = len(draws)
+    return BatchSolution(
+        approach=np.concatenate([part.approach for part in parts], axis=1)[:, :count],
+        stiffness=np.concatenate([part.stiffness for part in parts], axis=1)[:, :count],
+        rescued=sum(part.rescued for part in parts),
+    )
+
+
+def chunks(draws: NDArray) -> Iterator[NDArray]:
+    """``draws`` (sample, error) in chunks of the lanes of the kernel, the last one filled up by its last sample."""
+    from gearbench.contact._batch_kernels import LANES
+
+    for i in range(0, len(draws), LANES):
+        chunk = draws[i : i + LANES]
+        yield np.concatenate([chunk, np.repeat(chunk[-1:], LANES - len(chunk), axis=0)])
+
+
+def solve_one_chunk(batch: Batch, draws: NDArray) -> BatchSolution:
+    """Solve every position for one full chunk of errors, (lanes, error), on this thread."""
+    from gearbench.contact._batch_kernels import solve_chunk
+
+    shape = (len(batch.count), len(draws))
+    delta, stiffness, done = np.empty(shape), np.empty(shape), np.empty(shape)
+    lanes = np.ascontiguousarray(draws.T)
+    with np.errstate(all="ignore"):
+        solve_chunk(
+            batch.firsts, batch.blocks, batch.gap, batch.modes, lanes, batch.factor, batch.product, batch.laws,
+            batch.start, batch.guess, NEWTON_TOLERANCE, NEWTON_LIMIT, delta, stiffness, done,
+        )  # fmt: skip
+    good = (done == 1.0) & np.isfinite(delta) & np.isfinite(stiffness)
+    missed = np.argwhere(~good)
+    for t, j in missed:
+        delta[t, j], stiffness[t, j] = _rescue(batch, int(t), lanes[:, j])
+    p = batch.problem
+    return BatchSolution(
+        approach=p.length_scale * delta, stiffness=p.force / p.length_scale * stiffness, rescued=len(missed)
+    )
+
+
+def _rescue(batch: Batch, t: int, draw: NDArray) -> tuple[float, float]:
+    """One position of one sample by the solver with line search."""
+    from gearbench.contact._kernels import solve_position
+
+    n, blocks = batch.count[t], int(batch.blocks[t])
+    block = np.repeat(np.arange(blocks), np.diff(batch.firsts[t, : blocks + 1]))
+    gap = batch.gap[t, :n] + draw @ batch.modes[t, :, :n]
+    a, h, psi = batch.laws[t, 0, :n], batch.laws[t, 1, :n], batch.factor[t, :n]
+    delta, stiffness, _ = solve_position(gap, a, h, np.ones(n, dtype=bool), psi, block, blocks, np.zeros(n))
+    return delta, stiffness
+
+
+def on_threads(
+    work: Callable[[NDArray], BatchSolution], items: Iterable[NDArray], threads: int
+) -> Iterator[BatchSolution]:
+    """``work`` on each item in order, on ``threads`` threads; the kernels run outside Python's lock."""
+    if threads == 1:
+        yield from map(work, items)
+        return
+    with ThreadPoolExecutor(threads) as pool:
+        yield from pool.map(work, items)
+
+
+def cost(batch: Batch) -> float:
+    """Multiplications of one Newton step of one sample over all positions: what ``plan`` predicts time from."""
+    rank = batch.rank
+    per_segment = rank * (rank + 1) / 2 + 4 * rank + 60
+    return float(np.sum(batch.count) * per_segment + np.sum(batch.blocks) * rank**3 / 3 + math.prod(batch.gap.shape))
