@@ -9,6 +9,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import GapEffect
+from gearbench.effects.error_modes import profile_coordinate
 from gearbench.effects.relief import MICROMETRE
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.material import STRICT
@@ -38,6 +39,4 @@ class ProfileSlope(GapEffect):
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
-        start, end = lines.pair.path_start, lines.pair.path_end
-        tip_side = (lines.u - start) / (end - start)  # of the pinion; of the wheel it is the other way round
-        return MICROMETRE * (self.pinion * tip_side + self.wheel * (1 - tip_side))
+        return MICROMETRE * (self.pinion * profile_coordinate(lines, 0) + self.wheel * profile_coordinate(lines, 1))

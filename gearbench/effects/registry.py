@@ -16,6 +16,7 @@ EFFECTS: dict[str, tuple[str, str]] = {
     "end_relief": ("gearbench.effects.end_relief", "EndRelief"),
     "profile_slope": ("gearbench.effects.profile_slope", "ProfileSlope"),
     "helix_slope": ("gearbench.effects.helix_slope", "HelixSlope"),
+    "manufacturing_errors": ("gearbench.effects.manufacturing_errors", "ManufacturingErrors"),
     "misalignment": ("gearbench.effects.misalignment", "Misalignment"),
 }
 

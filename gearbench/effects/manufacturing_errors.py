@@ -1,0 +1,205 @@
+"""Random manufacturing errors of both gears and of their axes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass as plain_dataclass
+from types import MappingProxyType
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from gearbench.effects import error_modes
+from gearbench.effects.base import GapEffect
+from gearbench.effects.distributions import DISTRIBUTIONS, Distribution
+from gearbench.effects.error_modes import Along
+from gearbench.effects.relief import MICROMETRE, Gears, chosen
+from gearbench.errors import InputError
+from gearbench.geometry.action import ContactLines
+from gearbench.geometry.material import STRICT
+from gearbench.geometry.pair import Pair
+from gearbench.tolerances import Edition, FlankTolerances, gear_tolerances, shaft_parallelism
+
+Tolerance = Literal[
+    "profile_slope",
+    "profile_form",
+    "profile_total",
+    "helix_slope",
+    "helix_form",
+    "helix_total",
+    "inclination",
+    "deviation",
+]
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class ErrorKind:
+    """One kind of error: how large and how distributed.
+
+    Parameters
+    ----------
+    distribution
+        Over the amplitude f, see ``gearbench.effects.distributions``.
+    amplitude
+        f [µm]; absent: the tolerance of the ISO class.
+    tolerance
+        Which tolerance of the class is the amplitude; absent: the one of the same name.
+    gear
+        On which gears: "both" (each its own, independent error), "pinion" or "wheel". Means nothing for the axes.
+    """
+
+    distribution: Distribution = "uniform"
+    amplitude: Annotated[float, Field(ge=0.0, le=1000.0)] | None = None
+    tolerance: Tolerance | None = None
+    gear: Gears = "both"
+
+
+@plain_dataclass(frozen=True)
+class ErrorMode:
+    """One random variable of the pair: name, amplitude [µm], distribution, and the shape of its gap."""
+
+    name: str
+    amplitude: float
+    distribution: Distribution
+    shape: Callable[[ContactLines, int, Along], NDArray]
+    gear: int
+
+
+_SHAPES: MappingProxyType[str, Callable[[ContactLines, int, Along], NDArray]] = MappingProxyType(
+    {
+        "profile_slope": error_modes.profile_slope,
+        "profile_form": error_modes.profile_form,
+        "helix_slope": error_modes.helix_slope,
+        "helix_form": error_modes.helix_form,
+        "inclination": error_modes.inclination,
+        "deviation": error_modes.deviation,
+    }
+)
+_OF_AXES = ("inclination", "deviation")
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class ManufacturingErrors(GapEffect):
+    """Random errors of profile, helix and axes. An error is drawn if and only if its table is there.
+
+    ``robust`` draws them; ``simulate`` computes the gear with every error at its mean. Each error is the same on all
+    teeth of a gear; errors of different gears and kinds are independent.
+
+    Parameters
+    ----------
+    preset
+        A published convention, instead of everything below.
+    iso_class, edition, rounded
+        Where amplitudes come from unless given: class and edition of ISO 1328-1, unrounded by default. Parallelism of
+        the axes by ISO/TR 10064-3 over the face width.
+    along
+        Whether profile errors are linear and parabolic in "roll" length or in the "radius".
+    profile_slope, profile_form, helix_slope, helix_form
+        f_Hα, f_fα, f_Hβ, f_fβ of each gear.
+    inclination, deviation
+        f_Σδ, f_Σβ of the axes.
+    """
+
+    preset: Literal["garambois2017"] | None = None
+    iso_class: Annotated[int, Field(ge=0, le=12)] | None = None
+    edition: Edition = "2013"
+    rounded: bool = False
+    along: Along = "roll"
+    profile_slope: ErrorKind | None = None
+    profile_form: ErrorKind | None = None
+    helix_slope: ErrorKind | None = None
+    helix_form: ErrorKind | None = None
+    inclination: ErrorKind | None = None
+    deviation: ErrorKind | None = None
+
+    name: ClassVar[str] = "manufacturing_errors"
+    summary: ClassVar[str] = "gap: random errors of profile, helix and axes"
+    source: ClassVar[str] = "ISO 1328-1, ISO/TR 10064-3; Garambois et al. 2017"
+
+    def __post_init__(self) -> None:
+        kinds = [name for name in _SHAPES if getattr(self, name) is not None]
+        if self.preset is not None:
+            if kinds or self.iso_class is not None:
+                clash = kinds[0] if kinds else "iso_class"
+                raise InputError(clash, "given", f'conflicts with preset = "{self.preset}": give one of the two')
+            return
+        if not kinds:
+            raise InputError("", "no kind of error", f"give preset, or at least one table of {', '.join(_SHAPES)}")
+        for name in kinds:
+            if getattr(self, name).amplitude is None and self.iso_class is None:
+                raise InputError(f"{name}.amplitude", "missing", "is required where iso_class is not given")
+
+    def check(self, pair: Pair) -> None:
+        """Refuse a class or gears outside the scope of the standard."""
+        self.error_modes(pair)
+
+    def convention(self) -> ManufacturingErrors:
+        """The errors meant: the preset written out, or these."""
+        return PRESETS[self.preset] if self.preset is not None else self
+
+    def error_modes(self, pair: Pair) -> tuple[ErrorMode, ...]:
+        """The random variables of the pair, in a fixed order."""
+        this = self.convention()
+        modes = []
+        for name, shape in _SHAPES.items():
+            kind: ErrorKind | None = getattr(this, name)
+            if kind is None:
+                continue
+            gears = (0,) if name in _OF_AXES else chosen(kind.gear)
+            for gear in gears:
+                label = name if name in _OF_AXES else f"{name}_{('pinion', 'wheel')[gear]}"
+                amplitude = kind.amplitude
+                if amplitude is None:
+                    amplitude = this.class_amplitude(kind.tolerance or name, pair, gear)
+                modes.append(ErrorMode(label, amplitude, kind.distribution, shape, gear))
+        return tuple(modes)
+
+    def class_amplitude(self, tolerance: str, pair: Pair, gear: int) -> float:
+        """Amplitude [µm] of the ISO class."""
+        flank = [self._flank(pair, i) for i in (0, 1)]
+        if tolerance not in _OF_AXES:
+            return getattr(flank[gear], tolerance)
+        parallelism = shaft_parallelism(max(f.helix_total for f in flank), pair.face_width)
+        return getattr(parallelism, tolerance)
+
+    def _flank(self, pair: Pair, gear: int) -> FlankTolerances:
+        return gear_tolerances(pair.gears[gear], self.iso_class or 0, self.edition, self.rounded)
+
+    def modes(self, lines: ContactLines) -> NDArray:
+        """Gap of 1 µm of each error, (position, pair, segment, error) [mm]."""
+        along = self.convention().along
+        shapes = [mode.shape(lines, mode.gear, along) for mode in self.error_modes(lines.pair)]
+        return MICROMETRE * np.stack(shapes, axis=-1)
+
+    def mean(self, pair: Pair) -> NDArray:
+        """Mean of each error, (error,) [µm]."""
+        return np.array([m.amplitude * DISTRIBUTIONS[m.distribution].mean for m in self.error_modes(pair)])
+
+    def draw(self, unit: NDArray, pair: Pair) -> NDArray:
+        """Errors [µm], (sample, error), from numbers in (0, 1) of the same shape."""
+        modes = self.error_modes(pair)
+        columns = [m.amplitude * DISTRIBUTIONS[m.distribution].quantile(unit[:, i]) for i, m in enumerate(modes)]
+        return np.stack(columns, axis=-1)
+
+    def gap(self, lines: ContactLines) -> NDArray:
+        """Gap with every error at its mean, (position, pair, segment) [mm]."""
+        return self.modes(lines) @ self.mean(lines.pair)
+
+
+#: Conventions by name. "garambois2017" is the one found by ``studies/s01_table2.py``.
+PRESETS: MappingProxyType[str, ManufacturingErrors] = MappingProxyType(
+    {
+        "garambois2017": ManufacturingErrors(
+            iso_class=6,
+            edition="1995",
+            along="radius",
+            profile_slope=ErrorKind(distribution="uniform_two_sided", tolerance="profile_form"),
+            profile_form=ErrorKind(distribution="normal", tolerance="profile_slope"),
+            helix_slope=ErrorKind(distribution="normal_two_sided"),
+            helix_form=ErrorKind(distribution="normal"),
+        )
+    }
+)
