@@ -43,6 +43,8 @@ QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
         "mesh_stiffness_mean": Quantity("N/µm", "mean k", "mean mesh stiffness"),
         "mesh_stiffness_rms": Quantity("%", "RMS k", "RMS of the relative fluctuation of the mesh stiffness"),
         "mesh_stiffness_peak_to_peak": Quantity("N/µm", "PP k", "peak-to-peak mesh stiffness"),
+        # random errors
+        "error": Quantity("µm", "ε", "manufacturing error drawn"),
         # how well the contact is solved
         "equilibrium_residual": Quantity("1", "|ΣP−F|/F", "relative residual of the force balance"),
         "minimum_force": Quantity("1", "min P/F", "least segment force over the normal force"),

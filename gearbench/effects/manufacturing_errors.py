@@ -198,8 +198,9 @@ PRESETS: MappingProxyType[str, ManufacturingErrors] = MappingProxyType(
             along="radius",
             profile_slope=ErrorKind(distribution="uniform_two_sided", tolerance="profile_form"),
             profile_form=ErrorKind(distribution="normal", tolerance="profile_slope"),
-            helix_slope=ErrorKind(distribution="normal_two_sided"),
             helix_form=ErrorKind(distribution="normal"),
+            inclination=ErrorKind(distribution="normal_two_sided"),
+            deviation=ErrorKind(distribution="normal_two_sided"),
         )
     }
 )

@@ -1,0 +1,187 @@
+"""Robustness of a scene: its response to many random manufacturing errors."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.batch import Batch, BatchSolution, chunks, on_threads, prepare, solve_one_chunk
+from gearbench.effects.manufacturing_errors import ManufacturingErrors
+from gearbench.errors import InputError
+from gearbench.outputs import MICROMETRES, fluctuation_rms, mean, relative_rms
+from gearbench.robustness.sampling import Sampler, unit_samples
+from gearbench.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, kw_only=True)
+class RobustProblem:
+    """A scene prepared for many error samples.
+
+    Parameters
+    ----------
+    scene, errors
+        The scene and its random errors.
+    batch
+        The contact problem at the mean errors and the gap of each error.
+    mean
+        Mean of each error, (error,) [µm].
+    weight
+        Weights of the mesh phases, (position,).
+    """
+
+    scene: Scene
+    errors: ManufacturingErrors
+    batch: Batch
+    mean: NDArray
+    weight: NDArray
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the errors."""
+        return tuple(mode.name for mode in self.errors.error_modes(self.scene.pair))
+
+
+def prepare_scene(scene: Scene) -> RobustProblem:
+    """Everything about ``scene`` that does not depend on the sample.
+
+    Raises
+    ------
+    InputError
+        If the scene has no random errors.
+    """
+    errors = scene.effect("manufacturing_errors")
+    if not isinstance(errors, ManufacturingErrors):
+        raise InputError("effects", "no manufacturing_errors", "robustness needs [effects.manufacturing_errors]")
+    phase, weight = mesh_phases(scene)
+    lines = scene_lines(scene, phase)
+    positions, pairs, segments = lines.shape
+    modes = errors.modes(lines).reshape(positions, pairs * segments, -1)
+    batch = prepare(assemble(scene, lines), modes)
+    return RobustProblem(scene=scene, errors=errors, batch=batch, mean=errors.mean(scene.pair), weight=weight)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Responses:
+    """What each sample answers, (sample,): STE [µm] and stiffness [N/µm or %]."""
+
+    transmission_error_mean: NDArray
+    transmission_error_rms: NDArray
+    mesh_stiffness_mean: NDArray
+    mesh_stiffness_rms: NDArray
+    rescued: int
+
+    def __len__(self) -> int:
+        return len(self.transmission_error_rms)
+
+
+def respond(
+    problem: RobustProblem, errors: NDArray, threads: int = 1, progress: Callable[[int], None] = lambda _: None
+) -> tuple[Responses, bool]:
+    """Responses to the ``errors`` (sample, error) [µm], and whether all of them were computed.
+
+    An interruption (Ctrl-C) ends the run early; what was computed until then is returned. ``progress`` is called with
+    the number of samples done so far.
+    """
+    done: list[Responses] = []
+    complete = True
+    solutions = on_threads(partial(solve_one_chunk, problem.batch), chunks(errors - problem.mean), threads)
+    try:
+        for solution in solutions:
+            done.append(_reduce(problem, solution))
+            progress(min(sum(map(len, done)), len(errors)))
+    except KeyboardInterrupt:
+        complete = False
+    return _join(done, len(errors)), complete
+
+
+def _reduce(problem: RobustProblem, solution: BatchSolution) -> Responses:
+    """RMS values and means of one chunk; the fields over the mesh cycle are not kept."""
+    cos_b = math.cos(problem.scene.pair.base_helix_angle)
+    ste = MICROMETRES / cos_b * solution.approach.T
+    k = cos_b**2 / MICROMETRES * solution.stiffness.T
+    w = problem.weight
+    return Responses(
+        transmission_error_mean=mean(ste, w),
+        transmission_error_rms=fluctuation_rms(ste, w),
+        mesh_stiffness_mean=mean(k, w),
+        mesh_stiffness_rms=relative_rms(k, w),
+        rescued=solution.rescued,
+    )
+
+
+def _join(parts: list[Responses], count: int) -> Responses:
+    def column(name: str) -> NDArray:
+        return np.concatenate([getattr(part, name) for part in parts] or [np.empty(0)])[:count]
+
+    return Responses(
+        transmission_error_mean=column("transmission_error_mean"),
+        transmission_error_rms=column("transmission_error_rms"),
+        mesh_stiffness_mean=column("mesh_stiffness_mean"),
+        mesh_stiffness_rms=column("mesh_stiffness_rms"),
+        rescued=sum(part.rescued for part in parts),
+    )
+
+
+def robust(
+    scene: Scene,
+    *,
+    samples: int = 1000,
+    seed: int = 0,
+    sampler: Sampler = "sobol",
+    threads: int | None = None,
+    progress: Callable[[int], None] = lambda _: None,
+) -> xr.Dataset:
+    """Response of ``scene`` to random manufacturing errors.
+
+    Parameters
+    ----------
+    scene
+        With the effect ``manufacturing_errors``.
+    samples, seed, sampler
+        Number of samples and how they are drawn; sample i is the same whatever the number of threads.
+    threads
+        Number of threads; as many as there are processors by default.
+    progress
+        Called with the number of samples done so far.
+
+    Returns
+    -------
+    Dataset over the samples: RMS values and means of STE and mesh stiffness, the errors drawn, means, standard
+    deviations and maxima with standard errors, and the share of each error in the variance. After Ctrl-C it holds the
+    samples finished until then, and says so in the attribute ``complete``.
+
+    Raises
+    ------
+    InputError
+        If the scene has no random errors, or ``samples`` is not positive.
+    """
+    from gearbench.robustness.dataset import robust_dataset
+
+    start = time.perf_counter()
+    if samples < 1:
+        raise InputError("samples", samples, "must be at least 1")
+    problem = prepare_scene(scene)
+    unit = unit_samples(sampler, samples, len(problem.names), seed)
+    errors = problem.errors.draw(unit, scene.pair)
+    responses, complete = respond(problem, errors, threads or default_threads(), progress)
+    wall_time = time.perf_counter() - start
+    return robust_dataset(
+        problem, errors, responses, complete=complete, sampler=sampler, seed=seed, wall_time=wall_time
+    )
+
+
+def default_threads() -> int:
+    """Processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
