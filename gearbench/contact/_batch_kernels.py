@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 #: Samples solved side by side.
-LANES = 64
+LANES = 128
 
 _OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": {"contract"}}
 
@@ -66,6 +66,7 @@ def log_law_start(kappa, x, mantissa, exponent, level):
 @njit(**_OPTIONS)
 def log_law_finish(i, s, edge, kappa, h, mantissa, exponent, level, p, w):
     """Row i of p and w: one step of Halley's method from the guess L, with the exact ln(x/L)."""
+    inverse_h = 1.0 / h
     for j in range(LANES):
         m, e = mantissa[j], exponent[j] - _MAGIC_VALUE
         large = m > _SQRT2
@@ -91,8 +92,8 @@ def log_law_finish(i, s, edge, kappa, h, mantissa, exponent, level, p, w):
         scale = 1.0 / (h * above * (above - below))
         over = s[i, j] - edge
         on = s[i, j] > 0.0
-        force = x * below * (above - below) * scale + max(over, 0.0) / h
-        rate = 1.0 / h if over > 0.0 else below * above * scale
+        force = x * below * (above - below) * scale + max(over, 0.0) * inverse_h
+        rate = inverse_h if over > 0.0 else below * above * scale
         p[i, j] = force if on else 0.0
         w[i, j] = rate if on else 0.0
 
