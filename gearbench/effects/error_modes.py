@@ -17,44 +17,53 @@ from gearbench.geometry.action import ContactLines
 
 #: What is equally divided along the profile: roll length, as profiles are measured, or the radius.
 Along = Literal["roll", "radius"]
+#: What counts as the profile: the active profile, the involute from form circle to tip, or the tooth from the root.
+Range = Literal["active", "involute", "tooth"]
 
 
-def profile_coordinate(lines: ContactLines, gear: int, along: Along = "roll") -> NDArray:
-    """t ∈ [0, 1] along the active profile of the pinion (0) or the wheel (1), (position, pair, segment)."""
+def profile_coordinate(lines: ContactLines, gear: int, along: Along = "roll", span: Range = "active") -> NDArray:
+    """t from 0 (root side) to 1 (tip side) of the profile of pinion (0) or wheel (1), (position, pair, segment)."""
+    body = lines.pair.gears[gear]
+    start, end = {
+        "active": lines.pair.active_radii[gear],
+        "involute": (body.form_radius, body.tip_radius),
+        "tooth": (body.root_radius, body.tip_radius),
+    }[span]
+    radius = lines.radii[gear]
     if along == "radius":
-        start, end = lines.pair.active_radii[gear]
-        return (lines.radii[gear] - start) / (end - start)
-    start, end = lines.pair.path_start, lines.pair.path_end
-    t = (lines.u - start) / (end - start)
-    return t if gear == 0 else 1 - t
+        return (radius - start) / (end - start)
+    r_b = body.base_radius  # below the base circle there is no roll length: it counts from there
+    first, last = (math.sqrt(max(r**2 - r_b**2, 0.0)) for r in (start, end))
+    roll = lines.u if gear == 0 else lines.pair.tangent_length - lines.u
+    return (roll - first) / (last - first)
 
 
-def profile_slope(lines: ContactLines, gear: int, along: Along) -> NDArray:
+def profile_slope(lines: ContactLines, gear: int, along: Along, span: Range) -> NDArray:
     """t: missing at the tip."""
-    return profile_coordinate(lines, gear, along)
+    return profile_coordinate(lines, gear, along, span)
 
 
-def profile_form(lines: ContactLines, gear: int, along: Along) -> NDArray:
+def profile_form(lines: ContactLines, gear: int, along: Along, span: Range) -> NDArray:
     """(2t − 1)²: a barrel, missing at both ends of the profile."""
-    return (2 * profile_coordinate(lines, gear, along) - 1) ** 2
+    return (2 * profile_coordinate(lines, gear, along, span) - 1) ** 2
 
 
-def helix_slope(lines: ContactLines, _gear: int, _along: Along) -> NDArray:
+def helix_slope(lines: ContactLines, *_: object) -> NDArray:
     """η: missing at y = b."""
     return lines.y / lines.pair.face_width
 
 
-def helix_form(lines: ContactLines, _gear: int, _along: Along) -> NDArray:
+def helix_form(lines: ContactLines, *_: object) -> NDArray:
     """(2η − 1)²: a crown, missing at both ends of the face."""
     return (2 * lines.y / lines.pair.face_width - 1) ** 2
 
 
-def inclination(lines: ContactLines, _gear: int = 0, _along: Along = "roll") -> NDArray:
+def inclination(lines: ContactLines, *_: object) -> NDArray:
     """η sin α_wt cos β_b: axes that approach each other in their common plane."""
     return _axis(lines) * math.sin(lines.pair.working_pressure_angle)
 
 
-def deviation(lines: ContactLines, _gear: int = 0, _along: Along = "roll") -> NDArray:
+def deviation(lines: ContactLines, *_: object) -> NDArray:
     """η cos α_wt cos β_b: axes that lean across their common plane."""
     return _axis(lines) * math.cos(lines.pair.working_pressure_angle)
 

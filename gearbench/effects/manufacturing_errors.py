@@ -15,10 +15,10 @@ from pydantic.dataclasses import dataclass
 from gearbench.effects import error_modes
 from gearbench.effects.base import GapEffect
 from gearbench.effects.distributions import DISTRIBUTIONS, Distribution
-from gearbench.effects.error_modes import Along
+from gearbench.effects.error_modes import Along, Range
 from gearbench.effects.relief import MICROMETRE, Gears, chosen
 from gearbench.errors import InputError
-from gearbench.geometry.action import ContactLines
+from gearbench.geometry.action import ContactLines, pair_indices
 from gearbench.geometry.material import STRICT
 from gearbench.geometry.pair import Pair
 from gearbench.tolerances import Edition, FlankTolerances, gear_tolerances, shaft_parallelism
@@ -49,26 +49,39 @@ class ErrorKind:
         Which tolerance of the class is the amplitude; absent: the one of the same name.
     gear
         On which gears: "both" (each its own, independent error), "pinion" or "wheel". Means nothing for the axes.
+    drawn
+        "gear": the same on all teeth of a gear. "tooth": each tooth its own. Axes are the same for all.
+    sign
+        −1 turns the shape round: material in excess where it was missing (a hollow instead of a barrel).
     """
 
     distribution: Distribution = "uniform"
     amplitude: Annotated[float, Field(ge=0.0, le=1000.0)] | None = None
     tolerance: Tolerance | None = None
     gear: Gears = "both"
+    drawn: Literal["gear", "tooth"] = "gear"
+    sign: Literal[-1, 1] = 1
 
 
 @plain_dataclass(frozen=True)
 class ErrorMode:
-    """One random variable of the pair: name, amplitude [µm], distribution, and the shape of its gap."""
+    """One random variable of the pair: name, amplitude [µm], distribution, sign, shape, gear and tooth (None: all)."""
 
     name: str
     amplitude: float
     distribution: Distribution
-    shape: Callable[[ContactLines, int, Along], NDArray]
+    sign: int
+    shape: Callable[..., NDArray]
     gear: int
+    tooth: int | None
+
+    def gap(self, lines: ContactLines, along: Along, span: Range) -> NDArray:
+        """Gap of 1 µm of the error, (position, pair, segment) [mm]."""
+        shape = MICROMETRE * self.sign * self.shape(lines, self.gear, along, span)
+        return shape if self.tooth is None else shape * (lines.index == self.tooth)[:, None]
 
 
-_SHAPES: MappingProxyType[str, Callable[[ContactLines, int, Along], NDArray]] = MappingProxyType(
+_SHAPES: MappingProxyType[str, Callable[..., NDArray]] = MappingProxyType(
     {
         "profile_slope": error_modes.profile_slope,
         "profile_form": error_modes.profile_form,
@@ -85,8 +98,8 @@ _OF_AXES = ("inclination", "deviation")
 class ManufacturingErrors(GapEffect):
     """Random errors of profile, helix and axes. An error is drawn if and only if its table is there.
 
-    ``robust`` draws them; ``simulate`` computes the gear with every error at its mean. Each error is the same on all
-    teeth of a gear; errors of different gears and kinds are independent.
+    ``robust`` draws them; ``simulate`` computes the gear with every error at its mean. Errors of different gears and
+    kinds are independent.
 
     Parameters
     ----------
@@ -97,6 +110,9 @@ class ManufacturingErrors(GapEffect):
         the axes by ISO/TR 10064-3 over the face width.
     along
         Whether profile errors are linear and parabolic in "roll" length or in the "radius".
+    profile_range
+        What counts as the profile: the "active" profile, the "involute" from form circle to tip, or the "tooth" from
+        root circle to tip.
     profile_slope, profile_form, helix_slope, helix_form
         f_Hα, f_fα, f_Hβ, f_fβ of each gear.
     inclination, deviation
@@ -108,6 +124,7 @@ class ManufacturingErrors(GapEffect):
     edition: Edition = "2013"
     rounded: bool = False
     along: Along = "roll"
+    profile_range: Range = "active"
     profile_slope: ErrorKind | None = None
     profile_form: ErrorKind | None = None
     helix_slope: ErrorKind | None = None
@@ -150,29 +167,31 @@ class ManufacturingErrors(GapEffect):
                 continue
             gears = (0,) if name in _OF_AXES else chosen(kind.gear)
             for gear in gears:
-                label = name if name in _OF_AXES else f"{name}_{('pinion', 'wheel')[gear]}"
                 amplitude = kind.amplitude
                 if amplitude is None:
                     amplitude = this.class_amplitude(kind.tolerance or name, pair, gear)
-                modes.append(ErrorMode(label, amplitude, kind.distribution, shape, gear))
+                label = name if name in _OF_AXES else f"{name}_{('pinion', 'wheel')[gear]}"
+                teeth = (None,) if kind.drawn == "gear" or name in _OF_AXES else tuple(pair_indices(pair).tolist())
+                for tooth in teeth:
+                    full = label if tooth is None else f"{label}_tooth{tooth:+d}"
+                    modes.append(ErrorMode(full, amplitude, kind.distribution, kind.sign, shape, gear, tooth))
         return tuple(modes)
 
     def class_amplitude(self, tolerance: str, pair: Pair, gear: int) -> float:
         """Amplitude [µm] of the ISO class."""
-        flank = [self._flank(pair, i) for i in (0, 1)]
         if tolerance not in _OF_AXES:
-            return getattr(flank[gear], tolerance)
-        parallelism = shaft_parallelism(max(f.helix_total for f in flank), pair.face_width)
-        return getattr(parallelism, tolerance)
+            return getattr(self._flank(pair, gear), tolerance)
+        largest = max(self._flank(pair, i).helix_total for i in (0, 1))
+        return getattr(shaft_parallelism(largest, pair.face_width), tolerance)
 
     def _flank(self, pair: Pair, gear: int) -> FlankTolerances:
         return gear_tolerances(pair.gears[gear], self.iso_class or 0, self.edition, self.rounded)
 
     def modes(self, lines: ContactLines) -> NDArray:
         """Gap of 1 µm of each error, (position, pair, segment, error) [mm]."""
-        along = self.convention().along
-        shapes = [mode.shape(lines, mode.gear, along) for mode in self.error_modes(lines.pair)]
-        return MICROMETRE * np.stack(shapes, axis=-1)
+        this = self.convention()
+        gaps = [mode.gap(lines, this.along, this.profile_range) for mode in this.error_modes(lines.pair)]
+        return np.stack(gaps, axis=-1)
 
     def mean(self, pair: Pair) -> NDArray:
         """Mean of each error, (error,) [µm]."""

@@ -59,12 +59,17 @@ class ContactLines:
         return np.hypot(pinion.base_radius, self.u), np.hypot(wheel.base_radius, self.pair.tangent_length - self.u)
 
 
+def pair_indices(pair: Pair) -> NDArray:
+    """Numbers k of the tooth pairs that touch at some phase of the mesh cycle, (pair,)."""
+    return np.arange(-math.ceil(pair.overlap_ratio), math.floor(pair.transverse_contact_ratio) + 1)
+
+
 def contact_lines(pair: Pair, mesh_phase: ArrayLike, segments: int) -> ContactLines:
     """Contact lines of ``pair`` at the phases ``mesh_phase`` (position,), each cut into ``segments`` segments."""
     tau = np.atleast_1d(np.asarray(mesh_phase, dtype=float))
     u_a, u_e, b = pair.path_start, pair.path_end, pair.face_width
     tan_b, p_bt = math.tan(pair.base_helix_angle), pair.base_pitch
-    index = np.arange(-math.ceil(pair.overlap_ratio), math.floor(pair.transverse_contact_ratio) + 1)
+    index = pair_indices(pair)
 
     start = u_a + (tau[:, None] + index) * p_bt  # u at y = 0
     if tan_b > 0:
