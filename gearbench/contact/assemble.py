@@ -101,8 +101,9 @@ def _own_columns(factor: NDArray) -> NDArray:
 
 
 def _dense_factor(part: Dense, lines: ContactLines) -> tuple[NDArray, bool]:
-    """Symmetric factor of a dense compliance."""
-    value, vector = np.linalg.eigh(part.matrix)
+    """Symmetric factor of a dense compliance, absent segments left out."""
+    active = np.repeat(lines.active, lines.shape[2], axis=1)
+    value, vector = np.linalg.eigh(np.where(active[:, :, None] & active[:, None, :], part.matrix, 0.0))
     factor = vector * np.sqrt(np.maximum(value, 0.0))[:, None, :]
     return factor.reshape(*lines.shape, -1), True
 

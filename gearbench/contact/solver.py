@@ -66,4 +66,5 @@ def compression(force: NDArray, a: NDArray, h: NDArray) -> NDArray:
         edge = np.where(h > 0, np.exp(np.where(h > 0, a / h, 0.0) - 2), np.inf)
         low = np.minimum(force, edge)
         value = low * (a - h * np.log(np.where(low > 0, low, 1.0)))
-    return value + np.where(force > edge, h * (force - edge), 0.0)
+        beyond = np.where(force > edge, h * (force - edge), 0.0)
+    return value + beyond

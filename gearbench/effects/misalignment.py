@@ -19,9 +19,10 @@ from gearbench.geometry.material import STRICT
 class Misalignment(GapEffect):
     """Axes that are not parallel, as gaps in the plane of action: linear over the face width, zero at y = 0.
 
-    The line of action makes the angle α_wt with the normal of the axial plane, so that an approach of the axes of
-    f_Σδ over the face width opens f_Σδ sin α_wt, and an offset f_Σβ across the axial plane f_Σβ cos α_wt, both in the
-    transverse plane; normal to the flank that is × cos β_b. Positive: opening towards y = b.
+    The line of action makes the angle α_wt with the normal of the axial plane and the mesh force pushes the axes apart,
+    so that axes that part by f_Σδ over the face width open f_Σδ sin α_wt, and an offset f_Σβ across the axial plane,
+    the wheel receding, f_Σβ cos α_wt, both in the transverse plane; normal to the flank that is × cos β_b. Positive:
+    opening towards y = b.
 
     Parameters
     ----------

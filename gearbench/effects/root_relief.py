@@ -59,4 +59,6 @@ class RootRelief(GapEffect):
 
     def kinks(self, pair: Pair) -> tuple[float, ...]:
         """Where the relief ends on the path of contact, u [mm]."""
+        if self.amount == 0 or self.length == 0:
+            return ()
         return tuple(pair.path_coordinate(i, pair.active_radii[i][0] + self.length) for i in chosen(self.gear))

@@ -58,5 +58,7 @@ class TipRelief(GapEffect):
 
     def kinks(self, pair: Pair) -> tuple[float, ...]:
         """Where the relief begins on the path of contact, u [mm]."""
+        if self.amount == 0 or self.length == 0:
+            return ()
         starts = [pair.gears[i].tip_radius - self.length for i in chosen(self.gear)]
         return tuple(pair.path_coordinate(i, r) for i, r in zip(chosen(self.gear), starts, strict=True))

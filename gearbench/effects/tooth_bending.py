@@ -7,6 +7,7 @@ from functools import lru_cache
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
@@ -65,11 +66,20 @@ class ToothBending(ComplianceEffect):
         for gear, radius in zip(lines.pair.gears, lines.radii, strict=True):
             factor = plate_tooth(gear, material, self.order, self.fillet).factor(radius - gear.root_radius, lines.y)
             if self.load == "component":
-                psi = gear.involute_half_angle(radius)
-                load_angle = np.arccos(np.clip(gear.base_radius / radius, 0.0, 1.0)) - psi
-                factor = factor * np.cos(load_angle)[..., None] * math.cos(lines.pair.base_helix_angle)
+                factor = factor * normal_component(gear, radius)[..., None]
             parts.append(factor)
         return LowRank(factor=np.concatenate(parts, axis=-1))
+
+
+def normal_component(gear: Gear, radius: NDArray) -> NDArray:
+    """Cosine between the flank normal at R and the normal of the tooth's mid-plane there.
+
+    Load angle γ = α_R − ψ(R) in the transverse plane; out of it the flank normal is inclined by β_b and the mid-plane
+    by its helix angle β(R): cos γ cos β_b cos β(R) + sin β_b sin β(R).
+    """
+    gamma = np.arccos(np.clip(gear.base_radius / radius, 0.0, 1.0)) - gear.involute_half_angle(radius)
+    helix = np.arctan(radius * math.tan(gear.beta) / gear.pitch_radius)
+    return np.cos(gamma) * math.cos(gear.beta_b) * np.cos(helix) + math.sin(gear.beta_b) * np.sin(helix)
 
 
 @lru_cache(maxsize=256)
