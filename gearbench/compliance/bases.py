@@ -8,6 +8,7 @@ functions are Legendre polynomials, scaled likewise. Sources: Szabó & Babuška,
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -56,7 +57,7 @@ def height_quadrature(points: int, breaks: Iterable[float] = ()) -> tuple[NDArra
     edges = [0.0, *sorted(x for x in breaks if 1e-6 < x < 1 - 1e-6), 1.0]
     t, w = gauss(points)
     nodes, weights = [edges[1] * t**2], [edges[1] * 2 * t * w]
-    for start, stop in zip(edges[1:-1], edges[2:], strict=True):
+    for start, stop in pairwise(edges[1:]):
         x, v = gauss(points, start, stop)
         nodes.append(x)
         weights.append(v)

@@ -1,0 +1,156 @@
+"""The batch solver: every sample the answer of the single-scene solver, whatever the lanes, batches and threads."""
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from gearbench.contact import batch as batching
+from gearbench.contact._batch_kernels import LANES, apply_laws
+from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.reference import law
+from gearbench.contact.solver import solve
+from gearbench.effects.hertz import Hertz
+from gearbench.effects.manufacturing_errors import ManufacturingErrors
+from gearbench.effects.tooth_bending import ToothBending
+from gearbench.library.garambois2017 import gear
+from gearbench.robustness.montecarlo import prepare_scene, respond, robust
+from gearbench.robustness.sampling import unit_samples
+from gearbench.scene import Resolution, Scene
+
+
+def robust_scene(name: str, *others) -> Scene:
+    scene = gear(name).scene(errors=True, resolution=Resolution(positions=8))
+    effects = tuple(next((o for o in others if o.name == e.name), e) for e in scene.effects)
+    return replace(scene, effects=effects)
+
+
+SCENES = {
+    "spur": robust_scene("SC"),
+    "helical, three pairs": robust_scene("7"),
+    "helical with relief": robust_scene("55"),
+    "crowned": robust_scene("1"),
+    "linear law": robust_scene("19", Hertz(law="yang_sun")),
+    "high order": robust_scene("19", ToothBending(order=(4, 4))),
+    "rigid teeth": replace(robust_scene("19"), effects=(Hertz(), ManufacturingErrors(preset="garambois2017"))),
+}
+
+
+@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES.keys())
+def test_every_sample_is_the_answer_of_the_single_scene_solver(scene):
+    problem = prepare_scene(scene)
+    errors = problem.errors.draw(unit_samples("random", 40, len(problem.names), 3), scene.pair)
+    solution = batching.solve_batch(problem.batch, errors - problem.mean)
+
+    phase, _ = mesh_phases(scene)
+    lines = scene_lines(scene, phase)
+    at_mean, modes = assemble(scene, lines), problem.errors.modes(lines)
+    for i in range(len(errors)):
+        gap = (modes @ (errors[i] - problem.mean)).reshape(at_mean.gap.shape)
+        single = solve(replace(at_mean, gap=at_mean.gap + gap / at_mean.length_scale))
+        # the promise of the batch: 1e-9 on every sample
+        assert_allclose(solution.approach[:, i], single.approach, rtol=1e-9)
+        assert_allclose(solution.stiffness[:, i], single.stiffness, rtol=1e-9)
+
+
+def test_a_sample_is_bit_for_bit_the_same_in_any_batch_and_on_any_number_of_threads():
+    problem = prepare_scene(SCENES["helical with relief"])
+    errors = problem.errors.draw(unit_samples("sobol", 3 * LANES + 5, len(problem.names), 0), problem.scene.pair)
+    whole, _ = respond(problem, errors, threads=1)
+    threaded, _ = respond(problem, errors, threads=2)
+    assert_array_equal(whole.transmission_error_rms, threaded.transmission_error_rms)
+    assert_array_equal(whole.mesh_stiffness_rms, threaded.mesh_stiffness_rms)
+    for start, stop in ((0, 1), (LANES - 3, LANES + 4), (17, 18), (5, 3 * LANES)):
+        part, _ = respond(problem, errors[start:stop], threads=1)
+        assert_array_equal(part.transmission_error_rms, whole.transmission_error_rms[start:stop])
+        assert_array_equal(part.mesh_stiffness_rms, whole.mesh_stiffness_rms[start:stop])
+
+
+def test_samples_that_newton_does_not_reach_go_to_the_solver_with_line_search(monkeypatch):
+    problem = prepare_scene(SCENES["spur"])
+    errors = problem.errors.draw(unit_samples("sobol", 10, len(problem.names), 0), problem.scene.pair)
+    plain = batching.solve_batch(problem.batch, errors - problem.mean)
+    assert plain.rescued == 0
+    monkeypatch.setattr(batching, "NEWTON_LIMIT", 1)
+    rescued = batching.solve_batch(problem.batch, errors - problem.mean)
+    assert rescued.rescued > 0
+    assert_allclose(rescued.approach, plain.approach, rtol=1e-9)
+    assert_allclose(rescued.stiffness, plain.stiffness, rtol=1e-9)
+
+
+def test_errors_a_thousand_times_the_deflection_are_solved():
+    problem = prepare_scene(SCENES["helical, three pairs"])
+    errors = 1000 * problem.errors.draw(unit_samples("random", 20, len(problem.names), 1), problem.scene.pair)
+    solution = batching.solve_batch(problem.batch, errors - problem.mean)
+    phase, _ = mesh_phases(problem.scene)
+    lines = scene_lines(problem.scene, phase)
+    at_mean, modes = assemble(problem.scene, lines), problem.errors.modes(lines)
+    for i in range(0, 20, 5):
+        gap = (modes @ (errors[i] - problem.mean)).reshape(at_mean.gap.shape)
+        single = solve(replace(at_mean, gap=at_mean.gap + gap / at_mean.length_scale))
+        # the approach is relative to gaps 1000 times as large: three digits fewer are left of the stiffness
+        assert_allclose(solution.approach[:, i], single.approach, rtol=1e-9)
+        assert_allclose(solution.stiffness[:, i], single.stiffness, rtol=1e-6)
+
+
+@pytest.mark.parametrize("h", [0.0, 0.03, 2.0])
+def test_the_law_of_the_lanes_is_that_of_its_readable_twin(h):
+    rng = np.random.default_rng(0)
+    a = np.array([0.4, 1.0, 3.0]) + 8 * h
+    s = np.concatenate([10.0 ** rng.uniform(-14, 3, (3, LANES - 2)), [[0.0, -1.0]] * 3], axis=1)
+    laws = batching._laws(a[None], np.full((1, 3), h))[0]
+    p, w = np.empty_like(s), np.empty_like(s)
+    rows = np.empty((9, LANES))
+    apply_laws(3, s, laws[0], laws[1], laws[2], laws[3], p, w, rows, rows.view(np.int64))
+    force, slope, _ = law(s, np.broadcast_to(a[:, None], s.shape), np.full(s.shape, h))
+    # one Halley step from a guess good to 1e-4 leaves a few units of 1e-13
+    assert_allclose(p, force, rtol=2e-12)
+    assert_allclose(w, slope, rtol=2e-12)
+
+
+def test_reducing_the_rank_does_not_change_the_compliance():
+    scene = SCENES["helical with relief"]
+    phase, _ = mesh_phases(scene)
+    problem = assemble(scene, scene_lines(scene, phase))
+    reduced = batching.reduce_rank(problem)
+    same_pair = problem.block[:, None] == problem.block
+    before, after = (np.where(same_pair, p.factor @ np.swapaxes(p.factor, 1, 2), 0.0) for p in (problem, reduced))
+    assert_allclose(after, before, atol=1e-12 * np.max(np.abs(before)))
+    assert batching.reduce_rank(assemble(SCENES["spur"], scene_lines(SCENES["spur"], phase))).factor.shape[2] == 2
+
+
+def test_progress_counts_the_samples_and_an_interruption_keeps_what_is_done():
+    problem = prepare_scene(SCENES["spur"])
+    errors = problem.errors.draw(unit_samples("sobol", 3 * LANES, len(problem.names), 0), problem.scene.pair)
+    seen = []
+    respond(problem, errors, threads=1, progress=seen.append)
+    assert seen == [LANES, 2 * LANES, 3 * LANES]
+
+    def interrupt(done: int) -> None:
+        if done == 2 * LANES:
+            raise KeyboardInterrupt
+
+    answer, complete = respond(problem, errors, threads=1, progress=interrupt)
+    whole, _ = respond(problem, errors, threads=1)
+    assert not complete
+    assert len(answer) == 2 * LANES
+    assert_array_equal(answer.transmission_error_rms, whole.transmission_error_rms[: 2 * LANES])
+
+
+def test_the_dataset_says_whether_it_is_complete():
+    run = partial(robust, SCENES["spur"], samples=2 * LANES, seed=5, threads=1)
+    dataset = run()
+    assert dataset.attrs["complete"] == 1
+    assert dataset.sizes["sample"] == 2 * LANES
+    assert dataset.attrs["seed"] == 5
+    assert_allclose(dataset["transmission_error_rms_mean"], dataset["transmission_error_rms"].mean(), rtol=1e-14)
+    assert_array_equal(dataset["mesh_stiffness_rms_max"], dataset["mesh_stiffness_rms"].max())
+
+    def interrupt(_: int) -> None:
+        raise KeyboardInterrupt
+
+    partial_run = run(progress=interrupt)
+    assert partial_run.attrs["complete"] == 0
+    assert partial_run.sizes["sample"] == LANES
