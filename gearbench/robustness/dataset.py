@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gearbench.robustness.montecarlo import Responses, RobustProblem
+    from gearbench.robustness.sampling import Sampler
 
 #: Responses that get statistics and sensitivities.
 STUDIED = ("transmission_error_rms", "mesh_stiffness_rms")
@@ -25,14 +26,15 @@ def robust_dataset(
     responses: Responses,
     *,
     complete: bool,
-    sampler: str,
+    sampler: Sampler,
     seed: int,
     wall_time: float,
 ) -> xr.Dataset:
     """Dataset over the samples that were computed; ``errors`` (sample, error) [µm]."""
     import xarray as xr
 
-    from gearbench.robustness.statistics import first_order_indices, summarise
+    from gearbench.robustness.sensitivity import first_order_indices
+    from gearbench.robustness.statistics import summarise
 
     count = len(responses)
     errors = errors[:count]

@@ -2,33 +2,87 @@
 
 from __future__ import annotations
 
-import math
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.errors import InputError
+
 Sampler = Literal["sobol", "random", "latin_hypercube"]
 
+#: Digits of the Sobol sequence: at most 2³⁰ points, on a grid of 2⁻³⁰.
+SOBOL_BITS = 30
 
-def unit_samples(sampler: Sampler, count: int, dimension: int, seed: int) -> NDArray:
-    """Points in (0, 1)^dimension, (count, dimension).
 
-    "sobol": scrambled Sobol sequence (Owen), the default; "random": pseudo-random; both give sample i whatever
-    ``count`` is. "latin_hypercube" depends on ``count`` by nature.
+def unit_samples(
+    sampler: Sampler, count: int, dimension: int, seed: int, *, start: int = 0, stop: int | None = None
+) -> NDArray:
+    """Points in the open cube (0, 1)^dimension, or some rows of them.
+
+    Row i is the same bit for bit however the rows are split into ranges. With "sobol" and "random" it does not depend
+    on ``count`` either, so that a run can be lengthened; with "latin_hypercube" it does, by nature.
+
+    Parameters
+    ----------
+    sampler
+        "sobol": Sobol sequence, scrambled by a random linear matrix and a digital shift (Matoušek 1998); any count,
+        best at powers of two. "random": pseudo-random numbers (PCG64). "latin_hypercube": one point in each of
+        ``count`` slices of every axis (McKay 1979).
+    count, dimension
+        Number of points and of random variables.
+    seed
+        Non-negative whole number.
+    start, stop
+        Return the rows from ``start`` up to, not including, ``stop``; all by default.
+
+    Returns
+    -------
+    Points, (stop − start, dimension). None is 0 or 1, where a normal distribution has its infinities.
+
+    Raises
+    ------
+    InputError
+        If the sampler is unknown, a number negative, or the range not within the points.
     """
-    if dimension == 0 or count == 0:
-        return np.empty((count, dimension))
-    if sampler == "random":
-        points = np.random.default_rng(seed).random((count, dimension))
-    elif sampler == "sobol":
-        from scipy.stats import qmc
+    stop = count if stop is None else stop
+    if sampler not in _DRAW:
+        raise InputError("sampler", sampler, f"must be one of {', '.join(get_args(Sampler))}")
+    for name, value in (("samples", count), ("dimension", dimension), ("seed", seed)):
+        if value < 0:
+            raise InputError(name, value, "must not be negative")
+    if not 0 <= start <= stop <= count:
+        raise InputError("rows", f"{start} to {stop}", f"must lie within 0 to {count}")
+    if dimension == 0 or start == stop:
+        return np.empty((stop - start, dimension))
+    # of use to the pseudo-random samplers only, once in 2⁵³ numbers
+    return np.clip(_DRAW[sampler](count, dimension, seed, start, stop), 2.0**-54, 1 - 2.0**-53)
 
-        # whole powers of two keep the balance of the sequence; its beginning does not depend on how much is drawn
-        points = qmc.Sobol(dimension, scramble=True, rng=seed).random_base2(max(0, math.ceil(math.log2(count))))[:count]
-    else:
-        from scipy.stats import qmc
 
-        points = qmc.LatinHypercube(dimension, rng=seed).random(count)
-    tiny = 2.0**-54
-    return np.clip(points, tiny, 1 - 2.0**-53)
+def _sobol(count: int, dimension: int, seed: int, start: int, stop: int) -> NDArray:
+    from scipy.stats import qmc
+
+    if count > 2**SOBOL_BITS:
+        raise InputError("samples", count, f'sampler "sobol" has {2**SOBOL_BITS} at most')
+    sequence = qmc.Sobol(dimension, scramble=True, bits=SOBOL_BITS, rng=seed)
+    # the first point apart: SciPy warns of a first draw that is not a power of two
+    points = sequence.random(1)
+    if start > 0:
+        sequence.fast_forward(start - 1)
+        points = np.empty((0, dimension))
+    points = np.concatenate([points, sequence.random(stop - start - len(points))])
+    return points + 2.0 ** -(SOBOL_BITS + 1)  # from the corner of the grid's cells, which may be 0, to their middle
+
+
+def _random(count: int, dimension: int, seed: int, start: int, stop: int) -> NDArray:
+    # one step of the generator a number
+    return np.random.Generator(np.random.PCG64(seed).advance(start * dimension)).random((stop - start, dimension))
+
+
+def _latin_hypercube(count: int, dimension: int, seed: int, start: int, stop: int) -> NDArray:
+    from scipy.stats import qmc
+
+    return qmc.LatinHypercube(dimension, rng=seed).random(count)[start:stop]
+
+
+_DRAW = {"sobol": _sobol, "random": _random, "latin_hypercube": _latin_hypercube}
