@@ -36,17 +36,17 @@ def law(s, a, h):
 
 
 @njit(cache=True, error_model="numpy")
-def energy(q, delta, gap, a, h, active, factor, block):
-    """Convex function J(q, δ) = ½|q|² + Σ ∫P ds − δ that the solution minimises."""
+def energy(q, step_q, t, delta, gap, a, h, active, factor, block):
+    """Convex function J = ½|q + t·step_q|² + Σ ∫P ds − δ that the solution minimises."""
     total = -delta
     for k in range(q.shape[0]):
         for c in range(q.shape[1]):
-            total += 0.5 * q[k, c] * q[k, c]
+            total += 0.5 * (q[k, c] + t * step_q[k, c]) ** 2
     for i in range(gap.size):
         if active[i]:
-            s = delta - gap[i]
+            k, s = block[i], delta - gap[i]
             for c in range(q.shape[1]):
-                s -= factor[i, c] * q[block[i], c]
+                s -= factor[i, c] * (q[k, c] + t * step_q[k, c])
             total += law(s, a[i], h[i])[2]
     return total
 
@@ -55,12 +55,12 @@ def energy(q, delta, gap, a, h, active, factor, block):
 def derivatives(q, delta, gap, a, h, active, factor, block, force, grad, hess, cross):
     """Fill forces, gradient and Hessian blocks of J; return ∂J/∂δ, ∂²J/∂δ² and J."""
     rank = q.shape[1]
-    grad[:] = q
-    hess[:] = 0.0
-    cross[:] = 0.0
     total, slope, value = -1.0, 0.0, -delta
     for k in range(q.shape[0]):
         for c in range(rank):
+            grad[k, c], cross[k, c] = q[k, c], 0.0
+            for d in range(c):
+                hess[k, c, d] = 0.0
             hess[k, c, c] = 1.0
             value += 0.5 * q[k, c] * q[k, c]
     for i in range(gap.size):
@@ -88,36 +88,69 @@ def derivatives(q, delta, gap, a, h, active, factor, block, force, grad, hess, c
 
 
 @njit(cache=True, error_model="numpy")
-def cholesky_solve(m, x, y):
-    """Overwrite the lower triangle of m by its Cholesky factor, and x, y by m⁻¹x, m⁻¹y."""
-    n = x.size
+def cholesky_solve(k, m, x, y):
+    """Overwrite the lower triangle of m[k] by its Cholesky factor, and x[k], y[k] by m⁻¹x, m⁻¹y."""
+    n = x.shape[1]
     for c in range(n):
         for d in range(c + 1):
-            t = m[c, d]
-            for k in range(d):
-                t -= m[c, k] * m[d, k]
-            m[c, d] = np.sqrt(t) if c == d else t / m[d, d]
+            t = m[k, c, d]
+            for f in range(d):
+                t -= m[k, c, f] * m[k, d, f]
+            m[k, c, d] = np.sqrt(t) if c == d else t / m[k, d, d]
     for c in range(n):
-        tx, ty = x[c], y[c]
-        for k in range(c):
-            tx -= m[c, k] * x[k]
-            ty -= m[c, k] * y[k]
-        x[c], y[c] = tx / m[c, c], ty / m[c, c]
+        for f in range(c):
+            x[k, c] -= m[k, c, f] * x[k, f]
+            y[k, c] -= m[k, c, f] * y[k, f]
+        x[k, c] /= m[k, c, c]
+        y[k, c] /= m[k, c, c]
     for c in range(n - 1, -1, -1):
-        tx, ty = x[c], y[c]
-        for k in range(c + 1, n):
-            tx -= m[k, c] * x[k]
-            ty -= m[k, c] * y[k]
-        x[c], y[c] = tx / m[c, c], ty / m[c, c]
+        for f in range(c + 1, n):
+            x[k, c] -= m[k, f, c] * x[k, f]
+            y[k, c] -= m[k, f, c] * y[k, f]
+        x[k, c] /= m[k, c, c]
+        y[k, c] /= m[k, c, c]
+
+
+@njit(cache=True, error_model="numpy")
+def newton_direction(total, slope, grad, hess, cross, solved, step_q):
+    """Newton step of (q, δ) and ∂F/∂δ, by eliminating the amplitudes of each block; fills step_q."""
+    stiffness, right = slope, -total
+    for k in range(grad.shape[0]):
+        for c in range(grad.shape[1]):
+            step_q[k, c], solved[k, c] = cross[k, c], grad[k, c]
+        cholesky_solve(k, hess, step_q, solved)
+        for c in range(grad.shape[1]):
+            stiffness -= cross[k, c] * step_q[k, c]
+            right -= cross[k, c] * solved[k, c]
+    step_d = right / stiffness
+    for k in range(grad.shape[0]):
+        for c in range(grad.shape[1]):
+            step_q[k, c] = step_q[k, c] * step_d - solved[k, c]
+    return step_d, stiffness
+
+
+@njit(cache=True, error_model="numpy")
+def closing_direction(q, delta, gap, active, factor, block, grad, step_q):
+    """Step of δ that closes the smallest gap where nothing touches; fills step_q with steepest descent."""
+    step_d = np.inf
+    for i in range(gap.size):
+        if active[i]:
+            s = gap[i] - delta
+            for c in range(q.shape[1]):
+                s += factor[i, c] * q[block[i], c]
+            step_d = min(step_d, s)
+    for k in range(q.shape[0]):
+        for c in range(q.shape[1]):
+            step_q[k, c] = -grad[k, c]
+    return step_d + 1.0
 
 
 @njit(cache=True, error_model="numpy")
 def solve_position(gap, a, h, active, factor, block, blocks, force):
     """Newton's method with line search on the convex J(q, δ); fills force, returns δ, ∂F/∂δ and the number of steps."""
     rank = factor.shape[1]
-    q, step_q = np.zeros((blocks, rank)), np.zeros((blocks, rank))
-    grad, cross = np.empty((blocks, rank)), np.empty((blocks, rank))
-    hess = np.empty((blocks, rank, rank))
+    q, step_q, solved = np.zeros((blocks, rank)), np.zeros((blocks, rank)), np.zeros((blocks, rank))
+    grad, cross, hess = np.zeros((blocks, rank)), np.zeros((blocks, rank)), np.zeros((blocks, rank, rank))
     delta = -np.inf
     for i in range(gap.size):
         if active[i]:
@@ -131,52 +164,28 @@ def solve_position(gap, a, h, active, factor, block, blocks, force):
             for c in range(rank):
                 residual = max(residual, abs(grad[k, c]))
                 size = max(size, abs(q[k, c]))
-        # -- Newton step: eliminate the amplitudes of each block, then δ
-        descent = 0.0
         if slope > 0.0:
-            stiffness, right = slope, -total
-            for k in range(blocks):
-                step_q[k] = cross[k]
-                raw = grad[k].copy()
-                cholesky_solve(hess[k], step_q[k], raw)
-                for c in range(rank):
-                    stiffness -= cross[k, c] * step_q[k, c]
-                    right -= cross[k, c] * raw[c]
-                    hess[k, c, 0] = raw[c]
-            step_d = right / stiffness
-            for k in range(blocks):
-                for c in range(rank):
-                    step_q[k, c] = step_q[k, c] * step_d - hess[k, c, 0]
-        else:  # nothing touches: close the smallest gap
-            step_d = np.inf
-            for i in range(gap.size):
-                if active[i]:
-                    s = gap[i] - delta
-                    for c in range(rank):
-                        s += factor[i, c] * q[block[i], c]
-                    step_d = min(step_d, s)
-            step_d += 1.0
-            for k in range(blocks):
-                for c in range(rank):
-                    step_q[k, c] = -grad[k, c]
+            step_d, stiffness = newton_direction(total, slope, grad, hess, cross, solved, step_q)
+        else:
+            step_d = closing_direction(q, delta, gap, active, factor, block, grad, step_q)
+        # rounding is reached when the residual no longer falls
+        stalled = stalled + 1 if residual >= 0.5 * best and residual <= 1e-11 * size else 0
+        best = min(best, residual)
+        if residual <= 1e-15 * size or stalled >= 2:
+            break
         descent = total * step_d
         for k in range(blocks):
             for c in range(rank):
                 descent += grad[k, c] * step_q[k, c]
-        # -- rounding is reached when the residual no longer falls
-        if residual <= 1e-15 * size:
-            break
-        stalled = stalled + 1 if residual >= 0.5 * best and residual <= 1e-11 * size else 0
-        best = min(best, residual)
-        if stalled >= 2:
-            break
         t = 1.0
         while t > 1e-12:
-            trial = energy(q + t * step_q, delta + t * step_d, gap, a, h, active, factor, block)
+            trial = energy(q, step_q, t, delta + t * step_d, gap, a, h, active, factor, block)
             if trial <= value + 1e-4 * t * descent + 1e-14 * (abs(value) + 1.0):
                 break
             t *= 0.5
-        q += t * step_q
+        for k in range(blocks):
+            for c in range(rank):
+                q[k, c] += t * step_q[k, c]
         delta += t * step_d
         iteration += 1
     return delta, stiffness, iteration
