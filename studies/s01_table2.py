@@ -231,18 +231,19 @@ def _tried(dataset: xr.Dataset, path: Path) -> None:
     deviation = log_rms(dataset["tried"].values, dataset["paper"].values)
     worst = np.max(deviation / np.array([LIMITS[c] for c in COLUMNS]), axis=1)
     order = np.argsort(worst)[:30]
-    figure, axis = plt.subplots(figsize=(11, 8), layout="constrained")
+    figure, axis = plt.subplots(figsize=(12, 8.5), layout="constrained")
     colours = dict(zip(COLUMNS, ("#0072B2", "#D55E00", "#56B4E9", "#009E73", "#E69F00", "#CC79A7"), strict=True))
     for i, column in enumerate(COLUMNS):
         label = column.replace("sigma", "σ").replace("max", "M").replace("_", " ")
         axis.plot(deviation[order, i] / LIMITS[column], range(len(order)), "o", color=colours[column], label=label)
     axis.axvline(1.0, color="0.4", lw=1)
-    axis.set_yticks(range(len(order)), [str(dataset["convention"].values[i]) for i in order], fontsize=7)
+    names = [str(dataset["convention"].values[i]).replace("_", "-") for i in order]
+    axis.set_yticks(range(len(order)), names, fontsize=8)
     axis.invert_yaxis()
-    axis.set_xlabel("log-RMS deviation / its limit [–]")
+    axis.set_xlabel("log-RMS deviation over all gears / its limit [–]")
     count = int(np.sum(worst <= 1))
-    axis.set_title(f"{count} of the {len(worst)} conventions tried keep all six columns within their limits (best 30)")
-    axis.legend(loc="lower right", ncols=2)
+    figure.suptitle(f"{count} of {len(worst)} conventions keep all six columns within their limits (best 30 shown)")
+    figure.legend(loc="outside lower center", ncols=6, frameon=False)
     figure.savefig(path, dpi=150)
     plt.close(figure)
 
@@ -269,6 +270,11 @@ def _report(dataset: xr.Dataset) -> str:
         f"| log-RMS without SC | {' | '.join(f'{d:.3f}' for d in without)} | |",
         "",
         f"Spearman rank correlation: m_k {rho_k:.3f}, m_ste {rho_ste:.3f}.",
+        "",
+        "Gear SC stands apart in one column only: the paper prints the error-free value of its STE there, next to a",
+        "standard deviation and a maximum that belong to a mean half as large (everywhere else the maximum of the",
+        "samples lies about three standard deviations above the mean; for SC it would be two). Every other gear agrees",
+        "with one convention: straight errors of the profile two-sided, parabolic ones barrel-shaped and near their mean.",
         "",
         "## Every convention tried",
         "",
