@@ -1,0 +1,232 @@
+"""Effects that add compliance: the Hertz laws and tooth bending against closed forms."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import mpmath
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from pydantic import ValidationError
+
+from gearbench.contact.solver import compression
+from gearbench.effects.hertz import Hertz
+from gearbench.effects.tooth_bending import ToothBending, normal_component, plate_tooth
+from gearbench.geometry.action import ContactLines, contact_lines
+from gearbench.geometry.gear import Gear
+from gearbench.geometry.material import Material
+from gearbench.geometry.pair import Member, Pair
+from gearbench.scene import Load, Scene
+
+SPUR = Pair(normal_module=3.0, face_width=24.0, centre_distance=90.4, pinion=Member(teeth=24), wheel=Member(teeth=36))
+HELICAL = replace(SPUR, helix_angle=18.0, centre_distance=94.9)
+BRASS = replace(SPUR, material=Material(youngs_modulus=100.0, poisson_ratio=0.36))
+PAIRS = pytest.mark.parametrize("pair", [SPUR, HELICAL, BRASS], ids=["spur", "helical", "brass"])
+
+
+def lines(pair: Pair) -> ContactLines:
+    return contact_lines(pair, np.linspace(0.05, 0.95, 5), 4)
+
+
+def right_flank(gear: Gear, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """Point of the flank at ``radius`` and the direction of its normal into the tooth, tooth centre line along +y.
+
+    The involute is the path of the end of a string unwound from the base circle: the normal is the string.
+    """
+    polar = math.acos(gear.base_radius / radius)
+    roll = math.tan(polar)
+    # foot of the string on the base circle seen from the point: ahead by α_R, and the tooth thickens towards the root
+    psi = float(gear.involute_half_angle(radius))
+    point = radius * np.array([math.sin(psi), math.cos(psi)])
+    foot_angle = psi - polar  # the string touches the base circle on the far side of the centre line
+    foot = gear.base_radius * np.array([math.sin(foot_angle), math.cos(foot_angle)])
+    assert np.linalg.norm(point - foot) == pytest.approx(gear.base_radius * roll, rel=1e-12)
+    return point, (foot - point) / np.linalg.norm(foot - point)
+
+
+def tangent(gear: Gear, radius: float) -> np.ndarray:
+    """Direction of the flank, by central differences of its polyline."""
+    ends = [
+        r * np.array([math.sin(p), math.cos(p)])
+        for r in (radius - 1e-5, radius + 1e-5)
+        for p in [float(gear.involute_half_angle(r))]
+    ]
+    return ends[1] - ends[0]
+
+
+def depth(gear: Gear, radius: float) -> float:
+    """Along the flank's normal to the tooth's centre line x = 0, in the transverse plane."""
+    point, normal = right_flank(gear, radius)
+    assert abs(tangent(gear, radius) @ normal) < 1e-12  # mm per 2e-5 mm: it is the normal
+    return -point[0] / normal[0]
+
+
+@PAIRS
+@pytest.mark.parametrize("q", [0.01, 30.0, 400.0, 2000.0])
+def test_weber_banaschek_is_the_printed_formula(pair, q):
+    """PHYSICS eq. typed as printed, 30 digits, with curvature radii and depths from the geometry of the flanks."""
+    at = lines(pair)
+    law = Hertz(law="weber_banaschek").compliance(at)
+    beta_b = math.asin(math.sin(math.radians(pair.helix_angle)) * math.cos(math.radians(20)))
+    for index in np.ndindex(at.shape):
+        if not at.active[index[:2]]:
+            continue
+        radii = [r[index] for r in at.radii]
+        t1, t2 = (depth(g, r) * math.cos(beta_b) for g, r in zip(pair.gears, radii, strict=True))
+        curvature = [math.sqrt(r**2 - g.base_radius**2) for g, r in zip(pair.gears, radii, strict=True)]
+        with mpmath.workdps(30):
+            nu, E = mpmath.mpf(pair.material.poisson_ratio), mpmath.mpf(1000 * pair.material.youngs_modulus)
+            rho = 1 / (1 / mpmath.mpf(curvature[0]) + 1 / mpmath.mpf(curvature[1])) / mpmath.cos(beta_b)
+            a_H = mpmath.sqrt(8 * q * rho * (1 - nu**2) / (mpmath.pi * E))
+            bracket = mpmath.log(2 * mpmath.sqrt(t1 * t2) / a_H) - nu / (2 * (1 - nu))
+            expected = 4 * q * (1 - nu**2) / (mpmath.pi * E) * bracket
+        found = compression(np.array([q]), law.a[index].reshape(1), law.h[index].reshape(1))[0]
+        # beyond its validity (contact half as wide as the tooth is deep) the law goes on along its tangent
+        assert law.a[index] / law.h[index] - math.log(q) > 2
+        assert found == pytest.approx(float(expected), rel=1e-11)
+
+
+def test_weber_banaschek_with_numbers():
+    """Worked by hand: E = 210 GPa, ν = 0.3, ρ₁ = ρ₂ = 10 mm, q = 100 N/mm, t₁ = t₂ = 2.5 mm.
+
+    a_H² = 8·100·5·0.91/(π·2.1e5) = 5.517371e-3, a_H = 0.07427901 mm; 4(1−ν²)/(πE) = 5.517371e-6 mm²/N;
+    ln(5/0.07427901) = 4.209365; − 0.3/1.4 = 0.214286; δ_H = 5.517371e-4 · 3.995079 = 2.204233e-3 mm.
+    """
+    c, nu, rho, q, t = 4 * 0.91 / (math.pi * 210e3), 0.3, 5.0, 100.0, 2.5
+    a = c * (0.5 * math.log(2 * t * t / (c * rho)) - nu / (2 * (1 - nu)))
+    assert compression(np.array([q]), np.array([a]), np.array([c / 2]))[0] == pytest.approx(2.204233e-3, rel=1e-6)
+    # and the effect's coefficients have that form: difference of two places is that of their logarithms
+    at = lines(SPUR)
+    law = Hertz().compliance(at)
+    assert_allclose(law.h, c / 2, rtol=1e-15)
+    (r1, r2), tl = (r.ravel() for r in at.radii), SPUR.tangent_length
+    g1, g2 = SPUR.gears
+    i, j = 0, at.u.size - 1
+    u = at.u.ravel()
+    ratio = [depth(g1, r1[k]) * depth(g2, r2[k]) / (u[k] * (tl - u[k])) for k in (i, j)]
+    assert law.a.ravel()[i] - law.a.ravel()[j] == pytest.approx(c / 2 * math.log(ratio[0] / ratio[1]), rel=1e-9)
+
+
+def test_depth_of_a_helical_flank_is_measured_along_its_own_normal():
+    """In space: from the flank along its normal (inclined by β_b) to the helicoid through the centre lines.
+
+    cos β_b times the transverse depth is the first-order answer: the centre surface is met at another section, where it
+    has turned; what is left is of the order t²/R².
+    """
+    from scipy.optimize import brentq
+
+    gear = HELICAL.gears[0]
+    for radius in np.linspace(gear.form_radius + 0.2, gear.tip_radius, 4):
+        point, n = right_flank(gear, float(radius))
+        twist = math.tan(gear.beta) / gear.pitch_radius  # rad per mm along the axis
+
+        def off(d: float, sense: float, point=point, n=n, twist=twist) -> float:
+            x, y = point + d * math.cos(gear.beta_b) * n
+            z = d * math.sin(gear.beta_b)
+            return math.atan2(x, y) + sense * twist * z
+
+        # of the two hands of the helix the normal belongs to the one in which the flank's own helix is square to it
+        along = np.array([point[1] * twist, -point[0] * twist, 1.0])
+        normal = np.array([*(math.cos(gear.beta_b) * n), math.sin(gear.beta_b)])
+        sense = 1.0 if abs(along * [-1, -1, 1] @ normal) < 1e-12 else -1.0
+        assert min(abs(along @ normal), abs(along * [-1, -1, 1] @ normal)) < 1e-12
+        exact = brentq(off, 0.0, 3 * gear.normal_module, args=(sense,))
+        assert depth(gear, float(radius)) * math.cos(gear.beta_b) == pytest.approx(exact, rel=0.06)
+
+
+@PAIRS
+def test_yang_sun_is_constant(pair):
+    law = Hertz(law="yang_sun").compliance(lines(pair))
+    nu, E = pair.material.poisson_ratio, 1e3 * pair.material.youngs_modulus
+    assert_allclose(law.a, 4 * (1 - nu**2) / (math.pi * E), rtol=1e-15)
+    assert np.all(law.h == 0)
+
+
+def test_weber_banaschek_softens_less_than_linearly():
+    """δ_H grows with the load, its secant compliance falls: a Hertzian contact stiffens."""
+    law = Hertz().compliance(lines(SPUR))
+    q = np.geomspace(1, 1000, 20)
+    g = compression(q, np.full(20, law.a.ravel()[0]), np.full(20, law.h.ravel()[0]))
+    assert np.all(np.diff(g) > 0)
+    assert np.all(np.diff(g / q) < 0)
+
+
+def test_a_contact_at_the_interference_point_stays_finite():
+    """There ρ = 0 and the logarithm is infinite; a pinion of few teeth is reached that low by a large wheel."""
+    pair = Pair(
+        normal_module=3.0, face_width=24.0, centre_distance=141.0, pinion=Member(teeth=14), wheel=Member(teeth=80)
+    )
+    law = Hertz().compliance(replace(lines(pair), u=np.zeros(lines(pair).shape)))
+    assert np.all(np.isfinite(law.a) & (law.a > 0))
+
+
+# -- tooth bending ----------------------------------------------------------------------------------------------------
+@PAIRS
+@pytest.mark.parametrize("bending", [ToothBending(), ToothBending(order=(4, 3)), ToothBending(fillet=True)])
+def test_both_teeth_deflect_in_series(pair, bending):
+    """Ψ Ψᵀ is the plate of the pinion plus the plate of the wheel, at heights above each root."""
+    at = lines(pair)
+    psi = bending.compliance(at).factor
+    order, material = bending.order, pair.material
+    teeth = [plate_tooth(g, material, order, bending.fillet) for g in pair.gears]
+    (p, k) = np.argwhere(at.active)[0]
+    heights = [
+        np.hypot(g.base_radius, x) - g.root_radius
+        for g, x in zip(pair.gears, (at.u, pair.tangent_length - at.u), strict=True)
+    ]
+    for j in range(4):
+        expected = sum(
+            t.deflection(h[p, k], at.y[p, k], h[p, k, [j]], at.y[p, k, [j]])
+            for t, h in zip(teeth, heights, strict=True)
+        )
+        assert_allclose(psi[p, k] @ psi[p, k, j], expected, rtol=1e-12)
+    assert psi.shape[-1] == 2 * (3 if order is None else 12)
+
+
+def test_load_component_of_a_spur_tooth_is_the_cosine_of_the_load_angle():
+    gear = SPUR.gears[0]
+    for radius in np.linspace(gear.form_radius + 0.1, gear.tip_radius, 5):
+        _, n = right_flank(gear, float(radius))
+        assert normal_component(gear, radius) == pytest.approx(-n[0], rel=1e-12)
+
+
+def test_load_component_of_a_helical_tooth():
+    """Unit vectors in space: flank normal inclined by β_b, mid-plane along the helix at R; cos α_n where γ = α_t."""
+    gear = HELICAL.gears[0]
+    for radius in np.linspace(gear.form_radius + 0.1, gear.tip_radius, 5):
+        _, n = right_flank(gear, float(radius))
+        flank = np.array([math.cos(gear.beta_b) * -n[0], math.cos(gear.beta_b) * n[1], math.sin(gear.beta_b)])
+        beta = math.atan(radius / gear.pitch_radius * math.tan(gear.beta))
+        plane = np.array([math.cos(beta), 0.0, math.sin(beta)])
+        assert np.linalg.norm(flank) == pytest.approx(1)
+        assert float(normal_component(gear, radius)) == pytest.approx(flank @ plane, rel=1e-12)
+    # many teeth: a rack, whose load angle is the pressure angle in its normal section
+    rack = replace(gear, teeth=2_000_000)
+    assert float(normal_component(rack, rack.pitch_radius)) == pytest.approx(math.cos(math.radians(20)), abs=1e-6)
+
+
+def test_load_component_stiffens_the_tooth():
+    at = lines(HELICAL)
+    full, part = (ToothBending(load=x).compliance(at).factor for x in ("full", "component"))
+    ratio = np.sum(part**2, axis=-1) / np.sum(full**2, axis=-1)
+    assert np.all((ratio > 0.7) & (ratio < 1))
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"basis": "paper", "order": (3, 3)}, "conflicts with basis"),
+        ({"order": (3, 3, 3)}, "two numbers"),
+        ({"order": (0, 3)}, "greater than or equal to 1"),
+    ],
+)
+def test_contradictory_orders_are_refused(keys, message):
+    with pytest.raises(ValidationError, match=message):
+        ToothBending(**keys)
+
+
+def test_tooth_bending_alone_does_not_determine_the_loads():
+    with pytest.raises(ValidationError, match=r"requires effects\.hertz"):
+        Scene(pair=SPUR, load=Load(torque=10.0), effects=(ToothBending(),))
