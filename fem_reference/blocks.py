@@ -1,0 +1,238 @@
+"""The section of the body in gmsh: blocks for structured hexahedra, or one outline for tetrahedra."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+from numpy.typing import NDArray
+
+from fem_reference.section import Body, on_tooth
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cells:
+    """Number of cells along the edges of the blocks.
+
+    Parameters
+    ----------
+    thickness
+        Across the tooth.
+    flank
+        Along the involute, from form circle to tip circle.
+    fillet
+        Along the fillet: all of it for a tooth alone, its part above the junction on a rim.
+    foot
+        Along the part of the fillet below the junction (rim models).
+    land
+        Along the root circle between two fillets, where there is any (rim models).
+    rim
+        From the root to the bore (rim models).
+    width
+        Across the face width.
+    """
+
+    thickness: int
+    flank: int
+    fillet: int
+    width: int
+    foot: int = 1
+    land: int = 1
+    rim: int = 1
+
+
+@dataclass
+class Blocks:
+    """Surfaces of the section, built in gmsh's own kernel; lengths in normal modules.
+
+    Parameters
+    ----------
+    geo
+        ``gmsh.model.geo``.
+    body, cells
+        What is meshed, how finely.
+    structured
+        Transfinite blocks; otherwise only their outlines.
+    """
+
+    geo: Any
+    body: Body
+    cells: Cells
+    structured: bool = True
+    surfaces: list[int] = field(default_factory=list)
+    #: names of the curves of each surface's loop, in its order; None inside the body
+    names: list[list[str | None]] = field(default_factory=list)
+    _points: dict[tuple, int] = field(default_factory=dict)
+    _curves: dict[tuple, int] = field(default_factory=dict)
+
+    def build(self) -> None:
+        """Make all blocks."""
+        if self.body.bore_radius is None:
+            self._tooth_alone()
+            return
+        for d in self.body.offsets:
+            self._tooth_on_rim(d)
+        first, last = self.body.offsets[0], self.body.offsets[-1]
+        for d in range(first if self.body.closed else first - 1, last + 1):
+            self._gap(d)
+
+    # -- blocks -------------------------------------------------------------------------------------------------------
+    def _tooth_alone(self) -> None:
+        gear, n = self.body.gear, self.cells
+        r_f, form = gear.root_radius, gear.form_radius
+        foot = [self._flank_point(0, side, r_f, "foot") for side in (-1, 1)]
+        clamp = self._arc("clamp", 0, foot[0], foot[1], r_f, n.thickness)
+        right = self._flank(0, 1, r_f, form, foot[1], n.fillet)
+        left = self._flank(0, -1, r_f, form, foot[0], n.fillet)
+        self._surface([(clamp, "clamp"), *right, self._tip(0), *_reverse(left)], foot + self._tips(0))
+
+    def _tooth_on_rim(self, d: int) -> None:
+        body, n = self.body, self.cells
+        r_j, form = body.junction_radius, body.gear.form_radius
+        foot = [self._flank_point(d, side, r_j, "junction") for side in (-1, 1)]
+        row = self._line("row", d, foot[0], foot[1], n.thickness)
+        right = self._flank(d, 1, r_j, form, foot[1], n.fillet)
+        left = self._flank(d, -1, r_j, form, foot[0], n.fillet)
+        self._surface([(row, None), *right, self._tip(d), *_reverse(left)], foot + self._tips(d))
+        bore = [self._bore_point(d, side) for side in (-1, 1)]
+        arc = self._arc("bore", d, bore[0], bore[1], body.bore_radius or 0.0, n.thickness)
+        sides = [self._radial(d, side) for side in (-1, 1)]
+        self._surface([(arc, "bore"), (sides[1], None), (-row, None), (-sides[0], None)], [*bore, foot[1], foot[0]])
+
+    def _gap(self, d: int) -> None:
+        """Block between tooth d and tooth d + 1."""
+        body, n = self.body, self.cells
+        gear = body.gear
+        r_f, r_j = gear.root_radius, body.junction_radius
+        top = [(tag, name) for tag, name in self._foot(d, 1)]
+        cells = 2 * n.foot
+        land = body.pitch_angle - 2 * float(gear.half_angle(r_f))
+        if land > 1e-9:
+            ends = self._flank_point(d, 1, r_f, "root"), self._flank_point(d + 1, -1, r_f, "root")
+            top.append((self._arc("land", d, *ends, r_f, n.land), "root"))
+            cells += n.land
+        top += _reverse(self._foot(d + 1, -1))
+        bore = [self._bore_point(d, 1), self._bore_point(d + 1, -1)]
+        arc = self._arc("gap", d, bore[0], bore[1], body.bore_radius or 0.0, cells)
+        corners = [self._flank_point(d, 1, r_j, "junction"), self._flank_point(d + 1, -1, r_j, "junction")]
+        ends = (body.offsets[0] - 1, body.offsets[-1])
+        left = "cut_left" if d == ends[0] and not body.closed else None
+        right = "cut_right" if d == ends[1] and not body.closed else None
+        loop = [(arc, "bore"), (self._radial(d + 1, -1), right), *_reverse(top), (-self._radial(d, 1), left)]
+        self._surface(loop, [*bore, corners[1], corners[0]])
+
+    # -- points and curves, each made once ----------------------------------------------------------------------------
+    def _tooth(self, d: int) -> int:
+        """Number of the tooth, unique also where the whole gear closes."""
+        return (d - self.body.offsets[0]) % self.body.gear.teeth + self.body.offsets[0] if self.body.closed else d
+
+    def _point(self, key: tuple, R: float, theta: float) -> int:
+        if key not in self._points:
+            R /= self.body.gear.normal_module
+            self._points[key] = self.geo.addPoint(R * math.sin(theta), R * math.cos(theta), 0.0)
+        return self._points[key]
+
+    def _curve(self, key: tuple, cells: int, make: Any, spacing: tuple[str, float] = ("Progression", 1.0)) -> int:
+        if key not in self._curves:
+            self._curves[key] = tag = make()
+            if self.structured:
+                self.geo.mesh.setTransfiniteCurve(tag, cells + 1, *spacing)
+        return self._curves[key]
+
+    def _flank_point(self, d: int, side: int, R: float, what: str) -> int:
+        theta = d * self.body.pitch_angle + side * float(self.body.gear.half_angle(R))
+        if what == "root" and self.body.pitch_angle - 2 * float(self.body.gear.half_angle(R)) <= 1e-9:
+            # fully rounded root: the fillets of neighbouring teeth meet in one point
+            return self._point(("meet", self._tooth(d if side > 0 else d - 1)), R, theta)
+        return self._point((what, self._tooth(d), side), R, theta)
+
+    def _bore_point(self, d: int, side: int) -> int:
+        body = self.body
+        theta = d * body.pitch_angle + side * float(body.gear.half_angle(body.junction_radius))
+        return self._point(("bore", self._tooth(d), side), body.bore_radius or 0.0, theta)
+
+    def _tips(self, d: int) -> list[int]:
+        return [self._flank_point(d, side, self.body.gear.tip_radius, "tip") for side in (1, -1)]
+
+    def _spline(self, what: str, d: int, side: int, curve: tuple[NDArray, NDArray], ends: tuple, cells: int) -> int:
+        def make() -> int:
+            shift = d * self.body.pitch_angle
+            inner = [
+                self._point((what, self._tooth(d), side, i), float(R), shift + side * float(psi))
+                for i, (R, psi) in enumerate(zip(*curve, strict=True))
+            ][1:-1]
+            return self.geo.addSpline([ends[0], *inner, ends[1]])
+
+        return self._curve((what, self._tooth(d), side), cells, make)
+
+    def _flank(self, d: int, side: int, low: float, form: float, foot: int, cells: int) -> list:
+        """Fillet from radius ``low`` and involute up to the tip."""
+        name = "right" if side > 0 else "left"
+        middle = self._flank_point(d, side, form, "form")
+        tip = self._flank_point(d, side, self.body.gear.tip_radius, "tip")
+        fillet = self._spline("fillet", d, side, self.body.fillet(low, form), (foot, middle), cells)
+        flank = self._spline("flank", d, side, self.body.involute(), (middle, tip), self.cells.flank)
+        return [(fillet, on_tooth(f"{name}_fillet", d)), (flank, on_tooth(f"{name}_flank", d))]
+
+    def _foot(self, d: int, side: int) -> list:
+        """Lower fillet, from the junction down to the root circle."""
+        body = self.body
+        R, psi = body.fillet(body.gear.root_radius, body.junction_radius)
+        ends = (
+            self._flank_point(d, side, body.junction_radius, "junction"),
+            self._flank_point(d, side, body.gear.root_radius, "root"),
+        )
+        tag = self._spline("lower", d, side, (R[::-1], psi[::-1]), ends, self.cells.foot)
+        return [(tag, on_tooth(f"{'right' if side > 0 else 'left'}_fillet", self._tooth(d)))]
+
+    def _tip(self, d: int) -> tuple[int, str]:
+        ends = self._tips(d)
+        tag = self._arc("tip", d, ends[0], ends[1], self.body.gear.tip_radius, self.cells.thickness)
+        return tag, on_tooth("tip", d)
+
+    def _arc(self, what: str, d: int, start: int, end: int, R: float, cells: int) -> int:
+        bump = ("Bump", THICKNESS_BUMP) if what in ("tip", "clamp", "bore", "row") else ("Progression", 1.0)
+        make = lambda: self.geo.addCircleArc(start, self._point(("centre",), 0.0, 0.0), end)  # noqa: E731
+        return self._curve((what, self._tooth(d), R), cells, make, bump)
+
+    def _line(self, what: str, d: int, start: int, end: int, cells: int) -> int:
+        key = (what, self._tooth(d))
+        return self._curve(key, cells, lambda: self.geo.addLine(start, end), ("Bump", THICKNESS_BUMP))
+
+    def _radial(self, d: int, side: int) -> int:
+        """Line from the bore to the junction on the fillet, cells growing towards the bore."""
+        start = self._bore_point(d, side)
+        end = self._flank_point(d, side, self.body.junction_radius, "junction")
+        n = self.cells.rim
+        first = 2.0 * self.body.gear.normal_module / max(self.cells.thickness, 1)
+        ratio = progression((self.body.junction_radius - (self.body.bore_radius or 0.0)) / first, n)
+        make = lambda: self.geo.addLine(start, end)  # noqa: E731
+        return self._curve(("radial", self._tooth(d), side), n, make, ("Progression", 1 / ratio))
+
+    def _surface(self, curves: list[tuple[int, str | None]], corners: list[int]) -> None:
+        surface = self.geo.addPlaneSurface([self.geo.addCurveLoop([tag for tag, _ in curves])])
+        if self.structured:
+            self.geo.mesh.setTransfiniteSurface(surface, cornerTags=corners)
+            self.geo.mesh.setRecombine(2, surface)
+        self.surfaces.append(surface)
+        self.names.append([name for _, name in curves])
+
+
+#: Cells across the tooth get smaller towards the flanks (gmsh's "Bump"; 1 is uniform).
+THICKNESS_BUMP = 0.5
+
+
+def progression(total: float, n: int) -> float:
+    """Ratio g ≥ 1 with 1 + g + … + gⁿ⁻¹ = ``total``, at most 4; 1 where the cells fit evenly."""
+    if total <= n:
+        return 1.0
+    low, high = 1.0, 4.0
+    for _ in range(60):
+        g = 0.5 * (low + high)
+        low, high = (g, high) if (g**n - 1) / (g - 1) < total else (low, g)
+    return high
+
+
+def _reverse(curves: list) -> list:
+    return [(-tag, name) for tag, name in reversed(curves)]

@@ -1,0 +1,100 @@
+"""Import gmsh, or say which system packages are missing."""
+
+from __future__ import annotations
+
+import ctypes
+import re
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from typing import Any
+
+#: Shared libraries that the gmsh wheel needs beyond a bare system, with the Debian packages that bring them.
+LIBRARIES: dict[str, str] = {
+    "libGLU.so.1": "libglu1-mesa",
+    "libGL.so.1": "libgl1",
+    "libXrender.so.1": "libxrender1",
+    "libXcursor.so.1": "libxcursor1",
+    "libXfixes.so.3": "libxfixes3",
+    "libXext.so.6": "libxext6",
+    "libXft.so.2": "libxft2",
+    "libXinerama.so.1": "libxinerama1",
+    "libX11.so.6": "libx11-6",
+    "libfontconfig.so.1": "libfontconfig1",
+    "libgomp.so.1": "libgomp1",
+    "libstdc++.so.6": "libstdc++6",
+    "libz.so.1": "zlib1g",
+}
+
+_LOCK = threading.RLock()
+
+
+class MissingDependencyError(ImportError):
+    """The finite element reference cannot run here; the message says what to install."""
+
+
+def missing_system_packages() -> tuple[str, ...]:
+    """Debian packages whose shared libraries gmsh needs and that cannot be loaded; empty where all is well.
+
+    Only the libraries themselves are tried, not gmsh.
+    """
+    return tuple(package for library, package in LIBRARIES.items() if not _loads(library))
+
+
+def _loads(library: str) -> bool:
+    try:
+        ctypes.CDLL(library)
+    except OSError:
+        return False
+    return True
+
+
+def import_gmsh() -> Any:
+    """Import and return the gmsh module.
+
+    Raises
+    ------
+    MissingDependencyError
+        If gmsh is not installed, or a shared library it needs is missing; names the packages.
+    """
+    if find_spec("gmsh") is None:
+        raise MissingDependencyError("gmsh is not installed: pip install 'gearbench[fem]'")
+    try:
+        import gmsh
+    except OSError as error:
+        raise MissingDependencyError(explain(error)) from error
+    return gmsh
+
+
+def explain(error: OSError) -> str:
+    """One line for the loader's error: the missing library, and every package to install."""
+    found = re.search(r"(lib[\w+.-]*\.so[\w.]*)", str(error))
+    packages = list(missing_system_packages())
+    named = LIBRARIES.get(found.group(1)) if found else None
+    if named and named not in packages:
+        packages.append(named)
+    if not packages:
+        return f"gmsh cannot be loaded: {error}"
+    what = found.group(1) if found else "a shared library"
+    return f"gmsh needs {what}, which is missing: apt-get install {' '.join(packages)}"
+
+
+@contextmanager
+def gmsh_model(name: str) -> Iterator[Any]:
+    """Give gmsh with a fresh, empty, silent model; one at a time per process, any thread, as often as wanted."""
+    gmsh = import_gmsh()
+    with _LOCK:
+        own = not gmsh.isInitialized()
+        if own:
+            # interruptible=True would install a signal handler, which only the main thread may do
+            gmsh.initialize(argv=["gmsh"], readConfigFiles=False, run=False, interruptible=False)
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.model.add(name)
+        try:
+            yield gmsh
+        finally:
+            if own:
+                gmsh.finalize()
+            else:
+                gmsh.model.remove()

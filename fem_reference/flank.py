@@ -1,0 +1,155 @@
+"""The loaded flank: places, normals and the points below them on the centre line of the tooth.
+
+Flank coordinates are the radius R, from form circle to tip circle, and y = 0…b across the face width. Forces act along
+the inward normal of the right flank, the line of action; displacements are measured along it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.geometry.gear import Gear
+
+
+@dataclass(frozen=True)
+class Flank:
+    """Right flank of tooth d of a gear.
+
+    Parameters
+    ----------
+    gear
+        The gear.
+    d
+        Number of the tooth, counted clockwise.
+    """
+
+    gear: Gear
+    d: int = 0
+
+    def _turn(self, y: NDArray) -> NDArray:
+        gear = self.gear
+        return 2 * math.pi * self.d / gear.teeth + y * math.tan(gear.beta) / gear.pitch_radius
+
+    def _load_angle(self, R: NDArray) -> NDArray:
+        """γ = α_R − ψ(R) between the line of action and the perpendicular to the tooth's centre line [rad]."""
+        gear = self.gear
+        return np.arccos(np.clip(gear.base_radius / R, 0.0, 1.0)) - gear.involute_half_angle(R)
+
+    def _space(self, u: NDArray, v: NDArray, y: NDArray) -> NDArray:
+        """Vectors with components u (across), v (along the centre line) at y, in Cartesian coordinates."""
+        c, s = np.cos(self._turn(y)), np.sin(self._turn(y))
+        return np.stack([c * u + s * v, c * v - s * u], axis=-1)
+
+    def position(self, R: NDArray, y: NDArray) -> NDArray:
+        """Points of the flank (…, 3) [mm]."""
+        psi = self.gear.involute_half_angle(R)
+        return np.concatenate([self._space(R * np.sin(psi), R * np.cos(psi), y), y[..., None]], axis=-1)
+
+    def normal(self, R: NDArray, y: NDArray) -> NDArray:
+        """Inward normals (…, 3), inclined by β_b to the transverse plane."""
+        gamma, beta_b = self._load_angle(R), self.gear.beta_b
+        across = math.cos(beta_b) * self._space(-np.cos(gamma), -np.sin(gamma), y)
+        return np.concatenate([across, np.full(y.shape, math.sin(beta_b))[..., None]], axis=-1)
+
+    def below(self, R: NDArray, y: NDArray) -> NDArray:
+        """Points (…, 3) where the transverse line of action through (R, y) meets the centre line of the tooth [mm].
+
+        Its radius is r_b / cos γ: a rigid motion in the transverse plane moves both ends of that line alike.
+        """
+        radius = self.gear.base_radius / np.cos(self._load_angle(R))
+        return np.concatenate([self._space(np.zeros_like(radius), radius, y), y[..., None]], axis=-1)
+
+    def beside(self, R: NDArray, y: NDArray) -> NDArray:
+        """Points (…, 3) on the centre line at the same radius R [mm], as in plate models."""
+        return np.concatenate([self._space(np.zeros_like(R), R, y), y[..., None]], axis=-1)
+
+    def stretch(self, R: NDArray) -> NDArray:
+        """Flank area per dR dy, √(1/cos²α_R + tan²β_R)."""
+        gear = self.gear
+        tan_b = R * math.tan(gear.beta) / gear.pitch_radius
+        return np.sqrt((R / gear.base_radius) ** 2 + tan_b**2)
+
+    def coordinates(self, position: NDArray) -> tuple[NDArray, NDArray]:
+        """(R, y) of points of the flank (point, 3)."""
+        return np.hypot(position[:, 0], position[:, 1]), position[:, 2]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Legendre:
+    """Tensor products of Legendre polynomials, orthonormal in dR dy on the flank.
+
+    Parameters
+    ----------
+    gear
+        The gear whose flank they live on.
+    order
+        (p, q): number of functions along the height and across the face width.
+    """
+
+    gear: Gear
+    order: tuple[int, int]
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Form radius and tip radius [mm]."""
+        return self.gear.form_radius, self.gear.tip_radius
+
+    def __call__(self, R: NDArray, y: NDArray) -> NDArray:
+        """Values (…, p·q) [1/mm]."""
+        low, high = self.ends
+        along = _orthonormal(np.clip((2 * R - low - high) / (high - low), -1, 1), self.order[0], high - low)
+        b = self.gear.face_width
+        across = _orthonormal(np.clip(2 * y / b - 1, -1, 1), self.order[1], b)
+        return (along[..., :, None] * across[..., None, :]).reshape(*np.shape(R), -1)
+
+    def quadrature(self, extra: int = 4) -> tuple[NDArray, NDArray, NDArray]:
+        """Gauss points R, y and weights [mm²] on the flank."""
+        (low, high), b = self.ends, self.gear.face_width
+        x, wx = np.polynomial.legendre.leggauss(self.order[0] + extra)
+        t, wt = np.polynomial.legendre.leggauss(self.order[1] + extra)
+        R, y = np.meshgrid(0.5 * (low + high) + 0.5 * (high - low) * x, 0.5 * b * (1 + t), indexing="ij")
+        return R.ravel(), y.ravel(), (0.25 * (high - low) * b * np.outer(wx, wt)).ravel()
+
+
+def _orthonormal(x: NDArray, n: int, length: float) -> NDArray:
+    return np.polynomial.legendre.legvander(x, n - 1) * np.sqrt((2 * np.arange(n) + 1) / length)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Patches:
+    """Unit loads on patches of a grid of flank points: pressure p = p₀ (1 − ξ²)(1 − η²) over |ξ|, |η| ≤ 1.
+
+    Parameters
+    ----------
+    radius, y
+        Centres of the patches, shape (patch,) [mm].
+    half
+        Half sizes in R and in y [mm].
+    """
+
+    radius: NDArray
+    y: NDArray
+    half: tuple[float, float]
+
+    def __call__(self, R: NDArray, y: NDArray) -> NDArray:
+        """Force density per dR dy at the points, (…, patch) [1/mm²]; unit total force."""
+        xi, eta = (R[..., None] - self.radius) / self.half[0], (y[..., None] - self.y) / self.half[1]
+        bump = np.maximum(1 - xi**2, 0.0) * np.maximum(1 - eta**2, 0.0)
+        return bump * 9 / (16 * self.half[0] * self.half[1])
+
+
+def patch_grid(gear: Gear, heights: int = 6, stations: int = 9, half: tuple[float, float] | None = None) -> Patches:
+    """Return patches at ``heights`` × ``stations`` evenly spaced places of the flank, half a spacing off its edges.
+
+    Patches are half a normal module high and wide (half sizes 0.25 m_n), or smaller where the spacing asks for it.
+    """
+    low, high = gear.form_radius, gear.tip_radius
+    dR, dy = (high - low) / heights, gear.face_width / stations
+    R, y = np.meshgrid(low + dR * (np.arange(heights) + 0.5), dy * (np.arange(stations) + 0.5), indexing="ij")
+    if half is None:
+        half = min(0.25 * gear.normal_module, dR / 2), min(0.25 * gear.normal_module, dy / 2)
+    return Patches(radius=R.ravel(), y=y.ravel(), half=half)

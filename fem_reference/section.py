@@ -1,0 +1,151 @@
+"""Transverse section of the meshed body: which curves bound it, and where they run exactly.
+
+Polar coordinates: radius R and angle θ, clockwise from the centre line (+y axis) of the loaded tooth, so that the
+tooth's right flank, the loaded one, is at θ > 0. Tooth d stands at θ = 2πd/z.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gearbench.errors import InputError
+from gearbench.geometry.gear import Gear
+
+
+@dataclass(frozen=True, kw_only=True)
+class Body:
+    """What is modelled of a gear.
+
+    Parameters
+    ----------
+    gear
+        The gear.
+    bore_radius
+        None: one tooth alone, cut out and clamped along the root circle R = r_f between the feet of its two fillets.
+        Otherwise a sector of the gear down to the bore [mm], clamped at the bore.
+    teeth
+        Number of neighbouring teeth on the sector, odd, the loaded one in the middle; ``gear.teeth`` makes the
+        whole gear.
+    cut
+        Radial faces where the sector is cut out of the gear: "clamped" or "free".
+
+    Raises
+    ------
+    InputError
+        If the sector does not exist.
+    """
+
+    gear: Gear
+    bore_radius: float | None = None
+    teeth: int = 1
+    cut: Literal["clamped", "free"] = "clamped"
+
+    def __post_init__(self) -> None:
+        z, r_f = self.gear.teeth, self.gear.root_radius
+        if self.bore_radius is None:
+            if self.teeth != 1:
+                raise InputError("teeth", self.teeth, "must be 1 for a tooth alone (no bore_radius)")
+            return
+        if not 0 < self.bore_radius <= 0.999 * r_f:
+            raise InputError("bore_radius", self.bore_radius, f"must lie in (0, {0.999 * r_f:.6g}] mm (root circle)")
+        if not (self.teeth == z or (self.teeth % 2 == 1 and 1 <= self.teeth <= z - 2)):
+            raise InputError("teeth", self.teeth, f"must be odd and at most {z - 2}, or all {z} teeth")
+
+    @property
+    def closed(self) -> bool:
+        """Whether the whole gear is modelled."""
+        return self.bore_radius is not None and self.teeth == self.gear.teeth
+
+    @property
+    def offsets(self) -> range:
+        """Numbers d of the teeth, 0 the loaded one."""
+        first = -(self.teeth // 2) if not self.closed else -((self.teeth - 1) // 2)
+        return range(first, first + self.teeth)
+
+    @property
+    def pitch_angle(self) -> float:
+        """Angular pitch 2π/z [rad]."""
+        return 2 * math.pi / self.gear.teeth
+
+    @property
+    def held(self) -> tuple[str, ...]:
+        """Names of the clamped boundaries."""
+        if self.bore_radius is None:
+            return ("clamp",)
+        return ("bore", "cut_left", "cut_right") if self.cut == "clamped" and not self.closed else ("bore",)
+
+    # -- curves -------------------------------------------------------------------------------------------------------
+    @cached_property
+    def junction_radius(self) -> float:
+        """Radius R_j on the fillet where the blocks of tooth, rim and gap meet (rim models) [mm]."""
+        return float(self._radius_at(0.55 * self._chord(self.gear.form_radius)))
+
+    def _chord(self, radius: ArrayLike) -> NDArray:
+        """c = √(R² − r_f²), in which the fillet is smooth down to the root circle."""
+        r_f, radius = self.gear.root_radius, np.asarray(radius, dtype=float)
+        return np.sqrt(np.maximum((radius - r_f) * (radius + r_f), 0.0))
+
+    def _radius_at(self, chord: ArrayLike) -> NDArray:
+        return np.hypot(self.gear.root_radius, chord)
+
+    def fillet(self, low: float, high: float, n: int = 24) -> tuple[NDArray, NDArray]:
+        """Points (R, ψ) of the fillet between two radii, evenly in c."""
+        radius = self._radius_at(np.linspace(self._chord(low), self._chord(high), n))
+        radius[0], radius[-1] = low, high
+        return radius, self.gear.half_angle(radius)
+
+    def involute(self, n: int = 24) -> tuple[NDArray, NDArray]:
+        """Points (R, ψ) of the involute flank, evenly in the roll angle."""
+        gear = self.gear
+        ends = [math.sqrt(max(r**2 - gear.base_radius**2, 0.0)) for r in (gear.form_radius, gear.tip_radius)]
+        radius = np.hypot(gear.base_radius, np.linspace(ends[0], ends[1], n))
+        radius[0], radius[-1] = gear.form_radius, gear.tip_radius
+        return radius, gear.half_angle(radius)
+
+    # -- exact places of boundary nodes -------------------------------------------------------------------------------
+    def snap(self, boundary: str, R: NDArray, theta: NDArray, ends: tuple[NDArray, NDArray] | None = None) -> tuple:
+        """Move points (R, θ) that belong to a named boundary exactly onto it.
+
+        ``ends``: for the middles of edges, radii of the two ends; the middle is then placed so that quadratic edges
+        at the foot of the fillet, where it is tangent to the root circle, keep a positive Jacobian.
+        """
+        name, d = split_name(boundary)
+        gear = self.gear
+        exact = {"tip": gear.tip_radius, "clamp": gear.root_radius, "root": gear.root_radius, "bore": self.bore_radius}
+        if name in exact:
+            return np.full_like(R, exact[name]), theta
+        if not name.endswith(("flank", "fillet")):
+            return R, theta
+        if ends is not None and name.endswith("fillet"):
+            low, high = sorted_pair(self._chord(ends[0]), self._chord(ends[1]))
+            middle = 0.5 * (low + high)
+            R = self._radius_at(np.where(low < 1e-6 * gear.root_radius, 0.6 * high, middle))
+        low, high = (gear.root_radius, gear.form_radius) if name.endswith("fillet") else (gear.form_radius, gear.tip_radius)
+        R = np.clip(R, low, high)
+        psi = gear.half_angle(R)
+        return R, d * self.pitch_angle + (psi if name.startswith("right") else -psi)
+
+
+def sorted_pair(a: NDArray, b: NDArray) -> tuple[NDArray, NDArray]:
+    """Elementwise smaller and larger."""
+    return np.minimum(a, b), np.maximum(a, b)
+
+
+def split_name(boundary: str) -> tuple[str, int]:
+    """Name and tooth number of a boundary: "right_flank+1" is ("right_flank", 1)."""
+    for sign in "+-":
+        name, _, number = boundary.partition(sign)
+        if number:
+            return name, int(sign + number)
+    return boundary, 0
+
+
+def on_tooth(name: str, d: int) -> str:
+    """Name of a boundary of tooth d: plain for the loaded tooth, "…+1", "…-1" for its neighbours."""
+    return f"{name}{d:+d}" if d else name

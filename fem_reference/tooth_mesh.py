@@ -1,0 +1,266 @@
+"""Finite element mesh of a gear tooth, alone or on a sector of its gear.
+
+gmsh meshes the straight body over the section bounded by the exact involute and the generated fillet; every boundary
+node, also those in the middle of quadratic edges, is then placed exactly on its curve, and the body is turned by the
+screw motion of the helix, θ → θ + y tan β / r. Seen from the loaded (right) flank, contact then climbs towards the tip
+as y grows, as on the driving gear of ``gearbench.geometry.action``.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import skfem
+from numpy.typing import NDArray
+
+from fem_reference.blocks import Blocks, Cells
+from fem_reference.elasticity import ELEMENTS, Space
+from fem_reference.environment import gmsh_model
+from fem_reference.section import Body, split_name
+from gearbench.errors import GearbenchError
+
+__all__ = ["Body", "Cells", "MeshingError", "ToothMesh", "tooth_mesh"]
+
+# gmsh's and scikit-fem's order of the vertices of a hexahedron
+_HEX = [0, 4, 3, 1, 7, 5, 2, 6]
+_GMSH_TYPE = {"hex": (5, 8, 3, 4), "tet": (4, 4, 2, 3)}
+
+
+class MeshingError(GearbenchError):
+    """The body cannot be meshed."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ToothMesh:
+    """Mesh of a body.
+
+    Parameters
+    ----------
+    body, cells, kind
+        What was asked for; ``kind`` is a 3D key of ``fem_reference.elasticity.ELEMENTS``.
+    mesh
+        scikit-fem mesh [mm] in Cartesian coordinates: y axis = centre line of the loaded tooth at the front face,
+        z = position across the face width. Named boundaries: "left_flank", "right_flank", "left_fillet",
+        "right_fillet", "tip" (with "+1", "-1", … appended for the neighbours), "front" (z = 0), "back" (z = b), and
+        "clamp" for a tooth alone or "root", "bore", "cut_left", "cut_right" on a rim.
+    seconds
+        Time of meshing.
+    """
+
+    body: Body
+    cells: Cells
+    kind: str
+    mesh: Any
+    seconds: float
+
+    @cached_property
+    def space(self) -> Space:
+        """Displacement space on this mesh."""
+        return Space(self.mesh, self.kind)
+
+    @cached_property
+    def quality(self) -> float:
+        """Smallest ratio of Jacobian determinants within an element, over the quadrature points; > 0."""
+        X, _ = skfem.quadrature.get_quadrature(self.space.element.refdom, ELEMENTS[self.kind].quadrature)
+        _, det = self.space.gradients(X)
+        return float((det.min(axis=1) / det.max(axis=1)).min())
+
+    def write(self, path: str | Path, **point_data: NDArray) -> None:
+        """Write VTU (ParaView) or MSH (Gmsh) by the suffix; ``point_data`` per mesh node, vectors as (node, 3)."""
+        import meshio
+        from skfem.io.meshio import HEX_MAPPING, TYPE_MESH_MAPPING
+
+        cells = self.mesh.dofs.element_dofs
+        if self.kind.startswith("hex"):
+            cells = cells[HEX_MAPPING[: cells.shape[0]]]
+        out = meshio.Mesh(self.mesh.doflocs.T, [(TYPE_MESH_MAPPING[type(self.mesh)], cells.T)], point_data)
+        form = {"file_format": "gmsh", "binary": True} if Path(path).suffix == ".msh" else {}
+        out.write(path, **form)
+
+
+def tooth_mesh(body: Body, cells: Cells, kind: str = "hex20") -> ToothMesh:
+    """Mesh a body.
+
+    Raises
+    ------
+    MeshingError
+        If the section crosses itself, gmsh fails, or an element is turned inside out.
+    MissingDependencyError
+        If gmsh cannot be loaded.
+    """
+    start = time.perf_counter()
+    check_section(body)
+    flat = _straight(body, cells, kind)
+    mesh = _screw(_quadratic(flat, body) if kind != "hex8" else flat, body)
+    made = ToothMesh(body=body, cells=cells, kind=kind, mesh=mesh, seconds=0.0)
+    try:
+        _ = made.quality
+    except ValueError as error:
+        raise MeshingError(f"teeth = {body.gear.teeth}: {error}") from None
+    return replace(made, seconds=time.perf_counter() - start)
+
+
+def check_section(body: Body) -> None:
+    """Refuse a section that crosses itself, by name of what crosses.
+
+    The flanks are functions ψ(R), so the outline is simple exactly if 0 < ψ(R) everywhere and ψ ≤ π/z at the root.
+    """
+    gear = body.gear
+    R = np.concatenate([body.fillet(gear.root_radius, gear.form_radius, 200)[0], body.involute(200)[0]])
+    psi = gear.half_angle(R)
+    if not np.all(np.isfinite(psi)) or psi.min() <= 1e-6 * body.pitch_angle:
+        at = R[int(np.argmin(np.nan_to_num(psi, nan=-1.0)))]
+        raise MeshingError(f"the flanks of the tooth cross at R = {at:.6g} mm (pointed or undercut right through)")
+    if psi[R <= gear.form_radius].max() > 0.5 * body.pitch_angle * (1 + 1e-9):
+        raise MeshingError("the fillets of neighbouring teeth cross")
+
+
+def _straight(body: Body, cells: Cells, kind: str) -> Any:
+    """Straight first-order mesh of the extruded section [mm], boundary nodes on the exact curves, not yet screwed."""
+    gear, family = body.gear, kind[:3]
+    with gmsh_model("tooth") as gmsh:
+        try:
+            names = _model(gmsh, body, cells, family == "hex")
+            gmsh.model.mesh.generate(3)
+            points, elements, facets = _harvest(gmsh, names, family)
+        except Exception as error:  # gmsh raises bare Exceptions
+            raise MeshingError(f"gmsh: {error}") from error
+    points *= gear.normal_module
+    if family == "hex":
+        elements = elements[_HEX]
+    mesh = ELEMENTS[kind].straight(points, elements, sort_t=False, validate=False)
+    boundaries = _match(mesh.facets, facets, points.shape[1])
+    for name, found in boundaries.items():
+        nodes = np.unique(mesh.facets[:, found])
+        points[:2, nodes] = _snapped(body, name, points[:2, nodes])
+    return replace(mesh, doflocs=points).with_boundaries(boundaries)
+
+
+def _model(gmsh: Any, body: Body, cells: Cells, structured: bool) -> dict[str, list[int]]:
+    """Build the extruded body; surfaces of each named boundary."""
+    geo = gmsh.model.geo
+    blocks = Blocks(geo, body, cells, structured)
+    blocks.build()
+    width = body.gear.face_width / body.gear.normal_module
+    layers = {"numElements": [cells.width], "heights": [1.0], "recombine": True} if structured else {}
+    names: dict[str, list[int]] = {"front": list(blocks.surfaces), "back": []}
+    for surface, curves in zip(blocks.surfaces, blocks.names, strict=True):
+        out = geo.extrude([(2, surface)], 0.0, 0.0, width, **layers)
+        names["back"].append(out[0][1])
+        for name, (_, tag) in zip(curves, out[2:], strict=True):
+            if name is not None:
+                names.setdefault(name, []).append(tag)
+    geo.synchronize()
+    if not structured:
+        # as fine as the structured mesh: the flank's cells over the tooth's height
+        size = 1.5 * (body.gear.tip_radius - body.gear.form_radius) / body.gear.normal_module / cells.flank
+        gmsh.option.setNumber("Mesh.MeshSizeMax", size)
+        gmsh.option.setNumber("Mesh.MeshSizeMin", size)
+    return names
+
+
+def _harvest(gmsh: Any, names: dict[str, list[int]], family: str) -> tuple[NDArray, NDArray, dict[str, NDArray]]:
+    """Points (3, n), elements (k, n), and boundary facets (m, n) by name, numbered from 0."""
+    cell, n_cell, face, n_face = _GMSH_TYPE[family]
+    tags, coordinates, _ = gmsh.model.mesh.getNodes()
+    _, nodes = gmsh.model.mesh.getElementsByType(cell)
+    number = np.full(int(tags.max()) + 1, -1, dtype=np.int64)
+    used = np.unique(nodes)
+    number[used] = np.arange(used.size)
+    place = np.empty_like(number)
+    place[tags] = np.arange(tags.size)
+    points = coordinates.reshape(-1, 3)[place[used]].T.copy()
+    facets = {
+        name: np.concatenate(
+            [number[gmsh.model.mesh.getElementsByType(face, tag)[1].reshape(-1, n_face)] for tag in surfaces]
+        ).T
+        for name, surfaces in names.items()
+    }
+    return points, np.ascontiguousarray(number[nodes.reshape(-1, n_cell)].T, dtype=np.int32), facets
+
+
+def _match(facets: NDArray, named: dict[str, NDArray], n: int) -> dict[str, NDArray]:
+    """Numbers of the mesh facets that are the given facets (by their three smallest vertices)."""
+
+    def key(f: NDArray) -> NDArray:
+        s = np.sort(f, axis=0).astype(np.int64)
+        return (s[0] * n + s[1]) * n + s[2]
+
+    keys = key(facets)
+    order = np.argsort(keys)
+    return {name: order[np.searchsorted(keys, key(f), sorter=order)].astype(np.int32) for name, f in named.items()}
+
+
+def _polar(xy: NDArray) -> tuple[NDArray, NDArray]:
+    return np.hypot(xy[0], xy[1]), np.arctan2(xy[0], xy[1])
+
+
+def _snapped(body: Body, name: str, xy: NDArray, ends: tuple[NDArray, NDArray] | None = None) -> NDArray:
+    """Points (2, n) moved onto the exact curve of a boundary."""
+    R, theta = _polar(xy)
+    exact_R, exact = body.snap(name, R, theta, ends)
+    if exact is theta and exact_R is R:
+        return xy
+    return np.array([exact_R * np.sin(exact), exact_R * np.cos(exact)])
+
+
+def _quadratic(mesh: Any, body: Body) -> Any:
+    """Quadratic geometry: middles of boundary edges on the exact curves, inner nodes blended from the edges."""
+    curved = {skfem.MeshHex1: skfem.MeshHex2, skfem.MeshTet1: skfem.MeshTet2}[type(mesh)].from_mesh(mesh)
+    points, dofs = curved.doflocs.copy(), curved.dofs
+    middle = dofs.edge_dofs[0]
+    for name, facets in mesh.boundaries.items():
+        if split_name(name)[0] in ("front", "back"):
+            continue
+        edges = edges_of(mesh, facets)
+        ends = mesh.edges[:, edges]
+        radii = np.hypot(*mesh.p[:2, ends[0]]), np.hypot(*mesh.p[:2, ends[1]])
+        points[:2, middle[edges]] = _snapped(body, name, points[:2, middle[edges]], radii)
+    if isinstance(mesh, skfem.MeshTet1):
+        _straighten_bad(points, mesh, middle)
+    else:
+        vertex, edge = points[:, mesh.t], points[:, middle[mesh.t2e]]
+        points[:, dofs.interior_dofs[0]] = 0.25 * (edge.sum(axis=1) - vertex.sum(axis=1))
+        for local, corners in enumerate(mesh.elem.refdom.facets):
+            around = [i for i, e in enumerate(mesh.elem.refdom.edges) if set(e) <= set(corners)]
+            face = 0.5 * edge[:, around].sum(axis=1) - 0.25 * vertex[:, corners].sum(axis=1)
+            points[:, dofs.facet_dofs[0][mesh.t2f[local]]] = face
+    return replace(curved, doflocs=points).with_boundaries(mesh.boundaries)
+
+
+def _straighten_bad(points: NDArray, mesh: Any, middle: NDArray) -> None:
+    """Straighten the edges of curved tetrahedra that would be turned inside out (in the cusp at the clamped root)."""
+    corners, _ = skfem.quadrature.get_quadrature(mesh.elem.refdom, ELEMENTS["tet10"].quadrature)
+    shapes = np.stack([skfem.ElementTetP2().lbasis(corners, i)[1] for i in range(10)])
+    for _ in range(5):
+        places = np.concatenate([points[:, mesh.t], points[:, middle[mesh.t2e]]], axis=1)
+        J = np.einsum("iae,ajq->eqij", places, shapes)
+        det = np.linalg.det(J)
+        bad = np.flatnonzero((det * np.sign(det.mean(axis=1, keepdims=True))).min(axis=1) <= 0.05 * np.abs(det).max(axis=1))
+        if bad.size == 0:
+            return
+        edges = np.unique(mesh.t2e[:, bad])
+        points[:, middle[edges]] = points[:, mesh.edges[:, edges]].mean(axis=1)
+
+
+def edges_of(mesh: Any, facets: NDArray) -> NDArray:
+    """Edges of the mesh that lie in the given facets."""
+    element = mesh.f2t[0, facets]
+    local = np.argmax(mesh.t2f[:, element] == facets, axis=0)
+    refdom = mesh.elem.refdom
+    inside = [[i for i, e in enumerate(refdom.edges) if set(e) <= set(f)] for f in refdom.facets]
+    return np.unique(mesh.t2e[np.array(inside)[local].T, element])
+
+
+def _screw(mesh: Any, body: Body) -> Any:
+    """Turn every section clockwise by z tan β / r."""
+    x, y, z = mesh.doflocs
+    turn = z * math.tan(body.gear.beta) / body.gear.pitch_radius
+    c, s = np.cos(turn), np.sin(turn)
+    return replace(mesh, doflocs=np.array([c * x + s * y, c * y - s * x, z]))
