@@ -1,0 +1,262 @@
+"""What a simulation must not depend on: units, which gear drives, the order of effects; and exact special cases."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.problem import ContactSolution
+from gearbench.contact.solver import solve
+from gearbench.effects.base import Effect
+from gearbench.effects.crowning import Crowning
+from gearbench.effects.end_relief import EndRelief
+from gearbench.effects.helix_slope import HelixSlope
+from gearbench.effects.hertz import Hertz
+from gearbench.effects.misalignment import Misalignment
+from gearbench.effects.profile_slope import ProfileSlope
+from gearbench.effects.root_relief import RootRelief
+from gearbench.effects.tip_relief import TipRelief
+from gearbench.effects.tooth_bending import ToothBending
+from gearbench.geometry.material import Material
+from gearbench.geometry.pair import Member, Pair
+from gearbench.scene import Load, Resolution, Scene
+from gearbench.simulation import simulate
+
+SPUR = Pair(normal_module=3.0, face_width=24.0, centre_distance=90.4, pinion=Member(teeth=24), wheel=Member(teeth=36))
+HELICAL = replace(SPUR, helix_angle=18.0, centre_distance=94.9)
+PAIRS = pytest.mark.parametrize("pair", [SPUR, HELICAL], ids=["spur", "helical"])
+LAWS = pytest.mark.parametrize("law", ["yang_sun", "weber_banaschek"])
+PHASES = (np.arange(29) + 0.31) / 29
+
+
+def gaps(x: float = 1.0, swap: bool = False) -> tuple[Effect, ...]:
+    """Every effect that adds gap, lengths × x; or as seen with the wheel driving (y from the other end of the face)."""
+    pinion, wheel = ("wheel", "pinion") if swap else ("pinion", "wheel")
+    turn = -1.0 if swap else 1.0
+    return (
+        Crowning(amount=4 * x),
+        TipRelief(amount=6 * x, length=0.9 * x, gear=pinion),
+        RootRelief(amount=3 * x, length=0.5 * x, shape="parabolic", gear=wheel),
+        EndRelief(amount=5 * x, length=2.5 * x),
+        ProfileSlope(**{pinion: 2 * x, wheel: -3 * x}),
+        HelixSlope(**{pinion: 5 * x * turn, wheel: 3 * x * turn}),
+        Misalignment(inclination=4 * x * turn, deviation=6 * x * turn),
+    )
+
+
+def scene(pair: Pair, *effects: Effect, torque: float = 150.0, **resolution: int) -> Scene:
+    return Scene(pair=pair, load=Load(torque=torque), effects=effects, resolution=Resolution(**resolution))
+
+
+def solution(scene: Scene, phases: NDArray) -> ContactSolution:
+    return solve(assemble(scene, scene_lines(scene, phases)))
+
+
+# -- units ------------------------------------------------------------------------------------------------------------
+def scaled(pair: Pair, s: float) -> Pair:
+    return replace(
+        pair,
+        normal_module=s * pair.normal_module,
+        face_width=s * pair.face_width,
+        centre_distance=s * pair.centre_distance,
+        material=Material(youngs_modulus=pair.material.youngs_modulus / s**2),
+    )
+
+
+@PAIRS
+@LAWS
+@pytest.mark.parametrize("s", [0.37, 25.4])
+@pytest.mark.parametrize("resolution", [{}, {"positions": 32}], ids=["gauss", "uniform"])
+def test_another_unit_of_length_scales_the_answer(pair, law, s, resolution):
+    """All lengths × s, moduli / s², torque (a length too) × s: the same forces, δ × s, k / s."""
+    bending = (ToothBending(), Hertz(law=law))
+    one = simulate(scene(pair, *bending, *gaps(), **resolution))
+    other = simulate(scene(scaled(pair, s), *bending, *gaps(s), torque=150.0 * s, **resolution))
+    # a segment whose load just vanishes is as sensitive as contact problems are: 1e-10 as the project promises
+    assert_allclose(other.mesh_phase, one.mesh_phase, atol=1e-12)
+    assert_allclose(other.transmission_error, one.transmission_error * s, rtol=1e-10)
+    assert_allclose(other.mesh_stiffness, one.mesh_stiffness / s, rtol=1e-10)
+    assert_allclose(other.line_load * s, one.line_load, atol=1e-10 * float(one.line_load.max()))
+    for name in ("mesh_stiffness_rms", "mesh_stiffness_mean", "transmission_error_rms"):
+        factor = {"mesh_stiffness_rms": 1.0, "mesh_stiffness_mean": 1 / s, "transmission_error_rms": s}[name]
+        assert_allclose(float(other[name]), float(one[name]) * factor, rtol=1e-10)
+
+
+# -- which gear drives ------------------------------------------------------------------------------------------------
+def mirrored(pair: Pair, phases: NDArray) -> NDArray:
+    """Phase of the swapped pair at which the same lines touch, seen from the other end of path and face.
+
+    u′ = T₁T₂ − u, y′ = b − y and u = u_A + (τ + k) p_bt + y tan β_b give τ′ ≡ ε_α − ε_β − τ.
+    """
+    return (pair.transverse_contact_ratio - pair.overlap_ratio - phases) % 1.0
+
+
+@PAIRS
+@LAWS
+def test_swapping_pinion_and_wheel_mirrors_the_cycle(pair, law):
+    bending = (ToothBending(), Hertz(law=law))
+    ratio = pair.wheel.teeth / pair.pinion.teeth
+    one = scene(pair, *bending, *gaps())
+    other = scene(pair.swapped(), *bending, *gaps(swap=True), torque=150.0 * ratio)
+    a, b = solution(one, PHASES), solution(other, mirrored(pair, PHASES))
+    # slopes over the face are zero at y = 0, that is at the other end: a rigid offset
+    alpha = pair.working_pressure_angle
+    tilt = 4 * math.sin(alpha) + 6 * math.cos(alpha)
+    offset = 1e-3 * (8 + tilt * math.cos(pair.base_helix_angle))
+    assert_allclose(b.approach, a.approach - offset, rtol=1e-10)
+    assert_allclose(b.stiffness, a.stiffness, rtol=1e-10)
+
+
+@PAIRS
+def test_swapping_leaves_the_figures_of_the_cycle(pair):
+    effects = (ToothBending(), Hertz(), TipRelief(amount=6.0, length=0.9), Crowning(amount=4.0))
+    one, other = simulate(scene(pair, *effects)), simulate(scene(pair.swapped(), *effects, torque=150.0 * 1.5))
+    for name in ("mesh_stiffness_mean", "mesh_stiffness_rms", "transmission_error_mean", "transmission_error_rms"):
+        assert_allclose(float(other[name]), float(one[name]), rtol=1e-10)
+
+
+# -- exact special cases ----------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("overlap", [1, 2])
+def test_integer_overlap_and_a_constant_stiffness_give_no_fluctuation(overlap):
+    """The total length of the contact lines is constant. With a constant stiffness per length, so is k."""
+    width = overlap * HELICAL.base_pitch / math.tan(HELICAL.base_helix_angle)
+    law = Hertz(law="yang_sun")
+    even = simulate(scene(replace(HELICAL, face_width=width), law))
+    assert float(even.mesh_stiffness_rms) < 1e-9
+    assert float(even.transmission_error_rms) < 1e-9 * float(even.transmission_error_mean)
+    assert float(simulate(scene(replace(HELICAL, face_width=1.3 * width), law)).mesh_stiffness_rms) > 0.5
+
+
+def test_transmission_error_and_stiffness_are_those_along_the_transverse_line_of_action():
+    """δ = δ_n / cos β_b; k = ∂F_t/∂δ by differences of the torque, F_t = T / r_b1."""
+    torques = 150.0 * np.array([1 - 1e-4, 1.0, 1 + 1e-4])
+    runs = [simulate(scene(HELICAL, ToothBending(), Hertz(), torque=float(t), positions=5)) for t in torques]
+    delta = np.array([r.transmission_error for r in runs])
+    force = 1e3 * torques / HELICAL.gears[0].base_radius
+    assert_allclose(runs[1].mesh_stiffness, (force[2] - force[0]) / (delta[2] - delta[0]), rtol=1e-6)  # step² = 1e-8
+    at = runs[1]
+    total = (at.line_load * at.segment_length).sum(["pair", "segment"])
+    assert_allclose(total * math.cos(HELICAL.base_helix_angle), force[1], rtol=1e-12)
+
+
+def test_finer_segments_converge_with_second_order():
+    """Constant line load on segments, equations at their middles: order 2 where the whole line carries."""
+    s = scene(HELICAL, ToothBending(), Hertz(), Crowning(amount=1.0))
+    phases = PHASES[::7]
+
+    def at(segments: int) -> NDArray:
+        found = solution(replace(s, resolution=Resolution(segments=segments)), phases)
+        return np.append(found.approach * found.stiffness.mean(), found.stiffness)
+
+    exact = at(1000)
+    counts = np.array([5, 10, 20, 40])
+    errors = [np.abs(at(int(n)) / exact - 1).max() for n in counts]
+    assert np.polyfit(np.log(counts), np.log(errors), 1)[0] == pytest.approx(-2, abs=0.2)
+
+
+def test_residuals_are_reported_and_small():
+    for pair in (SPUR, HELICAL):
+        out = simulate(scene(pair, ToothBending(), Hertz(), *gaps()))
+        assert float(out.equilibrium_residual.max()) <= 1e-10
+        assert float(out.complementarity_residual.max()) <= 1e-10
+        assert float(out.minimum_force.min()) >= 0
+
+
+# -- any scene --------------------------------------------------------------------------------------------------------
+amounts = st.floats(-10, 30)
+
+
+@st.composite
+def scenes(draw) -> Scene:
+    """Sound pairs with any of the gaps, from light to heavy load."""
+    m = draw(st.sampled_from([0.8, 2.0, 7.5]))
+    z1, z2 = draw(st.integers(14, 60)), draw(st.integers(14, 90))
+    beta = draw(st.one_of(st.just(0.0), st.floats(0.5, 35.0)))
+    distance = m * (z1 + z2) / 2 / math.cos(math.radians(beta)) * draw(st.floats(1.0, 1.01))
+    chosen = draw(
+        st.tuples(
+            st.builds(Crowning, amount=amounts),
+            st.builds(TipRelief, amount=amounts, length=st.floats(0, 0.5)),
+            st.builds(ProfileSlope, pinion=amounts, wheel=amounts),
+            st.builds(HelixSlope, pinion=amounts),
+            st.builds(Misalignment, inclination=amounts, deviation=amounts),
+        )
+    )
+    kept = [e for e in chosen if draw(st.booleans())]
+    bending = [ToothBending()] if draw(st.booleans()) else []
+    law = Hertz(law=draw(st.sampled_from(["yang_sun", "weber_banaschek"])))
+    try:
+        pair = Pair(
+            normal_module=m,
+            helix_angle=beta,
+            face_width=m * draw(st.floats(4, 25)),
+            centre_distance=distance,
+            pinion=Member(teeth=z1),
+            wheel=Member(teeth=z2),
+        )
+        # line loads per module from 1 to 300 N/mm²
+        load = pair.face_width * m * 10 ** draw(st.floats(0, 2.5))
+        torque = load * pair.gears[0].base_radius / 1e3
+        return scene(pair, *bending, law, *kept, torque=torque, segments=draw(st.integers(1, 9)), positions=6)
+    except ValidationError:
+        assume(False)
+        raise
+
+
+quick = settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
+
+
+@quick
+@given(scenes())
+def test_any_scene_is_solved(scene):
+    s = solution(scene, PHASES[::4])
+    for values in (s.force, s.approach, s.stiffness):
+        assert np.all(np.isfinite(values))
+    assert np.all(s.force >= 0)
+    assert np.all(s.stiffness > 0)
+    assert_allclose(s.force.sum(axis=(1, 2)), scene.normal_force, rtol=1e-10)
+    assert s.complementarity.max() <= 1e-10
+    assert s.equilibrium.max() <= 1e-10
+
+
+@quick
+@given(scenes(), st.floats(1.01, 3.0))
+def test_more_torque_deflects_more(scene, factor):
+    more = replace(scene, load=Load(torque=scene.load.torque * factor))
+    assert np.all(solution(more, PHASES[::4]).approach > solution(scene, PHASES[::4]).approach)
+
+
+@quick
+@given(scenes(), st.randoms(use_true_random=False))
+def test_the_order_of_effects_does_not_matter(scene, random):
+    effects = list(scene.effects)
+    random.shuffle(effects)
+    one, other = solution(scene, PHASES[::4]), solution(replace(scene, effects=tuple(effects)), PHASES[::4])
+    # three and more gaps summed in another order differ in the last bit of the largest
+    largest = 1e-3 * 100 / one.approach.max()
+    assert_allclose(other.approach, one.approach, rtol=1e-14 * max(1.0, largest), atol=1e-16)
+    assert_allclose(other.force, one.force, atol=1e-12 * scene.normal_force * max(1.0, largest))
+
+
+@quick
+@given(scenes())
+def test_any_scene_without_slopes_mirrors(scene):
+    symmetric = tuple(e for e in scene.effects if e.name in ("tooth_bending", "hertz", "crowning", "tip_relief"))
+    pair = scene.pair
+    ratio = pair.wheel.teeth / pair.pinion.teeth
+    one = replace(scene, effects=symmetric)
+    other = replace(one, pair=pair.swapped(), load=Load(torque=scene.load.torque * ratio))
+    phases = PHASES[::4]
+    lines, mirror = scene_lines(one, phases), scene_lines(other, mirrored(pair, phases))
+    assume(np.array_equal(lines.active.sum(axis=1), mirror.active.sum(axis=1)))  # not on the very edge of a transition
+    a, b = solve(assemble(one, lines)), solve(assemble(other, mirror))
+    assert_allclose(b.approach, a.approach, rtol=1e-9)
