@@ -98,8 +98,9 @@ def _indices(fit: Fit) -> tuple[NDArray, NDArray]:
     on_V = on_A.sum(axis=1) + 2 * ψ[:, products] @ β[products] + correction * fit.residual**2 - σ2
     S = A / V
     on_S = (on_A - S * on_V[:, None]) / V
-    # second order, all that is left where β = 0: Var β² = 2 Var(β)²
-    variance = correction * (on_S**2).mean(axis=0) / n + 2 * (var_β**2 @ mine) / V**2
+    # Var β̂² = 4 β² v + 2 v², estimated without bias by 4 β̂² v − 2 v², and 2 v² at least; v = Var β̂
+    second_order = 2 * (var_β**2 @ mine) / V**2
+    variance = np.maximum(correction * (on_S**2).mean(axis=0) / n - second_order, second_order)
     return S, np.sqrt(variance)
 
 

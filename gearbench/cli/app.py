@@ -1,0 +1,60 @@
+"""The application: its commands, and how errors end it."""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+from gearbench.cli.doctor import doctor
+from gearbench.cli.plan import plan
+from gearbench.cli.robust import robust
+from gearbench.cli.simulate import simulate
+from gearbench.errors import GearbenchError, InputError
+
+#: 0 done, 1 failed, 2 bad input, 130 interrupted.
+FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
+
+app = typer.Typer(
+    name="gearbench",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    help="Static transmission error and mesh stiffness of involute gear pairs, and how robust they are.",
+)
+for command in (simulate, robust, plan, doctor):
+    app.command()(command)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from gearbench import __version__
+
+        print(f"gearbench {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    _: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    pass
+
+
+def main() -> None:
+    """Run the command line; every expected fault is one line on stderr."""
+    try:
+        app()
+    except InputError as error:
+        _end(error, BAD_INPUT)
+    except (GearbenchError, OSError) as error:
+        _end(error, FAILED)
+    except KeyboardInterrupt:
+        _end("interrupted", INTERRUPTED)
+
+
+def _end(error: object, code: int) -> None:
+    print(f"gearbench: {' '.join(str(error).split())}", file=sys.stderr)
+    sys.exit(code)

@@ -1,0 +1,36 @@
+"""``gearbench plan``."""
+
+from __future__ import annotations
+
+from gearbench.cli.options import Json, SceneFile
+
+
+def plan(scene: SceneFile, json: Json = False) -> None:
+    """What will run for SCENE, part by part, and what each part costs.
+
+    Example: gearbench plan examples/case1.toml
+    """
+    import json as text
+    from dataclasses import asdict
+
+    from gearbench.plan import make_plan
+    from gearbench.scene_file import load_scene
+
+    loaded = load_scene(scene)
+    made = make_plan(loaded)
+    if json:
+        print(text.dumps(asdict(made), indent=2))
+        return
+    from rich.console import Console
+    from rich.table import Table
+
+    from gearbench.cli.summary import pair_line
+
+    console = Console(soft_wrap=True)
+    table = Table(title=pair_line(loaded), title_justify="left", title_style="bold", box=None, pad_edge=False)
+    for name in ("part", "does", "size", "time"):
+        table.add_column(name, justify="right" if name == "time" else "left")
+    for part in made.parts:
+        table.add_row(part.name, part.does, part.size, f"{1e3 * part.seconds:.2f} ms" if part.seconds else "")
+    console.print(table)
+    console.print(f"predicted: {1e3 * made.seconds:.1f} ms, {made.megabytes:.1f} MB")

@@ -1,0 +1,77 @@
+"""``gearbench robust``."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Annotated, Literal
+
+import typer
+
+from gearbench.cli.options import Json, Output, Plots, Quiet, SceneFile, plot_folder
+
+Samples = Annotated[int, typer.Option(min=1, help="Number of error samples.")]
+Seed = Annotated[int, typer.Option(min=0, help="Seed of the samples.")]
+SamplerName = Annotated[Literal["sobol", "random", "latin_hypercube"], typer.Option(help="How samples are drawn.")]
+Threads = Annotated[int | None, typer.Option(min=1, help="Threads; all processors by default.")]
+
+
+def robust(
+    scene: SceneFile,
+    output: Output = None,
+    samples: Samples = 1000,
+    seed: Seed = 0,
+    sampler: SamplerName = "sobol",
+    threads: Threads = None,
+    plots: Plots = None,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Response of SCENE to random manufacturing errors: RMS values, their scatter, and which error matters.
+
+    Example: gearbench robust examples/gear55_robust.toml --samples 1000 -o robust.nc --plots plots
+    """
+    from gearbench.cli import summary
+    from gearbench.results import check_target, save
+    from gearbench.robustness.montecarlo import robust as run
+    from gearbench.scene_file import load_scene
+
+    loaded = load_scene(scene)
+    if output is not None:
+        check_target(output)
+    folder = plot_folder(plots)
+    with _progress(samples, shown=not quiet and not json) as advance:
+        dataset = run(loaded, samples=samples, seed=seed, sampler=sampler, threads=threads, progress=advance)
+    written = [save(dataset, output)] if output is not None else []
+    done = dataset.sizes["sample"]
+    if folder is not None and done > 1:
+        from gearbench.plotting import draw_robust
+
+        written += draw_robust(dataset, folder)
+    if json:
+        summary.print_json(loaded, dataset, samples=done, complete=bool(dataset.attrs["complete"]))
+    elif not quiet:
+        summary.print_table(f"{summary.pair_line(loaded)}, {done} samples", summary.result_rows(dataset))
+        for path in written:
+            print(f"wrote {path}")
+    if not dataset.attrs["complete"]:
+        print(f"gearbench: interrupted after {done} of {samples} samples; what is done is kept", file=sys.stderr)
+        raise typer.Exit(130)
+
+
+@contextmanager
+def _progress(total: int, *, shown: bool) -> Iterator[Callable[[int], None]]:
+    """A progress bar on a terminal, for work that takes more than two seconds."""
+    if not (shown and sys.stderr.isatty()):
+        yield lambda _: None
+        return
+    import time
+
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("samples", total=total, visible=False)
+        begun = time.monotonic()
+        yield lambda done: bar.update(task, completed=done, visible=time.monotonic() - begun > 2)

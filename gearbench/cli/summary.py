@@ -1,0 +1,55 @@
+"""Tables and machine-readable summaries of results."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+from gearbench.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def scalars(dataset: xr.Dataset) -> dict[str, float]:
+    """All scalar variables of a Dataset by name."""
+    return {str(name): float(values) for name, values in dataset.data_vars.items() if values.ndim == 0}
+
+
+def print_json(scene: Scene, dataset: xr.Dataset, **more: object) -> None:
+    """Print scene name, hash and all scalars of the Dataset as one JSON object."""
+    head = {"name": scene.name, "scene_sha256": scene.digest, "wall_time_s": dataset.attrs["wall_time_s"]}
+    print(json.dumps({**head, **more, **scalars(dataset)}, indent=2))
+
+
+def pair_line(scene: Scene) -> str:
+    """One line that says which pair this is."""
+    pair = scene.pair
+    kind = "spur" if pair.helix_angle == 0 else f"helical {pair.helix_angle:g}°"
+    return (
+        f"{scene.name or 'scene'}: {kind}, z {pair.pinion.teeth}/{pair.wheel.teeth}, m_n {pair.normal_module:g} mm, "
+        f"ε_α {pair.transverse_contact_ratio:.3f}, ε_β {pair.overlap_ratio:.3f}, {scene.load.torque:g} N·m"
+    )
+
+
+def print_table(title: str, rows: list[tuple[str, str, str]]) -> None:
+    """Print rows of (quantity, value, unit)."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
+    table.add_column("quantity")
+    table.add_column("value", justify="right")
+    table.add_column("unit")
+    for row in rows:
+        table.add_row(*row)
+    Console(soft_wrap=True).print(table)
+
+
+def result_rows(dataset: xr.Dataset) -> list[tuple[str, str, str]]:
+    """Rows of every scalar variable, named and with units as in the Dataset."""
+    return [
+        (str(values.attrs["long_name"]), f"{float(values):.5g}", str(values.attrs["units"]))
+        for values in dataset.data_vars.values()
+        if values.ndim == 0 and "standard error" not in values.attrs["long_name"]
+    ]
