@@ -55,7 +55,8 @@ def test_even_zeros_of_the_generators_are_moved_inside(monkeypatch):
 
 def test_sobol_powers_of_two_and_latin_hypercubes_hit_every_slice_once():
     n = 256
-    for sampler, count in (("sobol", n), ("latin_hypercube", n), ("latin_hypercube", 257)):
+    cases: tuple[tuple[Sampler, int], ...] = (("sobol", n), ("latin_hypercube", n), ("latin_hypercube", 257))
+    for sampler, count in cases:
         points = unit_samples(sampler, count, 15, 5)
         assert_array_equal(np.sort(np.floor(count * points), axis=0), np.arange(count)[:, None].repeat(15, axis=1))
 

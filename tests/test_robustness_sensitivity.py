@@ -102,3 +102,12 @@ def test_too_few_samples_or_nothing_to_explain():
     assert_array_equal(first_order_indices(np.ones((100, 2)), x[:, 0]), 0.0)
     with pytest.raises(ValueError, match="one for each sample"):
         first_order_indices(x, x)
+
+
+def test_noise_gives_no_index_and_a_true_standard_error():
+    """A response to none of the errors: 2 terms each, β² = σ²/n by chance; without correction all S were 0.02."""
+    rng = np.random.default_rng(6)
+    runs = [first_order_indices(rng.random((100, 5)), rng.normal(size=100)) for _ in range(200)]
+    index, error = np.array(runs).transpose(1, 0, 2)
+    assert abs(index.mean()) < 0.003  # scatter 2/n of 1000 numbers: 4 × 0.0006
+    assert math.sqrt(np.mean(error**2)) == pytest.approx(index.std(), rel=0.15)  # known to 7 %
