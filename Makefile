@@ -1,0 +1,53 @@
+# Each target sets up all it needs in a local virtual environment: Python ≥ 3.11 with venv, and pip, are enough.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+EXTRAS ?= all
+STAMP := $(VENV)/.installed-$(EXTRAS)
+# one thread for each BLAS call: the parallel work is done by gearbench's own threads and by pytest's workers
+export OPENBLAS_NUM_THREADS ?= 1
+export MPLBACKEND ?= agg
+
+.PHONY: demo test test-all lint bench studies clean system-libraries
+
+demo: $(STAMP)
+	$(BIN)/python -m studies.demo out/demo
+
+test: $(STAMP) system-libraries
+	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile
+
+test-all: $(STAMP) system-libraries
+	$(BIN)/python -m pytest -n 2 --dist loadfile
+
+lint: $(STAMP)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/pyright
+
+bench: $(STAMP)
+	$(BIN)/python -m pytest benchmarks --benchmark-only -o addopts="" -q
+
+studies: $(STAMP) system-libraries
+	$(BIN)/python -m studies run all
+
+# Shared libraries that gmsh loads: named, and installed where this is possible without asking anyone.
+system-libraries: $(STAMP)
+	@missing="$$($(BIN)/python -c 'from fem_reference.environment import missing_system_packages as m; print(*m())')"; \
+	if [ -n "$$missing" ]; then \
+	  echo "gmsh needs these Debian packages: $$missing"; \
+	  if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
+	    apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq $$missing; \
+	  else \
+	    echo "install them with: sudo apt-get install $$missing"; exit 1; \
+	  fi; \
+	fi
+
+$(STAMP): pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "Python 3.11 or newer is needed: make PYTHON=python3.12 …"; exit 1; }
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV) || { echo "the module venv is missing: apt-get install python3-venv"; exit 1; }
+	$(BIN)/python -m pip install --quiet --upgrade pip
+	$(BIN)/python -m pip install --quiet --editable ".[$(EXTRAS)]"
+	@touch $@
+
+clean:
+	rm -rf $(VENV) out .pytest_cache .ruff_cache

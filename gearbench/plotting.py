@@ -1,0 +1,183 @@
+"""Plots of results. Every function draws on matplotlib axes and returns them; ``draw_…`` write PNG files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+#: Okabe–Ito colours, safe for colour-blind readers.
+BLUE, ORANGE, GREEN, PURPLE, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "0.45"
+DPI = 150
+
+
+def _axes(axes: Axes | None, size: tuple[float, float] = (7.0, 4.0)) -> Axes:
+    """The axes given, or those of a new figure."""
+    if axes is not None:
+        return axes
+    import matplotlib.pyplot as plt
+
+    return plt.subplots(figsize=size, layout="constrained")[1]
+
+
+def over_two_periods(dataset: xr.Dataset, name: str, axes: Axes | None = None, colour: str = BLUE) -> Axes:
+    """A variable of the mesh cycle, "transmission_error" or "mesh_stiffness", over two mesh periods."""
+    axes = _axes(axes)
+    values = dataset[name]
+    phase = dataset["mesh_phase"].values
+    x = np.concatenate([phase, phase + 1])
+    axes.plot(x, np.tile(values.values, 2), color=colour, lw=1.6)
+    axes.axvline(1.0, color=GREY, lw=0.8, ls=":")
+    axes.set(xlim=(0, 2), xlabel="mesh phase τ [mesh periods]")
+    axes.set_ylabel(f"{values.attrs['symbol']} [{values.attrs['units']}]")
+    return axes
+
+
+def fourier(dataset: xr.Dataset, name: str, orders: int = 10) -> NDArray:
+    """Amplitudes of the mesh orders 1 … ``orders`` of a variable of the mesh cycle, in its unit, (order,).
+
+    Integrated with the weights of the phases, so that unevenly spaced phases are fine.
+    """
+    n = np.arange(1, orders + 1)
+    wave = np.exp(-2j * np.pi * np.outer(n, dataset["mesh_phase"].values))
+    return 2 * np.abs(wave @ (dataset["phase_weight"].values * dataset[name].values))
+
+
+def order_spectrum(dataset: xr.Dataset, name: str = "transmission_error", axes: Axes | None = None) -> Axes:
+    """Amplitudes of the mesh orders of STE or mesh stiffness."""
+    axes = _axes(axes)
+    amplitude = fourier(dataset, name)
+    order = np.arange(1, len(amplitude) + 1)
+    colour = BLUE if name == "transmission_error" else ORANGE
+    axes.bar(order, amplitude, color=colour, width=0.6)
+    axes.set_xticks(order)
+    axes.set(xlabel="mesh order [–]", yscale="log")
+    axes.set_ylim(top=2 * amplitude.max(), bottom=max(amplitude.min() / 2, 1e-4 * amplitude.max()))
+    axes.set_ylabel(f"amplitude of {dataset[name].attrs['symbol']} [{dataset[name].attrs['units']}]")
+    return axes
+
+
+def load_distribution(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
+    """Line load on the flank over the mesh cycle: path of contact across, face width up."""
+    axes = _axes(axes, (7.0, 4.5))
+    load = dataset["line_load"].values
+    loaded = np.repeat((dataset["segment_length"].values > 0)[..., None], load.shape[-1], axis=-1)
+    u, y = dataset["path_position"].values[loaded], dataset["face_position"].values[loaded]
+    points = axes.scatter(u, y, c=load[loaded], s=9, marker="s", cmap="viridis", vmin=0, linewidths=0)
+    figure = axes.get_figure()
+    assert figure is not None
+    figure.colorbar(points, ax=axes, label="line load q [N/mm]")
+    axes.set(xlabel="place on the path of contact u [mm]", ylabel="place along the face width y [mm]")
+    return axes
+
+
+def density(dataset: xr.Dataset, name: str, axes: Axes | None = None, colour: str = BLUE) -> Axes:
+    """Density of a response over the error samples, with its mean and maximum (Figure 5 of the paper)."""
+    from scipy.stats import gaussian_kde
+
+    axes = _axes(axes)
+    values, attrs = dataset[name].values, dataset[name].attrs
+    axes.hist(values, bins=min(40, 5 + len(values) // 10), density=True, color=colour, alpha=0.3)
+    if np.ptp(values) > 0 and len(values) > 2:
+        x = np.linspace(values.min() - 0.1 * np.ptp(values), values.max() + 0.1 * np.ptp(values), 300)
+        axes.plot(x, gaussian_kde(values)(x), color=colour, lw=1.8)
+    axes.axvline(values.mean(), color="black", lw=1, label=f"mean {values.mean():.3g} {attrs['units']}")
+    axes.axvline(values.max(), color=GREY, lw=1, ls="--", label=f"maximum {values.max():.3g} {attrs['units']}")
+    axes.set_xlabel(f"{attrs['symbol']} [{attrs['units']}]")
+    axes.set_ylabel(f"density [1/{attrs['units']}]")
+    axes.legend(frameon=False)
+    return axes
+
+
+def contributions(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
+    """Share of each error in the variance of STE and stiffness, with one standard error; what is left interacts."""
+    axes = _axes(axes, (7.0, 4.5))
+    names = [str(name).replace("_", " ") for name in dataset["error_name"].values] + ["interactions"]
+    place = np.arange(len(names))
+    for shift, (name, colour) in enumerate((("transmission_error_rms", BLUE), ("mesh_stiffness_rms", ORANGE))):
+        alone = 100 * dataset[f"{name}_first_order"].values
+        share = np.append(alone, max(0.0, 100 - alone.sum()))
+        error = np.append(100 * dataset[f"{name}_first_order_standard_error"].values, np.nan)
+        label = dataset[name].attrs["symbol"]
+        axes.barh(place + 0.4 * shift - 0.2, share, 0.38, xerr=error, color=colour, ecolor=GREY, label=label)
+    axes.set_yticks(place, names)
+    axes.invert_yaxis()
+    axes.set_xlabel("share of the variance, first order [%]")
+    axes.legend(frameon=False)
+    return axes
+
+
+def draw_simulation(dataset: xr.Dataset, folder: Path) -> list[Path]:
+    """Write the plots of a simulation: STE and stiffness, load distribution, order spectra."""
+    import matplotlib.pyplot as plt
+
+    name = _scene_name(dataset)
+    figure, axes = plt.subplots(2, 1, figsize=(7.5, 6.5), sharex=True, layout="constrained")
+    over_two_periods(dataset, "transmission_error", axes[0])
+    over_two_periods(dataset, "mesh_stiffness", axes[1], ORANGE)
+    axes[0].set_xlabel("")
+    axes[0].set_title(
+        f"{name}: STE {float(dataset['transmission_error_mean']):.3g} µm in the mean, "
+        f"{float(dataset['transmission_error_rms']):.3g} µm RMS"
+    )
+    axes[1].set_title(
+        f"mesh stiffness {float(dataset['mesh_stiffness_mean']):.4g} N/µm in the mean, "
+        f"{float(dataset['mesh_stiffness_rms']):.3g} % RMS"
+    )
+    written = [_write(figure, folder / "ste_and_stiffness.png")]
+
+    axes = load_distribution(dataset)
+    axes.set_title(f"{name}: line load up to {float(dataset['line_load'].max()):.4g} N/mm")
+    written.append(_write(axes.get_figure(), folder / "load_distribution.png"))
+
+    figure, both = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
+    for axis, variable in zip(both, ("transmission_error", "mesh_stiffness"), strict=True):
+        order_spectrum(dataset, variable, axis)
+        amplitude = fourier(dataset, variable)
+        strongest = int(np.argmax(amplitude)) + 1
+        units = dataset[variable].attrs["units"]
+        axis.set_title(f"{dataset[variable].attrs['symbol']}: order {strongest} leads, {amplitude.max():.3g} {units}")
+    figure.suptitle(f"{name}: mesh orders")
+    return [*written, _write(figure, folder / "order_spectrum.png")]
+
+
+def draw_robust(dataset: xr.Dataset, folder: Path) -> list[Path]:
+    """Write the plots of a robustness run: densities of the RMS values, and which error contributes how much."""
+    import matplotlib.pyplot as plt
+
+    name = _scene_name(dataset)
+    figure, axes = plt.subplots(1, 2, figsize=(10.5, 4.2), layout="constrained")
+    density(dataset, "transmission_error_rms", axes[0])
+    density(dataset, "mesh_stiffness_rms", axes[1], ORANGE)
+    ste, k = (
+        float(dataset[f"{v}_std"] / dataset[f"{v}_mean"]) for v in ("transmission_error_rms", "mesh_stiffness_rms")
+    )
+    figure.suptitle(
+        f"{name}: {dataset.sizes['sample']} error samples scatter RMS STE by {100 * ste:.0f} %, "
+        f"RMS stiffness by {100 * k:.0f} %"
+    )
+    written = [_write(figure, folder / "density.png")]
+    axes = contributions(dataset)
+    leading = dataset["error_name"].values[int(np.argmax(dataset["transmission_error_rms_first_order"].values))]
+    axes.set_title(f"{name}: {str(leading).replace('_', ' ')} contributes most to the scatter of STE")
+    return [*written, _write(axes.get_figure(), folder / "contributions.png")]
+
+
+def _scene_name(dataset: xr.Dataset) -> str:
+    import tomllib
+
+    return tomllib.loads(dataset.attrs["scene"]).get("name") or "scene"
+
+
+def _write(figure, path: Path) -> Path:
+    import matplotlib.pyplot as plt
+
+    figure.savefig(path, dpi=DPI)
+    plt.close(figure)
+    return path
