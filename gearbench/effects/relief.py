@@ -20,7 +20,7 @@ def relief(distance: NDArray, length: float, amount: float, shape: Shape) -> NDA
     """
     if length == 0:
         return np.zeros_like(distance)
-    depth = np.clip(1 - distance / length, 0.0, None)
+    depth = np.clip(length - distance, 0.0, None) / length
     return amount * MICROMETRE * (depth if shape == "linear" else depth**2)
 
 
