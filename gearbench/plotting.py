@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+
+from gearbench.cycle import fourier, panels
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,24 +30,13 @@ def _axes(axes: Axes | None, size: tuple[float, float] = (7.0, 4.0)) -> Axes:
 def over_two_periods(dataset: xr.Dataset, name: str, axes: Axes | None = None, colour: str = BLUE) -> Axes:
     """A variable of the mesh cycle, "transmission_error" or "mesh_stiffness", over two mesh periods."""
     axes = _axes(axes)
-    values = dataset[name]
-    phase = dataset["mesh_phase"].values
-    x = np.concatenate([phase, phase + 1])
-    axes.plot(x, np.tile(values.values, 2), color=colour, lw=1.6)
+    curves = panels(dataset, name)
+    x = np.concatenate([phase + period for period in (0, 1) for phase, _ in curves])
+    axes.plot(x, np.concatenate([values for _, values in curves] * 2), color=colour, lw=1.6)
     axes.axvline(1.0, color=GREY, lw=0.8, ls=":")
     axes.set(xlim=(0, 2), xlabel="mesh phase τ [mesh periods]")
-    axes.set_ylabel(f"{values.attrs['symbol']} [{values.attrs['units']}]")
+    axes.set_ylabel(f"{dataset[name].attrs['symbol']} [{dataset[name].attrs['units']}]")
     return axes
-
-
-def fourier(dataset: xr.Dataset, name: str, orders: int = 10) -> NDArray:
-    """Amplitudes of the mesh orders 1 … ``orders`` of a variable of the mesh cycle, in its unit, (order,).
-
-    Integrated with the weights of the phases, so that unevenly spaced phases are fine.
-    """
-    n = np.arange(1, orders + 1)
-    wave = np.exp(-2j * np.pi * np.outer(n, dataset["mesh_phase"].values))
-    return 2 * np.abs(wave @ (dataset["phase_weight"].values * dataset[name].values))
 
 
 def order_spectrum(dataset: xr.Dataset, name: str = "transmission_error", axes: Axes | None = None) -> Axes:
@@ -55,6 +45,8 @@ def order_spectrum(dataset: xr.Dataset, name: str = "transmission_error", axes: 
     amplitude = fourier(dataset, name)
     order = np.arange(1, len(amplitude) + 1)
     colour = BLUE if name == "transmission_error" else ORANGE
+    amplitude = amplitude[np.isfinite(amplitude)]
+    order = order[: len(amplitude)]
     axes.bar(order, amplitude, color=colour, width=0.6)
     axes.set_xticks(order)
     axes.set(xlabel="mesh order [–]", yscale="log")
@@ -66,13 +58,19 @@ def order_spectrum(dataset: xr.Dataset, name: str = "transmission_error", axes: 
 def load_distribution(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
     """Line load on the flank over the mesh cycle: path of contact across, face width up."""
     axes = _axes(axes, (7.0, 4.5))
-    load = dataset["line_load"].values
-    loaded = np.repeat((dataset["segment_length"].values > 0)[..., None], load.shape[-1], axis=-1)
-    u, y = dataset["path_position"].values[loaded], dataset["face_position"].values[loaded]
-    points = axes.scatter(u, y, c=load[loaded], s=9, marker="s", cmap="viridis", vmin=0, linewidths=0)
+    present = dataset["segment_length"].values > 0
+    # the lines of all pairs are one family, ordered by τ + k
+    order = np.argsort((dataset["mesh_phase"].values[:, None] + dataset["pair_index"].values)[present])
+    u, y, load = (dataset[name].values[present][order] for name in ("path_position", "face_position", "line_load"))
+    # a line that just enters at a corner is short and heavily loaded: it must not hide the rest
+    weight = np.broadcast_to(dataset["segment_length"].values[present][order][:, None], load.shape)
+    top = float(np.quantile(load, 0.99, weights=weight, method="inverted_cdf"))
+    drawn = axes.pcolormesh(u, y, load, shading="gouraud", cmap="viridis", vmin=0, vmax=top)
+    axes.plot(u.T, y.T, color="white", lw=0.4, alpha=0.4)
     figure = axes.get_figure()
     assert figure is not None
-    figure.colorbar(points, ax=axes, label="line load q [N/mm]")
+    extend = "max" if load.max() > 1.01 * top else "neither"
+    figure.colorbar(drawn, ax=axes, label="line load q [N/mm]", extend=extend)
     axes.set(xlabel="place on the path of contact u [mm]", ylabel="place along the face width y [mm]")
     return axes
 
@@ -140,9 +138,11 @@ def draw_simulation(dataset: xr.Dataset, folder: Path) -> list[Path]:
     for axis, variable in zip(both, ("transmission_error", "mesh_stiffness"), strict=True):
         order_spectrum(dataset, variable, axis)
         amplitude = fourier(dataset, variable)
-        strongest = int(np.argmax(amplitude)) + 1
+        strongest = int(np.nanargmax(amplitude)) + 1
         units = dataset[variable].attrs["units"]
-        axis.set_title(f"{dataset[variable].attrs['symbol']}: order {strongest} leads, {amplitude.max():.3g} {units}")
+        axis.set_title(
+            f"{dataset[variable].attrs['symbol']}: order {strongest} leads, {np.nanmax(amplitude):.3g} {units}"
+        )
     figure.suptitle(f"{name}: mesh orders")
     return [*written, _write(figure, folder / "order_spectrum.png")]
 
