@@ -11,7 +11,7 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.problem import ContactProblem, ContactSolution
 from gearbench.contact.solver import solve
 from gearbench.effects.base import ComplianceEffect, Dense, Effect, GapEffect, LineLaw, LowRank
@@ -121,12 +121,23 @@ def test_constant_stiffness_is_proportional_to_the_length_in_contact(pair):
     assert_allclose(found.approach, s.normal_force * C / length, rtol=1e-13)
 
 
+@pytest.mark.parametrize("pair", [SPUR, HELICAL], ids=["spur", "helical"])
+def test_mean_length_in_contact(pair):
+    """Over a mesh cycle ε_α lines of b / cos β_b carry; piecewise linear in the phase, so that two points do."""
+    s = replace(scene(WINKLER, pair=pair), resolution=Resolution(gauss_points=2))
+    phase, weight = mesh_phases(s)
+    k = solve(assemble(s, scene_lines(s, phase))).stiffness @ weight
+    sin_b = math.sin(math.radians(pair.helix_angle)) * math.cos(math.radians(20))
+    expected = pair.transverse_contact_ratio * pair.face_width / math.sqrt(1 - sin_b**2) / C
+    assert_allclose(k, expected, rtol=1e-12)
+
+
 # -- compliances in other forms than the structured one ---------------------------------------------------------------
 @dataclass(frozen=True)
 class DenseOf(ComplianceEffect):
-    """The matrix of another effect's factor and (linear) law: a compliance as a finite-element model gives it."""
+    """The matrix of other effects' factors and (linear) law: a compliance as a finite-element model gives it."""
 
-    smooth: LowRank | None
+    smooth: tuple[LowRank, ...]
     diagonal: NDArray | None = None
     rubbish: bool = False
 
@@ -136,10 +147,10 @@ class DenseOf(ComplianceEffect):
         positions, pairs, segments = lines.shape
         n = pairs * segments
         matrix = np.zeros((positions, n, n))
-        if self.smooth is not None:
-            psi = self.smooth.factor.reshape(positions, n, -1)
-            same = np.equal.outer(*[np.repeat(np.arange(pairs), segments)] * 2) | self.smooth.coupled
-            matrix += psi @ np.swapaxes(psi, 1, 2) * same
+        same = np.equal.outer(*[np.repeat(np.arange(pairs), segments)] * 2)
+        for part in self.smooth:
+            psi = part.factor.reshape(positions, n, -1)
+            matrix += psi @ np.swapaxes(psi, 1, 2) * (same | part.coupled)
         if self.diagonal is not None:
             matrix += np.eye(n) * self.diagonal.reshape(positions, 1, n)
         absent = ~np.repeat(lines.active, segments, axis=1)
@@ -172,7 +183,7 @@ PHASES = np.array([0.05, 0.3, 0.55, 0.72, 0.9])
 def test_dense_compliance_equals_the_structured_one(pair):
     base = scene(ToothBending(), Hertz(), Crowning(amount=8.0), pair=pair, segments=9)
     lines = scene_lines(base, PHASES)
-    matrix = DenseOf(ToothBending().compliance(lines), rubbish=True)
+    matrix = DenseOf((ToothBending().compliance(lines),), rubbish=True)
     same(
         solve(assemble(replace(base, effects=(matrix, Hertz(), Crowning(amount=8.0))), lines)),
         solve(assemble(base, lines)),
@@ -184,7 +195,7 @@ def test_dense_compliance_without_a_law_equals_the_structured_one(pair):
     base = scene(ToothBending(), WINKLER, HelixSlope(pinion=30.0), pair=pair, segments=9)
     lines = scene_lines(base, PHASES)
     each = np.where(lines.active, lines.length, 1.0)[..., None]
-    matrix = DenseOf(ToothBending().compliance(lines), np.broadcast_to(C / each, lines.shape))
+    matrix = DenseOf((ToothBending().compliance(lines),), np.broadcast_to(C / each, lines.shape))
     same(solve(assemble(replace(base, effects=(matrix, HelixSlope(pinion=30.0))), lines)), solve(assemble(base, lines)))
 
 
@@ -192,8 +203,8 @@ def test_dense_compliance_without_a_law_equals_the_structured_one(pair):
 def test_coupled_columns_equal_their_matrix(bending):
     base = scene(*bending, Coupled(), Hertz(), Crowning(amount=8.0), segments=9)
     lines = scene_lines(base, PHASES)
-    matrix = DenseOf(Coupled().compliance(lines))
-    other = scene(*bending, matrix, Hertz(), Crowning(amount=8.0), segments=9)
+    matrix = DenseOf(tuple(effect.compliance(lines) for effect in (*bending, Coupled())))
+    other = scene(matrix, Hertz(), Crowning(amount=8.0), segments=9)
     same(solve(assemble(base, lines)), solve(assemble(other, lines)))
     uncoupled = scene(*bending, Hertz(), Crowning(amount=8.0), segments=9)
     assert solution(uncoupled, *PHASES).approach[0] < solution(base, *PHASES).approach[0]
