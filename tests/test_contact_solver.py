@@ -13,6 +13,7 @@ import scipy.sparse as sparse
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
+from gearbench.contact import dense as dense_fallback
 from gearbench.contact.problem import ContactProblem
 from gearbench.contact.reference import full_factor, law, solve_one
 from gearbench.contact.solver import complementarity_residual, compression, solve
@@ -163,6 +164,41 @@ def test_agrees_with_a_generic_qp_solver():
         found = qp.solve(raise_error=True)
         # an objective within 1e-9 of a minimum of curvature ≥ 0.5 n leaves 1e-4/√n, polishing makes it far better
         assert_allclose(solution.force.ravel()[problem.active[0]], found.x, atol=1e-7, err_msg=f"seed {seed}")
+
+
+@pytest.mark.parametrize("method", [dense_fallback.active_set, dense_fallback._one_at_a_time])
+def test_dense_fallback_agrees_with_the_structured_solver(method):
+    """Both of its stages: the whole contact set at once, and the one that is sure to end."""
+    for seed in range(0, EXAMPLES, 4):
+        problem, solution = solved(seed, True)
+        P, delta, stiffness, _ = method(*dense(problem))
+        assert_allclose(P, solution.force.ravel()[problem.active[0]], atol=1e-9, err_msg=f"seed {seed}")
+        assert_allclose(delta, solution.approach[0], rtol=1e-11, atol=1e-11)
+        assert_allclose(stiffness, solution.stiffness[0], rtol=1e-8)
+
+
+@pytest.mark.parametrize("nugget", [1e-2, 1e-5, 1e-9])
+@pytest.mark.parametrize("reach", [0.02, 0.1, 0.4])
+def test_smooth_compliances_without_a_law_are_solved(reach, nugget):
+    """Deflection of a surface that reaches far: eigenvalues over up to ten decades, edges that dig in, open gaps."""
+    x = np.linspace(0, 1, 25)
+    H = np.exp(-(np.subtract.outer(x, x) ** 2) / reach**2) + nugget * np.eye(25)
+    value, vector = np.linalg.eigh(H)
+    problem = ContactProblem(
+        gap=(0.7 * x)[None],
+        a=np.zeros((1, 25)),
+        h=np.zeros((1, 25)),
+        active=np.ones((1, 25), dtype=bool),
+        factor=(vector * np.sqrt(np.maximum(value, 0)))[None],
+        block=np.zeros(25, dtype=np.int64),
+        blocks=1,
+        force=1.0,
+        length_scale=1.0,
+        shape=(1, 1, 25),
+    )
+    for value in residuals(problem):
+        assert value <= RESIDUAL
+    assert 0 < np.count_nonzero(solve(problem).force) < 25
 
 
 @pytest.mark.parametrize("linear", [True, False], ids=["yang_sun", "weber_banaschek"])

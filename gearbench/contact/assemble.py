@@ -45,23 +45,57 @@ def assemble(scene: Scene, lines: ContactLines) -> ContactProblem:
     factor, coupled = _join(smooth, lines)
     if laws:
         a, h = sum((law.a for law in laws), np.zeros(lines.shape)), sum((law.h for law in laws), np.zeros(lines.shape))
+        unit = _typical_compression(a, h, scene)
     else:
-        factor, a, h = _split_diagonal(factor if coupled else _own_columns(factor), lines)
-        coupled = True
-    return scale_problem(lines, total_gap(scene, lines), factor, a, h, scene.normal_force, coupled=coupled)
+        factor, coupled = factor if coupled else _own_columns(factor), True
+        a = h = np.zeros(lines.shape)
+        unit = _even_deflection(factor, lines) * scene.normal_force
+    return scale_problem(lines, total_gap(scene, lines), factor, a, h, scene.normal_force, unit, coupled=coupled)
+
+
+def _typical_compression(a: NDArray, h: NDArray, scene: Scene) -> float:
+    """Compression under the mean line load [mm]: unit of displacement where there is a law."""
+    line_load = scene.normal_force / scene.pair.face_width
+    # a law driven beyond its validity still has the slope h of its continuation
+    return line_load * max(float(np.mean(a - h * math.log(line_load))), float(np.mean(h)))
+
+
+def _even_deflection(factor: NDArray, lines: ContactLines) -> float:
+    """Mean deflection under a unit force shared evenly by all segments [mm/N].
+
+    Raises
+    ------
+    InputError
+        If the compliance of the segments is not positive definite.
+    """
+    active = np.repeat(lines.active, lines.shape[2], axis=1)
+    flat = np.where(active[..., None], factor.reshape(*active.shape, -1), 0.0)
+    matrix = flat @ np.swapaxes(flat, 1, 2)
+    greatest = np.linalg.norm(matrix, axis=(1, 2))[:, None]
+    least = np.linalg.eigvalsh(matrix + np.eye(active.shape[1]) * np.where(active, 0.0, greatest)[:, None, :])[:, :1]
+    if np.any(least <= 1e-13 * greatest):
+        raise InputError("effects", "no contact law", "the compliance alone does not determine the loads: add hertz")
+    return float(np.mean((flat.sum(axis=1) ** 2).sum(axis=1) / active.sum(axis=1) ** 2))
 
 
 def scale_problem(
-    lines: ContactLines, gap: NDArray, factor: NDArray, a: NDArray, h: NDArray, force: float, *, coupled: bool
+    lines: ContactLines,
+    gap: NDArray,
+    factor: NDArray,
+    a: NDArray,
+    h: NDArray,
+    force: float,
+    scale: float,
+    *,
+    coupled: bool,
 ) -> ContactProblem:
-    """Dimensionless problem from gap [mm], Ψ [√(mm/N)] and the law's a, h [mm²/N], (position, pair, segment, …)."""
+    """Dimensionless problem from gap [mm], Ψ [√(mm/N)] and the law's a, h [mm²/N], (position, pair, segment, …).
+
+    ``force`` [N] and ``scale`` [mm] become the units.
+    """
     positions, pairs, segments = lines.shape
     active = np.broadcast_to(lines.active[..., None], lines.shape)
     length = np.where(active, lines.length[..., None], 1.0)
-    line_load = force / lines.pair.face_width
-    # typical local compression; a law driven beyond its validity still has the slope h of its continuation
-    typical = max(float(np.mean(a - h * math.log(line_load))), float(np.mean(h)))
-    scale = typical * line_load
     unit = force / scale
     flat = (positions, pairs * segments)
     return ContactProblem(
@@ -106,23 +140,3 @@ def _dense_factor(part: Dense, lines: ContactLines) -> tuple[NDArray, bool]:
     value, vector = np.linalg.eigh(np.where(active[:, :, None] & active[:, None, :], part.matrix, 0.0))
     factor = vector * np.sqrt(np.maximum(value, 0.0))[:, None, :]
     return factor.reshape(*lines.shape, -1), True
-
-
-def _split_diagonal(factor: NDArray, lines: ContactLines) -> tuple[NDArray, NDArray, NDArray]:
-    """Split H = (H − μ1) + μ1 with μ half its least eigenvalue: the diagonal that the structured solver needs.
-
-    Exact, for a positive definite H without a contact law.
-    """
-    positions, pairs, segments, rank = factor.shape
-    flat = factor.reshape(positions, pairs * segments, rank)
-    active = np.repeat(lines.active, segments, axis=1)
-    matrix = flat @ np.swapaxes(flat, 1, 2)
-    stiffest = np.trace(matrix, axis1=1, axis2=2)[:, None]
-    matrix += np.eye(pairs * segments) * np.where(active, 0.0, stiffest)[:, None, :]
-    value, vector = np.linalg.eigh(matrix)
-    if np.any(value[:, 0] <= 1e-13 * value[:, -1]):
-        raise InputError("effects", "no contact law", "the compliance alone does not determine the loads: add hertz")
-    mu = 0.5 * value[:, :1]
-    left = np.where(active[..., None], vector * np.sqrt(value - mu)[:, None, :], 0.0)
-    a = (mu * np.repeat(np.where(lines.active, lines.length, 1.0), segments, axis=1)).reshape(lines.shape)
-    return left.reshape(*lines.shape, -1), a, np.zeros_like(a)

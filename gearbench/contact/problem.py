@@ -13,7 +13,8 @@ class ContactProblem:
 
     Forces are in units of the normal force F_n, displacements in units of ``length_scale``. The law of segment i is
     g_i(P) = P (a_i − h_i ln P), continued by its tangent above the load where a/h − ln P = 2 (half-width of contact
-    0.6 times the depth of the tooth, far outside its validity), so that it stays monotone at any load.
+    0.6 times the depth of the tooth, far outside its validity), so that it stays monotone at any load. Without a law,
+    a = h = 0, H itself must be positive definite.
 
     Parameters
     ----------

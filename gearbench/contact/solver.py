@@ -17,7 +17,7 @@ class ConvergenceError(GearbenchError):
 
 
 def solve(problem: ContactProblem) -> ContactSolution:
-    """Solve ``problem`` by the structured Newton method.
+    """Solve ``problem`` by the structured Newton method, or, where there is no contact law, by a dense active set.
 
     The unknowns are the amplitudes q of the smooth compliance and the approach δ; each force follows from its own law,
     P_i = g_i⁻¹(max(0, δ − e_i − ψ_iᵀq)). They minimise a convex function, so Newton's method with a line search
@@ -28,10 +28,15 @@ def solve(problem: ContactProblem) -> ContactSolution:
     ConvergenceError
         If a residual stays above 1e-9.
     """
-    from gearbench.contact._kernels import solve_positions
-
     p = problem
-    force, delta, stiffness, steps = solve_positions(p.gap, p.a, p.h, p.active, p.factor, p.block, p.blocks)
+    if p.a.any() or p.h.any():
+        from gearbench.contact._kernels import solve_positions
+
+        force, delta, stiffness, steps = solve_positions(p.gap, p.a, p.h, p.active, p.factor, p.block, p.blocks)
+    else:
+        from gearbench.contact.dense import solve_dense
+
+        force, delta, stiffness, steps = solve_dense(p)
     complementarity = complementarity_residual(problem, force, delta)
     equilibrium = np.abs(force.sum(axis=1) - 1)
     worst = float(np.max(np.maximum(complementarity, equilibrium)))

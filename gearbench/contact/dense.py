@@ -1,0 +1,78 @@
+"""Dense fallback of the contact solver, for compliances without a contact law: an active set."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.contact.problem import ContactProblem
+from gearbench.contact.reference import full_factor
+
+#: Steps in which the whole contact set may change; then one segment at a time.
+BOLD_STEPS = 30
+
+
+def solve_dense(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+    """Solve every position; return forces (position, segment), δ, ∂F/∂δ and the numbers of steps."""
+    count = problem.gap.shape[0]
+    force = np.zeros(problem.gap.shape)
+    delta, stiffness, steps = np.empty(count), np.empty(count), np.empty(count, np.int64)
+    for p in range(count):
+        active, psi = problem.active[p], full_factor(problem, p)
+        force[p, active], delta[p], stiffness[p], steps[p] = active_set(psi @ psi.T, problem.gap[p, active])
+    return force, delta, stiffness, steps
+
+
+def active_set(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
+    """P, δ, ∂F/∂δ of H P + e ≥ δ, P ≥ 0, ΣP = 1, complementary, for H positive definite; and the number of steps.
+
+    First Newton's method on the contact set, which ends in a few steps but need not end; failing that one segment at
+    a time, which lowers the energy at every step and so must end (Lawson & Hanson 1974, chapter 23).
+    """
+    loaded = np.ones(e.size, dtype=bool)
+    for step in range(BOLD_STEPS):
+        P, delta, stiffness = _equal_approach(H, e, loaded)
+        wanted = np.where(loaded, P > 0, _gap(H, e, P, delta) < 0)
+        if np.array_equal(wanted, loaded):
+            return P, delta, stiffness, step + 1
+        loaded = wanted
+    return _one_at_a_time(H, e)
+
+
+def _one_at_a_time(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
+    loaded = np.zeros(e.size, dtype=bool)
+    loaded[np.argmin(0.5 * np.diagonal(H) + e)] = True
+    P, delta, stiffness = _equal_approach(H, e, loaded)
+    steps = BOLD_STEPS + 1
+    while steps < BOLD_STEPS + 10 * e.size + 10:
+        gap = np.where(loaded, np.inf, _gap(H, e, P, delta))
+        worst = int(np.argmin(gap))
+        if gap[worst] >= 0:
+            break
+        loaded[worst] = True
+        trial, delta, stiffness = _equal_approach(H, e, loaded)
+        while np.any(trial < 0):  # go as far as no force becomes negative, and let those segments separate
+            falling = trial < 0
+            P = P + np.min(P[falling] / (P[falling] - trial[falling])) * (trial - P)
+            loaded &= ~(falling & (P <= 1e-14))
+            P[~loaded] = 0.0
+            trial, delta, stiffness = _equal_approach(H, e, loaded)
+        P = trial
+        steps += 1
+    return P, delta, stiffness, steps
+
+
+def _equal_approach(H: NDArray, e: NDArray, loaded: NDArray) -> tuple[NDArray, float, float]:
+    """P with ΣP = 1 that brings the loaded segments to the same approach δ, P = H⁻¹(δ1 − e); and 1ᵀH⁻¹1."""
+    A = np.flatnonzero(loaded)
+    x, z = np.linalg.solve(H[np.ix_(A, A)], np.column_stack([np.ones(A.size), e[A]])).T
+    delta = (1 + z.sum()) / x.sum()
+    P = np.zeros(e.size)
+    P[A] = delta * x - z
+    return P, float(delta), float(x.sum())
+
+
+def _gap(H: NDArray, e: NDArray, P: NDArray, delta: float) -> NDArray:
+    """H P + e − δ, zero where it is zero to rounding."""
+    gap = H @ P + e - delta
+    return np.where(np.abs(gap) > 1e-14 * (np.abs(e) + abs(delta) + np.abs(H) @ np.abs(P)), gap, 0.0)
