@@ -46,7 +46,7 @@ def save(dataset: xr.Dataset, path: str | Path) -> Path:
     os.close(handle)
     part = Path(name)
     try:
-        dataset.to_netcdf(part, engine="h5netcdf")
+        _write(dataset, part)
         with part.open("rb") as file:
             os.fsync(file.fileno())
         mask = os.umask(0)
@@ -56,6 +56,17 @@ def save(dataset: xr.Dataset, path: str | Path) -> Path:
     finally:
         part.unlink(missing_ok=True)
     return path
+
+
+def _write(dataset: xr.Dataset, path: Path) -> None:
+    from xarray.backends.h5netcdf_ import H5NetCDFStore
+
+    # what ``Dataset.to_netcdf`` does, with a lock of our own: looking for one it would import dask.distributed
+    store = H5NetCDFStore.open(str(path), mode="w", lock=False)
+    try:
+        dataset.dump_to_store(store)
+    finally:
+        store.close()
 
 
 def load(path: str | Path) -> xr.Dataset:

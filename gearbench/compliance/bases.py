@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 def height_functions(count: int, xi: ArrayLike) -> tuple[NDArray, NDArray]:
     """Height functions f_0 … f_{count−1} and their derivatives at ξ ∈ [0, 1], each (…, count)."""
     t = 2 * np.asarray(xi, dtype=float) - 1
-    p = legendre.legvander(t, count)
+    p = legendre.legvander(t, count).reshape(*t.shape, -1)
     k = np.arange(1, count)
     integral = np.empty((*t.shape, count))
     integral[..., 0] = (t + 1) / 2
@@ -31,7 +31,7 @@ def height_functions(count: int, xi: ArrayLike) -> tuple[NDArray, NDArray]:
 def width_functions(count: int, eta: ArrayLike) -> tuple[NDArray, NDArray]:
     """Legendre functions g_0 … g_{count−1}, orthonormal on η ∈ [0, 1], and their derivatives, each (…, count)."""
     t = 2 * np.asarray(eta, dtype=float) - 1
-    p = legendre.legvander(t, count - 1)
+    p = legendre.legvander(t, count - 1).reshape(*t.shape, -1)
     slope = np.zeros_like(p)
     # P'_k = Σ (2j+1) P_j over j = k−1, k−3, …
     for k in range(1, count):

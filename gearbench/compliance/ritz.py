@@ -7,7 +7,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
 
 
 @dataclass(frozen=True)
@@ -39,9 +38,10 @@ class Ritz:
         return self.stiffness * self._scale * self._scale[:, None]
 
     @cached_property
-    def _triangle(self) -> NDArray:
-        """Trailing block of the Cholesky factor: G Gᵀ is the inverse of the loaded block of K⁻¹."""
-        return np.linalg.cholesky(self._scaled)[-self.loaded :, -self.loaded :]
+    def _inverse_triangle(self) -> NDArray:
+        """G⁻ᵀ of the trailing block G of the Cholesky factor: G⁻ᵀ G⁻¹ is the loaded block of the inverse of K."""
+        triangle = np.linalg.cholesky(self._scaled)[-self.loaded :, -self.loaded :]
+        return np.linalg.inv(triangle).T
 
     @property
     def condition(self) -> float:
@@ -50,6 +50,4 @@ class Ritz:
 
     def factor(self, functional: NDArray) -> NDArray:
         """ψ with ψ(a) · ψ(b) = f(a)ᵀ K⁻¹ f(b), for functionals f of the loaded amplitudes, (…, loaded)."""
-        scaled = functional * self._scale[-self.loaded :]
-        flat = scaled.reshape(-1, self.loaded)
-        return solve_triangular(self._triangle, flat.T, lower=True, check_finite=False).T.reshape(scaled.shape)
+        return (functional * self._scale[-self.loaded :]) @ self._inverse_triangle

@@ -1,0 +1,5 @@
+"""``python -m gearbench``."""
+
+from gearbench.cli.app import main
+
+main()

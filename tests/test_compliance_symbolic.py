@@ -1,0 +1,64 @@
+"""The numerical plate against the energy derived symbolically and solved in rational arithmetic."""
+
+import numpy as np
+import pytest
+import sympy as sp
+from numpy.testing import assert_allclose
+
+from gearbench.compliance import symbolic
+from gearbench.compliance.plate import PlateTooth
+
+R = sp.Rational
+HEIGHT, WIDTH, E, NU = R(9, 4), R(8), R(210_000), R(3, 10)
+POINTS = [(R(1, 2), R(1)), (R(3, 2), R(4)), (R(9, 4), R(8)), (R(2), R(13, 2))]
+THICKNESS = {"constant": R(8, 5) + 0 * symbolic.x, "linear": R(12, 5) - R(2, 3) * symbolic.x}
+
+
+def numeric_plate(kind: str, basis) -> PlateTooth:
+    h = sp.lambdify(symbolic.x, THICKNESS[kind], "numpy")
+    return PlateTooth(height=float(HEIGHT), width=float(WIDTH), thickness=h, E=float(E), nu=float(NU), basis=basis)
+
+
+@pytest.mark.parametrize("kind", THICKNESS)
+@pytest.mark.parametrize("basis", ["paper", (1, 1), (2, 2), (3, 2), (2, 4)])
+def test_deflections(kind, basis):
+    exact = symbolic.deflection(basis, THICKNESS[kind], HEIGHT, WIDTH, E, NU, POINTS)
+    x, y = np.array([[float(c) for c in p] for p in POINTS]).T
+    factor = numeric_plate(kind, basis).factor(x, y)
+    # the promise: 1e-12 relative
+    assert_allclose(factor @ factor.T, np.array(exact, dtype=float), rtol=1e-12)
+
+
+@pytest.mark.parametrize("kind", THICKNESS)
+@pytest.mark.parametrize("basis", ["paper", (2, 2), (3, 3)])
+def test_stiffness_is_the_symbolic_one_in_another_basis(kind, basis):
+    """Kₙ = Tᵀ K_s T with T the monomial coefficients of the numerical functions, found by interpolation."""
+    exact = symbolic.stiffness(basis, THICKNESS[kind], HEIGHT, WIDTH, E, NU)
+    plate = numeric_plate(kind, basis)
+    monomials = [sp.lambdify((symbolic.x, symbolic.y), m, "numpy") for m in symbolic.monomials(basis)]
+    rng = np.random.default_rng(0)
+    px, py = rng.uniform(0.1, float(HEIGHT), 60), rng.uniform(0, float(WIDTH), 60)
+    values = np.column_stack([m(px, py) for m in monomials])
+    functions = plate._functions(px, py)
+    transform = np.linalg.lstsq(values, functions, rcond=None)[0]
+    n = len(monomials)
+    order = np.r_[n : 2 * n, 2 * n : 3 * n, 0:n]  # w, θ_x, θ_y there; θ_x, θ_y, w here
+    expected = (
+        np.kron(np.eye(3), transform).T
+        @ np.array(exact, dtype=float)[np.ix_(order, order)]
+        @ np.kron(np.eye(3), transform)
+    )
+    # the transform itself is found to about 1e-13; the scale is the largest entry
+    assert_allclose(plate.stiffness(), expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+
+
+def test_the_symbolic_energy_of_a_rigid_motion_is_zero_and_of_a_pure_bend_is_the_book_s():
+    x, y = symbolic.x, symbolic.y
+    h, e, nu, c = sp.symbols("h E nu c", positive=True)
+    assert symbolic.energy_density(c * x, 0, -c, h, e, nu) == 0
+    assert symbolic.energy_density(c * y, c, 0, h, e, nu) == 0
+    d = e * h**3 / (12 * (1 - nu**2))
+    bend = symbolic.energy_density(-c * x**2 / 2, 0, c * x, h, e, nu)
+    assert sp.simplify(bend - d * c**2 / 2) == 0
+    twist = symbolic.energy_density(c * x * y, c * x, -c * y, h, e, nu)
+    assert sp.simplify(twist - d * (1 - nu) / 2 * (2 * c) ** 2 / 2) == 0
