@@ -27,7 +27,11 @@ def panels(dataset: xr.Dataset, name: str, points: int = 40) -> list[tuple[NDArr
     Gauss points determine a polynomial on each panel, which is evaluated up to the transitions. Uniform phases are
     one curve, as they are.
     """
-    size, phase, values = panel_size(dataset), dataset["mesh_phase"].values, dataset[name].values
+    return curves(dataset["mesh_phase"].values, dataset[name].values, panel_size(dataset), points)
+
+
+def curves(phase: NDArray, values: NDArray, size: int | None, points: int = 40) -> list[tuple[NDArray, NDArray]]:
+    """As ``panels``, from phases and values (position,) with ``size`` Gauss points on each panel."""
     if size is None:
         return [(phase, values)]
     t = np.linspace(-1, 1, points)
@@ -35,6 +39,12 @@ def panels(dataset: xr.Dataset, name: str, points: int = 40) -> list[tuple[NDArr
         (middle + half * t, legendre.legval(t, coefficients))
         for middle, half, coefficients in _fits(phase, values, size)
     ]
+
+
+def peak_to_peak(phase: NDArray, values: NDArray, size: int | None) -> float:
+    """Difference between the largest and the smallest value, up to both sides of every transition."""
+    everywhere = np.concatenate([y for _, y in curves(phase, values, size)])
+    return float(np.ptp(everywhere))
 
 
 def fourier(dataset: xr.Dataset, name: str, orders: int = 10) -> NDArray:

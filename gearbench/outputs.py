@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import total_gap
+from gearbench.contact.phases import DEFAULT_GAUSS_POINTS
 from gearbench.contact.problem import ContactSolution
+from gearbench.cycle import peak_to_peak
 from gearbench.geometry.action import ContactLines
 from gearbench.scene import Scene
 
@@ -36,6 +38,12 @@ class Solved:
     def mesh_stiffness(self) -> NDArray:
         """k = ∂F_t/∂δ = ∂F_n/∂δ_n · cos²β_b, (position,) [N/µm]."""
         return self.solution.stiffness / MICROMETRES * math.cos(self.scene.pair.base_helix_angle) ** 2
+
+    def peak_to_peak(self, values: NDArray) -> float:
+        """Peak-to-peak value over the mesh cycle of a variable (position,), its transitions included."""
+        resolution = self.scene.resolution
+        size = None if resolution.positions is not None else resolution.gauss_points or DEFAULT_GAUSS_POINTS
+        return peak_to_peak(self.lines.mesh_phase, values, size)
 
     def line_load(self) -> NDArray:
         """Line load, (position, pair, segment) [N/mm]; zero where a pair has no contact line."""
@@ -76,10 +84,10 @@ OUTPUTS: Mapping[str, tuple[tuple[str, ...], Callable[[Solved], NDArray]]] = Map
         "initial_gap": (("position", "pair", "segment"), Solved.initial_gap),
         "transmission_error_mean": ((), lambda s: mean(s.transmission_error, s.weight)),
         "transmission_error_rms": ((), lambda s: fluctuation_rms(s.transmission_error, s.weight)),
-        "transmission_error_peak_to_peak": ((), lambda s: np.ptp(s.transmission_error)),
+        "transmission_error_peak_to_peak": ((), lambda s: s.peak_to_peak(s.transmission_error)),
         "mesh_stiffness_mean": ((), lambda s: mean(s.mesh_stiffness, s.weight)),
         "mesh_stiffness_rms": ((), lambda s: relative_rms(s.mesh_stiffness, s.weight)),
-        "mesh_stiffness_peak_to_peak": ((), lambda s: np.ptp(s.mesh_stiffness)),
+        "mesh_stiffness_peak_to_peak": ((), lambda s: s.peak_to_peak(s.mesh_stiffness)),
     }
 )
 

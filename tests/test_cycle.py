@@ -44,3 +44,20 @@ def test_panels_are_the_polynomials_up_to_the_jumps(points):
         assert_allclose([curves[0][0][0], curves[0][0][-1], curves[1][0][-1]], [0.0, 0.3, 1.0], atol=1e-14)
     for (x, y), level in zip(curves, (5.0, 2.0), strict=True):
         assert_allclose(y, polynomial(x) + level, atol=1e-12)
+
+
+def test_peak_to_peak_reaches_the_transitions():
+    """Pair 1: 8 Gauss points a panel against 20 000 uniform positions."""
+    from dataclasses import replace
+
+    from gearbench.library.garambois2017 import case
+    from gearbench.scene import Resolution
+    from gearbench.simulation import simulate
+
+    names = ("transmission_error_peak_to_peak", "mesh_stiffness_peak_to_peak")
+    scene = case(1)
+    coarse = simulate(scene, outputs=names)
+    fine = simulate(replace(scene, resolution=Resolution(positions=20_000)), outputs=names)
+    for name in names:
+        # the nearest uniform position is half a step off the jump: relative 1e-5
+        assert_allclose(coarse[name], fine[name], rtol=3e-5)
