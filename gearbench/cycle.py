@@ -43,7 +43,7 @@ def curves(phase: NDArray, values: NDArray, size: int | None, points: int = 40) 
 
 def peak_to_peak(phase: NDArray, values: NDArray, size: int | None) -> float:
     """Difference between the largest and the smallest value, up to both sides of every transition."""
-    everywhere = np.concatenate([y for _, y in curves(phase, values, size)])
+    everywhere = np.concatenate([y for _, y in curves(phase, values, size, 201)])
     return float(np.ptp(everywhere))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from gearbench.contact.assemble import mesh_phases, scene_lines
-from gearbench.effects.base import ComplianceEffect
+from gearbench.effects.base import ComplianceEffect, LowRank
 from gearbench.scene import Scene
 
 # Seconds per unit of work, measured on one core at 2.5 GHz; a prediction, good to a factor of about two.
@@ -48,14 +48,15 @@ def make_plan(scene: Scene) -> Plan:
     parts = [Part("contact lines", "places and lengths of all segments", size, _PER_EFFECT)]
     rank = 0
     for effect in scene.effects:
-        kind = "compliance" if isinstance(effect, ComplianceEffect) else "gap"
-        detail = ""
-        if kind == "compliance":
-            part = effect.compliance(lines)
-            columns = part.factor.shape[-1] if hasattr(part, "factor") else 0
-            rank += columns
-            detail = f"{columns} amplitudes a pair" if columns else "one law a segment"
-        parts.append(Part(effect.name, effect.summary, detail, _PER_EFFECT + points * _PER_POINT[kind]))
+        if not isinstance(effect, ComplianceEffect):
+            parts.append(Part(effect.name, effect.summary, "", _PER_EFFECT + points * _PER_POINT["gap"]))
+            continue
+        part = effect.compliance(lines)
+        columns = part.factor.shape[-1] if isinstance(part, LowRank) else 0
+        rank += columns
+        detail = f"{columns} amplitudes a pair" if columns else "one law a segment"
+        seconds = _PER_EFFECT + points * _PER_POINT["compliance"]
+        parts.append(Part(effect.name, effect.summary, detail, seconds))
     loaded = int(lines.active.sum()) * segments
     work = loaded * (rank * (rank + 1) / 2 + 4 * rank + _LAW) + int(lines.active.sum()) * rank**3 / 3
     seconds = work * _NEWTON_STEPS * _PER_MULTIPLICATION

@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args, get_type_hints
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -73,7 +74,7 @@ def parse_scene(tables: Mapping[str, Any]) -> Scene:
     try:
         return Scene(**parts)
     except ValidationError as error:
-        raise _one_line(error) from None
+        raise _one_line(error, Scene) from None
 
 
 def _parse_table(key: str, kind: type[T], table: Any) -> T:
@@ -97,30 +98,32 @@ def validate(kind: type[T], table: Mapping[str, Any]) -> T:
     try:
         return TypeAdapter(kind).validate_json(json.dumps(table, default=str))
     except ValidationError as error:
-        raise _one_line(error) from None
+        raise _one_line(error, kind) from None
 
 
-def _one_line(error: ValidationError) -> InputError:
-    """The first fault of a validation, as one line."""
-    fault = error.errors()[0]
+_MISSING = ("missing", "missing_argument", "missing_keyword_only_argument")
+_UNKNOWN = ("unexpected_keyword_argument", "extra_forbidden")
+
+
+def _one_line(error: ValidationError, kind: type) -> InputError:
+    """The most telling fault of a validation, as one line: a misspelt key before what is missing for it."""
+    faults = error.errors()
+    fault = next((fault for fault in faults if fault["type"] in _UNKNOWN), faults[0])
     key = ".".join(str(part) for part in fault["loc"])
     cause = fault.get("ctx", {}).get("error")
     if isinstance(cause, InputError):
         return cause.within(key) if key else cause
-    return InputError(key, _shown(fault), _allowed(fault))
+    if fault["type"] in _MISSING:
+        return InputError(key, "missing", "is required")
+    if fault["type"] in _UNKNOWN:
+        return InputError(key, "unknown key", f"allowed: {', '.join(_keys(kind, fault['loc'][:-1]))}")
+    allowed = fault["msg"].replace("Input should be", "must be").removeprefix("Value error, ")
+    return InputError(key, repr(fault["input"]), allowed)
 
 
-def _shown(fault: Any) -> object:
-    if fault["type"] in {"missing", "missing_argument", "missing_keyword_only_argument"}:
-        return "missing"
-    if fault["type"] in {"unexpected_keyword_argument", "extra_forbidden"}:
-        return "unknown key"
-    return repr(fault["input"])
-
-
-def _allowed(fault: Any) -> str:
-    if fault["type"].startswith("missing"):
-        return "is required"
-    if fault["type"] in {"unexpected_keyword_argument", "extra_forbidden"}:
-        return "remove it, or check its spelling against the documented keys"
-    return fault["msg"].replace("Input should be", "must be").removeprefix("Value error, ")
+def _keys(kind: type, path: tuple[int | str, ...]) -> list[str]:
+    """Keys of the table at ``path`` below an input class."""
+    for part in path:
+        hint = get_type_hints(kind)[str(part)]
+        kind = next(t for t in (hint, *get_args(hint)) if isinstance(t, type) and is_dataclass(t))
+    return [field.name for field in fields(kind)]

@@ -8,16 +8,18 @@ monomials a basis spans.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
 import sympy as sp
 
 x, y, z = sp.symbols("x y z")
 
+Basis = Literal["paper"] | tuple[int, int]
 
-def monomials(basis: str | tuple[int, int]) -> list[Any]:
+
+def monomials(basis: Basis) -> list[Any]:
     """Monomials that span a field: the paper's x, xy, x², or x^{i+1} y^j for i < p, j < q."""
-    if basis == "paper":
+    if isinstance(basis, str):
         return [x, x * y, x**2]
     p, q = basis
     return [x ** (i + 1) * y**j for i in range(p) for j in range(q)]
@@ -38,7 +40,7 @@ def energy_density(w: Any, theta_x: Any, theta_y: Any, h: Any, E: Any, nu: Any) 
     return sp.expand(bending + sp.Rational(5, 6) * G * h * (g_xz**2 + g_yz**2) / 2)
 
 
-def stiffness(basis: str | tuple[int, int], thickness: Any, height: Any, width: Any, E: Any, nu: Any) -> Any:
+def stiffness(basis: Basis, thickness: Any, height: Any, width: Any, E: Any, nu: Any) -> Any:
     """Ritz matrix ∂²U/∂a_i∂a_j of the fields w, θ_x, θ_y in ``monomials``, exact for polynomial ``thickness`` in x.
 
     All arguments are sympy expressions or rationals; the result is a sympy matrix.
@@ -46,8 +48,8 @@ def stiffness(basis: str | tuple[int, int], thickness: Any, height: Any, width: 
     functions = monomials(basis)
     a = sp.symbols(f"a0:{3 * len(functions)}")
     n = len(functions)
-    fields = [sum(c * f for c, f in zip(a[k * n : (k + 1) * n], functions, strict=True)) for k in range(3)]
-    density = energy_density(*fields, thickness, E, nu)
+    w, theta_x, theta_y = (sum(c * f for c, f in zip(a[k * n :], functions, strict=False)) for k in range(3))
+    density = energy_density(w, theta_x, theta_y, thickness, E, nu)
     poly = sp.Poly(density, x, y)
     total = sp.Integer(0)
     for (i, j), coefficient in poly.terms():
@@ -62,7 +64,7 @@ def stiffness(basis: str | tuple[int, int], thickness: Any, height: Any, width: 
 
 
 def deflection(
-    basis: str | tuple[int, int],
+    basis: Basis,
     thickness: Any,
     height: Any,
     width: Any,
