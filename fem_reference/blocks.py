@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from numpy.typing import NDArray
@@ -29,6 +29,8 @@ class Cells:
         Along the root circle between two fillets, where there is any (rim models).
     rim
         From the root to the bore (rim models).
+    rest
+        Along the ring that closes the gear: its parts next to the sector, and the two others.
     width
         Across the face width.
     """
@@ -40,6 +42,14 @@ class Cells:
     foot: int = 1
     land: int = 1
     rim: int = 1
+    rest: tuple[int, int] = (1, 2)
+
+    def of_tooth(self, d: int) -> Cells:
+        """Cells of tooth d: the neighbours of the loaded tooth are coarser, nothing acts on them."""
+        if d == 0:
+            return self
+        halved = {key: max(1, (getattr(self, key) + 1) // 2) for key in ("thickness", "flank", "fillet")}
+        return replace(self, **halved)
 
 
 @dataclass
@@ -63,6 +73,7 @@ class Blocks:
     surfaces: list[int] = field(default_factory=list)
     #: names of the curves of each surface's loop, in its order; None inside the body
     names: list[list[str | None]] = field(default_factory=list)
+    loops: list[list[int]] = field(default_factory=list)
     _points: dict[tuple, int] = field(default_factory=dict)
     _curves: dict[tuple, int] = field(default_factory=dict)
 
@@ -76,6 +87,8 @@ class Blocks:
         first, last = self.body.offsets[0], self.body.offsets[-1]
         for d in range(first if self.body.closed else first - 1, last + 1):
             self._gap(d)
+        if self.body.rest == "ring" and not self.body.closed:
+            self._ring()
 
     # -- blocks -------------------------------------------------------------------------------------------------------
     def _tooth_alone(self) -> None:
@@ -88,7 +101,7 @@ class Blocks:
         self._surface([(clamp, "clamp"), *right, self._tip(0), *_reverse(left)], foot + self._tips(0))
 
     def _tooth_on_rim(self, d: int) -> None:
-        body, n = self.body, self.cells
+        body, n = self.body, self.cells.of_tooth(d)
         r_j, form = body.junction_radius, body.gear.form_radius
         foot = [self._flank_point(d, side, r_j, "junction") for side in (-1, 1)]
         row = self._line("row", d, foot[0], foot[1], n.thickness)
@@ -117,10 +130,35 @@ class Blocks:
         arc = self._arc("gap", d, bore[0], bore[1], body.bore_radius or 0.0, cells)
         corners = [self._flank_point(d, 1, r_j, "junction"), self._flank_point(d + 1, -1, r_j, "junction")]
         ends = (body.offsets[0] - 1, body.offsets[-1])
-        left = "cut_left" if d == ends[0] and not body.closed else None
-        right = "cut_right" if d == ends[1] and not body.closed else None
+        open_ = not body.closed and body.rest != "ring"
+        left = "cut_left" if d == ends[0] and open_ else None
+        right = "cut_right" if d == ends[1] and open_ else None
         loop = [(arc, "bore"), (self._radial(d + 1, -1), right), *_reverse(top), (-self._radial(d, 1), left)]
         self._surface(loop, [*bore, corners[1], corners[0]])
+
+    def _ring(self) -> None:
+        """The rest of the gear, without teeth, up to the junction radius; four parts, the middle ones longer."""
+        body, angles = self.body, self.body.rest_angles
+        bore, r_j = body.bore_radius or 0.0, body.junction_radius
+        first, last = body.offsets[0], body.offsets[-1]
+        low = [self._point(("rest", i), bore, a) for i, a in enumerate(angles[:-1]) if i]
+        high = [self._point(("rest_top", i), r_j, a) for i, a in enumerate(angles[:-1]) if i]
+        low = [self._bore_point(last + 1, -1), *low, self._bore_point(first - 1, 1)]
+        ends = (last + 1, -1), (first - 1, 1)
+        start, end = (self._flank_point(d, side, r_j, "junction") for d, side in ends)
+        high = [start, *high, end]
+        lines = [self._radial(*ends[0])]
+        lines += [self._radial_line(("rest", i), low[i], high[i]) for i in (1, 2, 3)]
+        lines.append(self._radial(*ends[1]))
+        length = (angles[1] - angles[0]) * r_j * self.cells.thickness / (6 * body.gear.normal_module)
+        growth = progression(length, self.cells.rest[0])  # away from the sector
+        for i in range(4):
+            n = self.cells.rest[0 if i in (0, 3) else 1]
+            spacing = ("Progression", {0: growth, 3: 1 / growth}.get(i, 1.0))
+            inner = self._arc(f"rest{i}", 0, low[i], low[i + 1], bore, n, spacing)
+            outer = self._arc(f"rest_top{i}", 0, high[i], high[i + 1], r_j, n, spacing)
+            loop = [(inner, "bore"), (lines[i + 1], None), (-outer, "rest"), (-lines[i], None)]
+            self._surface(loop, [low[i], low[i + 1], high[i + 1], high[i]])
 
     # -- points and curves, each made once ----------------------------------------------------------------------------
     def _tooth(self, d: int) -> int:
@@ -156,6 +194,10 @@ class Blocks:
         return [self._flank_point(d, side, self.body.gear.tip_radius, "tip") for side in (1, -1)]
 
     def _spline(self, what: str, d: int, side: int, curve: tuple[NDArray, NDArray], ends: tuple, cells: int) -> int:
+        # the load ends at form circle and tip: cells get smaller towards both
+        ratio = FILLET_GRADING ** (1 / max(cells - 1, 1))
+        spacing = {"flank": ("Bump", FLANK_BUMP), "fillet": ("Progression", ratio)}.get(what, ("Progression", 1.0))
+
         def make() -> int:
             shift = d * self.body.pitch_angle
             inner = [
@@ -164,7 +206,7 @@ class Blocks:
             ][1:-1]
             return self.geo.addSpline([ends[0], *inner, ends[1]])
 
-        return self._curve((what, self._tooth(d), side), cells, make)
+        return self._curve((what, self._tooth(d), side), cells, make, spacing)
 
     def _flank(self, d: int, side: int, low: float, form: float, foot: int, cells: int) -> list:
         """Fillet from radius ``low`` and involute up to the tip."""
@@ -172,7 +214,7 @@ class Blocks:
         middle = self._flank_point(d, side, form, "form")
         tip = self._flank_point(d, side, self.body.gear.tip_radius, "tip")
         fillet = self._spline("fillet", d, side, self.body.fillet(low, form), (foot, middle), cells)
-        flank = self._spline("flank", d, side, self.body.involute(), (middle, tip), self.cells.flank)
+        flank = self._spline("flank", d, side, self.body.involute(), (middle, tip), self.cells.of_tooth(d).flank)
         return [(fillet, on_tooth(f"{name}_fillet", d)), (flank, on_tooth(f"{name}_flank", d))]
 
     def _foot(self, d: int, side: int) -> list:
@@ -188,27 +230,38 @@ class Blocks:
 
     def _tip(self, d: int) -> tuple[int, str]:
         ends = self._tips(d)
-        tag = self._arc("tip", d, ends[0], ends[1], self.body.gear.tip_radius, self.cells.thickness)
+        tag = self._arc("tip", d, ends[0], ends[1], self.body.gear.tip_radius, self.cells.of_tooth(d).thickness)
         return tag, on_tooth("tip", d)
 
-    def _arc(self, what: str, d: int, start: int, end: int, R: float, cells: int) -> int:
-        bump = ("Bump", THICKNESS_BUMP) if what in ("tip", "clamp", "bore", "row") else ("Progression", 1.0)
+    def _arc(
+        self, what: str, d: int, start: int, end: int, R: float, cells: int, spacing: tuple[str, float] | None = None
+    ) -> int:
+        if spacing is None:
+            across = what in ("tip", "clamp", "bore", "row")
+            spacing = self._towards_flank(cells, reverse=what == "tip") if across else ("Progression", 1.0)
         make = lambda: self.geo.addCircleArc(start, self._point(("centre",), 0.0, 0.0), end)  # noqa: E731
-        return self._curve((what, self._tooth(d), R), cells, make, bump)
+        return self._curve((what, self._tooth(d), R), cells, make, spacing)
 
     def _line(self, what: str, d: int, start: int, end: int, cells: int) -> int:
         key = (what, self._tooth(d))
-        return self._curve(key, cells, lambda: self.geo.addLine(start, end), ("Bump", THICKNESS_BUMP))
+        return self._curve(key, cells, lambda: self.geo.addLine(start, end), self._towards_flank(cells))
+
+    def _towards_flank(self, cells: int, *, reverse: bool = False) -> tuple[str, float]:
+        """Spacing across the tooth, cells getting smaller towards the loaded (right) flank."""
+        ratio = GRADING ** (1 / max(cells - 1, 1))
+        return "Progression", ratio if not reverse else 1 / ratio
 
     def _radial(self, d: int, side: int) -> int:
         """Line from the bore to the junction on the fillet, cells growing towards the bore."""
         start = self._bore_point(d, side)
         end = self._flank_point(d, side, self.body.junction_radius, "junction")
-        n = self.cells.rim
-        first = 2.0 * self.body.gear.normal_module / max(self.cells.thickness, 1)
-        ratio = progression((self.body.junction_radius - (self.body.bore_radius or 0.0)) / first, n)
-        make = lambda: self.geo.addLine(start, end)  # noqa: E731
-        return self._curve(("radial", self._tooth(d), side), n, make, ("Progression", 1 / ratio))
+        return self._radial_line(("radial", self._tooth(d), side), start, end)
+
+    def _radial_line(self, key: tuple, start: int, end: int) -> int:
+        first = 1.6 * self.body.gear.normal_module / self.cells.thickness
+        depth = self.body.junction_radius - (self.body.bore_radius or 0.0)
+        ratio = progression(depth / first, self.cells.rim)
+        return self._curve(key, self.cells.rim, lambda: self.geo.addLine(start, end), ("Progression", 1 / ratio))
 
     def _surface(self, curves: list[tuple[int, str | None]], corners: list[int]) -> None:
         surface = self.geo.addPlaneSurface([self.geo.addCurveLoop([tag for tag, _ in curves])])
@@ -217,10 +270,19 @@ class Blocks:
             self.geo.mesh.setRecombine(2, surface)
         self.surfaces.append(surface)
         self.names.append([name for _, name in curves])
+        self.loops.append([abs(tag) for tag, _ in curves])
+
+    def named_curves(self) -> list[tuple[str, int]]:
+        """Pairs (name, curve) of the curves on the boundary of the section."""
+        pairs = zip(self.names, self.loops, strict=True)
+        return [(name, tag) for names, tags in pairs for name, tag in zip(names, tags, strict=True) if name]
 
 
-#: Cells across the tooth get smaller towards the flanks (gmsh's "Bump"; 1 is uniform).
-THICKNESS_BUMP = 0.5
+#: Size of the cell at the loaded flank over that at the other one.
+GRADING = 0.2
+#: gmsh's "Bump" along the involute (1 is uniform), and size of the fillet's cell at the form circle over its first.
+FLANK_BUMP = 0.4
+FILLET_GRADING = 0.5
 
 
 def progression(total: float, n: int) -> float:

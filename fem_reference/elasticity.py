@@ -6,7 +6,6 @@ dimensions the same form is plane strain per unit width.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -15,7 +14,9 @@ import numpy as np
 import scipy.sparse as sp
 import skfem
 from numpy.typing import NDArray
+from skfem.assembly.dofs import Dofs
 from skfem.helpers import ddot, eye, sym_grad, trace
+from skfem.quadrature import get_quadrature
 
 
 @dataclass(frozen=True)
@@ -115,7 +116,7 @@ class Space:
 
     @cached_property
     def _dofs(self) -> Any:
-        return skfem.assembly.dofs.Dofs(self.mesh, self.element)
+        return Dofs(self.mesh, self.element)
 
     @property
     def n_nodes(self) -> int:
@@ -127,7 +128,7 @@ class Space:
         return np.unique(self._dofs.get_facet_dofs(self.mesh.boundaries[name]).flatten())
 
     def reference_gradients(self, X: NDArray) -> tuple[NDArray, NDArray]:
-        """Shape functions (local node, q) and reference gradients (q, local node, dim) at reference points X (dim, q)."""
+        """Shape functions (local node, q) and their gradients (q, local node, dim) at reference points X (dim, q)."""
         return _shapes(self.element, self.nodes_of.shape[0], X)
 
     @cached_property
@@ -176,7 +177,7 @@ class Space:
         K_ai,bj = ∫ λ N_a,i N_b,j + μ N_a,j N_b,i + μ δ_ij ∇N_a · ∇N_b dx, all elements of a chunk at once.
         """
         number = np.arange(self.n_nodes) if free is None else np.where(free, np.cumsum(free) - 1, -1)
-        X, weight = skfem.quadrature.get_quadrature(self.element.refdom, ELEMENTS[self.kind].quadrature)
+        X, weight = get_quadrature(self.element.refdom, ELEMENTS[self.kind].quadrature)
         a, b = np.triu_indices(self.nodes_of.shape[0])
         row, col, blocks = [], [], []
         for start in range(0, self.mesh.nelements, _CHUNK):
@@ -291,25 +292,43 @@ class Points:
 
 
 def surface_points(space: Space, facets: NDArray, degree: int = 7) -> Points:
-    """Quadrature points of the given facets, exact to polynomial ``degree`` in the reference facet."""
-    basis = skfem.FacetBasis(space.mesh, space.element, facets=facets, intorder=degree)
-    points = basis.global_coordinates().value
-    dim, n, q = points.shape
-    values = np.array([np.broadcast_to(field[0].value, (n, q)) for field in basis.basis])
-    nodes = np.asarray(basis.dofs.element_dofs)[:, basis.tind]
-    column = np.broadcast_to(nodes[:, :, None], values.shape)
-    row = np.broadcast_to(np.arange(n * q).reshape(n, q), values.shape)
-    matrix = sp.csr_matrix((values.ravel(), (row.ravel(), column.ravel())), shape=(n * q, space.n_nodes))
+    """Quadrature points of the given boundary facets, exact to polynomial ``degree`` in the reference facet."""
+    mesh, refdom = space.mesh, space.element.refdom
+    element = mesh.f2t[0, facets]
+    local = np.argmax(mesh.t2f[:, element] == facets, axis=0)
+    found = [_facet_points(space, element[local == k], refdom.facets[k], degree) for k in np.unique(local)]
+    position, values, nodes, weight = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    row = np.broadcast_to(np.arange(len(position))[:, None], values.shape)
+    matrix = sp.csr_matrix((values.ravel(), (row.ravel(), nodes.ravel())), shape=(len(position), space.n_nodes))
     matrix.eliminate_zeros()
-    return Points(points.reshape(dim, -1).T, matrix, basis.dx.reshape(-1))
+    return Points(position, matrix, weight)
+
+
+def _facet_points(space: Space, element: NDArray, corners: list[int], degree: int) -> tuple:
+    """Positions, shape functions, nodes (point, local node) and weights on one local facet of some elements."""
+    refdom = space.element.refdom
+    at = refdom.p[:, corners]
+    # the facet's reference cell has its first corner at one end, and its neighbours along the axes
+    ends = (1, 3) if len(corners) == 4 else tuple(range(1, len(corners)))
+    axes = np.stack([at[:, e] - at[:, 0] for e in ends], axis=1)
+    t, w = get_quadrature(refdom.brefdom, degree)
+    X = at[:, :1] + axes @ t
+    values, _ = space.reference_gradients(X)
+    shapes, grads = space.geometry_shapes(X)
+    geometry = space.geometry[element]
+    position = np.einsum("eai,aq->eqi", geometry, shapes)
+    tangents = np.einsum("eai,qaj,jk->eqik", geometry, grads, axes)
+    if space.dim == 3:
+        area = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=-1)
+    else:
+        area = np.linalg.norm(tangents[..., 0], axis=-1)
+    n = len(element) * len(w)
+    shape = (len(element), len(w), len(values))
+    nodes = np.broadcast_to(space.nodes_of[:, element].T[:, None, :], shape).reshape(n, -1)
+    spread = np.broadcast_to(values.T, shape).reshape(n, -1)
+    return position.reshape(n, -1), spread, nodes, (area * w).ravel()
 
 
 def free_dofs(free: NDArray, dim: int) -> NDArray:
     """Degrees of freedom of the free nodes (boolean mask)."""
     return (dim * np.flatnonzero(free)[:, None] + np.arange(dim)).ravel()
-
-
-def memory_of(space: Space) -> float:
-    """Rough memory of assembly and factorisation [GB], for refusing meshes that cannot fit."""
-    n = space.dim * space.n_nodes
-    return 2.2e-8 * n * math.log2(max(n, 2)) + 4e-9 * space.nodes_of.size * space.nodes_of.shape[0] * space.dim**2

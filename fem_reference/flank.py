@@ -142,14 +142,9 @@ class Patches:
         return bump * 9 / (16 * self.half[0] * self.half[1])
 
 
-def patch_grid(gear: Gear, heights: int = 6, stations: int = 9, half: tuple[float, float] | None = None) -> Patches:
-    """Return patches at ``heights`` × ``stations`` evenly spaced places of the flank, half a spacing off its edges.
-
-    Patches are half a normal module high and wide (half sizes 0.25 m_n), or smaller where the spacing asks for it.
-    """
+def patch_grid(gear: Gear, heights: int = 6, stations: int = 9) -> Patches:
+    """Return patches that tile the flank, ``heights`` rows of ``stations`` patches, row by row from the root."""
     low, high = gear.form_radius, gear.tip_radius
     dR, dy = (high - low) / heights, gear.face_width / stations
     R, y = np.meshgrid(low + dR * (np.arange(heights) + 0.5), dy * (np.arange(stations) + 0.5), indexing="ij")
-    if half is None:
-        half = min(0.25 * gear.normal_module, dR / 2), min(0.25 * gear.normal_module, dy / 2)
-    return Patches(radius=R.ravel(), y=y.ravel(), half=half)
+    return Patches(radius=R.ravel(), y=y.ravel(), half=(dR / 2, dy / 2))

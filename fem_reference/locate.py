@@ -23,12 +23,12 @@ def interior_points(space: Space, position: NDArray, candidates: int = 24) -> Po
     OutsideError
         If a point lies farther outside.
     """
-    from scipy.spatial import cKDTree
+    from scipy.spatial import KDTree
 
     position = np.asarray(position, dtype=float)
     n, dim = position.shape
     k = min(candidates, space.mesh.nelements)
-    _, near = cKDTree(space.geometry.mean(axis=1)).query(position, k=k)
+    _, near = KDTree(space.geometry.mean(axis=1)).query(position, k=k)
     near = np.asarray(near).reshape(n, k)
     best, excess, reference = near[:, 0].copy(), np.full(n, np.inf), np.zeros((n, dim))
     for j in range(k):

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 import skfem
 from numpy.typing import NDArray
+from skfem.quadrature import get_quadrature
 
 from fem_reference.blocks import Blocks, Cells
 from fem_reference.elasticity import ELEMENTS, Space
@@ -67,7 +68,7 @@ class ToothMesh:
     @cached_property
     def quality(self) -> float:
         """Smallest ratio of Jacobian determinants within an element, over the quadrature points; > 0."""
-        X, _ = skfem.quadrature.get_quadrature(self.space.element.refdom, ELEMENTS[self.kind].quadrature)
+        X, _ = get_quadrature(self.space.element.refdom, ELEMENTS[self.kind].quadrature)
         _, det = self.space.gradients(X)
         return float((det.min(axis=1) / det.max(axis=1)).min())
 
@@ -79,7 +80,8 @@ class ToothMesh:
         cells = self.mesh.dofs.element_dofs
         if self.kind.startswith("hex"):
             cells = cells[HEX_MAPPING[: cells.shape[0]]]
-        out = meshio.Mesh(self.mesh.doflocs.T, [(TYPE_MESH_MAPPING[type(self.mesh)], cells.T)], point_data)
+        block: Any = [(TYPE_MESH_MAPPING[type(self.mesh)], cells.T)]
+        out = meshio.Mesh(self.mesh.doflocs.T, block, point_data=dict(point_data))
         form = {"file_format": "gmsh", "binary": True} if Path(path).suffix == ".msh" else {}
         out.write(path, **form)
 
@@ -117,7 +119,8 @@ def check_section(body: Body) -> None:
     if not np.all(np.isfinite(psi)) or psi.min() <= 1e-6 * body.pitch_angle:
         at = R[int(np.argmin(np.nan_to_num(psi, nan=-1.0)))]
         raise MeshingError(f"the flanks of the tooth cross at R = {at:.6g} mm (pointed or undercut right through)")
-    if psi[R <= gear.form_radius].max() > 0.5 * body.pitch_angle * (1 + 1e-9):
+    on_fillet = gear.form_radius >= R
+    if psi[on_fillet].max() > 0.5 * body.pitch_angle * (1 + 1e-9):
         raise MeshingError("the fillets of neighbouring teeth cross")
 
 
@@ -135,10 +138,10 @@ def _straight(body: Body, cells: Cells, kind: str) -> Any:
     if family == "hex":
         elements = elements[_HEX]
     mesh = ELEMENTS[kind].straight(points, elements, sort_t=False, validate=False)
-    boundaries = _match(mesh.facets, facets, points.shape[1])
+    boundaries = match_facets(mesh.facets, facets, points.shape[1])
     for name, found in boundaries.items():
         nodes = np.unique(mesh.facets[:, found])
-        points[:2, nodes] = _snapped(body, name, points[:2, nodes])
+        points[:2, nodes] = snapped(body, name, points[:2, nodes])
     return replace(mesh, doflocs=points).with_boundaries(boundaries)
 
 
@@ -148,7 +151,8 @@ def _model(gmsh: Any, body: Body, cells: Cells, structured: bool) -> dict[str, l
     blocks = Blocks(geo, body, cells, structured)
     blocks.build()
     width = body.gear.face_width / body.gear.normal_module
-    layers = {"numElements": [cells.width], "heights": [1.0], "recombine": True} if structured else {}
+    heights = layer_heights(cells.width)
+    layers = {"numElements": [1] * cells.width, "heights": heights, "recombine": True} if structured else {}
     names: dict[str, list[int]] = {"front": list(blocks.surfaces), "back": []}
     for surface, curves in zip(blocks.surfaces, blocks.names, strict=True):
         out = geo.extrude([(2, surface)], 0.0, 0.0, width, **layers)
@@ -163,6 +167,16 @@ def _model(gmsh: Any, body: Body, cells: Cells, structured: bool) -> dict[str, l
         gmsh.option.setNumber("Mesh.MeshSizeMax", size)
         gmsh.option.setNumber("Mesh.MeshSizeMin", size)
     return names
+
+
+def layer_heights(n: int) -> list[float]:
+    """Ends of n layers across the face width (0, 1]: thinner towards both faces, where loads leave the flank."""
+    x = np.linspace(0.0, 1.0, n + 1)[1:]
+    return list(x - END_GRADING * np.sin(2 * np.pi * x) / (2 * np.pi))
+
+
+#: 0 is uniform; the layers at the faces are 1 − END_GRADING of the mean.
+END_GRADING = 0.5
 
 
 def _harvest(gmsh: Any, names: dict[str, list[int]], family: str) -> tuple[NDArray, NDArray, dict[str, NDArray]]:
@@ -185,12 +199,12 @@ def _harvest(gmsh: Any, names: dict[str, list[int]], family: str) -> tuple[NDArr
     return points, np.ascontiguousarray(number[nodes.reshape(-1, n_cell)].T, dtype=np.int32), facets
 
 
-def _match(facets: NDArray, named: dict[str, NDArray], n: int) -> dict[str, NDArray]:
-    """Numbers of the mesh facets that are the given facets (by their three smallest vertices)."""
+def match_facets(facets: NDArray, named: dict[str, NDArray], n: int) -> dict[str, NDArray]:
+    """Numbers of the mesh facets that are the given facets (by their two or three smallest vertices)."""
 
     def key(f: NDArray) -> NDArray:
         s = np.sort(f, axis=0).astype(np.int64)
-        return (s[0] * n + s[1]) * n + s[2]
+        return s[0] * n + s[1] if len(s) == 2 else (s[0] * n + s[1]) * n + s[2]
 
     keys = key(facets)
     order = np.argsort(keys)
@@ -201,7 +215,7 @@ def _polar(xy: NDArray) -> tuple[NDArray, NDArray]:
     return np.hypot(xy[0], xy[1]), np.arctan2(xy[0], xy[1])
 
 
-def _snapped(body: Body, name: str, xy: NDArray, ends: tuple[NDArray, NDArray] | None = None) -> NDArray:
+def snapped(body: Body, name: str, xy: NDArray, ends: tuple[NDArray, NDArray] | None = None) -> NDArray:
     """Points (2, n) moved onto the exact curve of a boundary."""
     R, theta = _polar(xy)
     exact_R, exact = body.snap(name, R, theta, ends)
@@ -221,9 +235,9 @@ def _quadratic(mesh: Any, body: Body) -> Any:
         edges = edges_of(mesh, facets)
         ends = mesh.edges[:, edges]
         radii = np.hypot(*mesh.p[:2, ends[0]]), np.hypot(*mesh.p[:2, ends[1]])
-        points[:2, middle[edges]] = _snapped(body, name, points[:2, middle[edges]], radii)
-    if isinstance(mesh, skfem.MeshTet1):
-        _straighten_bad(points, mesh, middle)
+        points[:2, middle[edges]] = snapped(body, name, points[:2, middle[edges]], radii)
+    if mesh.elem.refdom.nnodes == 4:
+        straighten_bad(points, mesh, mesh.edges, mesh.t2e, middle)
     else:
         vertex, edge = points[:, mesh.t], points[:, middle[mesh.t2e]]
         points[:, dofs.interior_dofs[0]] = 0.25 * (edge.sum(axis=1) - vertex.sum(axis=1))
@@ -234,19 +248,22 @@ def _quadratic(mesh: Any, body: Body) -> Any:
     return replace(curved, doflocs=points).with_boundaries(mesh.boundaries)
 
 
-def _straighten_bad(points: NDArray, mesh: Any, middle: NDArray) -> None:
-    """Straighten the edges of curved tetrahedra that would be turned inside out (in the cusp at the clamped root)."""
-    corners, _ = skfem.quadrature.get_quadrature(mesh.elem.refdom, ELEMENTS["tet10"].quadrature)
-    shapes = np.stack([skfem.ElementTetP2().lbasis(corners, i)[1] for i in range(10)])
+def straighten_bad(points: NDArray, mesh: Any, edges: NDArray, of_element: NDArray, middle: NDArray) -> None:
+    """Straighten the edges of curved simplices that would be turned inside out (in the cusp at the clamped root).
+
+    ``edges`` (2, edge): vertices; ``of_element`` (k, element): edges; ``middle`` (edge,): their nodes in ``points``.
+    """
+    element = skfem.ElementTetP2() if mesh.dim() == 3 else skfem.ElementTriP2()
+    X, _ = get_quadrature(mesh.elem.refdom, 6)
+    shapes = np.stack([element.lbasis(X, i)[1] for i in range(len(element.doflocs))])
     for _ in range(5):
-        places = np.concatenate([points[:, mesh.t], points[:, middle[mesh.t2e]]], axis=1)
-        J = np.einsum("iae,ajq->eqij", places, shapes)
-        det = np.linalg.det(J)
-        bad = np.flatnonzero((det * np.sign(det.mean(axis=1, keepdims=True))).min(axis=1) <= 0.05 * np.abs(det).max(axis=1))
+        places = np.concatenate([points[:, mesh.t], points[:, middle[of_element]]], axis=1)
+        det = np.linalg.det(np.einsum("iae,ajq->eqij", places, shapes))
+        lowest = (det * np.sign(det.mean(axis=1, keepdims=True))).min(axis=1)
+        bad = np.unique(of_element[:, lowest <= 0.05 * np.abs(det).max(axis=1)])
         if bad.size == 0:
             return
-        edges = np.unique(mesh.t2e[:, bad])
-        points[:, middle[edges]] = points[:, mesh.edges[:, edges]].mean(axis=1)
+        points[:, middle[bad]] = points[:, edges[:, bad]].mean(axis=1)
 
 
 def edges_of(mesh: Any, facets: NDArray) -> NDArray:

@@ -1,0 +1,122 @@
+"""Computed compliances kept on disk, under a hash of everything that determines them.
+
+One file per result, written beside its place and moved into it: readers and concurrent writers see a whole file or
+none. An entry that cannot be read, or whose checksum is wrong, is computed anew and replaced.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import os
+import tempfile
+import warnings
+import zipfile
+from dataclasses import asdict
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fem_reference.compliance import FlankCompliance
+from fem_reference.refinement import default_order, refined_compliance
+from fem_reference.section import Body
+from gearbench.geometry.gear import Gear
+from gearbench.geometry.material import Material
+
+
+def cache_folder() -> Path:
+    """Folder of the entries: $GEARBENCH_CACHE, or "gearbench" in the user's cache folder."""
+    if chosen := os.environ.get("GEARBENCH_CACHE"):
+        return Path(chosen)
+    import platformdirs
+
+    return Path(platformdirs.user_cache_dir("gearbench", appauthor=False))
+
+
+def cached_compliance(
+    body: Body,
+    material: Material,
+    accuracy: float = 0.01,
+    order: tuple[int, int] | None = None,
+    separation: str = "half_space",
+) -> FlankCompliance:
+    """Like ``refined_compliance``, from the cache where the same was computed before."""
+    order = order or default_order(body.gear)
+    key = digest(body, material, accuracy, order, separation)
+    path = cache_folder() / f"flank-{key}.npz"
+    found = _load(path, body.gear)
+    if found is None:
+        found = refined_compliance(body, material, accuracy, order, separation)  # type: ignore[arg-type]
+        _store(path, found)
+    return found
+
+
+def digest(body: Body, material: Material, *settings: Any) -> str:
+    """Hash of geometry, material, accuracy and other settings, program and library versions."""
+    what = {"body": asdict(body), "material": asdict(material), "settings": settings, "code": code_version()}
+    return hashlib.sha256(json.dumps(what, sort_keys=True, default=repr).encode()).hexdigest()[:32]
+
+
+@cache
+def code_version() -> str:
+    """Hash of the sources that determine a result, and of the libraries that mesh and discretise."""
+    import gearbench.geometry
+
+    here, geometry = Path(__file__).parent, Path(next(iter(gearbench.geometry.__path__)))
+    total = hashlib.sha256()
+    for source in sorted([*here.glob("*.py"), *geometry.glob("*.py")]):
+        total.update(source.name.encode() + source.read_bytes())
+    for package in ("gmsh", "scikit-fem", "numpy"):
+        try:
+            total.update(f"{package} {version(package)}".encode())
+        except PackageNotFoundError:
+            continue
+    return total.hexdigest()
+
+
+def _payload(result: FlankCompliance) -> dict[str, Any]:
+    meta = {"order": list(result.order), "error": result.error, "attrs": result.attrs}
+    text = json.dumps(meta, sort_keys=True)
+    blocks = np.ascontiguousarray(result.blocks)
+    return {"blocks": blocks, "meta": np.array(text), "checksum": np.array(_checksum(blocks, text))}
+
+
+def _checksum(blocks: np.ndarray, meta: str) -> str:
+    return hashlib.sha256(blocks.tobytes() + meta.encode()).hexdigest()
+
+
+def _store(path: Path, result: FlankCompliance) -> None:
+    """Write atomically; a cache that cannot be written costs only time, so it warns."""
+    buffer = io.BytesIO()
+    np.savez(buffer, **_payload(result))
+    temporary = None
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, temporary = tempfile.mkstemp(prefix=path.stem, suffix=".tmp", dir=path.parent)
+        with os.fdopen(handle, "wb") as file:
+            file.write(buffer.getvalue())
+        os.replace(temporary, path)
+    except OSError as error:
+        if temporary is not None:
+            Path(temporary).unlink(missing_ok=True)
+        warnings.warn(f"cannot keep the result in {path.parent}: {error}", stacklevel=3)
+
+
+def _load(path: Path, gear: Gear) -> FlankCompliance | None:
+    """Return the entry, or None if there is none that is whole."""
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            blocks, text, checksum = stored["blocks"], str(stored["meta"]), str(stored["checksum"])
+        if checksum != _checksum(blocks, text):
+            return None
+        meta = json.loads(text)
+        order = (int(meta["order"][0]), int(meta["order"][1]))
+        return FlankCompliance(
+            gear=gear, order=order, blocks=blocks, error=float(meta["error"]), attrs={**meta["attrs"], "cached": True}
+        )
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None

@@ -1,0 +1,210 @@
+"""Compliance of a tooth flank from one factorisation: all loads at once, displacements of every tooth.
+
+Compliance c(P, Q) [mm/N] is the displacement along the inward normal at P due to a unit force along the inward normal
+at Q. Two displacements are taken: at the loaded surface, and on the centre line of the tooth below the point
+(``Flank.below``). The compression of the material between flank and centre line is left to the contact law, see
+``fem_reference.contact``.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+
+from fem_reference.contact import local_compliance
+from fem_reference.elasticity import Lame, Points, free_dofs, surface_points
+from fem_reference.flank import Flank, Legendre
+from fem_reference.locate import interior_points
+from fem_reference.section import on_tooth
+from fem_reference.solver import solve
+from fem_reference.tooth_mesh import ToothMesh
+from gearbench.geometry.gear import Gear
+from gearbench.geometry.material import Material
+
+#: Neighbours on each side whose displacements are kept.
+NEIGHBOURS = 3
+
+#: Force densities per dR dy on the flank: (R, y) -> (…, load).
+Loads = Callable[[NDArray, NDArray], NDArray]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlankSolution:
+    """Displacements of the body under loads on the flank of tooth 0.
+
+    Parameters
+    ----------
+    tooth
+        The mesh.
+    u
+        Nodal displacements (3·node, load) [mm], for loads of total force as the densities give it.
+    solver, seconds
+        Solver used; time of assembly and solution.
+    """
+
+    tooth: ToothMesh
+    u: NDArray
+    solver: str
+    seconds: float
+
+    def surface(self, weights: Loads, d: int = 0) -> NDArray:
+        """Normal displacement of the flank of tooth d, weighted with ``weights`` dR dy: (weight, load)."""
+        return flank_load(self.tooth, weights, d).T @ self.u
+
+    def smooth(self, R: NDArray, y: NDArray, d: int = 0, *, beside: bool = False) -> NDArray:
+        """Normal displacement on the centre line of tooth d below the flank points (R, y): (point, load).
+
+        Below the clamped root circle of a tooth alone it is zero. ``beside``: at the same radius instead.
+        """
+        flank = Flank(self.tooth.body.gear, d)
+        place = flank.beside(R, y) if beside else flank.below(R, y)
+        return centre_points(self.tooth, place).displacement(self.u, flank.normal(R, y))
+
+
+def solve_flank(tooth: ToothMesh, material: Material, loads: Loads, solver: str | None = None) -> FlankSolution:
+    """Solve for all ``loads`` on the right flank of tooth 0 with one factorisation."""
+    start = time.perf_counter()
+    space = tooth.space
+    free = np.ones(space.n_nodes, dtype=bool)
+    for name in tooth.body.held:
+        free[space.boundary_nodes(name)] = False
+    stiffness = space.stiffness(Lame.of(material.E, material.nu), free)
+    dofs = free_dofs(free, 3)
+    force = flank_load(tooth, loads)[dofs]
+    solution = solve(stiffness, force, solver)
+    u = np.zeros((3 * space.n_nodes, force.shape[1]))
+    u[dofs] = solution.x
+    return FlankSolution(tooth=tooth, u=u, solver=solution.solver, seconds=time.perf_counter() - start)
+
+
+def flank_load(tooth: ToothMesh, loads: Loads, d: int = 0) -> NDArray:
+    """Consistent nodal forces (3·node, load) of densities per dR dy on the right flank of tooth d."""
+    space, flank = tooth.space, Flank(tooth.body.gear, d)
+    points = surface_points(space, tooth.mesh.boundaries[on_tooth("right_flank", d)], degree=15)
+    R, y = flank.coordinates(points.position)
+    R = np.maximum(R, tooth.body.gear.base_radius)
+    density = loads(R, y) / flank.stretch(R)[:, None]
+    return points.load(flank.normal(R, y)[:, :, None] * density[:, None, :], space)
+
+
+def centre_points(tooth: ToothMesh, place: NDArray) -> Points:
+    """Interpolation at points of the centre line; those below the root circle of a clamped tooth are held: zero."""
+    body = tooth.body
+    inside = np.ones(len(place), dtype=bool)
+    if body.bore_radius is None:
+        inside = np.hypot(place[:, 0], place[:, 1]) > body.gear.root_radius * (1 + 1e-12)
+    found = interior_points(tooth.space, place[inside]).interpolation
+    count = np.zeros(len(place), dtype=np.int64)
+    count[inside] = np.diff(np.asarray(found.indptr))
+    pointer = np.concatenate([[0], np.cumsum(count)])
+    matrix = csr_matrix((found.data, found.indices, pointer), shape=(len(place), found.shape[1]))
+    return Points(place, matrix, np.ones(len(place)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlankCompliance:
+    """Smooth compliance of the teeth of a gear, for any points of their flanks.
+
+    c(P on tooth i, Q on tooth j) = φ(P)ᵀ C_{i−j} φ(Q), φ the orthonormal polynomials of ``Legendre``: the projection
+    of the computed compliance onto loads that are polynomials on the flank. Valid on the flank from form circle to
+    tip circle (outside it the nearest point counts).
+
+    Parameters
+    ----------
+    gear
+        The gear.
+    order
+        Polynomials along height and face width.
+    blocks
+        C_d [mm/N], (2n+1, p·q, p·q) for d = −n…n: displacement of tooth d under loads on tooth 0; C_{−d} = C_dᵀ.
+    error
+        Estimated relative error (Frobenius norm) of C_0.
+    attrs
+        How it was computed: solver, unknowns, times, …
+    """
+
+    gear: Gear
+    order: tuple[int, int]
+    blocks: NDArray
+    error: float
+    attrs: dict[str, Any]
+
+    @property
+    def neighbours(self) -> int:
+        """Number n of neighbours on each side whose displacement is known."""
+        return len(self.blocks) // 2
+
+    @property
+    def basis(self) -> Legendre:
+        """The polynomials."""
+        return Legendre(gear=self.gear, order=self.order)
+
+    def shapes(self, height: NDArray, y: NDArray) -> NDArray:
+        """φ (…, p·q) [1/mm] at height x = R − r_f and y [mm]."""
+        return self.basis(np.asarray(height, dtype=float) + self.gear.root_radius, np.asarray(y, dtype=float))
+
+    def compliance(self, at: tuple, load: tuple, d: int = 0) -> NDArray:
+        """c [mm/N], elementwise, between points ``at`` of tooth d and ``load`` of tooth 0, each (height, y)."""
+        block = self.blocks[self.neighbours + d]
+        return np.einsum("...a,ab,...b->...", self.shapes(*at), block, self.shapes(*load))
+
+    def factor(self, height: NDArray, y: NDArray, rtol: float = 1e-12) -> NDArray:
+        """Ψ (…, r) with c(P, Q) = Ψ(P)·Ψ(Q) within one tooth [√(mm/N)]."""
+        return self.shapes(height, y) @ self.root(1, rtol)[0]
+
+    def root(self, teeth: int = 1, rtol: float = 1e-12) -> NDArray:
+        """Square root (teeth, p·q, r) of the block matrix C_{i−j} of neighbouring teeth i, j = 0…teeth−1.
+
+        Ψ on tooth i = φ · root[i]. Eigenvalues below ``rtol`` of the largest (rounding, and the slightly negative ones
+        that the unsymmetric part of surface load against inner displacement leaves) are dropped. Teeth farther apart
+        than ``neighbours`` do not see each other.
+        """
+        n, size, zero = self.neighbours, self.blocks.shape[1], np.zeros(self.blocks.shape[1:])
+        rows = [[self.blocks[n + i - j] if abs(i - j) <= n else zero for j in range(teeth)] for i in range(teeth)]
+        values, vectors = np.linalg.eigh(np.block(rows))
+        keep = values > rtol * values[-1]
+        return (vectors[:, keep] * np.sqrt(values[keep])).reshape(teeth, size, -1)
+
+
+def flank_compliance(
+    tooth: ToothMesh,
+    material: Material,
+    order: tuple[int, int],
+    separation: Literal["half_space", "centre_line"] = "half_space",
+) -> FlankCompliance:
+    """Project the compliance of a meshed body onto polynomial loads of the given order, local part taken out.
+
+    Parameters
+    ----------
+    separation
+        "half_space": displacement of the flank surface less the compression of the half-space down to the centre
+        line (``fem_reference.contact``); symmetric, and with the contact law it gives back the surface displacement.
+        "centre_line": displacement on the centre line below the point, made symmetric by averaging.
+    """
+    basis = Legendre(gear=tooth.body.gear, order=order)
+    solution = solve_flank(tooth, material, basis)
+    n = min(tooth.body.teeth // 2, NEIGHBOURS)
+    teeth = range(-n, n + 1)
+    if separation == "half_space":
+        raw = np.array([solution.surface(basis, d) for d in teeth])
+        raw[n] -= local_compliance(basis, material)
+    else:
+        R, y, weight = basis.quadrature()
+        shapes = basis(R, y) * weight[:, None]
+        raw = np.array([shapes.T @ solution.smooth(R, y, d) for d in teeth])
+    blocks = 0.5 * (raw + raw[::-1].transpose(0, 2, 1))
+    attrs = {
+        "separation": separation,
+        "solver": solution.solver,
+        "unknowns": 3 * tooth.space.n_nodes,
+        "element": tooth.kind,
+        "mesh_seconds": tooth.seconds,
+        "solve_seconds": solution.seconds,
+    }
+    return FlankCompliance(gear=tooth.body.gear, order=order, blocks=blocks, error=float("nan"), attrs=attrs)
