@@ -103,7 +103,7 @@ def centre_points(tooth: ToothMesh, place: NDArray) -> Points:
     count = np.zeros(len(place), dtype=np.int64)
     count[inside] = np.diff(np.asarray(found.indptr))
     pointer = np.concatenate([[0], np.cumsum(count)])
-    matrix = csr_matrix((found.data, found.indices, pointer), shape=(len(place), found.shape[1]))
+    matrix = csr_matrix((found.data, found.indices, pointer), shape=(len(place), tooth.space.n_nodes))
     return Points(place, matrix, np.ones(len(place)))
 
 

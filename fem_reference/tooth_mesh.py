@@ -16,8 +16,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 import skfem
 from numpy.typing import NDArray
+from scipy.sparse.linalg import splu
 from skfem.quadrature import get_quadrature
 
 from fem_reference.blocks import Blocks, Cells
@@ -164,8 +166,13 @@ def _model(gmsh: Any, body: Body, cells: Cells, structured: bool) -> dict[str, l
     if not structured:
         # as fine as the structured mesh: the flank's cells over the tooth's height
         size = 1.5 * (body.gear.tip_radius - body.gear.form_radius) / body.gear.normal_module / cells.flank
-        gmsh.option.setNumber("Mesh.MeshSizeMax", size)
-        gmsh.option.setNumber("Mesh.MeshSizeMin", size)
+        middle = 0.5 * (body.gear.tip_radius + body.gear.form_radius) / body.gear.normal_module
+        number = gmsh.model.mesh.field.add("MathEval")
+        far = f"0.3*Max(0,Sqrt(x^2+(y-{middle:.12g})^2)-2.5)"
+        gmsh.model.mesh.field.setString(number, "F", f"{size:.6g}+{far}")
+        gmsh.model.mesh.field.setAsBackgroundMesh(number)
+        for option in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints", "MeshSizeFromCurvature"):
+            gmsh.option.setNumber(f"Mesh.{option}", 0)
     return names
 
 
@@ -225,20 +232,23 @@ def snapped(body: Body, name: str, xy: NDArray, ends: tuple[NDArray, NDArray] | 
 
 
 def _quadratic(mesh: Any, body: Body) -> Any:
-    """Quadratic geometry: middles of boundary edges on the exact curves, inner nodes blended from the edges."""
+    """Quadratic geometry: middles of boundary edges on the exact curves, inner nodes blended between them."""
     curved = {skfem.MeshHex1: skfem.MeshHex2, skfem.MeshTet1: skfem.MeshTet2}[type(mesh)].from_mesh(mesh)
     points, dofs = curved.doflocs.copy(), curved.dofs
     middle = dofs.edge_dofs[0]
+    fixed = []
     for name, facets in mesh.boundaries.items():
         if split_name(name)[0] in ("front", "back"):
             continue
-        edges = edges_of(mesh, facets)
+        edges = np.unique(edges_of(mesh, facets))
         ends = mesh.edges[:, edges]
         radii = np.hypot(*mesh.p[:2, ends[0]]), np.hypot(*mesh.p[:2, ends[1]])
         points[:2, middle[edges]] = snapped(body, name, points[:2, middle[edges]], radii)
+        fixed.append(edges)
     if mesh.elem.refdom.nnodes == 4:
         straighten_bad(points, mesh, mesh.edges, mesh.t2e, middle)
     else:
+        _blend(points, mesh, middle, np.unique(np.concatenate(fixed)))
         vertex, edge = points[:, mesh.t], points[:, middle[mesh.t2e]]
         points[:, dofs.interior_dofs[0]] = 0.25 * (edge.sum(axis=1) - vertex.sum(axis=1))
         for local, corners in enumerate(mesh.elem.refdom.facets):
@@ -246,6 +256,28 @@ def _quadratic(mesh: Any, body: Body) -> Any:
             face = 0.5 * edge[:, around].sum(axis=1) - 0.25 * vertex[:, corners].sum(axis=1)
             points[:, dofs.facet_dofs[0][mesh.t2f[local]]] = face
     return replace(curved, doflocs=points).with_boundaries(mesh.boundaries)
+
+
+def _blend(points: NDArray, mesh: Any, middle: NDArray, fixed: NDArray) -> None:
+    """Let the middles of inner edges follow those of the boundary edges ``fixed``, linearly from row to row.
+
+    An edge and the opposite ones in the quadrilaterals of its section are coupled; the harmonic displacement on that
+    graph is the linear blend, and keeps thin cells beside a curved boundary from being turned inside out.
+    """
+    flat = np.flatnonzero(np.ptp(mesh.p[2, mesh.facets], axis=0) < 1e-9 * np.ptp(mesh.p[2]))
+    a, b, c, d = edges_of(mesh, flat)
+    i, j = np.concatenate([a, b]), np.concatenate([c, d])
+    n = mesh.edges.shape[1]
+    graph = sp.csr_matrix((np.ones(2 * i.size), (np.concatenate([i, j]), np.concatenate([j, i]))), shape=(n, n))
+    free = np.zeros(n, dtype=bool)
+    free[i], free[j] = True, True
+    free[fixed] = False
+    moved = points[:2, middle] - mesh.p[:2, mesh.edges].mean(axis=1)
+    degree = sp.diags_array(np.asarray(graph.sum(axis=1)).ravel()[free])
+    inner, outer = graph[free][:, free], graph[free][:, ~free]
+    laplacian = sp.csc_matrix(degree - inner)
+    moved[:, free] = splu(laplacian, permc_spec="MMD_AT_PLUS_A").solve(outer @ moved[:, ~free].T).T
+    points[:2, middle] = mesh.p[:2, mesh.edges].mean(axis=1) + moved
 
 
 def straighten_bad(points: NDArray, mesh: Any, edges: NDArray, of_element: NDArray, middle: NDArray) -> None:
@@ -267,12 +299,13 @@ def straighten_bad(points: NDArray, mesh: Any, edges: NDArray, of_element: NDArr
 
 
 def edges_of(mesh: Any, facets: NDArray) -> NDArray:
-    """Edges of the mesh that lie in the given facets."""
+    """Edges of the given facets, (k, facet), in the order in which they run around the facet."""
     element = mesh.f2t[0, facets]
     local = np.argmax(mesh.t2f[:, element] == facets, axis=0)
     refdom = mesh.elem.refdom
-    inside = [[i for i, e in enumerate(refdom.edges) if set(e) <= set(f)] for f in refdom.facets]
-    return np.unique(mesh.t2e[np.array(inside)[local].T, element])
+    table = {frozenset(e): i for i, e in enumerate(refdom.edges)}
+    around = [[table[frozenset(pair)] for pair in zip(f, [*f[1:], f[0]], strict=True)] for f in refdom.facets]
+    return mesh.t2e[np.array(around)[local].T, element]
 
 
 def _screw(mesh: Any, body: Body) -> Any:
