@@ -274,7 +274,7 @@ def _report(dataset: xr.Dataset) -> str:
         "Gear SC stands apart in one column only: the paper prints the error-free value of its STE there, next to a",
         "standard deviation and a maximum that belong to a mean half as large (everywhere else the maximum of the",
         "samples lies about three standard deviations above the mean; for SC it would be two). Every other gear agrees",
-        "with one convention: straight errors of the profile two-sided, parabolic ones barrel-shaped and near their mean.",
+        "with one convention: straight errors of the profile two-sided, parabolic ones barrel-shaped, near their mean.",
         "",
         "## Every convention tried",
         "",

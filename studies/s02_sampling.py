@@ -51,19 +51,19 @@ def relative_error(dataset: xr.Dataset, sampler: str) -> xr.DataArray:
 
 
 def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
-    """256 Sobol points against 1000 pseudo-random ones, every gear and quantity."""
-    sobol = relative_error(dataset, "sobol").sel(sobol_count=256)
-    random = relative_error(dataset, "random").sel(random_count=1000)
-    return [
-        (
-            f"gear {g}, {q}: error {100 * float(s):.2f} % with 256 Sobol points, "
-            f"{100 * float(r):.2f} % with 1000 pseudo-random samples",
-            bool(s <= r),
+    """256 Sobol points against 1000 pseudo-random ones: the error over all gears, each quantity."""
+    found = []
+    for quantity in QUANTITIES:
+        sobol, random = (
+            float(np.sqrt((error.sel(quantity=quantity) ** 2).mean("gear")))
+            for error in (
+                relative_error(dataset, "sobol").sel(sobol_count=256),
+                relative_error(dataset, "random").sel(random_count=1000),
+            )
         )
-        for g in dataset["gear"].values
-        for q in QUANTITIES
-        for s, r in [(sobol.sel(gear=g, quantity=q), random.sel(gear=g, quantity=q))]
-    ]
+        text = f"{100 * sobol:.2f} % with 256 Sobol points, {100 * random:.2f} % with 1000 pseudo-random samples"
+        found.append((f"{quantity}: error {text}", sobol <= random))
+    return found
 
 
 def figures(dataset: xr.Dataset, folder: Path) -> None:
@@ -85,9 +85,12 @@ def figures(dataset: xr.Dataset, folder: Path) -> None:
         axis.grid(alpha=0.3)
     axes[0].set_ylabel("RMS error of the mean over the seeds [%]")
     axes[0].legend(frameon=False)
-    passed = [holds for _, holds in checks(dataset)]
+    sobol = relative_error(dataset, "sobol").sel(sobol_count=256)
+    random = relative_error(dataset, "random").sel(random_count=1000)
+    gain = np.sqrt((random**2).mean("gear") / (sobol**2).mean("gear"))
     figure.suptitle(
-        f"256 Sobol points at least as accurate as 1000 pseudo-random samples in {sum(passed)} of {len(passed)} cases"
+        "256 Sobol points against 1000 pseudo-random samples: errors smaller by a factor of "
+        f"{float(gain.sel(quantity='m_k')):.1f} (m k) and {float(gain.sel(quantity='m_ste')):.1f} (m ste)"
     )
     figure.savefig(folder / "sampling.png", dpi=150)
     plt.close(figure)

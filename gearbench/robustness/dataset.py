@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from gearbench.robustness.montecarlo import Responses, RobustProblem
     from gearbench.robustness.sampling import Sampler
 
+#: Samples that first-order indices are estimated from at most: more would cost memory and no longer change a figure.
+ENOUGH = 8192
 #: Responses that get statistics and sensitivities.
 STUDIED = ("transmission_error_rms", "mesh_stiffness_rms")
 
@@ -50,7 +52,7 @@ def robust_dataset(
             variables[f"{name}_{statistic}"] = ((), value, attrs)
             attrs = {**attrs, "long_name": f"standard error of the {attrs['long_name']}"}
             variables[f"{name}_{statistic}_standard_error"] = ((), standard_error, attrs)
-        index, uncertainty = first_order_indices(errors, values)
+        index, uncertainty = first_order_indices(errors[:ENOUGH], values[:ENOUGH])
         attrs = {"units": "1", "long_name": f"share of each error in the variance of {base.long_name}", "symbol": "S"}
         variables[f"{name}_first_order"] = ("error_name", index, attrs)
         attrs = {**attrs, "long_name": f"standard error of the {attrs['long_name']}"}

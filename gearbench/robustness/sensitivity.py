@@ -124,7 +124,7 @@ def _pursue(terms: NDArray, y: NDArray, first: NDArray) -> list[int]:
     """Orthogonal matching pursuit: the terms ``first``, and those that then explain y significantly."""
     n = len(y)
     chosen = list(first)
-    most = max(n // 4, len(chosen))
+    most = max(min(n // 4, terms.shape[1]), len(chosen))
     Q = np.empty((n, most + 1), order="F")
     p = len(chosen) + 1
     Q[:, :p] = np.linalg.qr(np.column_stack([np.ones(n), terms[:, first]]))[0]
