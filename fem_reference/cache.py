@@ -109,7 +109,7 @@ def _store(path: Path, result: FlankCompliance) -> None:
 def _load(path: Path, gear: Gear) -> FlankCompliance | None:
     """Return the entry, or None if there is none that is whole."""
     try:
-        with np.load(path, allow_pickle=False) as stored:
+        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as stored:
             blocks, text, checksum = stored["blocks"], str(stored["meta"]), str(stored["checksum"])
         if checksum != _checksum(blocks, text):
             return None

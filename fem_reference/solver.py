@@ -89,7 +89,7 @@ def _solve_pardiso(upper: sp.csr_matrix, rhs: NDArray) -> NDArray:
         library.set_phase(13)
         try:
             x = library._call_pardiso(upper, np.asfortranarray(rhs))
-        except module.PyPardisoError as error:
+        except module.pardiso_wrapper.PyPardisoError as error:
             raise SingularSystemError(f"MKL Pardiso: {error}") from None
         finally:
             library.set_phase(-1)

@@ -1,0 +1,111 @@
+"""Results on disk: what is hashed, damage, concurrent writers."""
+
+from __future__ import annotations
+
+import multiprocessing
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from fem_reference import cache
+from fem_reference.cache import cached_compliance, digest
+from fem_reference.compliance import FlankCompliance
+from fem_reference.section import Body
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("GEARBENCH_CACHE", str(tmp_path / "kept"))
+    return tmp_path / "kept"
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """A stand-in for the FE computation that counts its calls."""
+    calls = []
+
+    def compute(body, material, accuracy, order, separation):
+        calls.append(accuracy)
+        blocks = np.full((1, 4, 4), accuracy) + np.eye(4)
+        return FlankCompliance(
+            gear=body.gear, order=(2, 2), blocks=blocks, error=accuracy / 2, attrs={"solver": "none"}
+        )
+
+    monkeypatch.setattr(cache, "refined_compliance", compute)
+    return calls
+
+
+def test_second_time_comes_from_disk(folder, counted, spur, steel):
+    body = Body(gear=spur)
+    first = cached_compliance(body, steel, 0.01, (2, 2))
+    second = cached_compliance(body, steel, 0.01, (2, 2))
+    assert counted == [0.01]
+    assert_array_equal(first.blocks, second.blocks)
+    assert second.error == first.error
+    assert second.attrs == {"solver": "none", "cached": True}
+    assert [p.suffix for p in folder.iterdir()] == [".npz"]
+
+
+def test_everything_that_matters_is_in_the_hash(spur, steel, monkeypatch):
+    body = Body(gear=spur)
+    base = digest(body, steel, 0.01, (5, 8))
+    others = [
+        digest(Body(gear=replace(spur, fillet_radius=0.3)), steel, 0.01, (5, 8)),
+        digest(Body(gear=spur, bore_radius=4.0), steel, 0.01, (5, 8)),
+        digest(Body(gear=spur, bore_radius=4.0, rest="free"), steel, 0.01, (5, 8)),
+        digest(body, replace(steel, poisson_ratio=0.29), 0.01, (5, 8)),
+        digest(body, steel, 0.001, (5, 8)),
+        digest(body, steel, 0.01, (5, 9)),
+    ]
+    monkeypatch.setattr(cache, "code_version", lambda: "another version")
+    others.append(digest(body, steel, 0.01, (5, 8)))
+    assert len({base, *others}) == 8
+
+
+@pytest.mark.parametrize("damage", ["cut", "empty", "garbage", "flipped"])
+def test_damaged_entry_is_computed_anew(folder, counted, spur, steel, damage):
+    body = Body(gear=spur)
+    kept = cached_compliance(body, steel, 0.01, (2, 2))
+    (path,) = folder.iterdir()
+    data = path.read_bytes()
+    if damage == "flipped":  # a whole file with other numbers in it
+        with np.load(path) as stored:
+            np.savez(path, blocks=stored["blocks"] * 1.001, meta=stored["meta"], checksum=stored["checksum"])
+    else:
+        path.write_bytes({"cut": data[: len(data) // 2], "empty": b"", "garbage": b"\0" * 500}[damage])
+    again = cached_compliance(body, steel, 0.01, (2, 2))
+    assert counted == [0.01, 0.01]
+    assert_array_equal(again.blocks, kept.blocks)
+    cached_compliance(body, steel, 0.01, (2, 2))
+    assert len(counted) == 2
+
+
+def test_cache_that_cannot_be_written_only_warns(monkeypatch, tmp_path, counted, spur, steel):
+    blocked = tmp_path / "file"
+    blocked.write_text("not a folder")
+    monkeypatch.setenv("GEARBENCH_CACHE", str(blocked))
+    with pytest.warns(UserWarning, match="cannot keep the result"):
+        found = cached_compliance(Body(gear=spur), steel, 0.01, (2, 2))
+    assert found.error == 0.005
+
+
+def _write_and_read(arguments) -> bool:
+    from pathlib import Path
+
+    path, gear = arguments
+    whole = True
+    for i in range(40):
+        blocks = np.full((1, 30, 30), float(i))
+        result = FlankCompliance(gear=gear, order=(5, 6), blocks=blocks, error=0.0, attrs={})
+        cache._store(Path(path), result)
+        found = cache._load(Path(path), gear)
+        whole &= found is not None and np.ptp(found.blocks) == 0
+    return whole
+
+
+def test_concurrent_writers_never_leave_half_a_file(tmp_path, spur):
+    with multiprocessing.get_context("spawn").Pool(3) as pool:
+        assert all(pool.map(_write_and_read, [(str(tmp_path / "entry.npz"), spur)] * 3))
+    assert [p.name for p in tmp_path.iterdir()] == ["entry.npz"]

@@ -1,0 +1,202 @@
+"""Flank compliance: invariants, agreement of elements, refinement with its error bar."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from fem_reference.compliance import flank_compliance, flank_load, solve_flank
+from fem_reference.flank import Legendre, patch_grid
+from fem_reference.locate import OutsideError, interior_points
+from fem_reference.refinement import AccuracyError, mesh_cells, refined_compliance, unknowns
+from fem_reference.section import Body
+from fem_reference.tooth_mesh import Cells, tooth_mesh
+from gearbench.geometry.gear import Gear
+
+COARSE = Cells(thickness=4, flank=5, fillet=4, width=6)
+
+
+@pytest.fixture(scope="module")
+def tooth(spur):
+    return tooth_mesh(Body(gear=spur), COARSE)
+
+
+@pytest.fixture(scope="module")
+def helical():
+    return Gear(
+        teeth=20,
+        normal_module=1.0,
+        pressure_angle=20.0,
+        helix_angle=25.0,
+        face_width=4.0,
+        profile_shift=0.0,
+        addendum=1.0,
+        dedendum=1.25,
+        fillet_radius=0.38,
+    )
+
+
+def test_linear_fields_are_interpolated_exactly_inside(tooth):
+    rng = np.random.default_rng(5)
+    gear = tooth.body.gear
+    R, psi = rng.uniform(7.5, 9.4, 50), rng.uniform(-0.9, 0.9, 50)
+    theta = psi * gear.half_angle(R)
+    place = np.column_stack([R * np.sin(theta), R * np.cos(theta), rng.uniform(0, gear.face_width, 50)])
+    A = rng.standard_normal((3, 3))
+    u = (tooth.space.node_positions @ A.T).reshape(-1, 1)
+    direction = rng.standard_normal((50, 3))
+    found = interior_points(tooth.space, place).displacement(u, direction)[:, 0]
+    # isoparametric: linear fields up to the O(h⁴) of a serendipity element on curved cells
+    assert_allclose(found, np.einsum("pi,ij,pj->p", direction, A, place), atol=2e-3)
+    with pytest.raises(OutsideError):
+        interior_points(tooth.space, np.array([[0.0, gear.tip_radius + 0.2, 1.0]]))
+
+
+def test_consistent_loads_carry_the_force_they_stand_for(tooth):
+    gear = tooth.body.gear
+    patches = patch_grid(gear, 3, 4)
+    total = flank_load(tooth, patches).reshape(-1, 3, 12).sum(axis=0)
+    # patches of (1 − ξ²)(1 − η²) cut by element edges: quadrature within 3 %; their direction turns over the patch
+    assert_allclose(np.linalg.norm(total, axis=0), 1.0, rtol=0.03)
+    uniform = flank_load(tooth, lambda R, y: np.ones((*R.shape, 1)))
+    area = (gear.tip_radius - gear.form_radius) * gear.face_width
+    assert np.linalg.norm(uniform.reshape(-1, 3).sum(axis=0)) == pytest.approx(area, rel=0.02)
+
+
+def test_flank_compliance_is_symmetric_and_positive(tooth, steel):
+    basis = Legendre(gear=tooth.body.gear, order=(4, 5))
+    solution = solve_flank(tooth, steel, basis)
+    C = solution.surface(basis)
+    assert_allclose(C, C.T, atol=1e-12 * np.abs(C).max())  # Maxwell–Betti, to rounding
+    assert np.linalg.eigvalsh(C).min() > 0
+    # mirror symmetry of a spur tooth: even and odd polynomials across the width do not couple
+    C = C.reshape(4, 5, 4, 5)
+    assert_allclose(C[:, ::2, :, 1::2], 0, atol=1e-10 * np.abs(C).max())
+
+
+def test_factor_reproduces_the_compliance(tooth, steel):
+    found = flank_compliance(tooth, steel, (4, 4))
+    rng = np.random.default_rng(0)
+    height, y = rng.uniform(0.8, 2.2, 30), rng.uniform(0, 4, 30)
+    psi = found.factor(height, y)
+    direct = found.compliance((height[:, None], y[:, None]), (height[None], y[None]))
+    # negative eigenvalues of the remainder are dropped: 1 % of the largest entry
+    assert_allclose(psi @ psi.T, direct, atol=0.01 * direct.max())
+
+
+def test_scaling_with_module_and_modulus(spur, steel, tooth):
+    """Compliance per force scales as 1/(E·length)."""
+    large = replace(spur, normal_module=3.0, face_width=12.0)
+    C = flank_compliance(tooth, steel, (3, 3)).compliance((1.9, 1.0), (1.5, 2.5))
+    scaled = flank_compliance(tooth_mesh(Body(gear=large), COARSE), replace(steel, youngs_modulus=105.0), (3, 3))
+    assert_allclose(scaled.compliance((5.7, 3.0), (4.5, 7.5)), 2 / 3 * C, rtol=1e-6)  # gmsh's own tolerances
+
+
+@pytest.mark.parametrize("separation", ["half_space", "centre_line"])
+def test_helical_tooth_of_small_helix_is_nearly_a_spur_tooth(spur, steel, separation):
+    cells = Cells(thickness=4, flank=4, fillet=3, width=5)
+    straight = flank_compliance(tooth_mesh(Body(gear=spur), cells), steel, (3, 3), separation)
+    bent = replace(spur, helix_angle=0.01)
+    helical = flank_compliance(tooth_mesh(Body(gear=bent), cells), steel, (3, 3), separation)
+    assert_allclose(helical.blocks, straight.blocks, atol=5e-4 * np.abs(straight.blocks).max())
+
+
+@pytest.mark.parametrize("kind", ["hex27", "tet10"])
+def test_elements_agree_on_a_helical_tooth(helical, steel, kind):
+    basis = Legendre(gear=helical, order=(3, 4))
+    found = {}
+    for name, cells in {"hex20": COARSE, kind: Cells(thickness=4, flank=6, fillet=4, width=6)}.items():
+        found[name] = solve_flank(tooth_mesh(Body(gear=helical), cells, name), steel, basis).surface(basis)
+    # both within 1.5 % of the exact value (meshes of this size against fine ones)
+    assert np.linalg.norm(found[kind] - found["hex20"]) < 0.02 * np.linalg.norm(found["hex20"])
+
+
+def test_neighbours_on_a_rim(steel):
+    gear = Gear(
+        teeth=24,
+        normal_module=1.0,
+        pressure_angle=20.0,
+        helix_angle=0.0,
+        face_width=3.0,
+        profile_shift=0.0,
+        addendum=1.0,
+        dedendum=1.25,
+        fillet_radius=0.38,
+    )
+    cells = Cells(thickness=4, flank=4, fillet=2, width=3, foot=1, land=1, rim=4, rest=(2, 5))
+    thin = {}
+    for teeth in (3, 24):
+        body = Body(gear=gear, bore_radius=7.0, teeth=teeth)
+        thin[teeth] = flank_compliance(tooth_mesh(body, cells), steel, (3, 3))
+    # a ring without teeth in place of the other 21: nothing changes where the load is
+    n3, n24 = thin[3].neighbours, thin[24].neighbours
+    assert_allclose(thin[3].blocks[n3], thin[24].blocks[n24], atol=0.004 * np.abs(thin[24].blocks[n24]).max())
+    assert_allclose(thin[3].blocks[n3 + 1], thin[24].blocks[n24 + 1], atol=0.004 * np.abs(thin[24].blocks[n24]).max())
+    C = thin[24].blocks
+    assert_allclose(C[n24 - 1], C[n24 + 1].T)
+    root = thin[3].root(3)
+    assert root.shape[0] == 3
+    found = np.einsum("iar,jbr->iajb", root, root)
+    # tooth 2 sees tooth 1 as tooth 1 sees tooth 0
+    assert_allclose(found[2, :, 1], thin[3].blocks[n3 + 1], atol=0.02 * np.abs(C[n24]).max())
+    assert_allclose(found[0, :, 1], thin[3].blocks[n3 - 1], atol=0.02 * np.abs(C[n24]).max())
+
+
+def test_requested_accuracy_and_error_bar(spur, steel):
+    order = (3, 4)
+    found = refined_compliance(Body(gear=spur), steel, 0.01, order)
+    assert found.error <= 0.01
+    fine = flank_compliance(tooth_mesh(Body(gear=spur), mesh_cells(Body(gear=spur), 8)), steel, order)
+    error = np.linalg.norm(found.blocks - fine.blocks) / np.linalg.norm(fine.blocks)
+    # the fine mesh itself is good to 0.2 %
+    assert error < found.error + 0.002
+    assert found.attrs["meshes"] >= 2
+
+
+def test_accuracy_out_of_reach_is_refused(spur, steel, monkeypatch):
+    body = Body(gear=spur)
+    monkeypatch.setattr("fem_reference.refinement.MOST_UNKNOWNS", unknowns(body, mesh_cells(body, 4)) + 1)
+    with pytest.raises(AccuracyError, match="accuracy = 1e-05"):
+        refined_compliance(body, steel, 1e-5, (2, 2))
+
+
+def test_unknowns_are_estimated(spur):
+    for body in (Body(gear=spur), Body(gear=spur, bore_radius=3.0, teeth=3)):
+        cells = mesh_cells(body, 4)
+        actual = 3 * tooth_mesh(body, cells).space.n_nodes
+        assert 0.6 < unknowns(body, cells) / actual < 1.5
+
+
+@pytest.mark.slow
+def test_three_dimensional_strip_matches_smooth_part_and_law(steel):
+    """Wide tooth under a uniform line: in its middle the smooth part is that of plane strain."""
+    from fem_reference.contact import depth, weber_banaschek
+    from fem_reference.plane import Strip, solve_strip
+
+    gear = Gear(
+        teeth=25,
+        normal_module=1.0,
+        pressure_angle=20.0,
+        helix_angle=0.0,
+        face_width=14.0,
+        profile_shift=0.0,
+        addendum=1.0,
+        dedendum=1.25,
+        fillet_radius=0.38,
+    )
+    body = Body(gear=gear)
+    found = refined_compliance(body, steel, 0.006, (5, 12))
+    x, w = np.polynomial.legendre.leggauss(60)
+    y = 0.5 * gear.face_width * (1 + x)
+    for fraction in (0.2, 0.5, 0.8):
+        R = gear.form_radius + fraction * (gear.tip_radius - gear.form_radius)
+        h = np.full(60, R - gear.root_radius)
+        line = found.compliance((h[:1], np.array([gear.face_width / 2])), (h, y)) @ (0.5 * gear.face_width * w)
+        strip = solve_strip(body, steel, Strip(radius=R, half_width=0.01))
+        law = float(weber_banaschek(steel, depth(gear, np.array(R)), 0.01))
+        assert line + law == pytest.approx(strip.surface, rel=0.01)
+        assert math.isfinite(law)

@@ -1,0 +1,36 @@
+"""Plane-strain compliance of single teeth on a whole gear, bore clamped at r_f/1.4, Hertz part excluded.
+
+Published values for m = 1, x = 0, α = 20°, h_a* = 1, h_f* = 1.25, ρ_f* = 0.38, E = 206 GPa, ν = 0.3; displacement along
+the line of action per unit line load. Excluding the Hertz part there means the displacement of the tooth's centre line.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from fem_reference.plane import Strip, solve_strip
+from fem_reference.section import Body
+from gearbench.geometry.gear import Gear
+from gearbench.geometry.material import Material
+
+
+@pytest.mark.parametrize(
+    ("teeth", "radius", "compliance"),
+    [(17, 8.0023, 0.01626), (17, 8.5, 0.02226), (43, 21.5, 0.02085), (43, 22.4434, 0.05411)],
+)
+def test_single_tooth_compliance(teeth, radius, compliance):
+    gear = Gear(
+        teeth=teeth,
+        normal_module=1.0,
+        pressure_angle=20.0,
+        helix_angle=0.0,
+        face_width=1.0,
+        profile_shift=0.0,
+        addendum=1.0,
+        dedendum=1.25,
+        fillet_radius=0.38,
+    )
+    body = Body(gear=gear, bore_radius=gear.root_radius / 1.4, teeth=teeth)
+    solution = solve_strip(body, Material(youngs_modulus=206.0), Strip(radius=radius, half_width=0.02))
+    # asked for: 2 %. The published digits are good to 0.03 %, the mesh to 0.02 %; the rest is their mesh
+    assert solution.smooth * 1e3 == pytest.approx(compliance, rel=3e-3)
