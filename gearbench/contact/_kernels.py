@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import njit
 
@@ -19,15 +21,15 @@ def law(s, a, h):
         p = s / a
         return p, 1.0 / a, 0.5 * s * p
     # with L = a/h − ln P: s = h P L, so that L − ln L = a/h + ln h − ln s
-    level = a / h + np.log(h) - np.log(s)
-    if level <= TANGENT_FROM - np.log(TANGENT_FROM):
-        p0 = np.exp(a / h - TANGENT_FROM)
+    level = a / h + math.log(h) - math.log(s)
+    if level <= TANGENT_FROM - math.log(TANGENT_FROM):
+        p0 = math.exp(a / h - TANGENT_FROM)
         over = s - h * p0 * TANGENT_FROM
         energy = h * p0 * p0 * (TANGENT_FROM / 2 - 0.25) + over * (p0 + over / (2 * h))
         return p0 + over / h, 1.0 / h, energy
-    big = level + np.log(level) + 0.5
+    big = level + math.log(level) + 0.5
     for _ in range(20):
-        step = (big - np.log(big) - level) * big / (big - 1.0)
+        step = (big - math.log(big) - level) * big / (big - 1.0)
         big -= step
         if abs(step) <= 1e-15 * big:
             break
@@ -36,23 +38,23 @@ def law(s, a, h):
 
 
 @njit(cache=True, error_model="numpy")
-def energy(q, step_q, t, delta, gap, a, h, active, factor, block):
-    """Convex function J = ½|q + t·step_q|² + Σ ∫P ds − δ that the solution minimises."""
+def energy(i, q, step_q, t, delta, gap, a, h, active, factor, block):
+    """Convex function J = ½|q + t·step_q|² + Σ ∫P ds − δ that the solution at position i minimises."""
     total = -delta
     for k in range(q.shape[0]):
         for c in range(q.shape[1]):
             total += 0.5 * (q[k, c] + t * step_q[k, c]) ** 2
-    for i in range(gap.size):
-        if active[i]:
-            k, s = block[i], delta - gap[i]
+    for j in range(gap.shape[1]):
+        if active[i, j]:
+            k, s = block[i, j], delta - gap[i, j]
             for c in range(q.shape[1]):
-                s -= factor[i, c] * (q[k, c] + t * step_q[k, c])
-            total += law(s, a[i], h[i])[2]
+                s -= factor[i, j, c] * (q[k, c] + t * step_q[k, c])
+            total += law(s, a[i, j], h[i, j])[2]
     return total
 
 
 @njit(cache=True, error_model="numpy")
-def derivatives(q, delta, gap, a, h, active, factor, block, force, grad, hess, cross):
+def derivatives(i, q, delta, gap, a, h, active, factor, block, force, grad, hess, cross):
     """Fill forces, gradient and Hessian blocks of J; return ∂J/∂δ, ∂²J/∂δ² and J."""
     rank = q.shape[1]
     total, slope, value = -1.0, 0.0, -delta
@@ -63,81 +65,70 @@ def derivatives(q, delta, gap, a, h, active, factor, block, force, grad, hess, c
                 hess[k, c, d] = 0.0
             hess[k, c, c] = 1.0
             value += 0.5 * q[k, c] * q[k, c]
-    for i in range(gap.size):
-        force[i] = 0.0
-        if not active[i]:
+    for j in range(gap.shape[1]):
+        force[i, j] = 0.0
+        if not active[i, j]:
             continue
-        k = block[i]
-        s = delta - gap[i]
+        k, s = block[i, j], delta - gap[i, j]
         for c in range(rank):
-            s -= factor[i, c] * q[k, c]
-        p, w, e = law(s, a[i], h[i])
-        force[i] = p
+            s -= factor[i, j, c] * q[k, c]
+        p, w, e = law(s, a[i, j], h[i, j])
+        force[i, j] = p
         total += p
         slope += w
         value += e
         if p == 0.0:
             continue
         for c in range(rank):
-            fc = factor[i, c]
+            fc = factor[i, j, c]
             grad[k, c] -= p * fc
             cross[k, c] += w * fc
             for d in range(c + 1):
-                hess[k, c, d] += w * fc * factor[i, d]
+                hess[k, c, d] += w * fc * factor[i, j, d]
     return total, slope, value
 
 
 @njit(cache=True, error_model="numpy")
-def cholesky_solve(k, m, x, y):
-    """Overwrite the lower triangle of m[k] by its Cholesky factor, and x[k], y[k] by m⁻¹x, m⁻¹y."""
-    n = x.shape[1]
-    for c in range(n):
-        for d in range(c + 1):
-            t = m[k, c, d]
-            for f in range(d):
-                t -= m[k, c, f] * m[k, d, f]
-            m[k, c, d] = np.sqrt(t) if c == d else t / m[k, d, d]
-    for c in range(n):
-        for f in range(c):
-            x[k, c] -= m[k, c, f] * x[k, f]
-            y[k, c] -= m[k, c, f] * y[k, f]
-        x[k, c] /= m[k, c, c]
-        y[k, c] /= m[k, c, c]
-    for c in range(n - 1, -1, -1):
-        for f in range(c + 1, n):
-            x[k, c] -= m[k, f, c] * x[k, f]
-            y[k, c] -= m[k, f, c] * y[k, f]
-        x[k, c] /= m[k, c, c]
-        y[k, c] /= m[k, c, c]
+def newton_direction(total, slope, grad, hess, cross, x, step_q):
+    """Newton step of δ and ∂F/∂δ, by eliminating the amplitudes of each block; fills the step of q.
 
-
-@njit(cache=True, error_model="numpy")
-def newton_direction(total, slope, grad, hess, cross, solved, step_q):
-    """Newton step of (q, δ) and ∂F/∂δ, by eliminating the amplitudes of each block; fills step_q."""
+    With the Cholesky factor L of a block of the Hessian: y = L⁻¹ cross, x = L⁻¹ grad, step = L⁻ᵀ (y dδ − x).
+    """
+    n = grad.shape[1]
     stiffness, right = slope, -total
     for k in range(grad.shape[0]):
-        for c in range(grad.shape[1]):
-            step_q[k, c], solved[k, c] = cross[k, c], grad[k, c]
-        cholesky_solve(k, hess, step_q, solved)
-        for c in range(grad.shape[1]):
-            stiffness -= cross[k, c] * step_q[k, c]
-            right -= cross[k, c] * solved[k, c]
+        for c in range(n):
+            y, z = cross[k, c], grad[k, c]
+            for d in range(c + 1):
+                t = hess[k, c, d]
+                for f in range(d):
+                    t -= hess[k, c, f] * hess[k, d, f]
+                hess[k, c, d] = math.sqrt(t) if c == d else t / hess[k, d, d]
+            for f in range(c):
+                y -= hess[k, c, f] * step_q[k, f]
+                z -= hess[k, c, f] * x[k, f]
+            step_q[k, c], x[k, c] = y / hess[k, c, c], z / hess[k, c, c]
+            stiffness -= step_q[k, c] * step_q[k, c]
+            right -= step_q[k, c] * x[k, c]
     step_d = right / stiffness
     for k in range(grad.shape[0]):
-        for c in range(grad.shape[1]):
-            step_q[k, c] = step_q[k, c] * step_d - solved[k, c]
+        for c in range(n - 1, -1, -1):
+            t = step_q[k, c] * step_d - x[k, c]
+            for f in range(c + 1, n):
+                t -= hess[k, f, c] * step_q[k, f]
+            step_q[k, c] = t / hess[k, c, c]
     return step_d, stiffness
 
 
 @njit(cache=True, error_model="numpy")
-def closing_direction(q, delta, gap, active, factor, block, grad, step_q):
+def closing_direction(i, q, delta, gap, active, factor, block, grad, step_q):
     """Step of δ that closes the smallest gap where nothing touches; fills step_q with steepest descent."""
-    step_d = np.inf
-    for i in range(gap.size):
-        if active[i]:
-            s = gap[i] - delta
+    step_d = math.inf
+    for j in range(gap.shape[1]):
+        if active[i, j]:
+            s = gap[i, j] - delta
             for c in range(q.shape[1]):
-                s += factor[i, c] * q[block[i], c]
+                s += factor[i, j, c] * q[block[i, j], c]
             step_d = min(step_d, s)
     for k in range(q.shape[0]):
         for c in range(q.shape[1]):
@@ -146,45 +137,50 @@ def closing_direction(q, delta, gap, active, factor, block, grad, step_q):
 
 
 @njit(cache=True, error_model="numpy")
-def solve_position(gap, a, h, active, factor, block, blocks, force):
-    """Newton's method with line search on the convex J(q, δ); fills force, returns δ, ∂F/∂δ and the number of steps."""
-    rank = factor.shape[1]
-    q, step_q, solved = np.zeros((blocks, rank)), np.zeros((blocks, rank)), np.zeros((blocks, rank))
-    grad, cross, hess = np.zeros((blocks, rank)), np.zeros((blocks, rank)), np.zeros((blocks, rank, rank))
-    delta = -np.inf
-    for i in range(gap.size):
-        if active[i]:
-            delta = max(delta, gap[i])
+def solve_position(i, gap, a, h, active, factor, block, force, work, hess):
+    """Newton's method with line search on the convex J(q, δ) of position i.
+
+    Fills force[i] and leaves the amplitudes in work[0]; returns δ, ∂F/∂δ and the number of steps. work (5, block,
+    rank) and hess (block, rank, rank) are scratch.
+    """
+    q, step_q, x, grad, cross = work[0], work[1], work[2], work[3], work[4]
+    delta = -math.inf
+    for j in range(gap.shape[1]):
+        if active[i, j]:
+            delta = max(delta, gap[i, j])
     delta += 1.0
-    stiffness, best, stalled, iteration = 0.0, np.inf, 0, 0
+    for k in range(q.shape[0]):
+        for c in range(q.shape[1]):
+            q[k, c] = 0.0
+    stiffness, best, stalled, iteration = 0.0, math.inf, 0, 0
     while iteration < MAX_ITERATIONS:
-        total, slope, value = derivatives(q, delta, gap, a, h, active, factor, block, force, grad, hess, cross)
+        total, slope, value = derivatives(i, q, delta, gap, a, h, active, factor, block, force, grad, hess, cross)
         residual, size = abs(total), 1.0
-        for k in range(blocks):
-            for c in range(rank):
+        for k in range(q.shape[0]):
+            for c in range(q.shape[1]):
                 residual = max(residual, abs(grad[k, c]))
                 size = max(size, abs(q[k, c]))
         if slope > 0.0:
-            step_d, stiffness = newton_direction(total, slope, grad, hess, cross, solved, step_q)
+            step_d, stiffness = newton_direction(total, slope, grad, hess, cross, x, step_q)
         else:
-            step_d = closing_direction(q, delta, gap, active, factor, block, grad, step_q)
+            step_d = closing_direction(i, q, delta, gap, active, factor, block, grad, step_q)
         # rounding is reached when the residual no longer falls
         stalled = stalled + 1 if residual >= 0.5 * best and residual <= 1e-11 * size else 0
         best = min(best, residual)
         if residual <= 1e-15 * size or stalled >= 2:
             break
         descent = total * step_d
-        for k in range(blocks):
-            for c in range(rank):
+        for k in range(q.shape[0]):
+            for c in range(q.shape[1]):
                 descent += grad[k, c] * step_q[k, c]
         t = 1.0
         while t > 1e-12:
-            trial = energy(q, step_q, t, delta + t * step_d, gap, a, h, active, factor, block)
+            trial = energy(i, q, step_q, t, delta + t * step_d, gap, a, h, active, factor, block)
             if trial <= value + 1e-4 * t * descent + 1e-14 * (abs(value) + 1.0):
                 break
             t *= 0.5
-        for k in range(blocks):
-            for c in range(rank):
+        for k in range(q.shape[0]):
+            for c in range(q.shape[1]):
                 q[k, c] += t * step_q[k, c]
         delta += t * step_d
         iteration += 1
@@ -192,20 +188,14 @@ def solve_position(gap, a, h, active, factor, block, blocks, force):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def solve_positions(gap, a, h, active, factor, block, blocks):
-    """Solve every position; return forces (position, segment), δ, ∂F/∂δ and the numbers of Newton steps."""
-    count = gap.shape[0]
-    force = np.zeros(gap.shape)
-    delta, stiffness, steps = np.empty(count), np.empty(count), np.empty(count, np.int64)
-    for p in range(count):
-        delta[p], stiffness[p], steps[p] = solve_position(
-            gap[p], a[p], h[p], active[p], factor[p], block, blocks, force[p]
-        )
-    return force, delta, stiffness, steps
+def solve_positions(gap, a, h, active, factor, block, force, delta, stiffness, steps, work, hess):
+    """Solve every position; fills forces (position, segment), δ, ∂F/∂δ and the numbers of Newton steps."""
+    for i in range(gap.shape[0]):
+        delta[i], stiffness[i], steps[i] = solve_position(i, gap, a, h, active, factor, block, force, work, hess)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def first_guess(count, blocks, firsts, gap, modes, factor, laws, start, guess):
+def first_guess(gap, a, h, active, factor, block, blocks, modes, force, work, hess, start, guess):
     """Fill (q, δ) of every position at its own gap, and their derivatives with respect to the errors.
 
     Arrays as in ``gearbench.contact.batch.Batch``. With W = dP/ds on the loaded segments and C = [−Ψ 1],
@@ -213,37 +203,31 @@ def first_guess(count, blocks, firsts, gap, modes, factor, laws, start, guess):
     """
     rank, most = factor.shape[2], start.shape[1] - 1
     errors = modes.shape[1]
-    for t in range(count.size):
-        n, size = count[t], blocks[t] * rank
-        block, active, force = np.empty(n, np.int64), np.ones(n, np.bool_), np.zeros(n)
-        for k in range(blocks[t]):
-            block[firsts[t, k] : firsts[t, k + 1]] = k
-        delta, _, _ = solve_position(
-            gap[t, :n], laws[t, 0, :n], laws[t, 1, :n], active, factor[t, :n], block, blocks[t], force
-        )
-        matrix, right = np.zeros((size + 1, size + 1)), np.zeros((size + 1, errors))
+    for t in range(gap.shape[0]):
+        size = blocks[t] * rank
+        delta, _, _ = solve_position(t, gap, a, h, active, factor, block, force, work, hess)
         start[t, most] = delta
+        matrix, right = np.zeros((size + 1, size + 1)), np.zeros((size + 1, errors))
         for c in range(size):
             matrix[c, c] = 1.0
-        for i in range(n):
-            offset = block[i] * rank
+            start[t, c] = work[0, c // rank, c % rank]
+        for j in range(gap.shape[1]):
+            if not active[t, j]:
+                continue
+            offset, s = block[t, j] * rank, delta - gap[t, j]
             for c in range(rank):
-                start[t, offset + c] += force[i] * factor[t, i, c]
-        for i in range(n):
-            offset, s = block[i] * rank, delta - gap[t, i]
-            for c in range(rank):
-                s -= factor[t, i, c] * start[t, offset + c]
-            w = law(s, laws[t, 0, i], laws[t, 1, i])[1]
+                s -= factor[t, j, c] * start[t, offset + c]
+            w = law(s, a[t, j], h[t, j])[1]
             for c in range(rank):
                 for d in range(rank):
-                    matrix[offset + c, offset + d] += w * factor[t, i, c] * factor[t, i, d]
-                matrix[offset + c, size] -= w * factor[t, i, c]
-                matrix[size, offset + c] -= w * factor[t, i, c]
+                    matrix[offset + c, offset + d] += w * factor[t, j, c] * factor[t, j, d]
+                matrix[offset + c, size] -= w * factor[t, j, c]
+                matrix[size, offset + c] -= w * factor[t, j, c]
                 for m in range(errors):
-                    right[offset + c, m] -= w * factor[t, i, c] * modes[t, m, i]
+                    right[offset + c, m] -= w * factor[t, j, c] * modes[t, m, j]
             matrix[size, size] += w
             for m in range(errors):
-                right[size, m] += w * modes[t, m, i]
+                right[size, m] += w * modes[t, m, j]
         solution = np.linalg.solve(matrix, right)
         for m in range(errors):
             guess[t, m, most] = solution[size, m]

@@ -13,11 +13,13 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.problem import ContactProblem
+from gearbench.contact.solver import scratch
 
 #: Columns of Ψ below this fraction of the largest singular value are dropped: H changes by its square, 1e-14.
 RANK_TOLERANCE = 1e-7
@@ -63,6 +65,16 @@ class Batch:
     def rank(self) -> int:
         """Columns of the factor of a block."""
         return self.factor.shape[2]
+
+    @cached_property
+    def single_arrays(self) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+        """a, h, active and block of the segments, (position, n), as the solver of single positions takes them."""
+        place = np.arange(self.gap.shape[1])
+        active = place < self.count[:, None]
+        ends = np.where(np.arange(self.firsts.shape[1] - 1) < self.blocks[:, None] - 1, self.firsts[:, 1:], place.size)
+        block = np.sum(place[:, None] >= ends[:, None, :], axis=2)
+        a, h = (np.ascontiguousarray(self.laws[:, i]) for i in (0, 1))
+        return a, h, active, block
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -160,7 +172,12 @@ def _first_guess(batch: Batch) -> tuple[NDArray, NDArray]:
     positions, errors, _ = batch.modes.shape
     most = int(batch.blocks.max()) * batch.rank
     start, guess = np.zeros((positions, most + 1)), np.zeros((positions, errors, most + 1))
-    first_guess(batch.count, batch.blocks, batch.firsts, batch.gap, batch.modes, batch.factor, batch.laws, start, guess)
+    a, h, active, block = batch.single_arrays
+    work, hess = scratch(int(batch.blocks.max()), batch.rank)
+    force = np.zeros_like(batch.gap)
+    first_guess(
+        batch.gap, a, h, active, batch.factor, block, batch.blocks, batch.modes, force, work, hess, start, guess
+    )
     return start, guess
 
 
@@ -210,11 +227,12 @@ def _rescue(batch: Batch, t: int, draw: NDArray) -> tuple[float, float]:
     """One position of one sample by the solver with line search."""
     from gearbench.contact._kernels import solve_position
 
-    n, blocks = batch.count[t], int(batch.blocks[t])
-    block = np.repeat(np.arange(blocks), np.diff(batch.firsts[t, : blocks + 1]))
-    gap = batch.gap[t, :n] + draw @ batch.modes[t, :, :n]
-    a, h, psi = batch.laws[t, 0, :n], batch.laws[t, 1, :n], batch.factor[t, :n]
-    delta, stiffness, _ = solve_position(gap, a, h, np.ones(n, dtype=bool), psi, block, blocks, np.zeros(n))
+    a, h, active, block = batch.single_arrays
+    work, hess = scratch(int(batch.blocks.max()), batch.rank)
+    gap = np.array(batch.gap)
+    gap[t] += draw @ batch.modes[t]
+    force = np.zeros_like(gap)
+    delta, stiffness, _ = solve_position(t, gap, a, h, active, batch.factor, block, force, work, hess)
     return delta, stiffness
 
 

@@ -30,9 +30,7 @@ def solve(problem: ContactProblem) -> ContactSolution:
     """
     p = problem
     if p.a.any() or p.h.any():
-        from gearbench.contact._kernels import solve_positions
-
-        force, delta, stiffness, steps = solve_positions(p.gap, p.a, p.h, p.active, p.factor, p.block, p.blocks)
+        force, delta, stiffness, steps = _newton(p)
     else:
         from gearbench.contact.dense import solve_dense
 
@@ -51,6 +49,24 @@ def solve(problem: ContactProblem) -> ContactSolution:
         complementarity=complementarity,
         iterations=steps,
     )
+
+
+def _newton(p: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+    """Forces (position, segment), δ, ∂F/∂δ and the numbers of steps, dimensionless, by the compiled Newton solver."""
+    from gearbench.contact._kernels import solve_positions
+
+    count = len(p.gap)
+    force, steps = np.zeros_like(p.gap), np.zeros(count, dtype=np.int64)
+    delta, stiffness = np.empty(count), np.empty(count)
+    block = np.ascontiguousarray(np.broadcast_to(p.block, p.gap.shape))
+    work, hess = scratch(p.blocks, p.factor.shape[2])
+    solve_positions(p.gap, p.a, p.h, p.active, p.factor, block, force, delta, stiffness, steps, work, hess)
+    return force, delta, stiffness, steps
+
+
+def scratch(blocks: int, rank: int) -> tuple[NDArray, NDArray]:
+    """Scratch arrays of the solver of single positions."""
+    return np.empty((5, blocks, rank)), np.empty((blocks, rank, rank))
 
 
 def complementarity_residual(problem: ContactProblem, force: NDArray, delta: NDArray) -> NDArray:
