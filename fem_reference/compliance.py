@@ -55,7 +55,9 @@ class FlankSolution:
 
     def surface(self, weights: Loads, d: int = 0) -> NDArray:
         """Normal displacement of the flank of tooth d, weighted with ``weights`` dR dy: (weight, load)."""
-        return flank_load(self.tooth, weights, d).T @ self.u
+        force = flank_load(self.tooth, weights, d)
+        touched = np.flatnonzero(force.any(axis=1))
+        return force[touched].T @ self.u[touched]
 
     def smooth(self, R: NDArray, y: NDArray, d: int = 0, *, beside: bool = False) -> NDArray:
         """Normal displacement on the centre line of tooth d below the flank points (R, y): (point, load).

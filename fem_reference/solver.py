@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
+from importlib.metadata import PackageNotFoundError, files
 from typing import Any
 
 import numpy as np
@@ -60,10 +64,29 @@ def solve(upper: sp.csr_matrix, rhs: NDArray, solver: str | None = None) -> Solu
 @cache
 def _pardiso() -> Any | None:
     try:
-        import pypardiso
+        with _known_mkl():
+            import pypardiso
     except (ImportError, OSError):  # not installed, or installed without a usable MKL
         return None
     return pypardiso
+
+
+@contextmanager
+def _known_mkl() -> Iterator[None]:
+    """Tell pypardiso where MKL is; otherwise it searches the whole environment, half a second each time."""
+    key = "PYPARDISO_MKL_RT"
+    try:
+        found = [str(file.locate()) for file in files("mkl") or [] if file.name.startswith("libmkl_rt.so")]
+    except PackageNotFoundError:
+        found = []
+    if key in os.environ or not found:
+        yield
+        return
+    os.environ[key] = found[0]
+    try:
+        yield
+    finally:
+        del os.environ[key]
 
 
 @cache
@@ -71,7 +94,8 @@ def _library() -> Any:
     """One solver object; making another searches the disk for MKL again."""
     module = _pardiso()
     assert module is not None
-    library = module.PyPardisoSolver(mtype=2)
+    with _known_mkl():
+        library = module.PyPardisoSolver(mtype=2)
     # own choice instead of MKL's defaults: parallel nested dissection, two-level parallel factorisation, no iterative
     # refinement (definite matrices do not need it, and it triples the time of many right-hand sides)
     library.iparm[0] = 1
