@@ -129,6 +129,9 @@ class FlankCompliance:
         Estimated relative error (Frobenius norm) of C_0.
     attrs
         How it was computed: solver, unknowns, times, …
+    driven
+        Whether the gear is the driven one of its pair. On the driving gear contact climbs towards the tip as y grows,
+        as on the meshed body, and tooth d + 1 carries the next pair; on the driven gear both run the other way.
     """
 
     gear: Gear
@@ -136,6 +139,7 @@ class FlankCompliance:
     blocks: NDArray
     error: float
     attrs: dict[str, Any]
+    driven: bool = False
 
     @property
     def neighbours(self) -> int:
@@ -149,26 +153,33 @@ class FlankCompliance:
 
     def shapes(self, height: NDArray, y: NDArray) -> NDArray:
         """φ (…, p·q) [1/mm] at height x = R − r_f and y [mm]."""
-        return self.basis(np.asarray(height, dtype=float) + self.gear.root_radius, np.asarray(y, dtype=float))
+        y = np.asarray(y, dtype=float)
+        across = self.gear.face_width - y if self.driven else y
+        return self.basis(np.asarray(height, dtype=float) + self.gear.root_radius, across)
+
+    def block(self, d: int) -> NDArray:
+        """C between the tooth of the pair ``d`` ahead and the loaded tooth; zero beyond the neighbours known."""
+        if abs(d) > self.neighbours:
+            return np.zeros(self.blocks.shape[1:])
+        return self.blocks[self.neighbours + (-d if self.driven else d)]
 
     def compliance(self, at: tuple, load: tuple, d: int = 0) -> NDArray:
         """c [mm/N], elementwise, between points ``at`` of tooth d and ``load`` of tooth 0, each (height, y)."""
-        block = self.blocks[self.neighbours + d]
-        return np.einsum("...a,ab,...b->...", self.shapes(*at), block, self.shapes(*load))
+        return np.einsum("...a,ab,...b->...", self.shapes(*at), self.block(d), self.shapes(*load))
 
     def factor(self, height: NDArray, y: NDArray, rtol: float = 1e-12) -> NDArray:
         """Ψ (…, r) with c(P, Q) = Ψ(P)·Ψ(Q) within one tooth [√(mm/N)]."""
         return self.shapes(height, y) @ self.root(1, rtol)[0]
 
     def root(self, teeth: int = 1, rtol: float = 1e-12) -> NDArray:
-        """Square root (teeth, p·q, r) of the block matrix C_{i−j} of neighbouring teeth i, j = 0…teeth−1.
+        """Square root (teeth, p·q, r) of the block matrix C_{i−j} of the teeth of neighbouring pairs i = 0…teeth−1.
 
         Ψ on tooth i = φ · root[i]. Eigenvalues below ``rtol`` of the largest (rounding, and the slightly negative ones
         that the unsymmetric part of surface load against inner displacement leaves) are dropped. Teeth farther apart
         than ``neighbours`` do not see each other.
         """
-        n, size, zero = self.neighbours, self.blocks.shape[1], np.zeros(self.blocks.shape[1:])
-        rows = [[self.blocks[n + i - j] if abs(i - j) <= n else zero for j in range(teeth)] for i in range(teeth)]
+        size = self.blocks.shape[1]
+        rows = [[self.block(i - j) for j in range(teeth)] for i in range(teeth)]
         values, vectors = np.linalg.eigh(np.block(rows))
         keep = values > rtol * values[-1]
         return (vectors[:, keep] * np.sqrt(values[keep])).reshape(teeth, size, -1)

@@ -96,6 +96,19 @@ def test_scaling_with_module_and_modulus(spur, steel, tooth):
     assert_allclose(scaled.compliance((5.7, 3.0), (4.5, 7.5)), 2 / 3 * C, rtol=1e-6)  # gmsh's own tolerances
 
 
+def test_driven_gear_is_the_mirror_image(helical, steel):
+    body = Body(gear=helical, bore_radius=6.0, teeth=3)
+    cells = Cells(thickness=2, flank=3, fillet=1, width=3, foot=1, land=1, rim=3, rest=(2, 3))
+    found = flank_compliance(tooth_mesh(body, cells), steel, (3, 3))
+    driven = replace(found, driven=True)
+    at, load = (1.9, 1.0), (1.4, 3.5)
+    for d in (0, 1):
+        mirrored = driven.compliance((at[0], 4.0 - at[1]), (load[0], 4.0 - load[1]), d)
+        assert mirrored == pytest.approx(found.compliance(at, load, -d), rel=1e-12)
+    # the hand matters: reading the driving tooth the wrong way round is wrong by far more than any mesh
+    assert abs(driven.compliance(at, load) / found.compliance(at, load) - 1) > 0.02
+
+
 @pytest.mark.parametrize("separation", ["half_space", "centre_line"])
 def test_helical_tooth_of_small_helix_is_nearly_a_spur_tooth(spur, steel, separation):
     cells = Cells(thickness=4, flank=4, fillet=3, width=5)
