@@ -58,6 +58,7 @@ def make_plan(scene: Scene) -> Plan:
         seconds = _PER_EFFECT + points * _PER_POINT["compliance"]
         parts.append(Part(effect.name, effect.summary, detail, seconds))
     loaded = int(lines.active.sum()) * segments
+    rank = min(rank, segments)
     work = loaded * (rank * (rank + 1) / 2 + 4 * rank + _LAW) + int(lines.active.sum()) * rank**3 / 3
     seconds = work * _NEWTON_STEPS * _PER_MULTIPLICATION
     parts.append(Part("contact", "structured Newton, amplitudes and approach", f"{loaded} loaded segments", seconds))
@@ -75,6 +76,8 @@ def _robust_part(scene: Scene, loaded: int) -> Part:
     rank, threads = batch.rank, default_threads()
     work = loaded * (rank * (rank + 1) / 2 + 4 * rank + _BATCH_LAW) + int(batch.blocks.sum()) * rank**3 / 3
     seconds = _SAMPLES * _BATCH_STEPS * work * _BATCH_MULTIPLICATION / threads
-    path = "structured" if batch.problem.blocks > 1 or rank == 0 else "dense, pairs coupled"
+    # the cheaper one: as many amplitudes as the compliance has independent columns on a contact line, or all segments
+    full = rank >= scene.resolution.segments
+    path = "dense, one amplitude a segment" if full else "structured"
     size = f"{path}: rank {rank} a block, {batch.modes.shape[1]} errors, {threads} threads"
     return Part(f"robust ({_SAMPLES} samples)", "batch of samples in lanes", size, seconds)

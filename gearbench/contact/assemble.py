@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.phases import DEFAULT_GAUSS_POINTS, gauss_phases, uniform_phases
-from gearbench.contact.problem import ContactProblem
+from gearbench.contact.problem import ContactProblem, reduce_rank
 from gearbench.effects.base import ComplianceEffect, Dense, GapEffect, LineLaw, LowRank
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, contact_lines
@@ -50,7 +50,9 @@ def assemble(scene: Scene, lines: ContactLines) -> ContactProblem:
         factor, coupled = factor if coupled else _own_columns(factor), True
         a = h = np.zeros(lines.shape)
         unit = _even_deflection(factor, lines) * scene.normal_force
-    return scale_problem(lines, total_gap(scene, lines), factor, a, h, scene.normal_force, unit, coupled=coupled)
+    problem = scale_problem(lines, total_gap(scene, lines), factor, a, h, scene.normal_force, unit, coupled=coupled)
+    # a tooth of high order has more amplitudes than a contact line has segments
+    return reduce_rank(problem) if laws and factor.shape[-1] > len(problem.block) // problem.blocks else problem
 
 
 def _typical_compression(a: NDArray, h: NDArray, scene: Scene) -> float:

@@ -18,11 +18,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.problem import ContactProblem
+from gearbench.contact.problem import ContactProblem, reduce_rank
 from gearbench.contact.solver import scratch
 
-#: Columns of Ψ below this fraction of the largest singular value are dropped: H changes by its square, 1e-14.
-RANK_TOLERANCE = 1e-7
 #: Residual at which a sample takes its last Newton step; the step squares it.
 NEWTON_TOLERANCE = 1e-10
 #: Newton steps after which a sample is handed to the solver with line search.
@@ -123,22 +121,6 @@ def prepare(problem: ContactProblem, modes: NDArray) -> Batch:
     )
     start, guess = _first_guess(batch)
     return replace(batch, start=start, guess=guess)
-
-
-def reduce_rank(problem: ContactProblem) -> ContactProblem:
-    """The same problem with the factor of each position and block reduced to its numerical rank.
-
-    On the few places of a contact line the smooth compliance has fewer independent columns than the tooth has Ritz
-    functions: two for a spur pair with the paper's basis, six for a helical one.
-    """
-    positions, segments, columns = problem.factor.shape
-    if columns == 0:
-        return problem
-    by_block = problem.factor.reshape(positions, problem.blocks, segments // problem.blocks, columns)
-    left, size, _ = np.linalg.svd(by_block, full_matrices=False)
-    rank = int(np.max(np.sum(size > RANK_TOLERANCE * np.max(size), axis=-1)))
-    factor = (left * size[..., None, :])[..., :rank].reshape(positions, segments, rank)
-    return replace(problem, factor=np.ascontiguousarray(factor))
 
 
 def _order(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray]:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import numpy as np
 from numpy.typing import NDArray
+
+#: Columns of Ψ below this fraction of the largest singular value are dropped: H changes by its square, 1e-14.
+RANK_TOLERANCE = 1e-7
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,3 +80,19 @@ class ContactSolution:
     least_force: NDArray
     complementarity: NDArray
     iterations: NDArray
+
+
+def reduce_rank(problem: ContactProblem) -> ContactProblem:
+    """The same problem with the factor of each position and block reduced to its numerical rank.
+
+    On the few places of a contact line the smooth compliance has fewer independent columns than the tooth has Ritz
+    functions: two for a spur pair with the paper's basis, six for a helical one.
+    """
+    positions, segments, columns = problem.factor.shape
+    if columns == 0:
+        return problem
+    by_block = problem.factor.reshape(positions, problem.blocks, segments // problem.blocks, columns)
+    left, size, _ = np.linalg.svd(by_block, full_matrices=False)
+    rank = int(np.max(np.sum(size > RANK_TOLERANCE * np.max(size), axis=-1)))
+    factor = (left * size[..., None, :])[..., :rank].reshape(positions, segments, rank)
+    return replace(problem, factor=np.ascontiguousarray(factor))
