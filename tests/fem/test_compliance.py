@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -10,8 +9,10 @@ import pytest
 from numpy.testing import assert_allclose
 
 from fem_reference.compliance import flank_compliance, flank_load, solve_flank
+from fem_reference.contact import depth, weber_banaschek
 from fem_reference.flank import Legendre, patch_grid
 from fem_reference.locate import OutsideError, interior_points
+from fem_reference.plane import Strip, solve_strip
 from fem_reference.refinement import AccuracyError, mesh_cells, refined_compliance, unknowns
 from fem_reference.section import Body
 from fem_reference.tooth_mesh import Cells, tooth_mesh
@@ -52,8 +53,10 @@ def test_linear_fields_are_interpolated_exactly_inside(tooth):
     found = interior_points(tooth.space, place).displacement(u, direction)[:, 0]
     # isoparametric: linear fields up to the O(h⁴) of a serendipity element on curved cells
     assert_allclose(found, np.einsum("pi,ij,pj->p", direction, A, place), atol=2e-3)
-    with pytest.raises(OutsideError):
-        interior_points(tooth.space, np.array([[0.0, gear.tip_radius + 0.2, 1.0]]))
+    b = gear.face_width
+    for outside in ((0.0, gear.tip_radius + 0.2, 1.0), (0.0, 8.5, -0.3), (0.0, 8.5, b + 0.3), (1.5, 8.5, 1.0)):
+        with pytest.raises(OutsideError):
+            interior_points(tooth.space, np.array([outside]))
 
 
 def test_consistent_loads_carry_the_force_they_stand_for(tooth):
@@ -184,25 +187,22 @@ def test_unknowns_are_estimated(spur):
         assert 0.6 < unknowns(body, cells) / actual < 1.5
 
 
-@pytest.mark.slow
-def test_three_dimensional_strip_matches_smooth_part_and_law(steel):
-    """Wide tooth under a uniform line: in its middle the smooth part is that of plane strain."""
-    from fem_reference.contact import depth, weber_banaschek
-    from fem_reference.plane import Strip, solve_strip
-
+@pytest.mark.parametrize(("m", "tolerance"), [(4, 0.015), pytest.param(6, 0.008, marks=pytest.mark.slow)])
+def test_three_dimensional_strip_matches_smooth_part_and_law(steel, m, tolerance):
+    """Wide tooth under a uniform line: in its middle, smooth part + contact law = a Hertzian strip in plane strain."""
     gear = Gear(
         teeth=25,
         normal_module=1.0,
         pressure_angle=20.0,
         helix_angle=0.0,
-        face_width=14.0,
+        face_width=12.0,
         profile_shift=0.0,
         addendum=1.0,
         dedendum=1.25,
         fillet_radius=0.38,
     )
     body = Body(gear=gear)
-    found = refined_compliance(body, steel, 0.006, (5, 12))
+    found = flank_compliance(tooth_mesh(body, mesh_cells(body, m)), steel, (5, 9))
     x, w = np.polynomial.legendre.leggauss(60)
     y = 0.5 * gear.face_width * (1 + x)
     for fraction in (0.2, 0.5, 0.8):
@@ -211,5 +211,5 @@ def test_three_dimensional_strip_matches_smooth_part_and_law(steel):
         line = found.compliance((h[:1], np.array([gear.face_width / 2])), (h, y)) @ (0.5 * gear.face_width * w)
         strip = solve_strip(body, steel, Strip(radius=R, half_width=0.01))
         law = float(weber_banaschek(steel, depth(gear, np.array(R)), 0.01))
-        assert line + law == pytest.approx(strip.surface, rel=0.01)
-        assert math.isfinite(law)
+        # mesh 4 lacks 1.2 % of the compliance, mesh 6 0.4 %; five polynomials over the height are good to 0.4 %
+        assert line + law == pytest.approx(strip.surface, rel=tolerance)

@@ -188,3 +188,6 @@ def test_gmsh_in_a_thread_and_in_a_spawned_worker():
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         found += pool.map(_count, [0])
     assert found == [expected] * 3
+    import gmsh
+
+    assert not gmsh.isInitialized()
