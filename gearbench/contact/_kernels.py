@@ -38,22 +38,6 @@ def law(s, a, h):
 
 
 @njit(cache=True, error_model="numpy")
-def energy(i, q, step_q, t, delta, gap, a, h, active, factor, block):
-    """Convex function J = ½|q + t·step_q|² + Σ ∫P ds − δ that the solution at position i minimises."""
-    total = -delta
-    for k in range(q.shape[0]):
-        for c in range(q.shape[1]):
-            total += 0.5 * (q[k, c] + t * step_q[k, c]) ** 2
-    for j in range(gap.shape[1]):
-        if active[i, j]:
-            k, s = block[i, j], delta - gap[i, j]
-            for c in range(q.shape[1]):
-                s -= factor[i, j, c] * (q[k, c] + t * step_q[k, c])
-            total += law(s, a[i, j], h[i, j])[2]
-    return total
-
-
-@njit(cache=True, error_model="numpy")
 def derivatives(i, q, delta, gap, a, h, active, factor, block, force, grad, hess, cross):
     """Fill forces, gradient and Hessian blocks of J; return ∂J/∂δ, ∂²J/∂δ² and J."""
     rank = q.shape[1]
@@ -136,14 +120,14 @@ def closing_direction(i, q, delta, gap, active, factor, block, grad, step_q):
     return step_d + 1.0
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", nogil=True)
 def solve_position(i, gap, a, h, active, factor, block, force, work, hess):
     """Newton's method with line search on the convex J(q, δ) of position i.
 
-    Fills force[i] and leaves the amplitudes in work[0]; returns δ, ∂F/∂δ and the number of steps. work (5, block,
-    rank) and hess (block, rank, rank) are scratch.
+    J = ½|q|² + Σ ∫P ds − δ. Fills force[i] and leaves the amplitudes in work[0]; returns δ, ∂F/∂δ and the number of
+    steps. work, six arrays (block, rank), and hess (block, rank, rank) are scratch.
     """
-    q, step_q, x, grad, cross = work[0], work[1], work[2], work[3], work[4]
+    q, trial, step_q, x, grad, cross = work
     delta = -math.inf
     for j in range(gap.shape[1]):
         if active[i, j]:
@@ -153,13 +137,14 @@ def solve_position(i, gap, a, h, active, factor, block, force, work, hess):
         for c in range(q.shape[1]):
             q[k, c] = 0.0
     stiffness, best, stalled, iteration = 0.0, math.inf, 0, 0
+    total, slope, value = derivatives(i, q, delta, gap, a, h, active, factor, block, force, grad, hess, cross)
     while iteration < MAX_ITERATIONS:
-        total, slope, value = derivatives(i, q, delta, gap, a, h, active, factor, block, force, grad, hess, cross)
         residual, size = abs(total), 1.0
         for k in range(q.shape[0]):
             for c in range(q.shape[1]):
                 residual = max(residual, abs(grad[k, c]))
                 size = max(size, abs(q[k, c]))
+        # descent = gradient · step, and the gradient is overwritten by the trials below
         if slope > 0.0:
             step_d, stiffness = newton_direction(total, slope, grad, hess, cross, x, step_q)
         else:
@@ -173,25 +158,23 @@ def solve_position(i, gap, a, h, active, factor, block, force, work, hess):
         for k in range(q.shape[0]):
             for c in range(q.shape[1]):
                 descent += grad[k, c] * step_q[k, c]
-        t = 1.0
-        while t > 1e-12:
-            trial = energy(i, q, step_q, t, delta + t * step_d, gap, a, h, active, factor, block)
-            if trial <= value + 1e-4 * t * descent + 1e-14 * (abs(value) + 1.0):
+        t, before = 1.0, value
+        while True:
+            for k in range(q.shape[0]):
+                for c in range(q.shape[1]):
+                    trial[k, c] = q[k, c] + t * step_q[k, c]
+            total, slope, value = derivatives(
+                i, trial, delta + t * step_d, gap, a, h, active, factor, block, force, grad, hess, cross
+            )
+            if value <= before + 1e-4 * t * descent + 1e-14 * (abs(before) + 1.0) or t <= 1e-12:
                 break
             t *= 0.5
         for k in range(q.shape[0]):
             for c in range(q.shape[1]):
-                q[k, c] += t * step_q[k, c]
+                q[k, c] = trial[k, c]
         delta += t * step_d
         iteration += 1
     return delta, stiffness, iteration
-
-
-@njit(cache=True, error_model="numpy", nogil=True)
-def solve_positions(gap, a, h, active, factor, block, force, delta, stiffness, steps, work, hess):
-    """Solve every position; fills forces (position, segment), δ, ∂F/∂δ and the numbers of Newton steps."""
-    for i in range(gap.shape[0]):
-        delta[i], stiffness[i], steps[i] = solve_position(i, gap, a, h, active, factor, block, force, work, hess)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -210,7 +193,7 @@ def first_guess(gap, a, h, active, factor, block, blocks, modes, force, work, he
         matrix, right = np.zeros((size + 1, size + 1)), np.zeros((size + 1, errors))
         for c in range(size):
             matrix[c, c] = 1.0
-            start[t, c] = work[0, c // rank, c % rank]
+            start[t, c] = work[0][c // rank, c % rank]
         for j in range(gap.shape[1]):
             if not active[t, j]:
                 continue

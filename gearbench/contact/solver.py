@@ -53,20 +53,24 @@ def solve(problem: ContactProblem) -> ContactSolution:
 
 def _newton(p: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray]:
     """Forces (position, segment), δ, ∂F/∂δ and the numbers of steps, dimensionless, by the compiled Newton solver."""
-    from gearbench.contact._kernels import solve_positions
+    from gearbench.contact._kernels import solve_position
 
     count = len(p.gap)
     force, steps = np.zeros_like(p.gap), np.zeros(count, dtype=np.int64)
     delta, stiffness = np.empty(count), np.empty(count)
     block = np.ascontiguousarray(np.broadcast_to(p.block, p.gap.shape))
     work, hess = scratch(p.blocks, p.factor.shape[2])
-    solve_positions(p.gap, p.a, p.h, p.active, p.factor, block, force, delta, stiffness, steps, work, hess)
+    # a loop in Python: a compiled one would save a quarter of a millisecond and cost most of a second of compilation
+    for i in range(count):
+        delta[i], stiffness[i], steps[i] = solve_position(
+            i, p.gap, p.a, p.h, p.active, p.factor, block, force, work, hess
+        )
     return force, delta, stiffness, steps
 
 
-def scratch(blocks: int, rank: int) -> tuple[NDArray, NDArray]:
+def scratch(blocks: int, rank: int) -> tuple[tuple[NDArray, ...], NDArray]:
     """Scratch arrays of the solver of single positions."""
-    return np.empty((5, blocks, rank)), np.empty((blocks, rank, rank))
+    return tuple(np.empty((6, blocks, rank))), np.empty((blocks, rank, rank))
 
 
 def complementarity_residual(problem: ContactProblem, force: NDArray, delta: NDArray) -> NDArray:
