@@ -38,10 +38,13 @@ class Ritz:
         return self.stiffness * self._scale * self._scale[:, None]
 
     @cached_property
+    def _triangle(self) -> NDArray:
+        """Trailing block G of the Cholesky factor: G⁻ᵀ G⁻¹ is the loaded block of the inverse of K."""
+        return np.linalg.cholesky(self._scaled)[-self.loaded :, -self.loaded :]
+
+    @cached_property
     def _inverse_triangle(self) -> NDArray:
-        """G⁻ᵀ of the trailing block G of the Cholesky factor: G⁻ᵀ G⁻¹ is the loaded block of the inverse of K."""
-        triangle = np.linalg.cholesky(self._scaled)[-self.loaded :, -self.loaded :]
-        return np.linalg.inv(triangle).T
+        return np.linalg.inv(self._triangle).T
 
     @property
     def condition(self) -> float:
@@ -51,3 +54,11 @@ class Ritz:
     def factor(self, functional: NDArray) -> NDArray:
         """ψ with ψ(a) · ψ(b) = f(a)ᵀ K⁻¹ f(b), for functionals f of the loaded amplitudes, (…, loaded)."""
         return (functional * self._scale[-self.loaded :]) @ self._inverse_triangle
+
+    def compliance(self, functional: NDArray) -> NDArray:
+        """f(a)ᵀ K⁻¹ f(b) for all pairs of the functionals (m, loaded), (m, m); fewer operations than ``factor``."""
+        from scipy.linalg import solve_triangular
+
+        rows = (functional * self._scale[-self.loaded :]).T
+        half = solve_triangular(self._triangle, rows, lower=True, check_finite=False)
+        return half.T @ half

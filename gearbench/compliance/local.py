@@ -1,0 +1,105 @@
+"""Compression of the material just below a loaded flank: the part of its compliance that the contact law stands for.
+
+Contact laws of the Weber–Banaschek kind give the compression of an elastic half-space between its surface and the
+depth t of the tooth's centre line. The tooth's own compliance is therefore that of the flank less this compression
+under the same load. The half-space is mirrored at the two faces of the gear, so that an even line load compresses it
+evenly, as in the law; its Fourier components along the line, wave number k, at distance r across it, R² = r² + t², are
+
+    ĝ_k(r) = 2(1−ν²)/(πE) [K₀(kr) − K₀(kR)] − (1+ν)/(πE) t² k K₁(kR)/R
+    ĝ_0(r) = 2(1−ν²)/(πE) ln(R/r) − (1+ν)/(πE) t²/R².
+
+Source: Johnson, Contact Mechanics, §2.3 (Flamant), §3.2 (Boussinesq).
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.compliance.bases import gauss, width_functions
+from gearbench.geometry.gear import Gear
+
+#: Waves computed, and waves whose tail is counted by its 1/k law, for each function across the width.
+_WAVES, _TAIL = 3, 30
+
+
+def depth(gear: Gear, radius: NDArray) -> NDArray:
+    """Depth t [mm] from the flank at R to the tooth's centre line, along the line of action, normal section."""
+    psi = gear.involute_half_angle(radius)
+    load_angle = np.arccos(np.clip(gear.base_radius / radius, 0.0, 1.0)) - psi
+    return radius * np.sin(psi) / np.cos(load_angle) * math.cos(gear.beta_b)
+
+
+def compression(E: float, nu: float, k: NDArray, r: NDArray, t: NDArray) -> NDArray:
+    """ĝ_k(r) between the surface and the depth t [mm²/N]; k ≥ 0 [1/mm] along the first axis, r and t [mm]."""
+    from scipy.special import k0, k1
+
+    a, c = 2 * (1 - nu**2) / (math.pi * E), (1 + nu) / (math.pi * E)
+    R = np.hypot(r, t)
+    k = k[:, *(None,) * R.ndim]
+    plane = a * np.log(R / r) - c * (t / R) ** 2
+    wave = np.where(k > 0, k, 1.0)
+    return np.where(k > 0, a * (k0(wave * r) - k0(wave * R)) - c * t**2 / R * wave * k1(wave * R), plane)
+
+
+def half_space_compression(gear: Gear, E: float, nu: float, order: tuple[int, int], points: int = 10) -> NDArray:
+    """Compression projected onto orthonormal Legendre products on the flank, (p·q, p·q) [mm/N].
+
+    Parameters
+    ----------
+    gear
+        The gear; the flank reaches from its form circle to its tip circle.
+    E, nu
+        Young's modulus [N/mm²] and Poisson's ratio.
+    order
+        Numbers p, q of polynomials in R and in y.
+    points
+        Quadrature points in R, and towards either end from each of them.
+    """
+    p, q = order
+    waves = _WAVES * q + 1
+    G = _projected_waves(gear, E, nu, p, waves, points)
+    T = _cosines(q, _TAIL * q)
+    near = np.einsum("km,lm,mij->ikjl", T[:, :waves], T[:, :waves], G, optimize=True)
+    # short waves see the surface only: ĝ_k → 2(1−ν²)/(πE) K₀(kr), whose integral falls like 1/k
+    rest = T[:, waves:] * ((waves - 1) / np.arange(waves, T.shape[1]))
+    far = (rest @ T[:, waves:].T)[None, :, None, :] * G[-1][:, None, :, None]
+    return (near + far).reshape(p * q, p * q)
+
+
+def _projected_waves(gear: Gear, E: float, nu: float, p: int, waves: int, points: int) -> NDArray:
+    """∬ φ_i(R) ĝ_m(R, R′) φ_j(R′) dR dR′, (wave, p, p); the logarithm at R = R′ in points that cluster there."""
+    low, high = gear.form_radius, gear.tip_radius
+    R, weight = gauss(points, low, high)
+    v, wv = gauss(points)
+    near, jacobian = v**3, 3 * wv * v**2
+    spans = np.stack([low - R, high - R])[:, :, None]
+    other = np.concatenate(list(R[:, None] + spans * near), axis=1)
+    area = np.concatenate(list(np.abs(spans) * jacobian), axis=1)
+    # arc length of the involute (R² − r_b²)/2r_b, shortened across the inclined generators
+    r = np.abs(other - R[:, None]) * (other + R[:, None]) / (2 * gear.base_radius) * math.cos(gear.beta_b)
+    t = np.sqrt(depth(gear, R)[:, None] * depth(gear, other))
+    g = compression(E, nu, np.arange(waves) * math.pi / gear.face_width, r, t)
+    left = flank_functions(p, R, low, high) * weight[:, None]
+    right = flank_functions(p, other, low, high) * area[..., None]
+    G = np.einsum("ai,maj->mij", left, np.einsum("mac,acj->maj", g, right, optimize=True), optimize=True)
+    return (G + G.transpose(0, 2, 1)) / 2
+
+
+def flank_functions(count: int, at: NDArray, low: float, high: float) -> NDArray:
+    """Legendre functions orthonormal on [low, high], (…, count) [1/√mm]; outside, their values at the nearer end."""
+    values, _ = width_functions(count, np.clip((at - low) / (high - low), 0.0, 1.0))
+    return values / math.sqrt(high - low)
+
+
+@lru_cache(maxsize=32)
+def _cosines(count: int, waves: int) -> NDArray:
+    """∫ g_k c_m dη of Legendre functions and orthonormal cosines on [0, 1], (count, wave)."""
+    eta, weight = gauss(waves + count + 8)
+    g, _ = width_functions(count, eta)
+    c = np.cos(np.arange(waves) * math.pi * eta[:, None]) * math.sqrt(2)
+    c[:, 0] = 1.0
+    return g.T @ (weight[:, None] * c)

@@ -1,0 +1,182 @@
+"""Section of a solid tooth mapped from a rectangle, and the elastic energy of products of functions on it.
+
+Coordinates: x = R − r_f along the height, s ∈ [−1, 1] across the tooth at constant radius, θ = s ψ(R), and z along the
+axis in the frame that turns with the screw. Displacements are u_θ, u_R, u_z in cylindrical components, so that nothing
+depends on where along the screw a section stands. With the half-width e = R ψ along the arc, curvature c = 1/R (zero
+for a straight block), κ = tan β / r and D = ∂_z − κ ∂_θ the strains are
+
+    ε_θθ = ∂_s u_θ / e + c u_R     γ_θR = ∂_R u_θ − c u_θ + ∂_s u_R / e     ∂_R = ∂_x − s (e′/e − c) ∂_s
+    ε_RR = ∂_R u_R                 γ_θz = D u_θ + ∂_s u_z / e               ∂_θ = ∂_s / (c e)
+    ε_zz = D u_z                   γ_Rz = D u_R + ∂_R u_z                   dV = e dx ds dz
+
+Every term is (function of x) × (function of s) × (function of z): the stiffness is a short sum of Kronecker products,
+exact in s and z, with a quadrature in x alone.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+from gearbench.compliance.bases import gauss, height_functions, height_quadrature, width_functions
+
+#: A term of a strain: sign, field (θ, R, z), function of x, function of s, derivative in z.
+Term = tuple[float, int, int, int, int]
+
+# functions of x: f, f′, f(e′/e − c), c f, f/e, κ f/(c e); functions of s: P, s P′, P′
+_F, _DF, _FA, _CF, _FE, _FK = range(6)
+_P, _SDP, _DP = range(3)
+
+
+def _radial(field: int) -> tuple[Term, ...]:
+    return (1.0, field, _DF, _P, 0), (-1.0, field, _FA, _SDP, 0)
+
+
+def _axial(field: int) -> tuple[Term, ...]:
+    return (1.0, field, _F, _P, 1), (-1.0, field, _FK, _DP, 0)
+
+
+def _around(field: int) -> tuple[Term, ...]:
+    return ((1.0, field, _FE, _DP, 0),)
+
+
+STRAIN_TT = (*_around(0), (1.0, 1, _CF, _P, 0))
+STRAIN_RR = _radial(1)
+STRAIN_ZZ = _axial(2)
+SHEAR_TR = (*_radial(0), (-1.0, 0, _CF, _P, 0), *_around(1))
+SHEAR_TZ = (*_axial(0), *_around(2))
+SHEAR_RZ = (*_axial(1), *_radial(2))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Section:
+    """Section of the tooth with its functions: Legendre across, integrated Legendre (zero at the root) along x.
+
+    Parameters
+    ----------
+    height
+        From root to tip [mm].
+    half_width
+        e(x) [mm], half the arc thickness, vectorised.
+    root_radius
+        r_f [mm]; ``math.inf`` for a straight block.
+    screw
+        κ, turn of the section along the axis [rad/mm]; zero for a straight block.
+    order
+        Numbers of functions across and along the height.
+    breaks
+        Heights [mm] between root and tip where the half-width has a kink; before the first it may grow like √x.
+    """
+
+    height: float
+    half_width: Callable[[NDArray], NDArray]
+    root_radius: float
+    screw: float
+    order: tuple[int, int]
+    breaks: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.screw and math.isinf(self.root_radius):
+            raise ValueError("a straight block has no screw: root_radius must be finite")
+
+    @cached_property
+    def _nodes(self) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+        """Quadrature in x: nodes, weights, e and e′ there, (node,)."""
+        points = self.order[1] + 7
+        xi, weight = height_quadrature(points, [x / self.height for x in self.breaks])
+        x = xi * self.height
+        e = np.broadcast_to(np.asarray(self.half_width(x), dtype=float), x.shape)
+        slope = _differentiation(points)
+        # both are smooth in the panel's own variable, the square root of x in the first one
+        de, dx = (slope @ v.reshape(-1, points).T for v in (e, x))
+        return x, weight * self.height, e, (de / dx).T.ravel()
+
+    def curvature(self, x: NDArray) -> NDArray:
+        """c = 1/R at height x [1/mm]."""
+        return 1 / (self.root_radius + x)
+
+    @cached_property
+    def _along(self) -> NDArray:
+        """∫ a_i b_k e dx of the functions of x, (kind, i, kind, k)."""
+        x, weight, e, de = self._nodes
+        c = self.curvature(x)
+        f, df = height_functions(self.order[1], x / self.height)
+        turn = self.screw / (c * e) if self.screw else np.zeros_like(e)
+        factors = (np.ones_like(e), None, de / e - c, c, 1 / e, turn)
+        kinds = np.stack([df / self.height if a is None else f * a[:, None] for a in factors], axis=1)
+        flat = kinds.reshape(len(x), -1)
+        return (flat.T @ (flat * (weight * e)[:, None])).reshape(2 * kinds.shape[1:])
+
+    @cached_property
+    def _across(self) -> NDArray:
+        """∫ a_k b_l ds of the functions of s, (kind, k, kind, l)."""
+        return _across_integrals(self.order[0])
+
+    def stiffness(self, lame: tuple[float, float]) -> NDArray:
+        """S[a, b] (3, n_s, n_x, 3, n_s, n_x) for Lamé's λ, μ [N/mm²], to be multiplied by ∫ g⁽ᵃ⁾ g⁽ᵇ⁾ dz; (2, 2, …).
+
+        Fields in the order θ, R, z.
+        """
+        lam, mu = lame
+        trace = (*STRAIN_TT, *STRAIN_RR, *STRAIN_ZZ)
+        direct = [(2 * mu, strain) for strain in (STRAIN_TT, STRAIN_RR, STRAIN_ZZ)]
+        shear = [(mu, strain) for strain in (SHEAR_TR, SHEAR_TZ, SHEAR_RZ)]
+        n_s, n_x = self.order
+        # coefficients of the functions of x, summed first: there are many terms with the same function of s
+        sums: dict[tuple[int, ...], NDArray] = {}
+        for modulus, strain in [(lam, trace), *direct, *shear]:
+            terms = strain if self.screw else [t for t in strain if t[2] != _FK]
+            for sign_a, field_a, x_a, s_a, z_a in terms:
+                for sign_b, field_b, x_b, s_b, z_b in terms:
+                    if (z_a, field_a) > (z_b, field_b):
+                        continue  # by symmetry
+                    key = (z_a, z_b, field_a, field_b, s_a, s_b)
+                    part = (modulus * sign_a * sign_b) * self._along[x_a, :, x_b]
+                    sums[key] = sums[key] + part if key in sums else part
+        result = np.zeros((2, 2, 3, n_s, n_x, 3, n_s, n_x))
+        for (z_a, z_b, field_a, field_b, s_a, s_b), along in sums.items():
+            across = self._across[s_a, :, s_b]
+            result[z_a, z_b, field_a, :, :, field_b] += across[:, None, :, None] * along[:, None]
+        return _mirror(result)
+
+    def values(self, x: NDArray, s: float) -> NDArray:
+        """Functions of a field at height x and s, (…, n_s, n_x); zero below the root."""
+        n_s, n_x = self.order
+        f, _ = height_functions(n_x, np.clip(x / self.height, 0.0, 1.0))
+        p, _ = width_functions(n_s, (s + 1) / 2)
+        return p[:, None] * f[..., None, :]
+
+
+def _mirror(result: NDArray) -> NDArray:
+    """Fill the terms left out by symmetry: S[b, a] = S[a, b]ᵀ, lower fields from upper ones."""
+    transposed = result.transpose(1, 0, 5, 6, 7, 2, 3, 4)
+    for a, b in ((0, 0), (1, 1)):
+        for field in range(3):
+            for other in range(field):
+                result[a, b, field, :, :, other] = transposed[a, b, field, :, :, other]
+    result[1, 0] = transposed[1, 0]
+    return result
+
+
+@lru_cache(maxsize=32)
+def _differentiation(points: int) -> NDArray:
+    """Matrix that differentiates values at Gauss nodes of [0, 1] along the panel."""
+    t, _ = gauss(points)
+    p, dp = width_functions(points, t)
+    return np.linalg.solve(p.T, dp.T).T
+
+
+@lru_cache(maxsize=32)
+def _across_integrals(order: int) -> NDArray:
+    t, w = legendre.leggauss(order + 1)
+    p, dp = width_functions(order, (t + 1) / 2)
+    dp = dp / 2
+    kinds = np.stack([p, t[:, None] * dp, dp], axis=1)
+    flat = kinds.reshape(len(t), -1)
+    return (flat.T @ (flat * w[:, None])).reshape(2 * kinds.shape[1:])

@@ -1,0 +1,157 @@
+"""Tooth of a gear as a three-dimensional solid, clamped at its root circle, by the Ritz method.
+
+The load acts on the flank, along the line of action. What counts as deflection of the tooth is ``measured_at``:
+
+- "smooth": the displacement of the loaded flank less the compression that a contact law already counts
+  (``gearbench.compliance.local``). With a law of the Weber–Banaschek kind the sum is the displacement of the flank.
+- "mid": the displacement of the point of the centre line that the line of action passes, as plate models mean it;
+  made symmetric.
+- "flank": the displacement of the loaded flank itself. Under a point load it grows without bound with the order.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gearbench.compliance.bases import gauss
+from gearbench.compliance.local import flank_functions, half_space_compression
+from gearbench.compliance.section import Section
+from gearbench.compliance.solid import Solid
+from gearbench.geometry.gear import Gear
+
+#: Eigenvalues of the compliance below this fraction of the largest are rounding, or what the basis cannot resolve.
+RANK_TOLERANCE = 1e-10
+
+
+@dataclass(frozen=True, kw_only=True)
+class SolidTooth:
+    """Compliance of the right flank of a tooth, as a factor in polynomials of R and y on the flank.
+
+    Parameters
+    ----------
+    gear
+        The gear.
+    E, nu
+        Young's modulus [N/mm²] and Poisson's ratio.
+    order
+        Numbers of functions across the thickness, along the height, along the face width, of each displacement.
+    measured_at
+        See above.
+    driven
+        Whether the gear is the driven one. On the driving gear contact climbs towards the tip as y grows; on the
+        driven gear it runs the other way, as if seen in a mirror.
+    heights
+        Number of polynomials in R onto which loads and displacements are projected, by default min(5, order[1]);
+        in y as many as the tooth has.
+    """
+
+    gear: Gear
+    E: float
+    nu: float
+    order: tuple[int, int, int] = (4, 5, 5)
+    measured_at: Literal["smooth", "mid", "flank"] = "smooth"
+    driven: bool = False
+    heights: int | None = None
+
+    @cached_property
+    def solid(self) -> Solid:
+        """The Ritz system."""
+        gear, (across, along, axis) = self.gear, self.order
+        r_f = gear.root_radius
+        section = Section(
+            height=gear.tooth_height,
+            half_width=lambda x: (r_f + x) * gear.half_angle(r_f + x),
+            root_radius=r_f,
+            screw=math.tan(gear.beta) / gear.pitch_radius,
+            order=(across, along),
+            breaks=(gear.form_radius - r_f,),
+        )
+        return Solid(section=section, width=gear.face_width, E=self.E, nu=self.nu, order=axis)
+
+    @property
+    def condition(self) -> float:
+        """Largest condition number of the scaled blocks."""
+        return self.solid.condition
+
+    @property
+    def flank_order(self) -> tuple[int, int]:
+        """Numbers of polynomials in R and y."""
+        return self.heights or min(5, self.order[1]), self.order[2]
+
+    @cached_property
+    def matrix(self) -> NDArray:
+        """Compliance [mm/N] between the polynomials of the flank, (p·q, p·q), before rounding to rank."""
+        flank = self._functionals(self._flank_rows)
+        if self.measured_at == "mid":
+            middle = self._functionals(self._middle_rows)
+            n = len(flank)
+            mixed = self.solid.compliance(np.concatenate([flank, middle]))[:n, n:]
+            return (mixed + mixed.T) / 2
+        compliance = self.solid.compliance(flank)
+        if self.measured_at == "flank":
+            return compliance
+        return compliance - half_space_compression(self.gear, self.E, self.nu, self.flank_order)
+
+    @cached_property
+    def root(self) -> NDArray:
+        """B (p·q, r) with B Bᵀ = ``matrix``, directions of no or negative compliance left out."""
+        value, vector = np.linalg.eigh(self.matrix)
+        keep = value > RANK_TOLERANCE * value[-1]
+        return vector[:, keep] * np.sqrt(value[keep])
+
+    def factor(self, height: ArrayLike, y: ArrayLike) -> NDArray:
+        """ψ(x, y), (…, rank) [√(mm/N)]: a unit normal force at b deflects a by ψ(a) · ψ(b); x = R − r_f [mm]."""
+        height, y = np.broadcast_arrays(np.asarray(height, dtype=float), np.asarray(y, dtype=float))
+        gear, (p, q) = self.gear, self.flank_order
+        along = flank_functions(p, gear.root_radius + height, gear.form_radius, gear.tip_radius)
+        across = flank_functions(q, gear.face_width - y if self.driven else y, 0.0, gear.face_width)
+        return (along[..., :, None] * across[..., None, :]).reshape(*height.shape, p * q) @ self.root
+
+    def deflection(self, x: ArrayLike, y: ArrayLike, x0: ArrayLike, y0: ArrayLike) -> NDArray:
+        """Deflection [mm/N] at (x, y) along the line of action under a unit force along it at (x0, y0)."""
+        return np.sum(self.factor(x, y) * self.factor(x0, y0), axis=-1)
+
+    def _functionals(self, rows: NDArray) -> NDArray:
+        """Functionals of all polynomials of the flank from those of their part in R, ``rows`` (p, 3, n_s, n_x).
+
+        The polynomials in y are the Ritz functions themselves.
+        """
+        p, q = self.flank_order
+        result = np.zeros((p, q, *self.solid.shape))
+        j = np.arange(q)
+        result[:, j, ..., j] = rows * math.sqrt(self.gear.face_width)
+        return result.reshape(p * q, -1)
+
+    @cached_property
+    def _stations(self) -> tuple[NDArray, NDArray, NDArray]:
+        """Radii, polynomials of R times weights, and the load angle γ = α_R − ψ there."""
+        gear = self.gear
+        p = self.flank_order[0]
+        R, weight = gauss(self.order[1] + p + 4, gear.form_radius, gear.tip_radius)
+        functions = flank_functions(p, R, gear.form_radius, gear.tip_radius) * weight[:, None]
+        return R, functions, np.arccos(np.clip(gear.base_radius / R, 0.0, 1.0)) - gear.involute_half_angle(R)
+
+    @property
+    def _flank_rows(self) -> NDArray:
+        """Functionals of the normal displacement of the flank, s = 1. It stands at α_R to the local radius."""
+        R, functions, _ = self._stations
+        return self._rows(R, functions, np.arccos(np.clip(self.gear.base_radius / R, 0.0, 1.0)), 1.0)
+
+    @property
+    def _middle_rows(self) -> NDArray:
+        """Functionals of the same displacement where the line of action passes the centre line, R = r_b / cos γ."""
+        _, functions, gamma = self._stations
+        return self._rows(self.gear.base_radius / np.cos(gamma), functions, gamma, 0.0)
+
+    def _rows(self, R: NDArray, functions: NDArray, angle: NDArray, s: float) -> NDArray:
+        """∫ φ_a(R) n · u dR, (p, 3, n_s, n_x), n at ``angle`` to the direction θ, inclined by β_b out of the section."""
+        cos_b, sin_b = math.cos(self.gear.beta_b), math.sin(self.gear.beta_b)
+        normal = np.stack([-np.cos(angle) * cos_b, -np.sin(angle) * cos_b, np.full(R.shape, sin_b)])
+        values = self.solid.section.values(R - self.gear.root_radius, s)
+        return np.einsum("ga,cg,gki->acki", functions, normal, values, optimize=True)
