@@ -8,6 +8,7 @@ functions are Legendre polynomials, scaled likewise. Sources: Szabó & Babuška,
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -43,9 +44,17 @@ def width_functions(count: int, eta: ArrayLike) -> tuple[NDArray, NDArray]:
 
 def gauss(points: int, start: float = 0.0, stop: float = 1.0) -> tuple[NDArray, NDArray]:
     """Gauss–Legendre nodes and weights on [start, stop]."""
-    t, w = legendre.leggauss(points)
+    t, w = _leggauss(points)
     half = (stop - start) / 2
     return start + half * (t + 1), half * w
+
+
+@lru_cache(maxsize=128)
+def _leggauss(points: int) -> tuple[NDArray, NDArray]:
+    """Nodes and weights on [−1, 1], kept: the same few are asked for again and again."""
+    t, w = legendre.leggauss(points)
+    t.flags.writeable = w.flags.writeable = False
+    return t, w
 
 
 def height_quadrature(points: int, breaks: Iterable[float] = ()) -> tuple[NDArray, NDArray]:

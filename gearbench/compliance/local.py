@@ -63,7 +63,8 @@ def half_space_compression(gear: Gear, E: float, nu: float, order: tuple[int, in
     waves = _WAVES * q + 1
     G = _projected_waves(gear, E, nu, p, waves, points)
     T = _cosines(q, _TAIL * q)
-    near = np.einsum("km,lm,mij->ikjl", T[:, :waves], T[:, :waves], G, optimize=True)
+    products = T[:, None, :waves] * T[:, :waves]
+    near = (products.reshape(q * q, waves) @ G.reshape(waves, p * p)).reshape(q, q, p, p).transpose(2, 0, 3, 1)
     # short waves see the surface only: ĝ_k → 2(1−ν²)/(πE) K₀(kr), whose integral falls like 1/k
     rest = T[:, waves:] * ((waves - 1) / np.arange(waves, T.shape[1]))
     far = (rest @ T[:, waves:].T)[None, :, None, :] * G[-1][:, None, :, None]
@@ -85,7 +86,7 @@ def _projected_waves(gear: Gear, E: float, nu: float, p: int, waves: int, points
     g = compression(E, nu, np.arange(waves) * math.pi / gear.face_width, r, t)
     left = flank_functions(p, R, low, high) * weight[:, None]
     right = flank_functions(p, other, low, high) * area[..., None]
-    G = np.einsum("ai,maj->mij", left, np.einsum("mac,acj->maj", g, right, optimize=True), optimize=True)
+    G = np.tensordot(g.transpose(1, 0, 2) @ right, left, (0, 0))
     return (G + G.transpose(0, 2, 1)) / 2
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import product
 from typing import Literal
 
@@ -103,11 +103,20 @@ class PlateTooth:
         bending, shear = E * h**3 / (12 * (1 - nu**2)), SHEAR_FACTOR * E / (2 * (1 + nu)) * h
         f = np.stack(height_functions(i.max() + 1, xi))
         f[1] /= H
-        eta, v = gauss(j.max() + 2)
-        g = np.stack(width_functions(j.max() + 1, eta))
-        g[1] /= b
-        D = np.einsum("axi,bxk->abik", f * (weight * H * bending)[:, None], f, optimize=True)
-        S = np.einsum("axi,bxk->abik", f * (weight * H * shear)[:, None], f, optimize=True)
-        Y = np.einsum("ayj,byl->abjl", g * (v * b)[:, None], g, optimize=True)
+        D, S = (_products(f, weight * H * stiffness) for stiffness in (bending, shear))
+        Y = _width_products(int(j.max()) + 1) * b / np.array([[1.0, b], [b, b * b]])[:, :, None, None]
         rows, columns = np.ix_(i, i), np.ix_(j, j)
         return D[:, :, *rows], S[:, :, *rows], Y[:, :, *columns]
+
+
+def _products(f: NDArray, weight: NDArray) -> NDArray:
+    """Σ f_i⁽ᵃ⁾ f_k⁽ᵇ⁾ × weight over the nodes, (2, 2, n, n), of functions and derivatives (2, node, n)."""
+    flat = f.transpose(1, 0, 2).reshape(len(weight), -1)
+    return ((flat.T * weight) @ flat).reshape(2, f.shape[2], 2, -1).transpose(0, 2, 1, 3)
+
+
+@lru_cache(maxsize=64)
+def _width_products(count: int) -> NDArray:
+    """∫ g_j⁽ᵃ⁾ g_l⁽ᵇ⁾ dη on [0, 1], (2, 2, count, count)."""
+    eta, weight = gauss(count + 1)
+    return _products(np.stack(width_functions(count, eta)), weight)

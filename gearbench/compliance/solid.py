@@ -53,44 +53,55 @@ class Solid:
         return E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
 
     def stiffness(self) -> NDArray:
-        """Ritz matrix of all amplitudes, flattened ``shape``, (n, n) [N/mm]."""
-        S = self.section.stiffness(self.lame)
-        n = S[0, 0].shape[0] * S[0, 0].shape[1] * S[0, 0].shape[2]
-        S = S.reshape(2, 2, n, 1, n, 1)
-        eta, weight = gauss(self.order + 1)
-        g, dg = width_functions(self.order, eta)
-        g = np.stack([g, dg / self.width])
-        Z = np.einsum("azj,bzl->abjl", g * (weight * self.width)[:, None], g)[:, :, None, :, None, :]
-        K = S[1, 1] * Z[1, 1]
-        mixed = S[0, 1] * Z[0, 1]
-        K += mixed
-        K += mixed.transpose(2, 3, 0, 1)
-        diagonal = np.arange(self.order)
-        K[:, diagonal, :, diagonal] += self.width * S[0, 0, :, 0, :, 0]  # the functions along z are orthonormal
-        return K.reshape(n * self.order, -1)
+        """Ritz matrix of all amplitudes, flattened ``shape``, (n, n) [N/mm]: its blocks, zero between them."""
+        n = int(np.prod(self.shape))
+        K = np.zeros((n, n))
+        for index, ritz in zip(self.blocks, self.ritz, strict=True):
+            K[np.ix_(index, index)] = ritz.stiffness
+        return K
+
+    @cached_property
+    def _classes(self) -> Sequence[Sequence[tuple[NDArray, NDArray]]]:
+        """Symmetry classes, each a list of (functions of the section, functions along the axis), all their products.
+
+        u_θ bends the tooth where it is even across; u_R and u_z go with it where they are odd. u_θ and u_R go
+        together where they have the same parity along the axis, and u_z where it has the other one.
+        """
+        field, across, _ = np.indices(self.shape[:3]).reshape(3, -1)
+        kind = 2 * ((across + (field > 0)) % 2) + (field == 2)
+        members = [np.flatnonzero(kind == k) for k in range(4)]
+        axis = [np.arange(parity, self.order, 2) for parity in range(2)]
+        parts = [[(members[2 * b], axis[p]), (members[2 * b + 1], axis[1 - p])] for b in range(2) for p in range(2)]
+        return [parts[0] + parts[3], parts[1] + parts[2]] if self.section.screw else parts
 
     @cached_property
     def blocks(self) -> Sequence[NDArray]:
         """Amplitudes of each symmetry class, indices into the flattened ``shape``."""
-        field, across, _, axis = np.indices(self.shape).reshape(4, -1)
-        # u_θ bends the tooth where it is even across; u_R and u_z go with it where they are odd
-        bending = (across + (field > 0)) % 2
-        symmetric = (axis + (field == 2)) % 2
-        label = (bending + symmetric) % 2 if self.section.screw else 2 * bending + symmetric
-        return [np.flatnonzero(label == k) for k in range(2 if self.section.screw else 4)]
+        return [np.concatenate([(a[:, None] * self.order + j).ravel() for a, j in groups]) for groups in self._classes]
 
     @cached_property
     def ritz(self) -> Sequence[Ritz]:
         """The Ritz systems of the blocks."""
-        K = self.stiffness()
-        return [Ritz(K[np.ix_(index, index)], len(index)) for index in self.blocks]
+        S = self.section.stiffness(self.lame)
+        n = int(np.prod(self.shape[:3]))
+        S = S.reshape(4, n, n)
+        eta, weight = gauss(self.order + 1)
+        g, dg = width_functions(self.order, eta)
+        g = np.stack([g, dg / self.width])
+        Z = np.einsum("azj,bzl->abjl", g * (weight * self.width)[:, None], g).reshape(4, self.order, -1)
+        systems = []
+        for groups in self._classes:
+            rows = [[_kronecker(S, Z, a, b, j, l) for b, l in groups] for a, j in groups]
+            K = np.block(rows)
+            systems.append(Ritz(K, len(K)))
+        return systems
 
     @property
     def condition(self) -> float:
         """Largest condition number of the scaled blocks."""
         return max(ritz.condition for ritz in self.ritz)
 
-    def functional(self, x: ArrayLike, s: float, y: ArrayLike, direction: ArrayLike) -> NDArray:
+    def functional(self, x: ArrayLike, s: float, y: ArrayLike, direction: NDArray) -> NDArray:
         """Displacement along ``direction`` (…, 3), components θ, R, z, at (x, s, y): rows (…, n)."""
         x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
         g, _ = width_functions(self.order, y / self.width)
@@ -105,3 +116,10 @@ class Solid:
             involved = np.flatnonzero(rows.any(axis=1))
             total[np.ix_(involved, involved)] += ritz.compliance(rows[involved])
         return total
+
+
+def _kronecker(S: NDArray, Z: NDArray, a: NDArray, b: NDArray, j: NDArray, l: NDArray) -> NDArray:
+    """Σ S[a, b] ⊗ Z[j, l] over the derivatives along the axis, stacked along the first axis of S and Z."""
+    part, across = S[:, a[:, None], b].reshape(4, -1), Z[:, j[:, None], l].reshape(4, -1)
+    product = (part.T @ across).reshape(len(a), len(b), len(j), len(l))
+    return product.transpose(0, 2, 1, 3).reshape(len(a) * len(j), -1)

@@ -150,8 +150,9 @@ class SolidTooth:
         return self._rows(self.gear.base_radius / np.cos(gamma), functions, gamma, 0.0)
 
     def _rows(self, R: NDArray, functions: NDArray, angle: NDArray, s: float) -> NDArray:
-        """∫ φ_a(R) n · u dR, (p, 3, n_s, n_x), n at ``angle`` to the direction θ, inclined by β_b out of the section."""
+        """∫ φ_a(R) n · u dR, (p, 3, n_s, n_x); n at ``angle`` to θ, inclined out of the section by β_b."""
         cos_b, sin_b = math.cos(self.gear.beta_b), math.sin(self.gear.beta_b)
         normal = np.stack([-np.cos(angle) * cos_b, -np.sin(angle) * cos_b, np.full(R.shape, sin_b)])
         values = self.solid.section.values(R - self.gear.root_radius, s)
-        return np.einsum("ga,cg,gki->acki", functions, normal, values, optimize=True)
+        rows = functions.T @ (normal[:, :, None] * values.reshape(len(R), -1))
+        return rows.swapaxes(0, 1).reshape(-1, 3, *values.shape[1:])
