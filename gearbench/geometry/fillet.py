@@ -26,7 +26,7 @@ class Fillet:
     rack
         The generating rack (normal section).
     teeth, pitch_radius
-        Number of teeth z and pitch radius r [mm] of the gear.
+        Number of teeth z (of a virtual gear: any number) and pitch radius r [mm] of the gear.
     shift
         Profile shift x·m_n [mm].
     beta
@@ -34,7 +34,7 @@ class Fillet:
     """
 
     rack: Rack
-    teeth: int
+    teeth: float
     pitch_radius: float
     shift: float
     beta: float

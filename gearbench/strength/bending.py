@@ -1,0 +1,132 @@
+"""Nominal tooth-root stress by ISO 6336-3:2019, method B, on the generated fillet.
+
+σ_F0 = F_t / (b m_n) · Y_F Y_S Y_β Y_B Y_DT, with F_t = 2000 T/d at the reference circle. The application, dynamic and
+load distribution factors K are taken as 1: the stress is that of the nominal load, evenly spread over the face.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+from gearbench.geometry.pair import Pair
+from gearbench.strength.section import VirtualTooth
+
+#: Y_S is fitted for notch parameters in this range; outside it the norm takes the nearer end.
+NOTCH_RANGE = (1.0, 8.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RootBending:
+    """Factors of the root stress of one gear of a pair.
+
+    Parameters
+    ----------
+    pair
+        The gear pair.
+    member
+        0 pinion, 1 wheel.
+    load_at
+        "single_contact": method B, load at the outer point of single pair contact of the virtual spur gear (for
+        ε_αn ≥ 2 the same formula gives the inner point of triple contact, as in the norm); "tip": method C, load at
+        the tip, with the contact ratio factor Y_ε = 0.25 + 0.75/ε_αn instead of f_ε.
+    """
+
+    pair: Pair
+    member: Literal[0, 1]
+    load_at: Literal["single_contact", "tip"] = "single_contact"
+
+    @cached_property
+    def tooth(self) -> VirtualTooth:
+        """The virtual spur tooth."""
+        return VirtualTooth(gear=self.pair.gears[self.member])
+
+    @cached_property
+    def virtual_contact_ratio(self) -> float:
+        """ε_αn = ε_α / cos²β_b."""
+        return self.pair.transverse_contact_ratio / math.cos(self.pair.base_helix_angle) ** 2
+
+    @cached_property
+    def load_radius(self) -> float:
+        """Radius r_en of the circle through the point of load of the virtual gear [mm]."""
+        tooth, gear = self.tooth, self.tooth.gear
+        if self.load_at == "tip":
+            return tooth.tip_radius
+        # a gear whose ε_αn is below 1 carries single load up to its tip
+        back = math.pi * gear.normal_module * math.cos(gear.alpha_n) * max(self.virtual_contact_ratio - 1, 0.0)
+        roll = math.sqrt(max(tooth.tip_radius**2 - tooth.base_radius**2, 0.0))
+        return math.hypot(tooth.base_radius, max(roll - back, 0.0))
+
+    @cached_property
+    def _lever(self) -> tuple[float, float]:
+        return self.tooth.lever(self.load_radius)
+
+    @property
+    def form_factor(self) -> float:
+        """Y_F = 6 (h_F/m_n) cos α_Fn / ((s_Fn/m_n)² cos α_n) · f_ε; without f_ε for the load at the tip."""
+        (h_F, alpha_F), section, gear = self._lever, self.tooth.section, self.tooth.gear
+        m_n, s_Fn = gear.normal_module, section.chord
+        Y_F = 6 * h_F / m_n * math.cos(alpha_F) / ((s_Fn / m_n) ** 2 * math.cos(gear.alpha_n))
+        return Y_F * (self.load_distribution_factor if self.load_at == "single_contact" else 1.0)
+
+    @property
+    def load_distribution_factor(self) -> float:
+        """f_ε, the share of the load that the overlap leaves on the tooth."""
+        eps_b, eps_an = self.pair.overlap_ratio, self.virtual_contact_ratio
+        if eps_b >= 1:
+            return eps_an**-0.5
+        if eps_b == 0:
+            return 1.0 if eps_an < 2 else 0.7
+        single = 1 - eps_b if eps_an < 2 else (1 - eps_b) / 2
+        return math.sqrt(single + eps_b / eps_an)
+
+    @property
+    def notch_parameter(self) -> float:
+        """q_s = s_Fn / (2 ρ_F), before it is limited to the range of the fit."""
+        return self.tooth.section.chord / (2 * self.tooth.section.radius)
+
+    @property
+    def stress_correction(self) -> float:
+        """Y_S = (1.2 + 0.13 L) q_s^(1/(1.21 + 2.3/L)), L = s_Fn/h_F, 1 ≤ q_s < 8."""
+        L = self.tooth.section.chord / self._lever[0]
+        q_s = min(max(self.notch_parameter, NOTCH_RANGE[0]), NOTCH_RANGE[1])
+        return (1.2 + 0.13 * L) * q_s ** (1 / (1.21 + 2.3 / L))
+
+    @property
+    def helix_factor(self) -> float:
+        """Y_β = (1 − ε_β β/120°) / cos³β, with at most ε_β = 1 and β = 30°."""
+        beta = min(self.pair.helix_angle, 30.0)
+        return (1 - min(self.pair.overlap_ratio, 1.0) * beta / 120) / math.cos(math.radians(beta)) ** 3
+
+    @property
+    def rim_factor(self) -> float:
+        """Y_B: 1 for a solid body; with a bore and a rim s_R < 1.2 h_t, 1.6 ln(2.242 h_t/s_R).
+
+        The norm advises against s_R ≤ 0.5 h_t; the formula is continued there.
+        """
+        bore = (self.pair.pinion, self.pair.wheel)[self.member].bore_diameter
+        gear = self.tooth.gear
+        if bore is None:
+            return 1.0
+        rim = gear.root_radius - bore / 2
+        if rim <= 0:
+            return math.inf
+        return max(1.0, 1.6 * math.log(2.242 * gear.tooth_height / rim)) if rim < 1.2 * gear.tooth_height else 1.0
+
+    @property
+    def contact_ratio_factor(self) -> float:
+        """Y_ε = 0.25 + 0.75/ε_αn of the load at the tip; 1 for method B."""
+        return 1.0 if self.load_at == "single_contact" else 0.25 + 0.75 / max(self.virtual_contact_ratio, 1.0)
+
+    def stress(self, torque: float) -> float:
+        """σ_F0 [MPa] under ``torque`` [N·m] on the pinion.
+
+        Y_DT = 1: what is below 1 needs gears of ISO class 4 or better with a trapezoidal load distribution.
+        """
+        pinion = self.pair.gears[0]
+        F_t = 1e3 * torque / pinion.pitch_radius
+        b, m_n = self.pair.face_width, self.pair.normal_module
+        Y = self.form_factor * self.stress_correction * self.helix_factor * self.rim_factor * self.contact_ratio_factor
+        return F_t / (b * m_n) * Y
