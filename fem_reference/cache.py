@@ -64,11 +64,15 @@ def digest(body: Body, material: Material, *settings: Any) -> str:
 @cache
 def code_version() -> str:
     """Hash of the sources that determine a result, and of the libraries that mesh and discretise."""
+    import gearbench.compliance
     import gearbench.geometry
 
-    here, geometry = Path(__file__).parent, Path(next(iter(gearbench.geometry.__path__)))
+    folders = [
+        Path(__file__).parent,
+        *(Path(next(iter(p.__path__))) for p in (gearbench.geometry, gearbench.compliance)),
+    ]
     total = hashlib.sha256()
-    for source in sorted([*here.glob("*.py"), *geometry.glob("*.py")]):
+    for source in sorted(source for folder in folders for source in folder.glob("*.py")):
         total.update(source.name.encode() + source.read_bytes())
     for package in ("gmsh", "scikit-fem", "numpy"):
         try:

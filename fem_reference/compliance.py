@@ -3,7 +3,7 @@
 Compliance c(P, Q) [mm/N] is the displacement along the inward normal at P due to a unit force along the inward normal
 at Q. Two displacements are taken: at the loaded surface, and on the centre line of the tooth below the point
 (``Flank.below``). The compression of the material between flank and centre line is left to the contact law, see
-``fem_reference.contact``.
+``gearbench.compliance.local``.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
-from fem_reference.contact import local_compliance
 from fem_reference.elasticity import Lame, Points, free_dofs, surface_points
 from fem_reference.flank import Flank, Legendre
 from fem_reference.locate import interior_points
 from fem_reference.section import on_tooth
 from fem_reference.solver import solve
 from fem_reference.tooth_mesh import ToothMesh
+from gearbench.compliance.local import half_space_compression
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
 
@@ -197,7 +197,8 @@ def flank_compliance(
     ----------
     separation
         "half_space": displacement of the flank surface less the compression of the half-space down to the centre
-        line (``fem_reference.contact``); symmetric, and with the contact law it gives back the surface displacement.
+        line (``gearbench.compliance.local``); symmetric, and with the contact law it gives back the surface
+        displacement.
         "centre_line": displacement on the centre line below the point, made symmetric by averaging.
     """
     basis = Legendre(gear=tooth.body.gear, order=order)
@@ -206,7 +207,7 @@ def flank_compliance(
     teeth = range(-n, n + 1)
     if separation == "half_space":
         raw = np.array([solution.surface(basis, d) for d in teeth])
-        raw[n] -= local_compliance(basis, material)
+        raw[n] -= half_space_compression(tooth.body.gear, material.E, material.nu, order, points=24)
     else:
         R, y, weight = basis.quadrature()
         shapes = basis(R, y) * weight[:, None]

@@ -34,11 +34,6 @@ class Flank:
         gear = self.gear
         return 2 * math.pi * self.d / gear.teeth + y * math.tan(gear.beta) / gear.pitch_radius
 
-    def _load_angle(self, R: NDArray) -> NDArray:
-        """γ = α_R − ψ(R) between the line of action and the perpendicular to the tooth's centre line [rad]."""
-        gear = self.gear
-        return np.arccos(np.clip(gear.base_radius / R, 0.0, 1.0)) - gear.involute_half_angle(R)
-
     def _space(self, u: NDArray, v: NDArray, y: NDArray) -> NDArray:
         """Vectors with components u (across), v (along the centre line) at y, in Cartesian coordinates."""
         c, s = np.cos(self._turn(y)), np.sin(self._turn(y))
@@ -51,7 +46,7 @@ class Flank:
 
     def normal(self, R: NDArray, y: NDArray) -> NDArray:
         """Inward normals (…, 3), inclined by β_b to the transverse plane."""
-        gamma, beta_b = self._load_angle(R), self.gear.beta_b
+        gamma, beta_b = self.gear.load_angle(R), self.gear.beta_b
         across = math.cos(beta_b) * self._space(-np.cos(gamma), -np.sin(gamma), y)
         return np.concatenate([across, np.full(y.shape, math.sin(beta_b))[..., None]], axis=-1)
 
@@ -60,7 +55,7 @@ class Flank:
 
         Its radius is r_b / cos γ: a rigid motion in the transverse plane moves both ends of that line alike.
         """
-        radius = self.gear.base_radius / np.cos(self._load_angle(R))
+        radius = self.gear.base_radius / np.cos(self.gear.load_angle(R))
         return np.concatenate([self._space(np.zeros_like(radius), radius, y), y[..., None]], axis=-1)
 
     def beside(self, R: NDArray, y: NDArray) -> NDArray:

@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 
 from fem_reference.blocks import Cells
 from fem_reference.compliance import FlankCompliance, flank_compliance
-from fem_reference.contact import depth
 from fem_reference.section import Body
 from fem_reference.tooth_mesh import ToothMesh, tooth_mesh
 from gearbench.errors import GearbenchError
@@ -78,7 +77,7 @@ def default_order(gear: Gear) -> tuple[int, int]:
     centre line, below which the smooth compliance has nothing left.
     """
     middle = np.array([0.5 * (gear.form_radius + gear.tip_radius)])
-    return 5, int(np.clip(math.ceil(gear.face_width / float(depth(gear, middle)[0])), 5, 40))
+    return 5, int(np.clip(math.ceil(gear.face_width / float(gear.flank_depth(middle)[0])), 5, 40))
 
 
 def refined_compliance(

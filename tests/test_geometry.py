@@ -299,3 +299,10 @@ def test_lengths_scale(scale):
     assert_allclose(b.u, scale * a.u, rtol=1e-11)
     assert_allclose(b.length, scale * a.length, rtol=1e-10)
     assert large.profile_shifts == pytest.approx(pair.profile_shifts, abs=1e-11)
+
+
+def test_tooth_that_undercut_cuts_off_is_refused():
+    """Three teeth without shift just keep a neck; with a negative shift they are cut through."""
+    assert 0 < gear(teeth=3).neck < gear(teeth=4).neck
+    with pytest.raises(InputError, match="cuts the tooth off"):
+        gear(teeth=3, x=-0.2)

@@ -26,13 +26,6 @@ from gearbench.geometry.gear import Gear
 _WAVES, _TAIL = 3, 30
 
 
-def depth(gear: Gear, radius: NDArray) -> NDArray:
-    """Depth t [mm] from the flank at R to the tooth's centre line, along the line of action, normal section."""
-    psi = gear.involute_half_angle(radius)
-    load_angle = np.arccos(np.clip(gear.base_radius / radius, 0.0, 1.0)) - psi
-    return radius * np.sin(psi) / np.cos(load_angle) * math.cos(gear.beta_b)
-
-
 def compression(E: float, nu: float, k: NDArray, r: NDArray, t: NDArray) -> NDArray:
     """ĝ_k(r) between the surface and the depth t [mm²/N]; k ≥ 0 [1/mm] along the first axis, r and t [mm]."""
     from scipy.special import k0, k1
@@ -82,7 +75,7 @@ def _projected_waves(gear: Gear, E: float, nu: float, p: int, waves: int, points
     area = np.concatenate(list(np.abs(spans) * jacobian), axis=1)
     # arc length of the involute (R² − r_b²)/2r_b, shortened across the inclined generators
     r = np.abs(other - R[:, None]) * (other + R[:, None]) / (2 * gear.base_radius) * math.cos(gear.beta_b)
-    t = np.sqrt(depth(gear, R)[:, None] * depth(gear, other))
+    t = np.sqrt(gear.flank_depth(R)[:, None] * gear.flank_depth(other))
     g = compression(E, nu, np.arange(waves) * math.pi / gear.face_width, r, t)
     left = flank_functions(p, R, low, high) * weight[:, None]
     right = flank_functions(p, other, low, high) * area[..., None]

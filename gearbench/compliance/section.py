@@ -88,7 +88,7 @@ class Section:
     @cached_property
     def _nodes(self) -> tuple[NDArray, NDArray, NDArray, NDArray]:
         """Quadrature in x: nodes, weights, e and e′ there, (node,)."""
-        points = self.order[1] + 7
+        points = self.order[1] + 12
         xi, weight = height_quadrature(points, [x / self.height for x in self.breaks])
         x = xi * self.height
         e = np.broadcast_to(np.asarray(self.half_width(x), dtype=float), x.shape)

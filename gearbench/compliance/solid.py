@@ -72,7 +72,8 @@ class Solid:
         members = [np.flatnonzero(kind == k) for k in range(4)]
         axis = [np.arange(parity, self.order, 2) for parity in range(2)]
         parts = [[(members[2 * b], axis[p]), (members[2 * b + 1], axis[1 - p])] for b in range(2) for p in range(2)]
-        return [parts[0] + parts[3], parts[1] + parts[2]] if self.section.screw else parts
+        classes = [parts[0] + parts[3], parts[1] + parts[2]] if self.section.screw else parts
+        return [groups for groups in classes if any(len(a) * len(j) for a, j in groups)]
 
     @cached_property
     def blocks(self) -> Sequence[NDArray]:
@@ -122,4 +123,4 @@ def _kronecker(S: NDArray, Z: NDArray, a: NDArray, b: NDArray, j: NDArray, l: ND
     """Σ S[a, b] ⊗ Z[j, l] over the derivatives along the axis, stacked along the first axis of S and Z."""
     part, across = S[:, a[:, None], b].reshape(4, -1), Z[:, j[:, None], l].reshape(4, -1)
     product = (part.T @ across).reshape(len(a), len(b), len(j), len(l))
-    return product.transpose(0, 2, 1, 3).reshape(len(a) * len(j), -1)
+    return product.transpose(0, 2, 1, 3).reshape(len(a) * len(j), len(b) * len(l))

@@ -135,7 +135,7 @@ class SolidTooth:
         p = self.flank_order[0]
         R, weight = gauss(self.order[1] + p + 4, gear.form_radius, gear.tip_radius)
         functions = flank_functions(p, R, gear.form_radius, gear.tip_radius) * weight[:, None]
-        return R, functions, np.arccos(np.clip(gear.base_radius / R, 0.0, 1.0)) - gear.involute_half_angle(R)
+        return R, functions, gear.load_angle(R)
 
     @property
     def _flank_rows(self) -> NDArray:

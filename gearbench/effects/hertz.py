@@ -6,12 +6,10 @@ import math
 from typing import ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import ComplianceEffect, LineLaw
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import STRICT
 
 
@@ -46,17 +44,7 @@ class Hertz(ComplianceEffect):
         rho = lines.u * (lines.pair.tangent_length - lines.u) / lines.pair.tangent_length / cos_b
         # at an interference point ρ = 0 and the logarithm is infinite: no segment centre sees less than this
         rho = np.maximum(rho, 1e-9 * lines.pair.tangent_length)
-        t1, t2 = (_depth(gear, r) * cos_b for gear, r in zip(lines.pair.gears, lines.radii, strict=True))
+        t1, t2 = (gear.flank_depth(r) for gear, r in zip(lines.pair.gears, lines.radii, strict=True))
         # ln(2√(t1 t2)/a_H) = ½ ln(4 t1 t2 / (2cρ)) − ½ ln q, since a_H² = 2cρq
         a = c * (0.5 * np.log(2 * t1 * t2 / (c * rho)) - nu / (2 * (1 - nu)))
         return LineLaw(a=a, h=np.full(lines.shape, c / 2))
-
-
-def _depth(gear: Gear, radius: NDArray) -> NDArray:
-    """Depth t from the flank at R to the tooth's centre line along the transverse line of action [mm].
-
-    The normal of the flank meets the centre line under the load angle γ = α_R − ψ(R).
-    """
-    psi = gear.involute_half_angle(radius)
-    load_angle = np.arccos(np.clip(gear.base_radius / radius, 0.0, 1.0)) - psi
-    return radius * np.sin(psi) / np.cos(load_angle)

@@ -77,7 +77,7 @@ def normal_component(gear: Gear, radius: NDArray) -> NDArray:
     Load angle γ = α_R − ψ(R) in the transverse plane; out of it the flank normal is inclined by β_b and the mid-plane
     by its helix angle β(R): cos γ cos β_b cos β(R) + sin β_b sin β(R).
     """
-    gamma = np.arccos(np.clip(gear.base_radius / radius, 0.0, 1.0)) - gear.involute_half_angle(radius)
+    gamma = gear.load_angle(radius)
     helix = np.arctan(radius * math.tan(gear.beta) / gear.pitch_radius)
     return np.cos(gamma) * math.cos(gear.beta_b) * np.cos(helix) + math.sin(gear.beta_b) * np.sin(helix)
 

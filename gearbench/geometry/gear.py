@@ -14,6 +14,9 @@ from gearbench.geometry.fillet import Fillet
 from gearbench.geometry.involute import inv
 from gearbench.geometry.rack import Rack
 
+#: Thinnest neck that undercut may leave [modules]: below it the tooth is cut off.
+THINNEST_NECK = 0.01
+
 
 @dataclass(frozen=True, kw_only=True)
 class Gear:
@@ -33,7 +36,8 @@ class Gear:
     Raises
     ------
     InputError
-        If such a gear cannot be generated: rack tip pointed, tooth pointed below the tip circle, no involute left.
+        If such a gear cannot be generated: rack tip pointed, tooth pointed below the tip circle, no involute left,
+        tooth cut off by undercut.
     """
 
     teeth: int
@@ -50,13 +54,19 @@ class Gear:
         if self.root_radius <= 0:
             raise InputError("dedendum", self.dedendum, f"root radius {self.root_radius:.4g} mm must be positive")
         if not self.fillet.is_monotone():
-            raise InputError("profile_shift", self.profile_shift, "the rack tip must stay below the pitch circle")
+            allowed = "must differ from the dedendum where the rack tip is sharp (no root fillet)"
+            raise InputError("profile_shift", self.profile_shift, allowed)
+        if self._half_angle_at_base <= 0:
+            limit = -(math.pi / 2 + self.teeth * inv(self.alpha_t)) / (2 * math.tan(self.alpha_n))
+            raise InputError("profile_shift", self.profile_shift, f"must be above {limit:.4g} (no tooth left)")
         if self.tip_radius <= self.form_radius:
             what = f"tip radius {self.tip_radius:.4g} mm must exceed the form radius {self.form_radius:.4g} mm"
             raise InputError("addendum", self.addendum, f"{what} (no involute left)")
         if self.involute_half_angle(self.tip_radius) <= 0:
             limit = (self.pointed_radius - self.pitch_radius) / self.normal_module - self.profile_shift
             raise InputError("addendum", self.addendum, f"pointed tip: must be below {limit:.4g}")
+        if self.neck < THINNEST_NECK * self.normal_module:
+            raise InputError("teeth", self.teeth, "undercut cuts the tooth off: needs more teeth or profile shift")
 
     # -- angles [rad] and sizes [mm] --------------------------------------------------------------------------------
     @cached_property
@@ -146,6 +156,12 @@ class Gear:
         return max(float(self.fillet.radius(self._fillet_end)), self.base_radius)
 
     @cached_property
+    def neck(self) -> float:
+        """Smallest transverse tooth thickness of the fillet [mm]; undercut makes it thinner than the flank above."""
+        phi = np.linspace(0.0, self._fillet_end, 257)
+        return float(np.min(2 * self.fillet.radius(phi) * self.fillet.half_angle(phi)))
+
+    @cached_property
     def pointed_radius(self) -> float:
         """Radius at which the two flanks of a tooth meet [mm]."""
         from gearbench.geometry.involute import inverse_involute
@@ -164,6 +180,17 @@ class Gear:
         r_b = self.base_radius
         tan = np.sqrt(np.maximum((radius - r_b) * (radius + r_b), 0.0)) / r_b
         return self._half_angle_at_base - (tan - np.arctan(tan))
+
+    def load_angle(self, radius: ArrayLike) -> NDArray:
+        """Load angle γ = α_R − ψ(R) [rad] between the line of action at R and the normal of the centre line."""
+        radius = np.asarray(radius, dtype=float)
+        return np.arccos(np.clip(self.base_radius / radius, 0.0, 1.0)) - self.involute_half_angle(radius)
+
+    def flank_depth(self, radius: ArrayLike) -> NDArray:
+        """Depth t [mm] from the flank at R to the tooth's centre line along the line of action, normal section."""
+        radius = np.asarray(radius, dtype=float)
+        psi = self.involute_half_angle(radius)
+        return radius * np.sin(psi) / np.cos(self.load_angle(radius)) * math.cos(self.beta_b)
 
     def half_angle(self, radius: ArrayLike) -> NDArray:
         """Half tooth-thickness angle ψ [rad] of flank and generated fillet at radius R [mm], r_f ≤ R ≤ r_a."""

@@ -289,7 +289,8 @@ class Pair:
     def phases_at(self, places: Iterable[float]) -> tuple[float, ...]:
         """Mesh phases in [0, 1) at which an end of the face (y = 0 or y = b) passes one of the ``places`` u [mm]."""
         turns = [(u - self.path_start) / self.base_pitch for u in places]
-        return tuple(sorted({x % 1.0 for t in turns for x in (t, t - self.overlap_ratio)}))
+        # twice, because −1e-17 % 1.0 is 1.0
+        return tuple(sorted({x % 1.0 % 1.0 for t in turns for x in (t, t - self.overlap_ratio)}))
 
     def swapped(self) -> Pair:
         """The same pair with the wheel driving: pinion and wheel exchanged."""

@@ -49,7 +49,7 @@ class Rack:
         if limit < 0:
             deepest = math.pi / 4 / math.tan(self.alpha)
             raise InputError("dedendum", self.dedendum / self.module, f"must be below {deepest:.4g} (pointed rack tip)")
-        if self.fillet > limit * (1 + 1e-12) + 1e-300:
+        if self.fillet > limit + 1e-12 * self.module:
             radius, most = self.fillet / self.module, limit / self.module
             raise InputError("fillet_radius", radius, f"must be at most {most:.4g} (fully rounded rack tip)")
 

@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+import math
+
+import numpy as np
 import pytest
 
 from gearbench.geometry.gear import Gear
@@ -50,3 +53,14 @@ def gear(teeth: int, width: float = 4.0, helix: float = 0.0, shift: float = 0.0,
         dedendum=1.25,
         fillet_radius=fillet,
     )
+
+
+@pytest.fixture(scope="session")
+def law():
+    """Compression of one steel tooth per unit line load [mm²/N] at depth t and half-width a: Weber & Banaschek 1953."""
+
+    def compression(t: np.ndarray | float, half_width: float) -> np.ndarray:
+        E, nu = STEEL.E, STEEL.nu
+        return 2 * (1 - nu**2) / (math.pi * E) * (np.log(2 * np.asarray(t) / half_width) - nu / (2 * (1 - nu)))
+
+    return compression

@@ -1,0 +1,110 @@
+"""Compression below the flank against half-space solutions and the contact law it stands for."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.integrate import quad
+
+from fem_reference.flank import Flank
+from gearbench.compliance.local import compression, flank_functions, half_space_compression
+from gearbench.compliance.solid_tooth import SolidTooth
+from gearbench.geometry.gear import Gear
+
+E, NU = 210e3, 0.3
+FLAT = (1 - NU**2) / (math.pi * E)
+
+
+def gear(helix=0.0) -> Gear:
+    return Gear(
+        teeth=25, normal_module=2.0, pressure_angle=20.0, helix_angle=helix, face_width=12.0,
+        profile_shift=0.1, addendum=1.0, dedendum=1.25, fillet_radius=0.38,
+    )  # fmt: skip
+
+
+def boussinesq(rho: float, z: float) -> float:
+    """Displacement along a unit point force on a half-space, at depth z below a surface point at distance ρ."""
+    R = math.hypot(rho, z)
+    return (1 + NU) / (2 * math.pi * E) * (z**2 / R**3 + 2 * (1 - NU) / R)
+
+
+@pytest.mark.parametrize(("k", "r", "t"), [(0.3, 0.5, 1.2), (1.0, 0.1, 2.0), (2.5, 1.0, 0.4)])
+def test_wave_is_boussinesq_s_solution_integrated_along_the_line(k, r, t):
+    def difference(y):
+        rho = math.hypot(r, y)
+        return boussinesq(rho, 0.0) - boussinesq(rho, t)
+
+    exact = 2 * quad(difference, 0, np.inf, weight="cos", wvar=k, epsabs=1e-16, limlst=200)[0]
+    found = compression(E, NU, np.array([k]), np.array(r), np.array(t))[0]
+    assert_allclose(found, exact, rtol=1e-6)  # of the quadrature
+
+
+def test_even_line_load_is_the_limit_of_long_waves():
+    r, t = np.array([0.2, 1.0]), np.array([1.5, 0.7])
+    g = compression(E, NU, np.array([0.0, 1e-6]), r, t)
+    assert_allclose(g[0], g[1], rtol=1e-9)
+
+
+def test_even_line_load_under_hertz_s_pressure_is_weber_banaschek_s_law():
+    """2(1−ν²)/(πE) [ln(2t/a) − ν/(2(1−ν))] below the middle of a narrow strip of half-width a."""
+    a, t = 0.01, 1.7
+
+    def part(v):  # r = a v
+        return 2 / math.pi * math.sqrt(1 - v * v) * compression(E, NU, np.array([0.0]), np.array(a * v), np.array(t))[0]
+
+    found = 2 * quad(part, 0, 1)[0]
+    # the law is for a ≪ t: (a/t)² is left out
+    assert_allclose(found, 2 * FLAT * (math.log(2 * t / a) - NU / (2 * (1 - NU))), rtol=1e-4)
+
+
+@pytest.mark.parametrize("helix", [0.0, 25.0])
+def test_depth_is_the_way_from_the_flank_to_the_centre_line(helix):
+    """Along the line of action from the point of the flank, in Cartesian coordinates; cos β_b of it counts."""
+    g = gear(helix)
+    flank, R = Flank(g), np.linspace(g.form_radius * 1.001, g.tip_radius, 50)
+    y = np.zeros_like(R)
+    way = flank.position(R, y) - flank.below(R, y)
+    assert_allclose(g.flank_depth(R), np.linalg.norm(way, axis=1) * math.cos(g.beta_b), rtol=1e-12)
+
+
+@pytest.mark.parametrize("helix", [0.0, 25.0])
+def test_projection_is_what_its_resolution_says(helix):
+    """Default points and waves against many more: 2e-3; symmetric and positive."""
+    coarse = half_space_compression(gear(helix), E, NU, (4, 5))
+    fine = half_space_compression(gear(helix), E, NU, (4, 5), points=60)
+    assert np.linalg.norm(coarse - fine) < 2e-3 * np.linalg.norm(fine)
+    assert_allclose(coarse, coarse.T, rtol=0, atol=1e-14 * coarse.max())
+    assert np.linalg.eigvalsh(coarse).min() > 0
+
+
+def test_even_load_alone_needs_no_waves():
+    """One function across the width: only the plane part, as a double integral over the height."""
+    g = gear()
+    low, high = g.form_radius, g.tip_radius
+
+    def inner(R):
+        def part(other):
+            r = abs(other - R) * (other + R) / (2 * g.base_radius)
+            t = math.sqrt(float(g.flank_depth(np.array(R))) * float(g.flank_depth(np.array(other))))
+            return float(compression(E, NU, np.array([0.0]), np.array(r), np.array(t))[0])
+
+        return quad(part, low, R, limit=200)[0] + quad(part, R, high, limit=200)[0]
+
+    exact = quad(inner, low, high, epsrel=1e-6)[0] / (high - low)
+    assert_allclose(half_space_compression(g, E, NU, (1, 1))[0, 0], exact, rtol=2e-3)
+
+
+def test_flank_functions_are_orthonormal_and_constant_outside():
+    R, w = np.polynomial.legendre.leggauss(12)
+    R, w = 3 + R, w
+    f = flank_functions(5, R, 2.0, 4.0)
+    assert_allclose(f.T @ (w[:, None] * f), np.eye(5), rtol=0, atol=1e-13)
+    assert_allclose(
+        flank_functions(5, np.array([1.0, 9.0]), 2.0, 4.0), flank_functions(5, np.array([2.0, 4.0]), 2.0, 4.0)
+    )
+
+
+def test_smooth_and_local_part_make_the_flank():
+    smooth, flank = (SolidTooth(gear=gear(), E=E, nu=NU, measured_at=m).matrix for m in ("smooth", "flank"))
+    assert_allclose(smooth + half_space_compression(gear(), E, NU, (5, 5)), flank, rtol=0, atol=1e-14 * flank.max())
