@@ -225,6 +225,16 @@ def test_quadrature_in_height_integrates_square_roots_at_the_root_and_kinks_at_b
     assert_allclose(w @ np.abs(x - 0.3), (0.3**2 + 0.7**2) / 2, rtol=1e-14)
 
 
+@pytest.mark.parametrize("base", [0.4, 0.0, -1e-3, -0.2])
+def test_quadrature_in_height_is_exact_where_the_involute_begins(base):
+    """ψ ~ (R − r_b)^{3/2} above the base circle, inside the tooth or just below its root."""
+    x, w = height_quadrature(20, [base], [base])
+    power = np.where(x > base, np.maximum(x - base, 0.0) ** 1.5, 0.0)
+    exact = ((1 - base) ** 2.5 - max(-base, 0.0) ** 2.5) / 2.5
+    assert_allclose(w @ power, exact, rtol=1e-13)
+    assert_allclose(w @ np.maximum(x - base, 0.0) ** 15, ((1 - base) ** 16 - max(-base, 0.0) ** 16) / 16, rtol=1e-13)
+
+
 def test_ritz_is_the_inverse_of_any_positive_definite_matrix():
     rng = np.random.default_rng(3)
     a = rng.normal(size=(9, 9))

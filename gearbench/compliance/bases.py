@@ -7,6 +7,7 @@ functions are Legendre polynomials, scaled likewise. Sources: Szabó & Babuška,
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from functools import lru_cache
 from itertools import pairwise
@@ -57,17 +58,25 @@ def _leggauss(points: int) -> tuple[NDArray, NDArray]:
     return t, w
 
 
-def height_quadrature(points: int, breaks: Iterable[float] = ()) -> tuple[NDArray, NDArray]:
+def height_quadrature(
+    points: int, breaks: Iterable[float] = (), branches: Iterable[float] = (0.0,)
+) -> tuple[NDArray, NDArray]:
     """Nodes and weights on ξ ∈ [0, 1], one Gauss panel between ``breaks``.
 
-    The panel at the root is mapped by ξ = c t²: a generated fillet meets the root circle tangentially, so that the
-    thickness grows like √ξ there, which is smooth in t.
+    ``branches``: places c where the thickness grows like a power of √(ξ − c): the root circle, which a generated fillet
+    meets tangentially, and the base circle, where the involute begins, inside [0, 1] or below it. A panel above one is
+    mapped by ξ = c + t², in which the thickness is smooth.
     """
-    edges = [0.0, *sorted(x for x in breaks if 1e-6 < x < 1 - 1e-6), 1.0]
-    t, w = gauss(points)
-    nodes, weights = [edges[1] * t**2], [edges[1] * 2 * t * w]
-    for start, stop in pairwise(edges[1:]):
-        x, v = gauss(points, start, stop)
+    inside = [x for x in breaks if 1e-6 < x < 1 - 1e-6]
+    nodes, weights = [], []
+    for start, stop in pairwise([0.0, *sorted(inside), 1.0]):
+        below = [c for c in branches if c <= start + 1e-6]
+        if below:
+            origin = min(max(below), start)
+            t, w = gauss(points, math.sqrt(start - origin), math.sqrt(stop - origin))
+            x, w = origin + t**2, 2 * t * w
+        else:
+            x, w = gauss(points, start, stop)
         nodes.append(x)
-        weights.append(v)
+        weights.append(w)
     return np.concatenate(nodes), np.concatenate(weights)

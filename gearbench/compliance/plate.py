@@ -41,6 +41,8 @@ class PlateTooth:
         "paper" (9 unknowns) or (p, q), numbers of functions along height and width of each field.
     breaks
         Heights [mm] at which h has a kink.
+    branches
+        Heights [mm] above which h is smooth in the square root of the distance, see ``height_quadrature``.
     """
 
     height: float
@@ -50,6 +52,7 @@ class PlateTooth:
     nu: float
     basis: Literal["paper"] | tuple[int, int] = "paper"
     breaks: tuple[float, ...] = ()
+    branches: tuple[float, ...] = (0.0,)
 
     @cached_property
     def pairs(self) -> NDArray:
@@ -98,7 +101,9 @@ class PlateTooth:
         """∫ f_i⁽ᵃ⁾ f_k⁽ᵇ⁾ D dx, the same with κGh, and ∫ g_j⁽ᵃ⁾ g_l⁽ᵇ⁾ dy, for all pairs of functions, (2, 2, n, n)."""
         i, j = self.pairs.T
         E, nu, H, b = self.E, self.nu, self.height, self.width
-        xi, weight = height_quadrature(i.max() + 16, [x / H for x in self.breaks])
+        # on a panel mapped by a square the integrand has twice the degree
+        count = 2 * i.max() + 20
+        xi, weight = height_quadrature(count, [x / H for x in self.breaks], [x / H for x in self.branches])
         h = np.broadcast_to(self.thickness(xi * H), xi.shape)
         bending, shear = E * h**3 / (12 * (1 - nu**2)), SHEAR_FACTOR * E / (2 * (1 + nu)) * h
         f = np.stack(height_functions(i.max() + 1, xi))

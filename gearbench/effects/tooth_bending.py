@@ -85,6 +85,8 @@ def normal_component(gear: Gear, radius: NDArray) -> NDArray:
 @lru_cache(maxsize=256)
 def plate_tooth(gear: Gear, material: Material, order: tuple[int, int] | None, fillet: bool) -> PlateTooth:
     """Plate of a gear's tooth; kept, because micro-geometry and errors do not change it."""
+    # the involute starts at the base circle like (R − r_b)^{3/2}; a fillet leaves the root circle like √(R − r_f)
+    base, junction = gear.base_radius - gear.root_radius, gear.form_radius - gear.root_radius
     return PlateTooth(
         height=gear.tooth_height,
         width=gear.face_width,
@@ -92,5 +94,6 @@ def plate_tooth(gear: Gear, material: Material, order: tuple[int, int] | None, f
         E=material.E,
         nu=material.nu,
         basis=order or "paper",
-        breaks=(gear.form_radius - gear.root_radius, gear.base_radius - gear.root_radius),
+        breaks=(junction, base) if fillet else (base,),
+        branches=(0.0, max(base, 0.0)) if fillet else (base,),
     )
