@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,21 +30,23 @@ def solve(problem: ContactProblem) -> ContactSolution:
     ConvergenceError
         If a residual stays above 1e-9.
     """
-    p = problem
+    # from the smallest gap on: gaps of a million deflections would otherwise leave no digits to the deflection
+    least = np.min(np.where(problem.active, problem.gap, np.inf), axis=1)
+    p = replace(problem, gap=problem.gap - least[:, None])
     if p.a.any() or p.h.any():
         force, delta, stiffness, steps = _newton(p)
     else:
         from gearbench.contact.dense import solve_dense
 
         force, delta, stiffness, steps = solve_dense(p)
-    complementarity = complementarity_residual(problem, force, delta)
+    complementarity = complementarity_residual(p, force, delta)
     equilibrium = np.abs(force.sum(axis=1) - 1)
     worst = float(np.max(np.maximum(complementarity, equilibrium)))
     if not worst <= RESIDUAL_LIMIT:
         raise ConvergenceError(f"contact not solved: residual {worst:.1e} after {int(steps.max())} Newton steps")
     return ContactSolution(
         force=p.force * force.reshape(p.shape),
-        approach=p.length_scale * delta,
+        approach=p.length_scale * (delta + least),
         stiffness=p.force / p.length_scale * stiffness,
         equilibrium=equilibrium,
         least_force=force.min(axis=1),
