@@ -20,7 +20,7 @@ LAYERS = (
     ("scene", "scene_file"),
     ("contact",),
     ("cycle", "outputs", "provenance", "results", "simulation", "library"),
-    ("robustness", "strength"),
+    ("robustness", "strength", "exchange"),
     ("plotting", "plan", "doctor"),
     ("cli", "__main__"),
 )

@@ -9,6 +9,7 @@ import typer
 
 from gearbench.cli.doctor import doctor
 from gearbench.cli.plan import plan
+from gearbench.cli.rexs import rexs
 from gearbench.cli.robust import robust
 from gearbench.cli.simulate import simulate
 from gearbench.errors import GearbenchError, InputError
@@ -22,7 +23,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Static transmission error and mesh stiffness of involute gear pairs, and how robust they are.",
 )
-for command in (simulate, robust, plan, doctor):
+for command in (simulate, robust, plan, rexs, doctor):
     app.command()(command)
 
 

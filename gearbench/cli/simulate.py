@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
-from gearbench.cli.options import Json, Output, Plots, Quiet, SceneFile, plot_folder
+from gearbench.cli.options import Json, Output, Plots, Quiet, plot_folder
+from gearbench.cli.rexs import AnyFile, LoadCase, StageName, Torque, load_any
 
 
 def simulate(
-    scene: SceneFile, output: Output = None, plots: Plots = None, quiet: Quiet = False, json: Json = False
+    scene: AnyFile,
+    output: Output = None,
+    plots: Plots = None,
+    stage: StageName = None,
+    torque: Torque = None,
+    load_case: LoadCase = None,
+    quiet: Quiet = False,
+    json: Json = False,
 ) -> None:
     """Static transmission error and mesh stiffness of SCENE over a mesh cycle.
 
     Example: gearbench simulate examples/case1.toml -o case1.nc --plots plots
+
+    A stage of a REXS file: gearbench simulate gearbox.rexs --stage 2 -o stage2.nc
     """
     from gearbench.cli import summary
     from gearbench.results import check_target, save
-    from gearbench.scene_file import load_scene
     from gearbench.simulation import simulate as run
 
-    loaded = load_scene(scene)
+    loaded, notes = load_any(scene, stage, torque, load_case)
     if output is not None:
         check_target(output)
     folder = plot_folder(plots)
@@ -39,5 +48,5 @@ def simulate(
         ("computing time", f"{1e3 * dataset.attrs['wall_time_s']:.1f}", "ms"),
     ]
     summary.print_table(summary.pair_line(loaded), rows)
-    for path in written:
-        print(f"wrote {path}")
+    for line in (*(f"note: {note}" for note in notes), *(f"wrote {path}" for path in written)):
+        print(line)

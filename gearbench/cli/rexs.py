@@ -1,0 +1,179 @@
+"""``gearbench rexs``, and scenes from either kind of file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gearbench.cli.options import Json, Quiet
+
+if TYPE_CHECKING:
+    from gearbench.exchange.rexs import Stage
+    from gearbench.exchange.rexs_document import RexsDocument
+    from gearbench.scene import Scene
+
+AnyFile = Annotated[
+    Path, typer.Argument(metavar="SCENE", help="Scene file (TOML), or a REXS file.", show_default=False)
+]
+RexsFile = Annotated[Path, typer.Argument(metavar="FILE", help="REXS file (.rexs, .rexsz).", show_default=False)]
+StageName = Annotated[
+    str | None, typer.Option("--stage", metavar="N", help="Stage of a REXS file: its number in the list, or its id.")
+]
+Torque = Annotated[
+    float | None,
+    typer.Option(metavar="T", help="Torque on the driving gear of a REXS stage [N·m], instead of the file's."),
+]
+LoadCase = Annotated[int | None, typer.Option(metavar="N", help="Load case of a REXS file; the first by default.")]
+SceneOut = Annotated[
+    tuple[str, Path] | None, typer.Option("--scene", metavar="N OUT.toml", help="Write stage N as a scene file.")
+]
+Written = Annotated[
+    tuple[Path, Path] | None,
+    typer.Option("--write", metavar="RESULT.nc OUT.rexs", help="Copy FILE with the results of --stage N in it."),
+]
+
+
+def load_any(
+    path: Path, stage: str | None = None, torque: float | None = None, load_case: int | None = None
+) -> tuple[Scene, tuple[str, ...]]:
+    """Scene of a TOML file or of a stage of a REXS file, and notes on what was assumed for it.
+
+    Raises
+    ------
+    InputError
+        If there is none, or an option for REXS files is given with a TOML file.
+    """
+    from gearbench.errors import InputError
+    from gearbench.exchange.rexs_document import is_rexs
+
+    if is_rexs(path):
+        from gearbench.exchange.rexs import find_stage, scene_of, stage_scene
+        from gearbench.exchange.rexs_document import read_rexs
+
+        document = read_rexs(path)
+        found = stage_scene(document, find_stage(document, stage), torque=torque, load_case=load_case)
+        return scene_of(document, found), found.notes
+    from gearbench.scene_file import load_scene
+
+    for name, value in (("stage", stage), ("torque", torque), ("load-case", load_case)):
+        if value is not None:
+            raise InputError(f"--{name}", value, "only for REXS files: a scene file says so itself", str(path))
+    return load_scene(path), ()
+
+
+def rexs(
+    file: RexsFile,
+    scene: SceneOut = None,
+    stage: StageName = None,
+    write: Written = None,
+    torque: Torque = None,
+    load_case: LoadCase = None,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """List the stages of a REXS FILE, write one as a scene file, or write results back into a copy.
+
+    Example: gearbench rexs gearbox.rexs, then gearbench simulate gearbox.rexs --stage 2 -o stage2.nc
+    """
+    from gearbench.exchange.rexs_document import read_rexs
+
+    document = read_rexs(file)
+    done: list[str] = []
+    if scene is not None:
+        done += _write_scene(document, *scene, torque, load_case)
+    if write is not None:
+        from gearbench.exchange.rexs import find_stage
+        from gearbench.exchange.rexs_results import write_results
+        from gearbench.results import load
+
+        written = write_results(document, find_stage(document, stage), load(write[0]), write[1])
+        done.append(f"wrote {written}")
+    if scene is None and write is None:
+        _list(document, torque, load_case, json=json)
+    elif not quiet:
+        print("\n".join(done))
+
+
+def _write_scene(
+    document: RexsDocument, stage: str, target: Path, torque: float | None, load_case: int | None
+) -> list[str]:
+    from gearbench.exchange.rexs import find_stage, scene_of, stage_scene
+    from gearbench.results import check_target
+
+    check_target(target)
+    found = stage_scene(document, find_stage(document, stage), torque=torque, load_case=load_case)
+    text = scene_of(document, found).to_toml()
+    remarks = "".join(f"# {note}\n" for note in found.notes)
+    target.write_text(f"# from {document.path.name}, REXS {document.version}\n{remarks}{text}", encoding="utf-8")
+    return [*(f"note: {note}" for note in found.notes), f"wrote {target}"]
+
+
+def _list(document: RexsDocument, torque: float | None, load_case: int | None, *, json: bool) -> None:
+    from gearbench.exchange.rexs import stages
+
+    rows = [_row(document, stage, torque, load_case) for stage in stages(document)]
+    if json:
+        import json as writer
+
+        print(writer.dumps({"file": str(document.path), "version": document.version, "stages": rows}, indent=2))
+        return
+    from rich.console import Console
+    from rich.table import Table
+
+    title = f"{document.path.name}, REXS {document.version}"
+    table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
+    for name, heading in _COLUMNS.items():
+        table.add_column(heading, justify="left" if name == "name" else "right", no_wrap=True)
+    for row in rows:
+        table.add_row(*(_shown(row.get(name)) for name in _COLUMNS))
+    console = Console(soft_wrap=True)
+    console.print(table)
+    for row in rows:
+        for note in row["notes"]:
+            console.print(f"stage {row['stage']}: {note}", markup=False, highlight=False)
+
+
+#: Column of the list → its heading.
+_COLUMNS = {
+    "stage": "stage",
+    "id": "id",
+    "name": "name",
+    "teeth": "z",
+    "module": "m_n mm",
+    "helix": "β °",
+    "face_width": "b mm",
+    "distance": "a′ mm",
+    "torque": "T N·m",
+    "ε_α": "ε_α",
+    "ε_β": "ε_β",
+}
+
+
+def _shown(value: object) -> str:
+    return "–" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _row(document: RexsDocument, stage: Stage, torque: float | None, load_case: int | None) -> dict[str, Any]:
+    """One stage of the list; what keeps it from being simulated is said in its notes."""
+    from gearbench.errors import InputError
+    from gearbench.exchange.rexs import pair_of, stage_scene
+
+    row = {"stage": stage.number, "id": stage.component.id, "name": stage.component.name, "notes": []}
+    try:
+        found = stage_scene(document, stage, torque=torque, load_case=load_case)
+        pair = pair_of(document, found)
+    except InputError as error:
+        return row | {"notes": [str(error)]}
+    return row | {
+        "teeth": f"{pair.pinion.teeth}/{pair.wheel.teeth}",
+        "module": pair.normal_module,
+        "helix": pair.helix_angle,
+        "face_width": pair.face_width,
+        "distance": pair.centre_distance,
+        "torque": found.tables.get("load", {}).get("torque"),
+        "ε_α": pair.transverse_contact_ratio,
+        "ε_β": pair.overlap_ratio,
+        "notes": list(found.notes),
+    }

@@ -1,0 +1,277 @@
+"""Gear pairs from REXS files: which stages there are, and a stage as a scene.
+
+What a scene needs and a file may leave out is either derived (profile shifts from the centre distance), or assumed and
+said so (basic rack ISO 53 A, steel), or required (the rest). Flank modifications in the file are not read.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gearbench.errors import InputError
+from gearbench.exchange.rexs_document import Component, RexsDocument, read_rexs
+from gearbench.exchange.rexs_gear import RexsGear, read_gear, read_material
+from gearbench.exchange.rexs_torque import Drive, check_case, drives
+from gearbench.exchange.rexs_units import LENGTH
+from gearbench.geometry.involute import inv
+from gearbench.geometry.pair import Pair
+from gearbench.geometry.rack import STANDARD_FILLET_RADIUS
+from gearbench.scene import Scene
+from gearbench.scene_file import parse_scene, validate
+
+#: What a stage is simulated with, unless its scene file is written and changed.
+EFFECTS: dict[str, dict[str, Any]] = {
+    "tooth_bending": {"order": [5, 5], "fillet": True, "load": "component"},
+    "hertz": {},
+}
+#: Profile shifts that overlap by less than this [normal modules] are rounded, not wrong.
+ROUNDING = 1e-3
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A cylindrical stage of a file: its place in the list (from 1), the stage and its two gears, ``gear_1`` first."""
+
+    number: int
+    component: Component
+    gears: tuple[Component, Component]
+
+
+@dataclass(frozen=True)
+class StageScene:
+    """A stage as the tables of a scene file, and what was assumed, derived or left out for it."""
+
+    stage: Stage
+    tables: dict[str, Any]
+    notes: tuple[str, ...]
+
+
+def stages(document: RexsDocument) -> tuple[Stage, ...]:
+    """Cylindrical stages with two gears, in file order.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    found = []
+    for relation in document.relations:
+        if relation.kind != "stage":
+            continue
+        names, first, second = (relation.ids(role) for role in ("stage", "gear_1", "gear_2"))
+        if not (len(names) == len(first) == len(second) == 1):
+            continue
+        stage, one, two = (document.components[ids[0]] for ids in (names, first, second))
+        if stage.kind == "cylindrical_stage":
+            found.append(Stage(len(found) + 1, stage, (one, two)))
+    if not found:
+        raise InputError("relations", "no cylindrical stage", "must hold one with two gears", str(document.path))
+    return tuple(found)
+
+
+def find_stage(document: RexsDocument, wanted: str | int | None) -> Stage:
+    """The stage with a number from the list ("2"), else with that id; "id:37" is an id in any case.
+
+    Raises
+    ------
+    InputError
+        If there is no such stage, or there are several and none is asked for.
+    """
+    all_stages = stages(document)
+    known = ", ".join(f"{stage.number} (id {stage.component.id})" for stage in all_stages)
+    if wanted is None:
+        if len(all_stages) == 1:
+            return all_stages[0]
+        raise InputError("stage", "missing", f"choose one of {known}", str(document.path))
+    text = str(wanted)
+    for stage in () if text.startswith("id:") else all_stages:
+        if text == str(stage.number):
+            return stage
+    for stage in all_stages:
+        if text.removeprefix("id:") == str(stage.component.id):
+            return stage
+    raise InputError("stage", text, f"must be one of {known}", str(document.path))
+
+
+def load_rexs(
+    path: str | Path, stage: str | int | None = None, *, torque: float | None = None, load_case: int | None = None
+) -> Scene:
+    """Scene of a stage of a REXS file.
+
+    Parameters
+    ----------
+    path
+        ``.rexs`` or ``.rexsz``, versions 1.0 to 1.7.
+    stage
+        Its number in the list of stages, from 1, or its id; may be left out where there is only one.
+    torque
+        On the driving gear [N·m]; from the file's loads where absent.
+    load_case
+        Number of the load case that is read; the first where absent.
+
+    Raises
+    ------
+    InputError
+        Naming file, component and attribute.
+    """
+    document = read_rexs(path)
+    return scene_of(document, stage_scene(document, find_stage(document, stage), torque=torque, load_case=load_case))
+
+
+def scene_of(document: RexsDocument, found: StageScene) -> Scene:
+    """The scene of a stage; faults name file and stage."""
+    if "load" not in found.tables:
+        drive = "its torque does not follow from the external loads: give it (--torque)"
+        raise InputError(f"component {found.stage.component.id}.torque", "missing", drive, str(document.path))
+    try:
+        return parse_scene(found.tables)
+    except InputError as error:
+        raise error.within(f"stage {found.stage.number}").in_file(str(document.path)) from None
+
+
+def pair_of(document: RexsDocument, found: StageScene) -> Pair:
+    """The pair of a stage, which needs no torque; faults name file and stage."""
+    try:
+        return validate(Pair, found.tables["pair"])
+    except InputError as error:
+        raise error.within(f"stage {found.stage.number}.pair").in_file(str(document.path)) from None
+
+
+def stage_scene(
+    document: RexsDocument, stage: Stage, *, torque: float | None = None, load_case: int | None = None
+) -> StageScene:
+    """Tables of a scene file for ``stage``; without ``[load]`` where no torque is known.
+
+    Raises
+    ------
+    InputError
+        Naming file, component and attribute.
+    """
+    try:
+        return _stage_scene(document, stage, torque, load_case)
+    except InputError as error:
+        raise error.in_file(str(document.path)) from None
+
+
+def _stage_scene(document: RexsDocument, stage: Stage, torque: float | None, load_case: int | None) -> StageScene:
+    notes: list[str] = []
+    drive = drives(document, check_case(document, load_case)).get(stage.component.id)
+    gears = _driver_first(stage, drive)
+    pinion, wheel = (read_gear(document, gear) for gear in gears)
+    _check_mates(pinion, wheel)
+    centre_distance = document.require(stage.component, "center_distance", LENGTH)
+    pair: dict[str, Any] = {
+        "normal_module": pinion.normal_module,
+        "pressure_angle": pinion.pressure_angle,
+        "helix_angle": abs(pinion.helix_angle),
+        "face_width": min(pinion.face_width, wheel.face_width),
+        "centre_distance": centre_distance,
+    }
+    given = _profile_shifts(pinion, wheel, centre_distance, notes)
+    shifts = _all_shifts(given, _shift_sum(pinion, wheel, centre_distance))
+    for name, gear, own, x in zip(("pinion", "wheel"), (pinion, wheel), given, shifts, strict=True):
+        pair[name] = _member(gear, own, x)
+    _note_rack((pinion, wheel), (pair["pinion"], pair["wheel"]), notes)
+    pair["material"] = _material(document, gears, notes)
+    _note_modifications(document, notes)
+    name = f"{document.path.name.split('.rexs')[0]} stage {stage.number}"
+    tables: dict[str, Any] = {"name": name, "pair": pair, "effects": {k: dict(v) for k, v in EFFECTS.items()}}
+    if torque is not None:
+        tables["load"] = {"torque": float(torque)}
+    elif drive is not None:
+        tables["load"] = {"torque": drive.torque}
+    return StageScene(stage, tables, tuple(notes))
+
+
+def _driver_first(stage: Stage, drive: Drive | None) -> tuple[Component, Component]:
+    one, two = stage.gears
+    return (two, one) if drive is not None and drive.gear == two.id else (one, two)
+
+
+def _check_mates(one: RexsGear, two: RexsGear) -> None:
+    """Refuse gears that cannot mesh on parallel axes."""
+    key = f"{two.component.label}"
+    mate = one.component.label
+    if not math.isclose(one.normal_module, two.normal_module, rel_tol=1e-6):
+        raise InputError(f"{key}.normal_module", two.normal_module, f"must be that of {mate}, {one.normal_module:g}")
+    if not math.isclose(one.pressure_angle, two.pressure_angle, rel_tol=1e-6):
+        raise InputError(f"{key}.normal_pressure_angle", two.pressure_angle, f"must be that of {mate}")
+    if not math.isclose(one.helix_angle, -two.helix_angle, rel_tol=1e-6, abs_tol=1e-9):
+        allowed = f"must be opposite to that of {mate}, {one.helix_angle:g}°"
+        raise InputError(f"{key}.helix_angle_reference_diameter", two.helix_angle, allowed)
+
+
+def _shift_sum(one: RexsGear, two: RexsGear, centre_distance: float) -> float:
+    """x_1 + x_2 without backlash, (z_1 + z_2)(inv α_wt − inv α_t)/(2 tan α_n). Source: ISO 21771."""
+    z, beta = one.teeth + two.teeth, math.radians(one.helix_angle)
+    alpha_n = math.radians(one.pressure_angle)
+    alpha_t = math.atan(math.tan(alpha_n) / math.cos(beta))
+    cos_w = one.normal_module * z / (2 * math.cos(beta)) * math.cos(alpha_t) / centre_distance
+    if cos_w >= 1:
+        return 0.0  # the pair itself refuses such a distance
+    return z * (inv(math.acos(cos_w)) - inv(alpha_t)) / (2 * math.tan(alpha_n))
+
+
+def _profile_shifts(
+    one: RexsGear, two: RexsGear, centre_distance: float, notes: list[str]
+) -> tuple[float | None, float | None]:
+    """Profile shifts as the file gives them; the wheel's is left to be derived where rounding makes teeth overlap."""
+    x1, x2 = one.profile_shift, two.profile_shift
+    if x1 is None or x2 is None:
+        missing = [g.component.label for g, x in ((one, x1), (two, x2)) if x is None]
+        notes.append(f"profile shift of {' and '.join(missing)} derived from the centre distance, without backlash")
+        return x1, x2
+    excess = x1 + x2 - _shift_sum(one, two, centre_distance)
+    if not 0 < excess <= ROUNDING:
+        return x1, x2
+    notes.append(
+        f"profile shift of {two.component.label} derived from the centre distance: the two given are rounded, "
+        f"their sum {excess:.1e} above the one without backlash"
+    )
+    return x1, None
+
+
+def _all_shifts(given: tuple[float | None, float | None], total: float) -> tuple[float, float]:
+    x1, x2 = given
+    if x1 is None and x2 is None:
+        return total / 2, total / 2
+    return (total - (x2 or 0.0) if x1 is None else x1), (total - (x1 or 0.0) if x2 is None else x2)
+
+
+def _member(gear: RexsGear, own: float | None, x: float) -> dict[str, Any]:
+    """Table of one gear; what the file leaves out is left to the defaults of the scene, ISO 53 A."""
+    sizes = {
+        "profile_shift": own,
+        "addendum": gear.addendum(x),
+        "dedendum": gear.dedendum(x),
+        "fillet_radius": gear.fillet_radius,
+    }
+    return {"teeth": gear.teeth} | {name: value for name, value in sizes.items() if value is not None}
+
+
+def _note_rack(gears: tuple[RexsGear, ...], members: tuple[dict[str, Any], ...], notes: list[str]) -> None:
+    for name, default in (("addendum", 1.0), ("dedendum", 1.25), ("fillet radius", STANDARD_FILLET_RADIUS)):
+        key = name.replace(" ", "_")
+        without = [gear.component.label for gear, member in zip(gears, members, strict=True) if key not in member]
+        if without:
+            notes.append(f"{name} of {' and '.join(without)} not in the file: {default} m_n assumed (ISO 53 A)")
+
+
+def _material(document: RexsDocument, gears: tuple[Component, Component], notes: list[str]) -> dict[str, float]:
+    found = [read_material(document, gear) for gear in gears]
+    known = [material for material in found if material is not None]
+    if not known:
+        notes.append("material not in the file: steel, 210 GPa, 0.3, assumed")
+        return {"youngs_modulus": 210.0, "poisson_ratio": 0.3}
+    if any(material != known[0] for material in known):
+        raise InputError(f"{gears[1].label}.material", f"{known[1][0]:g} GPa", "must be that of its mate")
+    return {"youngs_modulus": known[0][0], "poisson_ratio": known[0][1]}
+
+
+def _note_modifications(document: RexsDocument, notes: list[str]) -> None:
+    kinds = sorted({c.kind for c in document.components.values() if "modification" in c.kind or "deviation" in c.kind})
+    if kinds:
+        notes.append(f"not read: {', '.join(kinds)}")

@@ -1,0 +1,143 @@
+"""One gear of a REXS model: its sizes, wherever the file gives them, in the units of a scene."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from gearbench.errors import InputError
+from gearbench.exchange.rexs_document import Component, RexsDocument
+from gearbench.exchange.rexs_units import ANGLE, LENGTH, MODULUS, NUMBER, Dimension
+
+
+@dataclass(frozen=True, kw_only=True)
+class RexsGear:
+    """What a file says of a cylindrical gear; None where it says nothing.
+
+    Parameters
+    ----------
+    component
+        The gear.
+    teeth
+        z.
+    normal_module, face_width
+        m_n and b [mm].
+    pressure_angle, helix_angle
+        α_n and β [°], β > 0 right-handed.
+    profile_shift, addendum_coefficient, dedendum_coefficient, fillet_radius
+        x, h_aP*, tool addendum h_aP0* = h_f* and tool tip radius ρ_aP0* [normal modules].
+    tip_radius, root_radius
+        r_a and r_f [mm].
+    """
+
+    component: Component
+    teeth: int
+    normal_module: float
+    face_width: float
+    pressure_angle: float
+    helix_angle: float
+    profile_shift: float | None
+    addendum_coefficient: float | None
+    dedendum_coefficient: float | None
+    fillet_radius: float | None
+    tip_radius: float | None
+    root_radius: float | None
+
+    def addendum(self, profile_shift: float) -> float | None:
+        """h_a* = (r_a − r)/m_n − x, from the tip circle before the basic profile; None where neither is given."""
+        if self.tip_radius is None:
+            return self.addendum_coefficient
+        return (self.tip_radius - self._pitch_radius) / self.normal_module - profile_shift
+
+    def dedendum(self, profile_shift: float) -> float | None:
+        """h_f* = x − (r_f − r)/m_n, from the root circle before the tool's profile; None where neither is given."""
+        if self.root_radius is None:
+            return self.dedendum_coefficient
+        return profile_shift - (self.root_radius - self._pitch_radius) / self.normal_module
+
+    @property
+    def _pitch_radius(self) -> float:
+        return self.normal_module * self.teeth / (2 * math.cos(math.radians(self.helix_angle)))
+
+
+def read_gear(document: RexsDocument, component: Component) -> RexsGear:
+    """Sizes of a cylindrical gear, from the gear itself, its flanks and its tools.
+
+    Raises
+    ------
+    InputError
+        Naming component and attribute: what is missing, no number, in an unknown unit, or different on both flanks.
+    """
+    if component.kind != "cylindrical_gear":
+        raise InputError(component.label, component.kind, "must be an external cylindrical gear")
+    teeth = document.require(component, "number_of_teeth", NUMBER)
+    if teeth != int(teeth) or teeth <= 0:
+        raise InputError(f"{component.label}.number_of_teeth", teeth, "must be a positive whole number (external gear)")
+    source = _Source(document, component)
+    m = document.require(component, "normal_module", LENGTH)
+    alpha = source.value("normal_pressure_angle", ANGLE)
+    if alpha is None:
+        raise InputError(f"{component.label}.normal_pressure_angle", "missing", "is required, here or on its flanks")
+    tip, root = (document.number(component, name, LENGTH) for name in ("tip_diameter", "root_diameter"))
+    return RexsGear(
+        component=component,
+        teeth=int(teeth),
+        normal_module=m,
+        face_width=document.require(component, "face_width", LENGTH),
+        pressure_angle=alpha,
+        helix_angle=document.require(component, "helix_angle_reference_diameter", ANGLE),
+        profile_shift=source.coefficient("addendum_modification_coefficient", "addendum_modification", m),
+        addendum_coefficient=source.coefficient("addendum_coefficient_basic_profile", "addendum_basic_profile", m),
+        dedendum_coefficient=source.coefficient(
+            "addendum_coefficient_reference_profile", "addendum_reference_profile", m
+        ),
+        fillet_radius=source.coefficient("tip_radius_factor", "tip_radius", m),
+        tip_radius=None if tip is None else tip / 2,
+        root_radius=None if root is None else root / 2,
+    )
+
+
+@dataclass(frozen=True)
+class _Source:
+    """Where a gear's attributes may stand: on itself, its left and right flank, the tools that made it."""
+
+    document: RexsDocument
+    gear: Component
+
+    def _components(self) -> list[Component]:
+        flanks = [
+            flank for side in ("left", "right") for flank in self.document.related("flank", "gear", self.gear.id, side)
+        ]
+        tools = self.document.related("manufacturing_step", "workpiece", self.gear.id, "tool")
+        return [self.gear, *flanks, *tools]
+
+    def value(self, name: str, dimension: Dimension) -> float | None:
+        """The one value of an attribute; both flanks must agree on it."""
+        values = {c.label: self.document.number(c, name, dimension) for c in self._components()}
+        given = {label: value for label, value in values.items() if value is not None}
+        first = next(iter(given.values()), None)
+        for label, value in given.items():
+            if first is not None and not math.isclose(value, first, rel_tol=1e-6, abs_tol=1e-9):
+                others = ", ".join(f"{v:g} on {k}" for k, v in given.items() if k != label)
+                raise InputError(f"{label}.{name}", value, f"must be the same on both flanks and tools ({others})")
+        return first
+
+    def coefficient(self, factor: str, length: str, module: float) -> float | None:
+        """A length in normal modules, given as that or in mm."""
+        value = self.value(factor, NUMBER)
+        if value is not None:
+            return value
+        value = self.value(length, LENGTH)
+        return None if value is None else value / module
+
+
+def read_material(document: RexsDocument, gear: Component) -> tuple[float, float] | None:
+    """Young's modulus [GPa] and Poisson's ratio of the material referenced by a gear or its shaft; None without."""
+    shafts = document.related("assembly", "part", gear.id, "assembly")
+    for owner in (gear, *shafts):
+        for material in document.related("reference", "origin", owner.id, "referenced"):
+            modulus = document.number(material, "elastic_modulus", MODULUS)
+            ratio = document.number(material, "poisson_ratio", NUMBER)
+            if material.kind == "material" and modulus is not None:
+                return modulus, 0.3 if ratio is None else ratio
+    return None

@@ -1,0 +1,121 @@
+"""Results of a stage written back into a copy of its REXS file.
+
+REXS 1.5 has two attributes for a curve over the mesh cycle: ``meshing_stiffness_characteristic`` [N / mm], the mesh
+stiffness at each mesh position, and ``rotational_meshing_position`` [deg]; older versions have none. What a version has
+no attribute for is written as a custom attribute, its name beginning with ``custom_gearbench_``, as the standard provides.
+"""
+
+from __future__ import annotations
+
+import tomllib
+import zipfile
+from collections.abc import Iterable
+from copy import deepcopy
+from pathlib import Path
+from typing import TYPE_CHECKING
+from xml.etree.ElementTree import Element, SubElement, tostring
+
+from gearbench.errors import InputError
+from gearbench.exchange.rexs import Stage
+from gearbench.exchange.rexs_document import PACKED, RexsDocument, children
+from gearbench.results import check_target
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+CUSTOM = "custom_gearbench_"
+#: First minor version with attributes for curves over the mesh cycle.
+CURVES_SINCE = 5
+
+
+def write_results(document: RexsDocument, stage: Stage, dataset: xr.Dataset, target: str | Path) -> Path:
+    """Write a copy of ``document`` with the mesh stiffness and transmission error of ``stage`` in it.
+
+    Parameters
+    ----------
+    document, stage
+        The model and its stage.
+    dataset
+        Result of ``simulate`` for that stage.
+    target
+        ``.rexs`` or ``.rexsz``.
+
+    Raises
+    ------
+    InputError
+        If the Dataset is no simulation of that stage, or the target cannot be written.
+    """
+    target = check_target(target)
+    if "mesh_stiffness" not in dataset or "mesh_phase" not in dataset.coords:
+        raise InputError("mesh_stiffness", "missing", "the result must come from gearbench simulate")
+    teeth = _driving_teeth(document, stage, dataset)
+    root = deepcopy(document.root)
+    space = root.tag.rpartition("model")[0]
+    element = next(
+        component
+        for group in children(root, "components")
+        for component in children(group, "component")
+        if component.get("id") == str(stage.component.id)
+    )
+    degrees = "deg" if document.version >= "1.4" else "°"
+    own = "" if int(document.version.split(".")[1]) >= CURVES_SINCE else CUSTOM
+    curves = (
+        (f"{own}rotational_meshing_position", degrees, 360 / teeth * dataset["mesh_phase"].values),
+        (f"{own}meshing_stiffness_characteristic", "N / mm", 1e3 * dataset["mesh_stiffness"].values),
+        (f"{CUSTOM}static_transmission_error", "mum", dataset["transmission_error"].values),
+        (f"{CUSTOM}phase_weight", "none", dataset["phase_weight"].values),
+    )
+    for name, unit, values in curves:
+        _set(element, space, name, unit, [repr(float(value)) for value in values])
+    _set(element, space, f"{CUSTOM}scene_sha256", "none", dataset.attrs["scene_sha256"])
+    _set(element, space, f"{CUSTOM}versions", "none", dataset.attrs["versions"])
+    return _write(root, target)
+
+
+def _driving_teeth(document: RexsDocument, stage: Stage, dataset: xr.Dataset) -> int:
+    """Teeth of the driving gear; a result of another pair is refused."""
+    pair = tomllib.loads(dataset.attrs["scene"])["pair"]
+    found = [pair["pinion"]["teeth"], pair["wheel"]["teeth"]]
+    expected = [document.text(gear, "number_of_teeth") for gear in stage.gears]
+    own = sorted(int(float(text[0])) for text in expected if text is not None)
+    if sorted(found) != own:
+        raise InputError("result", "/".join(map(str, found)), f"must have the teeth of stage {stage.number}, {own}")
+    return found[0]
+
+
+def _set(element: Element, space: str, name: str, unit: str, value: str | Iterable[str]) -> None:
+    """Set an attribute of a component, in the indentation of the file."""
+    for old in [child for child in children(element, "attribute") if child.get("id") == name]:
+        element.remove(old)
+    indent = "\n      "
+    if len(element):
+        element[-1].tail = indent
+    else:
+        element.text = indent
+    attribute = SubElement(element, f"{space}attribute", {"id": name, "unit": unit})
+    attribute.tail = "\n    "
+    if isinstance(value, str):
+        attribute.text = value
+        return
+    attribute.text = f"{indent}  "
+    array = SubElement(attribute, f"{space}array")
+    array.text, array.tail = f"{indent}    ", indent
+    for item in value:
+        cell = SubElement(array, f"{space}c")
+        cell.text, cell.tail = item, f"{indent}    "
+    array[-1].tail = f"{indent}  "
+
+
+def _write(root: Element, target: Path) -> Path:
+    text = tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
+    part = target.with_name(f".{target.name}.part")
+    try:
+        if target.name.lower().endswith(PACKED):
+            with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
+                archive.writestr(f"{target.name.split('.')[0]}.rexs", text)
+        else:
+            part.write_bytes(text)
+        part.replace(target)
+    finally:
+        part.unlink(missing_ok=True)
+    return target

@@ -1,0 +1,118 @@
+"""Torque on every stage of a REXS model, from the one external load that defines it, along the shafts.
+
+Losses are not counted. Where a shaft carries several further stages, or a further load that takes torque, the share of
+each is not known: from there on there is no torque, and the stage needs one given.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gearbench.errors import InputError
+from gearbench.exchange.rexs_document import Component, RexsDocument
+from gearbench.exchange.rexs_units import NUMBER, SPEED, TORQUE
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Which gear of a stage drives, and the torque on it [N·m]."""
+
+    gear: int
+    torque: float
+
+
+@dataclass(frozen=True)
+class _Load:
+    shaft: int
+    component: Component
+    torque: float
+    drives: bool
+
+
+def drives(document: RexsDocument, case: int | None = None) -> dict[int, Drive]:
+    """Driving gear and torque of each stage that one defined torque determines, by the stage's number.
+
+    Power flows in where torque and speed of the shaft have the same sign, or the speed is not given; else out.
+
+    Raises
+    ------
+    InputError
+        If a torque, speed or number of teeth is no number or has an unknown unit.
+    """
+    load = _defining_load(document, case)
+    if load is None:
+        return {}
+    found: dict[int, Drive] = {}
+    shaft, torque, visited = load.shaft, load.torque, set[int]()
+    while True:
+        ways = [(stage, gear) for gear in _gears_on(document, shaft) for stage in _stages_of(document, gear)]
+        ways = [(stage, gear) for stage, gear in ways if stage not in visited]
+        taken = any(other.shaft == shaft for other in _loads(document, case) if other.component is not load.component)
+        if len(ways) != 1 or (taken and ways):
+            return found
+        (stage, near) = ways[0]
+        gears = [ref for relation in document.relations if relation.kind == "stage" and stage in relation.ids("stage")
+                 for role in ("gear_1", "gear_2") for ref in relation.ids(role)]  # fmt: skip
+        far = next((gear for gear in gears if gear != near), None)
+        teeth = [
+            document.number(document.components[g], "number_of_teeth", NUMBER) for g in (near, far) if g is not None
+        ]
+        if len(teeth) != 2 or not teeth[0] or not teeth[1] or far is None:
+            return found
+        beyond = torque * abs(teeth[1] / teeth[0])
+        found[stage] = Drive(near, torque) if load.drives else Drive(far, beyond)
+        visited.add(stage)
+        shafts = document.related("assembly", "part", far, "assembly")
+        if len(shafts) != 1:
+            return found
+        shaft, torque = shafts[0].id, beyond
+
+
+def _defining_load(document: RexsDocument, case: int | None) -> _Load | None:
+    """The load that defines the torque: the one that says so, else the only one that has a torque."""
+    loads = [load for load in _loads(document, case) if load.torque != 0]
+    defining = [load for load in loads if _true(document, load.component, "defines_torque", case)]
+    chosen = defining or loads
+    return chosen[0] if len(chosen) == 1 else None
+
+
+def _loads(document: RexsDocument, case: int | None) -> list[_Load]:
+    """External loads that transmit torque, on their shafts."""
+    loads = []
+    for component in document.of_kind("external_load"):
+        torque = document.number(component, "torque_around_u_axis", TORQUE, case) or 0.0
+        if torque == 0 and not _true(document, component, "transmits_torque", case):
+            continue
+        for shaft in document.related("assembly", "part", component.id, "assembly"):
+            speed = document.number(shaft, "rotational_speed", SPEED, case) or 0.0
+            loads.append(_Load(shaft.id, component, abs(torque), torque * speed >= 0))
+    return loads
+
+
+def _true(document: RexsDocument, component: Component, name: str, case: int | None) -> bool:
+    found = document.text(component, name, case)
+    return found is not None and found[0].lower() == "true"
+
+
+def _gears_on(document: RexsDocument, shaft: int) -> list[int]:
+    parts = document.related("assembly", "assembly", shaft, "part")
+    return [part.id for part in parts if part.kind in {"cylindrical_gear", "bevel_gear", "ring_gear", "worm_gear"}]
+
+
+def _stages_of(document: RexsDocument, gear: int) -> list[int]:
+    roles = ("gear_1", "gear_2")
+    return [stage.id for role in roles for stage in document.related("stage", role, gear, "stage")]
+
+
+def check_case(document: RexsDocument, case: int | None) -> int | None:
+    """Load case to read: the one asked for, else the first of the file; None where it has none.
+
+    Raises
+    ------
+    InputError
+        If the file has no such load case.
+    """
+    if case is not None and case not in document.load_cases:
+        known = ", ".join(map(str, document.load_cases)) or "none"
+        raise InputError("load_case", case, f"load cases in this file: {known}")
+    return next(iter(document.load_cases), None) if case is None else case
