@@ -56,7 +56,7 @@ def read_toml(path: Path) -> dict[str, Any]:
 
 
 def parse_scene(tables: Mapping[str, Any]) -> Scene:
-    """Scene from nested tables (as read from TOML).
+    """Scene from nested tables (as read from TOML); a table may also be the object it describes.
 
     Raises
     ------
@@ -78,6 +78,8 @@ def parse_scene(tables: Mapping[str, Any]) -> Scene:
 
 
 def _parse_table(key: str, kind: type[T], table: Any) -> T:
+    if isinstance(table, kind):
+        return table
     if not isinstance(table, Mapping):
         raise InputError(key, table, f"must be a table: [{key}]")
     try:

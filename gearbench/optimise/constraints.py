@@ -1,0 +1,57 @@
+"""Quantities that a study may limit, and how far a design is from its limits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+from gearbench.optimise.study import Limit
+from gearbench.scene import Scene
+
+
+def _sliding(scene: Scene) -> float:
+    return max(abs(zeta) for gear in scene.pair.specific_sliding for zeta in gear)
+
+
+#: From the geometry alone.
+GEOMETRIC: Mapping[str, Callable[[Scene], float]] = MappingProxyType(
+    {
+        "total_contact_ratio": lambda scene: scene.pair.total_contact_ratio,
+        "transverse_contact_ratio": lambda scene: scene.pair.transverse_contact_ratio,
+        "overlap_ratio": lambda scene: scene.pair.overlap_ratio,
+        "specific_sliding": _sliding,
+    }
+)
+#: From the solved load distribution and the root section: computed only where the geometric limits hold.
+OF_STRENGTH = ("contact_pressure", "root_stress")
+
+CONSTRAINTS = (*GEOMETRIC, *OF_STRENGTH)
+
+
+def constrained(scene: Scene, limits: Mapping[str, Limit]) -> dict[str, float]:
+    """Limited quantities of ``scene`` by name; NaN where they were not computed."""
+    values = {name: GEOMETRIC[name](scene) for name in limits if name in GEOMETRIC}
+    wanted = [name for name in limits if name in OF_STRENGTH]
+    if wanted:
+        values |= dict.fromkeys(wanted, math.nan)
+        if all(limits[name].violation(value) == 0 for name, value in values.items() if name in GEOMETRIC):
+            values |= {name: value for name, value in _strength(scene).items() if name in wanted}
+    return {name: values[name] for name in limits}
+
+
+def _strength(scene: Scene) -> dict[str, float]:
+    from gearbench.strength import strength
+
+    numbers = strength(scene)
+    return {"contact_pressure": numbers.contact_pressure, "root_stress": max(numbers.root_stress)}
+
+
+def judge(values: Mapping[str, float], limits: Mapping[str, Limit]) -> tuple[float, str]:
+    """Sum of the relative violations, and in words which limits do not hold ("" where all do)."""
+    broken = {
+        name: limit.violation(values[name])
+        for name, limit in limits.items()
+        if not math.isnan(values[name]) and limit.violation(values[name]) > 0
+    }
+    return sum(broken.values()), "; ".join(limits[name].describe(name, values[name]) for name in broken)

@@ -1,0 +1,195 @@
+"""From a design to its objectives: scene, constraints, and the response to the error samples."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping
+from copy import deepcopy
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.errors import GearbenchError, InputError
+from gearbench.geometry.pair import Pair
+from gearbench.optimise.constraints import constrained, judge
+from gearbench.optimise.derived import DERIVED
+from gearbench.optimise.study import RESPONSES, STATISTICS, Design, OptimisationStudy
+from gearbench.optimise.variables import Value
+from gearbench.robustness.sampling import Sampler, unit_samples
+from gearbench.scene import Scene
+from gearbench.scene_file import parse_scene, validate
+
+#: Violation of a design that makes no scene, or none that can be solved: more than limits can add up to.
+NO_GEAR = 1e6
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evaluation:
+    """What is known of a design.
+
+    Parameters
+    ----------
+    violation
+        Sum of the relative violations of the limits; 0 where it is feasible, 1e6 where there is no such gear.
+    reason
+        Why it is not feasible; "" where it is.
+    constraints
+        Values of the limited quantities, in the study's order; NaN where unknown.
+    statistics
+        In the order of ``STATISTICS``; NaN where it is not feasible.
+    """
+
+    violation: float
+    reason: str
+    constraints: tuple[float, ...]
+    statistics: tuple[float, ...]
+
+    @property
+    def feasible(self) -> bool:
+        """Whether it keeps all limits."""
+        return self.violation == 0
+
+    def objectives(self, study: OptimisationStudy) -> tuple[float, ...]:
+        """Values of the study's objectives; NaN where it is not feasible."""
+        known = dict(zip(STATISTICS, self.statistics, strict=True))
+        return tuple(objective.value(known) for objective in study.objectives)
+
+
+def evaluate(study: OptimisationStudy, design: Design) -> Evaluation:
+    """Evaluate a design: the same answer wherever and in whatever order it is computed.
+
+    A design that makes no gear, or one that cannot be solved, is an answer too: it violates the constraints, with the
+    reason. No design raises.
+    """
+    unknown = (math.nan,) * len(study.constraints)
+    nothing = (math.nan,) * len(STATISTICS)
+    try:
+        scene = scene_of(study, design)
+        values = constrained(scene, study.constraints)
+        violation, reason = judge(values, study.constraints)
+        unknown = tuple(values.values())
+        if violation > 0:
+            return Evaluation(violation=violation, reason=reason, constraints=unknown, statistics=nothing)
+        statistics = _statistics(study, scene)
+        return Evaluation(violation=0.0, reason="", constraints=unknown, statistics=statistics)
+    except (InputError, GearbenchError, ArithmeticError, np.linalg.LinAlgError) as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        return Evaluation(violation=NO_GEAR, reason=reason, constraints=unknown, statistics=nothing)
+
+
+def scene_of(study: OptimisationStudy, design: Design) -> Scene:
+    """The scene of a design.
+
+    Raises
+    ------
+    InputError
+        If there is no such gear.
+    """
+    tables: dict[str, Any] = deepcopy(study.base)
+    for path, value in assignments(study, design):
+        if value is None:
+            tables.get("effects", {}).pop(path.removeprefix("effects."), None)
+        elif path not in DERIVED:
+            _put(tables, path, value)
+    asked = dict(assignments(study, design))
+    for path, derive in DERIVED.items():
+        if (value := asked.get(path)) is not None:
+            for key, derived in derive(tables, pair_of, float(value)).items():
+                _put(tables, key, derived)
+    return parse_scene(tables | {"pair": pair_of(tables.get("pair", {}))})
+
+
+def assignments(study: OptimisationStudy, design: Design) -> tuple[tuple[str, Value | None], ...]:
+    """Keys and values that a design stands for, sorted: equal for designs that are the same gear.
+
+    An effect whose amount or length is 0 is absent: ("effects.<name>", None) takes the place of its keys.
+    """
+    given = {
+        path: variable.value(code)
+        for variable, code in zip(study.variables, design, strict=True)
+        for path in variable.paths
+    }
+    for effect in {".".join(path.split(".")[:2]) for path in given if path.startswith("effects.")}:
+        table = study.base.get("effects", {}).get(effect.removeprefix("effects."), {})
+        own = {path.removeprefix(f"{effect}."): v for path, v in given.items() if path.startswith(f"{effect}.")}
+        if any({**table, **own}.get(key) == 0 for key in ("amount", "length", "length_fraction")):
+            given = {path: value for path, value in given.items() if not path.startswith(f"{effect}.")}
+            given[effect] = None
+    return tuple(sorted(given.items()))
+
+
+def macro_geometry(study: OptimisationStudy, design: Design) -> tuple[tuple[str, str], ...]:
+    """What the teeth's compliance depends on, as far as it varies: designs are computed in this order."""
+    return tuple((path, repr(value)) for path, value in assignments(study, design) if not path.startswith("effects."))
+
+
+def pair_of(table: Mapping[str, Any]) -> Pair:
+    """Pair of the tables of a scene; kept, because many designs share one.
+
+    Raises
+    ------
+    InputError
+        If there is no such pair.
+    """
+    found = _pair(json.dumps(table, sort_keys=True, default=str))
+    if isinstance(found, InputError):
+        raise found
+    return found
+
+
+@lru_cache(maxsize=1024)
+def _pair(text: str) -> Pair | InputError:
+    try:
+        return validate(Pair, json.loads(text))
+    except InputError as error:
+        return error.within("pair")
+
+
+def _put(tables: dict[str, Any], path: str, value: Any) -> None:
+    *parents, last = path.split(".")
+    for key in parents:
+        tables = tables.setdefault(key, {})
+    tables[last] = value
+
+
+def _statistics(study: OptimisationStudy, scene: Scene) -> tuple[float, ...]:
+    if study.robustness.samples == 0:
+        from gearbench.simulation import simulate
+
+        solved = simulate(scene, outputs=RESPONSES)
+        found = [(float(solved[name]), math.nan, math.nan) for name in RESPONSES]
+    else:
+        found = list(_dispersion(study, scene))
+    known = tuple(value for row in found for value in row)
+    needed = {name for objective in study.objectives for name in objective.weights}
+    for name, value in zip(STATISTICS, known, strict=True):
+        if name in needed and not math.isfinite(value):
+            raise GearbenchError(f"{name} is not finite")
+    return known
+
+
+def _dispersion(study: OptimisationStudy, scene: Scene) -> Iterator[tuple[float, float, float]]:
+    """Mean, standard deviation and maximum of each response over the error samples."""
+    from gearbench.robustness.montecarlo import prepare_scene, respond
+
+    r = study.robustness
+    problem = prepare_scene(scene)
+    errors = problem.errors.draw(_unit(r.sampler, r.samples, len(problem.names), r.seed), scene.pair)
+    responses, complete = respond(problem, errors)
+    if not complete:
+        raise KeyboardInterrupt
+    for name in RESPONSES:
+        x = getattr(responses, name)
+        yield float(x.mean()), float(x.std(ddof=1)) if len(x) > 1 else math.nan, float(x.max())
+
+
+@lru_cache(maxsize=16)
+def _unit(sampler: Sampler, samples: int, dimension: int, seed: int) -> NDArray:
+    """Samples of the unit cube, the same for every design."""
+    unit = unit_samples(sampler, samples, dimension, seed)
+    unit.flags.writeable = False
+    return unit

@@ -1,0 +1,122 @@
+"""Design variables: what an optimisation may change, and the values each may take."""
+
+from __future__ import annotations
+
+import math
+from functools import cached_property
+from typing import Any, Literal
+
+from pydantic.dataclasses import dataclass
+
+from gearbench.errors import InputError
+from gearbench.geometry.material import STRICT
+
+Value = bool | int | float | str
+
+#: More values than this are no grid any more: leave out the step.
+MOST_VALUES = 1_000_000
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Variable:
+    """One design variable.
+
+    Parameters
+    ----------
+    paths
+        Keys of the scene that take its value, e.g. ``("pair.pinion.teeth", "pair.wheel.teeth")``, or names of
+        ``gearbench.optimise.derived``. In a file the name of the variable's table is the key, where ``paths`` is absent.
+    min, max
+        Range. Whole numbers without a step: every whole number between them. Otherwise a real variable, or, with a
+        step, the values min, min + step, … up to max.
+    step
+        See above.
+    values
+        The values themselves, instead of a range.
+
+    Raises
+    ------
+    InputError
+        If they describe no values. Wrapped by pydantic's ``ValidationError``.
+    """
+
+    paths: tuple[str, ...]
+    min: int | float | None = None
+    max: int | float | None = None
+    step: int | float | None = None
+    values: tuple[Value, ...] | None = None
+
+    def __post_init__(self) -> None:
+        if not self.paths:
+            raise InputError("paths", "none", "must name at least one key of the scene")
+        if self.values is not None:
+            if not self.values:
+                raise InputError("values", "none", "must hold at least one value")
+            for key in ("min", "max", "step"):
+                if getattr(self, key) is not None:
+                    raise InputError(key, getattr(self, key), "conflicts with values: give one of the two")
+            return
+        for key in ("min", "max"):
+            if getattr(self, key) is None:
+                raise InputError(key, "missing", "is required where values is absent")
+        low, high = self._range
+        if high < low:
+            raise InputError("max", high, f"must not be below min = {low:g}")
+        if self.step is not None and not self.step > 0:
+            raise InputError("step", self.step, "must be positive; without it the variable is real")
+        if self.step is not None and (high - low) / self.step >= MOST_VALUES:
+            raise InputError("step", self.step, f"makes more than {MOST_VALUES} values; without it the variable is real")
+
+    @property
+    def _range(self) -> tuple[int | float, int | float]:
+        assert self.min is not None
+        assert self.max is not None
+        return self.min, self.max
+
+    @property
+    def name(self) -> str:
+        """The first of its keys."""
+        return self.paths[0]
+
+    @cached_property
+    def grid(self) -> tuple[Value, ...] | None:
+        """All its values in order; None where it is real."""
+        if self.values is not None:
+            return self.values
+        low, high = self._range
+        whole = isinstance(low, int) and isinstance(high, int)
+        if self.step is None:
+            return tuple(range(low, high + 1)) if whole else None
+        count = math.floor((high - low) / self.step + 1e-9) + 1
+        if whole and isinstance(self.step, int):
+            return tuple(low + i * self.step for i in range(count))
+        # the decimals written down, 0.3 and not 0.30000000000000004
+        return tuple(float(f"{low + i * self.step:.12g}") for i in range(count))
+
+    @property
+    def kind(self) -> Literal["real", "ordered", "choice"]:
+        """How operators may treat it: "choice" where its values have no order."""
+        if self.grid is None:
+            return "real"
+        numbers = all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in self.grid)
+        return "ordered" if numbers else "choice"
+
+    @property
+    def bounds(self) -> tuple[float, float] | tuple[int, int]:
+        """Least and greatest code: of the value itself where it is real, else of its place in the grid."""
+        if self.grid is not None:
+            return 0, len(self.grid) - 1
+        low, high = self._range
+        return float(low), float(high)
+
+    def value(self, code: float) -> Value:
+        """Value of a code: the code itself, or the place in the grid."""
+        return float(code) if self.grid is None else self.grid[int(code)]
+
+    def given(self) -> dict[str, Any]:
+        """As a table of a study file."""
+        table: dict[str, Any] = {"paths": list(self.paths)}
+        for key in ("min", "max", "step"):
+            if getattr(self, key) is not None:
+                table[key] = getattr(self, key)
+        return table | ({"values": list(self.values)} if self.values is not None else {})
