@@ -282,6 +282,21 @@ def solve_lanes(
 
 
 @njit(**_OPTIONS)
+def from_smallest(n, gap, delta, least):
+    """Count the gaps of each lane and its δ from the smallest gap, so that large gaps leave δ its digits."""
+    for j in range(LANES):
+        least[j] = gap[0, j]
+    for i in range(1, n):
+        for j in range(LANES):
+            least[j] = min(least[j], gap[i, j])
+    for i in range(n):
+        for j in range(LANES):
+            gap[i, j] -= least[j]
+    for j in range(LANES):
+        delta[j] -= least[j]
+
+
+@njit(**_OPTIONS)
 def solve_chunk(
     firsts, blocks, gap0, modes, draws, factor, product, laws, start, guess, tolerance, limit, delta, stiffness, done
 ):
@@ -296,6 +311,7 @@ def solve_chunk(
     gap, s, p, w = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((n, LANES)), np.empty((n, LANES))
     q, grad, cross = np.empty((most + 1, LANES)), np.empty((most, LANES)), np.empty((most, LANES))
     hess, rows = np.empty((most * (rank + 1) // 2 + 1, LANES)), np.empty((9, LANES))
+    least = np.empty(LANES)
     steps = 0
     for t in range(positions):
         first = firsts[t, : blocks[t] + 1]
@@ -309,6 +325,7 @@ def solve_chunk(
             add_combination(0, errors, guess[t], r, draws, q, r)
         for j in range(LANES):
             delta[t, j] = q[most, j]
+        from_smallest(first[blocks[t]], gap, delta[t], least)
         steps += solve_lanes(
             first,
             gap,
@@ -329,5 +346,6 @@ def solve_chunk(
             rows,
         )
         for j in range(LANES):
+            delta[t, j] += least[j]
             done[t, j] = rows[7, j]
     return steps

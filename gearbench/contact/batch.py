@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.problem import ContactProblem, reduce_rank
-from gearbench.contact.solver import scratch
+from gearbench.contact.solver import ConvergenceError, scratch
 
 #: Residual at which a sample takes its last Newton step; the step squares it.
 NEWTON_TOLERANCE = 1e-10
@@ -206,16 +206,26 @@ def solve_one_chunk(batch: Batch, draws: NDArray) -> BatchSolution:
 
 
 def _rescue(batch: Batch, t: int, draw: NDArray) -> tuple[float, float]:
-    """One position of one sample by the solver with line search."""
-    from gearbench.contact._kernels import solve_position
+    """One position of one sample by the solver with line search.
+
+    Raises
+    ------
+    ConvergenceError
+        If that does not solve it either.
+    """
+    from gearbench.contact._kernels import MAX_ITERATIONS, solve_position
 
     a, h, active, block = batch.single_arrays
     work, hess = scratch(int(batch.blocks.max()), batch.rank)
     gap = np.array(batch.gap)
     gap[t] += draw @ batch.modes[t]
+    least = gap[t, active[t]].min()
+    gap[t] -= least
     force = np.zeros_like(gap)
-    delta, stiffness, _ = solve_position(t, gap, a, h, active, batch.factor, block, force, work, hess)
-    return delta, stiffness
+    delta, stiffness, steps = solve_position(t, gap, a, h, active, batch.factor, block, force, work, hess)
+    if steps >= MAX_ITERATIONS:
+        raise ConvergenceError(f"contact not solved: position {t}, {steps} Newton steps")
+    return delta + least, stiffness
 
 
 def on_threads(
