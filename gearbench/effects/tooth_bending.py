@@ -12,6 +12,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.compliance.plate import PlateTooth
+from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.effects.base import ComplianceEffect, LowRank
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
@@ -20,27 +21,33 @@ from gearbench.geometry.material import STRICT, Material
 
 Order = Annotated[tuple[Annotated[int, Field(ge=1, le=40)], ...], Field(min_length=2, max_length=3)]
 
+#: Functions of the solid across the thickness, along height and face width unless a scene says otherwise.
+SOLID_ORDER = (4, 5, 5)
+
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class ToothBending(ComplianceEffect):
-    """Tooth as a Reissner–Mindlin plate of variable thickness, solved by the Ritz method.
+    """Tooth as a plate or as a solid, clamped at the root, solved by the Ritz method.
 
     Parameters
     ----------
     model
-        "plate".
+        "plate": Reissner–Mindlin plate of variable thickness, the paper's model. "solid": three-dimensional elasticity
+        on the exact section with the generated fillet; its compliance is that of the flank less the compression which
+        the contact law stands for.
     basis
-        "paper": 9 unknowns, each field x(a + by + cx). The default where no ``order`` is given.
+        Plate only. "paper": 9 unknowns, each field x(a + by + cx). The default where no ``order`` is given.
     order
-        Number of functions along height and face width, [p, q], instead of ``basis``.
+        Numbers of functions: plate [height, face width], instead of ``basis``; solid [thickness, height, face width],
+        by default [4, 5, 5].
     fillet
-        Thickness with the generated root fillet, or without it (involute; constant below the base circle).
+        Plate only. Thickness with the generated root fillet, or without it (involute; constant below the base circle).
     load
-        "full": the normal force acts across the plate as it is, as in the paper. "component": only its component
-        normal to the mid-plane of the tooth bends the plate, and only that of the deflection counts.
+        Plate only. "full": the normal force acts across the plate as it is, as in the paper. "component": only its
+        component normal to the mid-plane of the tooth bends the plate, and only that of the deflection counts.
     """
 
-    model: Literal["plate"] = "plate"
+    model: Literal["plate", "solid"] = "plate"
     basis: Literal["paper"] | None = None
     order: Order | None = None
     fillet: bool = False
@@ -48,27 +55,37 @@ class ToothBending(ComplianceEffect):
 
     name: ClassVar[str] = "tooth_bending"
     summary: ClassVar[str] = "compliance: bending and shear of both teeth, clamped at the root"
-    source: ClassVar[str] = "Garambois et al. 2017; Reissner–Mindlin plate, Ritz"
+    source: ClassVar[str] = "Garambois et al. 2017; Reissner–Mindlin plate or three-dimensional solid, Ritz"
     requires: ClassVar[dict[str, str]] = {
         "hertz": "a few Ritz amplitudes alone do not determine the distribution of the load"
     }
+    conflicts: ClassVar[dict[str, str]] = {"fe_compliance": "which contains the bending of the teeth"}
 
     def __post_init__(self) -> None:
         if self.basis is not None and self.order is not None:
             raise InputError("order", list(self.order), 'conflicts with basis = "paper": give one of the two')
-        if self.order is not None and len(self.order) != 2:
-            raise InputError("order", list(self.order), "must be two numbers for the plate, [height, face width]")
+        names = ("thickness", "height", "face width") if self.model == "solid" else ("height", "face width")
+        if self.order is not None and len(self.order) != len(names):
+            raise InputError("order", list(self.order), f"must be [{', '.join(names)}] for the {self.model}")
+        if self.model == "solid":
+            for key, given, default in (("basis", self.basis, None), ("fillet", self.fillet, False)):
+                if given != default:
+                    raise InputError(key, given, 'belongs to model = "plate": the solid has its own section')
+            if self.load != "full":
+                raise InputError("load", self.load, 'belongs to model = "plate": the solid takes the force as it is')
 
     def compliance(self, lines: ContactLines) -> LowRank:
         """Factor of both teeth side by side, (position, pair, segment, rank)."""
-        material = lines.pair.material
-        parts = []
-        for gear, radius in zip(lines.pair.gears, lines.radii, strict=True):
-            factor = plate_tooth(gear, material, self.order, self.fillet).factor(radius - gear.root_radius, lines.y)
-            if self.load == "component":
-                factor = factor * normal_component(gear, radius)[..., None]
-            parts.append(factor)
+        parts = [self._factor(lines, k) for k in range(2)]
         return LowRank(factor=np.concatenate(parts, axis=-1))
+
+    def _factor(self, lines: ContactLines, k: int) -> NDArray:
+        gear, radius, material = lines.pair.gears[k], lines.radii[k], lines.pair.material
+        if self.model == "solid":
+            tooth = solid_tooth(gear, material, self.order or SOLID_ORDER, k == 1)
+            return tooth.factor(radius - gear.root_radius, lines.y)
+        factor = plate_tooth(gear, material, self.order, self.fillet).factor(radius - gear.root_radius, lines.y)
+        return factor * normal_component(gear, radius)[..., None] if self.load == "component" else factor
 
 
 def normal_component(gear: Gear, radius: NDArray) -> NDArray:
@@ -97,3 +114,9 @@ def plate_tooth(gear: Gear, material: Material, order: tuple[int, int] | None, f
         breaks=(junction, base) if fillet else (base,),
         branches=(0.0, max(base, 0.0)) if fillet else (base,),
     )
+
+
+@lru_cache(maxsize=256)
+def solid_tooth(gear: Gear, material: Material, order: tuple[int, int, int], driven: bool) -> SolidTooth:
+    """Solid of a gear's tooth; kept, because micro-geometry and errors do not change it."""
+    return SolidTooth(gear=gear, E=material.E, nu=material.nu, order=order, driven=driven)

@@ -1,0 +1,96 @@
+"""Compliance of the teeth from three-dimensional finite elements, in place of the fast models."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from gearbench.effects.base import ComplianceEffect, LowRank
+from gearbench.errors import InputError
+from gearbench.geometry.action import ContactLines
+from gearbench.geometry.gear import Gear
+from gearbench.geometry.material import STRICT, Material
+from gearbench.geometry.pair import Pair
+
+if TYPE_CHECKING:
+    from fem_reference.compliance import FlankCompliance
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class FeCompliance(ComplianceEffect):
+    """Compliance of both gears by finite elements; computed once for a macro-geometry and kept on disk.
+
+    Parameters
+    ----------
+    support
+        "clamped": one tooth, held along its root circle. "rim": a sector of several teeth on the gear body down to the
+        bore, which needs ``bore_diameter`` of both gears; teeth in contact then move each other.
+    accuracy
+        Relative error of the compliance that the mesh is refined to.
+    teeth
+        Teeth of the sector, odd; the rest of the body is there without its teeth. Only with support = "rim".
+    """
+
+    support: Literal["clamped", "rim"] = "clamped"
+    accuracy: Annotated[float, Field(ge=1e-4, le=0.1)] = 0.01
+    teeth: Annotated[int, Field(ge=1, le=101)] | None = None
+
+    name: ClassVar[str] = "fe_compliance"
+    summary: ClassVar[str] = "compliance: both gears by three-dimensional finite elements"
+    source: ClassVar[str] = "fem_reference: linear elasticity, 20-node hexahedra, Richardson's extrapolation"
+    requires: ClassVar[dict[str, str]] = {"hertz": "the finite elements leave the compression of the flanks to it"}
+
+    def __post_init__(self) -> None:
+        if self.teeth is None:
+            return
+        if self.support == "clamped":
+            raise InputError("teeth", self.teeth, 'belongs to support = "rim"')
+        if self.teeth % 2 == 0:
+            raise InputError("teeth", self.teeth, "must be odd: as many neighbours on either side")
+
+    def check(self, pair: Pair) -> None:
+        """Refuse a rim without bore, or with more teeth than the gears have."""
+        if self.support == "clamped":
+            return
+        for name, member in (("pinion", pair.pinion), ("wheel", pair.wheel)):
+            if member.bore_diameter is None:
+                raise InputError("support", self.support, f"needs pair.{name}.bore_diameter")
+
+    def compliance(self, lines: ContactLines) -> LowRank:
+        """Factor of both gears side by side, (position, pair, segment, rank); shared by all pairs on a rim."""
+        parts = []
+        for k, gear in enumerate(lines.pair.gears):
+            found = self.flank(lines.pair, k)
+            shapes = found.shapes(lines.radii[k] - gear.root_radius, lines.y)
+            root = found.root(lines.shape[1] if self.support == "rim" else 1)
+            parts.append(np.einsum("pksa,kar->pksr", shapes, np.broadcast_to(root, (lines.shape[1], *root.shape[1:]))))
+        return LowRank(factor=np.concatenate(parts, axis=-1), coupled=self.support == "rim")
+
+    def flank(self, pair: Pair, k: int) -> FlankCompliance:
+        """Compliance of the flank of pinion (k = 0) or wheel (k = 1)."""
+        member = (pair.pinion, pair.wheel)[k]
+        bore = member.bore_diameter if self.support == "rim" else None
+        teeth = 1 if bore is None else self.teeth or default_teeth(pair)
+        found = _flank(pair.gears[k], pair.material, bore, teeth, self.accuracy)
+        return replace(found, driven=True) if k else found
+
+
+def default_teeth(pair: Pair) -> int:
+    """Teeth of the sector: those in contact at a time, and one more on either side."""
+    return 3 + 2 * int(np.ceil((pair.transverse_contact_ratio + pair.overlap_ratio) / 2))
+
+
+@lru_cache(maxsize=64)
+def _flank(gear: Gear, material: Material, bore: float | None, teeth: int, accuracy: float) -> FlankCompliance:
+    from fem_reference.cache import cached_compliance
+    from fem_reference.section import Body
+
+    if bore is None:
+        return cached_compliance(Body(gear=gear), material, accuracy)
+    teeth = min(teeth, gear.teeth - 2 - (gear.teeth + 1) % 2)
+    return cached_compliance(Body(gear=gear, bore_radius=bore / 2, teeth=teeth), material, accuracy)
