@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -128,7 +129,7 @@ def _list(document: RexsDocument, torque: float | None, load_case: int | None, *
         table.add_column(heading, justify="left" if name == "name" else "right", no_wrap=True)
     for row in rows:
         table.add_row(*(_shown(row.get(name)) for name in _COLUMNS))
-    console = Console(soft_wrap=True)
+    console = Console(soft_wrap=True, width=None if sys.stdout.isatty() else 120)
     console.print(table)
     for row in rows:
         for note in row["notes"]:

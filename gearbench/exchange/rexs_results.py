@@ -2,7 +2,7 @@
 
 REXS 1.5 has two attributes for a curve over the mesh cycle: ``meshing_stiffness_characteristic`` [N / mm], the mesh
 stiffness at each mesh position, and ``rotational_meshing_position`` [deg]; older versions have none. What a version has
-no attribute for is written as a custom attribute, its name beginning with ``custom_gearbench_``, as the standard provides.
+no attribute for is written as a custom attribute, named ``custom_gearbench_…``, as the standard provides.
 """
 
 from __future__ import annotations
