@@ -1,0 +1,53 @@
+"""Correct digits of a scene's answers against the whole chain in extended precision."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.solver import solve
+from gearbench.scene import Scene
+from tests.stability.extended import Answer, digits, solve_scene
+
+
+@dataclass(frozen=True)
+class Digits:
+    """Least number of correct digits of δ, k and the forces (relative to their sum), and the most Newton steps."""
+
+    approach: float
+    stiffness: float
+    force: float
+    steps: int
+
+    @property
+    def least(self) -> float:
+        return min(self.approach, self.stiffness, self.force)
+
+
+def compare(scene: Scene, phases: tuple[float, ...]) -> Digits:
+    """Digits of ``scene`` over the given phases."""
+    lines = scene_lines(scene, np.array(phases))
+    solution = solve(assemble(scene, lines))
+    F, found = scene.normal_force, []
+    for p, tau in enumerate(phases):
+        active = np.repeat(lines.active[p], lines.shape[2])
+        force = solution.force[p].ravel()[active]
+        exact = _exact(scene, tau, force, float(solution.approach[p]))
+        forces = min(digits(x, y, F) for x, y in zip(force, exact.force, strict=True))
+        found.append(
+            (digits(solution.approach[p], exact.approach), digits(solution.stiffness[p], exact.stiffness), forces)
+        )
+    a, k, f = np.min(found, axis=0)
+    return Digits(float(a), float(k), float(f), int(solution.iterations.max()))
+
+
+def _exact(scene: Scene, tau: float, force: np.ndarray, approach: float) -> Answer:
+    """At a transition a line may be there or not, as rounding decides: the side is taken on which it is."""
+    for shift in (0.0, 1e-15, -1e-15, 1e-14, -1e-14):
+        try:
+            return solve_scene(scene, tau + shift, (force, approach))
+        except LookupError:
+            continue
+    raise LookupError(f"phase {tau}: another number of contact lines in extended precision")

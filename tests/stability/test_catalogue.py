@@ -1,0 +1,259 @@
+"""What every hard case must hold, and how many digits of it survive."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from numpy.typing import NDArray
+
+from gearbench.contact._kernels import law
+from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.problem import ContactProblem, ContactSolution
+from gearbench.contact.reference import full_factor
+from gearbench.contact.solver import solve
+from gearbench.geometry.material import Material
+from gearbench.geometry.pair import Pair
+from gearbench.scene import Load, Scene
+from gearbench.simulation import simulate
+from tests.stability.catalogue import CASES, SPUR, HardCase
+from tests.stability.measure import compare
+
+#: Most Newton steps that any case of the catalogue may take.
+STEPS = 30
+EVERY = pytest.mark.parametrize(
+    "case", [pytest.param(c, marks=[pytest.mark.slow] if c.slow else [], id=c.name) for c in CASES.values()]
+)
+
+
+@cache
+def built(name: str) -> Scene:
+    return CASES[name].build()
+
+
+def phases(scene: Scene, count: int = 24) -> NDArray:
+    """Phases all over the cycle: the scene's own, thinned, and both sides of every transition."""
+    own, _ = mesh_phases(scene)
+    edges = np.array(scene.pair.transition_phases)
+    return np.unique(np.concatenate([own[:: max(1, own.size // count)], edges, (edges + 1e-9) % 1, (edges - 1e-9) % 1]))
+
+
+def answer(scene: Scene, tau: NDArray) -> tuple[ContactProblem, ContactSolution]:
+    problem = assemble(scene, scene_lines(scene, tau))
+    return problem, solve(problem)
+
+
+@EVERY
+def test_solved(case: HardCase):
+    """Finite, P ≥ 0, equilibrium and complementarity to 1e-9, k > 0, a bounded number of steps."""
+    scene = built(case.name)
+    _, s = answer(scene, phases(scene))
+    for values in (s.force, s.approach, s.stiffness):
+        assert np.all(np.isfinite(values))
+    assert s.force.min() >= 0
+    assert s.equilibrium.max() <= 1e-9
+    assert s.complementarity.max() <= 1e-9
+    assert_allclose(s.force.sum(axis=(1, 2)), scene.normal_force, rtol=1e-9)
+    assert np.all(s.stiffness > 0)
+    assert s.iterations.max() <= STEPS
+    out = simulate(scene)
+    assert int(out.newton_steps.max()) <= STEPS
+    for name in out.variables:
+        if name != "mesh_stiffness_rms" or float(out.mesh_stiffness_mean) > 0:
+            assert np.all(np.isfinite(out[name].values)), name
+
+
+@EVERY
+def test_compliance_is_symmetric_positive_definite(case: HardCase):
+    """H of the loaded segments with the diagonal of the law, at the solution."""
+    scene = built(case.name)
+    tau = phases(scene)[::5]
+    problem, s = answer(scene, tau)
+    for p in range(tau.size):
+        active = problem.active[p]
+        force = s.force[p].ravel()[active] / problem.force
+        psi = full_factor(problem, p)
+        compliance = psi @ psi.T
+        loaded = force > 0
+        slope = law_slope(force[loaded], problem.a[p][active][loaded], problem.h[p][active][loaded])
+        assert np.all(slope > 0)
+        H = compliance[np.ix_(loaded, loaded)] + np.diag(slope)
+        scale = 1 / np.sqrt(np.diagonal(H))
+        assert np.array_equal(H, H.T)
+        assert np.linalg.eigvalsh(H * scale * scale[:, None]).min() > 0
+        # and k is what that matrix says
+        k = np.linalg.solve(H, np.ones(loaded.sum())).sum() * problem.force / problem.length_scale
+        assert_allclose(s.stiffness[p], k, rtol=1e-8)
+
+
+def law_slope(force: NDArray, a: NDArray, h: NDArray) -> NDArray:
+    """dg/dP of g = P (a − h ln P) with its tangent where a/h − ln P < 2."""
+    straight = h == 0
+    level = np.where(straight, 1.0, a / np.where(straight, 1.0, h) - np.log(force))
+    return np.where(straight, a, h * (np.maximum(level, 2.0) - 1))
+
+
+@EVERY
+def test_more_load_deflects_more_and_little_more_only_little(case: HardCase):
+    scene = built(case.name)
+    tau = phases(scene)[::5]
+    torque = scene.load.torque
+    steps = [1.0, 1 + 1e-7, 1.01, 1.5]
+    delta = np.array([answer(replace(scene, load=Load(torque=torque * x)), tau)[1].approach for x in steps])
+    base = answer(scene, tau)[1]
+    assert np.all(np.diff(delta, axis=0) > 0)
+    # dδ = dF / k, with k between its values at both ends
+    assert_allclose(
+        delta[1] - delta[0], 1e-7 * scene.normal_force / base.stiffness, rtol=1e-4, atol=4e-16 * abs(delta).max()
+    )
+
+
+@EVERY
+def test_continuous_in_the_phase(case: HardCase):
+    """A step of 1e-9 in the phase changes δ by that order: inside a panel, and for a helical pair across its end."""
+    scene = built(case.name)
+    pair = scene.pair
+    edges = np.append(pair.transition_phases, pair.transition_phases[0] + 1)
+    wide = np.diff(edges) > 1e-4
+    middle = (edges[:-1][wide] + 0.37 * np.diff(edges)[wide]) % 1.0
+    step = 1e-9
+    a, b = answer(scene, middle)[1].approach, answer(scene, middle + step)[1].approach
+    # all that changes may change within one panel
+    assert np.all(np.abs(a - b) <= 100 * step / np.diff(edges)[wide] * np.maximum(np.abs(a), np.abs(b)))
+    if pair.overlap_ratio < 1e-3:
+        return
+    edge = np.array(pair.transition_phases)
+    (_, a), (_, b) = (answer(scene, (edge + d) % 1.0) for d in (-step, step))
+    # δ of a pair that is about to lose its last line grows like the inverse of the length that is left
+    left = scene_lines(scene, (edge - step) % 1.0).length, scene_lines(scene, (edge + step) % 1.0).length
+    reach = np.minimum(*(x.sum(axis=1) * scene.resolution.segments / pair.face_width for x in left))
+    most = np.maximum(np.abs(a.approach), np.abs(b.approach))
+    shortest = np.minimum(reach, min(pair.overlap_ratio, 1.0))
+    assert np.all(np.abs(a.approach - b.approach) <= 100 * step / shortest * most)
+
+
+def scaled(scene: Scene, s: float) -> Scene:
+    """All lengths × s, moduli / s², so that the same torque × s gives the same forces."""
+    pair = scene.pair
+    lengths = {n: s * getattr(pair, n) for n in ("normal_module", "face_width", "centre_distance")}
+    modulus = pair.material.youngs_modulus / s**2
+    effects = tuple(
+        replace(e, **{n: s * getattr(e, n) for n in ("amount", "length", "pinion", "wheel") if hasattr(e, n)})
+        for e in scene.effects
+    )
+    material = Material(youngs_modulus=modulus, poisson_ratio=pair.material.poisson_ratio)
+    return replace(
+        scene,
+        pair=replace(pair, **lengths, material=material),
+        load=Load(torque=scene.load.torque * s),
+        effects=effects,
+    )
+
+
+def inside(scene: Scene, count: int = 7) -> NDArray:
+    """Phases well inside the panels between transitions, where rounding does not decide which lines there are."""
+    edges = np.append(scene.pair.transition_phases, scene.pair.transition_phases[0] + 1)
+    wide = np.diff(edges) > 1e-3
+    return np.concatenate([edges[:-1][wide] + x * np.diff(edges)[wide] for x in (0.21, 0.66)])[:count] % 1.0
+
+
+@EVERY
+@pytest.mark.parametrize("s", [0.5, 1.7])
+def test_another_unit_of_length_scales_the_answer(case: HardCase, s: float):
+    scene = built(case.name)
+    if any(getattr(e, "amount", 0) * s > 1000 for e in scene.effects):
+        s = 1 / s
+    try:
+        other = scaled(scene, s)
+    except ValueError:
+        pytest.skip("at a limit of the input, where rounding decides whether the pair is refused")
+    tau = inside(scene)
+    a, b = answer(scene, tau)[1], answer(other, tau)[1]
+    # a power of two changes no digit but those of logarithms
+    tolerance = 1e-11 if s in (0.5, 2.0) else 1e-9
+    assert_allclose(b.approach, a.approach * s, rtol=tolerance)
+    assert_allclose(b.stiffness, a.stiffness / s, rtol=tolerance)
+    assert_allclose(b.force, a.force, atol=tolerance * scene.normal_force)
+
+
+@EVERY
+def test_moduli_and_load_together_change_nothing_but_forces(case: HardCase):
+    scene = built(case.name)
+    material = replace(scene.pair.material, youngs_modulus=scene.pair.material.youngs_modulus / 4)
+    other = replace(scene, pair=replace(scene.pair, material=material), load=Load(torque=scene.load.torque / 4))
+    tau = inside(scene)
+    a, b = answer(scene, tau)[1], answer(other, tau)[1]
+    assert_allclose(b.approach, a.approach, rtol=1e-12)
+    assert_allclose(b.force, a.force / 4, atol=1e-12 * other.normal_force)
+
+
+@EVERY
+def test_swapping_pinion_and_wheel_mirrors_the_cycle(case: HardCase):
+    scene = built(case.name)
+    pair: Pair = scene.pair
+    offset, effects = 0.0, []
+    for effect in scene.effects:
+        if effect.name == "helix_slope":
+            # seen from the other end of the face: zero there, a rigid offset
+            offset += 1e-3 * (effect.pinion + effect.wheel)
+            effect = replace(effect, pinion=-effect.wheel, wheel=-effect.pinion)
+        effects.append(effect)
+    try:
+        swapped = pair.swapped()
+    except ValueError:
+        pytest.skip("at a limit of the input, where rounding decides whether the pair is refused")
+    ratio = pair.wheel.teeth / pair.pinion.teeth
+    other = replace(scene, pair=swapped, effects=tuple(effects), load=Load(torque=scene.load.torque * ratio))
+    tau = inside(scene)
+    a = answer(scene, tau)[1]
+    b = answer(other, (pair.transverse_contact_ratio - pair.overlap_ratio - tau) % 1.0)[1]
+    assert_allclose(b.approach + offset, a.approach, rtol=1e-9, atol=1e-14 * abs(offset))
+    assert_allclose(b.stiffness, a.stiffness, rtol=1e-8)
+
+
+@EVERY
+def test_order_of_the_segments_does_not_matter(case: HardCase):
+    scene = built(case.name)
+    tau = inside(scene)
+    problem, s = answer(scene, tau)
+    order = np.random.default_rng(0).permutation(problem.gap.shape[1])
+    fields = {n: np.ascontiguousarray(getattr(problem, n)[:, order]) for n in ("gap", "a", "h", "active", "factor")}
+    shape = (len(tau), 1, order.size)
+    other = solve(replace(problem, **fields, block=problem.block[order], shape=shape))
+    assert_allclose(other.approach, s.approach, rtol=1e-12)
+    assert_allclose(other.stiffness, s.stiffness, rtol=1e-9)
+    flat = s.force.reshape(len(tau), -1)[:, order]
+    assert_allclose(other.force.reshape(flat.shape), flat, atol=1e-11 * scene.normal_force)
+
+
+@EVERY
+def test_digits_against_extended_precision(case: HardCase):
+    found = compare(built(case.name), case.phases)
+    least = min(found.approach, found.stiffness, found.force)
+    assert least >= case.digits, found
+
+
+def test_the_law_at_vanishing_load():
+    """Weber–Banaschek: P and slope are finite, positive and monotone down to compressions of 1e-300."""
+    s = np.geomspace(1e-300, 1.0, 400)
+    P, slope, energy = np.array([law(x, 5.0, 0.5) for x in s]).T
+    assert np.all(np.isfinite(P) & np.isfinite(slope) & np.isfinite(energy))
+    assert np.all(np.diff(P) > 0)
+    assert np.all(slope > 0)
+    assert law(0.0, 5.0, 0.5) == (0.0, 0.0, 0.0)
+
+
+def test_a_pair_that_does_not_touch_is_refused_not_solved():
+    with pytest.raises(ValueError, match="contact ratio"):
+        replace(SPUR, pinion=replace(SPUR.pinion, addendum=0.3), wheel=replace(SPUR.wheel, addendum=0.3))
+
+
+def test_nominal_steps_are_few():
+    """The bound above is for hard cases; an ordinary one takes a handful."""
+    _, s = answer(built("no gap at all, weber_banaschek"), np.arange(16) / 16)
+    assert s.iterations.max() <= 6
+    assert math.isfinite(float(s.approach[0]))
