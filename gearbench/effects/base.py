@@ -89,6 +89,19 @@ class ComplianceEffect(Effect):
 
 
 @dataclass(frozen=True)
+class ToothCompliance(ComplianceEffect):
+    """An effect that adds smooth compliance to a tooth: a deflection that spreads over the whole flank."""
+
+    @abstractmethod
+    def tooth_factor(self, pair: Pair, k: int, height: NDArray, y: NDArray) -> NDArray:
+        """Ψ (…, rank) [√(mm/N)] of a tooth of pinion (k = 0) or wheel (k = 1) by itself.
+
+        A unit normal force at point b of its flank deflects point a by Ψ(a)·Ψ(b); ``height`` above the root circle,
+        R − r_f, and ``y`` along the face width [mm].
+        """
+
+
+@dataclass(frozen=True)
 class GapEffect(Effect):
     """An effect that adds gap."""
 

@@ -7,22 +7,23 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import ComplianceEffect, LowRank
+from gearbench.effects.base import LowRank, ToothCompliance
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import STRICT, Material
 from gearbench.geometry.pair import Pair
 
 if TYPE_CHECKING:
     from fem_reference.compliance import FlankCompliance
+    from fem_reference.section import Body
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class FeCompliance(ComplianceEffect):
+class FeCompliance(ToothCompliance):
     """Compliance of both gears by finite elements; computed once for a macro-geometry and kept on disk.
 
     Parameters
@@ -71,13 +72,24 @@ class FeCompliance(ComplianceEffect):
             parts.append(np.einsum("pksa,kar->pksr", shapes, np.broadcast_to(root, (lines.shape[1], *root.shape[1:]))))
         return LowRank(factor=np.concatenate(parts, axis=-1), coupled=self.support == "rim")
 
+    def tooth_factor(self, pair: Pair, k: int, height: NDArray, y: NDArray) -> NDArray:
+        """Ψ of one tooth, with the body below it where there is one; see ``ToothCompliance``."""
+        return self.flank(pair, k).factor(height, y)
+
     def flank(self, pair: Pair, k: int) -> FlankCompliance:
         """Compliance of the flank of pinion (k = 0) or wheel (k = 1)."""
-        member = (pair.pinion, pair.wheel)[k]
-        bore = member.bore_diameter if self.support == "rim" else None
-        teeth = 1 if bore is None else self.teeth or default_teeth(pair)
-        found = _flank(pair.gears[k], pair.material, bore, teeth, self.accuracy)
+        found = _flank(self.body(pair, k), pair.material, self.accuracy)
         return replace(found, driven=True) if k else found
+
+    def body(self, pair: Pair, k: int) -> Body:
+        """What is meshed of pinion (k = 0) or wheel (k = 1)."""
+        from fem_reference.section import Body
+
+        gear, bore = pair.gears[k], (pair.pinion, pair.wheel)[k].bore_diameter
+        if self.support == "clamped" or bore is None:
+            return Body(gear=gear)
+        teeth = min(self.teeth or default_teeth(pair), gear.teeth - 2 - (gear.teeth + 1) % 2)
+        return Body(gear=gear, bore_radius=bore / 2, teeth=teeth)
 
 
 def default_teeth(pair: Pair) -> int:
@@ -86,11 +98,7 @@ def default_teeth(pair: Pair) -> int:
 
 
 @lru_cache(maxsize=64)
-def _flank(gear: Gear, material: Material, bore: float | None, teeth: int, accuracy: float) -> FlankCompliance:
+def _flank(body: Body, material: Material, accuracy: float) -> FlankCompliance:
     from fem_reference.cache import cached_compliance
-    from fem_reference.section import Body
 
-    if bore is None:
-        return cached_compliance(Body(gear=gear), material, accuracy)
-    teeth = min(teeth, gear.teeth - 2 - (gear.teeth + 1) % 2)
-    return cached_compliance(Body(gear=gear, bore_radius=bore / 2, teeth=teeth), material, accuracy)
+    return cached_compliance(body, material, accuracy)

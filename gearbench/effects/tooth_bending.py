@@ -13,11 +13,12 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.compliance.plate import PlateTooth
 from gearbench.compliance.solid_tooth import SolidTooth
-from gearbench.effects.base import ComplianceEffect, LowRank
+from gearbench.effects.base import LowRank, ToothCompliance
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import STRICT, Material
+from gearbench.geometry.pair import Pair
 
 Order = Annotated[tuple[Annotated[int, Field(ge=1, le=40)], ...], Field(min_length=2, max_length=3)]
 
@@ -26,7 +27,7 @@ SOLID_ORDER = (4, 5, 5)
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class ToothBending(ComplianceEffect):
+class ToothBending(ToothCompliance):
     """Tooth as a plate or as a solid, clamped at the root, solved by the Ritz method.
 
     Parameters
@@ -76,16 +77,19 @@ class ToothBending(ComplianceEffect):
 
     def compliance(self, lines: ContactLines) -> LowRank:
         """Factor of both teeth side by side, (position, pair, segment, rank)."""
-        parts = [self._factor(lines, k) for k in range(2)]
+        heights = [radius - gear.root_radius for gear, radius in zip(lines.pair.gears, lines.radii, strict=True)]
+        parts = [self.tooth_factor(lines.pair, k, heights[k], lines.y) for k in range(2)]
         return LowRank(factor=np.concatenate(parts, axis=-1))
 
-    def _factor(self, lines: ContactLines, k: int) -> NDArray:
-        gear, radius, material = lines.pair.gears[k], lines.radii[k], lines.pair.material
+    def tooth_factor(self, pair: Pair, k: int, height: NDArray, y: NDArray) -> NDArray:
+        """Ψ of one tooth, clamped at its root; see ``ToothCompliance``."""
+        gear, material = pair.gears[k], pair.material
         if self.model == "solid":
-            tooth = solid_tooth(gear, material, self.order or SOLID_ORDER, k == 1)
-            return tooth.factor(radius - gear.root_radius, lines.y)
-        factor = plate_tooth(gear, material, self.order, self.fillet).factor(radius - gear.root_radius, lines.y)
-        return factor * normal_component(gear, radius)[..., None] if self.load == "component" else factor
+            return solid_tooth(gear, material, self.order or SOLID_ORDER, k == 1).factor(height, y)
+        factor = plate_tooth(gear, material, self.order, self.fillet).factor(height, y)
+        if self.load == "full":
+            return factor
+        return factor * normal_component(gear, height + gear.root_radius)[..., None]
 
 
 def normal_component(gear: Gear, radius: NDArray) -> NDArray:
