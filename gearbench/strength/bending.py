@@ -61,7 +61,9 @@ class RootBending:
 
     @cached_property
     def _lever(self) -> tuple[float, float]:
-        return self.tooth.lever(self.load_radius)
+        h_F, alpha_F = self.tooth.lever(self.load_radius)
+        # load below the critical section (stub teeth): no bending moment; the product Y_F Y_S stays finite
+        return max(h_F, 1e-3 * self.pair.normal_module), alpha_F
 
     @property
     def form_factor(self) -> float:
