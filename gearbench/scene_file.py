@@ -12,6 +12,7 @@ from typing import Any, TypeVar, get_args, get_type_hints
 from pydantic import TypeAdapter, ValidationError
 
 from gearbench.effects.base import Effect
+from gearbench.effects.files import files_in
 from gearbench.effects.registry import EFFECTS, effect_class
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
@@ -32,7 +33,8 @@ def load_scene(path: str | Path) -> Scene:
     """
     path = Path(path)
     try:
-        return parse_scene(read_toml(path))
+        with files_in(path.parent):
+            return parse_scene(read_toml(path))
     except InputError as error:
         raise error.in_file(str(path)) from None
 

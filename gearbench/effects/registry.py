@@ -18,6 +18,7 @@ EFFECTS: dict[str, tuple[str, str]] = {
     "profile_slope": ("gearbench.effects.profile_slope", "ProfileSlope"),
     "helix_slope": ("gearbench.effects.helix_slope", "HelixSlope"),
     "manufacturing_errors": ("gearbench.effects.manufacturing_errors", "ManufacturingErrors"),
+    "topography": ("gearbench.effects.topography", "Topography"),
     "misalignment": ("gearbench.effects.misalignment", "Misalignment"),
 }
 

@@ -1,0 +1,163 @@
+"""Deviations of a flank on a grid, as a measuring machine gives them: read from CSV or netCDF, interpolated.
+
+CSV: the first row names what runs down the first column, ``radius``, ``diameter`` or ``roll_length`` (√(R² − r_b²)), in mm,
+and holds the places y [mm] across the face; every further row holds such a coordinate and the deviations [µm]. Separated
+by commas, semicolons (then a decimal comma is understood) or tabs; lines that begin with # are remarks.
+NetCDF: one variable with the dimensions radius, diameter or roll_length, and face_position, with these coordinates in
+mm; its attribute ``units`` is µm or mm.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.errors import InputError
+from gearbench.geometry.gear import Gear
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ALONG = ("radius", "diameter", "roll_length")
+FACE = "face_position"
+_MICROMETRES = {"µm": 1.0, "μm": 1.0, "um": 1.0, "micrometer": 1.0, "micrometre": 1.0, "mm": 1e3}
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlankGrid:
+    """Deviations on a grid of a flank, bilinear in between, constant beyond its edges.
+
+    Parameters
+    ----------
+    along
+        What ``coordinate`` is: one of ``ALONG``.
+    coordinate, face
+        Increasing, (n,) and (m,) [mm].
+    deviation
+        (n, m) [µm].
+    """
+
+    along: str
+    coordinate: NDArray
+    face: NDArray
+    deviation: NDArray
+
+    def at(self, gear: Gear, radius: NDArray, y: NDArray) -> NDArray:
+        """Deviation [µm] at radius R and place y across the face [mm] of ``gear``; arrays of one shape."""
+        i, s = _place(self.coordinate, self.coordinate_of(gear, radius))
+        j, t = _place(self.face, y)
+        z = self.deviation
+        below = (1 - t) * z[i, j] + t * z[i, np.minimum(j + 1, len(self.face) - 1)]
+        i = np.minimum(i + 1, len(self.coordinate) - 1)
+        above = (1 - t) * z[i, j] + t * z[i, np.minimum(j + 1, len(self.face) - 1)]
+        return (1 - s) * below + s * above
+
+    def coordinate_of(self, gear: Gear, radius: NDArray) -> NDArray:
+        """The grid's coordinate of radius R [mm]."""
+        if self.along == "roll_length":
+            return np.sqrt(np.maximum(radius**2 - gear.base_radius**2, 0.0))
+        return radius if self.along == "radius" else 2 * radius
+
+    def radii(self, gear: Gear) -> NDArray:
+        """Radii R [mm] of the grid, (n,)."""
+        if self.along == "roll_length":
+            return np.hypot(gear.base_radius, self.coordinate)
+        return self.coordinate if self.along == "radius" else self.coordinate / 2
+
+
+def _place(grid: NDArray, x: NDArray) -> tuple[NDArray, NDArray]:
+    """Interval and place in it, 0…1, held at the ends of the grid."""
+    if len(grid) == 1:
+        return np.zeros(x.shape, dtype=np.intp), np.zeros(x.shape)
+    i = np.clip(np.searchsorted(grid, x, side="right") - 1, 0, len(grid) - 2)
+    return i, np.clip((x - grid[i]) / (grid[i + 1] - grid[i]), 0.0, 1.0)
+
+
+def read_grid(key: str, name: str, data: bytes) -> FlankGrid:
+    """Grid from the bytes of a file.
+
+    Raises
+    ------
+    InputError
+        Keyed ``key``, naming file and row (CSV) or variable (netCDF).
+    """
+    netcdf = data[:4] == b"\x89HDF" or data[:3] == b"CDF"
+    grid = _from_netcdf(key, name, data) if netcdf else _from_csv(key, name, data)
+    for what, values in ((grid.along, grid.coordinate), (FACE, grid.face)):
+        if not np.all(np.diff(values) > 0):
+            raise InputError(key, f"{name}, {what}", "must increase")
+    if not np.all(np.isfinite(grid.deviation)) or np.any(np.abs(grid.deviation) > 1000):
+        row, column = np.argwhere(~(np.abs(grid.deviation) <= 1000))[0]
+        where = f"{name}, {grid.along} {grid.coordinate[row]:g}, y {grid.face[column]:g}"
+        raise InputError(key, where, f"deviation {grid.deviation[row, column]:g} µm: must be a number within ±1000 µm")
+    return grid
+
+
+def _from_csv(key: str, name: str, data: bytes) -> FlankGrid:
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise InputError(key, name, "must be text (UTF-8) or netCDF") from None
+    lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and line.lstrip()[0] != "#"]
+    if len(lines) < 2:
+        raise InputError(key, name, "must have a first row of places y and at least one row of deviations")
+    separator = next((mark for mark in ";\t" if mark in lines[0][1]), ",")
+    (first, *face), *rows = ([cell.strip() for cell in line.split(separator)] for _, line in lines)
+    along = first.lower().replace(" ", "_").removesuffix("_mm").removesuffix("_[mm]")
+    if along not in ALONG:
+        raise InputError(key, f"{name}, row {lines[0][0]}: {first!r}", f"must begin with {', '.join(ALONG)} [mm]")
+    if not face:
+        raise InputError(key, f"{name}, row {lines[0][0]}", f"no places y: separate them with {separator!r}")
+    values = [_numbers(key, f"{name}, row {lines[0][0]}", face, len(face), separator)]
+    for (n, _), row in zip(lines[1:], rows, strict=True):
+        values.append(_numbers(key, f"{name}, row {n}", row, len(face) + 1, separator))
+    table = np.array(values[1:])
+    return FlankGrid(along=along, coordinate=table[:, 0], face=np.array(values[0]), deviation=table[:, 1:])
+
+
+def _numbers(key: str, where: str, cells: list[str], count: int, separator: str) -> list[float]:
+    if len(cells) != count:
+        raise InputError(key, where, f"{len(cells)} values where {count} are needed")
+    numbers = []
+    for column, cell in enumerate(cells, 1):
+        try:
+            numbers.append(float(cell.replace(",", ".") if separator != "," else cell))
+        except ValueError:
+            raise InputError(key, f"{where}, column {column}: {cell[:20]!r}", "must be a number") from None
+    return numbers
+
+
+def _from_netcdf(key: str, name: str, data: bytes) -> FlankGrid:
+    import io
+
+    import xarray as xr
+
+    try:
+        dataset = xr.load_dataset(io.BytesIO(data), engine="scipy" if data[:3] == b"CDF" else "h5netcdf")
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        raise InputError(key, name, f"must be a readable netCDF file ({str(error).splitlines()[0]})") from None
+    fitting = [(along, v) for along in ALONG for v in dataset.data_vars.values() if set(v.dims) == {along, FACE}]
+    if len(fitting) != 1:
+        dims = f"{' or '.join(ALONG)}, and {FACE}"
+        raise InputError(key, f"{name}, {len(fitting)} fitting variables", f"must have one with the dimensions {dims}")
+    along, variable = fitting[0]
+    for coordinate in (along, FACE):
+        if coordinate not in dataset.coords:
+            raise InputError(key, f"{name}, {coordinate}", "must be a coordinate, in mm")
+        if dataset[coordinate].attrs.get("units", "mm") != "mm":
+            raise InputError(key, f"{name}, {coordinate} in {dataset[coordinate].attrs['units']}", "must be in mm")
+    factor = _factor(key, name, variable)
+    deviation = factor * variable.transpose(along, FACE).values.astype(float)
+    coordinates = (dataset[along].values.astype(float), dataset[FACE].values.astype(float))
+    return FlankGrid(along=along, coordinate=coordinates[0], face=coordinates[1], deviation=deviation)
+
+
+def _factor(key: str, name: str, variable: xr.DataArray) -> float:
+    """Worth of the variable's unit in µm."""
+    units = variable.attrs.get("units", "missing")
+    if units not in _MICROMETRES:
+        raise InputError(key, f"{name}, {variable.name}: units {units}", "must be µm or mm")
+    return _MICROMETRES[units]

@@ -1,0 +1,120 @@
+"""Measured flank topography: deviations on a grid, from a file for each gear."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from gearbench.effects.base import GapEffect
+from gearbench.effects.files import content
+from gearbench.effects.flank_grid import FlankGrid, read_grid
+from gearbench.effects.relief import MICROMETRE
+from gearbench.errors import InputError
+from gearbench.geometry.action import ContactLines
+from gearbench.geometry.material import STRICT
+from gearbench.geometry.pair import Pair
+
+File = Annotated[str, Field(min_length=1, max_length=1000)]
+Digest = Annotated[str, Field(pattern="[0-9a-f]{64}")]
+
+_NAMES = ("pinion", "wheel")
+#: Grids with more rows than this cannot have a panel of the mesh cycle for each.
+_MOST_KINKS = 12
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Topography(GapEffect):
+    """Measured deviations of one or both gears, the same on all teeth, bilinear between the points of the grid.
+
+    The files are CSV or netCDF as ``gearbench.effects.flank_grid`` describes; y = 0…b as everywhere. Beyond the grid
+    its edge continues. Sign: positive = material missing, unless ``positive`` says otherwise.
+
+    Parameters
+    ----------
+    pinion, wheel
+        File of each gear, relative to the scene file.
+    positive
+        What a positive deviation means: material "missing", or "excess", as most measuring machines plot it.
+    pinion_sha256, wheel_sha256
+        SHA-256 of the files; noted when they are read, so that the scene's hash depends on what is in them, and checked
+        where given.
+    """
+
+    pinion: File | None = None
+    wheel: File | None = None
+    positive: Literal["missing", "excess"] = "missing"
+    pinion_sha256: Digest | None = None
+    wheel_sha256: Digest | None = None
+
+    name: ClassVar[str] = "topography"
+    summary: ClassVar[str] = "gap: measured deviations of the flanks, from files"
+    source: ClassVar[str] = "ISO 1328-1, ISO/TR 10064-1 (measured flanks)"
+
+    def __post_init__(self) -> None:
+        if self.pinion is None and self.wheel is None:
+            raise InputError("pinion", "missing", "a file is required, here or for the wheel")
+        grids = []
+        for name in _NAMES:
+            file, known = getattr(self, name), getattr(self, f"{name}_sha256")
+            if file is None and known is not None:
+                raise InputError(f"{name}_sha256", known, f"belongs to the file of the {name}, which is missing")
+            grid, digest = (None, None) if file is None else _read(name, file, known)
+            object.__setattr__(self, f"{name}_sha256", digest)
+            grids.append(grid)
+        # no field: what the grids hold is told by the hashes
+        object.__setattr__(self, "_grids", tuple(grids))
+
+    @property
+    def grids(self) -> tuple[FlankGrid | None, FlankGrid | None]:
+        """Grids of pinion and wheel."""
+        return self.__dict__["_grids"]
+
+    def check(self, pair: Pair) -> None:
+        """Refuse a grid that misses more than half of the active flank: most likely it is of another gear."""
+        for name, gear, ends, grid in zip(_NAMES, pair.gears, pair.active_radii, self.grids, strict=True):
+            if grid is None:
+                continue
+            active = grid.coordinate_of(gear, np.array(ends))
+            for what, values, (low, high) in (
+                (grid.along, grid.coordinate, (float(active[0]), float(active[1]))),
+                ("face position", grid.face, (0.0, pair.face_width)),
+            ):
+                covered = min(high, values[-1]) - max(low, values[0])
+                if len(values) > 1 and covered < (high - low) / 2:
+                    span = f"{what} {values[0]:g} to {values[-1]:g} mm"
+                    raise InputError(name, span, f"must cover half of the active flank, {low:.5g} to {high:.5g} mm")
+
+    def gap(self, lines: ContactLines) -> NDArray:
+        """Gap [mm], (position, pair, segment)."""
+        total = np.zeros(lines.shape)
+        for gear, radius, grid in zip(lines.pair.gears, lines.radii, self.grids, strict=True):
+            if grid is not None:
+                total += grid.at(gear, radius, lines.y)
+        return (MICROMETRE if self.positive == "missing" else -MICROMETRE) * total
+
+    def kinks(self, pair: Pair) -> tuple[float, ...]:
+        """Places u [mm] of the rows of a coarse grid; the kinks of a fine one are too many to be integrated between."""
+        places: list[float] = []
+        for index, (gear, grid) in enumerate(zip(pair.gears, self.grids, strict=True)):
+            if grid is not None and len(grid.coordinate) <= _MOST_KINKS:
+                places += [pair.path_coordinate(index, float(radius)) for radius in grid.radii(gear)]
+        return tuple(u for u in places if pair.path_start < u < pair.path_end)
+
+
+#: Grids read so far by their SHA-256: an effect made anew from its tables needs no second look at the file.
+_KNOWN: dict[str, FlankGrid] = {}
+
+
+def _read(key: str, file: str, known: str | None) -> tuple[FlankGrid, str]:
+    if known is not None and known in _KNOWN:
+        return _KNOWN[known], known
+    data, digest = content(key, file)
+    if known not in (None, digest):
+        raise InputError(f"{key}_sha256", known, f"{file} has changed: its SHA-256 is {digest}")
+    if digest not in _KNOWN:
+        _KNOWN[digest] = read_grid(key, file, data)
+    return _KNOWN[digest], digest
