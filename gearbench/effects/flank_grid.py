@@ -1,8 +1,8 @@
 """Deviations of a flank on a grid, as a measuring machine gives them: read from CSV or netCDF, interpolated.
 
-CSV: the first row names what runs down the first column, ``radius``, ``diameter`` or ``roll_length`` (√(R² − r_b²)), in mm,
-and holds the places y [mm] across the face; every further row holds such a coordinate and the deviations [µm]. Separated
-by commas, semicolons (then a decimal comma is understood) or tabs; lines that begin with # are remarks.
+CSV: the first row names what runs down the first column, ``radius``, ``diameter`` or ``roll_length`` (√(R² − r_b²)),
+in mm, and holds the places y [mm] across the face. Every further row holds one such coordinate and the deviations
+[µm]. Separated by commas, semicolons (then a decimal comma is understood) or tabs; # begins a line of remarks.
 NetCDF: one variable with the dimensions radius, diameter or roll_length, and face_position, with these coordinates in
 mm; its attribute ``units`` is µm or mm.
 """
