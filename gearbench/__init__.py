@@ -15,11 +15,13 @@ _PUBLIC = {
     "load_scene": "gearbench.scene_file",
     "simulate": "gearbench.simulation",
     "robust": "gearbench.robustness.montecarlo",
+    "optimise": "gearbench.optimise.run",
 }
 
-__all__ = ["Scene", "__version__", "load_scene", "robust", "simulate"]
+__all__ = ["Scene", "__version__", "load_scene", "optimise", "robust", "simulate"]
 
 if TYPE_CHECKING:
+    from gearbench.optimise.run import optimise
     from gearbench.robustness.montecarlo import robust
     from gearbench.scene import Scene
     from gearbench.scene_file import load_scene

@@ -17,9 +17,13 @@ _PACKAGES = ("gearbench", "numpy", "scipy", "numba", "xarray")
 
 def provenance(scene: Scene, *, wall_time: float, seed: int | None = None) -> dict[str, Any]:
     """Attributes of a Dataset: scene as TOML, its hash, package versions, git revision, seed, wall time [s], host."""
-    attrs: dict[str, Any] = {
-        "scene": scene.to_toml(),
-        "scene_sha256": scene.digest,
+    attrs = {"scene": scene.to_toml(), "scene_sha256": scene.digest, **run_provenance(wall_time=wall_time)}
+    return attrs if seed is None else {**attrs, "seed": seed}
+
+
+def run_provenance(*, wall_time: float) -> dict[str, Any]:
+    """Attributes of any Dataset: package versions, git revision, wall time [s], host."""
+    return {
         "versions": versions(),
         "git_revision": git_revision(),
         "wall_time_s": wall_time,
@@ -27,7 +31,6 @@ def provenance(scene: Scene, *, wall_time: float, seed: int | None = None) -> di
         "host": platform.node(),
         "Conventions": "CF-1.8",
     }
-    return attrs if seed is None else {**attrs, "seed": seed}
 
 
 @cache

@@ -43,6 +43,13 @@ QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
         "mesh_stiffness_mean": Quantity("N/µm", "mean k", "mean mesh stiffness"),
         "mesh_stiffness_rms": Quantity("%", "RMS k", "RMS of the relative fluctuation of the mesh stiffness"),
         "mesh_stiffness_peak_to_peak": Quantity("N/µm", "PP k", "peak-to-peak mesh stiffness"),
+        # limits of a design
+        "total_contact_ratio": Quantity("1", "ε_γ", "total contact ratio"),
+        "transverse_contact_ratio": Quantity("1", "ε_α", "transverse contact ratio"),
+        "overlap_ratio": Quantity("1", "ε_β", "overlap ratio"),
+        "specific_sliding": Quantity("1", "ζ", "largest specific sliding"),
+        "contact_pressure": Quantity("MPa", "σ_H", "largest contact pressure"),
+        "root_stress": Quantity("MPa", "σ_F", "largest nominal root stress"),
         # random errors
         "error": Quantity("µm", "ε", "manufacturing error drawn"),
         # how well the contact is solved

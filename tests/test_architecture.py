@@ -21,6 +21,7 @@ LAYERS = (
     ("contact",),
     ("cycle", "outputs", "provenance", "results", "simulation", "library"),
     ("robustness", "strength", "exchange"),
+    ("optimise",),
     ("plotting", "plan", "doctor"),
     ("cli", "__main__"),
 )

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from gearbench.cli.doctor import doctor
+from gearbench.cli.optimise import optimise
 from gearbench.cli.plan import plan
 from gearbench.cli.rexs import rexs
 from gearbench.cli.robust import robust
@@ -23,7 +24,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Static transmission error and mesh stiffness of involute gear pairs, and how robust they are.",
 )
-for command in (simulate, robust, plan, rexs, doctor):
+for command in (simulate, robust, optimise, plan, rexs, doctor):
     app.command()(command)
 
 

@@ -15,18 +15,14 @@ Derivation = Callable[[Mapping[str, Any], Callable[[Mapping[str, Any]], Pair], f
 
 
 def _relief_length(effect: str) -> Derivation:
-    def derive(
-        tables: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], Pair], value: float
-    ) -> dict[str, Any]:
+    def derive(tables: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
         pair = pair_of(tables["pair"])
         return {f"effects.{effect}.length": value * min(gear.tooth_height for gear in pair.gears)}
 
     return derive
 
 
-def _addendum(
-    tables: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], Pair], value: float
-) -> dict[str, Any]:
+def _addendum(tables: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
     lowest = unit_contact_addendum(_any_pair(tables["pair"], pair_of))
     addendum = lowest + value * (1.0 - lowest)
     return {"pair.pinion.addendum": addendum, "pair.wheel.addendum": addendum}
@@ -34,13 +30,14 @@ def _addendum(
 
 def _any_pair(table: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], Pair]) -> Pair:
     """The pair with the greatest addendum that works: its pitch and base circles do not depend on it."""
+    faults = []
     for tenths in range(10, 0, -1):
         members = {name: {**table.get(name, {}), "addendum": tenths / 10} for name in ("pinion", "wheel")}
         try:
             return pair_of({**table, **members})
         except InputError as fault:
-            reason = fault
-    raise reason
+            faults.append(fault)
+    raise faults[0]
 
 
 def unit_contact_addendum(pair: Pair) -> float:

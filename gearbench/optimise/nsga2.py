@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gearbench.errors import GearbenchError
 from gearbench.optimise.problem import Evaluation, assignments
 from gearbench.optimise.study import Design, OptimisationStudy
 from gearbench.optimise.variables import Variable
 
 if TYPE_CHECKING:
-    from pymoo.algorithms.moo.nsga2 import NSGA2
     from pymoo.core.duplicate import DuplicateElimination
 
 #: Attempts to breed designs that are not in the population yet, before a generation stays smaller.
@@ -37,8 +37,10 @@ class Search:
 
     def __init__(self, study: OptimisationStudy) -> None:
         self._study = study
-        self._names = [variable.name for variable in study.variables]
-        self._algorithm = _algorithm(study, self._design)
+        try:
+            self._algorithm = _algorithm(study, self._design)
+        except ImportError:
+            raise GearbenchError("optimise needs pymoo: install the extra gearbench[optimise]") from None
         self._asked: Any = None
 
     def _design(self, individual: Any) -> Design:
@@ -50,7 +52,7 @@ class Search:
     def ask(self) -> list[Design]:
         """Designs of the next generation; fewer than the population, or none, where the space is exhausted."""
         self._asked = self._algorithm.ask()
-        return [] if self._asked is None else [self._design(individual) for individual in self._asked]
+        return [] if self._asked is None else [self._design(i) for i in self._asked]
 
     def tell(self, results: Sequence[Evaluation]) -> None:
         """Tell the results of the designs last asked for, in their order."""
@@ -69,7 +71,7 @@ class Search:
         return [self._design(individual) for individual in self._algorithm.pop]
 
 
-def _algorithm(study: OptimisationStudy, design: Callable[[Any], Design]) -> NSGA2:
+def _algorithm(study: OptimisationStudy, design: Callable[[Any], Design]) -> Any:
     from pymoo.algorithms.moo.nsga2 import NSGA2, binary_tournament
     from pymoo.core.mixed import MixedVariableMating, MixedVariableSampling
     from pymoo.core.problem import Problem
@@ -88,7 +90,10 @@ def _algorithm(study: OptimisationStudy, design: Callable[[Any], Design]) -> NSG
         return (Real if variable.kind == "real" else Integer)(bounds=variable.bounds)
 
     duplicates = _same_gear(lambda individual: assignments(study, design(individual)))
-    mating = MixedVariableMating(
+    # their types are inferred from defaults
+    make_mating: Any = MixedVariableMating
+    make_algorithm: Any = NSGA2
+    mating = make_mating(
         selection=TournamentSelection(func_comp=binary_tournament),
         crossover={Real: SBX(), Integer: SBX(vtype=float, repair=RoundingRepair()), Choice: UX()},
         mutation={
@@ -99,7 +104,7 @@ def _algorithm(study: OptimisationStudy, design: Callable[[Any], Design]) -> NSG
         eliminate_duplicates=duplicates,
         n_max_iterations=ATTEMPTS,
     )
-    algorithm = NSGA2(
+    algorithm = make_algorithm(
         pop_size=study.algorithm.population,
         sampling=MixedVariableSampling(),
         mating=mating,

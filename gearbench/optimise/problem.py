@@ -108,7 +108,7 @@ def assignments(study: OptimisationStudy, design: Design) -> tuple[tuple[str, Va
 
     An effect whose amount or length is 0 is absent: ("effects.<name>", None) takes the place of its keys.
     """
-    given = {
+    given: dict[str, Value | None] = {
         path: variable.value(code)
         for variable, code in zip(study.variables, design, strict=True)
         for path in variable.paths

@@ -39,7 +39,7 @@ def check_variable(variable: Variable) -> tuple[str, ...]:
             keys += SETS[path]
             continue
         hint = _hint(path, key)
-        for code in {variable.bounds[0], variable.bounds[1]} if variable.values is None else range(len(variable.values)):
+        for code in variable.bounds if variable.values is None else range(len(variable.values)):
             fault = _fault(hint, variable.value(code))
             if fault is not None and fault["type"] not in _RANGE:
                 raise InputError(key, repr(fault["input"]), fault["msg"].replace("Input should", f"{path} must"))

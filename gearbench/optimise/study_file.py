@@ -11,6 +11,7 @@ from pydantic import ValidationError
 
 from gearbench.errors import InputError
 from gearbench.optimise.constraints import CONSTRAINTS
+from gearbench.optimise.dataset import RESERVED
 from gearbench.optimise.schema import check_base, check_variable
 from gearbench.optimise.study import Algorithm, Limit, Objective, OptimisationStudy, Robustness
 from gearbench.optimise.variables import Variable
@@ -20,7 +21,6 @@ T = TypeVar("T")
 
 _TABLES: dict[str, type] = {"algorithm": Algorithm, "robustness": Robustness}
 _KEYS = tuple(field.name for field in fields(OptimisationStudy))
-_VARIABLE_KEYS = {field.name for field in fields(Variable)}
 
 
 def load_study(path: str | Path) -> OptimisationStudy:
@@ -83,6 +83,8 @@ def check_study(study: OptimisationStudy) -> None:
     """
     driven: dict[str, str] = {}
     for variable in study.variables:
+        if variable.name in RESERVED:
+            raise InputError(f"variables.{variable.name}", "reserved name", "results are called so: use another name")
         for path in check_variable(variable):
             if path in driven:
                 raise InputError(f"variables.{variable.name}", path, f"is changed by variables.{driven[path]} too")
@@ -112,10 +114,12 @@ def _variables(prefix: str, tables: Mapping[str, Any]) -> Iterator[Variable]:
         key = f"{prefix}{name}"
         if not isinstance(table, Mapping):
             raise InputError(f"variables.{key}", table, "must be a table, e.g. { min = 0.0, max = 5.0, step = 1.0 }")
+        if "name" in table:
+            raise InputError(f"variables.{key}.name", table["name"], f"the variable's name is {key}")
         if table and all(isinstance(value, Mapping) for value in table.values()):
             yield from _variables(f"{key}.", table)
         else:
-            yield _parse(f"variables.{key}", Variable, {"paths": [key], **table})
+            yield _parse(f"variables.{key}", Variable, {"paths": [key], **table, "name": key})
 
 
 def _objectives(given: Any) -> Iterator[Objective]:

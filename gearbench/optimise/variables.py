@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from functools import cached_property
 from typing import Any, Literal
 
@@ -23,9 +24,11 @@ class Variable:
 
     Parameters
     ----------
+    name
+        Name of its table in the study.
     paths
         Keys of the scene that take its value, e.g. ``("pair.pinion.teeth", "pair.wheel.teeth")``, or names of
-        ``gearbench.optimise.derived``. In a file the name of the variable's table is the key, where ``paths`` is absent.
+        ``gearbench.optimise.derived``. In a file the variable's name is the key, where ``paths`` is absent.
     min, max
         Range. Whole numbers without a step: every whole number between them. Otherwise a real variable, or, with a
         step, the values min, min + step, … up to max.
@@ -40,6 +43,7 @@ class Variable:
         If they describe no values. Wrapped by pydantic's ``ValidationError``.
     """
 
+    name: str
     paths: tuple[str, ...]
     min: int | float | None = None
     max: int | float | None = None
@@ -47,6 +51,8 @@ class Variable:
     values: tuple[Value, ...] | None = None
 
     def __post_init__(self) -> None:
+        if re.fullmatch(r"\w+(\.\w+)*", self.name) is None:
+            raise InputError("name", self.name, "must consist of letters, digits, underscores and dots")
         if not self.paths:
             raise InputError("paths", "none", "must name at least one key of the scene")
         if self.values is not None:
@@ -65,7 +71,9 @@ class Variable:
         if self.step is not None and not self.step > 0:
             raise InputError("step", self.step, "must be positive; without it the variable is real")
         if self.step is not None and (high - low) / self.step >= MOST_VALUES:
-            raise InputError("step", self.step, f"makes more than {MOST_VALUES} values; without it the variable is real")
+            raise InputError(
+                "step", self.step, f"makes more than {MOST_VALUES} values; without it the variable is real"
+            )
 
     @property
     def _range(self) -> tuple[int | float, int | float]:
@@ -73,25 +81,20 @@ class Variable:
         assert self.max is not None
         return self.min, self.max
 
-    @property
-    def name(self) -> str:
-        """The first of its keys."""
-        return self.paths[0]
-
     @cached_property
     def grid(self) -> tuple[Value, ...] | None:
         """All its values in order; None where it is real."""
         if self.values is not None:
             return self.values
         low, high = self._range
-        whole = isinstance(low, int) and isinstance(high, int)
-        if self.step is None:
-            return tuple(range(low, high + 1)) if whole else None
-        count = math.floor((high - low) / self.step + 1e-9) + 1
-        if whole and isinstance(self.step, int):
-            return tuple(low + i * self.step for i in range(count))
+        step = 1 if self.step is None and isinstance(low, int) and isinstance(high, int) else self.step
+        if step is None:
+            return None
+        places = range(math.floor((high - low) / step + 1e-9) + 1)
+        if isinstance(low, int) and isinstance(step, int):
+            return tuple(low + i * step for i in places)
         # the decimals written down, 0.3 and not 0.30000000000000004
-        return tuple(float(f"{low + i * self.step:.12g}") for i in range(count))
+        return tuple(float(f"{low + i * step:.12g}") for i in places)
 
     @property
     def kind(self) -> Literal["real", "ordered", "choice"]:
@@ -115,7 +118,7 @@ class Variable:
 
     def given(self) -> dict[str, Any]:
         """As a table of a study file."""
-        table: dict[str, Any] = {"paths": list(self.paths)}
+        table: dict[str, Any] = {} if self.paths == (self.name,) else {"paths": list(self.paths)}
         for key in ("min", "max", "step"):
             if getattr(self, key) is not None:
                 table[key] = getattr(self, key)

@@ -1,0 +1,160 @@
+"""``gearbench optimise``."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gearbench.cli.options import Json, Quiet
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gearbench.optimise.run import Progress
+
+StudyFile = Annotated[Path, typer.Argument(metavar="STUDY", help="Study file (TOML).", show_default=False)]
+Folder = Annotated[
+    Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the generations and the front.")
+]
+Resume = Annotated[bool, typer.Option("--resume", help="Continue what is in DIR.")]
+Scheduler = Annotated[
+    str | None, typer.Option(metavar="ADDRESS|local:N", help="Evaluate on dask.distributed; threads by default.")
+]
+#: Designs of the front that the summary shows.
+SHOWN = 12
+
+Threads = Annotated[int | None, typer.Option(min=1, help="Threads; all processors by default.")]
+
+
+def optimise(
+    study: StudyFile,
+    output: Folder,
+    resume: Resume = False,
+    scheduler: Scheduler = None,
+    threads: Threads = None,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Optimise the gears of STUDY; every generation is kept in DIR, and --resume continues after any interruption.
+
+    Example: gearbench optimise examples/optimise_small.toml -o front
+    """
+    from gearbench.optimise.run import optimise as run
+    from gearbench.optimise.study_file import load_study
+
+    loaded = load_study(study)
+    try:
+        with _progress(shown=not quiet and not json) as report:
+            dataset = run(
+                loaded, directory=output, resume=resume, scheduler=scheduler, threads=threads, progress=report
+            )
+    except KeyboardInterrupt:
+        kept = len(list(output.glob("generation_*.nc")))
+        again = f"gearbench optimise {study} -o {output} --resume"
+        print(f"gearbench: interrupted; {kept} generations are kept. Continue with: {again}", file=sys.stderr)
+        raise typer.Exit(130) from None
+    if json:
+        _print_json(dataset)
+    elif not quiet:
+        _print_summary(loaded.name, dataset, output)
+
+
+@contextmanager
+def _progress(*, shown: bool) -> Iterator[Callable[[Progress], None]]:
+    """A progress line on a terminal."""
+    if not (shown and sys.stderr.isatty()):
+        yield lambda _: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    columns = (BarColumn(), TextColumn("{task.description}"))
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("first generation", total=1.0)
+        yield lambda state: bar.update(task, completed=state.fraction, description=_line(state))
+
+
+def _line(state: Progress) -> str:
+    left = state.remaining
+    eta = "–" if left is None else f"{int(left) // 3600}:{int(left) // 60 % 60:02d}:{int(left) % 60:02d}"
+    return (
+        f"generation {state.generation}/{state.generations}, {state.evaluated} evaluated, {state.feasible} feasible, "
+        f"hypervolume {state.hypervolume:.4f}, {eta} left"
+    )
+
+
+def _numbers(dataset: xr.Dataset) -> dict[str, float]:
+    asked, evaluated = int(dataset["asked"].sum()), dataset.sizes["design"]
+    return {
+        "generations": dataset.sizes["generation"],
+        "asked": asked,
+        "evaluated": evaluated,
+        "cached_share": 1 - evaluated / asked,
+        "feasible": int(dataset["feasible"].sum()),
+        "on_front": int(dataset["on_front"].sum()),
+        "hypervolume": float(dataset["hypervolume"][-1]),
+        "wall_time_s": dataset.attrs["wall_time_s"],
+    }
+
+
+def _print_json(dataset: xr.Dataset) -> None:
+    import json
+
+    print(json.dumps({"study_sha256": dataset.attrs["study_sha256"], **_numbers(dataset)}, indent=2))
+
+
+def _print_summary(name: str, dataset: xr.Dataset, folder: Path) -> None:
+    n = _numbers(dataset)
+    print(
+        f"{name or 'study'}: {n['generations']} generations, {n['asked']} designs asked for, "
+        f"{n['evaluated']} evaluated, {n['feasible']} feasible, {n['on_front']} on the front, "
+        f"hypervolume {n['hypervolume']:.4f}"
+    )
+    if n["on_front"]:
+        _print_front(dataset)
+    else:
+        reasons, counts = _reasons(dataset)
+        print(f"no feasible design; most often: {reasons[0]} ({counts[0]} designs)")
+    print(f"wrote {folder / 'front.nc'}")
+
+
+def _print_front(dataset: xr.Dataset) -> None:
+    """At most twelve designs of the front, from one end to the other."""
+    from rich.console import Console
+    from rich.table import Table
+
+    on_front = dataset["on_front"].values.nonzero()[0]
+    front = dataset.isel(design=on_front[dataset["objective"].values[on_front, 0].argsort(kind="stable")])
+    names = [str(name) for name in front["variable"].values]
+    table = Table(title="front", title_justify="left", title_style="bold", box=None, pad_edge=False)
+    headings = [name.replace(".", ".\n") for name in names]
+    headings += [_heading(i, str(label)) for i, label in enumerate(front["objective_name"].values)]
+    for heading in headings:
+        table.add_column(heading, justify="right")
+    for place in sorted({round(i * (len(on_front) - 1) / (SHOWN - 1)) for i in range(SHOWN)}):
+        row = front.isel(design=place)
+        values = [f"{row[v].item():g}" if row[v].dtype.kind in "if" else str(row[v].item()) for v in names]
+        table.add_row(*values, *(f"{x:.4g}" for x in row["objective"].values))
+    Console(soft_wrap=True).print(table)
+
+
+def _heading(number: int, label: str) -> str:
+    """Statistic, symbol and unit of an objective; a number where it is a weighted sum."""
+    from gearbench.quantities import QUANTITIES
+
+    response, _, statistic = label.rpartition("_")
+    if response not in QUANTITIES:
+        return f"objective\n{number + 1}"
+    return f"{statistic} {QUANTITIES[response].symbol}\n{QUANTITIES[response].units}"
+
+
+def _reasons(dataset: xr.Dataset) -> tuple[list[str], list[int]]:
+    from collections import Counter
+
+    common = Counter(map(str, dataset["reason"].values)).most_common()
+    return [reason for reason, _ in common], [count for _, count in common]

@@ -1,0 +1,185 @@
+"""Datasets of an optimisation: one for each generation, and the final one of all designs and their front."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearbench.errors import InputError
+from gearbench.optimise.archive import Archive
+from gearbench.optimise.constraints import CONSTRAINTS
+from gearbench.optimise.problem import Evaluation
+from gearbench.optimise.study import STATISTICS, Design, OptimisationStudy
+from gearbench.quantities import QUANTITIES
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_OURS = {
+    "code": "what the search works with: place in the grid of a variable's values, or its value where it is real",
+    "objective": "objectives, to be made small",
+    "violation": "sum of the relative violations of the limits",
+    "feasible": "whether the design keeps all limits",
+    "reason": "why the design is not feasible",
+    "first_generation": "generation in which the design was first asked for",
+    "on_front": "whether no feasible design dominates this one",
+    "in_population": "whether the design survived the last generation",
+    "asked": "designs the search asked for",
+    "asked_design": "the designs that the search asked for; -1 where there were fewer than the population",
+    "evaluated": "designs that were computed, and not known before",
+    "feasible_found": "feasible designs known so far",
+    "hypervolume": "share of the box below the reference point that the front known so far dominates",
+    "reference_point": "reference point of the hypervolume",
+}
+#: Names that a variable must not have.
+RESERVED = frozenset(
+    {*_OURS, *STATISTICS, *CONSTRAINTS, "design", "generation", "variable", "constraint", "objective_name", "member"}
+)
+_STATISTIC = {"mean": "mean", "std": "standard deviation", "max": "maximum"}
+
+
+def designs_dataset(
+    study: OptimisationStudy, designs: Sequence[Design], results: Sequence[Evaluation], first: Sequence[int]
+) -> xr.Dataset:
+    """Designs with all that is known of them, dimension ``design``; ``first`` is the generation of each."""
+    import xarray as xr
+
+    codes = np.array(designs, dtype=float).reshape(len(designs), len(study.variables))
+    variables: dict[str, tuple] = {"code": (("design", "variable"), codes, _attrs("code"))}
+    for i, variable in enumerate(study.variables):
+        attrs = {"long_name": variable.name, "paths": ", ".join(variable.paths)}
+        values = np.array([variable.value(design[i]) for design in designs])
+        variables[variable.name] = ("design", values.astype("int8") if values.dtype == bool else values, attrs)
+    objectives = np.array([result.objectives(study) for result in results]).reshape(len(results), -1)
+    variables["objective"] = (("design", "objective_name"), objectives, _attrs("objective"))
+    for i, name in enumerate(STATISTICS):
+        variables[name] = ("design", np.array([r.statistics[i] for r in results]), _statistic_attrs(name))
+    for i, name in enumerate(study.constraints):
+        variables[name] = ("design", np.array([r.constraints[i] for r in results]), _limited_attrs(study, name))
+    variables["violation"] = ("design", np.array([r.violation for r in results]), _attrs("violation"))
+    variables["feasible"] = ("design", np.array([r.feasible for r in results], dtype="int8"), _attrs("feasible"))
+    variables["reason"] = ("design", np.array([r.reason for r in results], dtype=object), _attrs("reason"))
+    variables["first_generation"] = ("design", np.array(first, dtype="int64"), _attrs("first_generation"))
+    coords = {
+        "variable": np.array([variable.name for variable in study.variables], dtype=object),
+        "objective_name": np.array([objective.label for objective in study.objectives], dtype=object),
+    }
+    dataset = xr.Dataset(variables, coords=coords)
+    return dataset.assign_attrs(
+        study=study.to_toml(),
+        study_sha256=study.digest,
+        algorithm_seed=study.algorithm.seed,
+        robustness_seed=study.robustness.seed,
+        samples=study.robustness.samples,
+        sampler=study.robustness.sampler,
+    )
+
+
+def read_designs(dataset: xr.Dataset, study: OptimisationStudy) -> list[tuple[Design, Evaluation]]:
+    """Designs and results of a Dataset of ``designs_dataset``, exactly as they were.
+
+    Raises
+    ------
+    KeyError, ValueError
+        If the Dataset is none.
+    """
+    kinds = [float if variable.kind == "real" else int for variable in study.variables]
+    constraints = np.array([dataset[name].values for name in study.constraints]).reshape(len(study.constraints), -1).T
+    statistics = np.array([dataset[name].values for name in STATISTICS]).T
+    rows = zip(
+        dataset["code"].values,
+        dataset["violation"].values,
+        dataset["reason"].values,
+        constraints if study.constraints else np.empty((dataset.sizes["design"], 0)),
+        statistics,
+        strict=True,
+    )
+    return [
+        (
+            tuple(kind(code) for kind, code in zip(kinds, codes, strict=True)),
+            Evaluation(
+                violation=float(violation),
+                reason=str(reason),
+                constraints=tuple(map(float, limited)),
+                statistics=tuple(map(float, known)),
+            ),
+        )
+        for codes, violation, reason, limited, known in rows
+    ]
+
+
+def front_dataset(archive: Archive, population: Sequence[Design], wall_time: float) -> xr.Dataset:
+    """All designs of a finished search and its history, dimensions ``design`` and ``generation``."""
+    from gearbench.provenance import run_provenance
+
+    study = archive.study
+    dataset = designs_dataset(study, archive.designs, archive.results, archive.first)
+    everything = np.arange(len(archive.designs))
+    survived = np.isin(everything, archive.places(population))
+    dataset["on_front"] = ("design", np.isin(everything, archive.front).astype("int8"), _attrs("on_front"))
+    dataset["in_population"] = ("design", survived.astype("int8"), _attrs("in_population"))
+    members = np.full((len(archive.asked), study.algorithm.population), -1, dtype="int64")
+    for row, asked in zip(members, archive.asked, strict=True):
+        row[: len(asked)] = asked
+    dataset["asked_design"] = (("generation", "member"), members, _attrs("asked_design"))
+    history = {
+        "asked": [len(asked) for asked in archive.asked],
+        "evaluated": archive.evaluated,
+        "feasible_found": archive.feasible_found,
+        "hypervolume": archive.hypervolumes,
+    }
+    for name, values in history.items():
+        dataset[name] = ("generation", np.array(values), _attrs(name))
+    dataset["reference_point"] = ("objective_name", archive.reference_point, _attrs("reference_point"))
+    dataset = dataset.assign_coords(generation=np.arange(1, len(archive.asked) + 1))
+    return dataset.assign_attrs(data_sha256=checksum(dataset), **run_provenance(wall_time=wall_time))
+
+
+def checksum(dataset: xr.Dataset) -> str:
+    """SHA-256 over names and values of all variables: equal for equal results, wherever and whenever computed."""
+    digest = hashlib.sha256()
+    for name in sorted(map(str, dataset.variables)):
+        values = dataset[name].values
+        text = values.dtype.kind in "OUS"
+        digest.update(f"{name} {values.shape} ".encode())
+        digest.update("\0".join(map(str, values.ravel())).encode() if text else np.ascontiguousarray(values).tobytes())
+    return digest.hexdigest()
+
+
+def design_scene(dataset: xr.Dataset, design: int) -> Any:
+    """The scene of a design of a stored optimisation, by its place in the dimension ``design``.
+
+    Raises
+    ------
+    InputError
+        If there is no such design, or it makes no gear.
+    """
+    import tomllib
+
+    from gearbench.optimise.problem import scene_of
+    from gearbench.optimise.study_file import parse_study
+
+    if not 0 <= design < dataset.sizes["design"]:
+        raise InputError("design", design, f"must lie within 0 to {dataset.sizes['design'] - 1}")
+    study = parse_study(tomllib.loads(dataset.attrs["study"]))
+    (found, _), *_ = read_designs(dataset.isel(design=[design]), study)
+    return scene_of(study, found)
+
+
+def _attrs(name: str) -> dict[str, str]:
+    return {"units": "1", "long_name": _OURS[name]}
+
+
+def _statistic_attrs(name: str) -> dict[str, str]:
+    response, statistic = name.rsplit("_", 1)
+    base = QUANTITIES[response]
+    return {**base.attrs, "long_name": f"{_STATISTIC[statistic]} over the error samples of the {base.long_name}"}
+
+
+def _limited_attrs(study: OptimisationStudy, name: str) -> dict[str, Any]:
+    limit = study.constraints[name]
+    limits = {key: v for key, v in (("limit_min", limit.min), ("limit_max", limit.max)) if v is not None}
+    return {**QUANTITIES[name].attrs, **limits}

@@ -1,0 +1,150 @@
+"""A folder that holds a search: the study, one file for each generation, and the front at the end.
+
+Every file is written whole or not at all. No state of the search is stored: it is run again from its seed, and the
+results of the generations on disk are told to it instead of being computed.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gearbench.errors import InputError
+from gearbench.optimise.dataset import checksum, designs_dataset, read_designs
+from gearbench.optimise.problem import Evaluation
+from gearbench.optimise.study import Design, OptimisationStudy
+from gearbench.results import load, save
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+STUDY, FRONT = "study.toml", "front.nc"
+
+
+class Store:
+    """Folder of a search.
+
+    Parameters
+    ----------
+    folder
+        Where; made if it does not exist.
+    study
+        The study that is run.
+    resume
+        Whether to continue what is there.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be made or written, holds something and is not to be continued, or holds another study.
+    """
+
+    def __init__(self, folder: str | Path, study: OptimisationStudy, *, resume: bool) -> None:
+        self.folder, self._study = Path(folder), study
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            names = sorted(path.name for path in self.folder.iterdir())
+        except OSError as error:
+            raise InputError("output", str(folder), f"must be a folder ({error.strerror})") from None
+        if not os.access(self.folder, os.W_OK | os.X_OK):
+            raise InputError("output", str(folder), "the folder is not writable")
+        self._check(names, resume)
+        for name in names:
+            if _is_part(name):
+                (self.folder / name).unlink(missing_ok=True)
+        if STUDY not in names:
+            self._write_study()
+
+    def _check(self, names: Sequence[str], resume: bool) -> None:
+        kept = [name for name in names if not _is_part(name)]
+        if not kept:
+            return
+        if not resume:
+            raise InputError("output", str(self.folder), "the folder is not empty: continue it with --resume")
+        if STUDY not in kept:
+            raise InputError("output", str(self.folder), f"holds no optimisation: there is no {STUDY}")
+        if (self.folder / STUDY).read_text(encoding="utf-8") != self._study.to_toml():
+            raise InputError("output", str(self.folder), f"belongs to another study: see its {STUDY}")
+
+    def _write_study(self) -> None:
+        part = self.folder / f".{STUDY}.part"
+        try:
+            with part.open("w", encoding="utf-8") as file:
+                file.write(self._study.to_toml())
+                file.flush()
+                os.fsync(file.fileno())
+            part.replace(self.folder / STUDY)
+        finally:
+            part.unlink(missing_ok=True)
+
+    def path(self, generation: int) -> Path:
+        """File of a generation, counted from 1."""
+        return self.folder / f"generation_{generation:04d}.nc"
+
+    def read(self, generation: int, designs: Sequence[Design]) -> list[Evaluation] | None:
+        """Results of a generation's ``designs``; None where there are none, or the file is damaged.
+
+        Raises
+        ------
+        InputError
+            If the file holds other designs: the search was run with other versions of its packages.
+        """
+        path = self.path(generation)
+        if not path.exists():
+            return None
+        try:
+            dataset = load(path)
+            rows = read_designs(dataset, self._study) if dataset.attrs["data_sha256"] == checksum(dataset) else None
+        except (InputError, KeyError, ValueError):
+            return None
+        if rows is None:
+            return None
+        if [design for design, _ in rows] != list(designs):
+            with_versions = dataset.attrs.get("versions", "other versions")
+            raise InputError("output", str(path), f"was searched with {with_versions}: continue with those")
+        return [result for _, result in rows]
+
+    def write(self, generation: int, designs: Sequence[Design], results: Sequence[Evaluation]) -> None:
+        """Commit a generation.
+
+        Raises
+        ------
+        OSError, InputError
+            If the disk is full or the folder is no longer writable; what was committed before is untouched.
+        """
+        from gearbench.provenance import versions
+
+        dataset = designs_dataset(self._study, designs, results, [generation] * len(designs))
+        dataset = dataset.drop_vars("first_generation")
+        attrs = {"generation": generation, "versions": versions(), "data_sha256": checksum(dataset)}
+        self._save(dataset.assign_attrs(attrs), self.path(generation))
+
+    def write_front(self, dataset: xr.Dataset) -> Path:
+        """Commit the final Dataset."""
+        return self._save(dataset, self.folder / FRONT)
+
+    def _save(self, dataset: xr.Dataset, path: Path) -> Path:
+        try:
+            save(dataset, path)
+        except RuntimeError as error:  # how HDF5 says that a write failed
+            raise OSError(f"{path}: {str(error).splitlines()[0]}") from None
+        _sync(self.folder)
+        return path
+
+
+def _is_part(name: str) -> bool:
+    """Whether a file is what an interrupted write left behind."""
+    return name.startswith(".") and name.endswith(".part")
+
+
+def _sync(folder: Path) -> None:
+    """Make the names in a folder durable, where the system can."""
+    if not hasattr(os, "O_DIRECTORY"):
+        return
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
