@@ -12,7 +12,7 @@ SOURCES = sorted(p for folder in ("gearbench", "fem_reference") for p in (ROOT /
 
 #: A module may import from its own layer and from those before it.
 LAYERS = (
-    ("errors", "quantities"),
+    ("errors", "quantities", "notebook"),
     ("geometry",),
     ("tolerances",),
     ("compliance",),
@@ -23,6 +23,7 @@ LAYERS = (
     ("robustness", "strength", "exchange"),
     ("optimise",),
     ("plotting", "plan", "doctor"),
+    ("validation",),
     ("cli", "__main__"),
 )
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
@@ -63,7 +64,7 @@ def test_imports_point_downward(path):
         if name.startswith("gearbench."):
             assert LEVEL[name.split(".")[1]] <= level, f"{'.'.join(parts)} imports {name}"
         if name.startswith("fem_reference"):
-            assert parts[1] in {"doctor", "effects"}, name
+            assert parts[1] in {"doctor", "effects", "validation"}, name
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=lambda p: str(p.relative_to(ROOT)))

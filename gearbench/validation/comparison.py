@@ -1,0 +1,165 @@
+"""Compare scenes with their finite element references: one Dataset with both sides' curves, errors, times."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearbench.effects.fe_compliance import FeCompliance
+from gearbench.errors import InputError
+from gearbench.provenance import provenance, run_provenance
+from gearbench.quantities import QUANTITIES, Quantity
+from gearbench.scene import Scene
+from gearbench.simulation import simulate
+from gearbench.validation.dataset import stack
+from gearbench.validation.mac import compare_shapes
+from gearbench.validation.reference import reference_scene
+from gearbench.validation.ste_error import CURVES, HARMONICS, OUTPUTS, cycle_errors
+from gearbench.validation.timing import compliance_seconds, simulation_seconds
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MODELS, GEARS = ("fast", "reference"), ("pinion", "wheel")
+
+
+def compare(scene: Scene, accuracy: float = 0.01) -> xr.Dataset:
+    """Compare a scene with its finite element reference.
+
+    Parameters
+    ----------
+    accuracy
+        Relative error of the reference's compliance that its meshes are refined to.
+
+    Returns
+    -------
+    Dataset with the dimensions ``model`` (fast, reference), ``position``, ``pair``, ``harmonic``, ``gear``,
+    ``load_height``, ``load_place``; both scenes as TOML in the attributes.
+
+    Raises
+    ------
+    InputError
+        If the scene has no reference, see ``reference_scene``.
+    """
+    import xarray as xr
+
+    begun = time.perf_counter()
+    reference = reference_scene(scene, accuracy)
+    start = time.perf_counter()
+    fast_run = simulate(scene, outputs=OUTPUTS)
+    first_call = time.perf_counter() - start
+    reference_run = simulate(reference, outputs=OUTPUTS)
+    variables: dict[str, tuple] = {
+        name: (("model", *fast_run[name].dims), np.array([fast_run[name].values, reference_run[name].values]))
+        for name in (*CURVES, "load_share")
+    }
+    coords: dict[str, tuple] = {
+        "model": ("model", list(MODELS)),
+        "gear": ("gear", list(GEARS)),
+        "harmonic": ("harmonic", np.arange(1, HARMONICS + 1)),
+        **{name: (fast_run[name].dims, fast_run[name].values) for name in ("mesh_phase", "phase_weight", "pair_index")},
+    }
+    variables |= cycle_errors(fast_run, reference_run) | _shapes(scene, reference) | _reference(reference)
+    variables |= _times(scene, reference, variables["reference_seconds"][1].sum()) | {
+        "first_call_seconds": ((), first_call)
+    }
+    attrs = provenance(scene, wall_time=time.perf_counter() - begun) | _reference_attrs(reference)
+    described = {name: (dims, np.asarray(v), _attrs(name)) for name, (dims, v) in variables.items()}
+    return xr.Dataset(described, {name: (d, v, _attrs(name)) for name, (d, v) in coords.items()}, attrs)
+
+
+def _shapes(scene: Scene, reference: Scene) -> dict[str, tuple]:
+    found = [compare_shapes(scene, reference, k) for k in range(2)]
+    over = ("gear", "load_height", "load_place")
+    criterion = np.array([each.mac for each in found])
+    return {
+        "load_radius": (("gear", "load_height"), np.array([each.loads.radius for each in found])),
+        "load_position": (("load_place",), found[0].loads.y),
+        "mac": (over, criterion),
+        "mac_worst": (("gear",), criterion.min(axis=(1, 2))),
+        "mac_mean": (("gear",), criterion.mean(axis=(1, 2))),
+        "norm_ratio": (over, np.array([each.norm_ratio for each in found])),
+        "compliance_ratio": (("gear",), np.array([each.compliance_ratio for each in found])),
+    }
+
+
+def _reference(reference: Scene) -> dict[str, tuple]:
+    """What the finite elements of both gears were."""
+    flanks = [finite_elements(reference).flank(reference.pair, k) for k in range(2)]
+    of_gear: dict[str, list[Any]] = {
+        "reference_error": [flank.error for flank in flanks],
+        "reference_unknowns": [flank.attrs["unknowns"] for flank in flanks],
+        "reference_meshes": [flank.attrs["meshes"] for flank in flanks],
+        "reference_seconds": [flank.attrs["seconds"] for flank in flanks],
+        "reference_cached": [int(flank.attrs.get("cached", False)) for flank in flanks],
+    }
+    return {name: (("gear",), np.array(values)) for name, values in of_gear.items()}
+
+
+def _times(scene: Scene, reference: Scene, reference_compliance: float) -> dict[str, tuple]:
+    """Wall times; that of the reference's compliance is the one stored when it was computed."""
+    compliance = [compliance_seconds(scene), reference_compliance]
+    simulation = [simulation_seconds(each) for each in (scene, reference)]
+    return {
+        "compliance_seconds": (("model",), np.array(compliance)),
+        "simulation_seconds": (("model",), np.array(simulation)),
+    }
+
+
+def _reference_attrs(reference: Scene) -> dict[str, str]:
+    attrs = finite_elements(reference).flank(reference.pair, 0).attrs
+    return {
+        "reference_scene": reference.to_toml(),
+        "reference_solver": str(attrs["solver"]),
+        "reference_element": str(attrs["element"]),
+    }
+
+
+def finite_elements(reference: Scene) -> FeCompliance:
+    """The ``fe_compliance`` of a reference."""
+    effect = reference.effect(FeCompliance.name)
+    assert isinstance(effect, FeCompliance)
+    return effect
+
+
+def _attrs(name: str) -> dict[str, str]:
+    """Unit, symbol and meaning; an error against the reference has those of its quantity."""
+    known = QUANTITIES.get(name)
+    if known is None and name.endswith("_error"):
+        of = QUANTITIES[name.removesuffix("_error")]
+        known = Quantity("%", f"error of {of.symbol}", f"error of the {of.long_name} against the reference")
+    return {} if known is None else known.attrs
+
+
+def validate(
+    scenes: Sequence[Scene], accuracy: float = 0.01, progress: Callable[[str], object] = lambda _: None
+) -> xr.Dataset:
+    """Compare several scenes, each with its reference, along the dimension ``scene``.
+
+    ``progress`` is called with the name of each scene before its turn.
+
+    Raises
+    ------
+    InputError
+        As ``compare``, before anything is computed.
+    """
+    begun = time.perf_counter()
+    for name, scene in zip(labels(scenes), scenes, strict=True):
+        try:
+            reference_scene(scene, accuracy)
+        except InputError as error:
+            raise error.in_file(name) from None
+    found = []
+    for name, scene in zip(labels(scenes), scenes, strict=True):
+        progress(name)
+        found.append(compare(scene, accuracy))
+    return stack(found, labels(scenes)).assign_attrs(run_provenance(wall_time=time.perf_counter() - begun))
+
+
+def labels(scenes: Sequence[Scene]) -> list[str]:
+    """Name of each scene, numbered where it has none or shares it."""
+    names = [scene.name or "scene" for scene in scenes]
+    return [name if names.count(name) == 1 else f"{name} #{i + 1}" for i, name in enumerate(names)]

@@ -1,0 +1,50 @@
+"""Comparisons of several scenes in one Dataset, and back."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Attributes of one scene → variable that keeps them where several scenes share a Dataset.
+TEXTS = {
+    "scene": "scene_toml",
+    "scene_sha256": "scene_sha256",
+    "reference_scene": "reference_scene_toml",
+    "reference_solver": "reference_solver",
+    "reference_element": "reference_element",
+}
+_CYCLE = ("mesh_phase", "phase_weight", "pair_index")
+
+
+def stack(found: Sequence[xr.Dataset], names: Sequence[str]) -> xr.Dataset:
+    """One Dataset of several comparisons; positions and pairs that a scene does not have are NaN."""
+    import xarray as xr
+
+    sizes = {dim: max(each.sizes[dim] for each in found) for dim in ("position", "pair")}
+    padded = []
+    for each in found:
+        missing = {dim: (0, size - each.sizes[dim]) for dim, size in sizes.items()}
+        text = {variable: ((), each.attrs[key]) for key, variable in TEXTS.items()}
+        floats = each.assign(pair_index=each["pair_index"].astype(float)).reset_coords(_CYCLE)
+        padded.append(floats.pad(missing, constant_values=np.nan, keep_attrs=True).assign(text))
+    joined = xr.concat(padded, "scene", combine_attrs="drop", data_vars="all", coords="minimal")
+    return joined.assign_coords(scene=("scene", list(names))).set_coords(_CYCLE)
+
+
+def of_scene(dataset: xr.Dataset, i: int) -> xr.Dataset:
+    """The comparison of one scene out of several, as ``compare`` gave it."""
+    one = dataset.isel(scene=i)
+    one = one.isel(position=np.isfinite(one["mesh_phase"].values), pair=np.isfinite(one["pair_index"].values))
+    text = {key: str(one[variable].item()) for key, variable in TEXTS.items()}
+    one = one.assign_coords(pair_index=one["pair_index"].astype(int))
+    return one.drop_vars(list(TEXTS.values())).assign_attrs({**dataset.attrs, **text})
+
+
+def side(dataset: xr.Dataset, model: str) -> xr.Dataset:
+    """One side of a comparison, "fast" or "reference", as the Dataset of a simulation."""
+    return dataset.sel(model=model)

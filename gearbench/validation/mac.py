@@ -1,0 +1,120 @@
+"""Do two models deflect alike? Modal assurance criterion between deflection shapes, one for each place of a load.
+
+The load stands in the middle of each of 6 × 9 equal cells of the active flank (height × face width); the deflection
+is taken in the middle of each of 12 × 17 cells, so that sums over the points are means over the flank.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gearbench.effects.base import ToothCompliance
+from gearbench.errors import InputError
+from gearbench.geometry.pair import Pair
+from gearbench.scene import Scene
+from gearbench.validation.reference import BODY_EFFECTS, smooth_effects
+
+#: Cells along height and face width: places of the load, and of the response.
+LOADS, RESPONSES = (6, 9), (12, 17)
+
+
+def mac(a: ArrayLike, b: ArrayLike) -> NDArray:
+    """(aᵀb)² / ((aᵀa)(bᵀb)) over the first axis: 1 for shapes alike but for their scale, 0 for orthogonal ones."""
+    one, other = _unit(a), _unit(b)
+    return np.sum(one * other, axis=0) ** 2 / (np.sum(one**2, axis=0) * np.sum(other**2, axis=0))
+
+
+def _unit(shapes: ArrayLike) -> NDArray:
+    """Shapes scaled to a largest value of one, so that squares of deflections in mm/N do not underflow."""
+    values = np.asarray(shapes, dtype=float)
+    return values / np.abs(values).max(axis=0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlankGrid:
+    """Middles of equal cells of the active flank of one gear: radii [mm] (height,), places y [mm] (place,)."""
+
+    radius: NDArray
+    y: NDArray
+
+    def points(self, root_radius: float) -> tuple[NDArray, NDArray]:
+        """Height above the root circle and y of all points [mm], (height·place,) each."""
+        height, y = np.meshgrid(self.radius - root_radius, self.y, indexing="ij")
+        return height.ravel(), y.ravel()
+
+
+def active_radii(pair: Pair, k: int) -> tuple[float, float]:
+    """Radii [mm] between which the flank of pinion (k = 0) or wheel (k = 1) touches the other one."""
+    ends = np.array([pair.path_start, pair.path_end])
+    places = ends if k == 0 else pair.tangent_length - ends
+    low, high = sorted(np.hypot(pair.gears[k].base_radius, places).tolist())
+    return low, high
+
+
+def flank_grid(pair: Pair, k: int, cells: tuple[int, int]) -> FlankGrid:
+    """Middles of ``cells`` (along height, along face width) on the active flank of a gear."""
+    low, high = active_radii(pair, k)
+    up, across = ((np.arange(n) + 0.5) / n for n in cells)
+    return FlankGrid(radius=low + (high - low) * up, y=pair.face_width * across)
+
+
+def tooth_factor(scene: Scene, k: int, height: NDArray, y: NDArray) -> NDArray:
+    """Ψ (…, rank) [√(mm/N)] of all smooth compliances of ``scene`` on one tooth of a gear, by itself.
+
+    Raises
+    ------
+    InputError
+        If an effect, other than the coupling of neighbouring teeth, does not tell the compliance of one tooth.
+    """
+    parts = []
+    for effect in smooth_effects(scene):
+        if isinstance(effect, ToothCompliance):
+            parts.append(effect.tooth_factor(scene.pair, k, height, y))
+        elif effect.name not in BODY_EFFECTS[1:]:
+            raise InputError(f"effects.{effect.name}", "given", "does not tell the compliance of one tooth")
+    return np.concatenate(parts, axis=-1)
+
+
+def deflection_shapes(scene: Scene, k: int) -> NDArray:
+    """Deflections [mm/N] of one tooth of a gear at the response points, under unit loads: (response, load)."""
+    gear = scene.pair.gears[k]
+    response, load = (
+        tooth_factor(scene, k, *flank_grid(scene.pair, k, cells).points(gear.root_radius))
+        for cells in (RESPONSES, LOADS)
+    )
+    return response @ load.T
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShapeComparison:
+    """Deflection shapes of one gear, fast model against reference.
+
+    Parameters
+    ----------
+    loads
+        Where the loads stand.
+    mac, norm_ratio
+        Criterion, and ‖fast‖ / ‖reference‖, for each load, (height, place).
+    compliance_ratio
+        The same ratio of all loads together (Frobenius norm): > 1 is softer than the reference.
+    """
+
+    loads: FlankGrid
+    mac: NDArray
+    norm_ratio: NDArray
+    compliance_ratio: float
+
+
+def compare_shapes(fast: Scene, reference: Scene, k: int) -> ShapeComparison:
+    """Compare the deflection shapes of pinion (k = 0) or wheel (k = 1) of two scenes with the same pair."""
+    a, b = deflection_shapes(fast, k), deflection_shapes(reference, k)
+    ratio = np.linalg.norm(a, axis=0) / np.linalg.norm(b, axis=0)
+    return ShapeComparison(
+        loads=flank_grid(fast.pair, k, LOADS),
+        mac=mac(a, b).reshape(LOADS),
+        norm_ratio=ratio.reshape(LOADS),
+        compliance_ratio=float(np.linalg.norm(a) / np.linalg.norm(b)),
+    )

@@ -1,0 +1,55 @@
+"""Errors of static transmission error, mesh stiffness and load sharing against a reference with the same phases."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gearbench.cycle import fourier
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Variables of the mesh cycle that are compared, and how many of their harmonics.
+CURVES = ("transmission_error", "mesh_stiffness")
+HARMONICS = 5
+#: What both sides are simulated for.
+OUTPUTS = (*CURVES, "load_share", *(f"{name}_{part}" for name in CURVES for part in ("mean", "peak_to_peak")))
+
+
+def relative_error(value: ArrayLike, reference: ArrayLike, scale: ArrayLike | None = None) -> NDArray:
+    """(value − reference) / scale [%], scale = reference unless given; NaN where the scale is zero."""
+    value, reference = np.asarray(value, dtype=float), np.asarray(reference, dtype=float)
+    scale = reference if scale is None else np.asarray(scale, dtype=float)
+    return 100 * np.divide(value - reference, scale, out=np.full(value.shape, np.nan), where=scale != 0)
+
+
+def cycle_errors(fast: xr.Dataset, reference: xr.Dataset) -> dict[str, tuple]:
+    """Variables of the comparison: both sides' numbers, and relative errors [%].
+
+    Harmonics are errors of the amplitude, relative to the strongest harmonic of the reference: the first may all but
+    vanish, as with an overlap ratio near one. Load sharing: largest and RMS difference of the share of a pair, while
+    it is in contact.
+    """
+    sides = (fast, reference)
+    found: dict[str, tuple] = {}
+    for name in CURVES:
+        for part in ("mean", "peak_to_peak"):
+            a, b = (float(side[f"{name}_{part}"]) for side in sides)
+            found[f"{name}_{part}"] = (("model",), np.array([a, b]))
+            found[f"{name}_{part}_error"] = ((), relative_error(a, b))
+        a, b = (fourier(side, name, HARMONICS) for side in sides)
+        found[f"{name}_harmonic"] = (("model", "harmonic"), np.array([a, b]))
+        found[f"{name}_harmonic_error"] = (("harmonic",), relative_error(a, b, np.full(HARMONICS, b.max())))
+    shares = fast["load_share"].values, reference["load_share"].values
+    largest, rms = load_share_error(*shares, fast["phase_weight"].values)
+    return found | {"load_share_error_max": ((), largest), "load_share_error_rms": ((), rms)}
+
+
+def load_share_error(share: NDArray, reference: NDArray, weight: NDArray) -> tuple[float, float]:
+    """Largest and RMS difference between load shares (position, pair), over all positions of a pair in contact."""
+    difference = share - reference
+    touching = weight[:, None] * ((share > 0) | (reference > 0))
+    return float(np.abs(difference).max()), float(np.sqrt(np.sum(touching * difference**2) / touching.sum()))
