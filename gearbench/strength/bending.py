@@ -115,7 +115,8 @@ class RootBending:
         rim = gear.root_radius - bore / 2
         if rim <= 0:
             return math.inf
-        return max(1.0, 1.6 * math.log(2.242 * gear.tooth_height / rim)) if rim < 1.2 * gear.tooth_height else 1.0
+        # the fit falls below 1 just where the rim is thick enough, at 1.2 h_t
+        return max(1.0, 1.6 * math.log(2.242 * gear.tooth_height / rim))
 
     @property
     def contact_ratio_factor(self) -> float:
