@@ -8,6 +8,8 @@ import numpy as np
 from numba import njit
 
 MAX_ITERATIONS = 200
+#: Steps in a row without fall of the energy after which rounding is reached; convergence needs two or three.
+IDLE_STEPS = 8
 #: a/h − ln P below which the law is continued by its tangent.
 TANGENT_FROM = 2.0
 
@@ -136,8 +138,9 @@ def solve_position(i, gap, a, h, active, factor, block, force, work, hess):
     for k in range(q.shape[0]):
         for c in range(q.shape[1]):
             q[k, c] = 0.0
-    stiffness, best, stalled, iteration = 0.0, math.inf, 0, 0
+    stiffness, best, stalled, idle, iteration = 0.0, math.inf, 0, 0, 0
     total, slope, value = derivatives(i, q, delta, gap, a, h, active, factor, block, force, grad, hess, cross)
+    lowest = value
     while iteration < MAX_ITERATIONS:
         residual, size = abs(total), 1.0
         for k in range(q.shape[0]):
@@ -152,7 +155,7 @@ def solve_position(i, gap, a, h, active, factor, block, force, work, hess):
         # rounding is reached when the residual no longer falls
         stalled = stalled + 1 if residual >= 0.5 * best and residual <= 1e-11 * size else 0
         best = min(best, residual)
-        if residual <= 1e-15 * size or stalled >= 2:
+        if residual <= 1e-15 * size or stalled >= 2 or idle >= IDLE_STEPS:
             break
         descent = total * step_d
         for k in range(q.shape[0]):
@@ -172,6 +175,8 @@ def solve_position(i, gap, a, h, active, factor, block, force, work, hess):
         for k in range(q.shape[0]):
             for c in range(q.shape[1]):
                 q[k, c] = trial[k, c]
+        idle = idle + 1 if value >= lowest - 1e-14 * (abs(lowest) + 1.0) else 0
+        lowest = min(lowest, value)
         delta += t * step_d
         iteration += 1
     return delta, stiffness, iteration

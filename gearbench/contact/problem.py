@@ -71,6 +71,8 @@ class ContactSolution:
         max |min(P_i / F, gap_i / λ)|, (position,): how far the pair (force, gap) is from complementary.
     iterations
         Newton steps, (position,).
+    polished
+        How many positions were solved once more by the dense active set, because rounding had spoilt the residual.
     """
 
     force: NDArray
@@ -80,6 +82,7 @@ class ContactSolution:
     least_force: NDArray
     complementarity: NDArray
     iterations: NDArray
+    polished: int = 0
 
 
 def reduce_rank(problem: ContactProblem) -> ContactProblem:

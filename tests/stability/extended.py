@@ -7,6 +7,7 @@ stand in double precision.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -21,8 +22,11 @@ from gearbench.contact.problem import ContactProblem
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.pair import Pair
 from gearbench.scene import Scene
+from tests.stability import long_plate
 
 DIGITS = 40
+#: Functions of a field above which the plate is solved in long doubles.
+LARGE = 16
 Number = Any  # mpmath.mpf, which has no types
 
 
@@ -247,13 +251,16 @@ def plate(pair: Pair, index: int, basis: Any) -> tuple[list[tuple[int, int]], An
 
 
 def cholesky(K: Any) -> list[list[Number]]:
-    """Rows of the lower Cholesky factor."""
+    """Rows of the lower Cholesky factor; columns of a semi-definite matrix that depend on earlier ones are zero."""
     L: list[list[Number]] = []
     for i in range(K.rows):
         row: list[Number] = []
         for j in range(i + 1):
             t = K[i, j] - mp.fdot(zip(row, L[j] if j < i else row, strict=False)) if j else K[i, j]
-            row.append(mp.sqrt(t) if i == j else t / L[j][j])
+            if i == j:
+                row.append(mp.sqrt(t) if t > mp.mpf(10) ** (10 - DIGITS) * K[i, i] else mp.mpf(0))
+            else:
+                row.append(t / L[j][j] if L[j][j] else mp.mpf(0))
         L.append(row)
     return L
 
@@ -264,6 +271,14 @@ def forward(triangle: list[list[Number]], right: list[Number]) -> list[Number]:
     for row, r in zip(triangle, right, strict=True):
         x.append((r - mp.fdot(zip(row, x, strict=False))) / row[-1])
     return x
+
+
+@lru_cache(maxsize=8)
+def long_factor(pair: Pair, index: int, order: tuple[int, int]) -> Any:
+    """ψ of one tooth as a function of (ξ, η), in long doubles."""
+    G = geometry(pair)
+    nu, E = mp.mpf(pair.material.poisson_ratio), 1000 * mp.mpf(pair.material.youngs_modulus)
+    return long_plate.plate(G.gears[index], G.b, E, nu, order)[0]
 
 
 def tooth_factor(scene: Scene, s: Namespace) -> list[Number]:
@@ -277,6 +292,12 @@ def tooth_factor(scene: Scene, s: Namespace) -> list[Number]:
     for index, u in enumerate((s.u, G.T - s.u)):
         g = G.gears[index]
         xi, eta = (mp.hypot(g.r_b, u) - g.r_f) / (g.r_a - g.r_f), s.y / G.b
+        if bending.order is not None and math.prod(bending.order) > LARGE:
+            psi += [
+                mp.mpf(x.astype(float)) + mp.mpf(float(x - x.astype(float)))
+                for x in long_factor(scene.pair, index, bending.order)(xi, eta)
+            ]
+            continue
         terms, triangle = plate(scene.pair, index, bending.order or "paper")
         psi += forward(triangle, [xi ** (i + 1) * eta**j for i, j in terms])
     return psi
@@ -302,6 +323,23 @@ def law(s: Number, a: Number, h: Number) -> tuple[Number, Number]:
     return s / (h * big), 1 / (h * (big - 1))
 
 
+def reduced(block: list[int], psi: list[list[Number]]) -> list[list[Number]]:
+    """Another square root of Ψ Ψᵀ where a tooth has more amplitudes than its contact line has segments."""
+    members = {k: [i for i, b in enumerate(block) if b == k] for k in set(block)}
+    most = max(map(len, members.values()))
+    if len(psi[0]) <= most:
+        return psi
+    small: list[list[Number]] = [[]] * len(psi)
+    for mine in members.values():
+        gram = mp.matrix(len(mine))
+        for a, i in enumerate(mine):
+            for c, j in enumerate(mine[: a + 1]):
+                gram[a, c] = gram[c, a] = mp.fdot(zip(psi[i], psi[j], strict=True))
+        for i, row in zip(mine, cholesky(gram), strict=True):
+            small[i] = row + [mp.mpf(0)] * (most - len(row))
+    return small
+
+
 def contact(
     block: list[int],
     psi: list[list[Number]],
@@ -311,6 +349,7 @@ def contact(
     start: tuple[list[float], float],
 ) -> tuple[list[Number], Number, Number]:
     """Forces, δ and ∂F/∂δ for ΣP = 1, by Newton's method on (q, δ) from the forces and δ of ``start``."""
+    psi = reduced(block, psi)
     blocks, rank, n = sorted(set(block)), len(psi[0]), len(e)
     q = {k: [mp.fsum(start[0][i] * psi[i][c] for i in range(n) if block[i] == k) for c in range(rank)] for k in blocks}
     delta, residual = mp.mpf(start[1]), mp.inf
@@ -345,6 +384,26 @@ def contact(
     raise ArithmeticError(f"extended contact not solved: residual {mp.nstr(residual, 3)}")
 
 
+def equal_approach(psi: list[list[Number]], e: list[Number], loaded: list[int]) -> Answer:
+    """Without a law: the ``loaded`` segments brought to one approach, checked to be the right ones."""
+    H = mp.matrix(len(loaded))
+    for a, i in enumerate(loaded):
+        for c, j in enumerate(loaded):
+            H[a, c] = mp.fdot(zip(psi[i], psi[j], strict=True))
+    ones, gaps = mp.matrix([1] * len(loaded)), mp.matrix([e[i] for i in loaded])
+    x, z = mp.lu_solve(H, ones), mp.lu_solve(H, gaps)
+    k = mp.fsum(x)
+    delta = (1 + mp.fsum(z)) / k
+    force = [mp.mpf(0)] * len(e)
+    for a, i in enumerate(loaded):
+        force[i] = delta * x[a] - z[a]
+    q = [mp.fsum(force[i] * psi[i][c] for i in loaded) for c in range(len(psi[0]))]
+    rest = [mp.fdot(zip(p, q, strict=True)) + g - delta for p, g in zip(psi, e, strict=True)]
+    if min(force) < 0 or min(rest) < -(mp.mpf(10) ** (8 - DIGITS)):
+        raise ArithmeticError("another set of segments carries")
+    return Answer(force, delta, k)
+
+
 def solve_scene(scene: Scene, tau: float, start: tuple[NDArray, float]) -> Answer:
     """Answer of ``scene`` at phase ``tau``; ``start``: forces [N] of the existing segments and δ_n [mm]."""
     with mp.workdps(DIGITS):
@@ -355,14 +414,12 @@ def solve_scene(scene: Scene, tau: float, start: tuple[NDArray, float]) -> Answe
             raise LookupError(f"{len(found)} segments, not {len(start[0])}")
         laws = [line_law(scene, s) for s in found]
         # unit of force F, of displacement 1 mm: P' = P/F, ψ' = ψ √F, g = P'(a' − h' ln P')
-        root = mp.sqrt(F)
+        root = mp.sqrt(F)  # of the force, since forces are in units of F
         psi = [[root * x for x in tooth_factor(scene, s)] for s in found]
         h = [F / s.length * h for s, (_, h) in zip(found, laws, strict=True)]
         a = [F / s.length * (a + h * mp.log(s.length / F)) for s, (a, h) in zip(found, laws, strict=True)]
         e = [gap(scene, s) for s in found]
-        scale = mp.mpf(start[1]) if start[1] != 0 else mp.mpf(1)
         begin = ([float(p / float(F)) for p in start[0]], start[1])
-        del scale
         P, delta, k = contact([s.pair for s in found], psi, a, h, e, begin)
         return Answer([F * p for p in P], delta, F * k)
 
@@ -374,6 +431,8 @@ def solve_problem(problem: ContactProblem, position: int, start: tuple[NDArray, 
         psi = [[mp.mpf(x) for x in problem.factor[position, i]] for i in active]
         a, h, e = ([mp.mpf(x) for x in v[position, active]] for v in (problem.a, problem.h, problem.gap))
         block = [int(problem.block[i]) for i in active]
+        if not (problem.a[position].any() or problem.h[position].any()):
+            return equal_approach(psi, e, [i for i, p in enumerate(start[0]) if p > 0])
         P, delta, k = contact(block, psi, a, h, e, ([float(p) for p in start[0]], start[1]))
         return Answer(P, delta, k)
 

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.problem import ContactProblem
 from gearbench.contact.solver import solve
 from gearbench.scene import Scene
-from tests.stability.extended import Answer, digits, solve_scene
+from tests.stability.extended import Answer, digits, solve_problem, solve_scene
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,18 @@ def compare(scene: Scene, phases: tuple[float, ...]) -> Digits:
         )
     a, k, f = np.min(found, axis=0)
     return Digits(float(a), float(k), float(f), int(solution.iterations.max()))
+
+
+def compare_problem(problem: ContactProblem) -> Digits:
+    """Digits of the one position of a contact problem, its numbers taken as exact."""
+    solution = solve(problem)
+    active = problem.active[0]
+    force = solution.force[0].ravel()[active] / problem.force
+    delta = float(solution.approach[0] / problem.length_scale)
+    exact = solve_problem(problem, 0, (force, delta))
+    k = solution.stiffness[0] * problem.length_scale / problem.force
+    forces = min(digits(x, y, 1) for x, y in zip(force, exact.force, strict=True))
+    return Digits(digits(delta, exact.approach), digits(k, exact.stiffness), forces, int(solution.iterations.max()))
 
 
 def _exact(scene: Scene, tau: float, force: np.ndarray, approach: float) -> Answer:

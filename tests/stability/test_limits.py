@@ -1,0 +1,126 @@
+"""Limits with a known answer: contact problems, thin plates, awkward sample counts."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from gearbench.compliance.bases import gauss
+from gearbench.compliance.plate import PlateTooth
+from gearbench.contact.solver import solve
+from gearbench.errors import GearbenchError
+from gearbench.robustness.sampling import unit_samples
+from tests.stability.measure import compare_problem
+from tests.stability.problems import PROBLEMS, duplicated, no_law, ordinary, stiff_law, tied
+
+EVERY = pytest.mark.parametrize("case", [pytest.param(p, id=p.name) for p in PROBLEMS.values()])
+
+
+@EVERY
+def test_contact_problem_keeps_its_digits(case):
+    found = compare_problem(case.build())
+    assert found.least >= case.digits, found
+    assert found.steps <= case.steps
+
+
+def test_duplicated_segments_answer_like_single_ones():
+    one, two = solve(ordinary()), solve(duplicated())
+    assert_allclose(two.approach, one.approach, rtol=1e-13)
+    assert_allclose(two.stiffness, one.stiffness, rtol=1e-13)
+    assert_allclose(two.force.reshape(*one.force.shape, 2).sum(axis=3), one.force, atol=1e-12 * one.force.sum())
+
+
+def test_a_polished_answer_says_so():
+    """Where rounding spoils the residual the position is solved again, and the solution records it."""
+    assert solve(ordinary()).polished == 0
+    assert solve(stiff_law(1e-9)).polished == 1
+
+
+def test_exactly_touching_segments_carry_nothing():
+    s = solve(tied(0.125))
+    assert_allclose(s.approach, 0.125, rtol=1e-15)
+    assert_allclose(s.force.ravel()[::3], 0.0, atol=1e-15)
+
+
+def test_a_singular_compliance_without_law_is_solved_to_its_residual_or_an_error():
+    """δ is determined, the shares of the load are not: whatever is returned satisfies the equations."""
+    try:
+        s = solve(no_law(1e40))
+    except GearbenchError:
+        return
+    assert s.complementarity.max() <= 1e-9
+    assert s.equilibrium.max() <= 1e-9
+    assert s.force.min() >= 0
+
+
+# -- the thin plate ---------------------------------------------------------------------------------------------------
+def strip(thinness: float, basis) -> tuple[float, float]:
+    """Mean tip deflection under a uniform tip load F = 1 with ν = 0, and Timoshenko's FH³/3EI + FH/κGA."""
+    H, b, E = 2.0, 5.0, 1000.0
+    h = thinness * H
+    plate = PlateTooth(height=H, width=b, thickness=lambda x: h * np.ones_like(x), E=E, nu=0.0, basis=basis)
+    y, w = gauss(24, 0.0, b)
+    mean = (w / b) @ plate.factor(np.full(24, H), y)
+    exact = H**3 / (3 * E * b * h**3 / 12) + H / (5 / 6 * E / 2 * h * b)
+    return float(mean @ mean), exact
+
+
+@pytest.mark.parametrize("thinness", [1.0, 1e-1, 1e-2, 1e-3, 1e-4])
+@pytest.mark.parametrize("basis", [(3, 1), (4, 3), (8, 4), (20, 20)])
+def test_cubic_plates_do_not_lock(basis, thinness):
+    """ν = 0 and a uniform load bend the plate to a cylinder, which three height functions hold: exact at any thinness.
+
+    The condition number grows like 1/thinness², and as many digits are lost.
+    """
+    got, exact = strip(thinness, basis)
+    assert_allclose(got, exact, rtol=1e-12 + 1e-14 / thinness**2)
+
+
+def test_the_papers_basis_is_too_stiff_by_a_quarter_in_the_thin_limit():
+    """w and θ of second degree: c x² instead of x²(3H − x) gives ¾ of Kirchhoff's deflection, no less: no locking."""
+    for thinness in (1e-2, 1e-3, 1e-4):
+        got, exact = strip(thinness, "paper")
+        assert_allclose(got / exact, 0.75, rtol=10 * thinness**2 + 1e-13 / thinness**2)
+
+
+def test_one_function_locks():
+    """w = x and θ = x cannot both bend and stay free of shear: the deflection is the shear's, far below Kirchhoff's."""
+    got, exact = strip(1e-3, (1, 1))
+    assert got < 1e-4 * exact
+
+
+# -- awkward counts ---------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("sampler", ["sobol", "random", "latin_hypercube"])
+@pytest.mark.parametrize("count", [1, 2, 3, 127, 128, 129, 1000, 1023, 1025])
+def test_any_number_of_samples(sampler, count):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        points = unit_samples(sampler, count, 7, 3)
+    assert points.shape == (count, 7)
+    assert np.all((points > 0) & (points < 1))
+    if sampler != "latin_hypercube":
+        assert np.array_equal(points, unit_samples(sampler, 4096, 7, 3)[:count])
+    if sampler == "sobol" and count >= 127:
+        # discrepancy of the one-dimensional projections: a Sobol sequence cut anywhere stays below 2 log2(n) / n
+        ranks = np.sort(points, axis=0)
+        star = np.abs(ranks - (np.arange(count)[:, None] + 0.5) / count).max() + 0.5 / count
+        assert star <= 2 * np.log2(count) / count
+
+
+def test_awkward_counts_reach_the_statistics():
+    from gearbench.library.garambois2017 import gear
+    from gearbench.robustness.montecarlo import robust
+    from gearbench.scene import Resolution
+
+    scene = gear("36").scene(errors=True, resolution=Resolution(positions=4, segments=5))
+    whole = robust(scene, samples=130, threads=1)
+    for count in (1, 2, 3, 129):
+        out = robust(scene, samples=count, threads=1)
+        assert out.attrs["rescued"] == 0
+        assert np.array_equal(out.mesh_stiffness_rms.values, whole.mesh_stiffness_rms.values[:count])
+        for name in out.data_vars:
+            if "first_order" not in name and "standard_error" not in name:
+                assert np.all(np.isfinite(out[name].values)), name
