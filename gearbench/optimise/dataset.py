@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearbench.errors import InputError
 from gearbench.optimise.archive import Archive
@@ -78,25 +79,18 @@ def designs_dataset(
     )
 
 
-def read_designs(dataset: xr.Dataset, study: OptimisationStudy) -> list[tuple[Design, Evaluation]]:
-    """Designs and results of a Dataset of ``designs_dataset``, exactly as they were.
+def read_names(study: OptimisationStudy) -> tuple[str, ...]:
+    """Names of the variables of ``designs_dataset`` that the others follow from."""
+    return ("code", "violation", "reason", *study.constraints, *STATISTICS)
 
-    Raises
-    ------
-    KeyError, ValueError
-        If the Dataset is none.
-    """
+
+def read_designs(arrays: Mapping[str, NDArray], study: OptimisationStudy) -> list[tuple[Design, Evaluation]]:
+    """Designs and results from the variables ``read_names``, exactly as they were."""
     kinds = [float if variable.kind == "real" else int for variable in study.variables]
-    constraints = np.array([dataset[name].values for name in study.constraints]).reshape(len(study.constraints), -1).T
-    statistics = np.array([dataset[name].values for name in STATISTICS]).T
-    rows = zip(
-        dataset["code"].values,
-        dataset["violation"].values,
-        dataset["reason"].values,
-        constraints if study.constraints else np.empty((dataset.sizes["design"], 0)),
-        statistics,
-        strict=True,
-    )
+    count = len(arrays["code"])
+    constraints = np.array([arrays[name] for name in study.constraints]).reshape(-1, count).T
+    statistics = np.array([arrays[name] for name in STATISTICS]).T
+    rows = zip(arrays["code"], arrays["violation"], arrays["reason"], constraints, statistics, strict=True)
     return [
         (
             tuple(kind(code) for kind, code in zip(kinds, codes, strict=True)),
@@ -135,14 +129,15 @@ def front_dataset(archive: Archive, population: Sequence[Design], wall_time: flo
         dataset[name] = ("generation", np.array(values), _attrs(name))
     dataset["reference_point"] = ("objective_name", archive.reference_point, _attrs("reference_point"))
     dataset = dataset.assign_coords(generation=np.arange(1, len(archive.asked) + 1))
-    return dataset.assign_attrs(data_sha256=checksum(dataset), **run_provenance(wall_time=wall_time))
+    sha256 = checksum({str(name): dataset[name].values for name in dataset.variables})
+    return dataset.assign_attrs(data_sha256=sha256, **run_provenance(wall_time=wall_time))
 
 
-def checksum(dataset: xr.Dataset) -> str:
-    """SHA-256 over names and values of all variables: equal for equal results, wherever and whenever computed."""
+def checksum(arrays: Mapping[str, NDArray]) -> str:
+    """SHA-256 over names and values: equal for equal results, wherever and whenever computed."""
     digest = hashlib.sha256()
-    for name in sorted(map(str, dataset.variables)):
-        values = dataset[name].values
+    for name in sorted(arrays):
+        values = arrays[name]
         text = values.dtype.kind in "OUS"
         digest.update(f"{name} {values.shape} ".encode())
         digest.update("\0".join(map(str, values.ravel())).encode() if text else np.ascontiguousarray(values).tobytes())
@@ -165,7 +160,8 @@ def design_scene(dataset: xr.Dataset, design: int) -> Any:
     if not 0 <= design < dataset.sizes["design"]:
         raise InputError("design", design, f"must lie within 0 to {dataset.sizes['design'] - 1}")
     study = parse_study(tomllib.loads(dataset.attrs["study"]))
-    (found, _), *_ = read_designs(dataset.isel(design=[design]), study)
+    one = dataset.isel(design=[design])
+    ((found, _),) = read_designs({name: one[name].values for name in read_names(study)}, study)
     return scene_of(study, found)
 
 

@@ -91,7 +91,7 @@ class Dask(Engine):
         tasks = [ordered[i : i + size] for i in range(0, len(ordered), size)]
         futures = [self._client.submit(_evaluate_all, study, task, pure=False) for task in tasks]
         try:
-            for future in as_completed(futures):
+            for future in as_completed(futures, loop=self._client.loop):
                 yield from future.result()
         except KilledWorker as error:
             raise GearbenchError(f"workers keep dying while they evaluate designs: {error}") from None

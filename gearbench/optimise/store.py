@@ -9,13 +9,15 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import NDArray
 
 from gearbench.errors import InputError
-from gearbench.optimise.dataset import checksum, designs_dataset, read_designs
+from gearbench.optimise.dataset import checksum, designs_dataset, read_designs, read_names
 from gearbench.optimise.problem import Evaluation
 from gearbench.optimise.study import Design, OptimisationStudy
-from gearbench.results import load, save
+from gearbench.results import save
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -95,15 +97,15 @@ class Store:
         if not path.exists():
             return None
         try:
-            dataset = load(path)
-            rows = read_designs(dataset, self._study) if dataset.attrs["data_sha256"] == checksum(dataset) else None
-        except (InputError, KeyError, ValueError):
+            arrays, attrs = _read(path, read_names(self._study))
+            whole = attrs["data_sha256"] == checksum(arrays)
+        except (OSError, KeyError, ValueError, RuntimeError):  # whatever HDF5 says of a damaged file
             return None
-        if rows is None:
+        if not whole:
             return None
+        rows = read_designs(arrays, self._study)
         if [design for design, _ in rows] != list(designs):
-            with_versions = dataset.attrs.get("versions", "other versions")
-            raise InputError("output", str(path), f"was searched with {with_versions}: continue with those")
+            raise InputError("output", str(path), f"was searched with {attrs['versions']}: continue with those")
         return [result for _, result in rows]
 
     def write(self, generation: int, designs: Sequence[Design], results: Sequence[Evaluation]) -> None:
@@ -118,7 +120,8 @@ class Store:
 
         dataset = designs_dataset(self._study, designs, results, [generation] * len(designs))
         dataset = dataset.drop_vars("first_generation")
-        attrs = {"generation": generation, "versions": versions(), "data_sha256": checksum(dataset)}
+        sha256 = checksum({name: dataset[name].values for name in read_names(self._study)})
+        attrs = {"generation": generation, "versions": versions(), "data_sha256": sha256}
         self._save(dataset.assign_attrs(attrs), self.path(generation))
 
     def write_front(self, dataset: xr.Dataset) -> Path:
@@ -137,6 +140,16 @@ class Store:
 def _is_part(name: str) -> bool:
     """Whether a file is what an interrupted write left behind."""
     return name.startswith(".") and name.endswith(".part")
+
+
+def _read(path: Path, names: Sequence[str]) -> tuple[dict[str, NDArray], dict[str, str]]:
+    """Variables and attributes of a generation; a hundred times faster than the whole Dataset, labels and all."""
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        found: dict[str, Any] = {name: file[name] for name in names}
+        arrays = {name: (v.asstr()[...] if v.dtype.kind == "O" else v[...]) for name, v in found.items()}
+        return arrays, {key: str(file.attrs[key]) for key in ("data_sha256", "versions")}
 
 
 def _sync(folder: Path) -> None:
