@@ -81,6 +81,7 @@ def dataset(solved: Solved, outputs: Sequence[str], start: float) -> xr.Dataset:
         "newton_steps": ("position", solution.iterations),
     }
     attrs = provenance(solved.scene, wall_time=time.perf_counter() - start)
+    attrs["polished_positions"] = solution.polished  # solved once more, see ContactSolution
     described = {name: (dims, np.asarray(v), QUANTITIES[name].attrs) for name, (dims, v) in variables.items()}
     named = {name: (dims, v, QUANTITIES[name].attrs) for name, (dims, v) in coords.items()}
     return xr.Dataset(described, coords=named, attrs=attrs)

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
 from numpy.typing import NDArray
-from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import GapEffect
 from gearbench.effects.error_modes import profile_coordinate
-from gearbench.effects.relief import MICROMETRE
+from gearbench.effects.relief import MICROMETRE, Amount
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.material import STRICT
-
-Amount = Annotated[float, Field(ge=-1000.0, le=1000.0)]
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 Shape = Literal["linear", "parabolic"]
 Gears = Literal["both", "pinion", "wheel"]
+
+#: An amount of missing material [µm]; negative: in excess.
+Amount = Annotated[float, Field(ge=-1000.0, le=1000.0)]
 
 MICROMETRE = 1e-3  # mm
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,13 +12,15 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.compliance.plate import PlateTooth
-from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.effects.base import LowRank, ToothCompliance
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import STRICT, Material
 from gearbench.geometry.pair import Pair
+
+if TYPE_CHECKING:
+    from gearbench.compliance.solid_tooth import SolidTooth
 
 Order = Annotated[tuple[Annotated[int, Field(ge=1, le=40)], ...], Field(min_length=2, max_length=3)]
 
@@ -123,4 +125,6 @@ def plate_tooth(gear: Gear, material: Material, order: tuple[int, int] | None, f
 @lru_cache(maxsize=256)
 def solid_tooth(gear: Gear, material: Material, order: tuple[int, int, int], driven: bool) -> SolidTooth:
     """Solid of a gear's tooth; kept, because micro-geometry and errors do not change it."""
+    from gearbench.compliance.solid_tooth import SolidTooth
+
     return SolidTooth(gear=gear, E=material.E, nu=material.nu, order=order, driven=driven)
