@@ -14,6 +14,7 @@ from gearbench.effects.base import ComplianceEffect, Effect
 from gearbench.errors import InputError
 from gearbench.geometry.material import STRICT
 from gearbench.geometry.pair import Pair
+from gearbench.notebook import Row, html_table
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -129,6 +130,15 @@ class Scene:
     def digest(self) -> str:
         """SHA-256 of the scene's TOML text."""
         return hashlib.sha256(self.to_toml().encode()).hexdigest()
+
+    def _repr_html_(self) -> str:
+        """Tables for notebooks: the pair, then load, effects and resolution as in the scene file."""
+        rows: list[Row] = [("load", (f"{self.load.torque:g} N·m on the pinion",))]
+        for table in (*self.effects, self.resolution):
+            name = table.name if isinstance(table, Effect) else "resolution"
+            settings = ", ".join(f"{key} = {value}" for key, value in _given(table).items())
+            rows.append((name, (settings or "defaults",)))
+        return self.pair._repr_html_() + html_table(self.name or "scene", (), rows)
 
 
 def _given(table: Any) -> dict[str, Any]:

@@ -1,0 +1,120 @@
+"""What a notebook shows of scenes and pairs, plots that return their axes, and results in pandas and MATLAB."""
+
+from html.parser import HTMLParser
+
+import h5py
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.axes import Axes
+
+from gearbench import plotting
+from gearbench.library.garambois2017 import case, gear
+from gearbench.results import save
+from gearbench.robustness.montecarlo import robust
+from gearbench.scene_file import parse_scene
+from gearbench.simulation import simulate
+
+mpl.use("agg")
+
+
+class Tables(HTMLParser):
+    """Rows of all tables of a page, cells as text; tags must match."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.rows: list[list[str]] = []
+        self.feed(text)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag, attrs):
+        self.open.append(tag)
+        if tag == "tr":
+            self.rows.append([])
+        elif tag in {"td", "th"}:
+            self.rows[-1].append("")
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open[-1] in {"td", "th"}:
+            self.rows[-1][-1] += data
+
+
+@pytest.fixture(scope="module")
+def result():
+    return simulate(case(2))
+
+
+def test_a_pair_shows_its_sizes():
+    rows = {row[0]: row[1:] for row in Tables(case(2).pair._repr_html_()).rows}
+    assert rows[""] == ["pinion", "wheel"]
+    assert rows["teeth z"] == ["17", "71"]
+    tip = [f"{g.tip_radius:.5g}" for g in case(2).pair.gears]
+    assert rows["tip radius r_a [mm]"] == tip
+    assert rows["E [GPa], ν"] == ["210, 0.3"]
+
+
+def test_a_scene_shows_its_effects_and_nothing_else():
+    scene = gear("55").scene(errors=True)
+    rows = {row[0]: row[1:] for row in Tables(scene._repr_html_()).rows}
+    assert rows["load"] == ["10 N·m on the pinion"]
+    assert rows["tip_relief"] == ["amount = 5.0, length = 0.44"]
+    assert "crowning" not in rows
+
+
+def test_names_are_escaped():
+    tables = case(1).to_mapping() | {"name": "<script>alert(1)</script> & more"}
+    text = parse_scene(tables)._repr_html_()
+    assert "<script>" not in text
+    assert "&lt;script&gt;" in text
+
+
+def test_plots_draw_on_the_axes_given_and_return_axes(result):
+    import matplotlib.pyplot as plt
+
+    sampled = robust(gear("55").scene(errors=True), samples=64, threads=1)
+    calls = [
+        lambda axes: plotting.over_two_periods(result, "mesh_stiffness", axes),
+        lambda axes: plotting.order_spectrum(result, "transmission_error", axes),
+        lambda axes: plotting.load_distribution(result, axes),
+        lambda axes: plotting.density(sampled, "transmission_error_rms", axes),
+        lambda axes: plotting.contributions(sampled, axes),
+    ]
+    for call in calls:
+        _, axes = plt.subplots()
+        assert call(axes) is axes
+        assert axes.has_data()
+        fresh = call(None)
+        assert isinstance(fresh, Axes)
+        plt.close("all")
+
+
+def test_results_are_data_frames_with_one_call(result):
+    frame = result[["transmission_error", "mesh_stiffness"]].to_dataframe()
+    assert isinstance(frame, pd.DataFrame)
+    assert len(frame) == result.sizes["position"]
+    weighted = np.average(frame["mesh_stiffness"], weights=frame["phase_weight"])
+    np.testing.assert_allclose(weighted, result["mesh_stiffness_mean"], rtol=1e-12)
+    loads = result["line_load"].to_dataframe().dropna()
+    assert loads.index.names == ["position", "pair", "segment"]
+
+
+def test_files_hold_only_types_that_every_netcdf_reader_knows(result, tmp_path):
+    # MATLAB reads netCDF-4 of numbers and text; not enumerations (booleans), compounds or opaque types
+    sampled = robust(gear("55").scene(errors=True), samples=64, threads=1)
+    for name, dataset in (("simulate", result), ("robust", sampled)):
+        with h5py.File(save(dataset, tmp_path / f"{name}.nc")) as file:
+            for key, variable in file.items():
+                assert isinstance(variable, h5py.Dataset), f"{key} is a group"
+                text = h5py.check_string_dtype(variable.dtype) is not None
+                assert text or variable.dtype.kind in "fi", key
+                assert text == (key == "error_name"), key
+            for key in file.attrs:
+                kind = file.attrs.get_id(key).dtype
+                assert h5py.check_string_dtype(kind) is not None or kind.kind in "fiS", key
+                assert h5py.check_enum_dtype(kind) is None, key
