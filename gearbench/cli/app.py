@@ -12,7 +12,9 @@ from gearbench.cli.optimise import optimise
 from gearbench.cli.plan import plan
 from gearbench.cli.rexs import rexs
 from gearbench.cli.robust import robust
+from gearbench.cli.select import select
 from gearbench.cli.simulate import simulate
+from gearbench.cli.validate import validate
 from gearbench.errors import GearbenchError, InputError
 
 #: 0 done, 1 failed, 2 bad input, 130 interrupted.
@@ -24,7 +26,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Static transmission error and mesh stiffness of involute gear pairs, and how robust they are.",
 )
-for command in (simulate, robust, optimise, plan, rexs, doctor):
+for command in (simulate, robust, optimise, select, validate, plan, rexs, doctor):
     app.command()(command)
 
 
@@ -51,7 +53,7 @@ def main() -> None:
         app()
     except InputError as error:
         _end(error, BAD_INPUT)
-    except (GearbenchError, OSError) as error:
+    except (GearbenchError, OSError, ImportError) as error:
         _end(error, FAILED)
     except KeyboardInterrupt:
         _end("interrupted", INTERRUPTED)

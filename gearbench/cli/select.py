@@ -1,0 +1,138 @@
+"""``gearbench select``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gearbench.cli.options import Json, Quiet
+
+if TYPE_CHECKING:
+    from gearbench.optimise.select import Resonance, Selection
+
+Stored = Annotated[
+    Path, typer.Argument(metavar="DIR|FRONT.nc", help="Folder or front of an optimisation.", show_default=False)
+]
+Where = Annotated[
+    list[str] | None,
+    typer.Option(metavar="CONDITION", help='Condition, e.g. "helix_angle<=15"; give it again for more.'),
+]
+Rank = Annotated[
+    str | None, typer.Option(metavar="SUM", help='Weights, e.g. "mesh_stiffness_rms_mean + 2*axial_force".')
+]
+WorstCase = Annotated[bool, typer.Option("--worst-case", help="Rank by the maxima over the error samples.")]
+Avoid = Annotated[
+    list[str] | None, typer.Option(metavar="LOW:HIGH", help="Mesh frequencies to avoid [Hz]; needs --speed.")
+]
+Speed = Annotated[str | None, typer.Option(metavar="LOW:HIGH", help="Speeds of the pinion [rpm], for --avoid.")]
+Orders = Annotated[int, typer.Option(min=1, max=100, help="Mesh orders that count, for --avoid.")]
+Top = Annotated[int, typer.Option(min=1, help="How many designs to print.")]
+Csv = Annotated[Path | None, typer.Option(metavar="FILE", help="Write all designs that are left as CSV.")]
+Markdown = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the printed designs as Markdown.")]
+Export = Annotated[
+    tuple[int, Path] | None,
+    typer.Option(metavar="N SCENE.toml", help="Write design N as a scene that gearbench simulate takes."),
+]
+
+
+def select(
+    stored: Stored,
+    where: Where = None,
+    rank: Rank = None,
+    worst_case: WorstCase = False,
+    avoid: Avoid = None,
+    speed: Speed = None,
+    orders: Orders = 1,
+    top: Top = 10,
+    csv: Csv = None,
+    markdown: Markdown = None,
+    export: Export = None,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Choose among the designs of an optimisation: filter, rank, list, and export one as a scene.
+
+    Conditions may name every variable, objective and limit of the study, on_front, and axial_force [N],
+    modifications (kinds of micro-geometry), pinion_teeth, wheel_teeth, pinion_addendum, wheel_addendum.
+
+    Example: gearbench select front --where "modifications==0" --where "pinion_addendum==1" --worst-case
+    """
+    from gearbench.optimise.conditions import parse_condition, parse_ranking
+    from gearbench.optimise.listing import csv_text, markdown_text
+    from gearbench.optimise.select import chosen_scene, open_designs
+    from gearbench.optimise.select import select as run
+    from gearbench.results import check_target
+
+    conditions = [parse_condition(text) for text in where or ()]
+    ranking = None if rank is None else parse_ranking(rank)
+    resonances = _resonances(avoid or [], speed, orders)
+    targets = [path for path in (csv, markdown, export[1] if export else None) if path is not None]
+    for path in targets:
+        check_target(path)
+    designs = open_designs(stored)
+    selection = run(designs, where=conditions, avoid=resonances, rank=ranking, worst_case=worst_case)
+    scene = chosen_scene(designs, export[0]) if export is not None else None
+    if csv is not None:
+        csv.write_text(csv_text(selection), encoding="utf-8")
+    if markdown is not None:
+        markdown.write_text(markdown_text(selection, top), encoding="utf-8")
+    if export is not None and scene is not None:
+        export[1].write_text(scene.to_toml(), encoding="utf-8")
+    if json:
+        _print_json(selection, top)
+    elif not quiet:
+        _print_list(selection, top)
+        for path in targets:
+            print(f"wrote {path}")
+
+
+def _resonances(bands: list[str], speed: str | None, orders: int) -> list[Resonance]:
+    from gearbench.errors import InputError
+    from gearbench.optimise.conditions import parse_band
+    from gearbench.optimise.select import Resonance
+
+    if bands and speed is None:
+        raise InputError("avoid", bands[0], "needs --speed, the range of speeds of the pinion")
+    if speed is None:
+        return []
+    if not bands:
+        raise InputError("speed", speed, "needs --avoid, the mesh frequencies to avoid")
+    rpm = parse_band("speed", speed)
+    return [Resonance(frequency=parse_band("avoid", band), speed=rpm, orders=orders) for band in bands]
+
+
+def _print_json(selection: Selection, top: int) -> None:
+    import json
+
+    table = selection.table(top)
+    rows = [dict(zip(table, (v.item() for v in row), strict=True)) for row in zip(*table.values(), strict=True)]
+    steps = [{"condition": condition, "left": left} for condition, left in selection.steps]
+    print(json.dumps({"steps": steps, "ranking": selection.ranking, "designs": rows}, indent=2))
+
+
+def _print_list(selection: Selection, top: int) -> None:
+    """How many designs each condition left, and the best of those that remain."""
+    import re
+
+    from rich.console import Console
+    from rich.table import Table
+
+    from gearbench.optimise.listing import heading, ranking_text
+
+    for condition, left in selection.steps:
+        print(f"{left:7d}  {condition}")
+    if len(selection.places) == 0:
+        print("no design is left")
+        return
+    columns = selection.table(top)
+    names = ["design", "score", *map(str, selection.designs.dataset["variable"].values), *selection.ranking]
+    names = list(dict.fromkeys(names))
+    table = Table(title=f"by {ranking_text(selection)}", title_justify="left", title_style="bold", box=None)
+    for name in names:
+        short = heading(selection, name).removeprefix("pair.").removeprefix("effects.")
+        table.add_column("\n".join(re.split(r"[._ ]", short)), justify="right", no_wrap=True)
+    for row in zip(*(columns[name] for name in names), strict=True):
+        table.add_row(*(f"{x:.4g}" if isinstance(x, float) else str(x) for x in (value.item() for value in row)))
+    Console(soft_wrap=True).print(table)
