@@ -148,15 +148,20 @@ def validate(
     """
     begun = time.perf_counter()
     for name, scene in zip(labels(scenes), scenes, strict=True):
-        try:
-            reference_scene(scene, accuracy)
-        except InputError as error:
-            raise error.in_file(name) from None
+        check(scene, accuracy, name)
     found = []
     for name, scene in zip(labels(scenes), scenes, strict=True):
         progress(name)
         found.append(compare(scene, accuracy))
     return stack(found, labels(scenes)).assign_attrs(run_provenance(wall_time=time.perf_counter() - begun))
+
+
+def check(scene: Scene, accuracy: float, file: str) -> None:
+    """Refuse a scene that has no reference, naming the file it comes from."""
+    try:
+        reference_scene(scene, accuracy)
+    except InputError as error:
+        raise error.in_file(file) from None
 
 
 def labels(scenes: Sequence[Scene]) -> list[str]:

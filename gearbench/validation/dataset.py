@@ -31,8 +31,8 @@ def stack(found: Sequence[xr.Dataset], names: Sequence[str]) -> xr.Dataset:
         missing = {dim: (0, size - each.sizes[dim]) for dim, size in sizes.items()}
         text = {variable: ((), each.attrs[key]) for key, variable in TEXTS.items()}
         floats = each.assign(pair_index=each["pair_index"].astype(float)).reset_coords(_CYCLE)
-        padded.append(floats.pad(missing, constant_values=np.nan, keep_attrs=True).assign(text))
-    joined = xr.concat(padded, "scene", combine_attrs="drop", data_vars="all", coords="minimal")
+        padded.append(floats.pad(missing, constant_values=np.nan, keep_attrs=True).assign(text).drop_attrs(deep=False))
+    joined = xr.concat(padded, "scene", combine_attrs="override", data_vars="all", coords="minimal")
     return joined.assign_coords(scene=("scene", list(names))).set_coords(_CYCLE)
 
 

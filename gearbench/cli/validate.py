@@ -1,0 +1,67 @@
+"""``gearbench validate``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gearbench.cli.options import Json, Quiet
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SceneFiles = Annotated[list[Path], typer.Argument(metavar="SCENE...", help="Scene files (TOML).", show_default=False)]
+Folder = Annotated[
+    Path, typer.Option("--output", "-o", metavar="DIR", help="Write report.html and validation.nc into this folder.")
+]
+Accuracy = Annotated[
+    float, typer.Option(min=1e-4, max=0.1, help="Relative error of the reference that its meshes are refined to.")
+]
+
+
+def validate(
+    scenes: SceneFiles, output: Folder, accuracy: Accuracy = 0.01, quiet: Quiet = False, json: Json = False
+) -> None:
+    """Compare each SCENE with finite elements: a report and a Dataset of errors, shapes and times.
+
+    Example: gearbench validate examples/case1.toml examples/case2.toml -o validation
+    """
+    from gearbench.scene_file import load_scene
+    from gearbench.validation.comparison import check
+    from gearbench.validation.comparison import validate as run
+    from gearbench.validation.report import check_folder, write
+
+    loaded = [load_scene(path) for path in scenes]
+    for path, scene in zip(scenes, loaded, strict=True):
+        check(scene, accuracy, str(path))
+    folder = check_folder(output)
+    dataset = run(loaded, accuracy)
+    written = write(dataset, folder)
+    if json:
+        _print_json(dataset, written)
+    elif not quiet:
+        _print_findings(dataset)
+        for path in written:
+            print(f"wrote {path}")
+
+
+def _print_findings(dataset: xr.Dataset) -> None:
+    from gearbench.validation.dataset import of_scene
+    from gearbench.validation.report import finding
+
+    for i, name in enumerate(dataset["scene"].values):
+        print(f"{name}. {finding(of_scene(dataset, i))}")
+
+
+def _print_json(dataset: xr.Dataset, written: list[Path]) -> None:
+    import json
+
+    scenes = []
+    for i, name in enumerate(dataset["scene"].values):
+        one = dataset.isel(scene=i)
+        numbers = {str(key): float(v) for key, v in one.data_vars.items() if v.ndim == 0 and v.dtype.kind == "f"}
+        scenes.append({"name": str(name), "scene_sha256": str(one["scene_sha256"].item()), **numbers})
+    files = [str(path) for path in written]
+    print(json.dumps({"wall_time_s": dataset.attrs["wall_time_s"], "scenes": scenes, "files": files}, indent=2))

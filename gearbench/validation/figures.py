@@ -1,0 +1,172 @@
+"""Figures of a comparison, as ``compare`` gives it: matplotlib figures without a display, titles state the finding."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.cycle import curves, panel_size, panels
+from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE
+from gearbench.validation.dataset import side
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+#: Colour, line and label of each side.
+STYLES: dict[str, dict[str, Any]] = {
+    "reference": {"color": "black", "lw": 2.4, "ls": "-", "label": "finite elements"},
+    "fast": {"color": ORANGE, "lw": 1.6, "ls": "--", "label": "fast model"},
+}
+
+
+def new_figure(rows: int, columns: int, size: tuple[float, float], **more: Any) -> tuple[Figure, Any]:
+    """Figure outside pyplot, which needs no display and is nobody's current figure; axes (rows, columns)."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size, layout="constrained")
+    return figure, figure.subplots(rows, columns, squeeze=False, **more)
+
+
+def percent(value: float) -> str:
+    """Relative error [%] with its sign."""
+    return f"{value:+.1f} %".replace("-", "−") if np.isfinite(value) else "undefined"
+
+
+def duration(seconds: float) -> str:
+    """Time in the unit that suits it."""
+    return f"{seconds:.1f} s" if seconds >= 1 else f"{1e3 * seconds:.3g} ms"
+
+
+def cycle_figure(dataset: xr.Dataset) -> Figure:
+    """STE and mesh stiffness over two mesh periods, both sides, as in Figure 4 of the paper."""
+    figure, axes = new_figure(2, 1, (7.5, 6.2), sharex=True)
+    for axis, name, word in zip(
+        axes[:, 0], ("transmission_error", "mesh_stiffness"), ("STE", "stiffness"), strict=True
+    ):
+        draw_cycle(dataset, name, axis)
+        mean, peak = (percent(float(dataset[f"{name}_{part}_error"])) for part in ("mean", "peak_to_peak"))
+        axis.set_title(f"{word}: mean {mean}, peak-to-peak {peak}")
+    axes[1, 0].set_xlabel("mesh phase τ [mesh periods]")
+    _legend(figure, axes[0, 0])
+    return figure
+
+
+def _legend(figure: Figure, axis: Axes) -> None:
+    figure.legend(*axis.get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
+
+
+def draw_cycle(dataset: xr.Dataset, name: str, axis: Axes) -> None:
+    """Draw a variable of the mesh cycle over two mesh periods, both sides."""
+    for model, style in STYLES.items():
+        parts = panels(side(dataset, model), name)
+        x = np.concatenate([phase + period for period in (0, 1) for phase, _ in parts])
+        axis.plot(x, np.concatenate([values for _, values in parts] * 2), **style)
+    axis.axvline(1.0, color=GREY, lw=0.8, ls=":")
+    axis.set_xlim(0, 2)
+    axis.set_ylabel(f"{dataset[name].attrs['symbol']} [{dataset[name].attrs['units']}]")
+    # zero must be in sight, or a small fluctuation looks large
+    axis.set_ylim(bottom=0)
+
+
+def load_share_figure(dataset: xr.Dataset) -> Figure:
+    """Share of one tooth pair from where it enters to where it leaves, and the difference of the two models."""
+    figure, axes = new_figure(2, 1, (7.5, 5.2), sharex=True, height_ratios=(2, 1))
+    upper, lower = axes[:, 0]
+    place, share = share_of_a_pair(dataset)
+    for model, style in STYLES.items():
+        upper.plot(place, share[model], **style)
+    lower.plot(place, share["fast"] - share["reference"], color=ORANGE, lw=1.4)
+    lower.axhline(0, color=GREY, lw=0.8)
+    upper.set(ylabel="share of the load X [%]", ylim=(0, None))
+    lower.set(xlabel="progress of a tooth pair τ + k [mesh periods]", ylabel="difference [% of load]")
+    largest, rms = (100 * float(dataset[f"load_share_error_{part}"]) for part in ("max", "rms"))
+    upper.set_title(f"load sharing differs by at most {largest:.1f} % of the load, {rms:.1f} % RMS")
+    _legend(figure, upper)
+    return figure
+
+
+def share_of_a_pair(dataset: xr.Dataset) -> tuple[NDArray, dict[str, NDArray]]:
+    """Progress τ + k of a pair [mesh periods] while in contact, and its share of the load [%] by either model."""
+    phase, size = dataset["mesh_phase"].values, panel_size(dataset)
+    parts = []
+    for k, index in enumerate(dataset["pair_index"].values):
+        sides = [curves(phase, dataset["load_share"].sel(model=model).values[:, k], size) for model in STYLES]
+        for (x, one), (_, other) in zip(*sides, strict=True):
+            loaded = (one > 0) | (other > 0)
+            parts.append(np.array([x + index, 100 * one, 100 * other])[:, loaded])
+    joined = np.concatenate(parts, axis=1)
+    place, *shares = joined[:, np.argsort(joined[0], kind="stable")]
+    return place, dict(zip(STYLES, shares, strict=True))
+
+
+def harmonics_figure(dataset: xr.Dataset) -> Figure:
+    """Amplitudes of the harmonics of STE and stiffness, both sides."""
+    figure, axes = new_figure(1, 2, (9.5, 3.8))
+    for axis, name in zip(axes[0], ("transmission_error", "mesh_stiffness"), strict=True):
+        harmonic = dataset["harmonic"].values
+        for shift, (model, style) in zip((-0.2, 0.2), STYLES.items(), strict=True):
+            amplitude = dataset[f"{name}_harmonic"].sel(model=model).values
+            hatch = None if model == "reference" else "//"
+            axis.bar(harmonic + shift, amplitude, 0.38, color=style["color"], hatch=hatch, label=style["label"])
+        worst = dataset[f"{name}_harmonic_error"].values
+        i = int(np.nanargmax(np.abs(worst)))
+        axis.set_title(f"harmonic {harmonic[i]}: {percent(float(worst[i]))} of the strongest", fontsize=10)
+        attrs = dataset[f"{name}_harmonic"].attrs
+        axis.set(xlabel="harmonic n [–]", ylabel=f"amplitude {attrs['symbol']} [{attrs['units']}]")
+        axis.set_xticks(harmonic)
+    _legend(figure, axes[0, 0])
+    return figure
+
+
+def mac_figure(dataset: xr.Dataset) -> Figure:
+    """Maps over both flanks: how alike the deflection shapes are, and how large they are."""
+    figure, axes = new_figure(2, 2, (9.5, 6.2))
+    worst, mean = dataset["mac_worst"].values, dataset["mac_mean"].values
+    low = min(0.9, float(np.floor(10 * worst.min()) / 10))
+    spread = max(0.1, float(np.abs(dataset["norm_ratio"].values - 1).max()))
+    for k, gear in enumerate(dataset["gear"].values):
+        y, radius = dataset["load_position"].values, dataset["load_radius"].values[k]
+        looks = (
+            ("mac", "cividis", low, 1.0, f"{gear}: MAC at worst {worst[k]:.3f}, mean {mean[k]:.3f}"),
+            ("norm_ratio", "PuOr_r", 1 - spread, 1 + spread, _softness(gear, float(dataset["compliance_ratio"][k]))),
+        )
+        for row, (name, colours, bottom, top, title) in enumerate(looks):
+            axis = axes[row, k]
+            drawn = axis.pcolormesh(y, radius, dataset[name].values[k], cmap=colours, vmin=bottom, vmax=top)
+            axis.set(xlabel="place of the load along the face width y [mm]", ylabel="radius of the load R [mm]")
+            axis.set_title(title, fontsize=10)
+            if k == 1:
+                label = "MAC [–]" if name == "mac" else "deflection over\nthat of the reference [–]"
+                figure.colorbar(drawn, ax=axes[row].tolist(), label=label)
+    return figure
+
+
+def _softness(gear: str, ratio: float) -> str:
+    word = "softer" if ratio > 1 else "stiffer"
+    return f"{gear}: {100 * abs(ratio - 1):.1f} % {word} than finite elements"
+
+
+def time_figure(dataset: xr.Dataset) -> Figure:
+    """Wall times of both sides: compliance of an unseen pair, and simulation."""
+    figure, axes = new_figure(1, 1, (7.5, 2.6))
+    axis = axes[0, 0]
+    rows = []
+    for model, label in (("fast", "fast model"), ("reference", "finite elements")):
+        values = dataset.sel(model=model)
+        rows.append((f"{label}: compliance", float(values["compliance_seconds"]), BLUE if model == "fast" else PURPLE))
+        rows.append((f"{label}: simulation", float(values["simulation_seconds"]), GREEN if model == "fast" else GREY))
+    axis.barh(range(4), [1e3 * row[1] for row in rows], color=[row[2] for row in rows])
+    for i, (_, seconds, _) in enumerate(rows):
+        axis.text(1e3 * seconds, i, f" {duration(seconds)}", va="center")
+    axis.set_yticks(range(4), [row[0] for row in rows])
+    axis.invert_yaxis()
+    axis.set(xscale="log", xlabel="wall time [ms]")
+    times = [1e3 * row[1] for row in rows]
+    axis.set_xlim(10.0 ** np.floor(np.log10(min(times) / 2)), 8 * max(times))
+    fast, slow = dataset["compliance_seconds"].values
+    axis.set_title(f"compliance: {slow / fast:.0f} times faster than finite elements")
+    return figure

@@ -1,0 +1,92 @@
+"""Picture of a finite element mesh: its surface, drawn by matplotlib."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.effects.fe_compliance import FeCompliance
+from gearbench.geometry.pair import Pair
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from fem_reference.tooth_mesh import ToothMesh
+
+#: Colours of the surface: the loaded flank, what is held, the rest.
+LOADED, HELD, OTHER = "#E69F00", "#0072B2", "#DDDDDD"
+#: Direction of the light.
+_LIGHT = np.array([-0.35, -0.6, 0.72])
+
+
+def finest_mesh(effect: FeCompliance, pair: Pair, k: int) -> ToothMesh:
+    """Finest mesh that the compliance of pinion (k = 0) or wheel (k = 1) was computed on, meshed again."""
+    from fem_reference.refinement import FAMILY, FINE_FAMILY, RIM_FAMILY, mesh_cells
+    from fem_reference.tooth_mesh import tooth_mesh
+
+    body = effect.body(pair, k)
+    family = RIM_FAMILY if body.bore_radius is not None else FAMILY if effect.accuracy >= 0.005 else FINE_FAMILY
+    found = effect.flank(pair, k).attrs
+    return tooth_mesh(body, mesh_cells(body, family[found["meshes"] - 1]), found["element"])
+
+
+def surface(tooth: ToothMesh) -> tuple[NDArray, list[str]]:
+    """Corners (facet, corner, 3) [mm] of the facets of the surface, and the colour of each."""
+    mesh = tooth.mesh
+    facets = mesh.boundary_facets()
+    colour = np.full(mesh.facets.shape[1], OTHER, dtype="U7")
+    for name, chosen in mesh.boundaries.items():
+        if name in tooth.body.held:
+            colour[chosen] = HELD
+        elif name == "right_flank":
+            colour[chosen] = LOADED
+    corners = mesh.p[:, mesh.facets[:, facets]]
+    return np.moveaxis(corners, 0, -1).swapaxes(0, 1), colour[facets].tolist()
+
+
+def draw_mesh(tooth: ToothMesh, axes: Any) -> None:
+    """Draw the surface of a mesh on three-dimensional axes."""
+    from matplotlib.colors import to_rgb
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    corners, colours = surface(tooth)
+    # face width to the back, tooth upwards
+    points = corners[..., [0, 2, 1]]
+    normal = np.cross(points[:, 2] - points[:, 0], points[:, 3] - points[:, 1])
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    shade = 0.8 + 0.2 * np.abs(normal @ _LIGHT / np.linalg.norm(_LIGHT))
+    faces = [tuple(np.clip(s * np.array(to_rgb(c)), 0, 1)) for s, c in zip(shade, colours, strict=True)]
+    width = 0.35 if len(points) < 4000 else 0.12
+    axes.add_collection3d(Poly3DCollection(list(points), facecolors=faces, edgecolors="0.25", linewidths=width))
+    low, high = points.min(axis=(0, 1)), points.max(axis=(0, 1))
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    axes.set_box_aspect(high - low)
+    axes.view_init(elev=22, azim=-50 if tooth.body.gear.beta == 0 else -60)
+    axes.set(xlabel="x [mm]", ylabel="face width [mm]", zlabel="y [mm]")
+    axes.locator_params(nbins=4)
+
+
+def mesh_figure(effect: FeCompliance, pair: Pair) -> Figure:
+    """Finest meshes of both gears, the loaded flank and the clamped surface coloured."""
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
+
+    figure = Figure(figsize=(9.5, 4.8))
+    for k, name in enumerate(("pinion", "wheel")):
+        tooth = finest_mesh(effect, pair, k)
+        axes = figure.add_subplot(1, 2, k + 1, projection="3d")
+        draw_mesh(tooth, axes)
+        found = effect.flank(pair, k)
+        digits = -math.floor(math.log10(100 * found.error)) if found.error > 0 else 1
+        axes.set_title(
+            f"{name}: {tooth.mesh.nelements} elements, {found.attrs['unknowns']} unknowns,\n"
+            f"estimated error {100 * found.error:.{max(digits, 0)}f} %",
+            fontsize=10,
+        )
+    patches = [Patch(color=LOADED, label="loaded flank"), Patch(color=HELD, label="held")]
+    figure.legend(handles=patches, loc="lower center", ncols=2, frameon=False)
+    figure.subplots_adjust(left=0.02, right=0.95, top=0.88, bottom=0.1, wspace=0.12)
+    return figure

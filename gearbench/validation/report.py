@@ -1,0 +1,248 @@
+"""Report of a validation: one HTML file that holds its pictures and needs nothing from elsewhere."""
+
+from __future__ import annotations
+
+import base64
+import io
+import os
+import tempfile
+import tomllib
+from collections.abc import Iterable, Sequence
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+from typing import TYPE_CHECKING
+
+from gearbench.errors import InputError
+from gearbench.results import check_target, save
+from gearbench.scene_file import parse_scene
+from gearbench.validation import figures
+from gearbench.validation.comparison import finite_elements
+from gearbench.validation.dataset import of_scene
+from gearbench.validation.figures import duration, percent
+from gearbench.validation.mesh_picture import mesh_figure
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+REPORT, DATASET = "report.html", "validation.nc"
+_ERRORS = {
+    "mean STE": "transmission_error_mean",
+    "peak-to-peak STE": "transmission_error_peak_to_peak",
+    "mean stiffness": "mesh_stiffness_mean",
+    "peak-to-peak stiffness": "mesh_stiffness_peak_to_peak",
+}
+
+
+def check_folder(folder: str | Path) -> Path:
+    """Make the folder of a report; refuse, before anything is computed, one that cannot be written.
+
+    Raises
+    ------
+    InputError
+        If ``folder`` is a file, cannot be made, or is not writable.
+    """
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError("output", str(folder), f"must be a folder ({error.strerror})") from None
+    for name in (REPORT, DATASET):
+        check_target(folder / name)
+    return folder
+
+
+def write(dataset: xr.Dataset, folder: str | Path) -> list[Path]:
+    """Write report and Dataset of a validation into ``folder``: both, or none of them.
+
+    Raises
+    ------
+    InputError
+        As ``check_folder``.
+    OSError
+        If the disk is full or fails; files that were there before are untouched.
+    """
+    folder = check_folder(folder)
+    text = render(dataset)
+    handle, name = tempfile.mkstemp(prefix=f".{REPORT}.", suffix=".part", dir=folder)
+    part = Path(name)
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+        mask = os.umask(0)
+        os.umask(mask)
+        part.chmod(0o666 & ~mask)
+        saved = save(dataset, folder / DATASET)
+        part.replace(folder / REPORT)
+    finally:
+        part.unlink(missing_ok=True)
+    return [folder / REPORT, saved]
+
+
+def render(dataset: xr.Dataset) -> str:
+    """The report as HTML text."""
+    scenes = [of_scene(dataset, i) for i in range(dataset.sizes["scene"])]
+    names = [str(name) for name in dataset["scene"].values]
+    many = f"{len(scenes)} scene{'s' * (len(scenes) > 1)}"
+    return Template(files("gearbench.validation").joinpath("report.html").read_text(encoding="utf-8")).substitute(
+        title=escape(f"Validation against finite elements: {', '.join(names)}"),
+        intro=escape(f"{many}, {duration(dataset.attrs['wall_time_s'])} in all, {dataset.attrs['created']}."),
+        overview=_overview(names, scenes),
+        scenes="\n".join(_section(i, name, scene) for i, (name, scene) in enumerate(zip(names, scenes, strict=True))),
+        method=_method(dataset),
+    )
+
+
+def finding(one: xr.Dataset) -> str:
+    """What the comparison of a scene found, in a sentence."""
+    errors = ", ".join(f"{label} {percent(float(one[f'{name}_error']))}" for label, name in _ERRORS.items())
+    fast, slow = one["compliance_seconds"].values
+    return (
+        f"Against finite elements: {errors}; deflection shapes agree to MAC {float(one['mac_worst'].min()):.3f} at "
+        f"worst, {float(one['mac_mean'].mean()):.3f} in the mean. Compliance in {duration(fast)} instead of "
+        f"{duration(slow)}, a factor of {slow / fast:.0f}."
+    )
+
+
+def _overview(names: Sequence[str], scenes: Sequence[xr.Dataset]) -> str:
+    rows = []
+    for i, (name, one) in enumerate(zip(names, scenes, strict=True)):
+        fast, slow = one["compliance_seconds"].values
+        numbers = [percent(float(one[f"{variable}_error"])) for variable in _ERRORS.values()]
+        mac = f"{float(one['mac_worst'].min()):.3f} / {float(one['mac_mean'].mean()):.3f}"
+        rows.append([f'<a href="#scene-{i}">{escape(name)}</a>', *numbers, mac, f"{slow / fast:.0f}"])
+    return _table(["scene", *_ERRORS, "MAC worst / mean", "compliance: times faster"], rows)
+
+
+def _section(i: int, name: str, one: xr.Dataset) -> str:
+    reference = parse_scene(tomllib.loads(one.attrs["reference_scene"]))
+    drawn = {
+        "Static transmission error and mesh stiffness over two mesh periods.": figures.cycle_figure(one),
+        "Amplitudes of the harmonics of the mesh frequency.": figures.harmonics_figure(one),
+        "Share of the load that one tooth pair carries while it passes through the mesh.": (
+            figures.load_share_figure(one)
+        ),
+        "For each place of a unit load: agreement of the deflection shape over the flank, and its size.": (
+            figures.mac_figure(one)
+        ),
+        "Wall times. Simulation: all mesh phases, the teeth being known.": figures.time_figure(one),
+        "Finest finite element meshes; the reference is extrapolated from the last two meshes.": mesh_figure(
+            finite_elements(reference), reference.pair
+        ),
+    }
+    pictures = "\n".join(_picture(figure, caption) for caption, figure in drawn.items())
+    return "\n".join(
+        [
+            f'<section id="scene-{i}"><h2>{escape(name)}</h2>',
+            f'<p class="finding">{escape(finding(one))}</p>',
+            "<h3>Errors over the mesh cycle</h3>",
+            _cycle_table(one),
+            "<h3>Teeth</h3>",
+            _tooth_table(one),
+            pictures,
+            "<h3>Times</h3>",
+            _time_table(one),
+            _texts(one),
+            "</section>",
+        ]
+    )
+
+
+def _cycle_table(one: xr.Dataset) -> str:
+    rows = []
+    for label, name in _ERRORS.items():
+        fast, reference = one[name].values
+        units = one[name].attrs["units"]
+        error = percent(float(one[f"{name}_error"]))
+        rows.append([label, f"{fast:.4g} {units}", f"{reference:.4g} {units}", error])
+    for word, name in (("STE", "transmission_error"), ("stiffness", "mesh_stiffness")):
+        harmonic, error = one[f"{name}_harmonic"], one[f"{name}_harmonic_error"].values
+        for n, (fast, reference) in enumerate(harmonic.values.T):
+            units = harmonic.attrs["units"]
+            label = f"harmonic {n + 1} of {word}"
+            rows.append([label, f"{fast:.4g} {units}", f"{reference:.4g} {units}", f"{percent(float(error[n]))} *"])
+    for label, part in (("largest", "max"), ("RMS", "rms")):
+        difference = 100 * float(one[f"load_share_error_{part}"])
+        rows.append([f"{label} difference in load sharing", "", "", f"{difference:.1f} % of the load"])
+    table = _table(["", "fast model", "finite elements", "error"], rows)
+    return f"{table}<p>* of the strongest of these harmonics of the reference.</p>"
+
+
+def _tooth_table(one: xr.Dataset) -> str:
+    labels = {
+        "MAC, worst": ("mac_worst", ".3f"),
+        "MAC, mean": ("mac_mean", ".3f"),
+        "compliance / that of the reference": ("compliance_ratio", ".3f"),
+        "estimated error of the reference": ("reference_error", ".1e"),
+        "unknowns of the finest mesh": ("reference_unknowns", ".0f"),
+        "meshes refined over": ("reference_meshes", ".0f"),
+    }
+    rows = [[label, *(f"{v:{form}}" for v in one[name].values)] for label, (name, form) in labels.items()]
+    return _table(["", *map(str, one["gear"].values)], rows)
+
+
+def _time_table(one: xr.Dataset) -> str:
+    rows = [
+        [label, *(duration(float(v)) for v in one[name].values)]
+        for label, name in (
+            ("smooth compliance, pair not seen before", "compliance_seconds"),
+            ("simulation, teeth known", "simulation_seconds"),
+        )
+    ]
+    rows.append(["first simulation in this process", duration(float(one["first_call_seconds"])), ""])
+    kept = bool(one["reference_cached"].values.any())
+    source = "earlier, stored with the kept result" if kept else "in this run, nothing was kept"
+    return _table(["", "fast model", "finite elements"], rows) + f"<p>Finite elements measured {source}.</p>"
+
+
+def _texts(one: xr.Dataset) -> str:
+    attrs = one.attrs
+    facts = {
+        "versions": attrs["versions"],
+        "revision": attrs["git_revision"],
+        "host": attrs["host"],
+        "finite elements": f"{attrs['reference_element']}, solved by {attrs['reference_solver']}",
+        "SHA-256 of the scene": attrs["scene_sha256"],
+    }
+    items = "".join(f"<tr><th>{escape(key)}</th><td>{escape(str(value))}</td></tr>" for key, value in facts.items())
+    blocks = "".join(
+        f"<details><summary>{title}</summary><pre>{escape(attrs[key])}</pre></details>"
+        for title, key in (("Scene", "scene"), ("Reference", "reference_scene"))
+    )
+    return f"<h3>Provenance</h3><table><tbody>{items}</tbody></table>{blocks}"
+
+
+def _method(dataset: xr.Dataset) -> str:
+    heights, places = (dataset.sizes[name] for name in ("load_height", "load_place"))
+    paragraphs = (
+        "Reference: the same pair, load, gaps, contact law and mesh phases; every compliance but the contact law is "
+        "replaced by that of three-dimensional finite elements, a clamped tooth or, where the scene models the gear "
+        "body, a sector of teeth on the body. The compression near the contact is counted once, by the contact law.",
+        "Errors are those of the fast model, (fast − reference) / reference. Peak-to-peak values include both sides of "
+        "each jump. Load sharing: difference of the share of a tooth pair while it is in contact.",
+        f"MAC = (aᵀb)² / ((aᵀa)(bᵀb)) of the deflections a, b of one flank under a unit load at each of {heights} × "
+        f"{places} places, taken in the middle of 12 × 17 equal cells of the active flank.",
+        "Times are wall times on this computer: medians of repeats after warm-up for the fast model; for the finite "
+        "elements meshing, assembly and solution of all meshes, both gears.",
+    )
+    return "\n".join(f"<p>{escape(text)}</p>" for text in paragraphs)
+
+
+def _table(head: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
+    """HTML table; cells are HTML."""
+    top = "".join(f'<th scope="col">{cell}</th>' for cell in head)
+    body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
+    return f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _picture(figure: Figure, caption: str) -> str:
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=100)
+    data = base64.b64encode(buffer.getvalue()).decode()
+    alt = escape("; ".join(filter(None, (axis.get_title() for axis in figure.axes))).replace("\n", " "))
+    return (
+        f'<figure><img alt="{alt}" src="data:image/png;base64,{data}">'
+        f"<figcaption>{escape(caption)}</figcaption></figure>"
+    )
