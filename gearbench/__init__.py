@@ -13,14 +13,16 @@ __version__ = "0.1.0"
 _PUBLIC = {
     "Scene": "gearbench.scene",
     "load_scene": "gearbench.scene_file",
+    "load_rexs": "gearbench.exchange.rexs",
     "simulate": "gearbench.simulation",
     "robust": "gearbench.robustness.montecarlo",
     "optimise": "gearbench.optimise.run",
 }
 
-__all__ = ["Scene", "__version__", "load_scene", "optimise", "robust", "simulate"]
+__all__ = ["Scene", "__version__", "load_rexs", "load_scene", "optimise", "robust", "simulate"]
 
 if TYPE_CHECKING:
+    from gearbench.exchange.rexs import load_rexs
     from gearbench.optimise.run import optimise
     from gearbench.robustness.montecarlo import robust
     from gearbench.scene import Scene

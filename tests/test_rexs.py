@@ -1,6 +1,7 @@
 """REXS: a real gearbox stage by stage, units, what is missing, and files that must be refused."""
 
 import math
+import re
 import zipfile
 from pathlib import Path
 
@@ -250,6 +251,11 @@ FAULTS = {
     "no unit of length": ('unit="mm">100<', ">100<", "component 10.center_distance.unit"),
     "unit of another kind": ('unit="deg">15<', 'unit="mm">15<', "component 11.helix_angle_reference_diameter.unit"),
     "no number": ('unit="mm">100<', 'unit="mm">wide<', "'wide'"),
+    "no extent": ('unit="mm">100<', 'unit="mm">0<', "component 10.center_distance"),
+    "module zero": ('unit="mm">3<', 'unit="mm">0<', "component 11.normal_module"),
+    "upright": ('unit="deg">15<', 'unit="deg">90<', "component 11.helix_angle_reference_diameter"),
+    "flat flank": ('unit="deg">20<', 'unit="deg">0<', "component 11.normal_pressure_angle"),
+    "tip below root": ('unit="mm">142.7<', 'unit="mm">1<', "pair.wheel.addendum"),
     "not finite": ('unit="mm">100<', 'unit="mm">nan<', "component 10.center_distance"),
     "ring gear": ('unit="">44<', 'unit="">-44<', "component 12.number_of_teeth"),
     "ring gear by type": ('name="wheel" type="cylindrical_gear"', 'name="wheel" type="ring_gear"', "component 12"),
@@ -332,3 +338,20 @@ def test_files_that_cannot_be_read(tmp_path):
         read_rexs(tmp_path / "none.rexs")
     with pytest.raises(InputError, match="not a ZIP file"):
         read_rexs(write(tmp_path, MODEL, "model.rexsz"))
+
+
+def test_damaged_files_end_in_one_line(tmp_path):
+    # numbers, names and marks exchanged at random places: either still a scene, or an input error, nothing else
+    rng = np.random.default_rng(7)
+    words = ["", "0", "-1", "1e308", "1e-308", "nan", "11", "12", "<", ">", '"', "&", "mm", "deg", "cylindrical_gear"]
+    places = [m.span(1) for m in re.finditer(r"[>\"]([^<>\"\n]+)[<\"]", MODEL)]
+    messages = []
+    for _ in range(400):
+        start, end = places[rng.integers(len(places))]
+        path = write(tmp_path, MODEL[:start] + words[rng.integers(len(words))] + MODEL[end:])
+        try:
+            load_rexs(path)
+        except InputError as error:
+            messages.append(str(error))
+    assert all(message.startswith(str(path)) and "\n" not in message for message in messages)
+    assert 50 < len(messages) < 350  # names and dates do not matter, sizes do

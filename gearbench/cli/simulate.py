@@ -37,7 +37,7 @@ def simulate(
 
         written += draw_simulation(dataset, folder)
     if json:
-        summary.print_json(loaded, dataset, files=[str(path) for path in written])
+        summary.print_json(loaded, dataset, files=[str(path) for path in written], notes=list(notes))
         return
     if quiet:
         return

@@ -15,7 +15,7 @@ from typing import IO
 from xml.etree.ElementTree import Element, ParseError, TreeBuilder
 
 from gearbench.errors import InputError
-from gearbench.exchange.rexs_units import Dimension
+from gearbench.exchange.rexs_units import LENGTH, Dimension
 
 VERSIONS = tuple(f"1.{minor}" for minor in range(8))
 PACKED = (".rexsz", ".rexs.zip")
@@ -121,18 +121,18 @@ class RexsDocument:
         return value * factor
 
     def require(self, component: Component, name: str, dimension: Dimension) -> float:
-        """As ``number``, for what must be there.
+        """As ``number``, for what must be there; lengths must be positive.
 
         Raises
         ------
         InputError
-            Also if it is absent.
+            Also if it is absent, or a length is not positive.
         """
-        value = self.number(component, name, dimension)
+        value, key = self.number(component, name, dimension), f"{component.label}.{name}"
         if value is None:
-            raise InputError(
-                f"{component.label}.{name}", "missing", f"is required ({component.kind} {component.name!r})"
-            )
+            raise InputError(key, "missing", f"is required ({component.kind} {component.name!r})")
+        if dimension is LENGTH and value <= 0:
+            raise InputError(key, value, "must be positive")
         return value
 
 

@@ -78,6 +78,11 @@ def read_gear(document: RexsDocument, component: Component) -> RexsGear:
     alpha = source.value("normal_pressure_angle", ANGLE)
     if alpha is None:
         raise InputError(f"{component.label}.normal_pressure_angle", "missing", "is required, here or on its flanks")
+    beta = document.require(component, "helix_angle_reference_diameter", ANGLE)
+    if not 0 < alpha < 90:
+        raise InputError(f"{component.label}.normal_pressure_angle", alpha, "must lie between 0° and 90°")
+    if not -90 < beta < 90:
+        raise InputError(f"{component.label}.helix_angle_reference_diameter", beta, "must lie between −90° and 90°")
     tip, root = (document.number(component, name, LENGTH) for name in ("tip_diameter", "root_diameter"))
     return RexsGear(
         component=component,
@@ -85,7 +90,7 @@ def read_gear(document: RexsDocument, component: Component) -> RexsGear:
         normal_module=m,
         face_width=document.require(component, "face_width", LENGTH),
         pressure_angle=alpha,
-        helix_angle=document.require(component, "helix_angle_reference_diameter", ANGLE),
+        helix_angle=beta,
         profile_shift=source.coefficient("addendum_modification_coefficient", "addendum_modification", m),
         addendum_coefficient=source.coefficient("addendum_coefficient_basic_profile", "addendum_basic_profile", m),
         dedendum_coefficient=source.coefficient(
