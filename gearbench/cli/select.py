@@ -135,4 +135,5 @@ def _print_list(selection: Selection, top: int) -> None:
         table.add_column("\n".join(re.split(r"[._ ]", short)), justify="right", no_wrap=True)
     for row in zip(*(columns[name] for name in names), strict=True):
         table.add_row(*(f"{x:.4g}" if isinstance(x, float) else str(x) for x in (value.item() for value in row)))
-    Console(soft_wrap=True).print(table)
+    # wider than any list: a number cut short would be another number
+    Console(width=400, soft_wrap=True).print(table)
