@@ -27,6 +27,12 @@ from fem_reference.section import Body
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
 
+#: What of the gearbench package determines a result.
+_SOURCES = (
+    *(f"geometry/{name}.py" for name in ("fillet", "gear", "involute", "material", "rack")),
+    *(f"compliance/{name}.py" for name in ("bases", "local")),
+)
+
 
 def cache_folder() -> Path:
     """Folder of the entries: $GEARBENCH_CACHE, or "gearbench" in the user's cache folder."""
@@ -64,15 +70,12 @@ def digest(body: Body, material: Material, *settings: Any) -> str:
 @cache
 def code_version() -> str:
     """Hash of the sources that determine a result, and of the libraries that mesh and discretise."""
-    import gearbench.compliance
     import gearbench.geometry
 
-    folders = [
-        Path(__file__).parent,
-        *(Path(next(iter(p.__path__))) for p in (gearbench.geometry, gearbench.compliance)),
-    ]
+    package = Path(next(iter(gearbench.geometry.__path__))).parent
+    sources = [*Path(__file__).parent.glob("*.py"), *(package / name for name in _SOURCES)]
     total = hashlib.sha256()
-    for source in sorted(source for folder in folders for source in folder.glob("*.py")):
+    for source in sorted(sources):
         total.update(source.name.encode() + source.read_bytes())
     for package in ("gmsh", "scikit-fem", "numpy"):
         try:

@@ -23,6 +23,7 @@ from fem_reference.locate import interior_points
 from fem_reference.section import on_tooth
 from fem_reference.solver import solve
 from fem_reference.tooth_mesh import ToothMesh
+from gearbench.compliance.coupled import coupled_root
 from gearbench.compliance.local import half_space_compression
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
@@ -178,11 +179,7 @@ class FlankCompliance:
         that the unsymmetric part of surface load against inner displacement leaves) are dropped. Teeth farther apart
         than ``neighbours`` do not see each other.
         """
-        size = self.blocks.shape[1]
-        rows = [[self.block(i - j) for j in range(teeth)] for i in range(teeth)]
-        values, vectors = np.linalg.eigh(np.block(rows))
-        keep = values > rtol * values[-1]
-        return (vectors[:, keep] * np.sqrt(values[keep])).reshape(teeth, size, -1)
+        return coupled_root(self.blocks, teeth, driven=self.driven, rtol=rtol)
 
 
 def flank_compliance(

@@ -72,6 +72,9 @@ class Section:
         Numbers of functions across and along the height.
     breaks
         Heights [mm] between root and tip where the half-width has a kink; before the first it may grow like √x.
+    free
+        Whether the root moves: before the functions that are zero at the root come Legendre polynomials of θ, constant
+        along R, so that the whole tooth follows its root without strain across.
     """
 
     height: float
@@ -80,10 +83,16 @@ class Section:
     screw: float
     order: tuple[int, int]
     breaks: tuple[float, ...] = ()
+    free: bool = False
 
     def __post_init__(self) -> None:
         if self.screw and math.isinf(self.root_radius):
             raise ValueError("a straight block has no screw: root_radius must be finite")
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Numbers of functions across and along the height, the constant one included."""
+        return self.order[0], self.order[1] + self.free
 
     @cached_property
     def _nodes(self) -> tuple[NDArray, NDArray, NDArray, NDArray]:
@@ -107,9 +116,16 @@ class Section:
         x, weight, e, de = self._nodes
         c = self.curvature(x)
         f, df = height_functions(self.order[1], x / self.height)
+        df = df / self.height
+        if self.free:
+            # σ^m, σ = ψ/ψ(root): times s^m it is a power of θ. Its slope is infinite at the root, as that of ψ; in
+            # ∂_R at constant θ the two cancel node by node
+            m = np.arange(self.order[0])
+            power = (e * c / self._root_half_angle)[:, None] ** m
+            f, df = np.hstack([power, f]), np.hstack([m * power * (de / e - c)[:, None], df])
         turn = self.screw / (c * e) if self.screw else np.zeros_like(e)
         factors = (np.ones_like(e), None, de / e - c, c, 1 / e, turn)
-        kinds = np.stack([df / self.height if a is None else f * a[:, None] for a in factors], axis=1)
+        kinds = np.stack([df if a is None else f * a[:, None] for a in factors], axis=1)
         flat = kinds.reshape(len(x), -1)
         return (flat.T @ (flat * (weight * e)[:, None])).reshape(2 * kinds.shape[1:])
 
@@ -127,7 +143,7 @@ class Section:
         trace = (*STRAIN_TT, *STRAIN_RR, *STRAIN_ZZ)
         direct = [(2 * mu, strain) for strain in (STRAIN_TT, STRAIN_RR, STRAIN_ZZ)]
         shear = [(mu, strain) for strain in (SHEAR_TR, SHEAR_TZ, SHEAR_RZ)]
-        n_s, n_x = self.order
+        n_s, n_x = self.order[0], self._along.shape[1]
         # coefficients of the functions of x, summed first: there are many terms with the same function of s
         sums: dict[tuple[int, ...], NDArray] = {}
         for modulus, strain in [(lam, trace), *direct, *shear]:
@@ -143,14 +159,37 @@ class Section:
         for (z_a, z_b, field_a, field_b, s_a, s_b), along in sums.items():
             across = self._across[s_a, :, s_b]
             result[z_a, z_b, field_a, :, :, field_b] += across[:, None, :, None] * along[:, None]
-        return _mirror(result)
+        return self._moving(_mirror(result)) if self.free else _mirror(result)
+
+    def _moving(self, stiffness: NDArray) -> NDArray:
+        """Join the products σ^m P_l(s) to P_k(σ s), which move the root: (…, n_s, 1 + n_x, …, n_s, 1 + n_x)."""
+        n_s, n_x = self.shape
+        to_power = _monomials(n_s)
+        join = np.zeros((n_s, n_x, n_s, n_s + n_x - 1))
+        # P_k(σs) = Σ_m a_km σ^m s^m, s^m = Σ_l (a⁻¹)_ml P_l(s)
+        join[:, 0, :, :n_s] = to_power[:, None, :] * np.linalg.inv(to_power).T
+        for k in range(n_s):
+            join[k, np.arange(1, n_x), k, n_s + np.arange(n_x - 1)] = 1.0
+        half = np.tensordot(stiffness, join, ((6, 7), (2, 3)))
+        return np.tensordot(half, join, ((3, 4), (2, 3))).transpose(0, 1, 2, 6, 7, 3, 4, 5)
+
+    @cached_property
+    def _root_half_angle(self) -> float:
+        """ψ at the root, e/r_f [rad]."""
+        root = np.zeros(1)
+        return float((np.asarray(self.half_width(root)) * self.curvature(root)).ravel()[0])
 
     def values(self, x: NDArray, s: float) -> NDArray:
-        """Functions of a field at height x and s, (…, n_s, n_x); zero below the root."""
-        n_s, n_x = self.order
-        f, _ = height_functions(n_x, np.clip(x / self.height, 0.0, 1.0))
-        p, _ = width_functions(n_s, (s + 1) / 2)
-        return p[:, None] * f[..., None, :]
+        """Functions of a field at height x and s, (…, n_s, n_x); below the root as at the root."""
+        x = np.clip(x, 0.0, self.height)
+        f, _ = height_functions(self.order[1], x / self.height)
+        p, _ = width_functions(self.order[0], (s + 1) / 2)
+        inner = p[:, None] * f[..., None, :]
+        if not self.free:
+            return inner
+        sigma = np.asarray(self.half_width(x)) * self.curvature(x) / self._root_half_angle
+        moving, _ = width_functions(self.order[0], (sigma * s + 1) / 2)
+        return np.concatenate([moving[..., None], inner], axis=-1)
 
 
 def _mirror(result: NDArray) -> NDArray:
@@ -170,6 +209,12 @@ def _differentiation(points: int) -> NDArray:
     t, _ = gauss(points)
     p, dp = width_functions(points, t)
     return np.linalg.solve(p.T, dp.T).T
+
+
+def _monomials(count: int) -> NDArray:
+    """Coefficients a_km of s^m in the Legendre functions of s, orthonormal on s = −1 … 1 as on [0, 1]."""
+    rows = [np.pad(legendre.leg2poly(np.eye(count)[k]), (0, count))[:count] for k in range(count)]
+    return np.array(rows) * np.sqrt(2 * np.arange(count) + 1)[:, None]
 
 
 @lru_cache(maxsize=32)

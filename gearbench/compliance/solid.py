@@ -44,7 +44,7 @@ class Solid:
     @property
     def shape(self) -> tuple[int, int, int, int]:
         """(field, across, height, axis) of the amplitudes."""
-        return 3, *self.section.order, self.order
+        return 3, *self.section.shape, self.order
 
     @property
     def lame(self) -> tuple[float, float]:

@@ -61,7 +61,15 @@ class SolidTooth:
 
     @cached_property
     def solid(self) -> Solid:
-        """The Ritz system."""
+        """The Ritz system of the tooth held at its root circle."""
+        return self._solid(free=False)
+
+    @cached_property
+    def free_solid(self) -> Solid:
+        """The Ritz system of the tooth whose root moves too, as polynomials of s and y."""
+        return self._solid(free=True)
+
+    def _solid(self, *, free: bool) -> Solid:
         gear, (across, along, axis) = self.gear, self.order
         r_f = gear.root_radius
         section = Section(
@@ -71,6 +79,7 @@ class SolidTooth:
             screw=math.tan(gear.beta) / gear.pitch_radius,
             order=(across, along),
             breaks=(gear.form_radius - r_f,),
+            free=free,
         )
         return Solid(section=section, width=gear.face_width, E=self.E, nu=self.nu, order=axis)
 
@@ -87,9 +96,9 @@ class SolidTooth:
     @cached_property
     def matrix(self) -> NDArray:
         """Compliance [mm/N] between the polynomials of the flank, (p·q, p·q), before rounding to rank."""
-        flank = self._functionals(self._flank_rows)
+        flank = self.flank_functionals(self.solid)
         if self.measured_at == "mid":
-            middle = self._functionals(self._middle_rows)
+            middle = self._functionals(self.solid, self._middle_rows(self.solid))
             n = len(flank)
             mixed = self.solid.compliance(np.concatenate([flank, middle]))[:n, n:]
             return (mixed + mixed.T) / 2
@@ -107,23 +116,31 @@ class SolidTooth:
 
     def factor(self, height: ArrayLike, y: ArrayLike) -> NDArray:
         """ψ(x, y), (…, rank) [√(mm/N)]: a unit normal force at b deflects a by ψ(a) · ψ(b); x = R − r_f [mm]."""
+        return self.shapes(height, y) @ self.root
+
+    def shapes(self, height: ArrayLike, y: ArrayLike) -> NDArray:
+        """The polynomials of the flank, (…, p·q) [1/mm]; x = R − r_f [mm]."""
         height, y = np.broadcast_arrays(np.asarray(height, dtype=float), np.asarray(y, dtype=float))
         gear, (p, q) = self.gear, self.flank_order
         along = flank_functions(p, gear.root_radius + height, gear.form_radius, gear.tip_radius)
         across = flank_functions(q, gear.face_width - y if self.driven else y, 0.0, gear.face_width)
-        return (along[..., :, None] * across[..., None, :]).reshape(*height.shape, p * q) @ self.root
+        return (along[..., :, None] * across[..., None, :]).reshape(*height.shape, p * q)
 
     def deflection(self, x: ArrayLike, y: ArrayLike, x0: ArrayLike, y0: ArrayLike) -> NDArray:
         """Deflection [mm/N] at (x, y) along the line of action under a unit force along it at (x0, y0)."""
         return np.sum(self.factor(x, y) * self.factor(x0, y0), axis=-1)
 
-    def _functionals(self, rows: NDArray) -> NDArray:
+    def flank_functionals(self, solid: Solid) -> NDArray:
+        """Normal displacement of the flank weighted with its polynomials, in the amplitudes of ``solid``: (p·q, n)."""
+        return self._functionals(solid, self._flank_rows(solid))
+
+    def _functionals(self, solid: Solid, rows: NDArray) -> NDArray:
         """Functionals of all polynomials of the flank from those of their part in R, ``rows`` (p, 3, n_s, n_x).
 
         The polynomials in y are the Ritz functions themselves.
         """
         p, q = self.flank_order
-        result = np.zeros((p, q, *self.solid.shape))
+        result = np.zeros((p, q, *solid.shape))
         j = np.arange(q)
         result[:, j, ..., j] = rows * math.sqrt(self.gear.face_width)
         return result.reshape(p * q, -1)
@@ -137,22 +154,20 @@ class SolidTooth:
         functions = flank_functions(p, R, gear.form_radius, gear.tip_radius) * weight[:, None]
         return R, functions, gear.load_angle(R)
 
-    @property
-    def _flank_rows(self) -> NDArray:
+    def _flank_rows(self, solid: Solid) -> NDArray:
         """Functionals of the normal displacement of the flank, s = 1. It stands at α_R to the local radius."""
         R, functions, _ = self._stations
-        return self._rows(R, functions, np.arccos(np.clip(self.gear.base_radius / R, 0.0, 1.0)), 1.0)
+        return self._rows(solid, R, functions, np.arccos(np.clip(self.gear.base_radius / R, 0.0, 1.0)), 1.0)
 
-    @property
-    def _middle_rows(self) -> NDArray:
+    def _middle_rows(self, solid: Solid) -> NDArray:
         """Functionals of the same displacement where the line of action passes the centre line, R = r_b / cos γ."""
         _, functions, gamma = self._stations
-        return self._rows(self.gear.base_radius / np.cos(gamma), functions, gamma, 0.0)
+        return self._rows(solid, self.gear.base_radius / np.cos(gamma), functions, gamma, 0.0)
 
-    def _rows(self, R: NDArray, functions: NDArray, angle: NDArray, s: float) -> NDArray:
+    def _rows(self, solid: Solid, R: NDArray, functions: NDArray, angle: NDArray, s: float) -> NDArray:
         """∫ φ_a(R) n · u dR, (p, 3, n_s, n_x); n at ``angle`` to θ, inclined out of the section by β_b."""
         cos_b, sin_b = math.cos(self.gear.beta_b), math.sin(self.gear.beta_b)
         normal = np.stack([-np.cos(angle) * cos_b, -np.sin(angle) * cos_b, np.full(R.shape, sin_b)])
-        values = self.solid.section.values(R - self.gear.root_radius, s)
+        values = solid.section.values(R - self.gear.root_radius, s)
         rows = functions.T @ (normal[:, :, None] * values.reshape(len(R), -1))
         return rows.swapaxes(0, 1).reshape(-1, 3, *values.shape[1:])

@@ -9,6 +9,8 @@ from gearbench.effects.base import Effect
 #: Table name → module and class. Adding an effect is one file and one line here.
 EFFECTS: dict[str, tuple[str, str]] = {
     "tooth_bending": ("gearbench.effects.tooth_bending", "ToothBending"),
+    "tooth_foundation": ("gearbench.effects.tooth_foundation", "ToothFoundation"),
+    "neighbour_teeth": ("gearbench.effects.neighbour_teeth", "NeighbourTeeth"),
     "fe_compliance": ("gearbench.effects.fe_compliance", "FeCompliance"),
     "hertz": ("gearbench.effects.hertz", "Hertz"),
     "crowning": ("gearbench.effects.crowning", "Crowning"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,19 +13,14 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.compliance.plate import PlateTooth
 from gearbench.effects.base import LowRank, ToothCompliance
+from gearbench.effects.solids import SOLID_ORDER, solid_tooth
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import STRICT, Material
 from gearbench.geometry.pair import Pair
 
-if TYPE_CHECKING:
-    from gearbench.compliance.solid_tooth import SolidTooth
-
 Order = Annotated[tuple[Annotated[int, Field(ge=1, le=40)], ...], Field(min_length=2, max_length=3)]
-
-#: Functions of the solid across the thickness, along height and face width unless a scene says otherwise.
-SOLID_ORDER = (4, 5, 5)
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -67,9 +62,11 @@ class ToothBending(ToothCompliance):
     def __post_init__(self) -> None:
         if self.basis is not None and self.order is not None:
             raise InputError("order", list(self.order), 'conflicts with basis = "paper": give one of the two')
-        names = ("thickness", "height", "face width") if self.model == "solid" else ("height", "face width")
-        if self.order is not None and len(self.order) != len(names):
-            raise InputError("order", list(self.order), f"must be [{', '.join(names)}] for the {self.model}")
+        count, names = 3, "three numbers for the solid, [thickness, height, face width]"
+        if self.model == "plate":
+            count, names = 2, "two numbers for the plate, [height, face width]"
+        if self.order is not None and len(self.order) != count:
+            raise InputError("order", list(self.order), f"must be {names}")
         if self.model == "solid":
             for key, given, default in (("basis", self.basis, None), ("fillet", self.fillet, False)):
                 if given != default:
@@ -120,11 +117,3 @@ def plate_tooth(gear: Gear, material: Material, order: tuple[int, int] | None, f
         breaks=(junction, base) if fillet else (base,),
         branches=(0.0, max(base, 0.0)) if fillet else (base,),
     )
-
-
-@lru_cache(maxsize=256)
-def solid_tooth(gear: Gear, material: Material, order: tuple[int, int, int], driven: bool) -> SolidTooth:
-    """Solid of a gear's tooth; kept, because micro-geometry and errors do not change it."""
-    from gearbench.compliance.solid_tooth import SolidTooth
-
-    return SolidTooth(gear=gear, E=material.E, nu=material.nu, order=order, driven=driven)

@@ -1,0 +1,161 @@
+"""Teeth on the body of their gear: solid teeth joined to a ring along their roots, all of them at once.
+
+The root of every tooth moves by q, polynomials of s and z for each displacement, and presses on the rim of the ring
+with tractions t of the same polynomials φ (orthonormal on the root). With the tooth's stiffness S against motions of
+its root, the displacement Φ of its flank under them, and the compliance B of the ring between the roots,
+
+    q = B t    S q + t = Φᵀ P    ⇒    deflection of the flank due to the body = Φ (S + B⁻¹)⁻¹ Φᵀ P.
+
+The gear looks the same from every tooth: with waves e^{2πi m d/z} over the teeth d, the ring's harmonics n = m, m ± z,
+m ± 2z, … make up B(m), and each wave is solved by itself. Half-turn symmetry makes all these matrices real in the
+phases η = i^{k+j} (times i for u_θ, u_z) of the polynomials P_k(s) g_j(z).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gearbench.compliance.coupled import coupled_root
+from gearbench.compliance.ring import Ring
+from gearbench.compliance.solid_tooth import SolidTooth
+
+#: Greatest n ψ of the harmonics counted, ψ the half-angle of a root: what is left falls like its square.
+_FINEST = 30.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class GearBody:
+    """Compliance that the body adds to the teeth of a gear, for the polynomials on their flanks.
+
+    Parameters
+    ----------
+    tooth
+        The tooth; its flank polynomials are used.
+    bore_radius
+        Radius [mm] at which the body is held.
+    order
+        Number of functions along the radius of the ring; along the axis it has those of the tooth.
+    """
+
+    tooth: SolidTooth
+    bore_radius: float
+    order: int = 8
+
+    @cached_property
+    def _tooth_parts(self) -> tuple[NDArray, NDArray]:
+        """S (r, r) and Φ (flank, r) of the tooth, r = (field, k, j)."""
+        tooth, solid = self.tooth, self.tooth.free_solid
+        field, across, _, axis = solid.shape
+        root = np.zeros(solid.shape, dtype=bool)
+        root[:, :, 0] = True
+        root, place = root.ravel(), np.full(solid.shape, -1)
+        place[:, :, 0] = np.arange(field * across * axis).reshape(field, across, axis)
+        place = place.ravel()
+        size = field * across * axis
+        flank = tooth.flank_functionals(solid)
+        S, phi = np.zeros((size, size)), np.zeros((len(flank), size))
+        for index, ritz in zip(solid.blocks, solid.ritz, strict=True):
+            at, inside = np.flatnonzero(root[index]), np.flatnonzero(~root[index])
+            K = ritz.stiffness
+            follow = np.linalg.solve(K[np.ix_(inside, inside)], K[np.ix_(inside, at)])
+            where = place[index[at]]
+            S[np.ix_(where, where)] = K[np.ix_(at, at)] - K[np.ix_(at, inside)] @ follow
+            phi[:, where] += flank[:, index[at]] - flank[:, index[inside]] @ follow
+        # from the Ritz functions, orthonormal on [0, 1], to those orthonormal on the root
+        scale = math.sqrt(self.root_arc * tooth.gear.face_width)
+        return (S + S.T) / (2 * scale**2), phi / scale
+
+    @property
+    def root_half_angle(self) -> float:
+        """ψ [rad] of the tooth at its root circle."""
+        return float(self.tooth.gear.half_angle(self.tooth.gear.root_radius))
+
+    @property
+    def root_arc(self) -> float:
+        """Length of the root of a tooth along the root circle [mm]."""
+        return 2 * self.root_half_angle * self.tooth.gear.root_radius
+
+    @cached_property
+    def _phase(self) -> NDArray:
+        """η of the functions (field, k, j)."""
+        _, across, _, axis = self.tooth.free_solid.shape
+        k, j = np.arange(across)[:, None], np.arange(axis)
+        return (1j ** (np.array([1, 0, 1])[:, None, None] + k + j)).ravel()
+
+    @cached_property
+    def _waves(self) -> NDArray:
+        """Motion of the root of tooth 0 per unit force, for each wave m = 0 … z/2, in the phases η: (m, r, r)."""
+        gear = self.tooth.gear
+        _, across, _, axis = self.tooth.free_solid.shape
+        z, psi, r = gear.teeth, self.root_half_angle, gear.root_radius
+        turns = math.ceil(_FINEST / psi / z)
+        ring = Ring(
+            inner_radius=self.bore_radius,
+            radius=r,
+            width=gear.face_width,
+            screw=math.tan(gear.beta) / gear.pitch_radius,
+            E=self.tooth.E,
+            nu=self.tooth.nu,
+            order=(self.order, axis),
+        )
+        m = np.arange(z // 2 + 1)
+        n = m[:, None] + z * np.arange(-turns, turns + 1)
+        c = ring.all_harmonics(int(np.abs(n).max()))[np.abs(n)].reshape(*n.shape, 3, axis, 3, axis)
+        # of harmonic −n: the half-turn seen from the other side, where functions odd under it change sign
+        odd = (-1.0) ** (np.array([1, 0, 1])[:, None] + np.arange(axis))
+        c = np.where(n[..., None, None, None, None] < 0, c * odd[:, :, None, None] * odd, c)
+        bessel = _legendre_transform(across, n * psi)
+        weighted = np.einsum("mnk,mnl->mnkl", bessel, bessel).reshape(*n.shape, -1)
+        B = np.swapaxes(weighted, 1, 2) @ c.reshape(*n.shape, -1)
+        B = B.reshape(-1, across, across, 3, axis, 3, axis).transpose(0, 3, 1, 4, 5, 2, 6)
+        B = B.reshape(len(m), 3 * across * axis, -1) * (z * self.root_arc / (2 * math.pi))
+        S = np.real(self._tooth_parts[0] * np.conj(self._phase)[:, None] * self._phase)
+        return np.linalg.solve(np.eye(len(S)) + B @ S, B)
+
+    def blocks(self, neighbours: int) -> NDArray:
+        """Deflection [mm/N] of the flank of tooth d due to the body, loads on tooth 0: (2n+1, p·q, p·q), d = −n … n."""
+        z = self.tooth.gear.teeth
+        waves, phi = self._waves, self._tooth_parts[1] * self._phase
+        m = np.arange(len(waves))
+        parity = np.real(self._phase**2)
+        even = np.equal.outer(parity, parity)
+        twice = np.where((m == 0) | (2 * m == z), 1.0, 2.0) / z
+        result = []
+        for d in range(-neighbours, neighbours + 1):
+            angle = 2 * math.pi * m * d / z
+            same = np.tensordot(twice * np.cos(angle), waves, 1)
+            other = np.tensordot(twice * np.sin(angle), waves, 1)
+            motion = np.where(even, same, 1j * other)
+            result.append(np.real(phi @ motion @ np.conj(phi).T))
+        return np.array(result)
+
+    def factor(self, height: ArrayLike, y: ArrayLike, pair: int = 0, pairs: int = 1) -> NDArray:
+        """ψ(x, y), (…, rank) [√(mm/N)], of the tooth of one of so many neighbouring ``pairs``; x = R − r_f [mm].
+
+        ψ(a) · ψ(b) is the deflection at a due to a unit force at b, on the same tooth or on different ones.
+        """
+        return self.tooth.shapes(height, y) @ self._root(pairs)[pair]
+
+    def _root(self, pairs: int) -> NDArray:
+        if pairs not in self._roots:
+            self._roots[pairs] = coupled_root(self.blocks(pairs - 1), pairs, driven=self.tooth.driven)
+        return self._roots[pairs]
+
+    @cached_property
+    def _roots(self) -> dict[int, NDArray]:
+        return {}
+
+
+def _legendre_transform(count: int, x: NDArray) -> NDArray:
+    """½ ∫ P̂_k(s) e^{−ixs} ds · i^k of Legendre functions orthonormal on [0, 1]: √(2k+1) j_k(x), (…, count)."""
+    from scipy.special import spherical_jn
+
+    k = np.arange(count)
+    # j_k(−x) = (−1)^k j_k(x)
+    sign = np.where(x[..., None] < 0, (-1.0) ** k, 1.0)
+    return np.sqrt(2 * k + 1) * sign * spherical_jn(k, np.abs(x)[..., None])

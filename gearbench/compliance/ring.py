@@ -1,0 +1,161 @@
+"""Gear body: a ring clamped at its bore, loaded by tractions on its rim, by Fourier series around and Ritz elsewhere.
+
+The ring looks the same at every angle, so the harmonics e^{inθ} of its displacement do not see each other, not even in
+the coordinates θ, z that turn with the screw of a helical gear, where D = ∂_z − iκn stands for ∂_z. With the phases
+
+    u_θ = i U e^{inθ}    u_R = V e^{inθ}    u_z = i W e^{inθ},    D = i d,    functions of z: i^j g_j
+
+all strains of a harmonic are real up to a common phase,
+
+    ε_θθ = (V − nU)/R    ε_RR = V′    ε_zz = −dW    γ_θR ~ U′ − (U − nV)/R    γ_θz ~ dU + nW/R    γ_Rz ~ dV + W′
+
+and each harmonic is a small real system: (integrated Legendre along R, zero at the bore) × (Legendre along z). A
+harmonic reaches about r/n below the rim, so that high ones are given a layer of that depth only (the functions vanish
+at its inner end: still a Rayleigh–Ritz bound). Between the harmonics computed, n ĉ_n is interpolated.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.compliance.bases import gauss, height_functions, width_functions
+
+#: Depth of the layer that carries harmonic n, in units of r/n: e⁻⁷ of the rim's displacement reaches its inner end.
+_LAYER = 7.0
+#: Grading of the functions along R towards the rim: their points lie e^2 times denser there than at the bore.
+_GRADING = 2.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ring:
+    """Annulus r_i ≤ R ≤ r_o, 0 ≤ z ≤ b, held at r_i.
+
+    Parameters
+    ----------
+    inner_radius, radius, width
+        r_i, r_o and b [mm].
+    screw
+        κ, turn of the coordinates along the axis [rad/mm].
+    E, nu
+        Young's modulus [N/mm²] and Poisson's ratio.
+    order
+        Numbers of functions along R and along z.
+    """
+
+    inner_radius: float
+    radius: float
+    width: float
+    screw: float
+    E: float
+    nu: float
+    order: tuple[int, int]
+
+    def harmonics(self, n: NDArray) -> NDArray:
+        """ĉ_n (harmonic, 3·q, 3·q) [mm²/N·1/mm]: amplitudes (U, V, W) × g_j/√b on the rim per unit traction × r_o⁻¹."""
+        n = np.asarray(n, dtype=float)
+        K, edge = self._stiffness(n)
+        count, (p, q) = len(n), self.order
+        load = np.zeros((3, p, q, 3, q))
+        for field in range(3):
+            load[field, :, np.arange(q), field, np.arange(q)] = edge
+        load = load.reshape(3 * p * q, 3 * q)
+        scale = 1 / np.sqrt(np.diagonal(K, axis1=1, axis2=2))
+        scaled = K * scale[:, :, None] * scale[:, None, :]
+        half = np.linalg.solve(np.linalg.cholesky(scaled), scale[:, :, None] * load)
+        return (half.transpose(0, 2, 1) @ half).reshape(count, 3 * q, 3 * q)
+
+    def all_harmonics(self, most: int) -> NDArray:
+        """ĉ_n for n = 0 … ``most``, computed for some n and interpolated between them, (most + 1, 3·q, 3·q)."""
+        from scipy.interpolate import CubicSpline
+
+        some = _sampled(most)
+        found = self.harmonics(some)
+        if len(some) == most + 1:
+            return found
+        result = np.empty((most + 1, *found.shape[1:]))
+        result[0] = found[0]
+        n = np.arange(1, most + 1)
+        smooth = CubicSpline(np.log(some[1:]), some[1:, None, None] * found[1:])
+        result[1:] = smooth(np.log(n)) / n[:, None, None]
+        return result
+
+    def _stiffness(self, n: NDArray) -> tuple[NDArray, NDArray]:
+        """K (harmonic, 3·p·q, 3·p·q) and the values of the functions of R on the rim (p,)."""
+        lam, mu = self.E * self.nu / ((1 + self.nu) * (1 - 2 * self.nu)), self.E / (2 * (1 + self.nu))
+        (M, M1, M2, X, X1, S), edge = self._along(n)
+        B, A = self._axial(n)
+        unit = np.broadcast_to(np.eye(self.order[1]), A.shape)
+        m = n[:, None, None]
+        T, X1T, BT = _transposed(X), _transposed(X1), _transposed(B)
+
+        def kron(along: NDArray, across: NDArray) -> NDArray:
+            """(harmonic, p, q, p, q)."""
+            return along[:, :, None, :, None] * across[:, None, :, None, :]
+
+        blocks = {
+            # ⟨tr, tr⟩ λ + 2μ(ε_θθ² + ε_RR² + ε_zz²) + μ(γ_θR² + γ_θz² + γ_Rz²), field by field
+            (0, 0): kron((lam + 2 * mu) * m**2 * M2 + mu * (S - X1 - X1T + M2), unit) + kron(mu * M, A),
+            (1, 1): kron(lam * (M2 + X1 + X1T + S) + mu * (2 * (M2 + S) + m**2 * M2), unit) + kron(mu * M, A),
+            (2, 2): kron((lam + 2 * mu) * M, A) + kron(mu * (m**2 * M2 + S), unit),
+            (0, 1): kron(m * (-lam * (M2 + X1) - 2 * mu * M2 + mu * (X1T - M2)), unit),
+            (0, 2): kron(lam * m * M1, B) + kron(mu * m * M1, BT),
+            (1, 2): kron(-lam * (M1 + T), B) + kron(mu * X, BT),
+        }
+        p, q = self.order
+        K = np.empty((len(n), 3, p, q, 3, p, q))
+        for (a, b), block in blocks.items():
+            K[:, a, :, :, b] = block
+            K[:, b, :, :, a] = block.transpose(0, 3, 4, 1, 2)
+        return K.reshape(len(n), 3 * p * q, -1), edge
+
+    def _along(self, n: NDArray) -> tuple[tuple[NDArray, ...], NDArray]:
+        """∫ ff R, ∫ ff, ∫ ff/R, ∫ ff′R, ∫ ff′, ∫ f′f′R dR over each harmonic's layer, each (harmonic, p, p)."""
+        p = self.order[0]
+        w, weight = gauss(p + 8)
+        f, df = height_functions(p, 1 - w)
+        layer = np.minimum(self.radius - self.inner_radius, _LAYER * self.radius / np.maximum(n, 1e-9))[:, None]
+        depth = layer * np.expm1(_GRADING * w) / math.expm1(_GRADING)
+        slope = layer * _GRADING * np.exp(_GRADING * w) / math.expm1(_GRADING)  # d depth / dw
+        R = self.radius - depth
+
+        def integral(a: NDArray, b: NDArray, factor: NDArray) -> NDArray:
+            return np.swapaxes(a * factor[..., None], 1, 2) @ b
+
+        f = np.broadcast_to(f, (len(n), *f.shape))
+        # R falls as w grows, and so does 1 − w: ∂_R f = f′(1 − w) / slope
+        df = df / slope[..., None]
+        dR = weight * slope
+        parts = (f, f, dR * R), (f, f, dR), (f, f, dR / R), (f, df, dR * R), (f, df, dR), (df, df, dR * R)
+        edge, _ = height_functions(p, np.array(1.0))
+        return tuple(integral(*part) for part in parts), edge
+
+    def _axial(self, n: NDArray) -> tuple[NDArray, NDArray]:
+        """⟨φ_j, dφ_l⟩ and ⟨dφ_j, dφ_l⟩ of φ_j = i^j g_j, (harmonic, q, q)."""
+        q = self.order[1]
+        eta, weight = gauss(q + 1)
+        g, dg = width_functions(q, eta)
+        dg = dg / self.width
+        first = g.T @ (weight[:, None] * dg)
+        second = dg.T @ (weight[:, None] * dg)
+        j = np.arange(q)
+        phase = 1j ** ((j - j[:, None]) % 4)
+        turn = self.screw * n[:, None, None]
+        B = (phase * (-1j * first - turn * np.eye(q))).real
+        A = (phase * (second + turn**2 * np.eye(q) + 1j * turn * (first - first.T))).real
+        return B, A
+
+
+def _transposed(matrices: NDArray) -> NDArray:
+    return np.swapaxes(matrices, 1, 2)
+
+
+def _sampled(most: int) -> NDArray:
+    """0, 1, 2, … and then ever wider apart, up to ``most``."""
+    n = [0, 1, 2, 3, 4]
+    while n[-1] < most:
+        n.append(min(most, max(n[-1] + 1, round(n[-1] * 1.35))))
+    return np.array([k for k in n if k <= most], dtype=float)
