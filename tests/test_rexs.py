@@ -276,6 +276,8 @@ FAULTS = {
     "no version": (' version="1.6"', "", "missing"),
     "other XML": ("model", "modell", "modell"),
     "no XML": ("</model>", "", "not XML"),
+    "no encoding": ('encoding="UTF-8"', 'encoding="UTF-88"', "unknown encoding"),
+    "other encoding": ('encoding="UTF-8"', 'encoding="big5"', "not XML"),
     "no stage": ('type="stage"', 'type="stages"', "no cylindrical stage"),
     "entities": ("<model", '<!DOCTYPE model [<!ENTITY a "b">]>\n<model', "document type"),
     "external": ("<model", '<!DOCTYPE model SYSTEM "file:///etc/hostname">\n<model', "document type"),

@@ -200,9 +200,11 @@ def _xml(file: IO[bytes]) -> Element:
                 raise InputError("", f"more than {LARGEST} bytes", "too large")
             parser.feed(block)
         return parser.close()
+    except InputError:
+        raise
     except DefusedXmlException:
         raise InputError("", "declares a document type", "refused: REXS has none, and entities may be a trap") from None
-    except ParseError as error:
+    except (ParseError, LookupError, ValueError) as error:  # the last two: encodings that are not known
         raise InputError("", "not XML", str(error)) from None
 
 
