@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearbench.effects.fe_compliance import FeCompliance
 from gearbench.errors import InputError
 from gearbench.provenance import provenance, run_provenance
 from gearbench.quantities import QUANTITIES, Quantity
@@ -16,7 +15,7 @@ from gearbench.scene import Scene
 from gearbench.simulation import simulate
 from gearbench.validation.dataset import stack
 from gearbench.validation.mac import compare_shapes
-from gearbench.validation.reference import reference_scene
+from gearbench.validation.reference import finite_elements, reference_scene
 from gearbench.validation.ste_error import CURVES, HARMONICS, OUTPUTS, cycle_errors
 from gearbench.validation.timing import compliance_seconds, simulation_seconds
 
@@ -116,13 +115,6 @@ def _reference_attrs(reference: Scene) -> dict[str, str]:
         "reference_solver": str(attrs["solver"]),
         "reference_element": str(attrs["element"]),
     }
-
-
-def finite_elements(reference: Scene) -> FeCompliance:
-    """The ``fe_compliance`` of a reference."""
-    effect = reference.effect(FeCompliance.name)
-    assert isinstance(effect, FeCompliance)
-    return effect
 
 
 def _attrs(name: str) -> dict[str, str]:

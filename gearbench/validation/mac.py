@@ -11,11 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gearbench.effects.base import ToothCompliance
-from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
 from gearbench.scene import Scene
-from gearbench.validation.reference import BODY_EFFECTS, smooth_effects
+from gearbench.validation.reference import smooth_effects
 
 #: Cells along height and face width: places of the load, and of the response.
 LOADS, RESPONSES = (6, 9), (12, 17)
@@ -62,19 +60,8 @@ def flank_grid(pair: Pair, k: int, cells: tuple[int, int]) -> FlankGrid:
 
 
 def tooth_factor(scene: Scene, k: int, height: NDArray, y: NDArray) -> NDArray:
-    """Ψ (…, rank) [√(mm/N)] of all smooth compliances of ``scene`` on one tooth of a gear, by itself.
-
-    Raises
-    ------
-    InputError
-        If an effect, other than the coupling of neighbouring teeth, does not tell the compliance of one tooth.
-    """
-    parts = []
-    for effect in smooth_effects(scene):
-        if isinstance(effect, ToothCompliance):
-            parts.append(effect.tooth_factor(scene.pair, k, height, y))
-        elif effect.name not in BODY_EFFECTS[1:]:
-            raise InputError(f"effects.{effect.name}", "given", "does not tell the compliance of one tooth")
+    """Ψ (…, rank) [√(mm/N)] of all smooth compliances of ``scene`` on one tooth of a gear, by itself."""
+    parts = [effect.tooth_factor(scene.pair, k, height, y) for effect in smooth_effects(scene)]
     return np.concatenate(parts, axis=-1)
 
 

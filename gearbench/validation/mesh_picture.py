@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+import tomllib
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,8 +10,11 @@ from numpy.typing import NDArray
 
 from gearbench.effects.fe_compliance import FeCompliance
 from gearbench.geometry.pair import Pair
+from gearbench.scene_file import parse_scene
+from gearbench.validation.reference import finite_elements
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.figure import Figure
 
     from fem_reference.tooth_mesh import ToothMesh
@@ -22,15 +25,14 @@ LOADED, HELD, OTHER = "#E69F00", "#0072B2", "#DDDDDD"
 _LIGHT = np.array([-0.35, -0.6, 0.72])
 
 
-def finest_mesh(effect: FeCompliance, pair: Pair, k: int) -> ToothMesh:
-    """Finest mesh that the compliance of pinion (k = 0) or wheel (k = 1) was computed on, meshed again."""
+def finest_mesh(effect: FeCompliance, pair: Pair, k: int, meshes: int, element: str) -> ToothMesh:
+    """The last of the ``meshes`` that the compliance of pinion (k = 0) or wheel (k = 1) was refined over."""
     from fem_reference.refinement import FAMILY, FINE_FAMILY, RIM_FAMILY, mesh_cells
     from fem_reference.tooth_mesh import tooth_mesh
 
     body = effect.body(pair, k)
     family = RIM_FAMILY if body.bore_radius is not None else FAMILY if effect.accuracy >= 0.005 else FINE_FAMILY
-    found = effect.flank(pair, k).attrs
-    return tooth_mesh(body, mesh_cells(body, family[found["meshes"] - 1]), found["element"])
+    return tooth_mesh(body, mesh_cells(body, family[meshes - 1]), element)
 
 
 def surface(tooth: ToothMesh) -> tuple[NDArray, list[str]]:
@@ -69,21 +71,22 @@ def draw_mesh(tooth: ToothMesh, axes: Any) -> None:
     axes.locator_params(nbins=4)
 
 
-def mesh_figure(effect: FeCompliance, pair: Pair) -> Figure:
-    """Finest meshes of both gears, the loaded flank and the clamped surface coloured."""
+def mesh_figure(dataset: xr.Dataset) -> Figure:
+    """Finest meshes of both gears of a comparison, the loaded flank and the held surface coloured."""
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
+    reference = parse_scene(tomllib.loads(dataset.attrs["reference_scene"]))
     figure = Figure(figsize=(9.5, 4.8))
-    for k, name in enumerate(("pinion", "wheel")):
-        tooth = finest_mesh(effect, pair, k)
+    for k, name in enumerate(dataset["gear"].values):
+        found = dataset.isel(gear=k)
+        meshes = int(found["reference_meshes"])
+        tooth = finest_mesh(finite_elements(reference), reference.pair, k, meshes, dataset.attrs["reference_element"])
         axes = figure.add_subplot(1, 2, k + 1, projection="3d")
         draw_mesh(tooth, axes)
-        found = effect.flank(pair, k)
-        digits = -math.floor(math.log10(100 * found.error)) if found.error > 0 else 1
+        unknowns, error = int(found["reference_unknowns"]), float(found["reference_error"])
         axes.set_title(
-            f"{name}: {tooth.mesh.nelements} elements, {found.attrs['unknowns']} unknowns,\n"
-            f"estimated error {100 * found.error:.{max(digits, 0)}f} %",
+            f"{name}: {tooth.mesh.nelements} elements, {unknowns} unknowns,\nestimated error {100 * error:.2g} %",
             fontsize=10,
         )
     patches = [Patch(color=LOADED, label="loaded flank"), Patch(color=HELD, label="held")]

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Literal
 
-from gearbench.effects.base import ComplianceEffect
+from gearbench.effects.base import ToothCompliance
 from gearbench.effects.fe_compliance import FeCompliance
-from gearbench.effects.hertz import Hertz
 from gearbench.errors import InputError
 from gearbench.scene import Scene
 
@@ -15,9 +14,9 @@ from gearbench.scene import Scene
 BODY_EFFECTS = ("tooth_foundation", "neighbour_teeth")
 
 
-def smooth_effects(scene: Scene) -> tuple[ComplianceEffect, ...]:
+def smooth_effects(scene: Scene) -> tuple[ToothCompliance, ...]:
     """Effects of ``scene`` that add compliance which spreads over the flank: all but the law of the local contact."""
-    return tuple(e for e in scene.effects if isinstance(e, ComplianceEffect) and not isinstance(e, Hertz))
+    return tuple(effect for effect in scene.effects if isinstance(effect, ToothCompliance))
 
 
 def support(scene: Scene) -> Literal["clamped", "rim"]:
@@ -50,3 +49,10 @@ def reference_scene(scene: Scene, accuracy: float = 0.01) -> Scene:
             raise InputError(f"pair.{name}.bore_diameter", "missing", "the reference with the gear body needs it")
     others = tuple(effect for effect in scene.effects if effect not in smooth)
     return replace(scene, effects=(FeCompliance(support=held, accuracy=accuracy), *others))
+
+
+def finite_elements(reference: Scene) -> FeCompliance:
+    """The ``fe_compliance`` of a reference."""
+    effect = reference.effect(FeCompliance.name)
+    assert isinstance(effect, FeCompliance)
+    return effect
