@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import tempfile
+from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from gearbench.errors import InputError
 
@@ -46,8 +47,9 @@ def save(dataset: xr.Dataset, path: str | Path) -> Path:
     os.close(handle)
     part = Path(name)
     try:
-        _write(dataset, part)
-        with part.open("rb") as file:
+        with part.open("wb") as file:
+            file.write(_netcdf(dataset))
+            file.flush()
             os.fsync(file.fileno())
         mask = os.umask(0)
         os.umask(mask)
@@ -58,15 +60,18 @@ def save(dataset: xr.Dataset, path: str | Path) -> Path:
     return path
 
 
-def _write(dataset: xr.Dataset, path: Path) -> None:
+def _netcdf(dataset: xr.Dataset) -> bytes:
+    """The file, made in memory: HDF5 crashes the process at its end if the disk was full."""
     from xarray.backends.h5netcdf_ import H5NetCDFStore
 
+    buffer: Any = BytesIO()
     # what ``Dataset.to_netcdf`` does, with a lock of our own: looking for one it would import dask.distributed
-    store = H5NetCDFStore.open(str(path), mode="w", lock=False)
+    store = H5NetCDFStore.open(buffer, mode="w", lock=False)
     try:
         dataset.dump_to_store(store)
     finally:
         store.close()
+    return buffer.getvalue()
 
 
 def load(path: str | Path) -> xr.Dataset:

@@ -121,7 +121,10 @@ FAULTS = {
     '[variables.teeth]\npaths = ["pair.pinion.teeth"]\nmin = 19\nmax = 15': ("variables.teeth.max", "below min"),
     '[variables.teeth]\npaths = ["pair.pinion.teeth"]\nmin = 15': ("variables.teeth.max", "is required"),
     '[variables.teeth]\npaths = ["pair.pinion.teeth"]\nvalues = []': ("variables.teeth.values", "at least one"),
-    '[variables.teeth]\npaths = ["pair.pinion.teeth"]\nmin = 1\nmax = 2\nstep = 0': ("variables.teeth.step", "positive"),
+    '[variables.teeth]\npaths = ["pair.pinion.teeth"]\nmin = 1\nmax = 2\nstep = 0': (
+        "variables.teeth.step",
+        "positive",
+    ),
     '[variables.teeth]\npaths = ["pair.pinion.teeth"]\nmin = 15\nmax = 19': ("pair.wheel.teeth", "is required"),
     '[variables]\n"pair.helix_angle" = 5.0': ("variables.pair.helix_angle", "must be a table"),
     '[variables]\n"pair.helix_angle" = { min = 0.0, max = 5.0, steps = 1.0 }': ("helix_angle.steps", "unknown key"),

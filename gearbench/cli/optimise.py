@@ -132,7 +132,7 @@ def _print_front(dataset: xr.Dataset) -> None:
     front = dataset.isel(design=on_front[dataset["objective"].values[on_front, 0].argsort(kind="stable")])
     names = [str(name) for name in front["variable"].values]
     table = Table(title="front", title_justify="left", title_style="bold", box=None, pad_edge=False)
-    headings = [name.replace(".", ".\n") for name in names]
+    headings = [name.replace(".", ".\n").replace("_", "_\n") for name in names]
     headings += [_heading(i, str(label)) for i, label in enumerate(front["objective_name"].values)]
     for heading in headings:
         table.add_column(heading, justify="right")

@@ -6,6 +6,7 @@ import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from importlib.util import find_spec
 from typing import Any
 
 from gearbench.errors import GearbenchError, InputError
@@ -52,7 +53,7 @@ class Threads(Engine):
 
 
 class Dask(Engine):
-    """Designs on the workers of a dask scheduler, a few at a time.
+    """Designs on the workers of a dask scheduler, a few at a time; connected inside its context.
 
     Parameters
     ----------
@@ -64,22 +65,32 @@ class Dask(Engine):
     InputError
         If it is neither, or dask.distributed is not installed.
     OSError
-        If no scheduler answers there.
+        If no scheduler answers there (on entering the context).
     """
 
     def __init__(self, scheduler: str) -> None:
         local = re.fullmatch(r"local:([1-9]\d{0,3})", scheduler)
-        if local is None and re.fullmatch(r"\w+://\S+|[\w.-]+:\d+", scheduler.replace("local:", "://")) is None:
+        address = re.fullmatch(r"\w+://\S+|(?!local:)[\w.-]+:\d+", scheduler)
+        if local is None and address is None:
             raise InputError("scheduler", scheduler, "must be local:N, or an address such as tcp://host:8786")
-        try:
-            from distributed import Client, LocalCluster
-        except ImportError:
-            raise InputError("scheduler", scheduler, "needs dask.distributed: the extra gearbench[optimise]") from None
+        if find_spec("distributed") is None:
+            raise InputError("scheduler", scheduler, "needs dask.distributed: install the extra gearbench[optimise]")
+        self._scheduler, self._workers = scheduler, int(local[1]) if local is not None else None
+        self._client: Any = None
         self._cluster: Any = None
-        if local is not None:
+
+    def __enter__(self) -> Dask:
+        from distributed import Client, LocalCluster
+
+        if self._workers is not None:
             options: dict[str, Any] = {"dashboard_address": None, "silence_logs": 50}
-            self._cluster = LocalCluster(n_workers=int(local[1]), threads_per_worker=1, **options)
-        self._client: Any = Client(self._cluster if self._cluster is not None else scheduler, set_as_default=False)
+            self._cluster = LocalCluster(n_workers=self._workers, threads_per_worker=1, **options)
+        try:
+            self._client = Client(self._cluster or self._scheduler, set_as_default=False)
+        except BaseException:
+            self.close()
+            raise
+        return self
 
     def evaluate(self, study: OptimisationStudy, designs: Sequence[Design]) -> Iterator[tuple[Design, Evaluation]]:
         """See ``Engine``. A task on a worker that is lost is given to another one."""
@@ -101,13 +112,14 @@ class Dask(Engine):
 
     def close(self) -> None:
         """Leave the scheduler; end the workers started here."""
-        self._client.close()
+        if self._client is not None:
+            self._client.close()
         if self._cluster is not None:
             self._cluster.close()
 
 
-def open_engine(scheduler: str | None, threads: int | None) -> Engine:
-    """Open dask where a scheduler is given, threads otherwise."""
+def choose_engine(scheduler: str | None, threads: int | None) -> Engine:
+    """Dask where a scheduler is given, threads otherwise."""
     if scheduler is not None:
         return Dask(scheduler)
     from gearbench.robustness.montecarlo import default_threads

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from gearbench.optimise.archive import Archive
 from gearbench.optimise.dataset import front_dataset
-from gearbench.optimise.engine import Engine, open_engine
+from gearbench.optimise.engine import Engine, choose_engine
 from gearbench.optimise.nsga2 import Search
 from gearbench.optimise.problem import Evaluation
 from gearbench.optimise.store import Store
@@ -101,8 +101,9 @@ def optimise(
         If a generation cannot be stored; those before it are kept.
     """
     check_study(study)
+    engine = choose_engine(scheduler, threads)
     store = Store(directory, study, resume=resume) if directory is not None else None
-    with open_engine(scheduler, threads) as engine:
+    with engine:
         dataset = _Run(study, store, engine, progress).run()
     if store is not None:
         store.write_front(dataset)

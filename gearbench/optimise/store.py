@@ -129,10 +129,7 @@ class Store:
         return self._save(dataset, self.folder / FRONT)
 
     def _save(self, dataset: xr.Dataset, path: Path) -> Path:
-        try:
-            save(dataset, path)
-        except RuntimeError as error:  # how HDF5 says that a write failed
-            raise OSError(f"{path}: {str(error).splitlines()[0]}") from None
+        save(dataset, path)
         _sync(self.folder)
         return path
 

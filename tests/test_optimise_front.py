@@ -1,0 +1,126 @@
+"""Non-dominated sets and hypervolumes against their definitions; the search on problems with a known front."""
+
+import math
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gearbench.optimise.front import hypervolume, non_dominated
+from gearbench.optimise.nsga2 import Search
+from gearbench.optimise.problem import Evaluation, assignments
+from gearbench.optimise.study import Algorithm, Objective, OptimisationStudy, Robustness
+from gearbench.optimise.study_file import load_study
+from gearbench.optimise.variables import Variable
+
+SMALL = load_study(Path(__file__).parents[1] / "examples" / "optimise_small.toml")
+
+
+@pytest.mark.parametrize("objectives", [1, 2, 3])
+def test_non_dominated_is_its_definition(objectives):
+    rng = np.random.default_rng(objectives)
+    F = rng.integers(0, 6, (80, objectives)).astype(float)  # with ties and equal points
+    expected = [not any(np.all(f - other >= 0) and np.any(f - other > 0) for other in F) for f in F]
+    np.testing.assert_array_equal(non_dominated(F), expected)
+
+
+def test_hypervolume_of_known_bodies():
+    assert hypervolume(np.empty((0, 2))) == 0.0
+    assert hypervolume(np.array([[0.25]])) == 0.75
+    assert hypervolume(np.array([[0.5, 0.5]])) == 0.25
+    # two boxes of 1/2 × 1/4 and 1/4 × 1/2 that share 1/4 × 1/4 (all exact in binary)
+    assert hypervolume(np.array([[0.5, 0.75], [0.75, 0.5]])) == 0.125 + 0.125 - 0.0625
+    assert hypervolume(np.array([[0.5, 0.5], [0.5, 0.5], [0.75, 0.9], [1.5, 0.1]])) == 0.25
+    assert hypervolume(np.array([[0.5, 0.5, 0.5], [0.75, 0.75, 0.0]])) == pytest.approx(
+        0.125 + 0.0625 - 0.03125, rel=1e-14
+    )
+
+
+def test_hypervolume_counts_the_cells_of_a_grid():
+    rng = np.random.default_rng(3)
+    n = 16
+    cells = rng.integers(0, n, (12, 2))
+    covered = sum(any(np.all(c <= cell) for c in cells) for cell in product(range(n), repeat=2))
+    assert hypervolume(cells / n) == pytest.approx(covered / n**2, rel=1e-13)
+
+
+def study(population: int, generations: int, *variables: Variable) -> OptimisationStudy:
+    return OptimisationStudy(
+        base={},
+        variables=variables,
+        objectives=tuple(
+            Objective(weights={name: 1.0}) for name in ("mesh_stiffness_rms_mean", "transmission_error_rms_mean")
+        ),
+        algorithm=Algorithm(population=population, generations=generations, seed=3),
+        robustness=Robustness(samples=0),
+    )
+
+
+def result(f1: float, f2: float, violation: float = 0.0) -> Evaluation:
+    statistics = (f1, 0.0, 0.0, f2, 0.0, 0.0) if violation == 0 else (math.nan,) * 6
+    return Evaluation(violation=violation, reason="" if violation == 0 else "no", constraints=(), statistics=statistics)
+
+
+def run(problem: OptimisationStudy, function) -> tuple[Search, list]:
+    search, asked = Search(problem), []
+    for _ in range(problem.algorithm.generations):
+        designs = search.ask()
+        if not designs:
+            break
+        asked.append(designs)
+        search.tell([function(*problem.values(design).values()) for design in designs])
+    return search, asked
+
+
+def test_the_search_finds_the_front_of_a_mixed_problem():
+    # Schaffer's f = (x², (x − 2)²), spoiled by whole n and by a choice c: the front is x ∈ [0, 2], n = 7, c = "a"
+    x = Variable(name="x", paths=("a",), min=-10.0, max=10.0)
+    n = Variable(name="n", paths=("b",), min=0, max=20)
+    c = Variable(name="c", paths=("c",), values=("a", "b", "c"))
+    problem = study(40, 60, x, n, c)
+
+    def schaffer(x, n, c):
+        worse = abs(n - 7) + "abc".index(c)
+        return result(x**2 + worse, (x - 2) ** 2 + worse)
+
+    search, _ = run(problem, schaffer)
+    values = [problem.values(design) for design in search.population]
+    assert {v["n"] for v in values} == {7}
+    assert {v["c"] for v in values} == {"a"}
+    xs = sorted(v["x"] for v in values)
+    # 40 points over [0, 2]: ends and gaps within a few spacings
+    assert xs[0] == pytest.approx(0.0, abs=0.1)
+    assert xs[-1] == pytest.approx(2.0, abs=0.1)
+    assert max(np.diff(xs)) < 0.25
+
+
+def test_the_search_keeps_to_the_feasible_designs():
+    # f = (x, 100 − x) on 0 … 100, feasible above 40 only; the violation shows the way
+    problem = study(12, 40, Variable(name="x", paths=("a",), min=0, max=100))
+    search, _ = run(problem, lambda x: result(x, 100.0 - x, max(0.0, 40.0 - x)))
+    values = [problem.values(design)["x"] for design in search.population]
+    assert min(values) == 40
+    assert max(values) == 100
+
+
+def test_the_same_answers_are_followed_by_the_same_questions():
+    _, first = run(SMALL, lambda *v: result(float(v[0]), float(v[2])))
+    np.random.seed(7)  # noqa: NPY002 — the search must not draw from NumPy's global generator
+    _, second = run(SMALL, lambda *v: result(float(v[0]), float(v[2])))
+    assert first == second
+    assert len(first) == SMALL.algorithm.generations
+
+
+def test_no_generation_asks_twice_for_the_same_gear():
+    _, asked = run(SMALL, lambda *v: result(float(v[0]) + v[3], float(v[2]) + v[4]))
+    for designs in asked:
+        assert len({assignments(SMALL, design) for design in designs}) == len(designs)
+
+
+def test_an_exhausted_space_ends_the_search():
+    problem = study(50, 30, Variable(name="x", paths=("a",), min=0, max=9))
+    search, asked = run(problem, lambda x: result(x, 9.0 - x))
+    assert len({design for designs in asked for design in designs}) == 10
+    assert len(search.population) == 10
+    assert len(asked) < 30
