@@ -36,7 +36,9 @@ def finest_mesh(effect: FeCompliance, pair: Pair, k: int, meshes: int, element: 
 
 
 def surface(tooth: ToothMesh) -> tuple[NDArray, list[str]]:
-    """Corners (facet, corner, 3) [mm] of the facets of the surface, and the colour of each."""
+    """Outlines (facet, 8, 3) [mm] of the facets of the surface, edge middles included, and the colour of each."""
+    from fem_reference.tooth_mesh import edges_of
+
     mesh = tooth.mesh
     facets = mesh.boundary_facets()
     colour = np.full(mesh.facets.shape[1], OTHER, dtype="U7")
@@ -45,8 +47,12 @@ def surface(tooth: ToothMesh) -> tuple[NDArray, list[str]]:
             colour[chosen] = HELD
         elif name == "right_flank":
             colour[chosen] = LOADED
-    corners = mesh.p[:, mesh.facets[:, facets]]
-    return np.moveaxis(corners, 0, -1).swapaxes(0, 1), colour[facets].tolist()
+    around = edges_of(mesh, facets)
+    ends, next_ends = mesh.edges[:, around], mesh.edges[:, np.roll(around, -1, axis=0)]
+    shared = np.where((ends[0] == next_ends[0]) | (ends[0] == next_ends[1]), ends[0], ends[1])
+    middle = mesh.dofs.edge_dofs[0][around]
+    outline = np.stack([middle, shared], axis=1).reshape(-1, len(facets))
+    return mesh.doflocs[:, outline].transpose(2, 1, 0), colour[facets].tolist()
 
 
 def draw_mesh(tooth: ToothMesh, axes: Any) -> None:
@@ -57,7 +63,7 @@ def draw_mesh(tooth: ToothMesh, axes: Any) -> None:
     corners, colours = surface(tooth)
     # face width to the back, tooth upwards
     points = corners[..., [0, 2, 1]]
-    normal = np.cross(points[:, 2] - points[:, 0], points[:, 3] - points[:, 1])
+    normal = np.cross(points[:, 4] - points[:, 0], points[:, 6] - points[:, 2])
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     shade = 0.8 + 0.2 * np.abs(normal @ _LIGHT / np.linalg.norm(_LIGHT))
     faces = [tuple(np.clip(s * np.array(to_rgb(c)), 0, 1)) for s, c in zip(shade, colours, strict=True)]
@@ -67,8 +73,9 @@ def draw_mesh(tooth: ToothMesh, axes: Any) -> None:
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set_box_aspect(high - low)
     axes.view_init(elev=22, azim=-50 if tooth.body.gear.beta == 0 else -60)
-    axes.set(xlabel="x [mm]", ylabel="face width [mm]", zlabel="y [mm]")
+    axes.set(xlabel="x [mm]", ylabel="z [mm]", zlabel="y [mm]")
     axes.locator_params(nbins=4)
+    axes.set_yticks([0, tooth.body.gear.face_width])
 
 
 def mesh_figure(dataset: xr.Dataset) -> Figure:
