@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 
 from gearbench import plotting
 from gearbench.library.garambois2017 import case, gear
+from gearbench.notebook import html_table
 from gearbench.results import save
 from gearbench.robustness.montecarlo import robust
 from gearbench.scene_file import parse_scene
@@ -72,6 +73,8 @@ def test_names_are_escaped():
     text = parse_scene(tables)._repr_html_()
     assert "<script>" not in text
     assert "&lt;script&gt;" in text
+    table = html_table("a & b", ("<i>",), [("<b>", ("<u>",))])
+    assert [mark for mark in ("<i>", "<b>", "<u>", "a & b") if mark in table] == []
 
 
 def test_plots_draw_on_the_axes_given_and_return_axes(result):

@@ -1,5 +1,6 @@
 """REXS: a real gearbox stage by stage, units, what is missing, and files that must be refused."""
 
+import io
 import math
 import re
 import zipfile
@@ -324,6 +325,9 @@ def test_size_is_limited_while_unpacking(tmp_path, monkeypatch):
         read_rexs(write(tmp_path, MODEL))
     with pytest.raises(InputError, match="1000 bytes"):
         read_rexs(packed(tmp_path / "large.rexsz", {"m.rexs": MODEL}))
+    # whatever a header says of the size
+    with pytest.raises(InputError, match="more than 1000 bytes"):
+        rexs_document._xml(io.BytesIO(MODEL.encode()))
 
 
 @pytest.mark.parametrize(
