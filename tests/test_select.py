@@ -116,6 +116,12 @@ def test_comparisons_forgive_the_rounding_of_decimals_and_nothing_else():
         condition = Condition(name="x", comparison=comparison, limit=0.3)
         assert_array_equal(condition.holds(x), np.array(holds, dtype=bool), err_msg=comparison)
 
+    just_below = np.array([0.7 + 0.1])
+    assert just_below[0] < 0.8
+    assert not Condition(name="x", comparison="<", limit=0.8).holds(just_below)[0]
+    texts = np.array(["a", "b"], dtype=object)
+    assert_array_equal(Condition(name="x", comparison="!=", limit="a").holds(texts), [False, True])
+
 
 def test_rankings_are_read():
     assert parse_ranking("a + 2*b.c - 0.5 d") == {"a": 1.0, "b.c": 2.0, "d": -0.5}
@@ -143,6 +149,11 @@ def test_what_is_left_is_what_meets_the_conditions(designs):
     assert 0 < len(found.places) < feasible.sum()
     assert found.steps[0] == ("feasible", feasible.sum())
     assert found.steps[-1] == ("law == yang_sun", len(found.places))
+
+
+def test_what_must_be_computed_is_asked_last(designs):
+    found = select(designs, where=[parse_condition("axial_force<=150"), parse_condition("teeth>=17")])
+    assert [text for text, _ in found.steps] == ["feasible", "teeth >= 17", "axial_force <= 150"]
 
 
 def test_default_ranking_weighs_the_objectives_alike(designs):

@@ -187,7 +187,7 @@ def _score(designs: Designs, places: NDArray, ranking: Mapping[str, float]) -> N
             raise InputError("rank", name, "is not known of any design on the front: were there samples?")
         spread = float(np.ptp(on_front)) or 1.0
         best = float(on_front.min() if weight > 0 else on_front.max())
-        score += weight * (designs.values(name, places).astype(float) - best) 
+        score += weight * (designs.values(name, places).astype(float) - best) / spread
     return np.where(np.isnan(score), np.inf, score / sum(map(abs, ranking.values())))
 
 
