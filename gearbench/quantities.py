@@ -60,6 +60,8 @@ QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
         "mac": Quantity("1", "MAC", "modal assurance criterion of the deflection shapes under one load"),
         "mac_worst": Quantity("1", "min MAC", "worst modal assurance criterion of all loads"),
         "mac_mean": Quantity("1", "mean MAC", "mean modal assurance criterion of all loads"),
+        "line_mac_worst": Quantity("1", "min MAC_l", "worst modal assurance criterion under a contact line"),
+        "line_mac_mean": Quantity("1", "mean MAC_l", "mean modal assurance criterion under contact lines"),
         "norm_ratio": Quantity("1", "‖w‖/‖w_ref‖", "deflection over that of the reference, under one load"),
         "compliance_ratio": Quantity("1", "‖C‖/‖C_ref‖", "compliance over that of the reference, all loads"),
         "reference_error": Quantity("1", "η", "estimated relative error of the reference's compliance"),

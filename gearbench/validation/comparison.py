@@ -14,7 +14,7 @@ from gearbench.quantities import QUANTITIES, Quantity
 from gearbench.scene import Scene
 from gearbench.simulation import simulate
 from gearbench.validation.dataset import stack
-from gearbench.validation.mac import compare_shapes
+from gearbench.validation.mac import compare_shapes, line_mac
 from gearbench.validation.reference import finite_elements, reference_scene
 from gearbench.validation.ste_error import CURVES, HARMONICS, OUTPUTS, cycle_errors
 from gearbench.validation.timing import compliance_seconds, simulation_seconds
@@ -74,12 +74,15 @@ def _shapes(scene: Scene, reference: Scene) -> dict[str, tuple]:
     found = [compare_shapes(scene, reference, k) for k in range(2)]
     over = ("gear", "load_height", "load_place")
     criterion = np.array([each.mac for each in found])
+    lines = np.array([line_mac(scene, reference, k) for k in range(2)])
     return {
         "load_radius": (("gear", "load_height"), np.array([each.loads.radius for each in found])),
         "load_position": (("load_place",), found[0].loads.y),
         "mac": (over, criterion),
         "mac_worst": (("gear",), criterion.min(axis=(1, 2))),
         "mac_mean": (("gear",), criterion.mean(axis=(1, 2))),
+        "line_mac_worst": (("gear",), lines[:, 0]),
+        "line_mac_mean": (("gear",), lines[:, 1]),
         "norm_ratio": (over, np.array([each.norm_ratio for each in found])),
         "compliance_ratio": (("gear",), np.array([each.compliance_ratio for each in found])),
     }

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from gearbench.contact.assemble import mesh_phases, scene_lines
+from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
 from gearbench.scene import Scene
 from gearbench.validation.reference import smooth_effects
@@ -67,12 +69,28 @@ def tooth_factor(scene: Scene, k: int, height: NDArray, y: NDArray) -> NDArray:
 
 def deflection_shapes(scene: Scene, k: int) -> NDArray:
     """Deflections [mm/N] of one tooth of a gear at the response points, under unit loads: (response, load)."""
-    gear = scene.pair.gears[k]
-    response, load = (
-        tooth_factor(scene, k, *flank_grid(scene.pair, k, cells).points(gear.root_radius))
-        for cells in (RESPONSES, LOADS)
-    )
-    return response @ load.T
+    load = tooth_factor(scene, k, *flank_grid(scene.pair, k, LOADS).points(scene.pair.gears[k].root_radius))
+    return response_factor(scene, k) @ load.T
+
+
+def response_factor(scene: Scene, k: int) -> NDArray:
+    """Ψ (response, rank) at the response points of a gear."""
+    return tooth_factor(scene, k, *flank_grid(scene.pair, k, RESPONSES).points(scene.pair.gears[k].root_radius))
+
+
+def line_shapes(scene: Scene, k: int, lines: ContactLines) -> NDArray:
+    """The same under unit loads, spread evenly over one contact line each: (response, line), lines in contact only."""
+    height = lines.radii[k][lines.active] - scene.pair.gears[k].root_radius
+    load = tooth_factor(scene, k, height, lines.y[lines.active]).mean(axis=1)
+    return response_factor(scene, k) @ load.T
+
+
+def line_mac(fast: Scene, reference: Scene, k: int) -> tuple[float, float]:
+    """Worst and mean MAC of the shapes under the contact lines of a mesh cycle; the mean weighted with their length."""
+    phase, weight = mesh_phases(fast)
+    lines = scene_lines(fast, phase)
+    found = mac(*(line_shapes(scene, k, lines) for scene in (fast, reference)))
+    return float(found.min()), float(np.average(found, weights=(weight[:, None] * lines.length)[lines.active]))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,6 +18,7 @@ from gearbench.results import check_target, save
 from gearbench.validation import figures
 from gearbench.validation.dataset import of_scene
 from gearbench.validation.figures import duration, percent
+from gearbench.validation.mac import RESPONSES
 from gearbench.validation.mesh_picture import mesh_figure
 
 if TYPE_CHECKING:
@@ -96,10 +97,11 @@ def finding(one: xr.Dataset) -> str:
     """What the comparison of a scene found, in a sentence."""
     errors = ", ".join(f"{label} {percent(float(one[f'{name}_error']))}" for label, name in _ERRORS.items())
     fast, slow = one["compliance_seconds"].values
+    worst, mean = float(one["mac_worst"].min()), float(one["mac_mean"].mean())
     return (
-        f"Against finite elements: {errors}; deflection shapes agree to MAC {float(one['mac_worst'].min()):.3f} at "
-        f"worst, {float(one['mac_mean'].mean()):.3f} in the mean. Compliance in {duration(fast)} instead of "
-        f"{duration(slow)}, a factor of {slow / fast:.0f}."
+        f"Against finite elements: {errors}; deflection shapes agree to MAC {mean:.3f} under a point load ({worst:.3f} at "
+        f"worst), {float(one['line_mac_mean'].mean()):.3f} under a contact line. Compliance in {duration(fast)} instead "
+        f"of {duration(slow)}, a factor of {slow / fast:.0f}."
     )
 
 
@@ -166,8 +168,10 @@ def _cycle_table(one: xr.Dataset) -> str:
 
 def _tooth_table(one: xr.Dataset) -> str:
     labels = {
-        "MAC, worst": ("mac_worst", ".3f"),
-        "MAC, mean": ("mac_mean", ".3f"),
+        "MAC under one point load, worst": ("mac_worst", ".3f"),
+        "MAC under one point load, mean": ("mac_mean", ".3f"),
+        "MAC under a contact line, worst": ("line_mac_worst", ".3f"),
+        "MAC under a contact line, mean": ("line_mac_mean", ".3f"),
         "compliance / that of the reference": ("compliance_ratio", ".3f"),
         "estimated error of the reference": ("reference_error", ".1e"),
         "unknowns of the finest mesh": ("reference_unknowns", ".0f"),
@@ -217,7 +221,8 @@ def _method(dataset: xr.Dataset) -> str:
         "Errors are those of the fast model, (fast − reference) / reference. Peak-to-peak values include both sides of "
         "each jump. Load sharing: difference of the share of a tooth pair while it is in contact.",
         f"MAC = (aᵀb)² / ((aᵀa)(bᵀb)) of the deflections a, b of one flank under a unit load at each of {heights} × "
-        f"{places} places, taken in the middle of 12 × 17 equal cells of the active flank.",
+        f"{places} places, taken in the middle of {RESPONSES[0]} × {RESPONSES[1]} equal cells of the active flank; or with "
+        "the unit load spread evenly over a contact line, over all lines of the mesh cycle, the mean weighted with their length.",
         "Times are wall times on this computer: medians of repeats after warm-up for the fast model; for the finite "
         "elements meshing, assembly and solution of all meshes, both gears.",
     )
