@@ -9,6 +9,7 @@ import math
 from bisect import bisect_left
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from functools import lru_cache
 from typing import TYPE_CHECKING, Literal, get_args
 
 from gearbench.errors import InputError
@@ -114,6 +115,7 @@ def flank_tolerances(
     return FlankTolerances(**dict(zip(_NAMES, map(round_tolerance, values) if rounded else values, strict=True)))
 
 
+@lru_cache(maxsize=256, typed=True)
 def gear_tolerances(gear: Gear, iso_class: int, edition: Edition = "2013", rounded: bool = False) -> FlankTolerances:
     """Return the flank tolerances [µm] of a gear; see `flank_tolerances`, which also states what is raised."""
     return flank_tolerances(

@@ -208,11 +208,18 @@ def test_generations_of_another_search_are_refused(tmp_path):
     from gearbench.optimise.store import Store
 
     optimise(replace(STUDY, algorithm=replace(STUDY.algorithm, seed=9)), directory=tmp_path / "other")
-    (tmp_path / "mine").mkdir()
-    Store(tmp_path / "mine", STUDY, resume=False)
+    with Store(tmp_path / "mine", STUDY, resume=False):
+        pass
     os.replace(tmp_path / "other" / "generation_0001.nc", tmp_path / "mine" / "generation_0001.nc")
     with pytest.raises(InputError, match=r"generation_0001\.nc: was searched with python .* continue with those"):
         optimise(STUDY, directory=tmp_path / "mine", resume=True)
+
+
+def test_a_folder_holds_one_run_at_a_time(tmp_path):
+    from gearbench.optimise.store import Store
+
+    with Store(tmp_path, STUDY, resume=False), pytest.raises(InputError, match="another run is writing"):
+        optimise(STUDY, directory=tmp_path, resume=True)
 
 
 CHILD = """

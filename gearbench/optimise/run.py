@@ -102,10 +102,11 @@ def optimise(
     """
     check_study(study)
     engine = choose_engine(scheduler, threads)
-    store = Store(directory, study, resume=resume) if directory is not None else None
-    with engine:
+    if directory is None:
+        with engine:
+            return _Run(study, None, engine, progress).run()
+    with Store(directory, study, resume=resume) as store, engine:
         dataset = _Run(study, store, engine, progress).run()
-    if store is not None:
         store.write_front(dataset)
     return dataset
 

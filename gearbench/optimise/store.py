@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 from numpy.typing import NDArray
 
@@ -26,7 +26,7 @@ STUDY, FRONT = "study.toml", "front.nc"
 
 
 class Store:
-    """Folder of a search.
+    """Folder of a search, held as a context.
 
     Parameters
     ----------
@@ -40,7 +40,8 @@ class Store:
     Raises
     ------
     InputError
-        If the folder cannot be made or written, holds something and is not to be continued, or holds another study.
+        If the folder cannot be made or written, holds something and is not to be continued, holds another study, or
+        is in use.
     """
 
     def __init__(self, folder: str | Path, study: OptimisationStudy, *, resume: bool) -> None:
@@ -53,11 +54,18 @@ class Store:
         if not os.access(self.folder, os.W_OK | os.X_OK):
             raise InputError("output", str(folder), "the folder is not writable")
         self._check(names, resume)
+        if STUDY not in names:
+            self._write_study()
+        self._lock = self._take_lock()
         for name in names:
             if _is_part(name):
                 (self.folder / name).unlink(missing_ok=True)
-        if STUDY not in names:
-            self._write_study()
+
+    def __enter__(self) -> Store:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._lock.close()
 
     def _check(self, names: Sequence[str], resume: bool) -> None:
         kept = [name for name in names if not _is_part(name)]
@@ -69,6 +77,20 @@ class Store:
             raise InputError("output", str(self.folder), f"holds no optimisation: there is no {STUDY}")
         if (self.folder / STUDY).read_text(encoding="utf-8") != self._study.to_toml():
             raise InputError("output", str(self.folder), f"belongs to another study: see its {STUDY}")
+
+    def _take_lock(self) -> TextIO:
+        """The study, open: a second run into the folder is refused as long as this process lives."""
+        file = (self.folder / STUDY).open(encoding="utf-8")
+        try:
+            import fcntl
+
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            file.close()
+            raise InputError("output", str(self.folder), "another run is writing into the folder") from None
+        except (ImportError, OSError):
+            pass  # a system or a file system without locks
+        return file
 
     def _write_study(self) -> None:
         part = self.folder / f".{STUDY}.part"
