@@ -103,11 +103,24 @@ def test_a_real_stage_is_as_stiff_as_with_finite_elements():
     )
 
 
+def test_bores_are_the_shafts_below_the_gears():
+    # read off the shaft sections by eye
+    bores = [(m.bore_diameter for m in (p.pinion, p.wheel)) for p in (load_rexs(SEW, n).pair for n in SIZES)]
+    np.testing.assert_allclose([list(pair) for pair in bores], [(10, 16), (14, 20), (18.403, 40)], rtol=1e-14)
+
+
 def test_what_is_assumed_is_said():
     document = read_rexs(SEW)
     notes = stage_scene(document, find_stage(document, 2)).notes
-    assert len(notes) == 5
-    for word in ("addendum", "dedendum", "fillet radius", "material", "profile shift of component 52"):
+    assert len(notes) == 7
+    for word in (
+        "bore of component 38: 14 mm",
+        "addendum",
+        "dedendum",
+        "fillet radius",
+        "material",
+        "profile shift of component 52",
+    ):
         assert any(word in note for note in notes), word
 
 
@@ -200,6 +213,28 @@ def test_units_are_honoured(tmp_path, old, new):
         assert getattr(scene.pair, name) == pytest.approx(getattr(expected.pair, name), rel=1e-14), name
     assert scene.pair.material == expected.pair.material
     assert scene.pair.pinion.teeth == 20
+
+
+def test_a_shaft_thicker_than_the_root_is_no_bore(tmp_path):
+    place = '<attribute id="u_coordinate_on_shaft" unit="mm">{}</attribute>'
+    section = f"""<component id="51" name="" type="shaft_section">{place.format(20)}
+      <attribute id="length" unit="mm">40</attribute>
+      <attribute id="outer_diameter_begin" unit="mm">30</attribute>
+      <attribute id="outer_diameter_end" unit="mm">40</attribute></component>"""
+    relation = '<relation id="9" type="assembly"><ref id="1" role="assembly"/><ref id="51" role="part"/></relation>'
+    text = change("</relations>", f"{relation}</relations>")
+    text = change("</components>", f"{section}</components>", text)
+    text = change(
+        '<attribute id="number_of_teeth" unit="">20<',
+        f'{place.format(30)}<attribute id="number_of_teeth" unit="">20<',
+        text,
+    )
+    # a cone: a quarter of the way
+    assert load_rexs(write(tmp_path, text)).pair.pinion.bore_diameter == 32.5
+    thick = change('_begin" unit="mm">30<', '_begin" unit="mm">62<', text)
+    assert load_rexs(write(tmp_path, thick)).pair.pinion.bore_diameter is None
+    beside = change('unit="mm">20</attribute>', 'unit="mm">31</attribute>', text)
+    assert load_rexs(write(tmp_path, beside)).pair.pinion.bore_diameter is None
 
 
 # -- torque ------------------------------------------------------------------------------------------------------------

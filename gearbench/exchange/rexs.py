@@ -13,7 +13,7 @@ from typing import Any
 
 from gearbench.errors import InputError
 from gearbench.exchange.rexs_document import Component, RexsDocument, read_rexs
-from gearbench.exchange.rexs_gear import RexsGear, read_gear, read_material
+from gearbench.exchange.rexs_gear import RexsGear, read_gear, read_material, read_seat
 from gearbench.exchange.rexs_torque import Drive, check_case, drives
 from gearbench.exchange.rexs_units import LENGTH
 from gearbench.geometry.involute import inv
@@ -175,6 +175,7 @@ def _stage_scene(document: RexsDocument, stage: Stage, torque: float | None, loa
     for name, gear, own, x in zip(("pinion", "wheel"), (pinion, wheel), given, shifts, strict=True):
         pair[name] = _member(gear, own, x)
     _note_rack((pinion, wheel), (pair["pinion"], pair["wheel"]), notes)
+    _bores(document, (pinion, wheel), (pair["pinion"], pair["wheel"]), shifts, notes)
     pair["material"] = _material(document, gears, notes)
     _note_modifications(document, notes)
     name = f"{document.path.name.split('.rexs')[0]} stage {stage.number}"
@@ -258,6 +259,22 @@ def _note_rack(gears: tuple[RexsGear, ...], members: tuple[dict[str, Any], ...],
         without = [gear.component.label for gear, member in zip(gears, members, strict=True) if key not in member]
         if without:
             notes.append(f"{name} of {' and '.join(without)} not in the file: {default} m_n assumed (ISO 53 A)")
+
+
+def _bores(
+    document: RexsDocument,
+    gears: tuple[RexsGear, ...],
+    members: tuple[dict[str, Any], ...],
+    shifts: tuple[float, float],
+    notes: list[str],
+) -> None:
+    """Bore diameters from the shafts, where they leave a gear body; models of the body ask for them."""
+    for gear, member, x in zip(gears, members, shifts, strict=True):
+        seat = read_seat(document, gear.component)
+        root = 2 * (gear.pitch_radius + gear.normal_module * (x - member.get("dedendum", 1.25)))
+        if seat is not None and 0 < seat < root:
+            member["bore_diameter"] = seat
+            notes.append(f"bore of {gear.component.label}: {seat:g} mm, from its shaft")
 
 
 def _material(document: RexsDocument, gears: tuple[Component, Component], notes: list[str]) -> dict[str, float]:

@@ -47,16 +47,17 @@ class RexsGear:
         """h_a* = (r_a − r)/m_n − x, from the tip circle before the basic profile; None where neither is given."""
         if self.tip_radius is None:
             return self.addendum_coefficient
-        return (self.tip_radius - self._pitch_radius) / self.normal_module - profile_shift
+        return (self.tip_radius - self.pitch_radius) / self.normal_module - profile_shift
 
     def dedendum(self, profile_shift: float) -> float | None:
         """h_f* = x − (r_f − r)/m_n, from the root circle before the tool's profile; None where neither is given."""
         if self.root_radius is None:
             return self.dedendum_coefficient
-        return profile_shift - (self.root_radius - self._pitch_radius) / self.normal_module
+        return profile_shift - (self.root_radius - self.pitch_radius) / self.normal_module
 
     @property
-    def _pitch_radius(self) -> float:
+    def pitch_radius(self) -> float:
+        """Reference pitch radius r [mm]."""
         return self.normal_module * self.teeth / (2 * math.cos(math.radians(self.helix_angle)))
 
 
@@ -145,4 +146,26 @@ def read_material(document: RexsDocument, gear: Component) -> tuple[float, float
             ratio = document.number(material, "poisson_ratio", NUMBER)
             if material.kind == "material" and modulus is not None:
                 return modulus, 0.3 if ratio is None else ratio
+    return None
+
+
+def read_seat(document: RexsDocument, gear: Component) -> float | None:
+    """Outer diameter [mm] of the shaft section that a gear sits on; None where the file does not say.
+
+    The place of the gear on the shaft is its middle for some programs and its face for others; both lie on its seat.
+    """
+    place = document.number(gear, "u_coordinate_on_shaft", LENGTH)
+    if place is None:
+        return None
+    for shaft in document.related("assembly", "part", gear.id, "assembly"):
+        for section in document.related("assembly", "assembly", shaft.id, "part"):
+            start, length, first, last = (
+                document.number(section, name, LENGTH) if section.kind == "shaft_section" else None
+                for name in ("u_coordinate_on_shaft", "length", "outer_diameter_begin", "outer_diameter_end")
+            )
+            if start is None or not length or first is None or last is None:
+                continue
+            fraction = (place - start) / length
+            if -1e-9 <= fraction < 1 - 1e-9:
+                return first + max(fraction, 0.0) * (last - first)
     return None
