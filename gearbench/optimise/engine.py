@@ -13,6 +13,8 @@ from gearbench.errors import GearbenchError, InputError
 from gearbench.optimise.problem import Evaluation, evaluate, macro_geometry
 from gearbench.optimise.study import Design, OptimisationStudy
 
+#: Module that local workers load as they begin.
+WORKER = "gearbench.optimise.worker"
 #: Tasks of a generation for each worker: a worker that is lost costs one of them, a slow one holds up the others less.
 TASKS = 4
 
@@ -83,7 +85,7 @@ class Dask(Engine):
         from distributed import Client, LocalCluster
 
         if self._workers is not None:
-            options: dict[str, Any] = {"dashboard_address": None, "silence_logs": 50}
+            options: dict[str, Any] = {"dashboard_address": None, "silence_logs": 50, "preload": WORKER}
             self._cluster = LocalCluster(n_workers=self._workers, threads_per_worker=1, **options)
         try:
             self._client = Client(self._cluster or self._scheduler, set_as_default=False)
