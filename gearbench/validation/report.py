@@ -97,11 +97,11 @@ def finding(one: xr.Dataset) -> str:
     """What the comparison of a scene found, in a sentence."""
     errors = ", ".join(f"{label} {percent(float(one[f'{name}_error']))}" for label, name in _ERRORS.items())
     fast, slow = one["compliance_seconds"].values
-    worst, mean = float(one["mac_worst"].min()), float(one["mac_mean"].mean())
+    worst, mean, line = (float(one[name].min()) for name in ("mac_worst", "mac_mean", "line_mac_mean"))
     return (
-        f"Against finite elements: {errors}; deflection shapes agree to MAC {mean:.3f} under a point load ({worst:.3f} at "
-        f"worst), {float(one['line_mac_mean'].mean()):.3f} under a contact line. Compliance in {duration(fast)} instead "
-        f"of {duration(slow)}, a factor of {slow / fast:.0f}."
+        f"Against finite elements: {errors}; deflection shapes agree to MAC {mean:.3f} under a point load "
+        f"({worst:.3f} at worst), {line:.3f} under a contact line. Compliance in {duration(fast)} instead of "
+        f"{duration(slow)}, a factor of {slow / fast:.0f}."
     )
 
 
@@ -220,9 +220,9 @@ def _method(dataset: xr.Dataset) -> str:
         "body, a sector of teeth on the body. The compression near the contact is counted once, by the contact law.",
         "Errors are those of the fast model, (fast − reference) / reference. Peak-to-peak values include both sides of "
         "each jump. Load sharing: difference of the share of a tooth pair while it is in contact.",
-        f"MAC = (aᵀb)² / ((aᵀa)(bᵀb)) of the deflections a, b of one flank under a unit load at each of {heights} × "
-        f"{places} places, taken in the middle of {RESPONSES[0]} × {RESPONSES[1]} equal cells of the active flank; or with "
-        "the unit load spread evenly over a contact line, over all lines of the mesh cycle, the mean weighted with their length.",
+        f"MAC = (aᵀb)² / ((aᵀa)(bᵀb)) of the deflections a, b of one flank, in the middle of {RESPONSES[0]} × "
+        f"{RESPONSES[1]} equal cells of its active part, under a unit load: at each of {heights} × {places} places, or "
+        "spread evenly over each contact line of the mesh cycle (the mean weighted with its length).",
         "Times are wall times on this computer: medians of repeats after warm-up for the fast model; for the finite "
         "elements meshing, assembly and solution of all meshes, both gears.",
     )
