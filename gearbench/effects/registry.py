@@ -21,6 +21,7 @@ EFFECTS: dict[str, tuple[str, str]] = {
     "helix_slope": ("gearbench.effects.helix_slope", "HelixSlope"),
     "manufacturing_errors": ("gearbench.effects.manufacturing_errors", "ManufacturingErrors"),
     "topography": ("gearbench.effects.topography", "Topography"),
+    "pitch_errors": ("gearbench.effects.pitch_errors", "PitchErrors"),
     "misalignment": ("gearbench.effects.misalignment", "Misalignment"),
 }
 

@@ -1,0 +1,73 @@
+"""Pitch errors: teeth that stand before or behind their places, each by its own amount."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from gearbench.effects.base import GapEffect
+from gearbench.effects.profile_slope import Amount
+from gearbench.effects.relief import MICROMETRE
+from gearbench.errors import InputError
+from gearbench.geometry.action import ContactLines
+from gearbench.geometry.material import STRICT
+from gearbench.geometry.pair import Pair
+
+Deviations = tuple[Amount, ...]
+Tooth = Annotated[int, Field(ge=0)]
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class PitchErrors(GapEffect):
+    """Index deviations of the teeth, over one mesh cycle of the revolution.
+
+    Teeth are numbered from 0 in the order in which they come into mesh. The mesh cycle is the one that begins as
+    ``pinion_tooth`` and ``wheel_tooth`` reach the start of the path of contact at y = 0; the pairs ahead of them have
+    the numbers before theirs. A revolution is as many cycles, each with the next numbers. A single cycle is then not
+    periodic: its ends differ by what the next one begins with, and its mesh orders are not those of a revolution.
+
+    Parameters
+    ----------
+    pinion, wheel
+        Deviation of each loaded flank from its place [µm], an arc of the pitch circle in the transverse plane, one for
+        each tooth; positive: material missing. Sums of the single pitch deviations f_pi, of ISO 1328-1.
+    pinion_tooth, wheel_tooth
+        Numbers of the teeth that the mesh cycle begins with.
+    """
+
+    pinion: Deviations | None = None
+    wheel: Deviations | None = None
+    pinion_tooth: Tooth = 0
+    wheel_tooth: Tooth = 0
+
+    name: ClassVar[str] = "pitch_errors"
+    summary: ClassVar[str] = "gap: each tooth by its own amount, for one mesh cycle of a revolution"
+    source: ClassVar[str] = "ISO 1328-1 index deviation F_pi"
+
+    def check(self, pair: Pair) -> None:
+        """Refuse lists that do not have one deviation for each tooth."""
+        if self.pinion is None and self.wheel is None:
+            raise InputError("pinion", "missing", "deviations are required, here or for the wheel")
+        for name, gear in zip(("pinion", "wheel"), pair.gears, strict=True):
+            deviations, tooth = getattr(self, name), getattr(self, f"{name}_tooth")
+            if deviations is not None and len(deviations) != gear.teeth:
+                raise InputError(
+                    name, f"{len(deviations)} deviations", f"must be one for each of the {gear.teeth} teeth"
+                )
+            if tooth >= gear.teeth:
+                raise InputError(f"{name}_tooth", tooth, f"must be below {gear.teeth}, the number of teeth")
+
+    def gap(self, lines: ContactLines) -> NDArray:
+        """Gap [mm], (position, pair, segment): f cos α_t cos β_b of both teeth."""
+        total = np.zeros(len(lines.index))
+        for deviations, first in ((self.pinion, self.pinion_tooth), (self.wheel, self.wheel_tooth)):
+            if deviations is not None:
+                total += np.array(deviations)[(first - lines.index) % len(deviations)]
+        gear = lines.pair.gears[0]
+        normal = MICROMETRE * math.cos(gear.alpha_t) * math.cos(gear.beta_b)
+        return np.broadcast_to(normal * total[:, None], lines.shape)
