@@ -69,14 +69,14 @@ class Store:
 
     def _check(self, names: Sequence[str], resume: bool) -> None:
         kept = [name for name in names if not _is_part(name)]
-        if not kept:
+        same = STUDY in kept and (self.folder / STUDY).read_text(encoding="utf-8") == self._study.to_toml()
+        if not kept or (same and (resume or kept == [STUDY])):  # a run that ended before its first generation
             return
         if not resume:
             raise InputError("output", str(self.folder), "the folder is not empty: continue it with --resume")
         if STUDY not in kept:
             raise InputError("output", str(self.folder), f"holds no optimisation: there is no {STUDY}")
-        if (self.folder / STUDY).read_text(encoding="utf-8") != self._study.to_toml():
-            raise InputError("output", str(self.folder), f"belongs to another study: see its {STUDY}")
+        raise InputError("output", str(self.folder), f"belongs to another study: see its {STUDY}")
 
     def _take_lock(self) -> TextIO:
         """The study, open: a second run into the folder is refused as long as this process lives."""

@@ -96,7 +96,7 @@ class Variable:
         # the decimals written down, 0.3 and not 0.30000000000000004
         return tuple(float(f"{low + i * step:.12g}") for i in places)
 
-    @property
+    @cached_property
     def kind(self) -> Literal["real", "ordered", "choice"]:
         """How operators may treat it: "choice" where its values have no order."""
         if self.grid is None:
