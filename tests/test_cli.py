@@ -129,7 +129,7 @@ def test_plan_lists_what_runs_and_nothing_else(run):
     plan = json.loads(out)
     names = [part["name"] for part in plan["parts"]]
     assert names == ["contact lines", "tooth_bending", "hertz", "tip_relief", "manufacturing_errors", "contact",
-                     "robust (1000 samples)"]  # fmt: skip
+                     "dataset", "robust (1000 samples)"]  # fmt: skip
     assert "structured" in plan["parts"][-1]["size"]
 
 

@@ -33,4 +33,6 @@ def plan(scene: SceneFile, json: Json = False) -> None:
     for part in made.parts:
         table.add_row(part.name, part.does, part.size, f"{1e3 * part.seconds:.2f} ms" if part.seconds else "")
     console.print(table)
-    console.print(f"predicted: {1e3 * made.seconds:.1f} ms, {made.megabytes:.1f} MB")
+    console.print(f"simulate, predicted: {1e3 * made.seconds:.1f} ms, {made.megabytes:.1f} MB")
+    if made.robust_seconds:
+        console.print(f"robust, predicted: {1e3 * made.robust_seconds:.1f} ms")

@@ -78,6 +78,10 @@ class Effect(ABC):
     def check(self, pair: Pair) -> None:  # noqa: B027
         """Refuse, with an ``InputError`` keyed from this effect's table, what does not fit the pair."""
 
+    def preparation(self, pair: Pair) -> float:
+        """Predicted time [s] of what is computed once for a pair and kept on disk; 0 if nothing is, or it is there."""
+        return 0.0
+
 
 @dataclass(frozen=True)
 class ComplianceEffect(Effect):

@@ -61,10 +61,14 @@ def prepare_scene(scene: Scene) -> RobustProblem:
     InputError
         If the scene has no random errors.
     """
+    return prepare_phases(scene, *mesh_phases(scene))
+
+
+def prepare_phases(scene: Scene, phase: NDArray, weight: NDArray) -> RobustProblem:
+    """As ``prepare_scene``, at the mesh phases and weights given, (position,)."""
     errors = scene.effect("manufacturing_errors")
     if not isinstance(errors, ManufacturingErrors):
         raise InputError("effects", "no manufacturing_errors", "robustness needs [effects.manufacturing_errors]")
-    phase, weight = mesh_phases(scene)
     lines = scene_lines(scene, phase)
     positions, pairs, segments = lines.shape
     modes = errors.modes(lines).reshape(positions, pairs * segments, -1)
