@@ -1,0 +1,43 @@
+"""A finite element reference that is not one: the flank of the plate, so that the truth is known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gearbench.compliance.plate import PlateTooth
+from gearbench.effects import fe_compliance
+from gearbench.effects.tooth_bending import plate_tooth
+
+
+@dataclass(frozen=True)
+class PlateFlank:
+    """Takes the place of ``FlankCompliance``: the paper's plate, ``softness`` times as compliant."""
+
+    plate: PlateTooth
+    softness: float
+    error: float = 0.005
+    driven: bool = False
+    attrs: dict = field(
+        default_factory=lambda: {
+            "unknowns": 9, "meshes": 1, "seconds": 2.0, "solver": "by hand", "element": "hex20", "cached": True,
+        }
+    )  # fmt: skip
+
+    def factor(self, height, y):
+        return np.sqrt(self.softness) * self.plate.factor(height, y)
+
+    shapes = factor
+
+    def root(self, teeth=1):
+        return np.broadcast_to(np.eye(3), (teeth, 3, 3))
+
+
+def plates_for_finite_elements(monkeypatch, softness: float = 1.0) -> None:
+    """Let the finite elements of this test be the paper's plate."""
+
+    def flank(body, material, accuracy):
+        return PlateFlank(plate_tooth(body.gear, material, None, False), softness)
+
+    monkeypatch.setattr(fe_compliance, "_flank", flank)
