@@ -56,6 +56,7 @@ TABLES: dict[str, dict[str, Any]] = {
     "helix_slope": {"pinion": 5.0},
     "manufacturing_errors": {"preset": "garambois2017"},
     "topography": {"pinion": str(GRID)},
+    "pitch_errors": {"pinion": [float(n % 5) for n in range(24)], "pinion_tooth": 3},
     "misalignment": {"inclination": 4.0, "deviation": 6.0},
 }
 HEAVY = {"fe_compliance": pytest.mark.slow}

@@ -11,8 +11,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import GapEffect
-from gearbench.effects.profile_slope import Amount
-from gearbench.effects.relief import MICROMETRE
+from gearbench.effects.relief import MICROMETRE, Amount
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.material import STRICT
