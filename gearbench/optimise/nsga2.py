@@ -37,8 +37,9 @@ class Search:
 
     def __init__(self, study: OptimisationStudy) -> None:
         self._study = study
+        self._gears: dict[Design, Hashable] = {}
         try:
-            self._algorithm = _algorithm(study, self._design)
+            self._algorithm = _algorithm(study, self._gear)
         except ImportError:
             raise GearbenchError("optimise needs pymoo: install the extra gearbench[optimise]") from None
         self._asked: Any = None
@@ -48,6 +49,12 @@ class Search:
             float(individual.X[v.name]) if v.kind == "real" else int(individual.X[v.name])
             for v in self._study.variables
         )
+
+    def _gear(self, individual: Any) -> Hashable:
+        design = self._design(individual)
+        if design not in self._gears:
+            self._gears[design] = assignments(self._study, design)
+        return self._gears[design]
 
     def ask(self) -> list[Design]:
         """Designs of the next generation; fewer than the population, or none, where the space is exhausted."""
@@ -71,7 +78,7 @@ class Search:
         return [self._design(individual) for individual in self._algorithm.pop]
 
 
-def _algorithm(study: OptimisationStudy, design: Callable[[Any], Design]) -> Any:
+def _algorithm(study: OptimisationStudy, gear: Callable[[Any], Hashable]) -> Any:
     from pymoo.algorithms.moo.nsga2 import NSGA2, binary_tournament
     from pymoo.core.mixed import MixedVariableMating, MixedVariableSampling
     from pymoo.core.problem import Problem
@@ -89,7 +96,7 @@ def _algorithm(study: OptimisationStudy, design: Callable[[Any], Design]) -> Any
             return Choice(options=list(range(int(variable.bounds[1]) + 1)))
         return (Real if variable.kind == "real" else Integer)(bounds=variable.bounds)
 
-    duplicates = _same_gear(lambda individual: assignments(study, design(individual)))
+    duplicates = _same_gear(gear)
     # their types are inferred from defaults
     make_mating: Any = MixedVariableMating
     make_algorithm: Any = NSGA2

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
@@ -57,6 +58,8 @@ class Store:
         if STUDY not in names:
             self._write_study()
         self._lock = self._take_lock()
+        self._writer = ThreadPoolExecutor(1)
+        self._pending: Future[None] | None = None
         for name in names:
             if _is_part(name):
                 (self.folder / name).unlink(missing_ok=True)
@@ -65,7 +68,24 @@ class Store:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._lock.close()
+        # what is being written is finished, also after an error elsewhere
+        try:
+            self.flush()
+        finally:
+            self._writer.shutdown()
+            self._lock.close()
+
+    def flush(self) -> None:
+        """Wait until everything is on disk.
+
+        Raises
+        ------
+        OSError, InputError
+            As ``write``.
+        """
+        pending, self._pending = self._pending, None
+        if pending is not None:
+            pending.result()
 
     def _check(self, names: Sequence[str], resume: bool) -> None:
         kept = [name for name in names if not _is_part(name)]
@@ -131,13 +151,18 @@ class Store:
         return [result for _, result in rows]
 
     def write(self, generation: int, designs: Sequence[Design], results: Sequence[Evaluation]) -> None:
-        """Commit a generation.
+        """Commit a generation, while the next one is being evaluated.
 
         Raises
         ------
         OSError, InputError
-            If the disk is full or the folder is no longer writable; what was committed before is untouched.
+            If the disk is full or the folder is no longer writable, now or in the last call; what was committed before
+            is untouched.
         """
+        self.flush()
+        self._pending = self._writer.submit(self._write, generation, designs, results)
+
+    def _write(self, generation: int, designs: Sequence[Design], results: Sequence[Evaluation]) -> None:
         from gearbench.provenance import versions
 
         dataset = designs_dataset(self._study, designs, results, [generation] * len(designs))
@@ -147,7 +172,8 @@ class Store:
         self._save(dataset.assign_attrs(attrs), self.path(generation))
 
     def write_front(self, dataset: xr.Dataset) -> Path:
-        """Commit the final Dataset."""
+        """Commit the final Dataset, after all generations."""
+        self.flush()
         return self._save(dataset, self.folder / FRONT)
 
     def _save(self, dataset: xr.Dataset, path: Path) -> Path:
