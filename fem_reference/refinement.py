@@ -22,6 +22,7 @@ from fem_reference.blocks import Cells
 from fem_reference.compliance import FlankCompliance, flank_compliance
 from fem_reference.section import Body
 from fem_reference.tooth_mesh import ToothMesh, tooth_mesh
+from gearbench.compliance.local import waves_across
 from gearbench.errors import GearbenchError
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
@@ -71,13 +72,8 @@ def unknowns(body: Body, cells: Cells) -> int:
 
 
 def default_order(gear: Gear) -> tuple[int, int]:
-    """Polynomials along height and face width.
-
-    Five along the height; across the width as many as resolve waves down to about twice the depth of the tooth's
-    centre line, below which the smooth compliance has nothing left.
-    """
-    middle = np.array([0.5 * (gear.form_radius + gear.tip_radius)])
-    return 5, int(np.clip(math.ceil(gear.face_width / float(gear.flank_depth(middle)[0])), 5, 40))
+    """Polynomials along height and face width."""
+    return 5, waves_across(gear)
 
 
 def refined_compliance(

@@ -196,10 +196,25 @@ def test_quadrature_is_exact_enough():
     assert_allclose(a, b, rtol=0, atol=1e-8 * np.abs(b).max())
 
 
-def test_blocks_are_all_there_is():
-    for helix in (0.0, 20.0):
-        solid = tooth(gear(helix)).solid
-        assert_allclose(np.sort(np.concatenate(solid.blocks)), np.arange(300))
+@pytest.mark.parametrize("helix", [0.0, 20.0])
+@pytest.mark.parametrize("axis", [1, 4, 5])
+def test_chains_are_all_there_is(helix, axis):
+    """Every amplitude is in one class; between classes, and outside the chains, the stiffness is zero."""
+    solid = tooth(gear(helix), order=(3, 2, axis)).free_solid
+    inner, root = (
+        np.concatenate([solid.amplitudes(c) for c in found]) for found in (solid.classes, solid.root_classes)
+    )
+    assert_allclose(np.sort(np.concatenate([inner, root])), np.arange(math.prod(solid.shape)))
+    S, Z = solid._of_section, solid._of_axis
+    full = np.einsum("abmn,abkl->mknl", S, Z).reshape(2 * (math.prod(solid.shape),))
+    for chosen, other, chain in zip(solid.classes, solid.root_classes, solid.chains, strict=True):
+        at, moving = solid.amplitudes(chosen), solid.amplitudes(other)
+        order = np.sort(at)  # the chain takes two functions along the axis at a time
+        assert_allclose(np.linalg.eigvalsh(chain.matrix()), np.linalg.eigvalsh(full[np.ix_(order, order)]), rtol=1e-9)
+        assert_allclose(chain.matrix(), full[np.ix_(at, at)], rtol=0, atol=1e-12 * full.max())
+        assert_allclose(solid.block(chosen, other), full[np.ix_(at, moving)], rtol=0, atol=1e-12 * full.max())
+        rest = np.setdiff1d(np.arange(len(full)), np.concatenate([at, moving]))
+        assert np.abs(full[np.ix_(at, rest)]).max(initial=0.0) < 1e-12 * full.max()
 
 
 def test_a_straight_block_has_no_screw():

@@ -43,6 +43,23 @@ def width_functions(count: int, eta: ArrayLike) -> tuple[NDArray, NDArray]:
     return p * scale, 2 * slope * scale
 
 
+def axis_functions(count: int, eta: ArrayLike) -> tuple[NDArray, NDArray]:
+    """1, t and integrated Legendre functions of t = 2η − 1, alternately even and odd, and their derivatives by η.
+
+    They span the same polynomials as ``width_functions``. In ∫ a b, ∫ a b′ and ∫ a′ b′ each one meets only itself, its
+    neighbours, and the next but one: systems made of them are chains.
+    """
+    t = 2 * np.asarray(eta, dtype=float) - 1
+    p = legendre.legvander(t, max(count, 1)).reshape(*t.shape, -1)
+    value, slope = p[..., :count].copy(), np.zeros((*t.shape, count))
+    slope[..., 1:2] = 2.0
+    for k in range(2, count):
+        # ∫ P_{k−1} dt = (P_k − P_{k−2}) / (2k−1), scaled so that the slopes by η are orthonormal
+        value[..., k] = (p[..., k] - p[..., k - 2]) / (2 * math.sqrt(2 * k - 1))
+        slope[..., k] = p[..., k - 1] * math.sqrt(2 * k - 1)
+    return value, slope
+
+
 def gauss(points: int, start: float = 0.0, stop: float = 1.0) -> tuple[NDArray, NDArray]:
     """Gauss–Legendre nodes and weights on [start, stop]."""
     t, w = _leggauss(points)

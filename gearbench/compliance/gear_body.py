@@ -20,6 +20,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from gearbench.compliance.bases import axis_functions, gauss, width_functions
 from gearbench.compliance.coupled import coupled_root
 from gearbench.compliance.ring import Ring
 from gearbench.compliance.solid_tooth import SolidTooth
@@ -46,28 +47,38 @@ class GearBody:
     bore_radius: float
     order: int = 8
 
+    @property
+    def axis_order(self) -> int:
+        """Number of polynomials in z of the root: the body is too smooth to tell more than seven apart."""
+        return min(self.tooth.order[2], 7)
+
     @cached_property
     def _tooth_parts(self) -> tuple[NDArray, NDArray]:
         """S (r, r) and Φ (flank, r) of the tooth, r = (field, k, j)."""
-        tooth, solid = self.tooth, self.tooth.free_solid
-        field, across, _, axis = solid.shape
-        root = np.zeros(solid.shape, dtype=bool)
-        root[:, :, 0] = True
-        root, place = root.ravel(), np.full(solid.shape, -1)
-        place[:, :, 0] = np.arange(field * across * axis).reshape(field, across, axis)
-        place = place.ravel()
-        size = field * across * axis
-        flank = tooth.flank_functionals(solid)
-        S, phi = np.zeros((size, size)), np.zeros((len(flank), size))
-        for index, ritz in zip(solid.blocks, solid.ritz, strict=True):
-            at, inside = np.flatnonzero(root[index]), np.flatnonzero(~root[index])
-            K = ritz.stiffness
-            follow = np.linalg.solve(K[np.ix_(inside, inside)], K[np.ix_(inside, at)])
-            where = place[index[at]]
-            S[np.ix_(where, where)] = K[np.ix_(at, at)] - K[np.ix_(at, inside)] @ follow
-            phi[:, where] += flank[:, index[at]] - flank[:, index[inside]] @ follow
+        solid, count = self.tooth.free_solid, self.axis_order
+        field, across, along, axis = solid.shape
+        flank = self.tooth.flank_functionals(solid)
+        polynomials = _in_axis_functions(count, axis)
+        number = np.arange(field * across * count).reshape(field * across, count)
+        S, phi = np.zeros((number.size, number.size)), np.zeros((len(flank), number.size))
+        for inner, root, chain in zip(solid.classes, solid.root_classes, solid.chains, strict=True):
+            at = solid.amplitudes(root)
+            # from functions along the axis to polynomials in z of this class
+            place = np.concatenate([number[root[j % 2] // along, j] for j in range(count)])
+            owner = np.concatenate([root[k % 2] for k in range(axis)])
+            degree = np.concatenate([np.full(len(root[k % 2]), k) for k in range(axis)])
+            column_owner = np.concatenate([root[j % 2] for j in range(count)])
+            column_degree = np.concatenate([np.full(len(root[j % 2]), j) for j in range(count)])
+            T = np.where(owner[:, None] == column_owner, polynomials[column_degree][:, degree].T, 0.0)
+            K_bi = solid.block(inner, root) @ T
+            K_ii = T.T @ solid.block(root, root) @ T
+            rows = flank[:, solid.amplitudes(inner)]
+            half = chain.half_solve(np.hstack([K_bi, rows.T]))
+            moved, loaded = half[:, : len(place)], half[:, len(place) :]
+            S[np.ix_(place, place)] = K_ii - moved.T @ moved
+            phi[:, place] += flank[:, at] @ T - loaded.T @ moved
         # from the Ritz functions, orthonormal on [0, 1], to those orthonormal on the root
-        scale = math.sqrt(self.root_arc * tooth.gear.face_width)
+        scale = math.sqrt(self.root_arc * self.tooth.gear.face_width)
         return (S + S.T) / (2 * scale**2), phi / scale
 
     @property
@@ -83,7 +94,7 @@ class GearBody:
     @cached_property
     def _phase(self) -> NDArray:
         """η of the functions (field, k, j)."""
-        _, across, _, axis = self.tooth.free_solid.shape
+        across, axis = self.tooth.order[0], self.axis_order
         k, j = np.arange(across)[:, None], np.arange(axis)
         return (1j ** (np.array([1, 0, 1])[:, None, None] + k + j)).ravel()
 
@@ -91,7 +102,7 @@ class GearBody:
     def _waves(self) -> NDArray:
         """Motion of the root of tooth 0 per unit force, for each wave m = 0 … z/2, in the phases η: (m, r, r)."""
         gear = self.tooth.gear
-        _, across, _, axis = self.tooth.free_solid.shape
+        across, axis = self.tooth.order[0], self.axis_order
         z, psi, r = gear.teeth, self.root_half_angle, gear.root_radius
         turns = math.ceil(_FINEST / psi / z)
         ring = Ring(
@@ -149,6 +160,13 @@ class GearBody:
     @cached_property
     def _roots(self) -> dict[int, NDArray]:
         return {}
+
+
+def _in_axis_functions(count: int, axis: int) -> NDArray:
+    """Legendre functions g_j, j < ``count``, as sums of the functions along the axis, (count, axis)."""
+    eta, weight = gauss(axis + 2)
+    h, g = axis_functions(axis, eta)[0], width_functions(count, eta)[0]
+    return np.linalg.solve(h.T @ (weight[:, None] * h), h.T @ (weight[:, None] * g)).T
 
 
 def _legendre_transform(count: int, x: NDArray) -> NDArray:

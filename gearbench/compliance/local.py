@@ -26,6 +26,15 @@ from gearbench.geometry.gear import Gear
 _WAVES, _TAIL = 3, 30
 
 
+def waves_across(gear: Gear) -> int:
+    """Number of polynomials in y that resolve waves down to twice the depth t of the flank's middle, at least five.
+
+    Shorter waves of the load compress the flank and bend nothing.
+    """
+    middle = 0.5 * (gear.form_radius + gear.tip_radius)
+    return int(np.clip(math.ceil(gear.face_width / float(gear.flank_depth(middle))), 5, 40))
+
+
 def compression(E: float, nu: float, k: NDArray, r: NDArray, t: NDArray) -> NDArray:
     """ĝ_k(r) between the surface and the depth t [mm²/N]; k ≥ 0 [1/mm] along the first axis, r and t [mm]."""
     from scipy.special import k0, k1

@@ -1,8 +1,10 @@
 """Solid: three-dimensional elasticity on a section extruded along a screw, clamped at its root, by the Ritz method.
 
 Each of the displacements u_θ, u_R, u_z is a sum of products (Legendre across) × (integrated Legendre along the height,
-zero at the root) × (Legendre along the axis). Symmetry splits the system: a straight tooth is symmetric about its
-middle plane and about the middle of its width, four blocks; a screwed one about the half-turn that joins both, two.
+zero at the root) × (integrated Legendre along the axis, ``axis_functions``). Symmetry splits the system: a straight
+tooth is symmetric about its middle plane and about the middle of its width, four classes; a screwed one about the
+half-turn that joins both, two. Within a class the functions along the axis form a chain, so that the work grows linearly with
+their number.
 """
 
 from __future__ import annotations
@@ -14,9 +16,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gearbench.compliance.bases import gauss, width_functions
-from gearbench.compliance.ritz import Ritz
+from gearbench.compliance.bases import axis_functions, gauss
+from gearbench.compliance.chain import Chain
 from gearbench.compliance.section import Section
+
+#: Functions of the section that go with the even and with the odd functions along the axis.
+Class = tuple[NDArray, NDArray]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,7 +31,7 @@ class Solid:
     Parameters
     ----------
     section
-        The section and its functions.
+        The section and its functions. If it is free, its first function along the height moves the root.
     width
         Length along the axis [mm].
     E, nu
@@ -52,75 +57,123 @@ class Solid:
         E, nu = self.E, self.nu
         return E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
 
-    def stiffness(self) -> NDArray:
-        """Ritz matrix of all amplitudes, flattened ``shape``, (n, n) [N/mm]: its blocks, zero between them."""
-        n = int(np.prod(self.shape))
-        K = np.zeros((n, n))
-        for index, ritz in zip(self.blocks, self.ritz, strict=True):
-            K[np.ix_(index, index)] = ritz.stiffness
-        return K
+    @cached_property
+    def _of_section(self) -> NDArray:
+        """S[a, b] of the section, (2, 2, n, n)."""
+        n = int(np.prod(self.shape[:3]))
+        return self.section.stiffness(self.lame).reshape(2, 2, n, n)
 
     @cached_property
-    def _classes(self) -> Sequence[Sequence[tuple[NDArray, NDArray]]]:
-        """Symmetry classes, each a list of (functions of the section, functions along the axis), all their products.
+    def _of_axis(self) -> NDArray:
+        """∫ h_k⁽ᵃ⁾ h_l⁽ᵇ⁾ dz of the functions along the axis, (2, 2, q, q); zero where |k − l| > 2."""
+        eta, weight = gauss(self.order + 2)
+        h, dh = axis_functions(self.order, eta)
+        both = np.stack([h, dh / self.width])
+        Z = np.einsum("azk,bzl->abkl", both * (weight * self.width)[:, None], both)
+        return np.where(np.abs(Z) > 1e-13 * np.abs(Z).max(axis=(2, 3), keepdims=True), Z, 0.0)
+
+    def _classes(self, rows: NDArray) -> Sequence[Class]:
+        """Symmetry classes of the functions of the section in ``rows`` (field, across, height) of those wanted.
 
         u_θ bends the tooth where it is even across; u_R and u_z go with it where they are odd. u_θ and u_R go
         together where they have the same parity along the axis, and u_z where it has the other one.
         """
         field, across, _ = np.indices(self.shape[:3]).reshape(3, -1)
         kind = 2 * ((across + (field > 0)) % 2) + (field == 2)
-        members = [np.flatnonzero(kind == k) for k in range(4)]
-        axis = [np.arange(parity, self.order, 2) for parity in range(2)]
-        parts = [[(members[2 * b], axis[p]), (members[2 * b + 1], axis[1 - p])] for b in range(2) for p in range(2)]
-        classes = [parts[0] + parts[3], parts[1] + parts[2]] if self.section.screw else parts
-        return [groups for groups in classes if any(len(a) * len(j) for a, j in groups)]
+        m = [np.flatnonzero((kind == k) & rows.ravel()) for k in range(4)]
+        if self.section.screw:
+            one, other = np.concatenate([m[0], m[3]]), np.concatenate([m[1], m[2]])
+            return [(one, other), (other, one)]
+        return [(m[0], m[1]), (m[1], m[0]), (m[2], m[3]), (m[3], m[2])]
 
     @cached_property
-    def blocks(self) -> Sequence[NDArray]:
-        """Amplitudes of each symmetry class, indices into the flattened ``shape``."""
-        return [np.concatenate([(a[:, None] * self.order + j).ravel() for a, j in groups]) for groups in self._classes]
+    def classes(self) -> Sequence[Class]:
+        """Symmetry classes of the functions that are zero at the root."""
+        inner = np.ones(self.shape[:3], dtype=bool)
+        inner[:, :, : self.section.free] = False
+        return self._classes(inner)
 
     @cached_property
-    def ritz(self) -> Sequence[Ritz]:
-        """The Ritz systems of the blocks."""
-        S = self.section.stiffness(self.lame)
-        n = int(np.prod(self.shape[:3]))
-        S = S.reshape(4, n, n)
-        eta, weight = gauss(self.order + 1)
-        g, dg = width_functions(self.order, eta)
-        g = np.stack([g, dg / self.width])
-        Z = np.einsum("azj,bzl->abjl", g * (weight * self.width)[:, None], g).reshape(4, self.order, -1)
-        systems = []
-        for groups in self._classes:
-            rows = [[_kronecker(S, Z, a, b, j, l) for b, l in groups] for a, j in groups]
-            K = np.block(rows)
-            systems.append(Ritz(K, len(K)))
-        return systems
+    def root_classes(self) -> Sequence[Class]:
+        """The same of the functions that move the root."""
+        root = np.zeros(self.shape[:3], dtype=bool)
+        root[:, :, : self.section.free] = True
+        return self._classes(root)
+
+    def amplitudes(self, chosen: Class) -> NDArray:
+        """Indices of a class in the flattened ``shape``, functions along the axis one after the other."""
+        return np.concatenate([chosen[k % 2] * self.order + k for k in range(self.order)])
+
+    @cached_property
+    def chains(self) -> Sequence[Chain]:
+        """The systems of the classes: two functions along the axis, an even and an odd one, make a block."""
+        return [self._chain(chosen) for chosen in self.classes]
+
+    def _chain(self, chosen: Class) -> Chain:
+        even, odd = np.arange(0, self.order, 2), np.arange(1, self.order, 2)
+        # blocks of each parity with itself: those on the diagonal, then those to the next but one
+        ee = self._products(chosen, 0, np.append(even, even[:-1]), chosen, 0, np.append(even, even[1:]))
+        oo = self._products(chosen, 1, np.append(odd, odd[:-1]), chosen, 1, np.append(odd, odd[1:]))
+        eo = self._products(chosen, 0, even[: len(odd)], chosen, 1, odd)
+        oe = self._products(chosen, 1, odd[: len(even) - 1], chosen, 0, even[1:])
+        diagonal, coupling = [], []
+        m, n = len(chosen[0]), len(chosen[1])
+        for i in range(len(even)):
+            own, following = (n if i < len(odd) else 0), (n if i + 1 < len(odd) else 0)
+            A = np.empty((m + own, m + own))
+            A[:m, :m] = ee[i]
+            if own:
+                A[:m, m:], A[m:, :m], A[m:, m:] = eo[i], eo[i].T, oo[i]
+            diagonal.append(A)
+            if i + 1 < len(even):
+                E = np.zeros((m + own, m + following))
+                E[:m, :m], E[m:, :m] = ee[len(even) + i], oe[i]
+                if following:
+                    E[m:, m:] = oo[len(odd) + i]
+                coupling.append(E)
+        return Chain(diagonal=diagonal, coupling=coupling)
+
+    def _products(self, left: Class, a: int, k: NDArray, right: Class, b: int, l: NDArray) -> NDArray:
+        """Blocks Σ Z[k, l] S between functions of parity ``a`` and ``b`` along the axis, (k, left, right)."""
+        n = len(self._of_section[0, 0])
+        # functions of the same parity meet undifferentiated or both differentiated, others one and the other way
+        used = (0, 3) if a == b else (1, 2)
+        S = self._of_section.reshape(4, n, n)[used, :, :][:, left[a][:, None], right[b]]
+        Z = self._of_axis.reshape(4, self.order, self.order)[:, k, l][used, :]
+        return (Z.T @ S.reshape(2, -1)).reshape(len(k), *S.shape[1:])
+
+    def block(self, left: Class, right: Class) -> NDArray:
+        """Stiffness between all functions of two classes, in the order of ``amplitudes``."""
+        starts = [np.cumsum([0, *(len(side[k % 2]) for k in range(self.order))]) for side in (left, right)]
+        result = np.zeros((starts[0][-1], starts[1][-1]))
+        for step in range(-2, 3):
+            for parity in range(2):
+                k = np.arange(parity, self.order, 2)
+                k = k[(k + step >= 0) & (k + step < self.order)]
+                if len(k):
+                    found = self._products(left, parity, k, right, (parity + step) % 2, k + step)
+                    for i, l, part in zip(k, k + step, found, strict=True):
+                        result[starts[0][i] : starts[0][i + 1], starts[1][l] : starts[1][l + 1]] = part
+        return result
 
     @property
     def condition(self) -> float:
-        """Largest condition number of the scaled blocks."""
-        return max(ritz.condition for ritz in self.ritz)
+        """Largest condition number of the systems."""
+        return max(chain.condition for chain in self.chains)
 
     def functional(self, x: ArrayLike, s: float, y: ArrayLike, direction: NDArray) -> NDArray:
         """Displacement along ``direction`` (…, 3), components θ, R, z, at (x, s, y): rows (…, n)."""
         x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
-        g, _ = width_functions(self.order, y / self.width)
-        values = np.einsum("...c,...ki,...j->...ckij", direction, self.section.values(x, s), g)
+        h, _ = axis_functions(self.order, y / self.width)
+        values = np.einsum("...c,...ki,...j->...ckij", direction, self.section.values(x, s), h)
         return values.reshape(*x.shape, -1)
 
     def compliance(self, functional: NDArray) -> NDArray:
         """F K⁻¹ Fᵀ [mm/N] of functionals F (m, n): displacement of each under a unit force along each, (m, m)."""
         total = np.zeros((len(functional), len(functional)))
-        for index, ritz in zip(self.blocks, self.ritz, strict=True):
-            rows = functional[:, index]
+        for chosen, chain in zip(self.classes, self.chains, strict=True):
+            rows = functional[:, self.amplitudes(chosen)]
             involved = np.flatnonzero(rows.any(axis=1))
-            total[np.ix_(involved, involved)] += ritz.compliance(rows[involved])
+            half = chain.half_solve(rows[involved].T)
+            total[np.ix_(involved, involved)] += half.T @ half
         return total
-
-
-def _kronecker(S: NDArray, Z: NDArray, a: NDArray, b: NDArray, j: NDArray, l: NDArray) -> NDArray:
-    """Σ S[a, b] ⊗ Z[j, l] over the derivatives along the axis, stacked along the first axis of S and Z."""
-    part, across = S[:, a[:, None], b].reshape(4, -1), Z[:, j[:, None], l].reshape(4, -1)
-    product = (part.T @ across).reshape(len(a), len(b), len(j), len(l))
-    return product.transpose(0, 2, 1, 3).reshape(len(a) * len(j), len(b) * len(l))

@@ -19,7 +19,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gearbench.compliance.bases import gauss
+from gearbench.compliance.bases import axis_functions, gauss, width_functions
 from gearbench.compliance.local import flank_functions, half_space_compression
 from gearbench.compliance.section import Section
 from gearbench.compliance.solid import Solid
@@ -135,15 +135,13 @@ class SolidTooth:
         return self._functionals(solid, self._flank_rows(solid))
 
     def _functionals(self, solid: Solid, rows: NDArray) -> NDArray:
-        """Functionals of all polynomials of the flank from those of their part in R, ``rows`` (p, 3, n_s, n_x).
-
-        The polynomials in y are the Ritz functions themselves.
-        """
+        """Functionals of all polynomials of the flank from those of their part in R, ``rows`` (p, 3, n_s, n_x)."""
         p, q = self.flank_order
-        result = np.zeros((p, q, *solid.shape))
-        j = np.arange(q)
-        result[:, j, ..., j] = rows * math.sqrt(self.gear.face_width)
-        return result.reshape(p * q, -1)
+        eta, weight = gauss(q + 2)
+        # ∫ P̂_j h_k dy of the polynomials in y and the Ritz functions
+        along = (width_functions(q, eta)[0] * weight[:, None]).T @ axis_functions(q, eta)[0]
+        along = np.where(np.abs(along) > 1e-14, along, 0.0) * math.sqrt(self.gear.face_width)
+        return np.einsum("pfsx,jk->pjfsxk", rows, along).reshape(p * q, -1)
 
     @cached_property
     def _stations(self) -> tuple[NDArray, NDArray, NDArray]:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import LowRank, ToothCompliance
-from gearbench.effects.solids import SOLID_ORDER, SolidOrder, gear_body, require_bores
+from gearbench.effects.solids import SolidOrder, gear_body, require_bores
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.material import STRICT
 from gearbench.geometry.pair import Pair
@@ -25,7 +25,7 @@ class NeighbourTeeth(ToothCompliance):
     Parameters
     ----------
     order
-        Functions of the solid tooth, [thickness, height, face width], by default [4, 5, 5].
+        Functions of the solid tooth, [thickness, height, face width], by default that of tooth_bending.
     """
 
     order: SolidOrder | None = None
@@ -48,11 +48,11 @@ class NeighbourTeeth(ToothCompliance):
         count = lines.shape[1]
         parts = []
         for k, gear in enumerate(lines.pair.gears):
-            body, height = gear_body(lines.pair, k, self.order or SOLID_ORDER), lines.radii[k] - gear.root_radius
+            body, height = gear_body(lines.pair, k, self.order), lines.radii[k] - gear.root_radius
             teeth = [body.factor(height[:, i], lines.y[:, i], i, count) for i in range(count)]
             parts.append(np.stack(teeth, axis=1))
         return LowRank(factor=np.concatenate(parts, axis=-1), coupled=True)
 
     def tooth_factor(self, pair: Pair, k: int, height: NDArray, y: NDArray) -> NDArray:
         """Ψ of one tooth by itself; see ``ToothCompliance``."""
-        return gear_body(pair, k, self.order or SOLID_ORDER).factor(height, y)
+        return gear_body(pair, k, self.order).factor(height, y)

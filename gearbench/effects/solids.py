@@ -9,7 +9,6 @@ from pydantic import Field
 
 from gearbench.errors import InputError
 from gearbench.geometry.gear import Gear
-from gearbench.geometry.material import Material
 from gearbench.geometry.pair import Pair
 
 if TYPE_CHECKING:
@@ -20,25 +19,30 @@ if TYPE_CHECKING:
 SolidOrder = tuple[
     Annotated[int, Field(ge=2, le=40)], Annotated[int, Field(ge=1, le=40)], Annotated[int, Field(ge=1, le=40)]
 ]
-#: … unless a scene says otherwise.
-SOLID_ORDER = (4, 5, 5)
+
+
+def solid_order(gear: Gear) -> tuple[int, int, int]:
+    """Order of a solid tooth unless a scene gives one: across the face as many functions as the flank can feel."""
+    from gearbench.compliance.local import waves_across
+
+    return 5, 6, waves_across(gear)
 
 
 @lru_cache(maxsize=256)
-def solid_tooth(gear: Gear, material: Material, order: tuple[int, int, int], driven: bool) -> SolidTooth:
-    """Solid of a gear's tooth."""
+def solid_tooth(pair: Pair, k: int, order: tuple[int, int, int] | None) -> SolidTooth:
+    """Solid tooth of pinion (k = 0) or wheel (k = 1)."""
     from gearbench.compliance.solid_tooth import SolidTooth
 
-    return SolidTooth(gear=gear, E=material.E, nu=material.nu, order=order, driven=driven)
+    gear, material = pair.gears[k], pair.material
+    return SolidTooth(gear=gear, E=material.E, nu=material.nu, order=order or solid_order(gear), driven=k == 1)
 
 
 @lru_cache(maxsize=256)
-def gear_body(pair: Pair, k: int, order: tuple[int, int, int]) -> GearBody:
+def gear_body(pair: Pair, k: int, order: tuple[int, int, int] | None) -> GearBody:
     """Body of pinion (k = 0) or wheel (k = 1) with its teeth."""
     from gearbench.compliance.gear_body import GearBody
 
-    tooth = solid_tooth(pair.gears[k], pair.material, order, k == 1)
-    return GearBody(tooth=tooth, bore_radius=require_bores(pair)[k] / 2)
+    return GearBody(tooth=solid_tooth(pair, k, order), bore_radius=require_bores(pair)[k] / 2)
 
 
 def require_bores(pair: Pair) -> tuple[float, float]:

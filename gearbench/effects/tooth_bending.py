@@ -13,7 +13,7 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.compliance.plate import PlateTooth
 from gearbench.effects.base import LowRank, ToothCompliance
-from gearbench.effects.solids import SOLID_ORDER, solid_tooth
+from gearbench.effects.solids import solid_tooth
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.gear import Gear
@@ -37,7 +37,7 @@ class ToothBending(ToothCompliance):
         Plate only. "paper": 9 unknowns, each field x(a + by + cx). The default where no ``order`` is given.
     order
         Numbers of functions: plate [height, face width], instead of ``basis``; solid [thickness, height, face width],
-        by default [4, 5, 5].
+        by default 5, 6 and about one for each module of face width.
     fillet
         Plate only. Thickness with the generated root fillet, or without it (involute; constant below the base circle).
     load
@@ -84,7 +84,7 @@ class ToothBending(ToothCompliance):
         """Ψ of one tooth, clamped at its root; see ``ToothCompliance``."""
         gear, material = pair.gears[k], pair.material
         if self.model == "solid":
-            return solid_tooth(gear, material, self.order or SOLID_ORDER, k == 1).factor(height, y)
+            return solid_tooth(pair, k, self.order).factor(height, y)
         factor = plate_tooth(gear, material, self.order, self.fillet).factor(height, y)
         if self.load == "full":
             return factor

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import LowRank, ToothCompliance
-from gearbench.effects.solids import SOLID_ORDER, SolidOrder, gear_body, require_bores
+from gearbench.effects.solids import SolidOrder, gear_body, require_bores
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.material import STRICT
@@ -27,7 +27,7 @@ class ToothFoundation(ToothCompliance):
         "sainsot_velex": closed form of Sainsot, Velex, Duverger (2004) for the load spread evenly over the face width;
         refused outside the range it was fitted on.
     order
-        Ring only: functions of the solid tooth, [thickness, height, face width], by default [4, 5, 5].
+        Ring only: functions of the solid tooth, [thickness, height, face width], by default that of tooth_bending.
     """
 
     model: Literal["ring", "sainsot_velex"] = "ring"
@@ -67,7 +67,7 @@ class ToothFoundation(ToothCompliance):
     def tooth_factor(self, pair: Pair, k: int, height: NDArray, y: NDArray) -> NDArray:
         """Ψ of one tooth; see ``ToothCompliance``."""
         if self.model == "ring":
-            return gear_body(pair, k, self.order or SOLID_ORDER).factor(height, y)
+            return gear_body(pair, k, self.order).factor(height, y)
         from gearbench.compliance.sainsot_velex import foundation_factor
 
         gear, bore = pair.gears[k], require_bores(pair)[k]

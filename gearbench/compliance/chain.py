@@ -1,0 +1,92 @@
+"""Symmetric positive definite systems whose blocks form a chain: each is coupled to the next one only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Chain:
+    """Block tridiagonal matrix K, factorised block by block (Golub & Van Loan, Matrix Computations, §4.5.1).
+
+    Parameters
+    ----------
+    diagonal
+        A_0, A_1, …, symmetric.
+    coupling
+        E_0, E_1, …: the block between A_i and A_{i+1}.
+    """
+
+    diagonal: Sequence[NDArray]
+    coupling: Sequence[NDArray]
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return sum(len(block) for block in self.diagonal)
+
+    def matrix(self) -> NDArray:
+        """K itself."""
+        ends = np.cumsum([0, *(len(block) for block in self.diagonal)])
+        K = np.zeros((self.size, self.size))
+        for i, block in enumerate(self.diagonal):
+            K[ends[i] : ends[i + 1], ends[i] : ends[i + 1]] = block
+        for i, block in enumerate(self.coupling):
+            here, there = slice(ends[i], ends[i + 1]), slice(ends[i + 1], ends[i + 2])
+            K[here, there], K[there, here] = block, block.T
+        return K
+
+    @property
+    def condition(self) -> float:
+        """Condition number of K scaled to a unit diagonal."""
+        K = self.matrix()
+        scale = 1 / np.sqrt(np.diagonal(K))
+        return float(np.linalg.cond(K * scale * scale[:, None]))
+
+    @cached_property
+    def _factor(self) -> Sequence[tuple[NDArray, NDArray]]:
+        """L_i, and L_i⁻¹ E_i, of the Cholesky factor.
+
+        Raises
+        ------
+        numpy.linalg.LinAlgError
+            If K is not positive definite.
+        """
+        found, block = [], self.diagonal[0]
+        for i in range(len(self.diagonal)):
+            L = np.linalg.cholesky(block)
+            if i == len(self.coupling):
+                found.append((L, np.zeros((len(L), 0))))
+                break
+            G = _lower_solve(L, self.coupling[i])
+            found.append((L, G))
+            block = self.diagonal[i + 1] - G.T @ G
+        return found
+
+    def half_solve(self, right: NDArray) -> NDArray:
+        """Y = L⁻¹ B of right-hand sides B (n, m), K = L Lᵀ: Yᵀ Y = Bᵀ K⁻¹ B."""
+        result, start, carried = np.empty(right.shape), 0, None
+        for L, G in self._factor:
+            stop = start + len(L)
+            rest = right[start:stop] if carried is None else right[start:stop] - carried
+            result[start:stop] = _lower_solve(L, rest)
+            carried = G.T @ result[start:stop]
+            start = stop
+        return result
+
+
+def _lower_solve(L: NDArray, right: NDArray) -> NDArray:
+    """L⁻¹ B."""
+    from scipy.linalg.lapack import dtrtrs
+
+    if not right.size:  # LAPACK refuses empty systems
+        return right.copy()
+    solution, info = dtrtrs(L, right, lower=1)
+    if info:
+        raise np.linalg.LinAlgError(f"triangular solve: argument {info}")
+    return solution
