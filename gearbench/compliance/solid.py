@@ -3,8 +3,8 @@
 Each of the displacements u_θ, u_R, u_z is a sum of products (Legendre across) × (integrated Legendre along the height,
 zero at the root) × (integrated Legendre along the axis, ``axis_functions``). Symmetry splits the system: a straight
 tooth is symmetric about its middle plane and about the middle of its width, four classes; a screwed one about the
-half-turn that joins both, two. Within a class the functions along the axis form a chain, so that the work grows linearly with
-their number.
+half-turn that joins both, two. Within a class the functions along the axis form a chain, so that the work grows
+linearly with their number.
 """
 
 from __future__ import annotations
