@@ -35,8 +35,9 @@ in another order. `tests/stability/test_random_scenes.py` solves 20 000 seeded r
 gap vector, at three phases: at most 40 steps allowed, 13 seen; the same residuals.
 
 A contact problem whose residual rounding spoils (above 1e-10) is solved again with the forces as unknowns; the Dataset
-counts such positions in `polished_positions`, a robustness run the samples that needed the line search in `rescued`.
-Both are zero for all scenes below.
+counts such positions in `polished_positions`: none in the scenes below. A robustness run counts the contact problems
+that needed the line search in `rescued`: none in the fourteen scenes below for which `tests/stability/test_limits.py`
+draws errors.
 """
 
 TABLE = "\n| case | why it is hard | δ | k | P | loss | asserted | steps |\n|---|---|---|---|---|---|---|---|\n"

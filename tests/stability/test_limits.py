@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,9 +11,14 @@ from numpy.testing import assert_allclose
 
 from gearbench.compliance.bases import gauss
 from gearbench.compliance.plate import PlateTooth
+from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.batch import solve_batch
 from gearbench.contact.solver import solve
+from gearbench.effects.manufacturing_errors import ErrorKind, ManufacturingErrors
 from gearbench.errors import GearbenchError
+from gearbench.robustness.montecarlo import prepare_scene
 from gearbench.robustness.sampling import unit_samples
+from tests.stability.catalogue import CASES
 from tests.stability.measure import compare_problem
 from tests.stability.problems import PROBLEMS, duplicated, no_law, ordinary, stiff_law, tied
 
@@ -54,6 +60,34 @@ def test_a_singular_compliance_without_law_is_solved_to_its_residual_or_an_error
     assert s.complementarity.max() <= 1e-9
     assert s.equilibrium.max() <= 1e-9
     assert s.force.min() >= 0
+
+
+# -- many samples -----------------------------------------------------------------------------------------------------
+BATCHES = [
+    "undercut, z = 5", "teeth nearly pointed", "β = 0.01°", "β = 45°", "ε_γ just above 1, helical", "b/m = 0.5",
+    "x at its lower limit", "torque × 1e-09", "torque × 1e-03, gaps", "torque × 1e+09",
+    "gaps of 1000 deflections, yang_sun", "gaps of 1000 deflections, weber_banaschek", "contact on one segment, weber_banaschek", "1 segments",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BATCHES)
+def test_a_batch_of_samples_answers_like_single_solves_and_counts_its_rescues(name):
+    """Errors of 8 µm on top of a hard scene: no sample needs the line search; if one did the batch would say so."""
+    base = CASES[name].build()
+    kinds = {n: ErrorKind(amplitude=8.0) for n in ("profile_slope", "helix_slope", "helix_form")}
+    effects = (*base.effects, ManufacturingErrors(**kinds))
+    hard = replace(base, effects=effects, resolution=replace(base.resolution, positions=8))
+    problem = prepare_scene(hard)
+    draws = problem.errors.draw(unit_samples("sobol", 64, len(problem.names), 1), hard.pair) - problem.mean
+    batch = solve_batch(problem.batch, draws)
+    assert batch.rescued == 0
+    lines = scene_lines(hard, mesh_phases(hard)[0])
+    single = assemble(hard, lines)
+    modes = problem.errors.modes(lines).reshape(*single.gap.shape, -1) / single.length_scale
+    for j in range(0, 64, 9):
+        one = solve(replace(single, gap=single.gap + modes @ draws[j]))
+        assert_allclose(batch.approach[:, j], one.approach, rtol=1e-9)
+        assert_allclose(batch.stiffness[:, j], one.stiffness, rtol=1e-7)
 
 
 # -- the thin plate ---------------------------------------------------------------------------------------------------
