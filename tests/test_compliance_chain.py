@@ -1,0 +1,116 @@
+"""Chains of blocks, and the common factor of coupled teeth, against dense linear algebra."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from gearbench.compliance.chain import Chain
+from gearbench.compliance.coupled import coupled_root
+
+
+def chain(sizes: list[int], seed: int = 0, shift: float = 1.0) -> Chain:
+    """Random symmetric chain: diagonally dominant, hence positive definite, for ``shift`` > 0."""
+    rng = np.random.default_rng(seed)
+    diagonal, coupling = [], []
+    for n in sizes:
+        A = rng.standard_normal((n, n))
+        diagonal.append(A @ A.T / max(n, 1) + shift * 4 * max(sizes) * np.eye(n))
+    for n, m in pairwise(sizes):
+        coupling.append(rng.uniform(-1, 1, (n, m)))
+    return Chain(diagonal=diagonal, coupling=coupling)
+
+
+SIZES = [[1], [5], [3, 4], [4, 1, 3], [2, 7, 2, 5, 1], [3] * 9, [4, 0], [0, 4], [3, 0, 2], [0, 0, 2, 1], [0]]
+
+
+@pytest.mark.parametrize("sizes", SIZES, ids=str)
+def test_matrix_has_its_blocks_where_they_belong(sizes):
+    found = chain(sizes)
+    K, ends = found.matrix(), np.cumsum([0, *sizes])
+    assert K.shape == 2 * (found.size,) == 2 * (sum(sizes),)
+    np.testing.assert_array_equal(K, K.T)
+    for i in range(len(sizes)):
+        rows = slice(ends[i], ends[i + 1])
+        np.testing.assert_array_equal(K[rows, rows], found.diagonal[i])
+        assert not K[rows, ends[min(i + 2, len(sizes))] :].any()
+        if i + 1 < len(sizes):
+            np.testing.assert_array_equal(K[rows, ends[i + 1] : ends[i + 2]], found.coupling[i])
+
+
+@pytest.mark.parametrize("columns", [0, 1, 6])
+@pytest.mark.parametrize("sizes", SIZES, ids=str)
+def test_half_solution_is_that_of_the_dense_cholesky_factor(sizes, columns):
+    found = chain(sizes)
+    right = np.random.default_rng(1).standard_normal((found.size, columns))
+    before = right.copy()
+    half = found.half_solve(right)
+    # condition number below 10: rounding only
+    assert_allclose(half, np.linalg.solve(np.linalg.cholesky(found.matrix()), right), rtol=0, atol=1e-13)
+    assert_allclose(half.T @ half, right.T @ np.linalg.solve(found.matrix(), right), rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(right, before)
+
+
+def test_condition_does_not_depend_on_the_units_of_the_unknowns():
+    found = chain([2, 3, 4])
+    scale = np.geomspace(1e-6, 1e6, found.size)
+    parts = np.split(scale, np.cumsum([2, 3]))
+    other = Chain(
+        diagonal=[A * s[:, None] * s for A, s in zip(found.diagonal, parts, strict=True)],
+        coupling=[E * parts[i][:, None] * parts[i + 1] for i, E in enumerate(found.coupling)],
+    )
+    assert other.condition == pytest.approx(found.condition, rel=1e-9)
+    K = found.matrix()
+    unit = K / np.sqrt(np.outer(np.diag(K), np.diag(K)))
+    value = np.linalg.eigvalsh(unit)
+    assert found.condition == pytest.approx(value[-1] / value[0], rel=1e-12)
+
+
+@pytest.mark.parametrize("which", [0, 1, 2])
+def test_indefinite_matrices_are_refused(which):
+    """The block at fault may be any; also one that is definite by itself, but not with its neighbour."""
+    found = chain([3, 2, 4])
+    diagonal = list(found.diagonal)
+    diagonal[which] = diagonal[which] - 2 * np.linalg.eigvalsh(diagonal[which])[0] * np.eye(len(diagonal[which]))
+    with pytest.raises(np.linalg.LinAlgError):
+        Chain(diagonal=diagonal, coupling=found.coupling).half_solve(np.ones((9, 1)))
+    strong = Chain(diagonal=[np.eye(2), np.eye(2)], coupling=[1.1 * np.eye(2)])
+    with pytest.raises(np.linalg.LinAlgError):
+        strong.half_solve(np.ones((4, 1)))
+
+
+# -- coupled teeth ----------------------------------------------------------------------------------------------------
+def blocks(far: int, size: int = 4, seed: int = 2) -> np.ndarray:
+    """C_d = Σ A_{d+k} A_kᵀ, a convolution square: any row of teeth is semidefinite; C_−d = C_dᵀ."""
+    A = np.random.default_rng(seed).standard_normal((far + 1, size, size))
+    C = np.zeros((2 * far + 1, size, size))
+    for i in range(far + 1):
+        for j in range(far + 1):
+            C[far + i - j] += A[i] @ A[j].T
+    return C
+
+
+@pytest.mark.parametrize("driven", [False, True])
+@pytest.mark.parametrize(("far", "teeth"), [(0, 1), (0, 3), (1, 2), (2, 2), (1, 4), (3, 3)])
+def test_coupled_root_is_a_square_root_of_all_teeth(far, teeth, driven):
+    C = blocks(far)
+    root = coupled_root(C, teeth, driven=driven)
+    product = np.einsum("iar,jbr->ijab", root, root)
+    for i in range(teeth):
+        for j in range(teeth):
+            d = j - i if driven else i - j
+            expected = C[far + d] if abs(d) <= far else np.zeros_like(C[0])
+            assert_allclose(product[i, j], expected, rtol=0, atol=1e-12 * np.abs(C).max())
+
+
+def test_coupled_root_drops_what_is_not_positive():
+    """A symmetric block with one negative and one tiny eigenvalue: the others are kept as they are."""
+    Q, _ = np.linalg.qr(np.random.default_rng(3).standard_normal((4, 4)))
+    value = np.array([2.0, 0.5, 1e-14, -0.1])
+    root = coupled_root((Q * value @ Q.T)[None], 1, driven=False)
+    assert root.shape == (1, 4, 2)
+    assert_allclose(root[0] @ root[0].T, Q[:, :2] * value[:2] @ Q[:, :2].T, rtol=0, atol=1e-14)
+    assert coupled_root((Q * value @ Q.T)[None], 1, driven=False, rtol=0.5).shape[-1] == 1
