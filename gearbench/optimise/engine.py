@@ -16,7 +16,7 @@ from gearbench.optimise.study import Design, OptimisationStudy
 #: Module that local workers load as they begin.
 WORKER = "gearbench.optimise.worker"
 #: Tasks of a generation for each worker: a worker that is lost costs one of them, a slow one holds up the others less.
-TASKS = 4
+TASKS = 8
 
 
 class Engine(ABC):
@@ -100,8 +100,9 @@ class Dask(Engine):
 
         ordered = by_geometry(study, designs)
         workers = max(1, sum(self._client.nthreads().values()))
-        size = max(1, len(ordered) // (TASKS * workers))
-        tasks = [ordered[i : i + size] for i in range(0, len(ordered), size)]
+        count = min(len(ordered), TASKS * workers)
+        # dealt out in turn: gears that do not exist cost nothing, and stand side by side in this order
+        tasks = [ordered[i::count] for i in range(count)]
         futures = [self._client.submit(_evaluate_all, study, task, pure=False) for task in tasks]
         try:
             for future in as_completed(futures, loop=self._client.loop):
