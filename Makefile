@@ -2,7 +2,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-EXTRAS ?= dev,fem
+EXTRAS ?= dev,fem,optimise
 STAMP := $(VENV)/.installed-$(EXTRAS)
 # one thread for each BLAS call: the parallel work is done by gearbench's own threads and by pytest's workers
 export OPENBLAS_NUM_THREADS ?= 1
