@@ -95,6 +95,8 @@ def test_the_report_says_what_the_dataset_holds(page, dataset):
             assert error in text
             assert f"{float(one[name][0]):.4g} {one[name].attrs['units']}" in text
         assert f"{float(one['mac_worst'].min()):.3f}" in text
+        for part in ("max", "rms"):
+            assert f"{100 * float(one[f'load_share_error_{part}']):.1f} % of the load" in text
         assert str(one["scene_sha256"].item()) in text
         assert str(one["scene_toml"].item()).splitlines()[2] in text
     for key in ("git_revision", "versions", "host"):
