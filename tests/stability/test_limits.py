@@ -64,10 +64,11 @@ def test_a_singular_compliance_without_law_is_solved_to_its_residual_or_an_error
 
 # -- many samples -----------------------------------------------------------------------------------------------------
 BATCHES = [
-    "undercut, z = 5", "teeth nearly pointed", "β = 0.01°", "β = 45°", "ε_γ just above 1, helical", "b/m = 0.5",
-    "x at its lower limit", "torque × 1e-09", "torque × 1e-03, gaps", "torque × 1e+09",
-    "gaps of 1000 deflections, yang_sun", "gaps of 1000 deflections, weber_banaschek", "contact on one segment, weber_banaschek", "1 segments",
-]  # fmt: skip
+    *("undercut, z = 5", "teeth nearly pointed", "β = 0.01°", "β = 45°", "ε_γ just above 1, helical", "b/m = 0.5"),
+    *("x at its lower limit", "torque × 1e-09", "torque × 1e-03, gaps", "torque × 1e+09", "1 segments"),
+    *("gaps of 1000 deflections, yang_sun", "gaps of 1000 deflections, weber_banaschek"),
+    "contact on one segment, weber_banaschek",
+]
 
 
 @pytest.mark.parametrize("name", BATCHES)
