@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import logging
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
 from importlib.util import find_spec
 from typing import Any
 
@@ -84,6 +85,8 @@ class Dask(Engine):
     def __enter__(self) -> Dask:
         from distributed import Client, LocalCluster
 
+        # a lost connection is reported here, in one line
+        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
         if self._workers is not None:
             options: dict[str, Any] = {"dashboard_address": None, "silence_logs": 50, "preload": WORKER}
             self._cluster = LocalCluster(n_workers=self._workers, threads_per_worker=1, **options)
@@ -109,6 +112,8 @@ class Dask(Engine):
                 yield from future.result()
         except KilledWorker as error:
             raise GearbenchError(f"workers keep dying while they evaluate designs: {error}") from None
+        except CancelledError:
+            raise GearbenchError("the connection to the scheduler is lost: start it again and continue") from None
         finally:
             for future in futures:
                 future.cancel()
