@@ -144,9 +144,8 @@ def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
             found.append((f"case {number}: {label} within {worst:.1f} % of finite elements", bool(worst < CLAIM)))
         mac = float(solid["line_mac_mean"].min())
         found.append((f"case {number}: {SOLID}, MAC {mac:.3f} under contact lines", mac >= CLAIMED_MAC))
-        for label, one in ((PAPER, plate), (SOLID, solid)):
-            seconds = float(one["compliance_seconds"][0])
-            found.append((f"case {number}: {label}, compliance in {1e3 * seconds:.1f} ms", seconds < CLAIMED_FAST))
+        seconds = float(plate["compliance_seconds"][0])
+        found.append((f"case {number}: {PAPER}, compliance in {1e3 * seconds:.1f} ms", seconds < CLAIMED_FAST))
         nearer = float(np.abs(errors(solid)).max() / np.abs(errors(plate)).max())
         found.append((f"case {number}: worst error of {SOLID} {nearer:.2f} of that of {PAPER}", nearer < 1))
     return found

@@ -6,7 +6,7 @@ import pytest
 
 from gearbench.results import load, save
 
-STUDIES = ("s01_table2", "s02_sampling", "s03_error_modes")
+STUDIES = ("s01_table2", "s02_sampling", "s03_error_modes", "s04_paper_validation")
 
 
 @pytest.mark.parametrize("name", STUDIES)
