@@ -1,0 +1,293 @@
+"""The ring against closed forms of the clamped annulus, the energy derived symbolically, bounds and limits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+
+import mpmath as mp
+import numpy as np
+import pytest
+import sympy as sp
+from numpy.testing import assert_allclose
+from scipy.special import spherical_jn
+
+from gearbench.compliance import symbolic_solid
+from gearbench.compliance.bases import gauss, width_functions
+from gearbench.compliance.ring import Ring
+
+E, NU, R_I, R_O, WIDTH = 210e3, 0.3, 21.0, 40.0, 15.0
+MU = E / (2 * (1 + NU))
+
+
+def ring(order=(20, 1), **changes) -> Ring:
+    values = {"inner_radius": R_I, "radius": R_O, "width": WIDTH, "screw": 0.0, "E": E, "nu": NU, "order": order}
+    return Ring(**{**values, **changes})
+
+
+# -- closed forms, even along the axis: plane strain, and shear along the axis ----------------------------------------
+def test_even_pressure_on_the_rim():
+    """n = 0: u = aR + b/R, zero at the bore, σ_RR(r_o) = 1 (Lamé)."""
+    lam = E * NU / ((1 + NU) * (1 - 2 * NU))
+    a = 1 / (2 * (lam + MU) + 2 * MU * (R_I / R_O) ** 2)
+    found = ring().harmonics(np.array([0]))[0] * R_O
+    assert_allclose(found[1, 1], a * (R_O - R_I**2 / R_O), rtol=1e-12)
+    assert_allclose(found[1, [0, 2]], 0, atol=1e-20)
+
+
+def test_torsion_of_the_rim():
+    """n = 0: τ = r_o²/R², u_θ = r_o ∫ τ/(μR) dR."""
+    found = ring().harmonics(np.array([0]))[0] * R_O
+    assert_allclose(found[0, 0], R_O**3 / (2 * MU) * (1 / R_I**2 - 1 / R_O**2), rtol=1e-12)
+
+
+def test_shear_along_the_axis():
+    """W″ + W′/R = n²W/R², μW′(r_o) = 1: a logarithm for n = 0, R^n − r_i^{2n} R^{−n} for the others."""
+    n = np.arange(7.0)
+    found = ring((24, 1)).harmonics(n)[:, 2, 2] * R_O
+    q = (R_I / R_O) ** (2 * n[1:])
+    exact = np.append(math.log(R_O / R_I), (1 - q) / (1 + q) / n[1:]) * R_O / MU
+    assert_allclose(found, exact, rtol=1e-12)
+
+
+@cache
+def annulus(n: float, nu: float, bore: float) -> np.ndarray:
+    """Amplitudes (U, V) on the rim under unit tractions (θ, R) × e^{inθ}, E = 210 GPa; 50 digits.
+
+    Navier's equations in polar coordinates, plane strain: u = R^s, s = ±n ± 1, four constants from both edges.
+    """
+    with mp.workdps(50):
+        # coincident powers of n = 0 and 1 are told apart by a little
+        n = mp.mpf(n) + mp.mpf(10) ** -20
+        lam, mu = mp.mpf(E) * nu / ((1 + mp.mpf(nu)) * (1 - 2 * mp.mpf(nu))), mp.mpf(E) / (2 * (1 + mp.mpf(nu)))
+
+        def stresses(s, U, V):
+            trace = s * V + V - n * U
+            return lam * trace + 2 * mu * s * V, lam * trace + 2 * mu * (V - n * U), mu * ((s - 1) * U + n * V)
+
+        def equilibrium(s, U, V):
+            rr, tt, tr = stresses(s, U, V)
+            return s * rr - tt - n * tr, (s + 1) * tr + n * tt
+
+        columns = []
+        for s in (n + 1, n - 1, 1 - n, -n - 1):
+            a, b = equilibrium(s, mp.mpf(1), mp.mpf(0)), equilibrium(s, mp.mpf(0), mp.mpf(1))
+            # both equations leave the same direction: R^s is a solution
+            assert abs(a[0] * b[1] - a[1] * b[0]) < mp.mpf(10) ** -40 * (abs(a[0] * b[1]) + mu**2)
+            U, V = max(((b[k], -a[k]) for k in range(2)), key=lambda v: abs(v[0]) + abs(v[1]))
+            rr, _, tr = stresses(s, U, V)
+            inner = (mp.mpf(bore) / R_O) ** s
+            columns.append((U * inner, V * inner, tr / R_O, rr / R_O, U, V))
+        A = mp.matrix([[c[k] for c in columns] for k in range(4)])
+        for i in range(4):  # rows and columns of one size
+            A[i, :] = A[i, :] / max(abs(A[i, j]) for j in range(4))
+        raw = mp.matrix([[c[k] for c in columns] for k in range(2, 4)])
+        unit = [max(abs(raw[i, j]) for j in range(4)) for i in range(2)]
+        result = np.zeros((2, 2))
+        for load in range(2):
+            right = mp.zeros(4, 1)
+            right[2 + load] = 1 / unit[load]
+            c = mp.lu_solve(A, right)
+            for k in range(2):
+                result[k, load] = float(mp.fsum(columns[j][4 + k] * c[j] for j in range(4)))
+        return result
+
+
+@pytest.mark.parametrize("bore", [12.0, 21.0, 36.0])
+@pytest.mark.parametrize("nu", [0.0, 0.3, 0.45])
+@pytest.mark.parametrize("n", [0, 1, 2, 3, 5, 10])
+def test_harmonics_of_the_plane_annulus(n, nu, bore):
+    found = ring((24, 1), nu=nu, inner_radius=bore).harmonics(np.array([n]))[0, :2, :2] * R_O
+    # 24 functions where the displacement may be R^{±11}
+    assert_allclose(found, annulus(n, nu, bore), rtol=0, atol=1e-9 * np.abs(found).max())
+
+
+@pytest.mark.parametrize("n", [20, 60, 300, 2000])
+def test_layer_of_high_harmonics_costs_little(n):
+    """Held 7 r/n below the rim, where (1 + 7)² e^−14 of the energy is left: 5e-5 of the greatest, from below."""
+    found = ring().harmonics(np.array([n]))[0, :2, :2] * R_O
+    exact = annulus(n, NU, R_I)
+    assert_allclose(found, exact, rtol=0, atol=1.2e-4 * exact.max())
+    assert np.linalg.eigvalsh(exact - found).min() > 0
+
+
+def test_convergence_along_the_radius_is_spectral():
+    """Two more functions leave less than a fifth of the error, down to what the layer costs."""
+    for n in (0, 2, 8, 40):
+        exact = annulus(n, NU, R_I)
+        error = [
+            np.linalg.norm(ring((p, 1)).harmonics(np.array([n]))[0, :2, :2] * R_O - exact) / exact.max()
+            for p in (2, 4, 6, 8)
+        ]
+        assert all(fine < max(0.25 * coarse, 1e-4) for coarse, fine in pairwise(error))
+        assert error[-1] < 1e-4  # the default order of a gear body
+        assert error[0] > 0.04
+
+
+def test_short_waves_see_a_half_plane():
+    """n ĉ_n → surface compliance of the half-plane: 2(1−ν²)/E, coupling (1−2ν)(1+ν)/E, along the axis 1/μ."""
+    direct, coupling = 2 * (1 - NU**2) / E, -(1 - 2 * NU) * (1 + NU) / E
+    limit = np.array([[direct, coupling, 0], [coupling, direct, 0], [0, 0, 1 / MU]])
+    n = np.array([200.0, 800.0])
+    error = np.abs(n[:, None, None] * ring().harmonics(n) - limit).max(axis=(1, 2)) / direct
+    assert error[0] < 8e-3  # of the order 1/n: the rim is curved
+    assert error[1] < 0.3 * error[0]
+
+
+# -- along the axis ---------------------------------------------------------------------------------------------------
+@cache
+def strains():
+    """ε (6 components, ε_θθ ε_RR ε_zz γ_θR γ_θz γ_Rz) by the symbolic gradient, linear in u_c and its derivatives.
+
+    With e = R the coordinate s is the angle itself, counted from the screw.
+    """
+    s, x, z = symbolic_solid.s, symbolic_solid.x, symbolic_solid.z
+    root, screw = sp.symbols("root screw", positive=True)
+    fields = [sp.Function(f"u{c}")(s, x, z) for c in range(3)]
+    gradient = symbolic_solid.gradient(fields, root + x, root, screw)
+    symbols, values = [], []
+    for c, u in enumerate(fields):
+        for k, q in enumerate((s, x, z)):
+            symbols.append(sp.Symbol(f"d{c}{k}"))
+            values.append((u.diff(q), symbols[-1]))
+    values += [(u, sp.Symbol(f"v{c}")) for c, u in enumerate(fields)]
+    symbols += [sp.Symbol(f"v{c}") for c in range(3)]
+    e = (gradient + gradient.T).subs(values)
+    parts = sp.Matrix([e[0, 0] / 2, e[1, 1] / 2, e[2, 2] / 2, e[0, 1], e[0, 2], e[1, 2]])
+    matrix = parts.jacobian(sp.Matrix(symbols)).subs({s: 0, z: 0})
+    assert sp.simplify(parts - parts.jacobian(sp.Matrix(symbols)) * sp.Matrix(symbols)) == sp.zeros(6, 1)
+    return sp.lambdify((x, root, screw), matrix, "numpy")
+
+
+def symbolic_compliance(body: Ring, n: int, along: int) -> np.ndarray:
+    """ĉ_n by Ritz with complex amplitudes: Legendre functions over the whole depth times g_j(z) e^{inθ}; (3q, 3q).
+
+    In the phases of the ring (i for u_θ and u_z, i^j): real if the ring is right to say so.
+    """
+    q, depth = body.order[1], body.radius - body.inner_radius
+    xi, wx = gauss(along + 12)
+    eta, wz = gauss(q + 2)
+    f, df = width_functions(along, xi)
+    f, df = f * xi[:, None], (df * xi[:, None] + f) / depth
+    g, dg = width_functions(q, eta)
+    dg = dg / body.width
+    lam = body.E * body.nu / ((1 + body.nu) * (1 - 2 * body.nu))
+    mu = body.E / (2 * (1 + body.nu))
+    C = np.diag([2 * mu] * 3 + [mu] * 3) + 0.0
+    C[:3, :3] += lam
+    e = []
+    for a, x in enumerate(xi * depth):
+        B = np.array(strains()(x, body.inner_radius, body.screw), dtype=float)
+        value = np.einsum("i,zj->zij", f[a], g)
+        parts = np.stack([1j * n * value, np.einsum("i,zj->zij", df[a], g), np.einsum("i,zj->zij", f[a], dg)])
+        columns = [np.tensordot(B[:, 3 * c : 3 * c + 3], parts, 1) + np.multiply.outer(B[:, 9 + c], value)
+                   for c in range(3)]  # fmt: skip
+        e.append(np.stack(columns, axis=2) * np.sqrt(wx[a] * wz * depth * (body.inner_radius + x))[:, None, None, None])
+    flat = np.moveaxis(np.array(e), 1, 2).reshape(-1, 6, 3 * along * q)
+    K = np.einsum("pan,pam->nm", np.conj(flat), np.einsum("ab,pbm->pam", C, flat), optimize=True)
+    phase = 1j ** (np.array([1, 0, 1])[:, None] + np.arange(q))
+    load = np.zeros((3, along, q, 3, q), dtype=complex)
+    for c in range(3):
+        load[c, :, np.arange(q), c, np.arange(q)] = phase[c][:, None] * width_functions(along, np.array(1.0))[0]
+    load = load.reshape(len(K), -1)
+    return np.conj(load).T @ np.linalg.solve(K, load)
+
+
+@pytest.mark.parametrize("screw", [0.0, 0.012, -0.012])
+@pytest.mark.parametrize("n", [0, 1, 3, 7])
+def test_harmonics_against_the_symbolic_strains(n, screw):
+    """Strains by the metric of the screw, complex amplitudes, other functions of R over the whole depth."""
+    body = ring((20, 4), screw=screw)
+    exact = symbolic_compliance(body, n, 18)
+    assert_allclose(exact.imag, 0, atol=1e-12 * np.abs(exact).max())
+    found = body.harmonics(np.array([n]))[0]
+    # both converged along R to a few 1e-9
+    assert_allclose(found, exact.real, rtol=0, atol=2e-8 * np.abs(found).max())
+
+
+@pytest.mark.parametrize("n", [1, 4, 9, 25])
+def test_screw_is_a_matter_of_coordinates(n):
+    """A load e^{inθ}, even along the axis, seen from coordinates that turn: e^{inκz} in Legendre functions."""
+    kappa, q = 0.02, 14
+    x = n * kappa * WIDTH / 2
+    # about the middle of the axis e^{ixt} = Σ i^j (2j+1) j_j(x) P_j(t); the common phase drops out
+    seen = np.sqrt(2 * np.arange(q) + 1) * spherical_jn(np.arange(q), x)
+    straight = ring((14, q)).harmonics(np.array([n]))[0].reshape(3, q, 3, q)[:, 0, :, 0]
+    screwed = ring((14, q), screw=kappa).harmonics(np.array([n]))[0].reshape(3, q, 3, q)
+    # 14 functions hold a turn of up to 7.5 rad to 1e-5; before that the ends of the axis converge
+    assert_allclose(np.einsum("ajbk,j,k->ab", screwed, seen, seen), straight, rtol=0, atol=1e-4 * straight.max())
+    # seen in the wrong sense it is another load
+    wrong = seen * (-1.0) ** np.arange(q)
+    assert n == 1 or abs(np.einsum("ajbk,j,k->ab", screwed, wrong, wrong)[0, 0] / straight[0, 0] - 1) > 0.01
+
+
+# -- invariants -------------------------------------------------------------------------------------------------------
+N = np.array([0, 1, 2, 5, 14, 15, 40, 200])
+
+
+@pytest.mark.parametrize("screw", [0.0, 0.02])
+def test_harmonics_are_symmetric_and_positive(screw):
+    found = ring((8, 5), screw=screw).harmonics(N)
+    assert_allclose(found, found.swapaxes(1, 2), rtol=0, atol=1e-18)
+    assert np.linalg.eigvalsh(found).min() > 0
+
+
+@pytest.mark.parametrize("screw", [0.0, 0.02])
+def test_compliance_grows_with_every_function(screw):
+    """Rayleigh–Ritz, in the sense of quadratic forms, the load being the same."""
+    orders = [(3, 3), (4, 3), (4, 5), (7, 5), (8, 8)]
+    found = [
+        ring(o, screw=screw).harmonics(N).reshape(len(N), 3, o[1], 3, o[1])[:, :, :3, :, :3].reshape(-1, 9, 9)
+        for o in orders
+    ]
+    for coarse, fine in pairwise(found):
+        assert np.linalg.eigvalsh(fine - coarse).min() > -1e-13 * fine.max()
+        assert np.all(np.trace(fine, axis1=1, axis2=2) > np.trace(coarse, axis1=1, axis2=2))
+
+
+def test_smaller_bore_is_softer():
+    """Less is held: monotone as quadratic forms for every harmonic that reaches the bore."""
+    n = np.array([0, 1, 2, 5])
+    found = [ring((20, 3), inner_radius=r).harmonics(n) for r in (39.0, 36.0, 30.0, 20.0)]
+    for stiff, soft in pairwise(found):
+        assert np.linalg.eigvalsh(soft - stiff).min() > -1e-9 * soft.max()
+    # a thin layer: tractions over the thickness, in shear and with no room to contract
+    thin = ring((8, 1), inner_radius=R_O - 1e-4).harmonics(np.array([0.0]))[0] * R_O
+    oedometer = (1 + NU) * (1 - 2 * NU) / (E * (1 - NU))
+    assert_allclose(np.diag(thin), 1e-4 * np.array([1 / MU, oedometer, 1 / MU]), rtol=1e-5)
+
+
+def test_scaling():
+    """All lengths × s: ĉ is mm/N per unit traction × length, hence unchanged; moduli × m: 1/m."""
+    body = ring((6, 4), screw=0.02)
+    large = replace(body, inner_radius=3 * R_I, radius=3 * R_O, width=3 * WIDTH, screw=0.02 / 3, E=5 * E)
+    assert_allclose(5 * large.harmonics(N), body.harmonics(N), rtol=0, atol=1e-11 * body.harmonics(N).max())
+
+
+def test_negative_harmonics_are_mirror_images():
+    """e^{−inθ} seen from the other end of the axis: what the gear body uses for n < 0."""
+    for screw in (0.0, 0.02):
+        body = ring((6, 4), screw=screw)
+        here, there = body.harmonics(np.array([3.0])), body.harmonics(np.array([-3.0]))
+        odd = ((-1.0) ** (np.array([1, 0, 1])[:, None] + np.arange(4))).ravel()
+        layer = ring((6, 4), screw=-screw).harmonics(np.array([3.0]))
+        assert_allclose(there * odd[:, None] * odd, here, rtol=0, atol=1e-13 * here.max())
+        # the other hand: even functions along the axis with odd ones the other way
+        axis = ((-1.0) ** (np.array([0, 0, 1])[:, None] + np.arange(4))).ravel()
+        assert_allclose(layer * axis[:, None] * axis, here, rtol=0, atol=1e-13 * here.max())
+
+
+@pytest.mark.parametrize(("most", "screw"), [(3, 0.0), (6, 0.02), (40, 0.0), (700, 0.0), (700, 0.02)])
+def test_interpolation_between_harmonics(most, screw):
+    """n ĉ_n along ln n by cubics between points a third apart: 1e-3 of the harmonic itself."""
+    body = ring((8, 5), screw=screw)
+    n = np.unique(np.geomspace(1, most, 60).round()).astype(int)
+    found = body.all_harmonics(most)
+    assert len(found) == most + 1
+    exact = body.harmonics(n)
+    assert_allclose(found[0], body.harmonics(np.array([0]))[0], rtol=1e-12)
+    error = np.abs(found[n] - exact).max(axis=(1, 2)) / exact.max(axis=(1, 2))
+    assert error.max() < 1.2e-3
+    assert np.linalg.eigvalsh(found).min() > 0
