@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import sys
 from importlib import import_module
+from inspect import signature
 from pathlib import Path
 from pkgutil import iter_modules
 from types import ModuleType
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 import studies
 from gearbench.results import load, save
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, help=__doc__)
 Output = Annotated[Path, typer.Option("--output", "-o", help="Folder for Datasets, figures and reports.")]
@@ -36,6 +40,12 @@ def short(module: ModuleType) -> str:
     return module.__name__.rsplit(".", 1)[-1]
 
 
+def compute(module: ModuleType, quick: bool, folder: Path) -> xr.Dataset:
+    """The Dataset of a study; one that can be interrupted keeps what it has done in its ``folder``."""
+    kept = {"folder": folder} if "folder" in signature(module.compute).parameters else {}
+    return module.compute(quick=quick, **kept)
+
+
 @app.command("list")
 def show() -> None:
     """List the studies and the question each one answers."""
@@ -50,7 +60,7 @@ def run(names: Names, output: Output = DEFAULT_OUTPUT, quick: bool = False) -> N
     for module in modules(names):
         folder = output / short(module)
         folder.mkdir(parents=True, exist_ok=True)
-        dataset = module.compute(quick=quick)
+        dataset = compute(module, quick, folder)
         save(dataset, folder / f"{short(module)}.nc")
         module.figures(dataset, folder)
         for text, holds in module.checks(dataset):

@@ -1,0 +1,192 @@
+"""Figures 5, 8, 9 and 10 of Garambois et al. 2017 from the Dataset of ``s06_paper_fronts``, and its searches."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from studies import s06_paper_fronts as study
+from studies.paper_fronts_compare import WIDE
+from studies.paper_fronts_search import MODULE, TOOLS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Okabe–Ito colours, and a marker for each tool, so that the tools can be told apart in grey too.
+COLOUR = {1: "#0072B2", 2: "#D55E00", 3: "#009E73"}
+MARKER = {1: "o", 2: "s", 3: "^"}
+ACROSS, UP = "m$_k$, mean RMS of mesh stiffness [%]", "m$_{ste}$, mean RMS of transmission error [µm]"
+_STYLE = {"font.size": 12, "axes.titlesize": 12, "figure.titlesize": 14, "legend.fontsize": 10.5}
+
+
+def draw(dataset: xr.Dataset, folder: Path) -> None:
+    """Draw all figures into ``folder``."""
+    import matplotlib.pyplot as plt
+
+    with plt.rc_context(_STYLE):
+        for name, make in (
+            ("figure_5_density", figure_5),
+            ("figure_8_fronts", figure_8),
+            ("figure_9_dispersion", figure_9),
+            ("figure_10_wide_fronts", figure_10),
+            ("searches", searches),
+        ):
+            figure = make(dataset)
+            figure.savefig(folder / f"{name}.png", dpi=150)
+            plt.close(figure)
+
+
+def _figure(columns: int = 1, size: tuple[float, float] = (10.0, 6.6)) -> tuple[Any, Any]:
+    import matplotlib.pyplot as plt
+
+    return plt.subplots(1, columns, figsize=size, layout="constrained")
+
+
+def _label(tool: int) -> str:
+    return f"tool {tool}, m$_n$ = {MODULE[tool]:g} mm"
+
+
+def _columns(dataset: xr.Dataset, chosen: Any, names: tuple[str, ...] = ("m_k", "m_ste")) -> list[Any]:
+    """Values of the chosen gears, by their m_k."""
+    values = [dataset[name].values[chosen.values] for name in names]
+    order = np.argsort(values[0], kind="stable")
+    return [v[order] for v in values]
+
+
+def figure_5(dataset: xr.Dataset) -> Any:
+    """Density of the RMS values of one gear over the error samples."""
+    from scipy.stats import gaussian_kde
+
+    figure, axes = _figure(2, (11.0, 5.2))
+    printed = dataset["row_paper"].sel(row=study.SHOWN)
+    parts = []
+    for axis, name, symbol, unit, label in (
+        (axes[0], "k", "k", "%", "RMS of mesh stiffness [%]"),
+        (axes[1], "ste", "ste", "µm", "RMS of transmission error [µm]"),
+    ):
+        values = dataset[f"sample_{name}"].values
+        m, sigma, largest = values.mean(), values.std(ddof=1), values.max()
+        x = np.linspace(values.min() - sigma, largest + sigma, 300)
+        axis.hist(values, bins=40, density=True, color="0.85", label=f"{values.size} error samples")
+        axis.plot(x, gaussian_kde(values)(x), color=COLOUR[1], lw=2, label="density")
+        axis.axvspan(m - sigma, m + sigma, color=COLOUR[1], alpha=0.12, lw=0, label="m ± σ")
+        axis.axvline(m, color=COLOUR[1], lw=1.5)
+        for column, style in ((f"m_{name}", "--"), (f"max_{name}", ":")):
+            meaning = "mean m" if style == "--" else "maximum M"
+            axis.axvline(float(printed.sel(column=column)), color=COLOUR[2], ls=style, label=f"{meaning}, paper")
+        axis.set(xlabel=label, ylabel=f"probability density [1/{unit}]")
+        axis.set_title(f"m {m:.3g} {unit}, σ {sigma:.2g} {unit}, M {largest:.3g} {unit}")
+        parts.append(f"{100 * sigma / m:.0f} % of RMS {'STE' if symbol == 'ste' else 'k'}")
+        axis.set_ylim(bottom=0)
+    axes[1].legend(frameon=False)
+    figure.suptitle(f"Errors of class 6 scatter gear {study.SHOWN}: σ is {' and '.join(parts)}")
+    return figure
+
+
+def figure_8(dataset: xr.Dataset) -> Any:
+    """The three fronts, with the rows of Table 2 as printed and as re-evaluated."""
+    figure, axis = _figure()
+    for tool in TOOLS:
+        colour, marker = COLOUR[tool], MARKER[tool]
+        k, ste = study.front(dataset, tool)[np.argsort(study.front(dataset, tool)[:, 0])].T
+        axis.step(k, ste, where="post", color=colour, lw=1, alpha=0.6)
+        axis.plot(k, ste, marker, color=colour, ms=5, label=f"{_label(tool)}: front of {k.size} gears")
+        rows = dataset.isel(row=np.flatnonzero(dataset["row_tool"].values == tool))
+        ours, paper = rows["row_ours"].values, rows["row_paper"].values
+        for (x, y), (px, py) in zip(ours[:, :2], paper[:, :2], strict=True):
+            axis.plot([x, px], [y, py], color=colour, lw=0.6, alpha=0.5)
+        axis.plot(*ours[:, :2].T, marker, mfc="white", mec=colour, mew=1.5, ms=8)
+        axis.plot(*paper[:, :2].T, "x", color=colour, ms=6, alpha=0.7)
+    axis.plot([], [], "o", mfc="white", mec="0.3", mew=1.5, ms=8, label="Table 2, evaluated with this model")
+    axis.plot([], [], "x", color="0.3", ms=6, label="Table 2, as printed in the paper")
+    axis.set(xlabel=ACROSS, ylabel=UP)
+    axis.set_ylim(bottom=0)
+    axis.grid(alpha=0.3)
+    axis.legend(frameon=False)
+    figure.suptitle(_finding_8(dataset))
+    return figure
+
+
+def _finding_8(dataset: xr.Dataset) -> str:
+    lead = {tool: study.measures(dataset, tool)["largest lead of a row"] for tool in TOOLS}
+    worst = max(lead.values())
+    ends = [study.front(dataset, tool) for tool in TOOLS]
+    best = MODULE[1 + int(np.argmin([F[:, 1].min() for F in ends]))]
+    beaten = f"by more than {100 * study.LEAD:.0f} %" if worst > 0 else "at all"
+    holds = "No gear of Table 2 beats" if worst <= study.LEAD else "Some gears of Table 2 beat"
+    return f"{holds} its tool's front {beaten};\nthe least transmission error needs m$_n$ = {best:g} mm"
+
+
+def figure_9(dataset: xr.Dataset) -> Any:
+    """The front of tool 3 with the dispersion of each gear."""
+    from matplotlib.collections import PatchCollection
+    from matplotlib.patches import Rectangle
+
+    figure, axis = _figure()
+    chosen = (dataset["design_tool"] == 3) & (dataset["on_front"] == 1)
+    k, ste, sk, se = _columns(dataset, chosen, ("m_k", "m_ste", "sigma_k", "sigma_ste"))
+    boxes = [Rectangle((a - s, b - e), 2 * s, 2 * e) for a, b, s, e in zip(k, ste, sk, se, strict=True)]
+    axis.add_collection(PatchCollection(boxes, fc=COLOUR[3], ec=COLOUR[3], alpha=0.12, lw=0.8))
+    axis.plot(
+        k, ste, MARKER[3], color=COLOUR[3], ms=6, label=f"{_label(3)}: mean over {dataset.attrs['samples']} samples"
+    )
+    axis.fill([], [], fc=COLOUR[3], alpha=0.25, label="2σ$_k$ × 2σ$_{ste}$ (mean ± σ)")
+    axis.set(xlabel=ACROSS, ylabel=UP)
+    axis.set_ylim(bottom=0)
+    axis.grid(alpha=0.3)
+    axis.legend(frameon=False)
+    figure.suptitle(
+        f"Tool 3: from {100 * np.min(sk / k):.0f} to {100 * np.max(sk / k):.0f} % scatter of RMS k along the front, "
+        f"{100 * np.min(se / ste):.0f} to {100 * np.max(se / ste):.0f} % of RMS STE"
+    )
+    return figure
+
+
+def figure_10(dataset: xr.Dataset) -> Any:
+    """The wide fronts: near-optimal gears too."""
+    figure, axis = _figure()
+    total = 0
+    for tool in TOOLS:
+        own = dataset["design_tool"] == tool
+        near = own & (dataset["in_wide_front"] == 1)
+        k, ste = _columns(dataset, near)
+        total += k.size
+        axis.plot(k, ste, MARKER[tool], color=COLOUR[tool], ms=3.5, alpha=0.35, mew=0)
+        k, ste = _columns(dataset, own & (dataset["on_front"] == 1))
+        axis.plot(k, ste, "-", color=COLOUR[tool], lw=1.8)
+        axis.plot([], [], MARKER[tool], color=COLOUR[tool], ls="-", label=f"{_label(tool)}: {int(near.sum())} gears")
+    axis.set(xlabel=ACROSS, ylabel=UP)
+    axis.set_ylim(bottom=0)
+    axis.grid(alpha=0.3)
+    axis.legend(frameon=False, title="line: front")
+    figure.suptitle(
+        f"{total} gears come within {100 * WIDE:.0f} % of their tool's front: room to choose by other needs"
+    )
+    return figure
+
+
+def searches(dataset: xr.Dataset) -> Any:
+    """Hypervolume over the generations, and how many designs of a generation were new."""
+    figure, axes = _figure(2, (11.5, 5.2))
+    generation = dataset["generation"].values
+    for tool in TOOLS:
+        run = dataset.sel(tool=tool)
+        volume = run["generation_hypervolume"].values
+        axes[0].plot(generation, 100 * (volume / volume[-1] - 1), color=COLOUR[tool], label=_label(tool))
+        axes[1].plot(generation, run["generation_evaluated"], color=COLOUR[tool], lw=1.2)
+    axes[0].set(xlabel="generation [–]", ylabel="hypervolume against the last generation [%]")
+    axes[0].set_ylim(-5, 0.5)
+    axes[1].set(xlabel="generation [–]", ylabel="designs not known before [–]")
+    axes[1].set_ylim(bottom=0)
+    for axis in axes:
+        axis.grid(alpha=0.3)
+    axes[0].legend(frameon=False)
+    new = 1 - float(dataset["designs"].sum() / dataset["asked"].sum())
+    seconds = float(dataset["wall_s"].sum())
+    figure.suptitle(
+        f"{int(dataset['asked'].sum())} designs asked for in {seconds / 60:.1f} min; "
+        f"{100 * new:.0f} % of them were known already"
+    )
+    return figure

@@ -1,0 +1,128 @@
+"""The optimisation of Garambois et al. 2017, §6, as studies, one for each tool, run into folders that are resumed."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gearbench.optimise.run import Progress, optimise
+from gearbench.optimise.study import Algorithm, OptimisationStudy, Robustness
+from gearbench.optimise.study_file import parse_study
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+TOOLS = (1, 2, 3)
+MODULE = {1: 1.0, 2: 1.5, 3: 2.0}  # m_n [mm]
+#: Every number of teeth that makes a gear within the limits of contact ratio and sliding at some β and h_a*.
+TEETH = {1: (32, 39), 2: (21, 26), 3: (16, 19)}
+#: The paper names no material. Case-hardened steel of the grade ME (ISO 6336-5): endurance limits of contact and of the
+#: tooth root [MPa]. Every gear of Table 2 keeps them in this model, so that none is shut out of the comparison.
+PRESSURE, ROOT_STRESS = 1650.0, 525.0
+
+FULL = (Algorithm(population=100, generations=200, seed=1), Robustness(samples=1000))
+QUICK = (Algorithm(population=24, generations=8, seed=1), Robustness(samples=32))
+
+
+def study(tool: int, *, quick: bool = False) -> OptimisationStudy:
+    """The reverse gear cut by one of the three tools: equal gears, ratio 1:1, micro-geometry the same on both."""
+    low, high = TEETH[tool]
+    algorithm, robustness = QUICK if quick else FULL
+    tables: dict[str, Any] = {
+        "name": f"reverse gear, tool {tool}",
+        "objectives": ["mesh_stiffness_rms_mean", "transmission_error_rms_mean"],
+        "base": {
+            "pair": {
+                "normal_module": MODULE[tool],
+                "pressure_angle": 20.0,
+                "face_width": 8.0,
+                "centre_distance": 38.0,
+                "pinion": {"dedendum": 1.25},
+                "wheel": {"dedendum": 1.25},
+            },
+            "load": {"torque": 10.0},
+            "effects": {
+                "tooth_bending": {"basis": "paper"},
+                "hertz": {"law": "weber_banaschek"},
+                "manufacturing_errors": {"preset": "garambois2017"},
+            },
+            "resolution": {"gauss_points": 4},
+        },
+        "variables": {
+            "teeth": {"paths": ["pair.pinion.teeth", "pair.wheel.teeth"], "min": low, "max": high},
+            "helix_angle": {"paths": ["pair.helix_angle"], "min": 0.0, "max": 25.0, "step": 5.0},
+            "addendum_fraction": {"paths": ["pair.addendum_fraction"], "min": 0.0, "max": 1.0, "step": 0.05},
+            "crowning": {"paths": ["effects.crowning.amount"], "min": 0.0, "max": 7.0, "step": 1.0},
+            "relief": {"paths": ["effects.tip_relief.amount"], "min": 0.0, "max": 5.0, "step": 1.0},
+            "relief_fraction": {
+                "paths": ["effects.tip_relief.length_fraction"],
+                "min": 0.0,
+                "max": 0.5,
+                "step": 0.1,
+            },
+        },
+        "constraints": {
+            "total_contact_ratio": {"min": 1.1},
+            "specific_sliding": {"max": 2.5},
+            "contact_pressure": {"max": PRESSURE},
+            "root_stress": {"max": ROOT_STRESS},
+        },
+        "algorithm": {
+            "population": algorithm.population,
+            "generations": algorithm.generations,
+            "seed": algorithm.seed,
+        },
+        "robustness": {"samples": robustness.samples},
+    }
+    return parse_study(tables)
+
+
+class Tally:
+    """Wall and processor time of a search over all its legs, kept beside its folder after every generation.
+
+    Parameters
+    ----------
+    path
+        JSON file of earlier legs; None: nothing is kept.
+    """
+
+    def __init__(self, path: Path | None) -> None:
+        self._path, self._generation = path, 0
+        self._cpu = time.process_time()
+        known = json.loads(path.read_text(encoding="utf-8")) if path is not None and path.exists() else {}
+        self._before = {key: known.get(key, 0.0) for key in ("wall_s", "cpu_s", "evaluated", "legs")}
+        self.total = dict(self._before)
+
+    def __call__(self, state: Progress) -> None:
+        """Take note of the progress; reading finished generations again is no leg."""
+        if state.generation == self._generation or state.evaluated_here == 0:
+            return
+        self._generation = state.generation
+        here = {
+            "wall_s": state.elapsed,
+            "cpu_s": time.process_time() - self._cpu,
+            "evaluated": state.evaluated_here,
+            "legs": 1,
+        }
+        self.total = {key: self._before[key] + value for key, value in here.items()}
+        if self._path is not None:
+            part = self._path.with_suffix(".part")
+            part.write_text(json.dumps(self.total), encoding="utf-8")
+            part.replace(self._path)
+
+
+def search(tool: int, *, quick: bool, folder: Path | None) -> xr.Dataset:
+    """Run or continue the search of a tool; attributes ``search_…`` hold the time and evaluations of all legs.
+
+    The folder of the generations is named after the study's digest: a search that was defined otherwise is never
+    continued.
+    """
+    wanted = study(tool, quick=quick)
+    name = f"tool{tool}-{wanted.digest[:8]}"
+    tally = Tally(folder / f"{name}.json" if folder is not None else None)
+    dataset = optimise(
+        wanted, directory=folder / name if folder is not None else None, resume=folder is not None, progress=tally
+    )
+    return dataset.assign_attrs({f"search_{key}": value for key, value in tally.total.items()})
