@@ -45,12 +45,12 @@ class GearBody:
 
     tooth: SolidTooth
     bore_radius: float
-    order: int = 8
+    order: int = 6
 
     @property
     def axis_order(self) -> int:
-        """Number of polynomials in z of the root: the body is too smooth to tell more than seven apart."""
-        return min(self.tooth.order[2], 7)
+        """Number of polynomials in z of the root: the body is too smooth to tell more than six apart."""
+        return min(self.tooth.order[2], 6)
 
     @cached_property
     def _tooth_parts(self) -> tuple[NDArray, NDArray]:
@@ -81,7 +81,7 @@ class GearBody:
         scale = math.sqrt(self.root_arc * self.tooth.gear.face_width)
         return (S + S.T) / (2 * scale**2), phi / scale
 
-    @property
+    @cached_property
     def root_half_angle(self) -> float:
         """ψ [rad] of the tooth at its root circle."""
         return float(self.tooth.gear.half_angle(self.tooth.gear.root_radius))
@@ -126,7 +126,19 @@ class GearBody:
         B = B.reshape(-1, across, across, 3, axis, 3, axis).transpose(0, 3, 1, 4, 5, 2, 6)
         B = B.reshape(len(m), 3 * across * axis, -1) * (z * self.root_arc / (2 * math.pi))
         S = np.real(self._tooth_parts[0] * np.conj(self._phase)[:, None] * self._phase)
-        return np.linalg.solve(np.eye(len(S)) + B @ S, B)
+        result = np.zeros_like(B)
+        for mine in self._classes:
+            here = np.ix_(mine, mine)
+            own = B[:, mine[:, None], mine]
+            result[:, mine[:, None], mine] = np.linalg.solve(np.eye(len(mine)) + own @ S[here], own)
+        return result
+
+    @property
+    def _classes(self) -> list[NDArray]:
+        """Functions of the root (field, k, j) that see each other: without helix angle the two faces are alike."""
+        field, _, j = np.indices((3, self.tooth.order[0], self.axis_order)).reshape(3, -1)
+        odd = (j + (field == 2)) % 2
+        return [np.arange(odd.size)] if self.tooth.gear.beta else [np.flatnonzero(odd == k) for k in range(2)]
 
     def blocks(self, neighbours: int) -> NDArray:
         """Deflection [mm/N] of the flank of tooth d due to the body, loads on tooth 0: (2n+1, p·q, p·q), d = −n … n."""

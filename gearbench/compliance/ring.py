@@ -63,10 +63,18 @@ class Ring:
         for field in range(3):
             load[field, :, np.arange(q), field, np.arange(q)] = edge
         load = load.reshape(3 * p * q, 3 * q)
-        scale = 1 / np.sqrt(np.diagonal(K, axis1=1, axis2=2))
-        scaled = K * scale[:, :, None] * scale[:, None, :]
-        half = np.linalg.solve(np.linalg.cholesky(scaled), scale[:, :, None] * load)
-        return (half.transpose(0, 2, 1) @ half).reshape(count, 3 * q, 3 * q)
+        result = np.zeros((count, 3 * q, 3 * q))
+        for mine, rim in zip(self._classes(p), self._classes(1), strict=True):
+            part = load[np.ix_(mine, rim)]
+            found = part.T @ np.linalg.solve(K[:, mine[:, None], mine], part)
+            result[:, rim[:, None], rim] = (found + _transposed(found)) / 2
+        return result
+
+    def _classes(self, along: int) -> list[NDArray]:
+        """Functions (field, along, z) that see each other: without screw the two faces are alike, and W is odd."""
+        field, _, j = np.indices((3, along, self.order[1])).reshape(3, -1)
+        odd = (j + (field == 2)) % 2
+        return [np.arange(odd.size)] if self.screw else [np.flatnonzero(odd == k) for k in range(2)]
 
     def all_harmonics(self, most: int) -> NDArray:
         """ĉ_n for n = 0 … ``most``, computed for some n and interpolated between them, (most + 1, 3·q, 3·q)."""

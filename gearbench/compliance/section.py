@@ -121,7 +121,7 @@ class Section:
             # σ^m, σ = ψ/ψ(root): times s^m it is a power of θ. Its slope is infinite at the root, as that of ψ; in
             # ∂_R at constant θ the two cancel node by node
             m = np.arange(self.order[0])
-            power = (e * c / self._root_half_angle)[:, None] ** m
+            power = self._spread(x, e)[:, None] ** m
             f, df = np.hstack([power, f]), np.hstack([m * power * (de / e - c)[:, None], df])
         turn = self.screw / (c * e) if self.screw else np.zeros_like(e)
         factors = (np.ones_like(e), None, de / e - c, c, 1 / e, turn)
@@ -173,11 +173,10 @@ class Section:
         half = np.tensordot(stiffness, join, ((6, 7), (2, 3)))
         return np.tensordot(half, join, ((3, 4), (2, 3))).transpose(0, 1, 2, 6, 7, 3, 4, 5)
 
-    @cached_property
-    def _root_half_angle(self) -> float:
-        """ψ at the root, e/r_f [rad]."""
-        root = np.zeros(1)
-        return float((np.asarray(self.half_width(root)) * self.curvature(root)).ravel()[0])
+    def _spread(self, x: NDArray, e: NDArray) -> NDArray:
+        """σ = ψ/ψ(root) at height x, e/e(root) of a straight block."""
+        root = float(np.ravel(self.half_width(np.zeros(1)))[0])
+        return e / root / (1 + x / self.root_radius)
 
     def values(self, x: NDArray, s: float) -> NDArray:
         """Functions of a field at height x and s, (…, n_s, n_x); below the root as at the root."""
@@ -187,7 +186,7 @@ class Section:
         inner = p[:, None] * f[..., None, :]
         if not self.free:
             return inner
-        sigma = np.asarray(self.half_width(x)) * self.curvature(x) / self._root_half_angle
+        sigma = self._spread(x, np.asarray(self.half_width(x)))
         moving, _ = width_functions(self.order[0], (sigma * s + 1) / 2)
         return np.concatenate([moving[..., None], inner], axis=-1)
 
@@ -211,6 +210,7 @@ def _differentiation(points: int) -> NDArray:
     return np.linalg.solve(p.T, dp.T).T
 
 
+@lru_cache(maxsize=32)
 def _monomials(count: int) -> NDArray:
     """Coefficients a_km of s^m in the Legendre functions of s, orthonormal on s = −1 … 1 as on [0, 1]."""
     rows = [np.pad(legendre.leg2poly(np.eye(count)[k]), (0, count))[:count] for k in range(count)]

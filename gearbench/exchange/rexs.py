@@ -24,7 +24,7 @@ from gearbench.scene_file import parse_scene, validate
 
 #: What a stage is simulated with, unless its scene file is written and changed.
 EFFECTS: dict[str, dict[str, Any]] = {
-    "tooth_bending": {"model": "solid", "order": [5, 6, 7]},
+    "tooth_bending": {"model": "solid"},
     "hertz": {},
 }
 #: Profile shifts that overlap by less than this [normal modules] are rounded, not wrong.
