@@ -16,7 +16,6 @@ _PUBLIC = {
     "load_rexs": "gearbench.exchange.rexs",
     "simulate": "gearbench.simulation",
     "robust": "gearbench.robustness.montecarlo",
-    "optimise": "gearbench.optimise.run",
 }
 
 __all__ = ["Scene", "__version__", "load_rexs", "load_scene", "optimise", "robust", "simulate"]
@@ -31,6 +30,8 @@ if TYPE_CHECKING:
 
 
 def __getattr__(name: str) -> Any:
+    if name == "optimise":  # a package, and the function too
+        return import_module("gearbench.optimise")
     if name in _PUBLIC:
         return getattr(import_module(_PUBLIC[name]), name)
     raise AttributeError(f"module 'gearbench' has no attribute {name!r}")
