@@ -96,7 +96,7 @@ def test_scenes_of_different_sizes_share_a_dataset_and_come_back(monkeypatch, tm
         # what is read back is the same, but for the name of its scene; netCDF keeps no length of text
         back = back.drop_vars("scene").assign_coords(model=one["model"], gear=one["gear"])
         xr.testing.assert_identical(back.drop_attrs(deep=False), one.drop_attrs(deep=False))
-        for key in ("scene", "scene_sha256", "reference_scene", "reference_solver", "reference_element"):
+        for key in ("scene", "scene_sha256", "reference_scene", "reference_solver", "reference_versions"):
             assert back.attrs[key] == one.attrs[key]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -117,7 +118,19 @@ def _reference_attrs(reference: Scene) -> dict[str, str]:
         "reference_scene": reference.to_toml(),
         "reference_solver": str(attrs["solver"]),
         "reference_element": str(attrs["element"]),
+        "reference_versions": ", ".join(_installed("gmsh", "scikit-fem", "pypardiso")),
     }
+
+
+def _installed(*packages: str) -> list[str]:
+    """Names and versions of those packages that are there."""
+    found = []
+    for package in packages:
+        try:
+            found.append(f"{package} {version(package)}")
+        except PackageNotFoundError:
+            continue
+    return found
 
 
 def _attrs(name: str) -> dict[str, str]:

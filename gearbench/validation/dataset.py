@@ -17,6 +17,7 @@ TEXTS = {
     "reference_scene": "reference_scene_toml",
     "reference_solver": "reference_solver",
     "reference_element": "reference_element",
+    "reference_versions": "reference_versions",
 }
 _CYCLE = ("mesh_phase", "phase_weight", "pair_index")
 

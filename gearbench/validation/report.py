@@ -201,7 +201,9 @@ def _texts(one: xr.Dataset) -> str:
         "versions": attrs["versions"],
         "revision": attrs["git_revision"],
         "host": attrs["host"],
-        "finite elements": f"{attrs['reference_element']}, solved by {attrs['reference_solver']}",
+        "finite elements": (
+            f"{attrs['reference_element']}, solved by {attrs['reference_solver']}; {attrs['reference_versions']}"
+        ),
         "SHA-256 of the scene": attrs["scene_sha256"],
     }
     items = "".join(f"<tr><th>{escape(key)}</th><td>{escape(str(value))}</td></tr>" for key, value in facts.items())
