@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from numpy.typing import NDArray
 
@@ -70,6 +70,10 @@ class Effect(ABC):
     summary: ClassVar[str]
     #: Where the model comes from.
     source: ClassVar[str]
+    #: One line for the documentation: when a scene should ask for it.
+    use: ClassVar[str] = ""
+    #: A table of it, as the documentation shows it.
+    example: ClassVar[dict[str, Any]] = {}
     #: Effects that must be there too, with the reason.
     requires: ClassVar[dict[str, str]] = {}
     #: Effects that must not be there, with the reason.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 from numpy.typing import NDArray
 from pydantic import Field
@@ -29,6 +29,8 @@ class Crowning(GapEffect):
     name: ClassVar[str] = "crowning"
     summary: ClassVar[str] = "gap: parabola over the face width"
     source: ClassVar[str] = "ISO 21771 C_β; Garambois et al. 2017"
+    use: ClassVar[str] = "Where the load must stay away from the ends of the face."
+    example: ClassVar[dict[str, Any]] = {"amount": 4.0}
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,8 @@ class EndRelief(GapEffect):
     name: ClassVar[str] = "end_relief"
     summary: ClassVar[str] = "gap: relief of both ends of the face"
     source: ClassVar[str] = "ISO 21771 C_βI, C_βII"
+    use: ClassVar[str] = "Where only the ends of the face are to be relieved."
+    example: ClassVar[dict[str, Any]] = {"amount": 5.0, "length": 2.0}
 
     def check(self, pair: Pair) -> None:
         """Refuse reliefs that overlap."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +44,8 @@ class FeCompliance(ToothCompliance):
     name: ClassVar[str] = "fe_compliance"
     summary: ClassVar[str] = "compliance: both gears by three-dimensional finite elements"
     source: ClassVar[str] = "fem_reference: linear elasticity, 20-node hexahedra, Richardson's extrapolation"
+    use: ClassVar[str] = "As a reference for the fast tooth models, or where one macro-geometry is studied for long."
+    example: ClassVar[dict[str, Any]] = {"support": "clamped", "accuracy": 0.01}
     requires: ClassVar[dict[str, str]] = {"hertz": "the finite elements leave the compression of the flanks to it"}
 
     def __post_init__(self) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
@@ -29,6 +29,8 @@ class HelixSlope(GapEffect):
     name: ClassVar[str] = "helix_slope"
     summary: ClassVar[str] = "gap: linear over the face width, each gear"
     source: ClassVar[str] = "ISO 1328-1 f_Hβ"
+    use: ClassVar[str] = "A known deviation of the helix, or a deliberate correction."
+    example: ClassVar[dict[str, Any]] = {"pinion": 5.0}
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from pydantic.dataclasses import dataclass
@@ -33,6 +33,8 @@ class Hertz(ComplianceEffect):
     name: ClassVar[str] = "hertz"
     summary: ClassVar[str] = "compliance: local compression of the flanks under the line load"
     source: ClassVar[str] = "Yang & Sun 1985; Weber & Banaschek 1953"
+    use: ClassVar[str] = "Always: without it the distribution of the load is not determined."
+    example: ClassVar[dict[str, Any]] = {"law": "weber_banaschek"}
 
     def compliance(self, lines: ContactLines) -> LineLaw:
         """Law of each segment, (position, pair, segment)."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass as plain_dataclass
 from types import MappingProxyType
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -135,6 +135,8 @@ class ManufacturingErrors(GapEffect):
     name: ClassVar[str] = "manufacturing_errors"
     summary: ClassVar[str] = "gap: random errors of profile, helix and axes"
     source: ClassVar[str] = "ISO 1328-1, ISO/TR 10064-3; Garambois et al. 2017"
+    use: ClassVar[str] = "For `gearbench robust`: errors within a tolerance class instead of known ones."
+    example: ClassVar[dict[str, Any]] = {"preset": "garambois2017"}
 
     def __post_init__(self) -> None:
         kinds = [name for name in _SHAPES if getattr(self, name) is not None]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
@@ -37,6 +37,8 @@ class Misalignment(GapEffect):
     name: ClassVar[str] = "misalignment"
     summary: ClassVar[str] = "gap: linear over the face width, from axes that are not parallel"
     source: ClassVar[str] = "ISO/TR 10064-3 f_Σδ, f_Σβ"
+    use: ClassVar[str] = "Where the axes are known not to be parallel: bent shafts, tilted bearings."
+    example: ClassVar[dict[str, Any]] = {"inclination": 4.0, "deviation": 6.0}
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,8 @@ class NeighbourTeeth(ToothCompliance):
     name: ClassVar[str] = "neighbour_teeth"
     summary: ClassVar[str] = "compliance: the gear body, through which all its teeth move each other"
     source: ClassVar[str] = "elastic ring with solid teeth, Fourier and Ritz"
+    use: ClassVar[str] = "Instead of tooth_foundation where several pairs share the load on a thin rim."
+    example: ClassVar[dict[str, Any]] = {}
     requires: ClassVar[dict[str, str]] = {"hertz": "the body alone does not determine the distribution of the load"}
     conflicts: ClassVar[dict[str, str]] = {
         "fe_compliance": "which has a gear body of its own",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +47,8 @@ class PitchErrors(GapEffect):
     name: ClassVar[str] = "pitch_errors"
     summary: ClassVar[str] = "gap: each tooth by its own amount, for one mesh cycle of a revolution"
     source: ClassVar[str] = "ISO 1328-1 index deviation F_pi"
+    use: ClassVar[str] = "Where teeth differ from one another: pitch deviations, run-out."
+    example: ClassVar[dict[str, Any]] = {"pinion": [0.0, 2.0, -1.0, 1.0, 0.0]}
 
     def check(self, pair: Pair) -> None:
         """Refuse lists that do not have one deviation for each tooth."""

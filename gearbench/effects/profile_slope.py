@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
@@ -33,6 +33,8 @@ class ProfileSlope(GapEffect):
     name: ClassVar[str] = "profile_slope"
     summary: ClassVar[str] = "gap: linear along the profile of each gear"
     source: ClassVar[str] = "ISO 1328-1 f_Hα"
+    use: ClassVar[str] = "A known deviation of the pressure angle, or a deliberate one."
+    example: ClassVar[dict[str, Any]] = {"pinion": 2.0, "wheel": -3.0}
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +41,8 @@ class RootRelief(GapEffect):
     name: ClassVar[str] = "root_relief"
     summary: ClassVar[str] = "gap: relief of the root side of the active profile"
     source: ClassVar[str] = "ISO 21771 C_f"
+    use: ClassVar[str] = "Instead of, or with, relief of the mate's tip."
+    example: ClassVar[dict[str, Any]] = {"amount": 3.0, "length": 0.3}
 
     def check(self, pair: Pair) -> None:
         """Refuse a relief longer than the active profile."""

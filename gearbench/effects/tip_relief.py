@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +41,8 @@ class TipRelief(GapEffect):
     name: ClassVar[str] = "tip_relief"
     summary: ClassVar[str] = "gap: relief of the tip, linear or parabolic in the radius"
     source: ClassVar[str] = "ISO 21771 C_α; Garambois et al. 2017"
+    use: ClassVar[str] = "Where teeth enter contact too early under load."
+    example: ClassVar[dict[str, Any]] = {"amount": 6.0, "length": 0.5}
 
     def check(self, pair: Pair) -> None:
         """Refuse a relief longer than the tooth."""

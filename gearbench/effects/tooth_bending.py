@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +54,10 @@ class ToothBending(ToothCompliance):
     name: ClassVar[str] = "tooth_bending"
     summary: ClassVar[str] = "compliance: bending and shear of both teeth, clamped at the root"
     source: ClassVar[str] = "Garambois et al. 2017; Reissner–Mindlin plate or three-dimensional solid, Ritz"
+    use: ClassVar[str] = (
+        "Always, unless finite elements take its place: plate to compare with the paper, solid for results to trust."
+    )
+    example: ClassVar[dict[str, Any]] = {"model": "solid"}
     requires: ClassVar[dict[str, str]] = {
         "hertz": "a few Ritz amplitudes alone do not determine the distribution of the load"
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,8 @@ class ToothFoundation(ToothCompliance):
     name: ClassVar[str] = "tooth_foundation"
     summary: ClassVar[str] = "compliance: the gear body below each tooth"
     source: ClassVar[str] = "elastic ring, Fourier and Ritz; Sainsot, Velex & Duverger 2004"
+    use: ClassVar[str] = "Where deflections are to be those of real gears: a good part of them lies below the teeth."
+    example: ClassVar[dict[str, Any]] = {"model": "ring"}
     requires: ClassVar[dict[str, str]] = {"hertz": "the body alone does not determine the distribution of the load"}
     conflicts: ClassVar[dict[str, str]] = {
         "fe_compliance": "which has a gear body of its own",

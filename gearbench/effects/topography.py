@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +53,8 @@ class Topography(GapEffect):
     name: ClassVar[str] = "topography"
     summary: ClassVar[str] = "gap: measured deviations of the flanks, from files"
     source: ClassVar[str] = "ISO 1328-1, ISO/TR 10064-1 (measured flanks)"
+    use: ClassVar[str] = "Where the flanks have been measured."
+    example: ClassVar[dict[str, Any]] = {"pinion": "flank.csv"}
 
     def __post_init__(self) -> None:
         if self.pinion is None and self.wheel is None:
