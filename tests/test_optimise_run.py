@@ -361,8 +361,7 @@ def test_a_full_disk_is_one_line_and_keeps_what_was_stored(reference, study_file
     command = [sys.executable, "-c", FULL_DISK, str(study_file), "-o", str(folder), "--resume"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 1, done.stderr
-    assert done.stderr.startswith("gearbench: ")
-    assert done.stderr.count("\n") == 1
+    assert done.stderr == f"gearbench: [Errno 27] File too large: '{folder / 'generation_0004.nc'}'\n"
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
     assert_same(optimise(STUDY, directory=folder, resume=True), reference)
 

@@ -177,7 +177,10 @@ class Store:
         return self._save(dataset, self.folder / FRONT)
 
     def _save(self, dataset: xr.Dataset, path: Path) -> Path:
-        save(dataset, path)
+        try:
+            save(dataset, path)
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, str(path)) from None
         _sync(self.folder)
         return path
 
