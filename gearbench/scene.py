@@ -7,7 +7,7 @@ import math
 from dataclasses import MISSING, fields
 from typing import Annotated, Any
 
-from pydantic import ConfigDict, Field
+from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import ComplianceEffect, Effect
@@ -43,13 +43,33 @@ class Resolution:
         Gauss points on each panel between two transitions, where ``positions`` is absent; 8 unless given.
     segments
         Segments of constant line load on each contact line.
+    accuracy
+        Relative accuracy of means and RMS values, in place of the others: ``simulate`` and ``robust`` choose the
+        cheapest settings that meet it.
     """
 
     positions: Annotated[int, Field(ge=1, le=100_000)] | None = None
     gauss_points: Annotated[int, Field(ge=1, le=1000)] | None = None
     segments: Annotated[int, Field(ge=1, le=2000)] = 15
+    accuracy: Annotated[float, Field(ge=1e-6, le=0.5)] | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _one_or_the_other(cls, given: Any) -> Any:
+        """In a file even segments that equal the default are given."""
+        if isinstance(given, dict) and given.get("accuracy") is not None and "segments" in given:
+            raise InputError("segments", given["segments"], "conflicts with accuracy, which chooses it")
+        return given
 
     def __post_init__(self) -> None:
+        if self.accuracy is not None:
+            for key, value, default in (
+                ("positions", self.positions, None),
+                ("gauss_points", self.gauss_points, None),
+                ("segments", self.segments, 15),
+            ):
+                if value != default:
+                    raise InputError(key, value, "conflicts with accuracy, which chooses it")
         if self.positions is not None and self.gauss_points is not None:
             raise InputError("gauss_points", self.gauss_points, "conflicts with positions: give one of the two")
 

@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.solver import solve
 from gearbench.errors import InputError
-from gearbench.outputs import DEFAULT_OUTPUTS, OUTPUTS, Solved
+from gearbench.outputs import DEFAULT_OUTPUTS, OUTPUTS, Solved, fluctuation_rms, mean, relative_rms
 from gearbench.provenance import provenance
 from gearbench.quantities import QUANTITIES
 from gearbench.scene import Scene
@@ -41,12 +42,29 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
         If an output has no such name.
     ConvergenceError
         If the contact problem is not solved to its residual.
+
+    Notes
+    -----
+    Where the scene gives ``resolution.accuracy``, settings are chosen first. The Dataset holds the scene with them,
+    and their estimated error in the attribute ``accuracy_estimated``; the wall time includes the choice.
     """
     start = time.perf_counter()
     for name in outputs:
         if name not in OUTPUTS:
             raise InputError("outputs", name, f"allowed: {', '.join(OUTPUTS)}")
-    return dataset(solve_scene(scene), outputs, start)
+    if scene.resolution.accuracy is None:
+        return dataset(solve_scene(scene), outputs, start)
+    from gearbench.accuracy.choose import choose
+
+    choice = choose(scene, cycle_values)
+    return dataset(solve_scene(choice.scene), outputs, start).assign_attrs(choice.attrs)
+
+
+def cycle_values(scene: Scene) -> NDArray:
+    """Mean and RMS of STE [µm], mean [N/µm] and RMS [%] of the mesh stiffness, (4,): see ``accuracy.measure``."""
+    solved = solve_scene(scene)
+    ste, k, w = solved.transmission_error, solved.mesh_stiffness, solved.weight
+    return np.array([mean(ste, w), fluctuation_rms(ste, w), mean(k, w), relative_rms(k, w)])
 
 
 def solve_scene(scene: Scene) -> Solved:

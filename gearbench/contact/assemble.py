@@ -19,6 +19,8 @@ from gearbench.scene import Scene
 def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
     """Mesh phases τ and weights (position,) that the scene's resolution asks for."""
     resolution = scene.resolution
+    if resolution.accuracy is not None:
+        raise InputError("resolution.accuracy", resolution.accuracy, "is for simulate and robust; here give segments")
     if resolution.positions is not None:
         return uniform_phases(resolution.positions)
     kinks = [u for effect in scene.effects if isinstance(effect, GapEffect) for u in effect.kinks(scene.pair)]

@@ -1,0 +1,204 @@
+"""Choose the cheapest resolution that meets an accuracy, from what the scene itself answers to finer ones.
+
+The error of a level is taken from its difference to a level twice as fine. A knob whose error is e ~ n^−p leaves
+e (1 − 2^−p) as that difference, so twice the difference bounds the error of any knob of first order or better. The
+knobs are turned up one after the other, the one that contributes most first, from the coarsest levels on: each trial
+costs about half as much again as the one before, so that the whole search costs a small multiple of the run chosen.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.accuracy.knobs import (
+    GAUSS_POINTS,
+    SEGMENTS,
+    SOLID_ORDER,
+    Level,
+    label,
+    with_effect,
+    with_order,
+    with_resolution,
+)
+from gearbench.accuracy.measure import relative_errors
+from gearbench.errors import InputError
+from gearbench.scene import Scene
+
+#: A scene → the numbers whose error is meant, see ``gearbench.accuracy.measure``.
+Evaluate = Callable[[Scene], NDArray]
+
+#: Error of a level over its difference to one twice as fine: first order or better.
+SAFETY = 2.0
+#: Shares of the budget of what costs most, where a scene has it: finite elements, and the order of solid teeth.
+FE_SHARE, ORDER_SHARE = 0.5, 0.6
+#: Rungs of the ladders that make a level about twice as fine, and where the search begins.
+DOUBLE, START = 2, 1
+#: Order of convergence of solid teeth in the number of functions along the height: the root is singular.
+SOLID_CONVERGENCE = 2.0
+#: Accuracies of ``fe_compliance`` that its meshes can be refined to, and the one it has by default.
+FE_RANGE, FE_DEFAULT = (1e-4, 0.1), 0.01
+
+
+@dataclass(frozen=True, kw_only=True)
+class Choice:
+    """Settings chosen for an accuracy.
+
+    Parameters
+    ----------
+    scene
+        The scene with the settings written into it.
+    requested, estimated
+        Relative accuracy asked for, and the estimated error of these settings.
+    settings
+        What was chosen, in words by knob.
+    trials
+        Number of trial runs.
+    """
+
+    scene: Scene
+    requested: float
+    estimated: float
+    settings: dict[str, str]
+    trials: int
+
+    @property
+    def attrs(self) -> dict[str, Any]:
+        """As attributes of a Dataset."""
+        chosen = ", ".join(f"{name} = {value}" for name, value in self.settings.items())
+        return {
+            "accuracy_requested": self.requested,
+            "accuracy_estimated": self.estimated,
+            "accuracy_settings": chosen,
+            "accuracy_trials": self.trials,
+        }
+
+
+def choose(scene: Scene, evaluate: Evaluate, share: float = 1.0) -> Choice:
+    """Cheapest resolution of ``scene`` whose estimated error is within its accuracy.
+
+    Parameters
+    ----------
+    scene
+        With ``resolution.accuracy``.
+    evaluate
+        Runs a scene of given resolution and returns the numbers that are to be accurate.
+    share
+        Share of the accuracy that may be spent; the rest belongs to what the caller chooses.
+
+    Raises
+    ------
+    InputError
+        If the scene asks for no accuracy, or no level meets it.
+    """
+    requested = scene.resolution.accuracy
+    if requested is None:
+        raise InputError("resolution.accuracy", "missing", "is what the resolution is chosen for")
+    budget, settings = share * requested, {}
+    scene, spent = _finite_elements(with_resolution(scene), budget)
+    if spent:
+        settings["fe_compliance.accuracy"] = label(spent)
+    orders, trials = SOLID_ORDER.levels(scene), 0
+    if orders:
+        k, error, trials = _solid_order(scene, orders, evaluate, ORDER_SHARE * (budget - spent))
+        scene, spent, settings["order"] = with_order(scene, orders[k]), spent + error, label(orders[k])
+    grid = _Grid(evaluate=evaluate, scene=scene)
+    n, g, error = _resolution(grid, budget - spent)
+    settings |= {"segments": label(grid.segments[n]), "gauss_points": label(grid.points[g])}
+    return Choice(
+        scene=grid.scene_at(n, g),
+        requested=requested,
+        estimated=spent + error,
+        settings=settings,
+        trials=trials + len(grid.values),
+    )
+
+
+def _finite_elements(scene: Scene, budget: float) -> tuple[Scene, float]:
+    """The scene with finite elements of the accuracy they must have, unless it gives another, and what they spend."""
+    effect = scene.effect("fe_compliance")
+    if effect is None:
+        return scene, 0.0
+    accuracy = getattr(effect, "accuracy", FE_DEFAULT)
+    if accuracy == FE_DEFAULT:
+        accuracy = float(np.clip(FE_SHARE * budget, *FE_RANGE))
+    if accuracy >= budget:
+        raise _unmet(scene, "finite elements", accuracy)
+    return with_effect(scene, "fe_compliance", accuracy=accuracy), accuracy
+
+
+def _solid_order(
+    scene: Scene, orders: tuple[Level, ...], evaluate: Evaluate, budget: float
+) -> tuple[int, float, int]:
+    """Index of the lowest order of solid teeth within ``budget``, its error, and the number of trials."""
+
+    def values(k: int) -> NDArray:
+        return evaluate(with_order(with_resolution(scene, segments=12, gauss_points=3), orders[k]))
+
+    error, here = math.inf, values(START)
+    for k in range(START, len(orders) - 1):
+        finer = values(k + 1)
+        ratio = orders[k][1] / orders[k + 1][1]  # type: ignore[index]
+        error = float(relative_errors(here, finer).max()) / (1 - ratio**SOLID_CONVERGENCE)
+        if error <= budget:
+            return k, error, k + 2 - START
+        here = finer
+    raise _unmet(scene, "the order of solid teeth", error)
+
+
+def _unmet(scene: Scene, what: str, error: float) -> InputError:
+    return InputError("accuracy", "too small", f"{what} leaves an error of {100 * error:.2g} % at its finest")
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Grid:
+    """Answers of a scene on the grid of segments and Gauss points, kept."""
+
+    evaluate: Evaluate
+    scene: Scene
+    values: dict[tuple[int, int], NDArray] = field(default_factory=dict)
+
+    @property
+    def segments(self) -> tuple[Level, ...]:
+        return SEGMENTS.levels(self.scene)
+
+    @property
+    def points(self) -> tuple[Level, ...]:
+        return GAUSS_POINTS.levels(self.scene)
+
+    def scene_at(self, n: int, g: int) -> Scene:
+        return GAUSS_POINTS.with_level(SEGMENTS.with_level(self.scene, self.segments[n]), self.points[g])
+
+    def __call__(self, n: int, g: int) -> NDArray:
+        if (n, g) not in self.values:
+            self.values[n, g] = self.evaluate(self.scene_at(n, g))
+        return self.values[n, g]
+
+    def difference(self, n: int, g: int, more_n: int, more_g: int) -> float:
+        """Largest relative difference to an answer that is finer by so many rungs."""
+        return float(relative_errors(self(n, g), self(n + more_n, g + more_g)).max())
+
+
+def _resolution(grid: _Grid, budget: float) -> tuple[int, int, float]:
+    """Indices of segments and Gauss points whose error is within ``budget``, and that error."""
+    n = g = START
+    error = math.inf
+    while n + DOUBLE < len(grid.segments) and g + DOUBLE < len(grid.points):
+        by_segments, by_phases = grid.difference(n, g, DOUBLE, 0), grid.difference(n, g, 0, DOUBLE)
+        error = SAFETY * max(by_segments, by_phases)
+        if error <= budget:
+            # the errors of both knobs may add up
+            error = max(error, SAFETY * grid.difference(n, g, DOUBLE, DOUBLE))
+            if error <= budget:
+                return n, g, error
+            n, g = n + 1, g + 1
+        elif by_segments >= by_phases:
+            n += 1
+        else:
+            g += 1
+    raise _unmet(grid.scene, "the resolution", error)

@@ -1,0 +1,127 @@
+"""The knobs that settle the numerical error of a simulation: what they are called, their levels, how to turn them.
+
+A knob never changes what is modelled: a plate stays a plate, a solid a solid. The order of the Ritz functions is a knob
+of the choice of accuracy only where the scene leaves it to the program, which it does for the solid tooth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from gearbench.effects.base import Effect
+from gearbench.scene import Resolution, Scene
+
+#: Level of a knob: a whole number, functions in each direction, or a tolerance.
+Level = int | float | tuple[int, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Knob:
+    """One setting with an ordered range of levels, coarse to fine.
+
+    Parameters
+    ----------
+    name
+        As in the scene.
+    levels
+        The levels for a scene, coarse to fine; none where the knob does not apply.
+    with_level
+        The scene with the knob at a level.
+    order
+        Order p of convergence in the level, error ~ level^−p; in words where it is no number.
+    """
+
+    name: str
+    levels: Callable[[Scene], tuple[Level, ...]]
+    with_level: Callable[[Scene, Level], Scene]
+    order: str
+
+    def applies(self, scene: Scene) -> bool:
+        """Whether the scene has this knob."""
+        return len(self.levels(scene)) > 0
+
+
+def label(level: Level) -> str:
+    """A level in words: 16, 5 × 7 × 12, 0.01."""
+    return " × ".join(str(n) for n in level) if isinstance(level, tuple) else f"{level:g}"
+
+
+def with_resolution(
+    scene: Scene, *, segments: int | None = None, gauss_points: int | None = None, positions: int | None = None
+) -> Scene:
+    """``scene`` with some of its resolution changed; uniform positions and Gauss points replace each other."""
+    old = scene.resolution
+    if positions is None and gauss_points is None:
+        positions, gauss_points = old.positions, old.gauss_points
+    new = Resolution(segments=segments or old.segments, gauss_points=gauss_points, positions=positions)
+    return replace(scene, resolution=new)
+
+
+def with_effect(scene: Scene, name: str, **changes: object) -> Scene:
+    """``scene`` with an effect changed."""
+    effects = [replace(effect, **changes) if effect.name == name else effect for effect in scene.effects]
+    return replace(scene, effects=tuple(effects))
+
+
+def with_order(scene: Scene, order: Level) -> Scene:
+    """``scene`` with ``order`` for every solid tooth that is of the default order."""
+    effects = [replace(e, order=order) if has_default_solid(e) else e for e in scene.effects]
+    return replace(scene, effects=tuple(effects))
+
+
+def has_default_solid(effect: Effect) -> bool:
+    """Whether the effect has solid teeth whose order the scene leaves to the program."""
+    solid = effect.name == "neighbour_teeth" or getattr(effect, "model", None) in ("solid", "ring")
+    return solid and getattr(effect, "order", None) is None
+
+
+#: Functions of the solid across the thickness and along the height, and along the axis as a multiple of the default.
+#: The height counts most: the stress is singular where the flank meets the clamped root.
+_SOLID = (
+    (3, 4, 0.7),
+    (4, 5, 0.8),
+    (5, 7, 1.0),
+    (6, 9, 1.0),
+    (6, 11, 1.1),
+    (7, 14, 1.2),
+    (8, 18, 1.3),
+    (9, 23, 1.4),
+    (10, 29, 1.5),
+)
+
+
+def solid_orders(scene: Scene) -> tuple[Level, ...]:
+    """Orders of solid teeth around their default one, coarse to fine; none where the scene gives the order."""
+    if not any(has_default_solid(effect) for effect in scene.effects):
+        return ()
+    from gearbench.effects.solids import solid_order
+
+    axis = max(solid_order(gear)[2] for gear in scene.pair.gears)
+    return tuple((s, h, min(40, max(2, round(factor * axis)))) for s, h, factor in _SOLID)
+
+
+SEGMENTS = Knob(
+    name="segments",
+    levels=lambda _: (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256),
+    with_level=lambda scene, level: with_resolution(scene, segments=level),
+    order="2",
+)
+GAUSS_POINTS = Knob(
+    name="gauss_points",
+    levels=lambda _: (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64),
+    with_level=lambda scene, level: with_resolution(scene, gauss_points=level),
+    order="2·gauss_points",
+)
+POSITIONS = Knob(
+    name="positions",
+    levels=lambda _: (4, 8, 16, 32, 64, 128, 256, 512, 1024),
+    with_level=lambda scene, level: with_resolution(scene, positions=level),
+    order="1",
+)
+SOLID_ORDER = Knob(
+    name="solid order",
+    levels=solid_orders,
+    with_level=with_order,
+    order="algebraic",
+)
