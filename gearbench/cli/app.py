@@ -15,6 +15,7 @@ from gearbench.cli.robust import robust
 from gearbench.cli.select import select
 from gearbench.cli.simulate import simulate
 from gearbench.cli.validate import validate
+from gearbench.cli.verify import verify
 from gearbench.errors import GearbenchError, InputError
 
 #: 0 done, 1 failed, 2 bad input, 130 interrupted.
@@ -26,7 +27,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Static transmission error and mesh stiffness of involute gear pairs, and how robust they are.",
 )
-for command in (simulate, robust, optimise, select, validate, plan, rexs, doctor):
+for command in (simulate, robust, optimise, select, verify, validate, plan, rexs, doctor):
     app.command()(command)
 
 

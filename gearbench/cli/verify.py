@@ -1,0 +1,102 @@
+"""``gearbench verify``."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gearbench.cli.options import Json, Output, Plots, Quiet, plot_folder
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Stored = Annotated[
+    Path, typer.Argument(metavar="DIR|FRONT.nc", help="Folder or front of an optimisation.", show_default=False)
+]
+Designs = Annotated[
+    list[int] | None, typer.Option("--design", metavar="N", help="Only this design; give it again for more.")
+]
+Accuracy = Annotated[
+    float, typer.Option(min=1e-4, max=0.1, help="Relative error of the compliance that the meshes are refined to.")
+]
+Markdown = Annotated[Path | None, typer.Option(metavar="FILE", help="Write all designs as a Markdown table.")]
+Threads = Annotated[int | None, typer.Option(min=1, help="Threads; all processors by default.")]
+
+
+def verify(
+    stored: Stored,
+    output: Output = None,
+    design: Designs = None,
+    accuracy: Accuracy = 0.01,
+    markdown: Markdown = None,
+    plots: Plots = None,
+    threads: Threads = None,
+    quiet: Quiet = False,
+    json: Json = False,
+) -> None:
+    """Evaluate the front of an optimisation again with finite elements: shift of each design, and whether ranks hold.
+
+    Gaps, errors and samples stay the same; only the compliance of the teeth is replaced. One FE model for each
+    macro-geometry, a few seconds each, kept on disk.
+
+    Example: gearbench verify front -o verified.nc --plots plots
+    """
+    from gearbench.optimise.select import open_designs
+    from gearbench.optimise.verify import verify as run
+    from gearbench.results import check_target, save
+    from gearbench.validation.verification import draw_verification, findings
+    from gearbench.validation.verification import markdown as text
+
+    targets = [check_target(path) for path in (output, markdown) if path is not None]
+    folder = plot_folder(plots)
+    designs = open_designs(stored)
+    shown = not quiet and not json and sys.stderr.isatty()
+    dataset = run(designs, places=design, accuracy=accuracy, threads=threads, progress=_report if shown else _silent)
+    name = designs.study.name
+    if output is not None:
+        save(dataset, output)
+    if markdown is not None:
+        markdown.write_text(text(dataset, name), encoding="utf-8")
+    if folder is not None:
+        targets.append(draw_verification(dataset, folder, name))
+    if json:
+        _print_json(dataset)
+    elif not quiet:
+        print(f"{name or 'study'}: {dataset.sizes['design']} designs, {dataset.attrs['macro_geometries']} FE models")
+        for line in [*findings(dataset), *(f"wrote {path}" for path in targets)]:
+            print(line)
+
+
+def _report(line: str) -> None:
+    print(line, file=sys.stderr)
+
+
+def _silent(_: str) -> None:
+    pass
+
+
+def _print_json(dataset: xr.Dataset) -> None:
+    import json
+    import math
+
+    rho = [None if math.isnan(x) else x for x in dataset["rank_correlation"].values.tolist()]
+    print(
+        json.dumps(
+            {
+                "study_sha256": dataset.attrs["study_sha256"],
+                "designs": dataset.sizes["design"],
+                "macro_geometries": dataset.attrs["macro_geometries"],
+                "rank_correlation": dict(zip(map(str, dataset["objective_name"].values), rho, strict=True)),
+                "shift_percent": [
+                    [None if math.isnan(x) else x for x in row] for row in dataset["shift"].values.tolist()
+                ],
+                "place": dataset["place"].values.tolist(),
+                "on_front_verified": int(dataset["on_front_verified"].sum()),
+                "wall_time_s": dataset.attrs["wall_time_s"],
+            },
+            indent=2,
+        )
+    )
