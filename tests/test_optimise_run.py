@@ -344,9 +344,18 @@ def test_a_read_only_folder_is_refused(run, study_file, tmp_path):
 
 FULL_DISK = """
 import resource, signal, sys
+import gearbench.optimise.store as store
 from gearbench.cli import main
+
+save = store.save
+
+def save_on_a_full_disk(dataset, path):
+    # every write beyond 20 kB fails; not earlier, because compiled kernels may have to be kept on disk
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))
+    return save(dataset, path)
+
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-resource.setrlimit(resource.RLIMIT_FSIZE, (20000, 20000))  # every write beyond fails, as on a full disk
+store.save = save_on_a_full_disk
 sys.argv = ["gearbench", "optimise", *sys.argv[1:]]
 main()
 """
