@@ -45,8 +45,8 @@ BASE: dict[str, Any] = {
 TABLES: dict[str, dict[str, Any]] = {
     "tooth_bending": {"basis": "paper"},
     "fe_compliance": {"accuracy": 0.1},
-    "tooth_foundation": {},
-    "neighbour_teeth": {},
+    "tooth_foundation": {"order": [3, 3, 2]},
+    "neighbour_teeth": {"order": [3, 3, 2]},
     "hertz": {},
     "crowning": {"amount": 4.0},
     "tip_relief": {"amount": 6.0, "length": 0.9},
