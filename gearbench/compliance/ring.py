@@ -26,8 +26,8 @@ from gearbench.compliance.bases import gauss, height_functions, width_functions
 
 #: Depth of the layer that carries harmonic n, in units of r/n: e⁻⁷ of the rim's displacement reaches its inner end.
 _LAYER = 7.0
-#: Grading of the functions along R towards the rim: their points lie e^2 times denser there than at the bore.
-_GRADING = 2.0
+#: Grading of the functions along ln R towards the rim: their points lie e^1.5 times denser there than at the bore.
+_GRADING = 1.5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,9 +126,10 @@ class Ring:
         w, weight = gauss(p + 8)
         f, df = height_functions(p, 1 - w)
         layer = np.minimum(self.radius - self.inner_radius, _LAYER * self.radius / np.maximum(n, 1e-9))[:, None]
-        depth = layer * np.expm1(_GRADING * w) / math.expm1(_GRADING)
-        slope = layer * _GRADING * np.exp(_GRADING * w) / math.expm1(_GRADING)  # d depth / dw
-        R = self.radius - depth
+        # the solutions are powers of R: polynomials of ln R follow them down to bores of a twentieth of the rim
+        span = -np.log1p(-layer / self.radius)
+        R = self.radius * np.exp(-span * np.expm1(_GRADING * w) / math.expm1(_GRADING))
+        slope = R * span * _GRADING * np.exp(_GRADING * w) / math.expm1(_GRADING)  # −dR/dw
 
         def integral(a: NDArray, b: NDArray, factor: NDArray) -> NDArray:
             return np.swapaxes(a * factor[..., None], 1, 2) @ b
