@@ -72,6 +72,13 @@ QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
         "compliance_seconds": Quantity("s", "t_C", "wall time of the smooth compliance of an unseen pair"),
         "simulation_seconds": Quantity("s", "t_S", "wall time of a simulation, the teeth being known"),
         "first_call_seconds": Quantity("s", "t_1", "wall time of the fast model's first simulation in its process"),
+        # what accuracy costs
+        "setting_error": Quantity("1", "ε", "relative error that a setting leaves"),
+        "setting_error_bar": Quantity("1", "Δε", "uncertainty of the reference of that error"),
+        "seconds": Quantity("s", "t", "wall time of a run, median of repeats"),
+        "processor_seconds": Quantity("s", "t_p", "processor time of a run, median of repeats"),
+        "megabytes": Quantity("MB", "M", "largest memory taken during a run"),
+        "observed_order": Quantity("1", "p", "observed order of convergence"),
         # random errors
         "error": Quantity("µm", "ε", "manufacturing error drawn"),
         # how well the contact is solved

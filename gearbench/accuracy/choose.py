@@ -132,9 +132,7 @@ def _finite_elements(scene: Scene, budget: float) -> tuple[Scene, float]:
     return with_effect(scene, "fe_compliance", accuracy=accuracy), accuracy
 
 
-def _solid_order(
-    scene: Scene, orders: tuple[Level, ...], evaluate: Evaluate, budget: float
-) -> tuple[int, float, int]:
+def _solid_order(scene: Scene, orders: tuple[Level, ...], evaluate: Evaluate, budget: float) -> tuple[int, float, int]:
     """Index of the lowest order of solid teeth within ``budget``, its error, and the number of trials."""
 
     def values(k: int) -> NDArray:

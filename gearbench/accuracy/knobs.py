@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 from gearbench.effects.base import Effect
 from gearbench.scene import Resolution, Scene
 
-#: Level of a knob: a whole number, functions in each direction, or a tolerance.
-Level = int | float | tuple[int, ...]
+#: Level of a knob: a whole number, functions in each direction, a tolerance, or the name of a basis.
+Level = int | float | tuple[int, ...] | str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,19 +24,25 @@ class Knob:
     Parameters
     ----------
     name
-        As in the scene.
+        What it is called.
     levels
         The levels for a scene, coarse to fine; none where the knob does not apply.
     with_level
         The scene with the knob at a level.
     order
-        Order p of convergence in the level, error ~ level^−p; in words where it is no number.
+        Order p of convergence, error ~ size^−p, in words.
+    size
+        The number of a level that the order refers to.
+    prepares
+        Whether it settles what is set up once for a pair.
     """
 
     name: str
     levels: Callable[[Scene], tuple[Level, ...]]
-    with_level: Callable[[Scene, Level], Scene]
+    with_level: Callable[[Scene, Any], Scene]
     order: str
+    size: Callable[[Any], float] = float
+    prepares: bool = False
 
     def applies(self, scene: Scene) -> bool:
         """Whether the scene has this knob."""
@@ -43,7 +50,9 @@ class Knob:
 
 
 def label(level: Level) -> str:
-    """A level in words: 16, 5 × 7 × 12, 0.01."""
+    """A level in words: 16, 5 × 7 × 12, 0.01, paper."""
+    if isinstance(level, str):
+        return level
     return " × ".join(str(n) for n in level) if isinstance(level, tuple) else f"{level:g}"
 
 
@@ -105,23 +114,58 @@ SEGMENTS = Knob(
     name="segments",
     levels=lambda _: (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256),
     with_level=lambda scene, level: with_resolution(scene, segments=level),
-    order="2",
+    order="2; exact for spur gears without gaps",
 )
 GAUSS_POINTS = Knob(
     name="gauss_points",
     levels=lambda _: (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64),
     with_level=lambda scene, level: with_resolution(scene, gauss_points=level),
-    order="2·gauss_points",
+    order="exponential; 1 where contact is lost inside a panel",
 )
 POSITIONS = Knob(
     name="positions",
-    levels=lambda _: (4, 8, 16, 32, 64, 128, 256, 512, 1024),
+    levels=lambda _: (6, 11, 22, 45, 90, 180, 360, 720),
     with_level=lambda scene, level: with_resolution(scene, positions=level),
-    order="1",
+    order="1, the stiffness jumps",
 )
 SOLID_ORDER = Knob(
     name="solid order",
     levels=solid_orders,
     with_level=with_order,
-    order="algebraic",
+    order="2, the root is singular",
+    size=lambda level: level[1],
+    prepares=True,
 )
+
+
+def _plate_orders(scene: Scene) -> tuple[Level, ...]:
+    effect = scene.effect("tooth_bending")
+    if getattr(effect, "model", None) != "plate":
+        return ()
+    return ("paper", *((p, p) for p in (1, 2, 3, 4, 5, 6, 8, 10, 14, 20)))
+
+
+def _with_plate_order(scene: Scene, level: Any) -> Scene:
+    if level == "paper":
+        return with_effect(scene, "tooth_bending", basis="paper", order=None)
+    return with_effect(scene, "tooth_bending", basis=None, order=level)
+
+
+#: What a finer plate would answer: never chosen for an accuracy, because the basis belongs to the model.
+PLATE_ORDER = Knob(
+    name="plate order",
+    levels=_plate_orders,
+    with_level=_with_plate_order,
+    order="exponential",
+    size=lambda level: 2.0 if level == "paper" else level[0],
+    prepares=True,
+)
+FE_ACCURACY = Knob(
+    name="fe accuracy",
+    levels=lambda scene: (0.1, 0.05, 0.02, 0.01, 0.005) if scene.effect("fe_compliance") else (),
+    with_level=lambda scene, level: with_effect(scene, "fe_compliance", accuracy=level),
+    order="1 in the accuracy asked of the mesh",
+    size=lambda level: 1 / level,
+)
+#: Every knob of a single simulation.
+KNOBS = (SEGMENTS, GAUSS_POINTS, POSITIONS, PLATE_ORDER, SOLID_ORDER, FE_ACCURACY)

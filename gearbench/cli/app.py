@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from gearbench.cli.cost import cost
 from gearbench.cli.doctor import doctor
 from gearbench.cli.optimise import optimise
 from gearbench.cli.plan import plan
@@ -27,7 +28,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Static transmission error and mesh stiffness of involute gear pairs, and how robust they are.",
 )
-for command in (simulate, robust, optimise, select, verify, validate, plan, rexs, doctor):
+for command in (simulate, robust, optimise, select, verify, validate, plan, cost, rexs, doctor):
     app.command()(command)
 
 

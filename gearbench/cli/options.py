@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from gearbench.scene import Scene
 
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (TOML).", show_default=False)]
 Output = Annotated[
@@ -14,6 +17,35 @@ Output = Annotated[
 Plots = Annotated[Path | None, typer.Option("--plots", metavar="DIR", help="Draw PNG plots into this folder.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 Json = Annotated[bool, typer.Option("--json", help="Print a machine-readable summary instead of a table.")]
+AccuracyText = Annotated[
+    str | None,
+    typer.Option("--accuracy", metavar="A", help="Choose the cheapest settings of this accuracy, e.g. 1% or 0.01."),
+]
+
+
+def with_accuracy(scene: Scene, text: str | None) -> Scene:
+    """``scene`` with the accuracy given on the command line, "1%" or "0.01", in place of its own, if any is given.
+
+    Raises
+    ------
+    InputError
+        If it is no such number, or the scene gives a resolution itself.
+    """
+    from dataclasses import replace
+
+    from gearbench.errors import InputError
+    from gearbench.scene import Resolution
+    from gearbench.scene_file import validate
+
+    if text is None:
+        return scene
+    try:
+        value = float(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
+    except ValueError:
+        raise InputError("accuracy", text, "must be a number such as 0.01 or 1%") from None
+    if replace(scene.resolution, accuracy=None) != Resolution():
+        raise InputError("accuracy", text, "conflicts with the scene's [resolution]: give one of the two")
+    return replace(scene, resolution=validate(Resolution, {"accuracy": value}))
 
 
 def plot_folder(folder: Path | None) -> Path | None:

@@ -9,9 +9,9 @@ from typing import Annotated, Literal
 
 import typer
 
-from gearbench.cli.options import Json, Output, Plots, Quiet, SceneFile, plot_folder
+from gearbench.cli.options import AccuracyText, Json, Output, Plots, Quiet, SceneFile, plot_folder, with_accuracy
 
-Samples = Annotated[int, typer.Option(min=1, help="Number of error samples.")]
+Samples = Annotated[int | None, typer.Option(min=1, help="Number of error samples; 1000 unless chosen by accuracy.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of the samples.")]
 SamplerName = Annotated[Literal["sobol", "random", "latin_hypercube"], typer.Option(help="How samples are drawn.")]
 Threads = Annotated[int | None, typer.Option(min=1, help="Threads; all processors by default.")]
@@ -20,10 +20,11 @@ Threads = Annotated[int | None, typer.Option(min=1, help="Threads; all processor
 def robust(
     scene: SceneFile,
     output: Output = None,
-    samples: Samples = 1000,
+    samples: Samples = None,
     seed: Seed = 0,
     sampler: SamplerName = "sobol",
     threads: Threads = None,
+    accuracy: AccuracyText = None,
     plots: Plots = None,
     quiet: Quiet = False,
     json: Json = False,
@@ -34,14 +35,16 @@ def robust(
     """
     from gearbench.cli import summary
     from gearbench.results import check_target, save
+    from gearbench.robustness.montecarlo import SAMPLES
     from gearbench.robustness.montecarlo import robust as run
     from gearbench.scene_file import load_scene
 
-    loaded = load_scene(scene)
+    loaded = with_accuracy(load_scene(scene), accuracy)
     if output is not None:
         check_target(output)
     folder = plot_folder(plots)
-    with _progress(samples, shown=not quiet and not json) as advance:
+    wanted = samples or (None if loaded.resolution.accuracy is not None else SAMPLES)
+    with _progress(wanted, shown=not quiet and not json) as advance:
         dataset = run(loaded, samples=samples, seed=seed, sampler=sampler, threads=threads, progress=advance)
     written = [save(dataset, output)] if output is not None else []
     done = dataset.sizes["sample"]
@@ -53,15 +56,19 @@ def robust(
         summary.print_json(loaded, dataset, samples=done, complete=bool(dataset.attrs["complete"]))
     elif not quiet:
         summary.print_table(f"{summary.pair_line(loaded)}, {done} samples", summary.result_rows(dataset))
+        if "accuracy_settings" in dataset.attrs:
+            print(summary.accuracy_line(dataset))
         for path in written:
             print(f"wrote {path}")
     if not dataset.attrs["complete"]:
-        print(f"gearbench: interrupted after {done} of {samples} samples; what is done is kept", file=sys.stderr)
+        print(
+            f"gearbench: interrupted after {done} of {wanted or 'more'} samples; what is done is kept", file=sys.stderr
+        )
         raise typer.Exit(130)
 
 
 @contextmanager
-def _progress(total: int, *, shown: bool) -> Iterator[Callable[[int], None]]:
+def _progress(total: int | None, *, shown: bool) -> Iterator[Callable[[int], None]]:
     """A progress bar on a terminal, for work that takes more than two seconds."""
     if not (shown and sys.stderr.isatty()):
         yield lambda _: None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gearbench.cli.options import Json, Output, Plots, Quiet, plot_folder
+from gearbench.cli.options import AccuracyText, Json, Output, Plots, Quiet, plot_folder, with_accuracy
 from gearbench.cli.rexs import AnyFile, LoadCase, StageName, Torque, load_any
 
 
@@ -13,6 +13,7 @@ def simulate(
     stage: StageName = None,
     torque: Torque = None,
     load_case: LoadCase = None,
+    accuracy: AccuracyText = None,
     quiet: Quiet = False,
     json: Json = False,
 ) -> None:
@@ -30,7 +31,7 @@ def simulate(
     if output is not None:
         check_target(output)
     folder = plot_folder(plots)
-    dataset = run(loaded)
+    dataset = run(with_accuracy(loaded, accuracy))
     written = [save(dataset, output)] if output is not None else []
     if folder is not None:
         from gearbench.plotting import draw_simulation
@@ -48,5 +49,7 @@ def simulate(
         ("computing time", f"{1e3 * dataset.attrs['wall_time_s']:.1f}", "ms"),
     ]
     summary.print_table(summary.pair_line(loaded), rows)
+    if "accuracy_settings" in dataset.attrs:
+        print(summary.accuracy_line(dataset))
     for line in (*(f"note: {note}" for note in notes), *(f"wrote {path}" for path in written)):
         print(line)

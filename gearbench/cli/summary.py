@@ -32,6 +32,15 @@ def pair_line(scene: Scene) -> str:
     )
 
 
+def accuracy_line(dataset: xr.Dataset) -> str:
+    """What was chosen for an accuracy, and the error it leaves by estimate."""
+    attrs = dataset.attrs
+    return (
+        f"accuracy {100 * attrs['accuracy_requested']:.3g} %: {attrs['accuracy_settings']}; "
+        f"estimated error {100 * attrs['accuracy_estimated']:.2g} %"
+    )
+
+
 def print_table(title: str, rows: list[tuple[str, str, str]]) -> None:
     """Print rows of (quantity, value, unit)."""
     from rich.console import Console

@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,9 @@ from gearbench.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
+
+#: Error samples unless told otherwise.
+SAMPLES = 1000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,6 +128,12 @@ def _reduce(problem: RobustProblem, solution: BatchSolution) -> Responses:
     )
 
 
+def response_means(responses: Responses) -> NDArray:
+    """Means over the samples of mean and RMS of STE and stiffness, (4,): see ``accuracy.measure``."""
+    names = ("transmission_error_mean", "transmission_error_rms", "mesh_stiffness_mean", "mesh_stiffness_rms")
+    return np.array([getattr(responses, name).mean() for name in names])
+
+
 def _join(parts: list[Responses], count: int) -> Responses:
     def column(name: str) -> NDArray:
         return np.concatenate([getattr(part, name) for part in parts] or [np.empty(0)])[:count]
@@ -141,7 +150,7 @@ def _join(parts: list[Responses], count: int) -> Responses:
 def robust(
     scene: Scene,
     *,
-    samples: int = 1000,
+    samples: int | None = None,
     seed: int = 0,
     sampler: Sampler = "sobol",
     threads: int | None = None,
@@ -154,7 +163,8 @@ def robust(
     scene
         With the effect ``manufacturing_errors``.
     samples, seed, sampler
-        Number of samples and how they are drawn; sample i is the same whatever the number of threads.
+        Number of samples (1000 by default, or chosen where the scene gives ``resolution.accuracy``) and how they are
+        drawn; sample i is the same whatever the number of threads.
     threads
         Number of threads; as many as there are processors by default.
     progress
@@ -169,13 +179,22 @@ def robust(
     Raises
     ------
     InputError
-        If the scene has no random errors, or ``samples`` is not positive.
+        If the scene has no random errors, or ``samples`` is not positive, or given beside an accuracy.
     """
     from gearbench.robustness.dataset import robust_dataset
 
     start = time.perf_counter()
-    if samples < 1:
+    if samples is not None and samples < 1:
         raise InputError("samples", samples, "must be at least 1")
+    chosen: dict[str, Any] = {}
+    if scene.resolution.accuracy is not None:
+        from gearbench.robustness.adaptive import choose_robust
+
+        if samples is not None:
+            raise InputError("samples", samples, "conflicts with accuracy, which chooses it")
+        choice, samples = choose_robust(scene, seed=seed, sampler=sampler, threads=threads or default_threads())
+        scene, chosen = choice.scene, choice.attrs
+    samples = samples or SAMPLES
     problem = prepare_scene(scene)
     unit = unit_samples(sampler, samples, len(problem.names), seed)
     errors = problem.errors.draw(unit, scene.pair)
@@ -183,7 +202,7 @@ def robust(
     wall_time = time.perf_counter() - start
     return robust_dataset(
         problem, errors, responses, complete=complete, sampler=sampler, seed=seed, wall_time=wall_time
-    )
+    ).assign_attrs(chosen)
 
 
 def default_threads() -> int:

@@ -1,0 +1,1 @@
+"""What accuracy costs: work–precision of every knob, measured on a scene."""

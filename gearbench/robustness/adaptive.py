@@ -1,0 +1,67 @@
+"""Choose resolution and number of samples of a robustness run for the accuracy that its scene asks for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.accuracy.choose import Choice, choose
+from gearbench.accuracy.measure import scales
+from gearbench.errors import InputError
+from gearbench.robustness.montecarlo import Responses, prepare_scene, respond, response_means
+from gearbench.robustness.sampling import Sampler, unit_samples
+from gearbench.robustness.statistics import average_error
+from gearbench.scene import Scene
+
+#: Share of the accuracy that belongs to the resolution; the samples converge more slowly and have the rest.
+RESOLUTION_SHARE = 0.4
+#: Samples that the resolution is chosen on: the same ones for each, so that their scatter cancels.
+TRIAL_SAMPLES = 32
+#: Fewest and most samples, and standard errors that count as the error of a mean.
+FEWEST, MOST, STANDARD_ERRORS = 64, 2**20, 2.0
+
+
+def choose_robust(scene: Scene, *, seed: int, sampler: Sampler, threads: int) -> tuple[Choice, int]:
+    """Settings whose estimated error is within the accuracy of ``scene``, and the number of samples.
+
+    The error is that of the means over the samples of mean and RMS of STE and stiffness.
+
+    Raises
+    ------
+    InputError
+        If no settings meet the accuracy.
+    """
+    trial = choose(scene, partial(_means, seed=seed, sampler=sampler), RESOLUTION_SHARE)
+    budget = trial.requested - trial.estimated
+    problem, count, parts = prepare_scene(trial.scene), FEWEST, []
+    while True:
+        # the first half of the samples is there already, unless the sampler draws all of them anew
+        start = 0 if sampler == "latin_hypercube" or not parts else count // 2
+        unit = unit_samples(sampler, count, len(problem.names), seed, start=start)
+        parts = [*(parts if start else []), respond(problem, problem.errors.draw(unit, trial.scene.pair), threads)[0]]
+        error = STANDARD_ERRORS * float(np.max(_standard_errors(parts, sampler)))
+        if error <= budget:
+            break
+        count *= 2
+        if count > MOST:
+            raise InputError("accuracy", trial.requested, f"{MOST} samples leave an error of {100 * error:.2g} %")
+    settings = {**trial.settings, "samples": str(count)}
+    return replace(trial, settings=settings, estimated=trial.estimated + error), count
+
+
+def _means(scene: Scene, *, seed: int, sampler: Sampler) -> NDArray:
+    """Means over a few samples, (4,)."""
+    problem = prepare_scene(scene)
+    unit = unit_samples(sampler, TRIAL_SAMPLES, len(problem.names), seed)
+    return response_means(respond(problem, problem.errors.draw(unit, scene.pair))[0])
+
+
+def _standard_errors(parts: list[Responses], sampler: Sampler) -> NDArray:
+    """Relative standard errors of the means over all samples, (4,)."""
+    names = ("transmission_error_mean", "transmission_error_rms", "mesh_stiffness_mean", "mesh_stiffness_rms")
+    columns = [np.concatenate([getattr(part, name) for part in parts]) for name in names]
+    errors = np.array([average_error(values, sampler) for values in columns])
+    return errors / scales(np.array([values.mean() for values in columns]))
