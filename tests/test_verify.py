@@ -1,0 +1,210 @@
+"""A stored front evaluated again with finite elements: against an independent path, and with the answer known."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy.stats import spearmanr
+
+from gearbench.cli import main
+from gearbench.effects.fe_compliance import FeCompliance
+from gearbench.effects.tooth_bending import ToothBending
+from gearbench.errors import GearbenchError, InputError
+from gearbench.optimise.designs import Designs
+from gearbench.optimise.run import optimise
+from gearbench.optimise.select import open_designs
+from gearbench.optimise.study import Algorithm, Robustness
+from gearbench.optimise.study_file import load_study, parse_study
+from gearbench.optimise.verify import rank_correlation, reference_study, verify
+from gearbench.results import load, save
+from gearbench.robustness.montecarlo import robust
+from gearbench.validation.verification import findings
+
+EXAMPLE = Path(__file__).parents[1] / "examples" / "optimise_small.toml"
+PAPER = ToothBending(basis="paper")
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory) -> Path:
+    study = replace(
+        load_study(EXAMPLE),
+        name="small",
+        algorithm=Algorithm(population=20, generations=3, seed=2),
+        robustness=Robustness(samples=8),
+    )
+    return save(optimise(study, threads=2), tmp_path_factory.mktemp("verify") / "front.nc")
+
+
+@pytest.fixture
+def designs(stored) -> Designs:
+    return open_designs(stored)
+
+
+@pytest.fixture
+def plate_for_finite_elements(monkeypatch):
+    """Finite elements that answer as the plate does; the pairs they were asked for."""
+    asked = []
+    monkeypatch.setattr(FeCompliance, "flank", lambda _, pair, k: asked.append((pair, k)))
+    monkeypatch.setattr(FeCompliance, "compliance", lambda _, lines: PAPER.compliance(lines))
+    return asked
+
+
+def mapping(**effects) -> dict:
+    tables = load_study(EXAMPLE).to_mapping()
+    tables["base"]["effects"] |= effects
+    return tables
+
+
+# -- truth -------------------------------------------------------------------------------------------------------------
+def test_the_same_compliance_moves_nothing(designs, plate_for_finite_elements):
+    found = verify(designs, threads=2)
+    # nothing but the compliance is replaced: same gaps, errors, samples, in the same order of operations
+    assert_array_equal(found["objective_verified"], found["objective"])
+    assert_array_equal(found["shift"], 0)
+    assert np.all(found["on_front_verified"] == 1)
+    assert_allclose(found["rank_correlation"], 1, rtol=1e-12)  # rounding of the correlation
+    assert found.sizes["design"] == int(designs.dataset["on_front"].sum()) > 3
+
+
+def test_one_model_for_each_macro_geometry(designs, plate_for_finite_elements):
+    found = verify(designs, places=np.flatnonzero(designs.dataset["feasible"].values).tolist(), threads=1)
+    names = ("teeth", "addendum", "pair.helix_angle")
+    pairs = {tuple(float(found[name][i]) for name in names) for i in range(found.sizes["design"])}
+    assert found.attrs["macro_geometries"] == len(pairs) < found.sizes["design"]
+    assert len(plate_for_finite_elements) == 2 * len(pairs)
+
+
+def test_finite_elements_as_in_a_robust_scene(designs, tmp_path, monkeypatch):
+    monkeypatch.setenv("GEARBENCH_CACHE", str(tmp_path))
+    place = int(np.flatnonzero(designs.dataset["on_front"].values)[0])
+    found = verify(designs, places=[place], accuracy=0.1)
+    scene = designs.scene(place)
+    kept = tuple(effect for effect in scene.effects if effect.name != "tooth_bending")
+    other = replace(scene, effects=(*kept, FeCompliance(accuracy=0.1)))
+    answer = robust(other, samples=8, seed=designs.study.robustness.seed)
+    for i, name in enumerate(("mesh_stiffness_rms_mean", "transmission_error_rms_mean")):
+        # the same sums in another order of the compliances
+        assert_allclose(found["objective_verified"][0, i], answer[name], rtol=1e-9)
+        assert_allclose(found[f"{name}_verified"][0], answer[name], rtol=1e-9)
+    # the plate has another compliance: the answer is not the stored one
+    assert np.all(np.abs(found["shift"]) > 0.01)
+    assert list(tmp_path.glob("flank-*.npz"))
+
+
+def test_rank_correlation_is_spearmans():
+    rng = np.random.default_rng(3)
+    a, b = rng.integers(0, 6, 40).astype(float), rng.integers(0, 6, 40).astype(float)  # with ties
+    assert_allclose(rank_correlation(a, b), spearmanr(a, b).statistic, rtol=1e-12)
+    assert rank_correlation(np.arange(5.0), -np.arange(5.0)) == pytest.approx(-1)
+    unknown = np.where(np.arange(40) % 7 == 0, np.nan, b)
+    assert_allclose(rank_correlation(a, unknown), spearmanr(a, unknown, nan_policy="omit").statistic, rtol=1e-12)
+    assert np.isnan(rank_correlation(np.ones(5), np.arange(5.0)))
+    assert np.isnan(rank_correlation(np.arange(2.0), np.arange(2.0)))
+
+
+# -- what is replaced --------------------------------------------------------------------------------------------------
+def test_limits_are_left_out_and_the_tooth_replaced():
+    found = reference_study(load_study(EXAMPLE), 0.02)
+    assert found.constraints == {}
+    assert found.base["effects"]["fe_compliance"] == {"support": "clamped", "accuracy": 0.02}
+    assert "tooth_bending" not in found.base["effects"]
+    assert load_study(EXAMPLE).base["effects"].keys() - found.base["effects"].keys() == {"tooth_bending"}
+
+
+def test_a_study_with_a_gear_body_is_verified_on_its_rim():
+    tables = mapping(tooth_foundation={})
+    tables["base"]["pair"] |= {name: {"bore_diameter": 20.0} for name in ("pinion", "wheel")}
+    effects = reference_study(parse_study(tables), 0.01).base["effects"]
+    assert effects["fe_compliance"]["support"] == "rim"
+    assert "tooth_foundation" not in effects
+
+
+def test_what_cannot_be_replaced_is_refused(designs):
+    tables = mapping()
+    del tables["base"]["effects"]["tooth_bending"]
+    with pytest.raises(InputError, match=r"base\.effects\.tooth_bending = missing"):
+        reference_study(parse_study(tables), 0.01)
+    tables = mapping(tooth_bending={})
+    tables["variables"]["fillet"] = {"paths": ["effects.tooth_bending.fillet"], "values": [False, True]}
+    with pytest.raises(InputError, match=r"variables\.fillet"):
+        reference_study(parse_study(tables), 0.01)
+    infeasible = int(np.flatnonzero(designs.dataset["feasible"].values == 0)[0])
+    for place in (-1, designs.dataset.sizes["design"], infeasible):
+        with pytest.raises(InputError, match="feasible design"):
+            verify(designs, places=[place])
+
+
+def test_a_design_without_answer_is_reported_with_its_reason(designs, plate_for_finite_elements, monkeypatch):
+    pairs = []
+
+    def compliance(_, lines):
+        pairs.append(lines.pair)
+        if lines.pair == pairs[0]:
+            raise GearbenchError("no mesh")
+        return PAPER.compliance(lines)
+
+    monkeypatch.setattr(FeCompliance, "compliance", compliance)
+    found = verify(designs, threads=1)
+    failed = found["verified"].values == 0
+    assert 0 < failed.sum() < failed.size
+    assert set(found["reason"].values[failed]) == {"no mesh"}
+    assert np.all(np.isnan(found["shift"].values[failed]))
+    assert not np.any(found["on_front_verified"].values[failed])
+    assert_allclose(found["rank_correlation"], 1, rtol=1e-12)
+    assert f"{failed.sum()} designs could not" in findings(found)[-1]
+
+
+def test_no_answer_at_all_is_an_error(designs, plate_for_finite_elements, monkeypatch):
+    def compliance(_, lines):
+        raise GearbenchError("no mesh")
+
+    monkeypatch.setattr(FeCompliance, "compliance", compliance)
+    with pytest.raises(GearbenchError, match="no answer: no mesh"):
+        verify(designs)
+
+
+# -- command -----------------------------------------------------------------------------------------------------------
+def run(monkeypatch, *arguments) -> None:
+    monkeypatch.setattr(sys, "argv", ["gearbench", "verify", *map(str, arguments)])
+    main()
+
+
+def test_command(stored, tmp_path, monkeypatch, capsys, plate_for_finite_elements):
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    table, data = tmp_path / "table.md", tmp_path / "verified.nc"
+    with pytest.raises(SystemExit, match="0"):
+        run(monkeypatch, stored, "-o", data, "--markdown", table, "--plots", tmp_path / "plots")
+    out = capsys.readouterr().out
+    assert "mean RMS k: rank correlation 1.000, shift +0.0 to +0.0 %" in out
+    assert (tmp_path / "plots" / "verification.png").stat().st_size > 10_000
+    found = load(data)
+    assert table.read_text(encoding="utf-8").count("(+0.0 %)") == 2 * found.sizes["design"]
+    assert found.attrs["study_sha256"] == open_designs(stored).dataset.attrs["study_sha256"]
+    with pytest.raises(SystemExit, match="0"):
+        run(monkeypatch, stored, "--json")
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["place"] == found["place"].values.tolist()
+    assert answer["rank_correlation"] == {str(name): 1.0 for name in found["objective_name"].values}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["missing.nc"], "missing.nc"),
+        (["{stored}", "--design", "99999"], "design = 99999"),
+        (["{folder}"], "no front.nc"),
+    ],
+)
+def test_bad_input_is_one_line(stored, tmp_path, monkeypatch, capsys, arguments, message):
+    with pytest.raises(SystemExit) as ended:
+        run(monkeypatch, *(a.format(stored=stored, folder=tmp_path) for a in arguments))
+    assert ended.value.code == 2
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert message in err
