@@ -109,7 +109,8 @@ def test_bound_compliance_grows_with_every_function(helix):
     matrices = []
     for order in orders:
         t = tooth(gear(helix), order, measured_at="flank", heights=3)
-        matrices.append(t.matrix.reshape(3, order[2], 3, order[2])[:, :3, :, :3].reshape(9, 9))
+        q = t.flank_order[1]
+        matrices.append(t.matrix.reshape(3, q, 3, q)[:, :3, :, :3].reshape(9, 9))
     for coarse, fine in pairwise(matrices):
         assert np.linalg.eigvalsh(fine - coarse).min() > -1e-14 * np.abs(fine).max()
         assert np.trace(fine) > np.trace(coarse)

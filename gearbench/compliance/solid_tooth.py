@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gearbench.compliance.bases import axis_functions, gauss, width_functions
-from gearbench.compliance.local import flank_functions, half_space_compression
+from gearbench.compliance.local import flank_functions, half_space_compression, waves_across
 from gearbench.compliance.section import Section
 from gearbench.compliance.solid import Solid
 from gearbench.geometry.gear import Gear
@@ -48,7 +48,7 @@ class SolidTooth:
         driven gear it runs the other way, as if seen in a mirror.
     heights
         Number of polynomials in R onto which loads and displacements are projected, by default min(5, order[1]);
-        in y as many as the tooth has.
+        in y as many as the tooth has, but no more than it can feel (``waves_across``).
     """
 
     gear: Gear
@@ -91,7 +91,7 @@ class SolidTooth:
     @property
     def flank_order(self) -> tuple[int, int]:
         """Numbers of polynomials in R and y."""
-        return self.heights or min(5, self.order[1]), self.order[2]
+        return self.heights or min(5, self.order[1]), min(self.order[2], waves_across(self.gear))
 
     @cached_property
     def matrix(self) -> NDArray:
@@ -137,9 +137,9 @@ class SolidTooth:
     def _functionals(self, solid: Solid, rows: NDArray) -> NDArray:
         """Functionals of all polynomials of the flank from those of their part in R, ``rows`` (p, 3, n_s, n_x)."""
         p, q = self.flank_order
-        eta, weight = gauss(q + 2)
+        eta, weight = gauss(solid.order + 2)
         # ∫ P̂_j h_k dy of the polynomials in y and the Ritz functions
-        along = (width_functions(q, eta)[0] * weight[:, None]).T @ axis_functions(q, eta)[0]
+        along = (width_functions(q, eta)[0] * weight[:, None]).T @ axis_functions(solid.order, eta)[0]
         along = np.where(np.abs(along) > 1e-14, along, 0.0) * math.sqrt(self.gear.face_width)
         return np.einsum("pfsx,jk->pjfsxk", rows, along).reshape(p * q, -1)
 

@@ -25,7 +25,7 @@ def solid_order(gear: Gear) -> tuple[int, int, int]:
     """Order of a solid tooth unless a scene gives one: across the face as many functions as the flank can feel."""
     from gearbench.compliance.local import waves_across
 
-    return 5, 7, waves_across(gear) + 1
+    return 6, 7, waves_across(gear) + 1
 
 
 @lru_cache(maxsize=256)
