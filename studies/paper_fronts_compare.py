@@ -8,9 +8,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.optimise.front import hypervolume, non_dominated
+from gearbench.optimise.front import hypervolume
 
-#: A gear belongs to the wide front if making it better by this much in both objectives would put it on the front.
+#: A gear belongs to the wide front if it is worse than some gear of the front by at most this much in both objectives.
 WIDE = 0.10
 
 
@@ -41,11 +41,5 @@ def distance(point: NDArray, front: NDArray) -> float:
 
 
 def wide(F: NDArray, front: NDArray, share: float = WIDE) -> NDArray:
-    """Which points the front does not dominate once they are better by ``share`` in both objectives, (point,)."""
-    return np.array([not np.any(np.all(front < (1 - share) * f, axis=1)) for f in F], dtype=bool)
-
-
-def front_of(F: NDArray) -> NDArray:
-    """The points that no other dominates, by the first objective."""
-    kept = F[non_dominated(F)]
-    return kept[np.lexsort(kept.T[::-1])]
+    """Which points are worse than some point of the front by at most ``share`` in every objective, (point,)."""
+    return np.array([np.min(np.max(f / front, axis=1)) <= 1 + share for f in F], dtype=bool)
