@@ -13,10 +13,13 @@ from studies.paper_fronts_search import MODULE, TOOLS
 
 if TYPE_CHECKING:
     import xarray as xr
+    from numpy.typing import NDArray
 
 #: Okabe–Ito colours, and a marker for each tool, so that the tools can be told apart in grey too.
 COLOUR = {1: "#0072B2", 2: "#D55E00", 3: "#009E73"}
 MARKER = {1: "o", 2: "s", 3: "^"}
+#: Boxes of Figure 9: more would hide each other.
+BOXES = 10
 ACROSS, UP = "m$_k$, mean RMS of mesh stiffness [%]", "m$_{ste}$, mean RMS of transmission error [µm]"
 _STYLE = {"font.size": 12, "axes.titlesize": 12, "figure.titlesize": 14, "legend.fontsize": 10.5}
 
@@ -38,17 +41,17 @@ def draw(dataset: xr.Dataset, folder: Path) -> None:
             plt.close(figure)
 
 
-def _figure(columns: int = 1, size: tuple[float, float] = (10.0, 6.6)) -> tuple[Any, Any]:
+def _figure(columns: int = 1, size: tuple[float, float] = (10.0, 6.6), **shared: bool) -> tuple[Any, Any]:
     import matplotlib.pyplot as plt
 
-    return plt.subplots(1, columns, figsize=size, layout="constrained")
+    return plt.subplots(1, columns, figsize=size, layout="constrained", **shared)
 
 
 def _label(tool: int) -> str:
     return f"tool {tool}, m$_n$ = {MODULE[tool]:g} mm"
 
 
-def _columns(dataset: xr.Dataset, chosen: Any, names: tuple[str, ...] = ("m_k", "m_ste")) -> list[Any]:
+def _columns(dataset: xr.Dataset, chosen: xr.DataArray, names: tuple[str, ...] = ("m_k", "m_ste")) -> list[Any]:
     """Values of the chosen gears, by their m_k."""
     values = [dataset[name].values[chosen.values] for name in names]
     order = np.argsort(values[0], kind="stable")
@@ -59,7 +62,7 @@ def figure_5(dataset: xr.Dataset) -> Any:
     """Density of the RMS values of one gear over the error samples."""
     from scipy.stats import gaussian_kde
 
-    figure, axes = _figure(2, (11.0, 5.2))
+    figure, axes = _figure(2, (11.5, 5.4))
     printed = dataset["row_paper"].sel(row=study.SHOWN)
     parts = []
     for axis, name, symbol, unit, label in (
@@ -69,7 +72,9 @@ def figure_5(dataset: xr.Dataset) -> Any:
         values = dataset[f"sample_{name}"].values
         m, sigma, largest = values.mean(), values.std(ddof=1), values.max()
         x = np.linspace(values.min() - sigma, largest + sigma, 300)
-        axis.hist(values, bins=40, density=True, color="0.85", label=f"{values.size} error samples")
+        axis.hist(
+            values, bins=min(40, values.size // 8), density=True, color="0.85", label=f"{values.size} error samples"
+        )
         axis.plot(x, gaussian_kde(values)(x), color=COLOUR[1], lw=2, label="density")
         axis.axvspan(m - sigma, m + sigma, color=COLOUR[1], alpha=0.12, lw=0, label="m ± σ")
         axis.axvline(m, color=COLOUR[1], lw=1.5)
@@ -80,7 +85,7 @@ def figure_5(dataset: xr.Dataset) -> Any:
         axis.set_title(f"m {m:.3g} {unit}, σ {sigma:.2g} {unit}, M {largest:.3g} {unit}")
         parts.append(f"{100 * sigma / m:.0f} % of RMS {'STE' if symbol == 'ste' else 'k'}")
         axis.set_ylim(bottom=0)
-    axes[1].legend(frameon=False)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=5, frameon=False)
     figure.suptitle(f"Errors of class 6 scatter gear {study.SHOWN}: σ is {' and '.join(parts)}")
     return figure
 
@@ -120,49 +125,61 @@ def _finding_8(dataset: xr.Dataset) -> str:
 
 
 def figure_9(dataset: xr.Dataset) -> Any:
-    """The front of tool 3 with the dispersion of each gear."""
+    """The front of tool 3, and the dispersion of gears spread over it."""
     from matplotlib.collections import PatchCollection
     from matplotlib.patches import Rectangle
 
     figure, axis = _figure()
     chosen = (dataset["design_tool"] == 3) & (dataset["on_front"] == 1)
     k, ste, sk, se = _columns(dataset, chosen, ("m_k", "m_ste", "sigma_k", "sigma_ste"))
-    boxes = [Rectangle((a - s, b - e), 2 * s, 2 * e) for a, b, s, e in zip(k, ste, sk, se, strict=True)]
-    axis.add_collection(PatchCollection(boxes, fc=COLOUR[3], ec=COLOUR[3], alpha=0.12, lw=0.8))
-    axis.plot(
-        k, ste, MARKER[3], color=COLOUR[3], ms=6, label=f"{_label(3)}: mean over {dataset.attrs['samples']} samples"
-    )
-    axis.fill([], [], fc=COLOUR[3], alpha=0.25, label="2σ$_k$ × 2σ$_{ste}$ (mean ± σ)")
+    places = _spread(k, ste, BOXES)
+    boxes = [Rectangle((k[i] - sk[i], ste[i] - se[i]), 2 * sk[i], 2 * se[i]) for i in places]
+    axis.add_collection(PatchCollection(boxes, fc=COLOUR[3], ec="none", alpha=0.12))
+    axis.add_collection(PatchCollection(boxes, fc="none", ec=COLOUR[3], alpha=0.8, lw=1))
+    axis.plot(k, ste, MARKER[3], color="0.6", ms=4, mew=0, label=f"{_label(3)}: front of {k.size} gears")
+    axis.plot(k[places], ste[places], MARKER[3], color=COLOUR[3], ms=7, label=f"{len(places)} of them, spread over it")
+    axis.fill([], [], fc=COLOUR[3], ec=COLOUR[3], alpha=0.3, label="their 2σ$_k$ × 2σ$_{ste}$ (mean ± σ)")
     axis.set(xlabel=ACROSS, ylabel=UP)
     axis.set_ylim(bottom=0)
     axis.grid(alpha=0.3)
     axis.legend(frameon=False)
     figure.suptitle(
-        f"Tool 3: from {100 * np.min(sk / k):.0f} to {100 * np.max(sk / k):.0f} % scatter of RMS k along the front, "
-        f"{100 * np.min(se / ste):.0f} to {100 * np.max(se / ste):.0f} % of RMS STE"
+        f"Tool 3: manufacturing errors scatter stiffness fluctuation by {_percent(sk / k)},\n"
+        f"transmission error by {_percent(se / ste)} of its mean"
     )
     return figure
 
 
+def _spread(x: NDArray, y: NDArray, count: int) -> NDArray:
+    """Places of points spread evenly along a front in a picture of it."""
+    along = np.cumsum(np.hypot(np.diff(x, prepend=x[0]) / np.ptp(x), np.diff(y, prepend=y[0]) / np.ptp(y)))
+    return np.unique([int(np.argmin(np.abs(along - at))) for at in np.linspace(0, along[-1], count)])
+
+
+def _percent(ratio: NDArray) -> str:
+    return f"{100 * ratio.min():.0f} to {100 * ratio.max():.0f} %"
+
+
 def figure_10(dataset: xr.Dataset) -> Any:
     """The wide fronts: near-optimal gears too."""
-    figure, axis = _figure()
-    total = 0
-    for tool in TOOLS:
+    figure, axes = _figure(3, (15.0, 6.0), sharex=True, sharey=True)
+    near = dataset["in_wide_front"] == 1
+    for axis, tool in zip(axes, TOOLS, strict=True):
         own = dataset["design_tool"] == tool
-        near = own & (dataset["in_wide_front"] == 1)
-        k, ste = _columns(dataset, near)
-        total += k.size
-        axis.plot(k, ste, MARKER[tool], color=COLOUR[tool], ms=3.5, alpha=0.35, mew=0)
-        k, ste = _columns(dataset, own & (dataset["on_front"] == 1))
-        axis.plot(k, ste, "-", color=COLOUR[tool], lw=1.8)
-        axis.plot([], [], MARKER[tool], color=COLOUR[tool], ls="-", label=f"{_label(tool)}: {int(near.sum())} gears")
-    axis.set(xlabel=ACROSS, ylabel=UP)
-    axis.set_ylim(bottom=0)
-    axis.grid(alpha=0.3)
-    axis.legend(frameon=False, title="line: front")
+        axis.plot(*_columns(dataset, own), "o", color="0.85", ms=2, mew=0, label=f"{int(own.sum())} feasible gears")
+        text = f"{int((own & near).sum())} within {100 * WIDE:.0f} % of the front"
+        axis.plot(*_columns(dataset, own & near), MARKER[tool], color=COLOUR[tool], ms=4, alpha=0.45, mew=0, label=text)
+        F = _columns(dataset, own & (dataset["on_front"] == 1))
+        axis.plot(*F, "-", color="black", lw=1.4, label=f"front of {F[0].size}")
+        axis.set(xlabel="m$_k$ [%]", title=_label(tool))
+        axis.grid(alpha=0.3)
+        axis.legend(frameon=False, markerscale=2)
+    k, ste = _columns(dataset, near)
+    axes[0].set(xlim=(k.min() - 0.3, k.max() + 0.7), ylim=(0, 1.25 * ste.max()), ylabel="m$_{ste}$ [µm]")
+    front = int((dataset["on_front"] == 1).sum())
     figure.suptitle(
-        f"{total} gears come within {100 * WIDE:.0f} % of their tool's front: room to choose by other needs"
+        f"Near-optimal gears are many: {k.size} within {100 * WIDE:.0f} % of a front in both objectives, "
+        f"{k.size / front:.0f} for each gear on it"
     )
     return figure
 
@@ -177,7 +194,7 @@ def searches(dataset: xr.Dataset) -> Any:
         axes[0].plot(generation, 100 * (volume / volume[-1] - 1), color=COLOUR[tool], label=_label(tool))
         axes[1].plot(generation, run["generation_evaluated"], color=COLOUR[tool], lw=1.2)
     axes[0].set(xlabel="generation [–]", ylabel="hypervolume against the last generation [%]")
-    axes[0].set_ylim(-5, 0.5)
+    axes[0].set_ylim(-10, 0.5)
     axes[1].set(xlabel="generation [–]", ylabel="designs not known before [–]")
     axes[1].set_ylim(bottom=0)
     for axis in axes:
