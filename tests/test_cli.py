@@ -13,7 +13,6 @@ import pytest
 import xarray as xr
 
 from gearbench import __version__
-from gearbench.cli import main
 from gearbench.library.garambois2017 import case, gear
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -33,21 +32,6 @@ torque = 10.0
 [resolution]
 positions = 4
 """
-
-
-@pytest.fixture
-def run(monkeypatch, capsys):
-    """Run the command line in this process: exit code, stdout, stderr."""
-
-    def call(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["gearbench", *map(str, arguments)])
-        monkeypatch.setenv("NO_COLOR", "1")
-        with pytest.raises(SystemExit) as end:
-            main()
-        out = capsys.readouterr()
-        return int(end.value.code or 0), out.out, out.err
-
-    return call
 
 
 def test_simulate_prints_a_table_and_writes_the_dataset(run, tmp_path):
@@ -252,7 +236,7 @@ def test_a_full_disk_leaves_the_earlier_file(run, tmp_path, monkeypatch):
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(gearbench.results, "_write", full)
+    monkeypatch.setattr(gearbench.results.os, "fsync", full)
     code, _, err = run("simulate", EXAMPLES / "sc.toml", "-o", target)
     assert code == 1
     assert "No space left on device" in err

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import json
 import multiprocessing
-import sys
 from concurrent.futures import ProcessPoolExecutor
 
 import pytest
 
-from gearbench.cli.app import main
 from gearbench.results import load
 
 #: A narrow pair, cheap to solve.
@@ -43,20 +41,6 @@ def scene(tmp_path, monkeypatch):
     path = tmp_path / "narrow.toml"
     path.write_text(SCENE, encoding="utf-8")
     return path
-
-
-@pytest.fixture
-def run(monkeypatch, capsys):
-    """Run the command line in this process: exit code, stdout, stderr."""
-
-    def call(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["gearbench", *map(str, arguments)])
-        with pytest.raises(SystemExit) as end:
-            main()
-        out = capsys.readouterr()
-        return int(end.value.code or 0), out.out, out.err
-
-    return call
 
 
 def test_a_report_and_a_dataset_are_written(run, scene, tmp_path):

@@ -15,7 +15,6 @@ import pytest
 import xarray as xr
 
 import gearbench
-from gearbench.cli import main
 from gearbench.errors import InputError
 from gearbench.optimise import design_scene, load_study, optimise
 from gearbench.optimise.archive import Archive
@@ -281,21 +280,6 @@ def test_twenty_kills_twenty_identical_results(tmp_path):
 
 
 # -- the command line --------------------------------------------------------------------------------------------------
-@pytest.fixture
-def run(monkeypatch, capsys):
-    """Run the command line in this process: exit code, stdout, stderr."""
-
-    def call(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["gearbench", *map(str, arguments)])
-        monkeypatch.setenv("NO_COLOR", "1")
-        with pytest.raises(SystemExit) as end:
-            main()
-        out = capsys.readouterr()
-        return int(end.value.code or 0), out.out, out.err
-
-    return call
-
-
 def test_the_command_runs_refuses_and_resumes(run, study_file, tmp_path, reference):
     folder = tmp_path / "out"
     code, out, err = run("optimise", study_file, "-o", folder)

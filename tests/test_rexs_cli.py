@@ -2,7 +2,6 @@
 
 import json
 import re
-import sys
 import zipfile
 from pathlib import Path
 
@@ -10,28 +9,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gearbench.cli import main
 from gearbench.exchange.rexs import load_rexs
 from gearbench.exchange.rexs_document import children, read_rexs
 from gearbench.scene_file import load_scene
 
 DATA = Path(__file__).parent / "data"
 SEW, NEW = DATA / "sew_3_stage_cylindrical_gearbox_1.0.rexs", DATA / "stage_1.6.rexs"
-
-
-@pytest.fixture
-def run(monkeypatch, capsys):
-    """Run the command line in this process: exit code, stdout, stderr."""
-
-    def call(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["gearbench", *map(str, arguments)])
-        monkeypatch.setenv("NO_COLOR", "1")
-        with pytest.raises(SystemExit) as end:
-            main()
-        out = capsys.readouterr()
-        return int(end.value.code or 0), out.out, out.err
-
-    return call
 
 
 @pytest.fixture

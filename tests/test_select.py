@@ -6,7 +6,6 @@ import csv
 import json
 import math
 import re
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,7 +15,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
-from gearbench.cli import main
 from gearbench.errors import InputError
 from gearbench.optimise.conditions import Condition, parse_band, parse_condition, parse_ranking
 from gearbench.optimise.designs import Designs
@@ -54,21 +52,6 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module")
 def designs(folder):
     return open_designs(folder)
-
-
-@pytest.fixture
-def run(monkeypatch, capsys):
-    """Run the command line in this process: exit code, stdout, stderr."""
-
-    def call(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["gearbench", *map(str, arguments)])
-        monkeypatch.setenv("NO_COLOR", "1")
-        with pytest.raises(SystemExit) as end:
-            main()
-        out = capsys.readouterr()
-        return int(end.value.code or 0), out.out, out.err
-
-    return call
 
 
 def value(designs: Designs, name: str) -> np.ndarray:
