@@ -20,6 +20,9 @@ SolidOrder = tuple[
     Annotated[int, Field(ge=2, le=40)], Annotated[int, Field(ge=1, le=40)], Annotated[int, Field(ge=1, le=40)]
 ]
 
+#: Bore over root circle.
+_LARGEST_BORE = 0.999
+
 
 def solid_order(gear: Gear) -> tuple[int, int, int]:
     """Order of a solid tooth unless a scene gives one: across the face as many functions as the flank can feel."""
@@ -51,11 +54,14 @@ def require_bores(pair: Pair) -> tuple[float, float]:
     Raises
     ------
     InputError
-        If one is missing.
+        If one is missing, or leaves no body below the teeth.
     """
     found = []
-    for name, member in (("pinion", pair.pinion), ("wheel", pair.wheel)):
-        if member.bore_diameter is None:
+    for name, member, gear in zip(("pinion", "wheel"), (pair.pinion, pair.wheel), pair.gears, strict=True):
+        bore, most = member.bore_diameter, _LARGEST_BORE * 2 * gear.root_radius
+        if bore is None:
             raise InputError("", f"no pair.{name}.bore_diameter", "needs the bores of both gears")
-        found.append(member.bore_diameter)
+        if bore > most:
+            raise InputError("", f"pair.{name}.bore_diameter = {bore:.6g}", f"must be at most {most:.6g} (root circle)")
+        found.append(bore)
     return found[0], found[1]
