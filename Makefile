@@ -2,13 +2,13 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-EXTRAS ?= dev,fem,optimise
+EXTRAS ?= dev,fem,optimise,docs
 STAMP := $(VENV)/.installed-$(EXTRAS)
 # one thread for each BLAS call: the parallel work is done by gearbench's own threads and by pytest's workers
 export OPENBLAS_NUM_THREADS ?= 1
 export MPLBACKEND ?= agg
 
-.PHONY: demo test test-all lint bench studies clean system-libraries
+.PHONY: demo test test-all lint bench studies docs docs-tables clean system-libraries
 
 demo: $(STAMP)
 	$(BIN)/python -m studies.demo out/demo
@@ -29,6 +29,15 @@ bench: $(STAMP)
 
 studies: $(STAMP) system-libraries
 	$(BIN)/python -m studies run all
+
+# The pages of docs/ into out/site: warnings are errors, nothing comes from the network.
+docs: $(STAMP)
+	$(BIN)/python -m sphinx -b html -W --keep-going -q -d out/doctrees docs out/site
+	@echo "open out/site/index.html"
+
+# Pages that are made from the code; tests/test_docs_tables.py holds them up to date.
+docs-tables: $(STAMP)
+	$(BIN)/python -m docs.generate
 
 # Shared libraries that gmsh loads: named, and installed where this is possible without asking anyone.
 system-libraries: $(STAMP)
