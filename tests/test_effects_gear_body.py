@@ -1,0 +1,284 @@
+"""Foundation and neighbouring teeth as effects: refusals, what they add, and what they must not change."""
+
+from __future__ import annotations
+
+import copy
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.solver import solve
+from gearbench.effects.base import LowRank
+from gearbench.effects.neighbour_teeth import NeighbourTeeth
+from gearbench.effects.solids import gear_body
+from gearbench.effects.tooth_foundation import ToothFoundation
+from gearbench.errors import InputError
+from gearbench.geometry.action import ContactLines
+from gearbench.scene import Scene
+from gearbench.scene_file import load_scene, parse_scene
+from gearbench.simulation import simulate
+
+SPUR: dict[str, Any] = {
+    "pair": {
+        "normal_module": 3.0,
+        "face_width": 24.0,
+        "centre_distance": 90.4,
+        "pinion": {"teeth": 24, "bore_diameter": 30.0},
+        "wheel": {"teeth": 36, "bore_diameter": 40.0},
+    },
+    "load": {"torque": 150.0},
+    "resolution": {"positions": 12, "segments": 7},
+}
+HELICAL = copy.deepcopy(SPUR)
+HELICAL["pair"] |= {"helix_angle": 18.0, "centre_distance": 94.9}
+TABLES = {"spur": SPUR, "helical": HELICAL}
+BOTH = pytest.mark.parametrize("kind", TABLES)
+SOLID = {"hertz": {}, "tooth_bending": {"model": "solid"}}
+
+
+def tables(kind: str, effects: dict[str, Any], pinion: dict[str, Any] | None = None) -> dict[str, Any]:
+    result = copy.deepcopy(TABLES[kind])
+    result["effects"] = effects
+    result["pair"]["pinion"] |= pinion or {}
+    return result
+
+
+@cache
+def scene(kind: str, *more: str) -> Scene:
+    return parse_scene(tables(kind, SOLID | {name: {} for name in more}))
+
+
+@cache
+def simulated(kind: str, *more: str):
+    return simulate(scene(kind, *more))
+
+
+# -- what is refused --------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("effects", "pinion", "message"),
+    [
+        ({"tooth_foundation": {}}, {}, "effects.tooth_foundation = alone: requires effects.hertz: "),
+        ({"neighbour_teeth": {}}, {}, "effects.neighbour_teeth = alone: requires effects.hertz: "),
+        (
+            {"hertz": {}, "tooth_foundation": {}, "neighbour_teeth": {}}, {},
+            "effects.tooth_foundation = given: conflicts with effects.neighbour_teeth: which contains it",
+        ),
+        ({"hertz": {}, "tooth_foundation": {}, "fe_compliance": {}}, {}, "which has a gear body of its own"),
+        ({"hertz": {}, "neighbour_teeth": {}, "fe_compliance": {}}, {}, "which has a gear body of its own"),
+        (
+            {"hertz": {}, "neighbour_teeth": {}}, {"bore_diameter": 70.0},
+            "effects.neighbour_teeth = pair.pinion.bore_diameter = 70: must be at most 64.8417 (root circle)",
+        ),
+        ({"hertz": {}, "tooth_foundation": {}}, {"bore_diameter": 70.0}, "must be at most 64.8417 (root circle)"),
+        ({"hertz": {}, "tooth_foundation": {"model": "sainsot_velex", "order": [4, 5, 5]}}, {}, 'model = "ring"'),
+        (
+            {"hertz": {}, "tooth_foundation": {"model": "sainsot_velex"}}, {"bore_diameter": 6.0},
+            "effects.tooth_foundation.model = sainsot_velex: pair.pinion: M* = 5.194",
+        ),
+        ({"hertz": {}, "tooth_foundation": {"model": "half_plane"}}, {}, "must be 'ring' or 'sainsot_velex'"),
+        ({"hertz": {}, "tooth_foundation": {"order": [4, 5]}}, {}, "effects.tooth_foundation.order.2"),
+        ({"hertz": {}, "neighbour_teeth": {"order": [1, 5, 5]}}, {}, "effects.neighbour_teeth.order.0 = 1: must be"),
+    ],
+)  # fmt: skip
+def test_what_does_not_fit_is_refused_in_one_line(effects, pinion, message):
+    with pytest.raises(InputError) as error:
+        parse_scene(tables("spur", effects, pinion))
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("name", ["tooth_foundation", "neighbour_teeth"])
+@pytest.mark.parametrize("gear", ["pinion", "wheel"])
+def test_bores_of_both_gears_are_needed(name, gear):
+    given = tables("spur", {"hertz": {}, name: {}})
+    del given["pair"][gear]["bore_diameter"]
+    with pytest.raises(InputError, match=rf"^effects\.{name} = no pair\.{gear}\.bore_diameter: needs the bores"):
+        parse_scene(given)
+
+
+def test_scene_from_a_file(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text("""
+[pair]
+normal_module = 3.0
+face_width = 24.0
+centre_distance = 90.4
+pinion = { teeth = 24, bore_diameter = 30.0 }
+wheel = { teeth = 36, bore_diameter = 40.0 }
+[load]
+torque = 150.0
+[effects.hertz]
+[effects.tooth_bending]
+model = "solid"
+[effects.tooth_foundation]
+model = "ring"
+order = [4, 5, 5]
+""")
+    found = load_scene(path)
+    assert found.effect("tooth_foundation") == ToothFoundation(order=(4, 5, 5))
+    path.write_text(found.to_toml().replace("tooth_foundation", "neighbour_teeth").replace('model = "ring"', ""))
+    assert load_scene(path).effect("neighbour_teeth") == NeighbourTeeth(order=(4, 5, 5))
+
+
+# -- what is added ----------------------------------------------------------------------------------------------------
+def lines(kind: str) -> ContactLines:
+    return scene_lines(scene(kind), np.linspace(0.02, 0.98, 9))
+
+
+def pair_blocks(part: LowRank, at: ContactLines) -> np.ndarray:
+    """Compliance between all segments, (position, pair, segment, pair, segment), absent lines zero."""
+    psi = np.where(at.active[..., None, None], part.factor, 0.0)
+    if part.coupled:
+        return np.einsum("pkir,pljr->pkilj", psi, psi)
+    return np.einsum("pkir,pkjr,kl->pkilj", psi, psi, np.eye(at.shape[1]))
+
+
+@BOTH
+def test_foundation_is_the_part_of_the_body_below_the_loaded_tooth(kind):
+    """neighbour_teeth without what one tooth does to another is tooth_foundation."""
+    at = lines(kind)
+    own = pair_blocks(ToothFoundation().compliance(at), at)
+    all_teeth = pair_blocks(NeighbourTeeth().compliance(at), at)
+    # square roots drop eigenvalues of 1e-12 of the greatest
+    k = np.arange(at.shape[1])
+    assert_allclose(all_teeth[:, k, :, k], own[:, k, :, k], rtol=0, atol=1e-9 * own.max())
+    others = all_teeth.copy()
+    others[:, k, :, k] = 0
+    assert np.abs(others).max() > 0.02 * own.max()
+
+
+@BOTH
+def test_neighbours_are_the_next_teeth_of_each_gear(kind):
+    """Term by term: both gears in series, pair k + 1 on tooth + 1 of the pinion and tooth − 1 of the wheel."""
+    at = lines(kind)
+    pair, b = at.pair, at.pair.face_width
+    found = pair_blocks(NeighbourTeeth().compliance(at), at)
+    bodies = [gear_body(pair, k, None) for k in range(2)]
+    count = at.shape[1]
+    blocks = [body.blocks(count - 1) for body in bodies]
+    height = [r - g.root_radius for r, g in zip(at.radii, pair.gears, strict=True)]
+    # the wheel of the pair is the mirror image of the tooth modelled, whose flank is loaded from the other side
+    plain = [replace(body.tooth, driven=False) for body in bodies]
+    for p, i, j in np.argwhere(at.active[:, :, None] & at.active[:, None, :]):
+        x = [plain[g].shapes(height[g][p], at.y[p] if g == 0 else b - at.y[p]) for g in range(2)]
+        expected = x[0][i] @ blocks[0][count - 1 + i - j] @ x[0][j].T
+        expected = expected + x[1][i] @ blocks[1][count - 1 + j - i] @ x[1][j].T
+        assert_allclose(found[p, i, :, j], expected, rtol=0, atol=1e-8 * found.max())
+
+
+@BOTH
+def test_order_is_that_of_the_tooth(kind):
+    at = lines(kind)
+    for effect in (ToothFoundation, NeighbourTeeth):
+        coarse, fine = (pair_blocks(effect(order=o).compliance(at), at) for o in ((3, 3, 3), None))
+        assert 0.6 < coarse.max() / fine.max() < 0.98
+    pinion, _ = at.pair.gears
+    assert gear_body(at.pair, 0, (3, 3, 3)).tooth.order == (3, 3, 3)
+    assert gear_body(at.pair, 0, (3, 3, 3)).bore_radius == pytest.approx(15.0)
+    assert gear_body(at.pair, 1, None).bore_radius == pytest.approx(20.0)
+    assert gear_body(at.pair, 1, None).tooth.driven
+    assert gear_body(at.pair, 0, None).tooth.gear == pinion
+
+
+@pytest.mark.parametrize("effect", [ToothFoundation(), NeighbourTeeth(), ToothFoundation(model="sainsot_velex")])
+def test_factor_of_one_tooth_is_what_the_pair_adds_up(effect):
+    at = lines("spur")
+    own = pair_blocks(effect.compliance(at), at)
+    p, k = np.argwhere(at.active)[0]
+    heights = [r - g.root_radius for r, g in zip(at.radii, at.pair.gears, strict=True)]
+    psi = [effect.tooth_factor(at.pair, g, heights[g][p, k], at.y[p, k]) for g in range(2)]
+    assert_allclose(own[p, k, :, k], sum(f @ f.T for f in psi), rtol=0, atol=1e-9 * own.max())
+
+
+# -- what comes out ---------------------------------------------------------------------------------------------------
+@BOTH
+@pytest.mark.parametrize("more", ["tooth_foundation", "neighbour_teeth"])
+def test_problem_is_solved_to_its_residual(kind, more):
+    """H P + g(P) + e = δ where there is contact, P ≥ 0, ΣP = F: from the effects' own compliances."""
+    data = simulate(scene(kind, more))
+    for name in ("equilibrium_residual", "complementarity_residual"):
+        assert float(np.abs(data[name]).max()) < 1e-9
+    assert float(data.minimum_force.min()) > -1e-9
+    problem = assemble(scene(kind, more), scene_lines(scene(kind, more), data.mesh_phase.values))
+    assert problem.blocks == (1 if more == "neighbour_teeth" else problem.shape[1])
+    # the same from H itself, as given by the effects, at every position
+    psi = problem.factor
+    own = problem.block[:, None] == problem.block
+    solution = solve(problem)
+    H = np.where(own, psi @ psi.swapaxes(1, 2), 0.0)
+    force = solution.force.reshape(problem.gap.shape) / problem.force
+    law = np.where(force > 0, force * (problem.a - problem.h * np.log(np.maximum(force, 1e-300))), 0.0)
+    gap = np.einsum("pij,pj->pi", H, force) + law + problem.gap
+    gap = gap - solution.approach[:, None] / problem.length_scale
+    loaded = problem.active & (force > 0)
+    assert_allclose(gap[loaded], 0, atol=1e-9)
+    assert np.all(gap[problem.active & ~loaded] > -1e-9)
+
+
+@cache
+def stiffness(kind: str, *more: str) -> np.ndarray:
+    return simulated(kind, *more).mesh_stiffness.values
+
+
+def test_one_pair_in_contact_knows_no_neighbours():
+    """Spur: at the positions with one pair in contact, coupling changes nothing; elsewhere it does."""
+    count = (simulated("spur").line_load.sum("segment") > 0).sum("pair").values
+    one, two = count == 1, count == 2
+    assert one.sum() >= 3
+    assert two.sum() >= 3
+    own, coupled = stiffness("spur", "tooth_foundation"), stiffness("spur", "neighbour_teeth")
+    assert_allclose(coupled[one], own[one], rtol=1e-9)
+    assert np.all(coupled[two] < 0.97 * own[two])
+    ste = [simulated("spur", name).transmission_error.values for name in ("tooth_foundation", "neighbour_teeth")]
+    assert_allclose(ste[1][one], ste[0][one], rtol=1e-9)
+
+
+@BOTH
+def test_body_makes_the_mesh_softer(kind):
+    clamped, own, coupled = (stiffness(kind, *m) for m in ((), ("tooth_foundation",), ("neighbour_teeth",)))
+    assert np.all(own < 0.75 * clamped)
+    assert np.all(coupled < own * (1 + 1e-9))
+
+
+@BOTH
+def test_coupling_changes_the_sharing_of_the_load(kind):
+    """Teeth that move each other share less freely: the sum is the same."""
+    load = [simulated(kind, m).line_load for m in ("tooth_foundation", "neighbour_teeth")]
+    force = [(q * q.segment_length).sum("segment").values for q in load]
+    total = scene(kind).normal_force
+    for f in force:
+        assert_allclose(f.sum(axis=1), total, rtol=1e-9)
+    assert np.abs(force[0] - force[1]).max() > 0.005 * total
+
+
+def test_bore_as_large_as_can_be_is_a_clamp():
+    """A hub of metal that gives by 0.1 % of the root circle only: mesh stiffness of clamped teeth within 3 %."""
+    given = tables("spur", SOLID | {"neighbour_teeth": {}}, {"bore_diameter": 64.8})
+    given["pair"]["wheel"]["bore_diameter"] = 100.6
+    found = simulate(parse_scene(given)).mesh_stiffness.values
+    assert np.all(found < stiffness("spur"))
+    assert_allclose(found, stiffness("spur"), rtol=0.03)
+
+
+@pytest.mark.parametrize(
+    "effects", [SOLID, SOLID | {"tooth_foundation": {"model": "sainsot_velex"}}], ids=["clamped", "closed form"]
+)
+def test_ring_is_not_imported_where_it_is_not_asked_for(effects):
+    code = """
+import sys, json
+from gearbench.scene_file import parse_scene
+from gearbench.simulation import simulate
+simulate(parse_scene(json.loads(sys.argv[1])))
+print([m for m in sys.modules if m in ("gearbench.compliance.ring", "gearbench.compliance.gear_body")])
+"""
+    argument = json.dumps(tables("spur", effects))
+    done = subprocess.run([sys.executable, "-c", code, argument], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
