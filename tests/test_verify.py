@@ -90,6 +90,8 @@ def test_finite_elements_as_in_a_robust_scene(designs, tmp_path, monkeypatch):
         # the same sums in another order of the compliances
         assert_allclose(found["objective_verified"][0, i], answer[name], rtol=1e-9)
         assert_allclose(found[f"{name}_verified"][0], answer[name], rtol=1e-9)
+        shift = 100 * (float(answer[name]) / float(designs.dataset[name][place]) - 1)
+        assert_allclose(found["shift"][0, i], shift, rtol=1e-6)  # a small difference of such numbers
     # the plate has another compliance: the answer is not the stored one
     assert np.all(np.abs(found["shift"]) > 0.01)
     assert list(tmp_path.glob("flank-*.npz"))
