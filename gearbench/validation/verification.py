@@ -31,11 +31,16 @@ def findings(dataset: xr.Dataset) -> list[str]:
     for i, label in enumerate(map(str, dataset["objective_name"].values)):
         shift, rho = dataset["shift"].values[:, i], float(dataset["rank_correlation"].values[i])
         span = f"{np.nanmin(shift):+.1f} to {np.nanmax(shift):+.1f} %, median {np.nanmedian(shift):+.1f} %"
-        lines.append(f"{heading(label)[0]}: rank correlation {rho:.3f}, shift {span}")
+        lines.append(f"{heading(label)[0]}: rank correlation {_rho(rho)}, shift {span}")
     count, kept = dataset.sizes["design"], int(dataset["on_front_verified"].sum())
     lines.append(f"{kept} of {count} designs are not dominated by another with finite elements")
     failed = count - int(dataset["verified"].sum())
     return lines if failed == 0 else [*lines, f"{failed} designs could not be evaluated with finite elements"]
+
+
+def _rho(value: float) -> str:
+    """A rank correlation; fewer than three designs have none."""
+    return f"{value:.3f}" if np.isfinite(value) else "unknown"
 
 
 def markdown(dataset: xr.Dataset, name: str) -> str:
@@ -79,7 +84,7 @@ def shifts(dataset: xr.Dataset, axes: Axes) -> Axes:
     for i, label in enumerate(map(str, dataset["objective_name"].values)):
         colour, marker = _STYLES[i % len(_STYLES)]
         rank = 1 + np.argsort(np.argsort(dataset["objective"].values[:, 0], kind="stable"))
-        text = f"{heading(label)[0]}: rank correlation {float(dataset['rank_correlation'].values[i]):.3f}"
+        text = f"{heading(label)[0]}: rank correlation {_rho(dataset['rank_correlation'].values[i])}"
         axes.plot(rank, dataset["shift"].values[:, i], marker, color=colour, ms=5, label=text)
     axes.axhline(0, color=GREY, lw=0.8)
     axes.set(xlabel="place on the front, by the first objective [–]", ylabel="change by finite elements [%]")
@@ -99,12 +104,10 @@ def draw_verification(dataset: xr.Dataset, folder: Path, name: str) -> Path:
         shifts(dataset, axes[0, -1])
         for axis in axes.flat:
             axis.grid(alpha=0.3)
-        rho = float(np.nanmin(dataset["rank_correlation"].values, initial=1.0))
+        rho = dataset["rank_correlation"].values
+        held = f", their order holds to a rank correlation of {np.nanmin(rho):.2f}" if np.any(np.isfinite(rho)) else ""
         largest = np.nanmax(np.abs(dataset["shift"].values))
-        figure.suptitle(
-            f"{name or 'study'}: finite elements move objectives by up to {largest:.0f} %, "
-            f"their order holds to a rank correlation of {rho:.2f}"
-        )
+        figure.suptitle(f"{name or 'study'}: finite elements move objectives by up to {largest:.0f} %{held}")
         path = folder / "verification.png"
         figure.savefig(path, dpi=DPI)
         plt.close(figure)
