@@ -2,7 +2,8 @@
 
 The root of every tooth moves by q, polynomials of s and z for each displacement, and presses on the rim of the ring
 with tractions t of the same polynomials φ (orthonormal on the root). With the tooth's stiffness S against motions of
-its root, the displacement Φ of its flank under them, and the compliance B of the ring between the roots,
+its root, the displacement Φ of its flank under them, and the compliance B of the ring between the roots (R6 of
+docs/theory.md),
 
     q = B t    S q + t = Φᵀ P    ⇒    deflection of the flank due to the body = Φ (S + B⁻¹)⁻¹ Φᵀ P.
 
@@ -54,7 +55,7 @@ class GearBody:
 
     @cached_property
     def _tooth_parts(self) -> tuple[NDArray, NDArray]:
-        """S (r, r) and Φ (flank, r) of the tooth, r = (field, k, j)."""
+        """S (r, r) and Φ (flank, r) of the tooth, r = (field, k, j): (R5)."""
         solid, count = self.tooth.free_solid, self.axis_order
         field, across, along, axis = solid.shape
         flank = self.tooth.flank_functionals(solid)

@@ -4,6 +4,7 @@ Contact laws of the Weber–Banaschek kind give the compression of an elastic ha
 depth t of the tooth's centre line. The tooth's own compliance is therefore that of the flank less this compression
 under the same load. The half-space is mirrored at the two faces of the gear, so that an even line load compresses it
 evenly, as in the law; its Fourier components along the line, wave number k, at distance r across it, R² = r² + t², are
+(L2, L1 of docs/theory.md)
 
     ĝ_k(r) = 2(1−ν²)/(πE) [K₀(kr) − K₀(kR)] − (1+ν)/(πE) t² k K₁(kR)/R
     ĝ_0(r) = 2(1−ν²)/(πE) ln(R/r) − (1+ν)/(πE) t²/R².

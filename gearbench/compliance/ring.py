@@ -5,7 +5,7 @@ the coordinates θ, z that turn with the screw of a helical gear, where D = ∂_
 
     u_θ = i U e^{inθ}    u_R = V e^{inθ}    u_z = i W e^{inθ},    D = i d,    functions of z: i^j g_j
 
-all strains of a harmonic are real up to a common phase,
+all strains of a harmonic are real up to a common phase (R1 of docs/theory.md),
 
     ε_θθ = (V − nU)/R    ε_RR = V′    ε_zz = −dW    γ_θR ~ U′ − (U − nV)/R    γ_θz ~ dU + nW/R    γ_Rz ~ dV + W′
 

@@ -3,7 +3,7 @@
 Coordinates: x = R − r_f along the height, s ∈ [−1, 1] across the tooth at constant radius, θ = s ψ(R), and z along the
 axis in the frame that turns with the screw. Displacements are u_θ, u_R, u_z in cylindrical components, so that nothing
 depends on where along the screw a section stands. With the half-width e = R ψ along the arc, curvature c = 1/R (zero
-for a straight block), κ = tan β / r and D = ∂_z − κ ∂_θ the strains are
+for a straight block), κ = tan β / r and D = ∂_z − κ ∂_θ the strains are (S1 of docs/theory.md)
 
     ε_θθ = ∂_s u_θ / e + c u_R     γ_θR = ∂_R u_θ − c u_θ + ∂_s u_R / e     ∂_R = ∂_x − s (e′/e − c) ∂_s
     ε_RR = ∂_R u_R                 γ_θz = D u_θ + ∂_s u_z / e               ∂_θ = ∂_s / (c e)
@@ -135,7 +135,7 @@ class Section:
         return _across_integrals(self.order[0])
 
     def stiffness(self, lame: tuple[float, float]) -> NDArray:
-        """S[a, b] (3, n_s, n_x, 3, n_s, n_x) for Lamé's λ, μ [N/mm²], to be multiplied by ∫ g⁽ᵃ⁾ g⁽ᵇ⁾ dz; (2, 2, …).
+        """S[a, b] (3, n_s, n_x, 3, n_s, n_x) for Lamé's λ, μ [N/mm²], times ∫ g⁽ᵃ⁾ g⁽ᵇ⁾ dz (S2, S3); (2, 2, …).
 
         Fields in the order θ, R, z.
         """
