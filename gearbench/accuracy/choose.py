@@ -1,16 +1,18 @@
 """Choose the cheapest resolution that meets an accuracy, from what the scene itself answers to finer ones.
 
-The error of a level is taken from its difference to a level twice as fine. A knob whose error is e ~ n^−p leaves
-e (1 − 2^−p) as that difference, so twice the difference bounds the error of any knob of first order or better. The
-knobs are turned up one after the other, the one that contributes most first, from the coarsest levels on: each trial
-costs about half as much again as the one before, so that the whole search costs a small multiple of the run chosen.
+Segments and Gauss points are turned up, whichever contributes more, from the coarsest levels on, until the answers of
+the last levels, up to twice as fine as the first of them, agree. Their largest difference D bounds the error of the
+finest, if it falls like 1/n or faster: e(n) − e(2n) ≥ e(2n). The finest is then the reference for all the trials: the
+cheapest one whose difference to it, with D added, is within the accuracy is chosen. Where contact is lost segment by
+segment, single answers may agree by chance; that is why three levels of each knob are compared, not two.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -33,12 +35,15 @@ from gearbench.scene import Scene
 #: A scene → the numbers whose error is meant, see ``gearbench.accuracy.measure``.
 Evaluate = Callable[[Scene], NDArray]
 
-#: Error of a level over its difference to one twice as fine: first order or better.
-SAFETY = 2.0
 #: Shares of the budget of what costs most, where a scene has it: finite elements, and the order of solid teeth.
 FE_SHARE, ORDER_SHARE = 0.5, 0.6
 #: Rungs of the ladders that make a level about twice as fine, and where the search begins.
 DOUBLE, START = 2, 1
+#: Both knobs are turned where their contributions differ by less than this factor; by two rungs at once where the
+#: error is still as many times too large as the second one.
+ALIKE, FAR = 2.0, 8.0
+#: Cost of a mesh phase in segments, beside those it has.
+PHASE_COST = 4
 #: Order of convergence of solid teeth in the number of functions along the height: the root is singular.
 SOLID_CONVERGENCE = 2.0
 #: Accuracies of ``fe_compliance`` that its meshes can be refined to, and the one it has by default.
@@ -108,7 +113,7 @@ def choose(scene: Scene, evaluate: Evaluate, share: float = 1.0) -> Choice:
         k, error, trials = _solid_order(scene, orders, evaluate, ORDER_SHARE * (budget - spent))
         scene, spent, settings["order"] = with_order(scene, orders[k]), spent + error, label(orders[k])
     grid = _Grid(evaluate=evaluate, scene=scene)
-    n, g, error = _resolution(grid, budget - spent)
+    n, g, error = grid.search(budget - spent)
     settings |= {"segments": label(grid.segments[n]), "gauss_points": label(grid.points[g])}
     return Choice(
         scene=grid.scene_at(n, g),
@@ -128,7 +133,7 @@ def _finite_elements(scene: Scene, budget: float) -> tuple[Scene, float]:
     if accuracy == FE_DEFAULT:
         accuracy = float(np.clip(FE_SHARE * budget, *FE_RANGE))
     if accuracy >= budget:
-        raise _unmet(scene, "finite elements", accuracy)
+        raise _unmet("finite elements", accuracy)
     return with_effect(scene, "fe_compliance", accuracy=accuracy), accuracy
 
 
@@ -146,27 +151,27 @@ def _solid_order(scene: Scene, orders: tuple[Level, ...], evaluate: Evaluate, bu
         if error <= budget:
             return k, error, k + 2 - START
         here = finer
-    raise _unmet(scene, "the order of solid teeth", error)
+    raise _unmet("the order of solid teeth", error)
 
 
-def _unmet(scene: Scene, what: str, error: float) -> InputError:
+def _unmet(what: str, error: float) -> InputError:
     return InputError("accuracy", "too small", f"{what} leaves an error of {100 * error:.2g} % at its finest")
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Grid:
-    """Answers of a scene on the grid of segments and Gauss points, kept."""
+    """Answers of a scene on the grid of segments and Gauss points, kept by the indices of the levels."""
 
     evaluate: Evaluate
     scene: Scene
     values: dict[tuple[int, int], NDArray] = field(default_factory=dict)
 
     @property
-    def segments(self) -> tuple[Level, ...]:
+    def segments(self) -> tuple[Any, ...]:
         return SEGMENTS.levels(self.scene)
 
     @property
-    def points(self) -> tuple[Level, ...]:
+    def points(self) -> tuple[Any, ...]:
         return GAUSS_POINTS.levels(self.scene)
 
     def scene_at(self, n: int, g: int) -> Scene:
@@ -177,26 +182,35 @@ class _Grid:
             self.values[n, g] = self.evaluate(self.scene_at(n, g))
         return self.values[n, g]
 
-    def difference(self, n: int, g: int, more_n: int, more_g: int) -> float:
-        """Largest relative difference to an answer that is finer by so many rungs."""
-        return float(relative_errors(self(n, g), self(n + more_n, g + more_g)).max())
+    def search(self, budget: float) -> tuple[int, int, float]:
+        """Indices of segments and Gauss points whose error is within ``budget``, and that error."""
+        n = g = START
+        spread = math.inf
+        while n + DOUBLE < len(self.segments) and g + DOUBLE < len(self.points):
+            by_segments = self.difference((n, g), (n + DOUBLE, g))
+            by_phases = self.difference((n, g), (n, g + DOUBLE))
+            spread = max(by_segments, by_phases)
+            if 2 * spread <= budget:
+                finest = n + DOUBLE, g + DOUBLE
+                box = product(range(n, finest[0] + 1), range(g, finest[1] + 1))
+                spread = max(self.difference(at, finest) for at in box)
+                if 2 * spread <= budget:
+                    at = self._cheapest(finest, budget - spread)
+                    return *at, spread + self.difference(at, finest)
+            rungs = 2 if spread > FAR * budget else 1
+            n += rungs if by_segments * ALIKE >= by_phases else 0
+            g += rungs if by_phases * ALIKE >= by_segments else 0
+        raise _unmet("the resolution", spread)
 
+    def difference(self, one: tuple[int, int], other: tuple[int, int]) -> float:
+        """Largest relative difference of two answers."""
+        return float(relative_errors(self(*one), self(*other)).max())
 
-def _resolution(grid: _Grid, budget: float) -> tuple[int, int, float]:
-    """Indices of segments and Gauss points whose error is within ``budget``, and that error."""
-    n = g = START
-    error = math.inf
-    while n + DOUBLE < len(grid.segments) and g + DOUBLE < len(grid.points):
-        by_segments, by_phases = grid.difference(n, g, DOUBLE, 0), grid.difference(n, g, 0, DOUBLE)
-        error = SAFETY * max(by_segments, by_phases)
-        if error <= budget:
-            # the errors of both knobs may add up
-            error = max(error, SAFETY * grid.difference(n, g, DOUBLE, DOUBLE))
-            if error <= budget:
-                return n, g, error
-            n, g = n + 1, g + 1
-        elif by_segments >= by_phases:
-            n += 1
-        else:
-            g += 1
-    raise _unmet(grid.scene, "the resolution", error)
+    def _cheapest(self, finest: tuple[int, int], budget: float) -> tuple[int, int]:
+        """The cheapest levels whose answer differs from the finest by no more than ``budget``."""
+        levels = product(range(finest[0] + 1), range(finest[1] + 1))
+        return next(at for at in sorted(levels, key=self._cost) if self.difference(at, finest) <= budget)
+
+    def _cost(self, at: tuple[int, int]) -> float:
+        """Cost of a trial: every phase costs as much as a few segments by itself."""
+        return self.points[at[1]] * (PHASE_COST + self.segments[at[0]])

@@ -112,13 +112,13 @@ def solid_orders(scene: Scene) -> tuple[Level, ...]:
 
 SEGMENTS = Knob(
     name="segments",
-    levels=lambda _: (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256),
+    levels=lambda _: (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024),
     with_level=lambda scene, level: with_resolution(scene, segments=level),
     order="2; exact for spur gears without gaps",
 )
 GAUSS_POINTS = Knob(
     name="gauss_points",
-    levels=lambda _: (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64),
+    levels=lambda _: (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64, 96),
     with_level=lambda scene, level: with_resolution(scene, gauss_points=level),
     order="exponential; 1 where contact is lost inside a panel",
 )
@@ -142,7 +142,7 @@ def _plate_orders(scene: Scene) -> tuple[Level, ...]:
     effect = scene.effect("tooth_bending")
     if getattr(effect, "model", None) != "plate":
         return ()
-    return ("paper", *((p, p) for p in (1, 2, 3, 4, 5, 6, 8, 10, 14, 20)))
+    return ((1, 1), "paper", *((p, p) for p in (2, 3, 4, 5, 6, 8, 10, 14, 20)))
 
 
 def _with_plate_order(scene: Scene, level: Any) -> Scene:
@@ -157,7 +157,7 @@ PLATE_ORDER = Knob(
     levels=_plate_orders,
     with_level=_with_plate_order,
     order="exponential",
-    size=lambda level: 2.0 if level == "paper" else level[0],
+    size=lambda level: 1.5 if level == "paper" else level[0],
     prepares=True,
 )
 FE_ACCURACY = Knob(

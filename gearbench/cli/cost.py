@@ -37,7 +37,8 @@ def cost(scene: SceneFile, output: Folder = None, repeats: Repeats = 5) -> None:
 
     from gearbench.cli.summary import pair_line
 
-    console = Console(soft_wrap=True)
+    # no narrower than the table, so that nothing of it is cut where the output is no terminal
+    console = Console(soft_wrap=True, width=max(110, Console().width))
     console.print(_table(pair_line(loaded), dataset))
     console.print("error: the largest of mean STE, RMS STE, mean k, RMS k, relative; ±: of its reference")
     console.print("order: of each of the four, – where errors are not clear of their reference")

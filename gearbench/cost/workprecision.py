@@ -113,6 +113,10 @@ def work_precision(scene: Scene, repeats: int = REPEATS, seeds: int = 8) -> xr.D
     """
     start = time.perf_counter()
     curves = [curve(scene, knob, repeats) for knob in KNOBS if knob.applies(scene)]
+    from gearbench.cost.newton import newton_curve
+
+    solver = newton_curve(scene, repeats)
+    curves += [solver] if solver is not None else []
     if scene.effect("manufacturing_errors") is not None:
         from gearbench.cost.samples import sample_curves
 
