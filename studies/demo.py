@@ -100,7 +100,7 @@ def draw_front(dataset: xr.Dataset, path: Path) -> Path:
     axis.set(xlabel="m$_k$, mean RMS of mesh stiffness [%]", ylabel="m$_{ste}$, mean RMS of transmission error [µm]")
     axis.set_ylim(bottom=0)
     axis.grid(alpha=0.3)
-    axis.legend(frameon=False)
+    axis.legend(loc="upper right", frameon=False)
     axis.set_title(
         f"Transmission error down from {best[0, 1]:.2f} to {best[-1, 1]:.2f} µm: "
         f"stiffness fluctuation up from {best[0, 0]:.1f} to {best[-1, 0]:.1f} %"

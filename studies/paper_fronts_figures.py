@@ -109,7 +109,7 @@ def figure_8(dataset: xr.Dataset) -> Any:
     axis.set(xlabel=ACROSS, ylabel=UP)
     axis.set_ylim(bottom=0)
     axis.grid(alpha=0.3)
-    axis.legend(frameon=False)
+    axis.legend(loc="upper right", frameon=False)
     figure.suptitle(_finding_8(dataset))
     return figure
 
@@ -142,7 +142,7 @@ def figure_9(dataset: xr.Dataset) -> Any:
     axis.set(xlabel=ACROSS, ylabel=UP)
     axis.set_ylim(bottom=0)
     axis.grid(alpha=0.3)
-    axis.legend(frameon=False)
+    axis.legend(loc="upper right", frameon=False)
     figure.suptitle(
         f"Tool 3: manufacturing errors scatter stiffness fluctuation by {_percent(sk / k)},\n"
         f"transmission error by {_percent(se / ste)} of its mean"
@@ -173,7 +173,7 @@ def figure_10(dataset: xr.Dataset) -> Any:
         axis.plot(*F, "-", color="black", lw=1.4, label=f"front of {F[0].size}")
         axis.set(xlabel="m$_k$ [%]", title=_label(tool))
         axis.grid(alpha=0.3)
-        axis.legend(frameon=False, markerscale=2)
+        axis.legend(loc="upper right", frameon=False, markerscale=2)
     k, ste = _columns(dataset, near)
     axes[0].set(xlim=(k.min() - 0.3, k.max() + 0.7), ylim=(0, 1.25 * ste.max()), ylabel="m$_{ste}$ [µm]")
     front = int((dataset["on_front"] == 1).sum())
@@ -199,7 +199,7 @@ def searches(dataset: xr.Dataset) -> Any:
     axes[1].set_ylim(bottom=0)
     for axis in axes:
         axis.grid(alpha=0.3)
-    axes[0].legend(frameon=False)
+    axes[0].legend(loc="lower right", frameon=False)
     new = 1 - float(dataset["designs"].sum() / dataset["asked"].sum())
     seconds = float(dataset["wall_s"].sum())
     figure.suptitle(

@@ -75,20 +75,26 @@ def moved(dataset: xr.Dataset, axes: Axes) -> Axes:
     axes.plot(after[:, 0], after[:, 1], "s", color=ORANGE, ms=5, label="finite elements")
     (x, x_unit), (y, y_unit) = (heading(str(label)) for label in dataset["objective_name"].values[:2])
     axes.set(xlabel=f"{x} [{x_unit or '–'}]", ylabel=f"{y} [{y_unit or '–'}]")
-    axes.legend(frameon=False)
+    axes.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     return axes
 
 
 def shifts(dataset: xr.Dataset, axes: Axes) -> Axes:
     """Change of each objective against its stored value, over its rank in the stored front."""
+    from matplotlib.ticker import MaxNLocator
+
     for i, label in enumerate(map(str, dataset["objective_name"].values)):
         colour, marker = _STYLES[i % len(_STYLES)]
         rank = 1 + np.argsort(np.argsort(dataset["objective"].values[:, 0], kind="stable"))
-        text = f"{heading(label)[0]}: rank correlation {_rho(dataset['rank_correlation'].values[i])}"
+        short, unit = heading(label)
+        text = (
+            f"{short if unit else f'objective {i + 1}'}: rank correlation {_rho(dataset['rank_correlation'].values[i])}"
+        )
         axes.plot(rank, dataset["shift"].values[:, i], marker, color=colour, ms=5, label=text)
     axes.axhline(0, color=GREY, lw=0.8)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set(xlabel="place on the front, by the first objective [–]", ylabel="change by finite elements [%]")
-    axes.legend(frameon=False)
+    axes.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     return axes
 
 
