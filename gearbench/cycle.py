@@ -53,8 +53,12 @@ def fourier(dataset: xr.Dataset, name: str, orders: int = 10) -> NDArray:
     On Gauss panels the polynomials of the panels are integrated; uniform phases give orders below half their number,
     NaN above.
     """
+    return amplitudes(dataset["mesh_phase"].values, dataset[name].values, panel_size(dataset), orders)
+
+
+def amplitudes(phase: NDArray, values: NDArray, size: int | None, orders: int = 10) -> NDArray:
+    """As ``fourier``, from phases and values (position,) with ``size`` Gauss points on each panel."""
     n = np.arange(1, orders + 1)
-    size, phase, values = panel_size(dataset), dataset["mesh_phase"].values, dataset[name].values
     if size is None:
         amplitude = 2 * np.abs(np.exp(-2j * np.pi * np.outer(n, phase)) @ values) / len(phase)
         return np.where(2 * n < len(phase), amplitude, np.nan)

@@ -25,6 +25,7 @@ LAYERS = (
     ("optimise", "cost"),
     ("plotting", "plan", "doctor"),
     ("validation",),
+    ("explore",),
     ("cli", "__main__"),
 )
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}

@@ -9,6 +9,7 @@ import typer
 
 from gearbench.cli.cost import cost
 from gearbench.cli.doctor import doctor
+from gearbench.cli.explore import explore
 from gearbench.cli.optimise import optimise
 from gearbench.cli.plan import plan
 from gearbench.cli.rexs import rexs
@@ -28,7 +29,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Static transmission error and mesh stiffness of involute gear pairs, and how robust they are.",
 )
-for command in (simulate, robust, optimise, select, verify, validate, plan, cost, rexs, doctor):
+for command in (simulate, robust, optimise, select, explore, verify, validate, plan, cost, rexs, doctor):
     app.command()(command)
 
 

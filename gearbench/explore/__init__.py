@@ -1,0 +1,1 @@
+"""The explorer: a local web page, or a single HTML file, over stored results."""

@@ -1,0 +1,102 @@
+"""All designs of all results, one below the other: what the page draws and filters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.explore.columns import Column
+from gearbench.explore.stored import Stored
+from gearbench.scene import Scene
+
+#: What the front shows: across and up, their scatter, in the paper's order.
+ACROSS, UP = "mesh_stiffness_rms_mean", "transmission_error_rms_mean"
+SCATTER_ACROSS, SCATTER_UP = "mesh_stiffness_rms_std", "transmission_error_rms_std"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Catalogue:
+    """Designs of several results.
+
+    Parameters
+    ----------
+    results
+        The results, in the order they were named.
+    study
+        Place of each design's result in ``results``, (design,).
+    place
+        Place of each design in its file, (design,).
+    columns
+        What is known of the designs, NaN where a result does not know it.
+    """
+
+    results: tuple[Stored, ...]
+    study: NDArray
+    place: NDArray
+    columns: tuple[Column, ...]
+
+    def __len__(self) -> int:
+        return len(self.study)
+
+    def column(self, name: str) -> Column:
+        """The column called ``name``."""
+        return next(column for column in self.columns if column.name == name)
+
+    def of_kind(self, *kinds: str) -> tuple[Column, ...]:
+        """Columns of these kinds that differ between the designs."""
+        return tuple(c for c in self.columns if c.kind in kinds and c.range[0] < c.range[1])
+
+    def scene(self, design: int) -> Scene:
+        """Scene of a design by its place in the catalogue."""
+        return self.results[self.study[design]].scene(int(self.place[design]))
+
+    def name(self, design: int) -> str:
+        """Name of a design to show."""
+        return f"{self.results[self.study[design]].label}, design {self.place[design]}"
+
+
+def catalogue(results: Sequence[Stored]) -> Catalogue:
+    """Designs of ``results`` below each other; those without the two objectives of the front are left out."""
+    titles = list(dict.fromkeys(column.title for result in results for column in result.columns))
+    joined = [_join(results, title) for title in titles]
+    study = np.concatenate([np.full(len(result.places), i) for i, result in enumerate(results)])
+    place = np.concatenate([result.places for result in results])
+    drawn = np.all([np.isfinite(c.values) for c in joined if c.name in (ACROSS, UP)], axis=0)
+    columns = tuple(
+        Column(name=c.name, label=c.label, unit=c.unit, kind=c.kind, values=c.values[drawn], categories=c.categories)
+        for c in joined
+    )
+    return Catalogue(results=tuple(results), study=study[drawn], place=place[drawn], columns=columns)
+
+
+def _join(results: Sequence[Stored], title: str) -> Column:
+    """One column over all results; texts get one list of categories."""
+    found = [next((c for c in result.columns if c.title == title), None) for result in results]
+    first = next(c for c in found if c is not None)
+    categories = tuple(sorted({text for c in found if c is not None for text in c.categories}))
+    parts = []
+    for result, column in zip(results, found, strict=True):
+        values = np.full(len(result.places), np.nan) if column is None else column.values
+        if column is not None and column.categories:
+            values = np.array([categories.index(text) for text in column.categories])[values.astype(int)]
+        parts.append(values.astype(float))
+    values = np.concatenate(parts)
+    return Column(
+        name=first.name, label=first.label, unit=first.unit, kind=first.kind, values=values, categories=categories
+    )
+
+
+def fronts(catalogue: Catalogue, kept: NDArray | None = None) -> NDArray:
+    """Places of the designs that no other ``kept`` design of the same result dominates, by result and value across."""
+    x, y = catalogue.column(ACROSS).values, catalogue.column(UP).values
+    kept = np.ones(len(catalogue), dtype=bool) if kept is None else kept
+    found = []
+    for study in range(len(catalogue.results)):
+        places = np.flatnonzero(kept & (catalogue.study == study))
+        order = places[np.lexsort((y[places], x[places]))]
+        lowest = np.minimum.accumulate(np.concatenate([[np.inf], y[order]]))
+        found.append(order[y[order] < lowest[:-1]])
+    return np.concatenate(found)

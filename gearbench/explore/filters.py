@@ -1,0 +1,49 @@
+"""Ranges of variables, limits and scatter that designs must keep."""
+
+from __future__ import annotations
+
+from bokeh.models import Button, Div, RangeSlider
+from bokeh.models.layouts import Column as Stack
+
+from gearbench.explore.catalogue import Catalogue
+from gearbench.explore.columns import Column
+from gearbench.explore.look import PALETTE, SIDE
+
+_HEADS = {"statistic": "Scatter and objectives", "limit": "Limits", "variable": "Design variables"}
+
+
+def sliders(catalogue: Catalogue) -> dict[int, RangeSlider]:
+    """A slider for each quantity that differs between the designs, by the place of its column."""
+    wanted = {id(column) for column in catalogue.of_kind("statistic", "limit", "variable")}
+    return {i: _slider(i, c) for i, c in enumerate(catalogue.columns) if id(c) in wanted}
+
+
+def _slider(place: int, column: Column) -> RangeSlider:
+    low, high = column.range
+    # a little wider than the values, so that rounding never hides a design at the ends
+    room = 1e-6 * (high - low)
+    texts = "".join(f" {i}: {text}" for i, text in enumerate(column.categories))
+    return RangeSlider(
+        title=column.title + texts,
+        start=low - room,
+        end=high + room,
+        value=(low - room, high + room),
+        step=(high - low + 2 * room) / 200,
+        format="0[.]000" if high < 1000 else "0",
+        width=SIDE - 50,
+        bar_color=PALETTE[5],
+        name=f"filter {column.name}",
+        tags=[place],
+    )
+
+
+def panel(catalogue: Catalogue, by_column: dict[int, RangeSlider], height: int) -> tuple[Stack, Button, Div]:
+    """The sliders below headings, the button that clears them, and the line that says how many designs are kept."""
+    count = Div(text="", name="count", width=SIDE - 40)
+    clear = Button(label="Clear filters", name="clear", width=SIDE - 60)
+    parts: list = [count, clear]
+    for kind, head in _HEADS.items():
+        ours = [s for i, s in by_column.items() if catalogue.columns[i].kind == kind]
+        parts += [Div(text=f"<b>{head}</b>"), *ours] if ours else []
+    stack = Stack(*parts, width=SIDE, height=height, styles={"overflow-y": "auto", "overflow-x": "hidden"})
+    return stack, clear, count

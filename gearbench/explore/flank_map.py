@@ -1,0 +1,39 @@
+"""Line load on the flank as an image: path of contact across, face width up."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.outputs import Solved
+
+#: Pixels across and up.
+SIZE = (72, 48)
+
+
+def flank_map(solved: Solved, size: tuple[int, int] = SIZE) -> NDArray:
+    """Line load over the rectangle u_A … u_E, 0 … b, (up, across) [N/mm]; NaN where no line was computed near.
+
+    At fixed y the line of phase τ + k stands at u = u_A + (τ + k) p_bt + y tan β_b: interpolated along each line in y,
+    then between lines in u.
+    """
+    lines, pair = solved.lines, solved.scene.pair
+    active, load = lines.active, solved.line_load()
+    turn = (lines.mesh_phase[:, None] + lines.index)[active]
+    order = np.argsort(turn)
+    turn, y, q = turn[order], lines.y[active][order], load[active][order]
+    half = lines.length[active][order] * math.cos(pair.base_helix_angle) / 2
+    across, up = size
+    places = (np.arange(up) + 0.5) / up * pair.face_width
+    u = pair.path_start + (np.arange(across) + 0.5) / across * (pair.path_end - pair.path_start)
+    along = np.array([np.interp(places, *line) for line in zip(y, q, strict=True)])  # (line, up)
+    reached = (places >= y[:, :1] - half[:, None]) & (places <= y[:, -1:] + half[:, None])
+    image = np.full((up, across), np.nan)
+    for row, place in enumerate(places):
+        there = reached[:, row]
+        if there.any():
+            at = pair.path_start + turn[there] * pair.base_pitch + place * math.tan(pair.base_helix_angle)
+            image[row] = np.interp(u, at, along[there, row])
+    return image

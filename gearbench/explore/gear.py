@@ -1,0 +1,107 @@
+"""Figures of the picked gear: curves, spectra, load on the flank, densities, teeth in mesh."""
+
+from __future__ import annotations
+
+from bokeh.models import ColorBar, ColumnDataSource, LinearColorMapper, Slider, Span
+from bokeh.plotting import figure
+
+from gearbench.explore.gear_data import Tables
+from gearbench.explore.look import BEFORE, INK, NOW, PALETTE, SMALL, chart, fixed, from_zero
+from gearbench.explore.scripts import script
+
+#: What is drawn of the stored gear beside the changed one.
+COMPARED = ("ste", "stiffness", "ste_orders", "stiffness_orders", "ste_density", "stiffness_density")
+_WIDTH, _HEIGHT = SMALL
+
+
+class GearPanel:
+    """The figures and their sources; ``update`` shows other tables.
+
+    Parameters
+    ----------
+    now, before
+        Tables to begin with: the gear with the page's settings, and as stored.
+    """
+
+    def __init__(self, now: Tables, before: Tables) -> None:
+        self.now = {name: ColumnDataSource(table, name=f"now {name}") for name, table in now.items()}
+        self.before = {name: ColumnDataSource(before[name], name=f"before {name}") for name in COMPARED}
+        self.phase = Slider(start=0, end=1, value=0, step=0.01, title="mesh phase τ", width=250, name="phase")
+        self.ste = self._curve("ste", "Static transmission error", "δ [µm]", "#0072B2")
+        self.stiffness = self._curve("stiffness", "Mesh stiffness", "k [N/µm]", "#D55E00")
+        self.ste_orders = self._bars("ste", "Orders of δ", "amplitude of δ [µm]", "#0072B2")
+        self.stiffness_orders = self._bars("stiffness", "Orders of k", "amplitude of k [N/µm]", "#D55E00")
+        self.ste_density = self._density("ste", "RMS δ over the errors", "RMS δ [µm]", "1/µm", "#0072B2")
+        self.stiffness_density = self._density("stiffness", "RMS k over the errors", "RMS k [%]", "1/%", "#D55E00")
+        self.load = self._load(now)
+        self.teeth = self._teeth(now)
+
+    def update(self, now: Tables, before: Tables) -> None:
+        """Show other tables."""
+        for sources, tables in ((self.now, now), (self.before, before)):
+            for name, source in sources.items():
+                source.data = dict(tables[name])
+
+    def _curve(self, name: str, title: str, label: str, colour: str) -> figure:
+        plot = chart(title, "mesh phase τ [mesh periods]", label, width=_WIDTH, height=_HEIGHT, x_range=fixed(0, 2))
+        plot.line("phase", "value", source=self.before[name], color=BEFORE, line_dash="dashed", line_width=1.5)
+        plot.line("phase", "value", source=self.now[name], color=colour, line_width=2.2)
+        mark = Span(location=0, dimension="height", line_color=INK, line_dash="dotted", line_alpha=0.6)
+        self.phase.js_link("value", mark, "location")
+        plot.add_layout(mark)
+        return plot
+
+    def _bars(self, name: str, title: str, label: str, colour: str) -> figure:
+        plot = from_zero(chart(title, "mesh order [–]", label, width=_WIDTH, height=_HEIGHT, x_range=fixed(0.3, 10.7)))
+        key = f"{name}_orders"
+        plot.vbar("order", top="amplitude", width=0.85, source=self.before[key], color="#CFCFCF")
+        plot.vbar("order", top="amplitude", width=0.5, source=self.now[key], color=colour)
+        plot.xaxis.ticker = list(range(1, 11))
+        plot.xgrid.visible = False
+        return plot
+
+    def _density(self, name: str, title: str, label: str, unit: str, colour: str) -> figure:
+        plot = from_zero(chart(title, label, f"density [{unit}]", width=_WIDTH, height=_HEIGHT))
+        key = f"{name}_density"
+        plot.line("value", "density", source=self.before[key], color=BEFORE, line_dash="dashed", line_width=1.5)
+        plot.varea("value", 0, "density", source=self.now[key], color=colour, alpha=0.2)
+        plot.line("value", "density", source=self.now[key], color=colour, line_width=2.2)
+        return plot
+
+    def _load(self, now: Tables) -> figure:
+        plot = chart(
+            "Line load on the flank", "path of contact u [mm]", "face width y [mm]", width=_WIDTH, height=_HEIGHT
+        )
+        plot.x_range.range_padding = plot.y_range.range_padding = 0
+        mapper = LinearColorMapper(palette="Cividis256", low=0, high=now["load"]["top"][0], nan_color="white")
+        source = self.now["load"]
+        plot.image("image", "x", "y", "dw", "dh", source=source, color_mapper=mapper)
+        bar = ColorBar(color_mapper=mapper, title="q [N/mm]", width=10, title_text_font_size="12px", padding=3)
+        plot.add_layout(bar, "right")
+        source.js_on_change("data", script("load", source=source, mapper=mapper))
+        plot.grid.visible = False
+        return plot
+
+    def _teeth(self, now: Tables) -> figure:
+        motion = now["motion"]
+        middle, half = motion["middle"][0], motion["half"][0]
+        frame = (_WIDTH - 65, _HEIGHT - 75)
+        wide = half * frame[0] / frame[1]
+        plot = chart(
+            "Teeth in mesh, middle of the face", "x [mm]", "y [mm]", width=_WIDTH, height=_HEIGHT,
+            x_range=fixed(-wide, wide), y_range=fixed(middle - half, middle + half),
+        )  # fmt: skip
+        plot.frame_width, plot.frame_height = frame
+        drawn = {name: ColumnDataSource({"x": [], "y": []}) for name in ("pinion", "wheel", "contacts")}
+        for name, colour in (("pinion", PALETTE[5]), ("wheel", PALETTE[4])):
+            plot.patch("x", "y", source=drawn[name], fill_color=colour, fill_alpha=0.45, line_color=INK, line_width=1.2)
+        plot.line("x", "y", source=self.now["path"], color=NOW, line_dash="dashed")
+        plot.scatter("x", "y", source=drawn["contacts"], size=8, color="#D55E00", line_color="white")
+        turn = script(
+            "teeth", phase=self.phase, shapes=[self.now["pinion"], self.now["wheel"]], motion=self.now["motion"],
+            drawn=[drawn["pinion"], drawn["wheel"]], contacts=drawn["contacts"], plot=plot, aspect=frame[0] / frame[1],
+        )  # fmt: skip
+        self.turn = turn
+        self.phase.js_on_change("value", turn)
+        self.now["motion"].js_on_change("data", turn)
+        return plot

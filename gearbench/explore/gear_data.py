@@ -1,0 +1,108 @@
+"""The picture of a gear as columns that a page draws."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from gearbench.explore.model import Picture, density
+from gearbench.explore.tooth_shapes import mesh
+
+#: Tables of columns by the name of their source.
+Tables = dict[str, dict[str, Any]]
+
+
+def tables(picture: Picture) -> Tables:
+    """All columns of one picture; numbers as 4-byte floats, because they are drawn only."""
+    pair = picture.scene.pair
+    ste, k = picture.transmission_error, picture.mesh_stiffness
+    found: Tables = {
+        "ste": {"phase": [*ste.phase, *(ste.phase + 1)], "value": [*ste.values, *ste.values]},
+        "stiffness": {"phase": [*k.phase, *(k.phase + 1)], "value": [*k.values, *k.values]},
+        "ste_orders": _orders(ste.amplitude),
+        "stiffness_orders": _orders(k.amplitude),
+        "ste_density": {"value": [], "density": []},
+        "stiffness_density": {"value": [], "density": []},
+    }
+    if picture.scatter is not None:
+        for name, values in (
+            ("ste", picture.scatter.transmission_error),
+            ("stiffness", picture.scatter.mesh_stiffness),
+        ):
+            x, y = density(values)
+            found[f"{name}_density"] = {"value": x, "density": y}
+    short = {name: {key: np.asarray(v, dtype="float32") for key, v in table.items()} for name, table in found.items()}
+    image = {
+        "image": [picture.load.astype("float32")],
+        "x": [pair.path_start],
+        "y": [0.0],
+        "dw": [pair.path_end - pair.path_start],
+        "dh": [pair.face_width],
+        "top": [float(np.nanquantile(picture.load, 0.99))],
+    }
+    return {**short, "load": image, **_teeth(picture), "scene": {"text": [picture.scene.to_toml()]}}
+
+
+def _orders(amplitude: np.ndarray) -> dict[str, Any]:
+    known = np.isfinite(amplitude)
+    return {"order": 1 + np.flatnonzero(known), "amplitude": amplitude[known]}
+
+
+def _teeth(picture: Picture) -> Tables:
+    """Outlines at phase 0 about their own centres, and what turns them."""
+    drawn = mesh(picture.scene.pair)
+    pitch_point = drawn.on_path(np.array([picture.scene.pair.pitch_point]))[0]
+    half = 1.15 * max(g.tooth_height for g in picture.scene.pair.gears) + 0.15 * drawn.pitch
+    path = drawn.on_path(np.array(drawn.path))
+    return {
+        "pinion": {"x": drawn.pinion[:, 0], "y": drawn.pinion[:, 1]},
+        "wheel": {"x": drawn.wheel[:, 0], "y": drawn.wheel[:, 1]},
+        "path": {"x": path[:, 0], "y": path[:, 1]},
+        "motion": {
+            "pinion_base": [drawn.radii[0]],
+            "wheel_base": [drawn.radii[1]],
+            "pitch": [drawn.pitch],
+            "angle": [drawn.angle],
+            "distance": [drawn.distance],
+            "first": [drawn.first],
+            "start": [drawn.path[0]],
+            "end": [drawn.path[1]],
+            "middle": [float(pitch_point[1])],
+            "half": [half],
+        },
+    }
+
+
+def summary(name: str, before: Picture, now: Picture) -> str:
+    """A table as HTML: the gear as stored, and with the settings of the page."""
+    pair = now.scene.pair
+    z = f"{pair.pinion.teeth}/{pair.wheel.teeth}"
+    head = f"z {z}, m_n {pair.normal_module:g} mm, β {pair.helix_angle:g}°, b {pair.face_width:g} mm"
+    ratios = f"ε_α {pair.transverse_contact_ratio:.3f}, ε_β {pair.overlap_ratio:.3f}"
+    rows = [
+        ("RMS δ", "µm", *(f"{p.transmission_error.rms:.3f}" for p in (before, now))),
+        ("peak-to-peak δ", "µm", *(f"{p.transmission_error.peak_to_peak:.3f}" for p in (before, now))),
+        ("mean k", "N/µm", *(f"{p.mesh_stiffness.mean:.1f}" for p in (before, now))),
+        ("RMS k", "%", *(f"{p.mesh_stiffness.rms:.2f}" for p in (before, now))),
+    ]
+    for label, unit, which in (("RMS δ, errors", "µm", "transmission_error"), ("RMS k, errors", "%", "mesh_stiffness")):
+        rows.append((label, unit, *(_scatter(p, which) for p in (before, now))))
+    body = "".join(
+        f"<tr><td>{label} [{unit}]</td><td style='text-align:right'>{a}</td>"
+        f"<td style='text-align:right'><b>{b}</b></td></tr>"
+        for label, unit, a, b in rows
+    )
+    return (
+        f"<b>{escape(name)}</b><br>{head}<br>{ratios}"
+        "<table style='border-spacing:8px 1px;margin-left:-8px'><tr><td></td><td>stored</td><td><b>now</b></td></tr>"
+        f"{body}</table>"
+    )
+
+
+def _scatter(picture: Picture, which: str) -> str:
+    if picture.scatter is None:
+        return "–"
+    values = getattr(picture.scatter, which)
+    return f"{values.mean():.2f} ± {values.std(ddof=1):.2f}"

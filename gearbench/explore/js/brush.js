@@ -1,0 +1,15 @@
+// Drag along an axis: keep that range. Double-click near an axis: clear it.
+const k = Math.round(cb_obj.event_name === "panstart" || cb_obj.event_name === "doubletap" ? cb_obj.x : plot.brush?.axis ?? cb_obj.x);
+const axis = axes[k];
+if (!axis?.slider) return;
+const { slider, low, high } = axis;
+if (cb_obj.event_name === "doubletap") {
+  slider.value = [slider.start, slider.end];
+  return;
+}
+if (cb_obj.event_name === "panstart") plot.brush = { axis: k, from: cb_obj.y };
+if (!plot.brush) return;
+const ends = [plot.brush.from, cb_obj.y].map((y) => low + Math.min(1.02, Math.max(-0.02, y)) * (high - low));
+const value = [Math.max(slider.start, Math.min(...ends)), Math.min(slider.end, Math.max(...ends))];
+if (value[1] > value[0]) slider.value = value;
+if (cb_obj.event_name === "panend") plot.brush = undefined;

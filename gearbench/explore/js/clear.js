@@ -1,0 +1,2 @@
+for (const slider of sliders) slider.value = [slider.start, slider.end];
+designs.selected.indices = [];

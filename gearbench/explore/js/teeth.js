@@ -1,0 +1,27 @@
+// Turn both gears to the mesh phase: the pinion clockwise by τ p_bt/r_b1, the wheel the other way.
+const m = Object.fromEntries(Object.entries(motion.data).map(([key, column]) => [key, column[0]]));
+const tau = phase.value;
+
+function turned({ x, y }, angle, rise) {
+  const sin = Math.sin(angle), cos = Math.cos(angle), result = { x: [], y: [] };
+  for (let i = 0; i < x.length; i++) {
+    result.x.push(x[i] * cos + y[i] * sin);
+    result.y.push(y[i] * cos - x[i] * sin + rise);
+  }
+  return result;
+}
+
+const angles = [tau * m.pitch / m.pinion_base, -tau * m.pitch / m.wheel_base];
+drawn.forEach((source, k) => {
+  source.setv({ data: turned(shapes[k].data, angles[k], k * m.distance) }, { sync: false });
+});
+const points = { x: [], y: [] }, sin = Math.sin(m.angle), cos = Math.cos(m.angle);
+for (let k = -20; k <= 20; k++) {
+  const u = m.first + (tau + k) * m.pitch;
+  if (u < m.start || u > m.end) continue;
+  points.x.push(-m.pinion_base * sin + u * cos);
+  points.y.push(m.pinion_base * cos + u * sin);
+}
+contacts.setv({ data: points }, { sync: false });
+plot.x_range.setv({ start: -m.half * aspect, end: m.half * aspect }, { sync: false });
+plot.y_range.setv({ start: m.middle - m.half, end: m.middle + m.half }, { sync: false });

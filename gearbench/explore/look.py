@@ -1,0 +1,52 @@
+"""Colours and sizes of the page, and figures that share them."""
+
+from __future__ import annotations
+
+from bokeh.models import Range1d
+from bokeh.plotting import figure
+
+#: Okabe–Ito colours, safe for colour-blind readers: one a result, then again from the first.
+PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+NOW, BEFORE, INK, PICK = "#0072B2", "#8A8A8A", "#222222", "#000000"
+SIDE, SMALL = 290, (322, 250)
+
+
+def colour(study: int) -> str:
+    """Colour of a result."""
+    return PALETTE[study % len(PALETTE)]
+
+
+def chart(title: str, x: str, y: str, *, width: int, height: int, tools: str = "", **options: object) -> figure:
+    """An empty figure in the page's look, its axes labelled with units."""
+    plot = figure(
+        title=title,
+        x_axis_label=x,
+        y_axis_label=y,
+        width=width,
+        height=height,
+        tools=tools,
+        toolbar_location="above" if tools else None,
+        output_backend="webgl",
+        **options,
+    )
+    plot.title.text_font_size = "14px"
+    plot.title.text_color = INK
+    for axis in plot.axis:
+        axis.axis_label_text_font_size = "13px"
+        axis.axis_label_text_font_style = "normal"
+        axis.major_label_text_font_size = "12px"
+    plot.grid.grid_line_alpha = 0.5
+    if plot.toolbar:
+        plot.toolbar.logo = None
+    return plot
+
+
+def from_zero(plot: figure) -> figure:
+    """Let the vertical axis begin at 0."""
+    plot.y_range.start = 0
+    return plot
+
+
+def fixed(start: float, end: float) -> Range1d:
+    """A range that does not follow the data."""
+    return Range1d(start=start, end=end)

@@ -1,0 +1,142 @@
+"""What is computed for a picked gear: curves over the mesh cycle, orders, load on the flank, scatter, tooth shapes.
+
+Nothing here knows of a page.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.contact.phases import DEFAULT_GAUSS_POINTS
+from gearbench.cycle import amplitudes, curves, peak_to_peak
+from gearbench.effects.manufacturing_errors import ManufacturingErrors
+from gearbench.errors import GearbenchError
+from gearbench.explore.flank_map import flank_map
+from gearbench.outputs import Solved, fluctuation_rms, mean, relative_rms
+from gearbench.robustness.montecarlo import default_threads, prepare_scene, respond
+from gearbench.robustness.sampling import unit_samples
+from gearbench.scene import Resolution, Scene
+from gearbench.simulation import solve_scene
+
+#: Error samples, and mesh orders of the spectra.
+SAMPLES, ORDERS = 256, 10
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cycle:
+    """A variable over the mesh cycle.
+
+    Parameters
+    ----------
+    phase, values
+        Curve over one mesh period, (point,).
+    amplitude
+        Of the mesh orders 1 … ``ORDERS``, (order,).
+    mean, rms, peak_to_peak
+        Over the cycle; ``rms`` of the stiffness relative [%].
+    """
+
+    phase: NDArray
+    values: NDArray
+    amplitude: NDArray
+    mean: float
+    rms: float
+    peak_to_peak: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scatter:
+    """RMS values over the error samples, (sample,): of STE [µm] and of the stiffness [%]."""
+
+    transmission_error: NDArray
+    mesh_stiffness: NDArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Picture:
+    """Everything shown of one gear.
+
+    Parameters
+    ----------
+    scene
+        What was computed.
+    transmission_error, mesh_stiffness
+        STE [µm] and stiffness [N/µm] with every error at its mean.
+    load
+        Line load on the flank, see ``flank_map`` [N/mm].
+    scatter
+        None where the scene has no random errors.
+    seconds
+        Wall time.
+    """
+
+    scene: Scene
+    transmission_error: Cycle
+    mesh_stiffness: Cycle
+    load: NDArray
+    scatter: Scatter | None
+    seconds: float
+
+
+def picture(scene: Scene, samples: int = SAMPLES) -> Picture:
+    """Compute everything shown of ``scene``; an accuracy asked for gives way to the default resolution.
+
+    Raises
+    ------
+    GearbenchError
+        If the contact problem is not solved.
+    """
+    start = time.perf_counter()
+    if scene.resolution.accuracy is not None:
+        scene = replace(scene, resolution=Resolution())
+    solved = solve_scene(scene)
+    return Picture(
+        scene=scene,
+        transmission_error=_cycle(solved, solved.transmission_error),
+        mesh_stiffness=_cycle(solved, solved.mesh_stiffness, relative=True),
+        load=flank_map(solved),
+        scatter=_scatter(scene, samples),
+        seconds=time.perf_counter() - start,
+    )
+
+
+def _cycle(solved: Solved, values: NDArray, *, relative: bool = False) -> Cycle:
+    phase, weight, resolution = solved.lines.mesh_phase, solved.weight, solved.scene.resolution
+    size = None if resolution.positions is not None else resolution.gauss_points or DEFAULT_GAUSS_POINTS
+    parts = curves(phase, values, size, 12)
+    return Cycle(
+        phase=np.concatenate([x for x, _ in parts]),
+        values=np.concatenate([y for _, y in parts]),
+        amplitude=amplitudes(phase, values, size, ORDERS),
+        mean=float(mean(values, weight)),
+        rms=float((relative_rms if relative else fluctuation_rms)(values, weight)),
+        peak_to_peak=peak_to_peak(phase, values, size),
+    )
+
+
+def _scatter(scene: Scene, samples: int) -> Scatter | None:
+    errors = scene.effect("manufacturing_errors")
+    if not isinstance(errors, ManufacturingErrors):
+        return None
+    problem = prepare_scene(scene)
+    unit = unit_samples("sobol", samples, len(problem.names), 0)
+    answer, complete = respond(problem, errors.draw(unit, scene.pair), default_threads())
+    if not complete:
+        raise GearbenchError("interrupted")
+    return Scatter(transmission_error=answer.transmission_error_rms, mesh_stiffness=answer.mesh_stiffness_rms)
+
+
+def density(values: NDArray, points: int = 120) -> tuple[NDArray, NDArray]:
+    """Gaussian kernel density of the samples on a grid (point,), width by Scott's rule; a single peak if all agree."""
+    spread = float(values.std(ddof=1)) if len(values) > 1 else 0.0
+    centre = float(values.mean())
+    if spread <= 1e-9 * abs(centre):
+        return np.array([centre, centre]), np.array([0.0, 1.0])
+    width = spread * len(values) ** -0.2
+    x = np.linspace(values.min() - 3 * width, values.max() + 3 * width, points)
+    t = (x[:, None] - values) / width
+    return x, np.exp(-(t**2) / 2).mean(axis=1) / (width * np.sqrt(2 * np.pi))

@@ -1,0 +1,92 @@
+"""Parallel coordinates of the design variables: an image, because it must hold many thousand lines."""
+
+from __future__ import annotations
+
+import numpy as np
+from bokeh.models import ColumnDataSource, FixedTicker
+from bokeh.plotting import figure
+
+from gearbench.explore.catalogue import Catalogue
+from gearbench.explore.columns import Column
+from gearbench.explore.look import PALETTE, PICK, chart, fixed
+
+#: Pixels of the image between two axes, and up.
+GAP, UP = 44, 140
+SWITCHED_ON = "Drag along an axis to keep a range, double-click it to clear"
+
+
+def axes(catalogue: Catalogue) -> tuple[Column, ...]:
+    """Quantities that get an axis: the variables, or the statistics where there are none."""
+    return catalogue.of_kind("variable") or catalogue.of_kind("statistic")
+
+
+def sources(catalogue: Catalogue) -> dict[str, ColumnDataSource]:
+    """Images of all designs and of those kept, the picked line, and the ranges kept on the axes."""
+    count = max(len(axes(catalogue)), 2)
+    blank = np.zeros((UP, GAP * (count - 1)), dtype="uint32")
+    place = {"x": [0], "y": [0], "dw": [count - 1], "dh": [1]}
+    return {
+        "everything": ColumnDataSource({"image": [blank], **place}),
+        "kept": ColumnDataSource({"image": [blank.copy()], **place}, name="parallel_image"),
+        "line": ColumnDataSource({"x": [], "y": []}, name="parallel_line"),
+        "ranges": ColumnDataSource({"x": [], "bottom": [], "top": []}),
+    }
+
+
+def parallel(catalogue: Catalogue, data: dict[str, ColumnDataSource]) -> figure:
+    """The figure."""
+    shown = axes(catalogue)
+    count = max(len(shown), 2)
+    plot = chart(
+        SWITCHED_ON, "", "", width=640, height=490, x_range=fixed(-0.45, count - 0.55), y_range=fixed(-0.11, 1.11)
+    )
+    plot.name = "parallel"
+    plot.image_rgba("image", "x", "y", "dw", "dh", source=data["everything"])
+    plot.image_rgba("image", "x", "y", "dw", "dh", source=data["kept"])
+    places = list(range(len(shown)))
+    plot.segment(places, [0] * len(shown), places, [1] * len(shown), color="#444444", line_width=1.5)
+    plot.quad(
+        left=dict_expression("x", -0.07),
+        right=dict_expression("x", 0.07),
+        bottom="bottom",
+        top="top",
+        source=data["ranges"],
+        fill_color=PALETTE[4],
+        fill_alpha=0.45,
+        line_color=PALETTE[1],
+    )
+    plot.line("x", "y", source=data["line"], color=PICK, line_width=2.5)
+    for end, (low, baseline) in enumerate(((0.0, "top"), (1.0, "bottom"))):
+        texts = [end_label(column, end) for column in shown]
+        plot.text(
+            places, [low] * len(shown), text=texts, text_align="center", text_baseline=baseline, text_font_size="12px",
+            y_offset=4 if end == 0 else -4,
+        )  # fmt: skip
+    plot.xaxis.ticker = FixedTicker(ticks=places)
+    plot.xaxis.major_label_overrides = {i: two_lines(column.title) for i, column in enumerate(shown)}
+    plot.yaxis.visible = False
+    plot.grid.visible = False
+    return plot
+
+
+def dict_expression(name: str, offset: float) -> dict:
+    """A column moved by ``offset``."""
+    from bokeh.models import CustomJSTransform
+
+    code = f"return xs.map((x) => x + ({offset}))"
+    return {"field": name, "transform": CustomJSTransform(func=f"return x + ({offset})", v_func=code)}
+
+
+def end_label(column: Column, end: int) -> str:
+    """Text at the lower (0) or upper (1) end of an axis."""
+    value = column.range[end]
+    return column.categories[int(value)] if column.categories else f"{value:.4g}"
+
+
+def two_lines(title: str) -> str:
+    """A long title broken at the space nearest its middle."""
+    spaces = [i for i, letter in enumerate(title) if letter == " "]
+    if len(title) < 10 or not spaces:
+        return title
+    at = min(spaces, key=lambda i: abs(i - len(title) / 2))
+    return f"{title[:at]}\n{title[at + 1 :]}"

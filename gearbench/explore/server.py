@@ -1,0 +1,92 @@
+"""The local server of the live page."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable
+
+from bokeh.application import Application
+from bokeh.application.handlers.function import FunctionHandler
+from bokeh.document import Document
+from bokeh.server.server import BaseServer
+from bokeh.server.tornado import BokehTornado
+from tornado.httpserver import HTTPServer
+from tornado.ioloop import IOLoop
+from tornado.routing import HostMatches, Rule, RuleRouter
+
+from gearbench.errors import InputError
+from gearbench.explore.catalogue import Catalogue
+from gearbench.explore.live import Session
+
+ADDRESS = "127.0.0.1"
+
+
+class Explorer:
+    """A server on the loopback interface. It answers requests that name this machine, and its own pages alone.
+
+    Other origins are refused the connection that all data goes through (403), other host names everything (404): a
+    page elsewhere reaches nothing, even if its name resolves to this machine.
+
+    Parameters
+    ----------
+    catalogue
+        What is shown.
+    port
+        0: any that is free.
+
+    Raises
+    ------
+    InputError
+        If the port is not free.
+    """
+
+    def __init__(self, catalogue: Catalogue, port: int = 0) -> None:
+        listening = _listen(port)
+        self.port: int = listening.getsockname()[1]
+
+        def open_page(document: Document) -> None:
+            Session(catalogue, document)
+
+        loop = IOLoop.current()
+        hosts = [f"{name}:{self.port}" for name in (ADDRESS, "localhost")]
+        pages = BokehTornado(
+            {"/": Application(FunctionHandler(open_page))}, extra_websocket_origins=hosts, use_index=False,
+            include_headers=[], include_cookies=[],
+        )  # fmt: skip
+        router = RuleRouter([Rule(HostMatches(r"127\.0\.0\.1|localhost"), pages)])
+        http = HTTPServer(router)
+        http.add_sockets([listening])
+        self._server = BaseServer(loop, pages, http)
+        self._loop = loop
+
+    @property
+    def url(self) -> str:
+        """Address of the page."""
+        return f"http://{ADDRESS}:{self.port}/"
+
+    def run(self, ready: Callable[[], None] = lambda: None) -> None:
+        """Serve until interrupted; ``ready`` is called once the page can be opened."""
+        self._server.start()
+        self._loop.add_callback(ready)
+        try:
+            self._loop.start()
+        finally:
+            self._server.stop()
+
+    def stop(self) -> None:
+        """Stop serving; from any thread."""
+        self._loop.add_callback(self._loop.stop)
+
+
+def _listen(port: int) -> socket.socket:
+    listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    listening.setblocking(False)
+    try:
+        listening.bind((ADDRESS, port))
+    except (OSError, OverflowError) as error:
+        listening.close()
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError("port", port, f"cannot be used ({reason.lower()})") from None
+    listening.listen(128)
+    return listening

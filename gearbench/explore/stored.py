@@ -1,0 +1,108 @@
+"""The results named on the command line: designs with what is known of them, and the scene of each."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.errors import InputError
+from gearbench.explore.columns import Column, constraint_column, statistic_column, variable_column
+from gearbench.optimise.designs import Designs
+from gearbench.optimise.select import chosen_scene, open_designs
+from gearbench.optimise.study import RESPONSES, STATISTICS
+from gearbench.results import load
+from gearbench.scene import Scene
+from gearbench.scene_file import parse_scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stored:
+    """Feasible designs of one result.
+
+    Parameters
+    ----------
+    label
+        Name to show.
+    columns
+        What is known of the designs, each (design,).
+    places
+        Places of the designs in their file, (design,).
+    scene
+        The scene of the design at a place.
+    """
+
+    label: str
+    columns: tuple[Column, ...]
+    places: NDArray
+    scene: Callable[[int], Scene]
+
+
+def open_results(paths: Sequence[str | Path]) -> tuple[Stored, ...]:
+    """Results of ``optimise`` (folder or front.nc), ``robust`` and ``simulate``.
+
+    Raises
+    ------
+    InputError
+        If one cannot be read, or is none of these.
+    """
+    results = [_open(Path(path)) for path in paths]
+    labels = [result.label for result in results]
+    return tuple(
+        replace(result, label=f"{result.label} ({path})") if labels.count(result.label) > 1 else result
+        for result, path in zip(results, paths, strict=True)
+    )
+
+
+def _open(path: Path) -> Stored:
+    if path.is_dir():
+        return of_designs(open_designs(path), str(path))
+    dataset = load(path)
+    if "study" in dataset.attrs:
+        try:
+            return of_designs(Designs(dataset), str(path))
+        except InputError as error:
+            raise InputError("", str(path), error.allowed) from None
+    if "scene" in dataset.attrs and any(name in dataset for name in RESPONSES):
+        return of_run(dataset, str(path))
+    raise InputError("", str(path), "must be a result of gearbench optimise, robust or simulate")
+
+
+def of_designs(designs: Designs, file: str) -> Stored:
+    """The feasible designs of an optimisation.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    dataset, study = designs.dataset, designs.study
+    places = np.flatnonzero(dataset["feasible"].values)
+    if places.size == 0:
+        raise InputError("", file, "has no feasible design")
+    columns = [variable_column(v.name, v.paths, dataset[v.name].values[places]) for v in study.variables]
+    columns += [constraint_column(name, dataset[name].values[places]) for name in study.constraints]
+    columns += [statistic_column(name, dataset[name].values[places]) for name in STATISTICS]
+    label = study.name or file
+    return Stored(label=label, columns=tuple(columns), places=places, scene=lambda place: chosen_scene(designs, place))
+
+
+def of_run(dataset: xr.Dataset, file: str) -> Stored:
+    """The one scene of a simulation or a robustness run."""
+    scene = parse_scene(tomllib.loads(dataset.attrs["scene"]))
+    columns = []
+    for name in STATISTICS:
+        response, statistic = name.rsplit("_", 1)
+        stored = dataset.get(name)
+        if stored is None and statistic == "mean":
+            stored = dataset[response].mean()
+        columns.append(statistic_column(name, np.array([np.nan if stored is None else float(stored)])))
+    return Stored(label=scene.name or file, columns=tuple(columns), places=np.array([0]), scene=lambda _: scene)
