@@ -374,3 +374,26 @@ def test_convergence_with_the_order_of_the_tooth(helix, teeth):
     coarse, fine = 1 - np.array(values[:2]) / values[2]
     assert 0 < fine[0] < 0.5 * coarse[0] < 0.015
     assert abs(fine[1]) < 0.005
+
+
+@pytest.mark.parametrize(
+    ("helix", "teeth", "width", "bore"),
+    [
+        (60.0, 5, 0.4, 0.999),
+        (0.0, 5, 40.0, 0.1),
+        (45.0, 12, 150.0, 0.02),
+        (8.0, 150, 1.0, 0.98),
+        (0.0, 400, 20.0, 0.999),
+    ],
+)
+def test_odd_gears_have_a_positive_compliance(helix, teeth, width, bore):
+    """Few teeth and many, discs and shafts, rims a thousandth thick."""
+    b = body(gear(helix, teeth=teeth, width=width), bore=bore, along=6)
+    C = b.blocks(1)
+    whole = np.block([[C[1], C[0]], [C[2], C[1]]])
+    value = np.linalg.eigvalsh(whole)
+    assert value[0] > -1e-14 * value[-1]
+    assert_allclose(whole, whole.T, rtol=0, atol=1e-14 * value[-1])
+    # an even load on one tooth moves it more than its neighbour
+    assert C[1, 0, 0] > 0
+    assert abs(C[2, 0, 0]) < C[1, 0, 0]
