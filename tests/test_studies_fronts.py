@@ -218,3 +218,9 @@ def test_a_row_that_beats_a_front_is_found(dataset):
         text, found = next(check for check in fronts.checks(full) if check[0].startswith(f"tool {tool}: row"))
         assert str(far["row"].values[rows[1]]) in text
         assert found is holds
+
+
+@pytest.mark.slow
+def test_what_the_quick_size_checks_holds():
+    for text, holds in fronts.checks(fronts.compute(quick=True)):
+        assert holds, text
