@@ -10,14 +10,15 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from gearbench.scene import Scene
+from gearbench.scene import Scene, digest
 
 _PACKAGES = ("gearbench", "numpy", "scipy", "numba", "xarray")
 
 
 def provenance(scene: Scene, *, wall_time: float, seed: int | None = None) -> dict[str, Any]:
     """Attributes of a Dataset: scene as TOML, its hash, package versions, git revision, seed, wall time [s], host."""
-    attrs = {"scene": scene.to_toml(), "scene_sha256": scene.digest, **run_provenance(wall_time=wall_time)}
+    text = scene.to_toml()
+    attrs = {"scene": text, "scene_sha256": digest(text), **run_provenance(wall_time=wall_time)}
     return attrs if seed is None else {**attrs, "seed": seed}
 
 

@@ -149,7 +149,7 @@ class Scene:
     @property
     def digest(self) -> str:
         """SHA-256 of the scene's TOML text."""
-        return hashlib.sha256(self.to_toml().encode()).hexdigest()
+        return digest(self.to_toml())
 
     def _repr_html_(self) -> str:
         """Tables for notebooks: the pair, then load, effects and resolution as in the scene file."""
@@ -159,6 +159,11 @@ class Scene:
             settings = ", ".join(f"{key} = {value}" for key, value in _given(table).items())
             rows.append((name, (settings or "defaults",)))
         return self.pair._repr_html_() + html_table(self.name or "scene", (), rows)
+
+
+def digest(text: str) -> str:
+    """SHA-256 of a scene's TOML text."""
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _given(table: Any) -> dict[str, Any]:

@@ -30,8 +30,14 @@ def height_functions(count: int, xi: ArrayLike) -> tuple[NDArray, NDArray]:
     return integral * scale, p[..., :count] * scale
 
 
+def legendre_functions(count: int, eta: ArrayLike) -> NDArray:
+    """Legendre functions g_0 … g_{count−1}, orthonormal on η ∈ [0, 1], (…, count)."""
+    t = 2 * np.asarray(eta, dtype=float) - 1
+    return legendre.legvander(t, count - 1).reshape(*t.shape, -1) * np.sqrt(2 * np.arange(count) + 1)
+
+
 def width_functions(count: int, eta: ArrayLike) -> tuple[NDArray, NDArray]:
-    """Legendre functions g_0 … g_{count−1}, orthonormal on η ∈ [0, 1], and their derivatives, each (…, count)."""
+    """Legendre functions as ``legendre_functions``, and their derivatives by η, each (…, count)."""
     t = 2 * np.asarray(eta, dtype=float) - 1
     p = legendre.legvander(t, count - 1).reshape(*t.shape, -1)
     slope = np.zeros_like(p)

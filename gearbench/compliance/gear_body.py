@@ -21,7 +21,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gearbench.compliance.bases import axis_functions, gauss, width_functions
+from gearbench.compliance.bases import axis_functions, gauss, legendre_functions
 from gearbench.compliance.coupled import coupled_root
 from gearbench.compliance.ring import Ring
 from gearbench.compliance.solid_tooth import SolidTooth
@@ -163,9 +163,10 @@ class GearBody:
 
         ψ(a) · ψ(b) is the deflection at a due to a unit force at b, on the same tooth or on different ones.
         """
-        return self.tooth.shapes(height, y) @ self._root(pairs)[pair]
+        return self.tooth.shapes(height, y) @ self.root(pairs)[pair]
 
-    def _root(self, pairs: int) -> NDArray:
+    def root(self, pairs: int) -> NDArray:
+        """Factor in the polynomials of the flanks of so many neighbouring pairs, (pair, p·q, rank)."""
         if pairs not in self._roots:
             self._roots[pairs] = coupled_root(self.blocks(pairs - 1), pairs, driven=self.tooth.driven)
         return self._roots[pairs]
@@ -178,7 +179,7 @@ class GearBody:
 def _in_axis_functions(count: int, axis: int) -> NDArray:
     """Legendre functions g_j, j < ``count``, as sums of the functions along the axis, (count, axis)."""
     eta, weight = gauss(axis + 2)
-    h, g = axis_functions(axis, eta)[0], width_functions(count, eta)[0]
+    h, g = axis_functions(axis, eta)[0], legendre_functions(count, eta)
     return np.linalg.solve(h.T @ (weight[:, None] * h), h.T @ (weight[:, None] * g)).T
 
 

@@ -20,7 +20,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.compliance.bases import gauss, width_functions
+from gearbench.compliance.bases import gauss, legendre_functions
 from gearbench.geometry.gear import Gear
 
 #: Waves computed, and waves whose tail is counted by its 1/k law, for each function across the width.
@@ -95,15 +95,14 @@ def _projected_waves(gear: Gear, E: float, nu: float, p: int, waves: int, points
 
 def flank_functions(count: int, at: NDArray, low: float, high: float) -> NDArray:
     """Legendre functions orthonormal on [low, high], (…, count) [1/√mm]; outside, their values at the nearer end."""
-    values, _ = width_functions(count, np.clip((at - low) / (high - low), 0.0, 1.0))
-    return values / math.sqrt(high - low)
+    return legendre_functions(count, np.clip((at - low) / (high - low), 0.0, 1.0)) / math.sqrt(high - low)
 
 
 @lru_cache(maxsize=32)
 def _cosines(count: int, waves: int) -> NDArray:
     """∫ g_k c_m dη of Legendre functions and orthonormal cosines on [0, 1], (count, wave)."""
     eta, weight = gauss(waves + count + 8)
-    g, _ = width_functions(count, eta)
+    g = legendre_functions(count, eta)
     c = np.cos(np.arange(waves) * math.pi * eta[:, None]) * math.sqrt(2)
     c[:, 0] = 1.0
     return g.T @ (weight[:, None] * c)

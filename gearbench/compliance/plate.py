@@ -16,7 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gearbench.compliance.bases import gauss, height_functions, height_quadrature, width_functions
+from gearbench.compliance.bases import gauss, height_functions, height_quadrature, legendre_functions, width_functions
 from gearbench.compliance.ritz import Ritz
 
 SHEAR_FACTOR = 5 / 6
@@ -94,7 +94,7 @@ class PlateTooth:
         """Functions of the field w at (x, y), (…, n)."""
         i, j = self.pairs.T
         f, _ = height_functions(i.max() + 1, np.asarray(x, dtype=float) / self.height)
-        g, _ = width_functions(j.max() + 1, np.asarray(y, dtype=float) / self.width)
+        g = legendre_functions(j.max() + 1, np.asarray(y, dtype=float) / self.width)
         return f[..., i] * g[..., j]
 
     def _integrals(self) -> tuple[NDArray, NDArray, NDArray]:

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from gearbench.compliance.bases import gauss, height_functions, height_quadrature, width_functions
+from gearbench.compliance.bases import gauss, height_functions, height_quadrature, legendre_functions, width_functions
 
 #: A term of a strain: sign, field (θ, R, z), function of x, function of s, derivative in z.
 Term = tuple[float, int, int, int, int]
@@ -182,12 +182,12 @@ class Section:
         """Functions of a field at height x and s, (…, n_s, n_x); below the root as at the root."""
         x = np.clip(x, 0.0, self.height)
         f, _ = height_functions(self.order[1], x / self.height)
-        p, _ = width_functions(self.order[0], (s + 1) / 2)
+        p = legendre_functions(self.order[0], (s + 1) / 2)
         inner = p[:, None] * f[..., None, :]
         if not self.free:
             return inner
         sigma = self._spread(x, np.asarray(self.half_width(x)))
-        moving, _ = width_functions(self.order[0], (sigma * s + 1) / 2)
+        moving = legendre_functions(self.order[0], (sigma * s + 1) / 2)
         return np.concatenate([moving[..., None], inner], axis=-1)
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -66,11 +66,8 @@ class Solid:
     @cached_property
     def _of_axis(self) -> NDArray:
         """∫ h_k⁽ᵃ⁾ h_l⁽ᵇ⁾ dz of the functions along the axis, (2, 2, q, q); zero where |k − l| > 2."""
-        eta, weight = gauss(self.order + 2)
-        h, dh = axis_functions(self.order, eta)
-        both = np.stack([h, dh / self.width])
-        Z = np.einsum("azk,bzl->abkl", both * (weight * self.width)[:, None], both)
-        return np.where(np.abs(Z) > 1e-13 * np.abs(Z).max(axis=(2, 3), keepdims=True), Z, 0.0)
+        b = self.width
+        return _axis_integrals(self.order) * np.array([[b, 1.0], [1.0, 1 / b]])[:, :, None, None]
 
     def _classes(self, rows: NDArray) -> Sequence[Class]:
         """Symmetry classes of the functions of the section in ``rows`` (field, across, height) of those wanted.
@@ -135,12 +132,12 @@ class Solid:
 
     def _products(self, left: Class, a: int, k: NDArray, right: Class, b: int, l: NDArray) -> NDArray:
         """Blocks Σ Z[k, l] S between functions of parity ``a`` and ``b`` along the axis, (k, left, right)."""
-        n = len(self._of_section[0, 0])
+        S, Z, place = self._of_section, self._of_axis, np.ix_(left[a], right[b])
         # functions of the same parity meet undifferentiated or both differentiated, others one and the other way
-        used = (0, 3) if a == b else (1, 2)
-        S = self._of_section.reshape(4, n, n)[used, :, :][:, left[a][:, None], right[b]]
-        Z = self._of_axis.reshape(4, self.order, self.order)[:, k, l][used, :]
-        return (Z.T @ S.reshape(2, -1)).reshape(len(k), *S.shape[1:])
+        used = ((0, 0), (1, 1)) if a == b else ((0, 1), (1, 0))
+        one, other = (Z[i, j, k, l][:, None, None] * S[i, j][place] for i, j in used)
+        one += other
+        return one
 
     def block(self, left: Class, right: Class) -> NDArray:
         """Stiffness between all functions of two classes, in the order of ``amplitudes``."""
@@ -177,3 +174,14 @@ class Solid:
             half = chain.half_solve(rows[involved].T)
             total[np.ix_(involved, involved)] += half.T @ half
         return total
+
+
+@lru_cache(maxsize=64)
+def _axis_integrals(order: int) -> NDArray:
+    """∫ h_k⁽ᵃ⁾ h_l⁽ᵇ⁾ dη on [0, 1], (2, 2, q, q), exact zeros where the functions are orthogonal."""
+    eta, weight = gauss(order + 2)
+    both = np.stack(axis_functions(order, eta))
+    Z = np.einsum("azk,bzl->abkl", both * weight[:, None], both)
+    Z[np.abs(Z) <= 1e-13 * np.abs(Z).max(axis=(2, 3), keepdims=True)] = 0.0
+    Z.flags.writeable = False
+    return Z

@@ -13,13 +13,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gearbench.compliance.bases import axis_functions, gauss, width_functions
+from gearbench.compliance.bases import axis_functions, gauss, legendre_functions
 from gearbench.compliance.local import flank_functions, half_space_compression, waves_across
 from gearbench.compliance.section import Section
 from gearbench.compliance.solid import Solid
@@ -137,11 +137,8 @@ class SolidTooth:
     def _functionals(self, solid: Solid, rows: NDArray) -> NDArray:
         """Functionals of all polynomials of the flank from those of their part in R, ``rows`` (p, 3, n_s, n_x)."""
         p, q = self.flank_order
-        eta, weight = gauss(solid.order + 2)
-        # ∫ P̂_j h_k dy of the polynomials in y and the Ritz functions
-        along = (width_functions(q, eta)[0] * weight[:, None]).T @ axis_functions(solid.order, eta)[0]
-        along = np.where(np.abs(along) > 1e-14, along, 0.0) * math.sqrt(self.gear.face_width)
-        return np.einsum("pfsx,jk->pjfsxk", rows, along).reshape(p * q, -1)
+        along = _axis_projection(q, solid.order) * math.sqrt(self.gear.face_width)
+        return (rows[:, None, ..., None] * along[:, None, None, None]).reshape(p * q, -1)
 
     @cached_property
     def _stations(self) -> tuple[NDArray, NDArray, NDArray]:
@@ -169,3 +166,13 @@ class SolidTooth:
         values = solid.section.values(R - self.gear.root_radius, s)
         rows = functions.T @ (normal[:, :, None] * values.reshape(len(R), -1))
         return rows.swapaxes(0, 1).reshape(-1, 3, *values.shape[1:])
+
+
+@lru_cache(maxsize=64)
+def _axis_projection(count: int, order: int) -> NDArray:
+    """∫ P̂_j h_k dη of the polynomials in y and the Ritz functions, (count, order)."""
+    eta, weight = gauss(order + 2)
+    along = (legendre_functions(count, eta) * weight[:, None]).T @ axis_functions(order, eta)[0]
+    along[np.abs(along) <= 1e-14] = 0.0
+    along.flags.writeable = False
+    return along

@@ -47,12 +47,11 @@ class NeighbourTeeth(ToothCompliance):
 
     def compliance(self, lines: ContactLines) -> LowRank:
         """Factor of both gears side by side, shared by all pairs, (position, pair, segment, rank)."""
-        count = lines.shape[1]
         parts = []
         for k, gear in enumerate(lines.pair.gears):
-            body, height = gear_body(lines.pair, k, self.order), lines.radii[k] - gear.root_radius
-            teeth = [body.factor(height[:, i], lines.y[:, i], i, count) for i in range(count)]
-            parts.append(np.stack(teeth, axis=1))
+            body = gear_body(lines.pair, k, self.order)
+            shapes = body.tooth.shapes(lines.radii[k] - gear.root_radius, lines.y)
+            parts.append(shapes @ body.root(lines.shape[1]))
         return LowRank(factor=np.concatenate(parts, axis=-1), coupled=True)
 
     def tooth_factor(self, pair: Pair, k: int, height: NDArray, y: NDArray) -> NDArray:
