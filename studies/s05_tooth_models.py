@@ -192,16 +192,18 @@ def figures(dataset: xr.Dataset, folder: Path) -> None:
         for axis, name, label in zip(axes, ERRORS, labels, strict=True):
             values = dataset[f"{support}_{name}"].values
             columns = [column[np.isfinite(column)] for column in values.T]
-            axis.boxplot(columns, orientation="horizontal", whis=(0, 100), widths=0.6)
+            axis.boxplot(
+                columns, orientation="horizontal", whis=(0, 100), widths=0.6, medianprops={"color": "tab:blue"}
+            )
             limit = LIMITS["mean" if "mean" in name else "peak_to_peak"]
             axis.axvspan(-limit, limit, color="tab:blue", alpha=0.15, lw=0)
             axis.axvline(0, color="0.4", lw=0.8)
             axis.set_xscale("symlog", linthresh=5)
             axis.set_xticks([-50, -5, 0, 5, 50, 500], ["−50", "−5", "0", "5", "50", "500"])
             axis.set(xlabel=f"error of {label} [%]", yticks=range(1, len(models) + 1), yticklabels=models)
-            axis.invert_yaxis()
+        axes[0].invert_yaxis()  # shared
         best = float(np.abs(dataset[f"{support}_{ERRORS[0]}"].sel({f"{support}_model": BEST[support]})).max())
-        held = "clamped teeth" if support == "clamped" else "teeth on their gear bodies"
+        held = "Clamped teeth" if support == "clamped" else "Teeth on their gear bodies"
         figure.suptitle(
             f"{held}, {dataset.sizes['design']} pairs against finite elements: {BEST[support]} within {best:.1f} % in"
             " mean STE\n(box: quartiles; whiskers: all pairs; shaded: limits 3 % and 6 %)",

@@ -12,6 +12,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import LowRank, ToothCompliance
+from gearbench.effects.solids import require_bores
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.material import STRICT, Material
@@ -57,24 +58,9 @@ class FeCompliance(ToothCompliance):
             raise InputError("teeth", self.teeth, "must be odd: as many neighbours on either side")
 
     def check(self, pair: Pair) -> None:
-        """Refuse a rim without bore, or with more teeth than the gears have."""
-        if self.support == "clamped":
-            return
-        for name, member in (("pinion", pair.pinion), ("wheel", pair.wheel)):
-            if member.bore_diameter is None:
-                raise InputError("support", self.support, f"needs pair.{name}.bore_diameter")
-
-    def preparation(self, pair: Pair) -> float:
-        """Predicted time [s] of the finite elements that are not kept on disk yet; good to a factor of three."""
-        from fem_reference.cache import cache_folder, digest
-        from fem_reference.refinement import default_order
-
-        seconds = 0.0
-        for k, gear in enumerate(pair.gears):
-            key = digest(self.body(pair, k), pair.material, self.accuracy, default_order(gear), "half_space")
-            if not (cache_folder() / f"flank-{key}.npz").exists():
-                seconds += _SECONDS[self.support] * (0.01 / self.accuracy) ** 0.5
-        return seconds
+        """Refuse a rim without bore."""
+        if self.support == "rim":
+            require_bores(pair)
 
     def compliance(self, lines: ContactLines) -> LowRank:
         """Factor of both gears side by side, (position, pair, segment, rank); shared by all pairs on a rim."""

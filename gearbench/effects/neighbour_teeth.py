@@ -25,7 +25,8 @@ class NeighbourTeeth(ToothCompliance):
     Parameters
     ----------
     order
-        Functions of the solid tooth, [thickness, height, face width], by default that of tooth_bending.
+        Functions of the solid tooth, [thickness, height, face width], by default 6, 7 and about one
+        for each module of face width.
     """
 
     order: SolidOrder | None = None

@@ -27,7 +27,8 @@ class ToothFoundation(ToothCompliance):
         "sainsot_velex": closed form of Sainsot, Velex, Duverger (2004) for the load spread evenly over the face width;
         refused outside the range it was fitted on.
     order
-        Ring only: functions of the solid tooth, [thickness, height, face width], by default that of tooth_bending.
+        Ring only: functions of the solid tooth, [thickness, height, face width], by default 6, 7 and about one
+        for each module of face width.
     """
 
     model: Literal["ring", "sainsot_velex"] = "ring"
