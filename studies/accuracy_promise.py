@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
 
@@ -54,41 +54,45 @@ def _scenes(rng: np.random.Generator, pairs: Iterator[Scene]) -> Iterator[Scene]
             continue
 
 
-def promise(scene: Scene, accuracy: float) -> dict[str, float]:
-    """What is chosen for ``accuracy``: estimated and true error, its time against the best setting there is."""
-    asked = replace(scene, resolution=Resolution(accuracy=accuracy))
-    choose(asked, cycle_values)
-    start = time.thread_time()
-    choice = choose(asked, cycle_values)
-    search = time.thread_time() - start
+def promises(scene: Scene, accuracies: Sequence[float]) -> list[dict[str, float]]:
+    """What is chosen for each of the accuracies: estimated and true error, its time against the best setting's."""
     reference = cycle_values(with_resolution(scene, **REFERENCE))
     bar = float(relative_errors(cycle_values(with_resolution(scene, **BEFORE)), reference).max())
-    true = float(relative_errors(cycle_values(choice.scene), reference).max())
-    finalists = [choice.scene, *_finalists(scene, reference, accuracy)]
-    taken = _interleaved([lambda s=s: cycle_values(s) for s in finalists])
-    return {
-        "estimated": choice.estimated,
-        "true": true,
-        "reference_bar": bar,
-        "seconds": taken[0],
-        "best_seconds": min(taken),
-        "search_seconds": search,
-        "trials": float(choice.trials),
-    }
-
-
-def _finalists(scene: Scene, reference: np.ndarray, accuracy: float) -> list[Scene]:
-    """The quickest settings of the whole grid whose true error is within ``accuracy``."""
+    grid = _grid(scene, reference)
     found = []
-    for n in (n for n in SEGMENTS.levels(scene) if int(n) <= MOST_SEGMENTS):  # type: ignore[arg-type]
-        for g in (g for g in GAUSS_POINTS.levels(scene) if int(g) <= MOST_POINTS):  # type: ignore[arg-type]
+    for accuracy in accuracies:
+        asked = replace(scene, resolution=Resolution(accuracy=accuracy))
+        start = time.thread_time()
+        choice = choose(asked, cycle_values)
+        search = time.thread_time() - start
+        good = [at for _, error, at in grid if error <= accuracy][:FINALISTS]
+        taken = _interleaved([lambda s=s: cycle_values(s) for s in (choice.scene, *good)])
+        found.append(
+            {
+                "accuracy": accuracy,
+                "estimated": choice.estimated,
+                "true": float(relative_errors(cycle_values(choice.scene), reference).max()),
+                "reference_bar": bar,
+                "seconds": taken[0],
+                "best_seconds": min(taken),
+                "search_seconds": search,
+                "trials": float(choice.trials),
+            }
+        )
+    return found
+
+
+def _grid(scene: Scene, reference: np.ndarray) -> list[tuple[float, float, Scene]]:
+    """Processor time [s] and true error of every setting there is, the quickest first."""
+    found = []
+    for n in (n for n in SEGMENTS.levels(scene) if int(n) <= MOST_SEGMENTS):
+        for g in (g for g in GAUSS_POINTS.levels(scene) if int(g) <= MOST_POINTS):
             at = GAUSS_POINTS.with_level(SEGMENTS.with_level(scene, n), g)
             start = time.thread_time()
             values = cycle_values(at)
             seconds = time.thread_time() - start
-            if relative_errors(values, reference).max() <= accuracy:
-                found.append((seconds, len(found), at))
-    return [at for _, _, at in sorted(found, key=lambda each: each[:2])[:FINALISTS]]
+            found.append((seconds, float(relative_errors(values, reference).max()), at))
+    return sorted(found, key=lambda each: each[0])
 
 
 def _interleaved(works: list[Callable[[], object]]) -> list[float]:
@@ -103,7 +107,7 @@ def _interleaved(works: list[Callable[[], object]]) -> list[float]:
 
 
 def solid_promise(scene: Scene, accuracy: float) -> dict[str, float]:
-    """As ``promise`` for a solid tooth, whose order is chosen too; the best order is searched, teeth set up anew."""
+    """As ``promises`` for a solid tooth, whose order is chosen too; the best order is searched, teeth set up anew."""
     effects = tuple(ToothBending(model="solid") if e.name == "tooth_bending" else e for e in scene.effects)
     scene = replace(scene, effects=effects)
     choice = choose(replace(scene, resolution=Resolution(accuracy=accuracy)), cycle_values)
@@ -111,23 +115,25 @@ def solid_promise(scene: Scene, accuracy: float) -> dict[str, float]:
     finest = [cycle_values(with_resolution(with_order(scene, order), **fine)) for order in orders[-2:]]
     true = float(relative_errors(cycle_values(choice.scene), finest[1]).max())
     return {
+        "accuracy": accuracy,
         "estimated": choice.estimated,
         "true": true,
         "reference_bar": float(relative_errors(finest[0], finest[1]).max()),
     }
 
 
-def robust_promise(scene: Scene, accuracy: float, seed: int) -> dict[str, float]:
-    """As ``promise`` for the means over error samples, against many samples at a fine resolution."""
+def robust_promise(scene: Scene, accuracy: float, seed: int, samples: int = 8192) -> dict[str, float]:
+    """As ``promises`` for the means over error samples, against many samples at a fine resolution."""
     scene = replace(scene, effects=(*scene.effects, ManufacturingErrors(preset="garambois2017")))
     threads = default_threads()
     found = robust(replace(scene, resolution=Resolution(accuracy=accuracy)), seed=seed, threads=threads)
     exact = robust(
-        with_resolution(scene, segments=48, gauss_points=12), samples=8192, seed=seed + 1000, threads=threads
+        with_resolution(scene, segments=48, gauss_points=12), samples=samples, seed=seed + 1000, threads=threads
     )
     names = ("transmission_error_mean", "transmission_error_rms", "mesh_stiffness_mean", "mesh_stiffness_rms")
     values, reference = (np.array([float(d[name].mean()) for name in names]) for d in (found, exact))
     return {
+        "accuracy": accuracy,
         "estimated": float(found.attrs["accuracy_estimated"]),
         "true": float(relative_errors(values, reference).max()),
         "samples": float(found.attrs["samples"]),

@@ -10,10 +10,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from statistics import median
 
-import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.effects.fe_compliance import FeCompliance
+from gearbench.errors import GearbenchError
 from gearbench.scene import Scene
 from gearbench.simulation import cycle_values
 
@@ -42,19 +42,20 @@ def measure(scene: Scene, repeats: int, *, prepares: bool = False) -> Run:
     """Run ``scene`` some times: as a pair that was not seen before where ``prepares``, else with its teeth known."""
     values = cycle_values(scene)
     if scene.effect(FeCompliance.name) is not None:
-        return _with_finite_elements(scene, values, repeats)
+        return _with_finite_elements(scene, values)
     fresh = iter([unseen(scene, i + 1) if prepares else scene for i in range(repeats + 1)])
     megabytes = peak_megabytes(lambda: cycle_values(next(fresh)))
     return Run(values=values, megabytes=megabytes, **times(lambda: cycle_values(next(fresh)), repeats))
 
 
-def _with_finite_elements(scene: Scene, values: NDArray, repeats: int) -> Run:
-    """Finite elements are kept on disk, with the time they took; their memory is that of a process of its own."""
-    effect = scene.effect(FeCompliance.name)
-    assert isinstance(effect, FeCompliance)
-    taken = sum(float(effect.flank(scene.pair, k).attrs["seconds"]) for k in range(2))
-    run = times(lambda: cycle_values(scene), repeats)
-    return Run(values=values, megabytes=process_megabytes(scene), **{name: taken + t for name, t in run.items()})
+def _with_finite_elements(scene: Scene, values: NDArray) -> Run:
+    """Finite elements are kept on disk: a process of its own, which finds nothing there, runs them once more."""
+    command = [sys.executable, "-c", _IN_A_PROCESS]
+    done = subprocess.run(command, input=scene.to_toml(), capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise GearbenchError(f"finite elements in a process of their own: {done.stderr.strip().splitlines()[-1]}")
+    seconds, processor, kibibytes = (float(word) for word in done.stdout.split()[-3:])
+    return Run(values=values, seconds=seconds, processor_seconds=processor, megabytes=kibibytes * 1024 / 1e6)
 
 
 def unseen(scene: Scene, i: int) -> Scene:
@@ -84,21 +85,18 @@ def peak_megabytes(work: Callable[[], object]) -> float:
 
 
 _IN_A_PROCESS = """
-import os, resource, sys, tempfile
+import os, resource, sys, tempfile, time, tomllib
+
 with tempfile.TemporaryDirectory() as folder:
     os.environ["GEARBENCH_CACHE"] = folder
-    import tomllib
+    import gmsh, skfem, fem_reference.refinement
     from gearbench.scene_file import parse_scene
     from gearbench.simulation import cycle_values
-    import numba, skfem, fem_reference.refinement
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    cycle_values(parse_scene(tomllib.loads(sys.stdin.read())))
-    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+
+    scene = parse_scene(tomllib.loads(sys.stdin.read()))
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    wall, processor = time.perf_counter(), time.process_time()
+    cycle_values(scene)
+    wall, processor = time.perf_counter() - wall, time.process_time() - processor
+    print(wall, processor, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - memory)
 """
-
-
-def process_megabytes(scene: Scene) -> float:
-    """Resident memory [MB] that a process of its own takes for ``scene`` beyond its libraries; NaN if it fails."""
-    command = [sys.executable, "-c", _IN_A_PROCESS]
-    done = subprocess.run(command, input=scene.to_toml(), capture_output=True, text=True, check=False)
-    return float(done.stdout) * 1024 / 1e6 if done.returncode == 0 else float(np.nan)

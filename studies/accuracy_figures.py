@@ -1,0 +1,188 @@
+"""Figures of the study on the cost of accuracy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearbench.cost.figures import LEAST, cheapest, work_precision_diagram
+from gearbench.plotting import BLUE, DPI, GREEN, GREY, ORANGE, PURPLE
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+FAMILIES = {"plate": (BLUE, "o"), "solid": (ORANGE, "s"), "finite elements": (GREEN, "^")}
+
+
+def draw_diagrams(dataset: xr.Dataset, folder: Path) -> None:
+    """Work–precision of each scene: error against time, and against memory."""
+    import matplotlib.pyplot as plt
+
+    from studies.s07_accuracy_cost import diagram
+
+    names = list(dict.fromkeys(dataset["setting_scene"].values.tolist()))
+    for across, stem in (("processor_seconds", "time"), ("megabytes", "memory")):
+        rows = -(-len(names) // 2)
+        figure, axes = plt.subplots(
+            rows, 2, figsize=(13, 0.6 + 4.2 * rows), sharey=True, squeeze=False, layout="constrained"
+        )
+        for axis, name in zip(axes.flat, names, strict=False):
+            part = diagram(dataset, name)
+            work_precision_diagram(part, axis, across=across)
+            axis.set_title(f"{name}: {_within_one_percent(part)}" if stem == "time" else name, fontsize=10)
+            axis.set_ylim(bottom=LEAST / 3)
+            axis.legend(frameon=False, fontsize=7, loc="lower left")
+        for axis in axes.flat[len(names) :]:
+            axis.set_visible(False)
+        for axis in axes[:, 0]:
+            axis.set_ylabel("largest relative error [–]")
+        if stem == "time":
+            title = "Gauss panels, segments and the solver reach rounding; models and samples are what costs"
+        else:
+            title = "Single runs take megabytes at most: memory follows the order of the tooth model"
+        figure.suptitle(title)
+        _write(figure, folder / f"work_precision_{stem}.png")
+
+
+def _within_one_percent(part: xr.Dataset) -> str:
+    """Time of 1 % by segments, Gauss points and positions."""
+    words = {"segments": "segments", "gauss_points": "Gauss panels", "positions": "uniform phases"}
+    found = {knob: cheapest(part, knob, 0.01) for knob in words}
+    return "1 % by " + ", ".join(f"{words[k]} {f'{1e3 * t:.2g} ms' if t else '–'}" for k, t in found.items())
+
+
+def draw_front(dataset: xr.Dataset, folder: Path) -> None:
+    """Error against finite elements of all models at all resolutions: time beside memory, the front marked."""
+    import matplotlib.pyplot as plt
+
+    names = list(dict.fromkeys(dataset["model_scene"].values.tolist()))
+    figure, axes = plt.subplots(len(names), 2, figsize=(12, 4.6 * len(names)), sharey="row", layout="constrained")
+    for row, name in zip(axes, names, strict=True):
+        part = dataset.isel(model=dataset["model_scene"].values == name)
+        error = part["model_error"].max("quantity").values
+        for axis, across, unit in zip(row, ("model_seconds", "model_megabytes"), ("s", "MB"), strict=True):
+            for family, (colour, marker) in FAMILIES.items():
+                mine = part["model_family"].values == family
+                axis.plot(part[across].values[mine], error[mine], marker, color=colour, ms=5, alpha=0.8, label=family)
+            best = pareto(part[across].values, error)
+            axis.plot(part[across].values[best], error[best], color=GREY, lw=1, zorder=0, label="front")
+            axis.axhline(
+                float(part["model_bar"].max()), color=PURPLE, lw=1, ls=":", label="uncertainty of the reference"
+            )
+            axis.set(xscale="log", yscale="log", xlabel=f"{'processor time' if unit == 's' else 'memory'} [{unit}]")
+            axis.grid(alpha=0.3)
+            for i in _notable(best, part["model_label"].values):
+                axis.annotate(
+                    str(part["model_label"].values[i]), (part[across].values[i], error[i]), (5, 5), fontsize=7,
+                    textcoords="offset points",
+                )  # fmt: skip
+        row[0].set_ylabel("largest error against the finest elements [–]")
+        row[0].set_title(front_finding(part), fontsize=10)
+    axes[0, 0].legend(frameon=False, fontsize=8, loc="lower left")
+    figure.suptitle("From the paper's plate to 3D finite elements: teeth set up anew, and the mesh cycle solved")
+    _write(figure, folder / "front.png")
+
+
+def pareto(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Indices of the points that no other beats in both, by x."""
+    order = np.argsort(x)
+    least = np.minimum.accumulate(np.append(np.inf, y[order]))[:-1]
+    return order[y[order] < least]
+
+
+def _notable(best: np.ndarray, labels: np.ndarray) -> list[int]:
+    """The first point of each label on the front."""
+    return [int(best[np.flatnonzero(labels[best] == name)[-1]]) for name in dict.fromkeys(labels[best].tolist())]
+
+
+def front_finding(part: xr.Dataset) -> str:
+    """The quickest plate, and solid and mesh of about 1 %, in numbers."""
+    error, seconds = part["model_error"].max("quantity").values, part["model_seconds"].values
+    words = [str(part["model_scene"].values[0])]
+    plate = np.flatnonzero(part["model_label"].values == "plate, paper")
+    i = plate[np.argmin(seconds[plate])]
+    words.append(f"the paper's plate {1e3 * seconds[i]:.1f} ms, off by {100 * error[i]:.0f} %")
+    for family in ("solid", "finite elements"):
+        mine = np.flatnonzero((part["model_family"].values == family) & (error <= 0.02))
+        if mine.size:
+            i = mine[np.argmin(seconds[mine])]
+            words.append(f"{family} {_time(seconds[i])} for {100 * error[i]:.1f} %")
+    return f"{words[0]}: {'; '.join(words[1:])}"
+
+
+def _time(seconds: float) -> str:
+    return f"{seconds:.1f} s" if seconds >= 1 else f"{1e3 * seconds:.0f} ms"
+
+
+def draw_promises(dataset: xr.Dataset, folder: Path) -> None:
+    """True against estimated and requested error, and time over that of the best setting."""
+    import matplotlib.pyplot as plt
+
+    from studies.s07_accuracy_cost import TIMES, met, ratios
+
+    figure, (left, right) = plt.subplots(1, 2, figsize=(12, 4.8), layout="constrained")
+    kinds = (("promise", BLUE, "o", "plates"), ("solid", ORANGE, "s", "solid teeth"), ("robust", GREEN, "^", "samples"))
+    for kind, colour, marker, words in kinds:
+        asked = dataset[f"{kind}_accuracy"].values
+        x, y = dataset[f"{kind}_estimated"].values / asked, dataset[f"{kind}_true"].values / asked
+        label = f"{words}: {100 * met(dataset, kind):.0f} % of {dataset.sizes[kind]} met"
+        left.plot(x, np.maximum(y, 1e-3), marker, color=colour, ms=5, alpha=0.7, label=label)
+    left.axhline(1, color=GREY, lw=1)
+    left.plot([0.01, 1], [0.01, 1], color=GREY, lw=1, ls=":", label="true = estimated")
+    left.set(xscale="log", yscale="log", xlabel="estimated error / accuracy asked for [–]")
+    left.set_ylabel("true error / accuracy asked for [–]")
+    left.legend(frameon=False, fontsize=8)
+    left.set_title("the true error stays below the accuracy asked for", fontsize=10)
+    ratio = np.sort(ratios(dataset))
+    right.step(ratio, np.arange(1, len(ratio) + 1) / len(ratio), where="post", color=BLUE)
+    right.axvline(TIMES, color=GREY, lw=1, ls="--")
+    right.set(xlabel="time of the settings chosen / time of the best settings [–]", ylabel="share of the scenes [–]")
+    search = dataset["promise_search_seconds"].values
+    right.set_title(
+        f"{100 * float((ratio <= TIMES).mean()):.0f} % within {TIMES:g}×; the choice itself takes "
+        f"{1e3 * np.median(search):.0f} ms (median), {1e3 * search.max():.0f} ms at most",
+        fontsize=10,
+    )
+    for axis in (left, right):
+        axis.grid(alpha=0.3)
+    figure.suptitle("Accuracy asked for on random scenes: true errors, and what the settings cost")
+    _write(figure, folder / "promises.png")
+
+
+def draw_scaling(dataset: xr.Dataset, folder: Path) -> None:
+    """Time over segments, samples, pairs in contact and workers."""
+    import matplotlib.pyplot as plt
+
+    from studies.accuracy_scaling import exponent, speed_up
+
+    words = {
+        "segments": "segments on a contact line [–]",
+        "samples": "error samples [–]",
+        "pairs": "total contact ratio [–]",
+        "workers": "workers [–]",
+    }
+    figure, axes = plt.subplots(1, 4, figsize=(15, 4), layout="constrained")
+    for axis, (name, label) in zip(axes, words.items(), strict=True):
+        rows = dataset.isel(run=dataset["grows"].values == name)
+        which = "seconds" if name == "workers" else "processor_seconds"
+        axis.plot(rows["size"], 1e3 * rows[which], "o-", color=BLUE, ms=5)
+        axis.set(xscale="log", yscale="log", xlabel=label)
+        axis.grid(alpha=0.3)
+        if name == "workers":
+            axis.set_ylabel("wall time [ms]")
+            axis.set_title(f"{int(rows['size'].max())} workers: {speed_up(dataset):.1f}× as fast", fontsize=10)
+        else:
+            axis.set_ylabel("processor time [ms]")
+            axis.set_title(f"time ~ {name}^{exponent(dataset, name):.2f} at the large end", fontsize=10)
+    figure.suptitle("Time grows no faster than in proportion to segments, samples and pairs in contact")
+    _write(figure, folder / "scaling.png")
+
+
+def _write(figure: Figure, path: Path) -> None:
+    import matplotlib.pyplot as plt
+
+    figure.savefig(path, dpi=DPI)
+    plt.close(figure)

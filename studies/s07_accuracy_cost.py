@@ -1,0 +1,216 @@
+"""What accuracy costs in time: work and precision of every knob, from the paper's plate to 3D finite elements.
+
+Whether an accuracy that is asked for is met is tried on random scenes, each against a reference far finer than what was
+chosen, and against all settings of the grid. Times are processor times: on an idle machine those are wall times.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearbench.accuracy.knobs import SOLID_ORDER, label, with_resolution
+from gearbench.accuracy.measure import MEASURED, relative_errors
+from gearbench.cost.measure import measure
+from gearbench.cost.workprecision import work_precision
+from gearbench.effects.base import Effect
+from gearbench.effects.fe_compliance import FeCompliance
+from gearbench.effects.tooth_bending import ToothBending
+from gearbench.library.garambois2017 import case, gear
+from gearbench.scene import Scene
+from studies.accuracy_promise import promises, random_scenes, robust_promise, solid_promise
+from studies.accuracy_scaling import DIMENSIONS, exponent, scaling
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+QUESTION = "What does accuracy cost in time, and is an accuracy that is asked for met?"
+
+SOLID = ToothBending(model="solid")
+#: Accuracies asked for on the random scenes, and how many scenes of each kind.
+ACCURACIES, SCENES, SOLID_SCENES, ROBUST_SCENES = (0.03, 0.01), 60, 12, 12
+SOLID_ACCURACY, ROBUST_ACCURACY = 0.03, 0.02
+#: What is held: share of the scenes whose true error is within the accuracy, and time over that of the best setting.
+MET, TIMES = 0.95, 2.0
+#: Meshes of the front, and the one that the fast models are held against.
+FE_LEVELS, FE_REFERENCE = (0.1, 0.05, 0.02, 0.01), 0.003
+PLATES: dict[str, ToothBending] = {
+    "plate, paper": ToothBending(basis="paper"),
+    "plate (3, 3)": ToothBending(order=(3, 3), fillet=True, load="component"),
+    "plate (5, 5)": ToothBending(order=(5, 5), fillet=True, load="component"),
+    "plate (10, 10)": ToothBending(order=(10, 10), fillet=True, load="component"),
+}
+RESOLUTIONS = ((4, 2), (8, 3), (15, 8), (32, 12))
+
+
+def with_teeth(scene: Scene, teeth: Effect) -> Scene:
+    """``scene`` with other teeth in place of its plate."""
+    return replace(scene, effects=tuple(teeth if e.name == "tooth_bending" else e for e in scene.effects))
+
+
+def scenes() -> dict[str, Scene]:
+    """Scenes of the work–precision diagrams: the paper's, their solid teeth, and a gear with random errors."""
+    plain = {"SC": gear("SC").scene(), "case 1": case(1), "case 2": case(2)}
+    solid = {f"{name}, solid": with_teeth(plain[name], SOLID) for name in ("case 1", "case 2")}
+    return {**plain, **solid, "gear 55, errors": gear("55").scene(errors=True)}
+
+
+def compute(*, quick: bool = False) -> xr.Dataset:
+    """Work–precision of the scenes, front over all models, promises on random scenes, scaling; in one Dataset."""
+    import xarray as xr
+
+    chosen = {"case 2": case(2)} if quick else scenes()
+    repeats = 1 if quick else 7
+    parts = [_diagram(name, scene, repeats) for name, scene in chosen.items()]
+    runs = scaling(repeats, quick=quick).rename({"seconds": "run_seconds", "processor_seconds": "run_processor"})
+    parts += [runs.rename({"size": "run_size"}), *_promises(quick=quick)]
+    if not quick:
+        parts.append(xr.concat([_front(f"case {k}", case(k)) for k in (1, 2)], "model"))
+    return join(parts)
+
+
+def join(parts: list[xr.Dataset]) -> xr.Dataset:
+    """One Dataset of all parts, the diagrams of all scenes one after the other."""
+    import xarray as xr
+
+    joined = {}
+    for dim in ("setting", "curve"):
+        split = [p.drop_dims("curve" if dim == "setting" else "setting") for p in parts if dim in p.dims]
+        joined[dim] = xr.concat([s.drop_attrs() for s in split], dim)
+    others = [p for p in parts if "setting" not in p.dims]
+    return xr.merge([*joined.values(), *others], combine_attrs="drop", compat="override", join="outer")
+
+
+def _diagram(name: str, scene: Scene, repeats: int) -> xr.Dataset:
+    """Work–precision of a scene, its knobs as rows of ``curve``."""
+    found = work_precision(scene, repeats=repeats, seeds=3 if repeats == 1 else 12)
+    found = found.rename_dims(knob="curve").reset_index("knob").rename(knob="curve_knob")
+    named = {d: (d, np.full(found.sizes[d], name)) for d in ("setting", "curve")}
+    return found.assign_coords({f"{d}_scene": v for d, v in named.items()})
+
+
+def diagram(dataset: xr.Dataset, scene: str) -> xr.Dataset:
+    """The work–precision of one scene again, as ``work_precision`` returned it."""
+    names = ("error", "error_bar", "processor_seconds", "seconds", "megabytes", "observed_order", "curve_knob")
+    rows = dataset[list(names)]
+    rows = rows.isel(setting=dataset["setting_scene"].values == scene, curve=dataset["curve_scene"].values == scene)
+    return rows.assign_coords(knob=("curve", rows["curve_knob"].values)).swap_dims({"curve": "knob"})
+
+
+def _front(name: str, scene: Scene) -> xr.Dataset:
+    """Every tooth model at several resolutions: error against finite elements, time with the teeth set up anew."""
+    import xarray as xr
+
+    fine = partial(with_resolution, segments=64, gauss_points=12)
+    reference = with_teeth(scene, FeCompliance(accuracy=FE_REFERENCE))
+    exact = measure(fine(reference), 1).values
+    fe = reference.effects[[e.name for e in reference.effects].index("fe_compliance")]
+    bar = max(fe.flank(scene.pair, k).error for k in range(2))  # type: ignore[attr-defined]
+    solid = with_teeth(scene, SOLID)
+    teeth: dict[str, tuple[str, Effect]] = {key: ("plate", plate) for key, plate in PLATES.items()}
+    for order in SOLID_ORDER.levels(solid):
+        teeth[f"solid {label(order)}"] = ("solid", replace(SOLID, order=order))
+    for level in FE_LEVELS:
+        teeth[f"finite elements {100 * level:g} %"] = ("finite elements", FeCompliance(accuracy=level))
+    rows: dict[str, list[Any]] = {key: [] for key in ("label", "family", "error", "seconds", "megabytes", "points")}
+    for key, (family, effect) in teeth.items():
+        for n, g in RESOLUTIONS[-1:] if family == "finite elements" else RESOLUTIONS:
+            run = measure(with_resolution(with_teeth(scene, effect), segments=n, gauss_points=g), 3, prepares=True)
+            values = (key, family, relative_errors(run.values, exact), run.processor_seconds, run.megabytes, g)
+            for column, value in zip(rows.values(), values, strict=True):
+                column.append(value)
+    return xr.Dataset(
+        {
+            "model_error": (("model", "quantity"), np.array(rows["error"])),
+            "model_seconds": ("model", np.array(rows["seconds"])),
+            "model_megabytes": ("model", np.array(rows["megabytes"])),
+            "model_points": ("model", np.array(rows["points"])),
+            "model_bar": ("model", np.full(len(rows["label"]), bar)),
+        },
+        coords={
+            "model_label": ("model", rows["label"]),
+            "model_family": ("model", rows["family"]),
+            "model_scene": ("model", [name] * len(rows["label"])),
+            "quantity": list(MEASURED),
+        },
+    )
+
+
+def _promises(*, quick: bool) -> list[xr.Dataset]:
+    """What was chosen for accuracies asked for on random scenes, each kind with a dimension of its own."""
+    drawn = random_scenes(1 if quick else SCENES)
+    plain = [row for scene in drawn for row in promises(scene, ACCURACIES)]
+    few = random_scenes(1 if quick else SOLID_SCENES, seed=61)
+    solid = [solid_promise(scene, SOLID_ACCURACY) for scene in few]
+    few, samples = random_scenes(1 if quick else ROBUST_SCENES, seed=62), 512 if quick else 8192
+    robust = [robust_promise(scene, ROBUST_ACCURACY, i, samples) for i, scene in enumerate(few)]
+    return [as_table(kind, rows) for kind, rows in (("promise", plain), ("solid", solid), ("robust", robust))]
+
+
+def as_table(kind: str, rows: list[dict[str, float]]) -> xr.Dataset:
+    """Rows of numbers along a dimension called ``kind``."""
+    import xarray as xr
+
+    return xr.Dataset({f"{kind}_{name}": (kind, np.array([row[name] for row in rows])) for name in rows[0]})
+
+
+def met(dataset: xr.Dataset, kind: str) -> float:
+    """Share of the promises of a kind whose true error is within the accuracy asked for."""
+    return float((dataset[f"{kind}_true"] <= dataset[f"{kind}_accuracy"]).mean())
+
+
+def ratios(dataset: xr.Dataset) -> np.ndarray:
+    """Time of the settings chosen over that of the best, (promise,)."""
+    return (dataset["promise_seconds"] / dataset["promise_best_seconds"]).values
+
+
+def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
+    """The promises, the orders observed, and how time grows."""
+    ratio = ratios(dataset)
+    found = [
+        (
+            f"{text}: true error within the accuracy in {100 * met(dataset, kind):.0f} % of {dataset.sizes[kind]}",
+            met(dataset, kind) >= MET,
+        )
+        for kind, text in (("promise", "plates"), ("solid", "solid teeth"), ("robust", "error samples"))
+    ]
+    within = float((ratio <= TIMES).mean())
+    found.append(
+        (
+            f"time within {TIMES:g}× of the best setting in {100 * within:.0f} %, median {np.median(ratio):.2f}×, "
+            f"largest {ratio.max():.2f}×",
+            within >= MET,
+        )
+    )
+    order = _order(dataset, "case 2", "segments")
+    found.append((f"case 2: order {order:.2f} in the segments", abs(order - 2) < 0.2))
+    for name in DIMENSIONS[:3]:
+        slope = exponent(_scaling(dataset), name)
+        found.append((f"time grows with {name} to the power {slope:.2f}", slope < 1.3))
+    return found
+
+
+def _order(dataset: xr.Dataset, scene: str, knob: str) -> float:
+    """Median over the quantities of the order observed."""
+    return float(np.nanmedian(diagram(dataset, scene)["observed_order"].sel(knob=knob)))
+
+
+def _scaling(dataset: xr.Dataset) -> xr.Dataset:
+    """The part on scaling, as ``scaling`` returned it."""
+    names = {"run_size": "size", "run_seconds": "seconds", "run_processor": "processor_seconds"}
+    return dataset[list(names)].rename(names)
+
+
+def figures(dataset: xr.Dataset, folder: Path) -> None:
+    """Work–precision diagrams, front over all models, promises, scaling."""
+    from studies.accuracy_figures import draw_diagrams, draw_front, draw_promises, draw_scaling
+
+    draw_diagrams(dataset, folder)
+    if "model" in dataset.dims:
+        draw_front(dataset, folder)
+    draw_promises(dataset, folder)
+    draw_scaling(_scaling(dataset), folder)
