@@ -2,8 +2,8 @@
 
 A fenced block is a file if its first line is a remark with nothing but a name (``# scene.toml``; ``# scene.toml, at its
 end`` adds to it). ``sh`` blocks are commands of gearbench, ``python`` blocks are programs that share their names; a
-``text`` block right behind one of them is what it prints, where a line ``…`` stands for any lines, and a word with … in
-it for any such word; numbers agree to 1 %.
+``text`` block right behind one of them is what it prints, where a line ``…`` stands for any lines, a word ``…`` for
+any words, and a word with … in it for any such word; numbers agree to 1 %.
 """
 
 from __future__ import annotations
@@ -112,7 +112,11 @@ def compare(shown: str, printed: str, where: str) -> None:
 
 
 def _same(shown: list[str], printed: list[str]) -> bool:
-    return len(shown) == len(printed) and all(map(_same_word, shown, printed))
+    if not shown or not printed:
+        return shown == printed
+    if shown[0] == "…" and any(_same(shown[1:], printed[n:]) for n in range(1, len(printed) + 1)):
+        return True
+    return _same_word(shown[0], printed[0]) and _same(shown[1:], printed[1:])
 
 
 def _same_word(shown: str, printed: str) -> bool:

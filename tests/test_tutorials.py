@@ -67,9 +67,10 @@ def slurm(tmp_path_factory, monkeypatch):
 def test_run_on_a_slurm_cluster(folder, slurm):
     pytest.importorskip("dask_jobqueue")
     for block in follow("tutorial_cluster.md"):
-        if block.text.startswith("python "):
-            program = [sys.executable, *block.text.split()[1:]]
-            subprocess.run(program, check=True, timeout=240, capture_output=True)
+        if block.language == "console":
+            assert block.text == "$ python search.py\n"
+            subprocess.run([sys.executable, "search.py"], check=True, timeout=240, capture_output=True)
+            assert "python" in (folder / "job.log").read_text()
     assert (folder / "front" / "front.nc").exists()
 
 
