@@ -94,7 +94,7 @@ def shifts(dataset: xr.Dataset, axes: Axes) -> Axes:
     axes.axhline(0, color=GREY, lw=0.8)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set(xlabel="place on the front, by the first objective [–]", ylabel="change by finite elements [%]")
-    axes.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
+    axes.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     return axes
 
 
@@ -111,7 +111,7 @@ def draw_verification(dataset: xr.Dataset, folder: Path, name: str) -> Path:
         for axis in axes.flat:
             axis.grid(alpha=0.3)
         rho = dataset["rank_correlation"].values
-        held = f", their order holds to a rank correlation of {np.nanmin(rho):.2f}" if np.any(np.isfinite(rho)) else ""
+        held = f", their order holds to a rank correlation of {np.nanmin(rho):.3f}" if np.any(np.isfinite(rho)) else ""
         largest = np.nanmax(np.abs(dataset["shift"].values))
         figure.suptitle(f"{name or 'study'}: finite elements move objectives by up to {largest:.0f} %{held}")
         path = folder / "verification.png"
