@@ -18,8 +18,8 @@ TOOLS = (1, 2, 3)
 MODULE = {1: 1.0, 2: 1.5, 3: 2.0}  # m_n [mm]
 #: Every number of teeth that makes a gear within the limits of contact ratio and sliding at some β and h_a*.
 TEETH = {1: (32, 39), 2: (21, 26), 3: (16, 19)}
-#: The paper names no material. Case-hardened steel of the grade ME (ISO 6336-5): endurance limits of contact and of the
-#: tooth root [MPa]. Every gear of Table 2 keeps them in this model, so that none is shut out of the comparison.
+#: Limits of contact pressure and root stress [MPa]. The paper prints none; these are of the order of what case-hardened
+#: steel of the best grade endures. Every gear of Table 2 keeps them, so that none is shut out of the comparison.
 PRESSURE, ROOT_STRESS = 1650.0, 525.0
 
 FULL = (Algorithm(population=100, generations=200, seed=1), Robustness(samples=1000))
