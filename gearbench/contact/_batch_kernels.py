@@ -132,27 +132,28 @@ def add_combination(start, stop, coefficient, column, rows, out, r):
 
 
 @njit(**_OPTIONS)
-def compress(first, gap, factor, q, delta, s):
+def compress(first, ranks, gap, factor, q, delta, s):
     """s = δ − e − Ψ q of every segment."""
     rank = factor.shape[1]
     for k in range(first.size - 1):
+        own = ranks[k]
         for i in range(first[k], first[k + 1]):
             for j in range(LANES):
                 s[i, j] = delta[j] - gap[i, j]
             c = 0
-            while c + 2 <= rank:
+            while c + 2 <= own:
                 b0, b1, r = factor[i, c], factor[i, c + 1], k * rank + c
                 for j in range(LANES):
                     s[i, j] -= b0 * q[r, j] + b1 * q[r + 1, j]
                 c += 2
-            if c < rank:
+            if c < own:
                 b0, r = factor[i, c], k * rank + c
                 for j in range(LANES):
                     s[i, j] -= b0 * q[r, j]
 
 
 @njit(**_OPTIONS)
-def normal_equations(first, factor, product, q, p, w, grad, cross, hess, total, slope):
+def normal_equations(first, ranks, factor, product, q, p, w, grad, cross, hess, total, slope):
     """Gradient and Hessian of J(q, δ) per block; lower triangles of the Hessian stored row by row."""
     blocks, rank = first.size - 1, factor.shape[1]
     size = rank * (rank + 1) // 2
@@ -169,6 +170,8 @@ def normal_equations(first, factor, product, q, p, w, grad, cross, hess, total, 
             for j in range(LANES):
                 grad[r, j] = 0.0
                 cross[r, j] = 0.0
+            if c >= ranks[k]:
+                continue
             add_combination(first[k], first[k + 1], factor, c, p, grad, r)
             add_combination(first[k], first[k + 1], factor, c, w, cross, r)
             for j in range(LANES):
@@ -182,11 +185,11 @@ def normal_equations(first, factor, product, q, p, w, grad, cross, hess, total, 
 
 
 @njit(**_OPTIONS)
-def factorise(blocks, rank, hess, x, y):
+def factorise(ranks, rank, hess, x, y):
     """Cholesky factor of each block (inverse diagonal), and L⁻¹x, L⁻¹y in place."""
     size = rank * (rank + 1) // 2
-    for k in range(blocks):
-        for c in range(rank):
+    for k in range(ranks.size):
+        for c in range(ranks[k]):
             row, xr = k * size + c * (c + 1) // 2, k * rank + c
             for d in range(c + 1):
                 other = k * size + d * (d + 1) // 2
@@ -209,13 +212,13 @@ def factorise(blocks, rank, hess, x, y):
 
 
 @njit(**_OPTIONS)
-def back_substitute(blocks, rank, hess, x):
+def back_substitute(ranks, rank, hess, x):
     """x ← L⁻ᵀ x of each block."""
     size = rank * (rank + 1) // 2
-    for k in range(blocks):
-        for c in range(rank - 1, -1, -1):
+    for k in range(ranks.size):
+        for c in range(ranks[k] - 1, -1, -1):
             r = k * rank + c
-            for f in range(c + 1, rank):
+            for f in range(c + 1, ranks[k]):
                 t = k * size + f * (f + 1) // 2 + c
                 for j in range(LANES):
                     x[r, j] -= hess[t, j] * x[k * rank + f, j]
@@ -225,13 +228,14 @@ def back_substitute(blocks, rank, hess, x):
 
 
 @njit(**_OPTIONS)
-def newton_step(blocks, rank, hess, x, y, rows, stiffness, q, delta, tolerance):
+def newton_step(ranks, rank, hess, x, y, rows, stiffness, q, delta, tolerance):
     """One full Newton step of the lanes that are not done; returns how many are done after it.
 
     rows: 4 total, 5 slope, 6 residual, 7 done, 8 step of δ. A lane whose residual has reached the tolerance keeps the
     stiffness of this point, takes this last step (which squares its residual) and is frozen.
     """
     total, slope, residual, done, step = rows[4], rows[5], rows[6], rows[7], rows[8]
+    blocks = ranks.size
     for j in range(LANES):
         step[j] = -total[j]
     for r in range(blocks * rank):
@@ -245,7 +249,7 @@ def newton_step(blocks, rank, hess, x, y, rows, stiffness, q, delta, tolerance):
     for r in range(blocks * rank):
         for j in range(LANES):
             x[r, j] = x[r, j] * step[j] - y[r, j]
-    back_substitute(blocks, rank, hess, x)
+    back_substitute(ranks, rank, hess, x)
     for r in range(blocks * rank):
         for j in range(LANES):
             q[r, j] = q[r, j] + x[r, j] if done[j] == 0.0 else q[r, j]
@@ -259,7 +263,7 @@ def newton_step(blocks, rank, hess, x, y, rows, stiffness, q, delta, tolerance):
 
 @njit(**_OPTIONS)
 def solve_lanes(
-    first, gap, factor, product, law, q, delta, stiffness, tolerance, limit, s, p, w, grad, cross, hess, rows
+    first, ranks, gap, factor, product, law, q, delta, stiffness, tolerance, limit, s, p, w, grad, cross, hess, rows
 ):
     """Newton's method on all lanes of one position; rows[7] tells which lanes converged. Returns the steps taken."""
     blocks, rank = first.size - 1, factor.shape[1]
@@ -267,16 +271,16 @@ def solve_lanes(
     for j in range(LANES):
         rows[7, j] = 0.0
     for iteration in range(limit):
-        compress(first, gap, factor, q, delta, s)
+        compress(first, ranks, gap, factor, q, delta, s)
         apply_laws(n, s, law[0], law[1], law[2], law[3], p, w, rows, bits)
-        normal_equations(first, factor, product, q, p, w, grad, cross, hess, rows[4], rows[5])
+        normal_equations(first, ranks, factor, product, q, p, w, grad, cross, hess, rows[4], rows[5])
         for j in range(LANES):
             rows[6, j] = abs(rows[4, j])
         for r in range(blocks * rank):
             for j in range(LANES):
                 rows[6, j] = max(rows[6, j], abs(grad[r, j]))
-        factorise(blocks, rank, hess, cross, grad)
-        if newton_step(blocks, rank, hess, cross, grad, rows, stiffness, q, delta, tolerance) == LANES:
+        factorise(ranks, rank, hess, cross, grad)
+        if newton_step(ranks, rank, hess, cross, grad, rows, stiffness, q, delta, tolerance) == LANES:
             return iteration + 1
     return limit
 
@@ -298,12 +302,28 @@ def from_smallest(n, gap, delta, least):
 
 @njit(**_OPTIONS)
 def solve_chunk(
-    firsts, blocks, gap0, modes, draws, factor, product, laws, start, guess, tolerance, limit, delta, stiffness, done
+    firsts,
+    blocks,
+    ranks,
+    gap0,
+    modes,
+    draws,
+    factor,
+    product,
+    laws,
+    start,
+    guess,
+    tolerance,
+    limit,
+    delta,
+    stiffness,
+    done,
 ):
     """Solve every position for one chunk of ``LANES`` samples; fills δ, ∂F/∂δ and whether they converged.
 
-    gap0 (position, n), modes (position, error, n), draws (error, lanes): e = gap0 + Σ modes · draws. start (position,
-    block·rank + 1) and guess (position, error, block·rank + 1): first guess of (q, δ), linear in the draws.
+    ranks (position, block): columns of the factor that are not zero in a block. gap0 (position, n), modes (position,
+    error, n), draws (error, lanes): e = gap0 + Σ modes · draws. start (position, block·rank + 1)
+    and guess (position, error, block·rank + 1): first guess of (q, δ), linear in the draws.
     """
     positions, n = gap0.shape
     errors, rank = draws.shape[0], factor.shape[2]
@@ -328,6 +348,7 @@ def solve_chunk(
         from_smallest(first[blocks[t]], gap, delta[t], least)
         steps += solve_lanes(
             first,
+            ranks[t, : blocks[t]],
             gap,
             factor[t],
             product[t],

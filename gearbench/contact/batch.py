@@ -65,6 +65,16 @@ class Batch:
         return self.factor.shape[2]
 
     @cached_property
+    def ranks(self) -> NDArray:
+        """Columns that each block uses, (position, block): short contact lines have few; the others are zero."""
+        used = np.zeros((len(self.count), self.firsts.shape[1] - 1), dtype=np.int64)
+        for t, blocks in enumerate(self.blocks):
+            for k in range(blocks):
+                own = self.factor[t, self.firsts[t, k] : self.firsts[t, k + 1]]
+                used[t, k] = np.flatnonzero(own.any(axis=0)).max(initial=-1) + 1
+        return used
+
+    @cached_property
     def single_arrays(self) -> tuple[NDArray, NDArray, NDArray, NDArray]:
         """a, h, active and block of the segments, (position, n), as the solver of single positions takes them."""
         place = np.arange(self.gap.shape[1])
@@ -192,8 +202,8 @@ def solve_one_chunk(batch: Batch, draws: NDArray) -> BatchSolution:
     lanes = np.ascontiguousarray(draws.T)
     with np.errstate(all="ignore"):
         solve_chunk(
-            batch.firsts, batch.blocks, batch.gap, batch.modes, lanes, batch.factor, batch.product, batch.laws,
-            batch.start, batch.guess, NEWTON_TOLERANCE, NEWTON_LIMIT, delta, stiffness, done,
+            batch.firsts, batch.blocks, batch.ranks, batch.gap, batch.modes, lanes, batch.factor, batch.product,
+            batch.laws, batch.start, batch.guess, NEWTON_TOLERANCE, NEWTON_LIMIT, delta, stiffness, done,
         )  # fmt: skip
     good = (done == 1.0) & np.isfinite(delta) & np.isfinite(stiffness)
     missed = np.argwhere(~good)
