@@ -1,0 +1,43 @@
+"""Pages that are made from the code are up to date (docs/effects.md: ``test_effects_page.py``)."""
+
+from __future__ import annotations
+
+import pytest
+
+from docs.generate import FOLDER, PAGES
+from gearbench.cli.app import app
+from gearbench.effects.keys import key_tables, prose
+from gearbench.effects.manufacturing_errors import ManufacturingErrors
+from gearbench.effects.tip_relief import TipRelief
+from gearbench.quantities import QUANTITIES
+
+
+@pytest.mark.parametrize("name", [name for name in PAGES if name != "effects.md"])
+def test_the_page_is_up_to_date(name):
+    assert (FOLDER / name).read_text(encoding="utf-8") == PAGES[name](), "run: make docs-tables"
+
+
+def test_every_quantity_is_on_its_page_once():
+    page = PAGES["quantities.md"]()
+    for name, quantity in QUANTITIES.items():
+        row = next(line for line in page.splitlines() if line.startswith((f"| `{name}` |", f"| **`{name}`** |")))
+        assert f"| {quantity.units} |" in row
+    assert page.count("\n| `") + page.count("\n| **`") == len(QUANTITIES)
+
+
+def test_every_command_is_on_its_page():
+    page = PAGES["commands.md"]()
+    for command in app.registered_commands:
+        assert command.callback is not None
+        assert f"## gearbench {command.callback.__name__}\n" in page
+
+
+def test_keys_have_meaning_default_and_what_is_allowed():
+    assert prose(TipRelief).startswith("Tip relief: e = amount · (R − (r_a − length))/length")
+    table = key_tables(TipRelief)
+    assert "| `amount` | Material missing at the tip [µm]. | required | -1000 to 1000 |" in table
+    assert '| `shape` | "linear" (the paper\'s) or "parabolic". | `"linear"` | `"linear"`, `"parabolic"` |' in table
+
+
+def test_tables_below_a_table_are_shown_once():
+    assert key_tables(ManufacturingErrors).count("| `distribution` |") == 1
