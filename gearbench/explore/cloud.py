@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from bokeh.models import CDSView, ColumnDataSource, HoverTool, IndexFilter, Legend, LegendItem, TapTool
 from bokeh.plotting import figure
@@ -13,6 +15,8 @@ from gearbench.explore.look import PALETTE, PICK, chart, colour
 
 #: Keys of columns in the sources: c0, c1, …
 Sources = dict[str, ColumnDataSource]
+#: Boxes drawn at most: those of neighbours on a front hide each other.
+BOXES = 24
 
 
 def sources(catalogue: Catalogue) -> Sources:
@@ -30,13 +34,16 @@ def sources(catalogue: Catalogue) -> Sources:
 
 
 def front_data(catalogue: Catalogue, places: NDArray) -> dict[str, NDArray]:
-    """Columns of the front: values, width and height of the 2σ boxes, results, places."""
+    """Columns of the front: values, σ, width and height of the 2σ boxes (0 where none is drawn), results, places."""
+    drawn = np.arange(len(places)) % max(1, math.ceil(len(places) / BOXES)) == 0
     x, y, sx, sy = (catalogue.column(n).values[places] for n in (ACROSS, UP, SCATTER_ACROSS, SCATTER_UP))
     return {
         "x": x,
         "y": y,
-        "w": 2 * np.nan_to_num(sx),
-        "h": 2 * np.nan_to_num(sy),
+        "sx": sx,
+        "sy": sy,
+        "w": np.where(drawn, 2 * np.nan_to_num(sx), 0.0),
+        "h": np.where(drawn, 2 * np.nan_to_num(sy), 0.0),
         "study": catalogue.study[places],
         "place": catalogue.place[places],
         "design": places,
@@ -63,8 +70,8 @@ def cloud(catalogue: Catalogue, data: Sources, keep: IndexFilter) -> figure:
         nonselection_alpha=0.25, nonselection_line_color=None, selection_line_color=None, name="kept",
     )  # fmt: skip
     plot.rect(
-        "x", "y", "w", "h", source=data["front"], fill_color="colour", fill_alpha=0.10, line_color="colour",
-        line_alpha=0.6,
+        "x", "y", "w", "h", source=data["front"], fill_color="colour", fill_alpha=0.06, line_color="colour",
+        line_alpha=0.7,
     )  # fmt: skip
     front = plot.scatter(
         "x", "y", source=data["front"], size=8, color="colour", line_color="white", marker="circle", name="front"
@@ -72,7 +79,7 @@ def cloud(catalogue: Catalogue, data: Sources, keep: IndexFilter) -> figure:
     plot.scatter("x", "y", source=data["pick"], size=17, marker="circle", fill_alpha=0, line_color=PICK, line_width=2.5)
     plot.add_tools(TapTool(renderers=[points]))
     tips = [("design", "@place"), (across.label, f"@x{{0.000}} {across.unit}"), (up.label, f"@y{{0.000}} {up.unit}")]
-    scatter = [("2σ", "@w{0.000} × @h{0.000}")]
+    scatter = [("σ across, up", f"@sx{{0.000}} {across.unit}, @sy{{0.000}} {up.unit}")]
     plot.add_tools(HoverTool(renderers=[front], tooltips=[*tips, *scatter]))
     named = [
         LegendItem(label=result.label, renderers=[front], index=int(np.argmax(data["front"].data["study"] == i)))

@@ -45,5 +45,5 @@ def panel(catalogue: Catalogue, by_column: dict[int, RangeSlider], height: int) 
     for kind, head in _HEADS.items():
         ours = [s for i, s in by_column.items() if catalogue.columns[i].kind == kind]
         parts += [Div(text=f"<b>{head}</b>"), *ours] if ours else []
-    stack = Stack(*parts, width=SIDE, height=height, styles={"overflow-y": "auto", "overflow-x": "hidden"})
+    stack = Stack(children=parts, width=SIDE, height=height, styles={"overflow-y": "auto", "overflow-x": "hidden"})
     return stack, clear, count

@@ -75,33 +75,34 @@ def _teeth(picture: Picture) -> Tables:
     }
 
 
-def summary(name: str, before: Picture, now: Picture) -> str:
-    """A table as HTML: the gear as stored, and with the settings of the page."""
-    pair = now.scene.pair
+def summary(name: str, *pictures: Picture) -> str:
+    """A table as HTML: the gear as stored, and with the settings of the page where a second picture is given."""
+    pair = pictures[-1].scene.pair
     z = f"{pair.pinion.teeth}/{pair.wheel.teeth}"
     head = f"z {z}, m_n {pair.normal_module:g} mm, β {pair.helix_angle:g}°, b {pair.face_width:g} mm"
     ratios = f"ε_α {pair.transverse_contact_ratio:.3f}, ε_β {pair.overlap_ratio:.3f}"
     rows = [
-        ("RMS δ", "µm", *(f"{p.transmission_error.rms:.3f}" for p in (before, now))),
-        ("peak-to-peak δ", "µm", *(f"{p.transmission_error.peak_to_peak:.3f}" for p in (before, now))),
-        ("mean k", "N/µm", *(f"{p.mesh_stiffness.mean:.1f}" for p in (before, now))),
-        ("RMS k", "%", *(f"{p.mesh_stiffness.rms:.2f}" for p in (before, now))),
+        ("RMS δ [µm]", *(f"{p.transmission_error.rms:.3f}" for p in pictures)),
+        ("peak-to-peak δ [µm]", *(f"{p.transmission_error.peak_to_peak:.3f}" for p in pictures)),
+        ("mean k [N/µm]", *(f"{p.mesh_stiffness.mean:.1f}" for p in pictures)),
+        ("RMS k [%]", *(f"{p.mesh_stiffness.rms:.2f}" for p in pictures)),
+        ("RMS δ, errors [µm]", *(_scatter(p, "transmission_error") for p in pictures)),
+        ("RMS k, errors [%]", *(_scatter(p, "mesh_stiffness") for p in pictures)),
     ]
-    for label, unit, which in (("RMS δ, errors", "µm", "transmission_error"), ("RMS k, errors", "%", "mesh_stiffness")):
-        rows.append((label, unit, *(_scatter(p, which) for p in (before, now))))
-    body = "".join(
-        f"<tr><td>{label} [{unit}]</td><td style='text-align:right'>{a}</td>"
-        f"<td style='text-align:right'><b>{b}</b></td></tr>"
-        for label, unit, a, b in rows
-    )
-    return (
-        f"<b>{escape(name)}</b><br>{head}<br>{ratios}"
-        "<table style='border-spacing:8px 1px;margin-left:-8px'><tr><td></td><td>stored</td><td><b>now</b></td></tr>"
-        f"{body}</table>"
-    )
+    heads = ("", "stored", "now")[: len(pictures) + 1]
+    lines = [_row("th", heads), *(_row("td", row) for row in rows)]
+    table = f"<table style='border-spacing:8px 1px;margin-left:-8px'>{''.join(lines)}</table>"
+    return f"<b>{escape(name)}</b><br>{head}<br>{ratios}{table}"
+
+
+def _row(tag: str, cells: tuple[str, ...]) -> str:
+    first, *rest = cells
+    right = "".join(f"<{tag} style='text-align:right'>{cell}</{tag}>" for cell in rest)
+    return f"<tr><{tag} style='text-align:left'>{first}</{tag}>{right}</tr>"
 
 
 def _scatter(picture: Picture, which: str) -> str:
+    """Mean ± standard deviation over the error samples."""
     if picture.scatter is None:
         return "–"
     values = getattr(picture.scatter, which)

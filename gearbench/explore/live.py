@@ -40,8 +40,7 @@ class Session:
         self._page.pick.on_change("data", self._picked)
         for slider in self._controls.sliders.values():
             slider.on_change("value", self._changed)
-        document.add_root(self._page.layout(list(self._controls.sliders.values())))
-        document.title = "gearbench explore"
+        self._page.put(document, list(self._controls.sliders.values()))
 
     @property
     def page(self) -> Page:

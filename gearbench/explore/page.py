@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from bokeh.events import DoubleTap, Pan, PanEnd, PanStart
+from bokeh.document import Document
+from bokeh.events import DocumentReady, DoubleTap, Pan, PanEnd, PanStart
 from bokeh.models import Button, Div, IndexFilter
 from bokeh.models.layouts import Column as Stack
 from bokeh.models.layouts import Row
@@ -46,12 +47,18 @@ class Page:
     def layout(self, controls: list[Any]) -> Stack:
         """All parts; ``controls`` stand beside the picked gear."""
         gear = self.gear
-        side = Stack(self.summary, *controls, gear.phase, self.export, self.message, width=SIDE)
-        figures = Stack(
-            Row(gear.ste, gear.stiffness, gear.ste_orders, gear.stiffness_orders),
-            Row(gear.load, gear.teeth, gear.ste_density, gear.stiffness_density),
-        )
-        return Stack(self._above, Row(side, figures), name="page")
+        beside = [self.summary, *controls, gear.phase, self.export, self.message]
+        side = Stack(children=beside, width=SIDE)
+        upper = [gear.ste, gear.stiffness, gear.ste_orders, gear.stiffness_orders]
+        lower = [gear.load, gear.teeth, gear.ste_density, gear.stiffness_density]
+        figures = Stack(children=[Row(children=upper), Row(children=lower)])
+        return Stack(children=[self._above, Row(children=[side, figures])], name="page")
+
+    def put(self, document: Document, controls: list[Any]) -> None:
+        """Make this the page of a document."""
+        document.add_root(self.layout(controls))
+        document.title = "gearbench explore"
+        document.js_on_event(DocumentReady, self.refresh, self.follow, self.gear.turn)
 
     def _designs(self) -> tuple[Row, Any, Any]:
         """Filters, cloud and parallel coordinates, wired in the browser."""
@@ -67,7 +74,7 @@ class Page:
             everything=lines["everything"], kept=lines["kept"], ranges=lines["ranges"], kept_count=count,
             sliders=list(by_column.values()), order=order(catalogue), gap=parallel.GAP, up=parallel.UP,
             colours=[colour(i) for i in range(min(len(catalogue.results), len(PALETTE)))],
-            scatter=[key(catalogue, name) for name in (SCATTER_ACROSS, SCATTER_UP)],
+            boxes=cloud.BOXES, scatter=[key(catalogue, name) for name in (SCATTER_ACROSS, SCATTER_UP)],
         )  # fmt: skip
         follow = script("pick", designs=self.sources["designs"], pick=self.pick, line=lines["line"], axes=axes)
         brush = script("brush", plot=coordinates, axes=axes)
@@ -82,7 +89,7 @@ class Page:
         clear.js_on_event(
             "button_click", script("clear", sliders=list(by_column.values()), designs=self.sources["designs"])
         )
-        return Row(stack, many, coordinates), refresh, follow
+        return Row(children=[stack, many, coordinates]), refresh, follow
 
 
 def axes_of(catalogue: Catalogue, by_column: dict[int, Any]) -> list[dict[str, Any]]:

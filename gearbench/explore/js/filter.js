@@ -18,7 +18,7 @@ function keptDesigns() {
 
 function fronts(mask) {
   const { x, y, study, place } = designs.data;
-  const found = { x: [], y: [], w: [], h: [], study: [], place: [], colour: [], design: [] };
+  const found = { x: [], y: [], sx: [], sy: [], w: [], h: [], study: [], place: [], colour: [], design: [] };
   let lowest = Infinity, current = -1;
   for (const i of order) {  // by result, then across, then up
     if (!mask[i]) continue;
@@ -26,9 +26,13 @@ function fronts(mask) {
     if (y[i] >= lowest) continue;
     lowest = y[i];
     found.x.push(x[i]); found.y.push(y[i]); found.study.push(study[i]); found.place.push(place[i]);
-    found.w.push(2 * (designs.data[scatter[0]][i] || 0)); found.h.push(2 * (designs.data[scatter[1]][i] || 0));
+    found.sx.push(designs.data[scatter[0]][i]); found.sy.push(designs.data[scatter[1]][i]);
     found.colour.push(colours[study[i] % colours.length]); found.design.push(i);
   }
+  // boxes of some of them, because those of neighbours hide each other
+  const every = Math.ceil(found.x.length / boxes);
+  found.w = found.sx.map((s, k) => (k % every === 0 ? 2 * s || 0 : 0));
+  found.h = found.sy.map((s, k) => (k % every === 0 ? 2 * s || 0 : 0));
   return found;
 }
 

@@ -1,0 +1,66 @@
+"""The page as one HTML file that needs no server and loads nothing: filters and selection, pictures of the fronts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from bokeh.document import Document
+from bokeh.embed import file_html
+from bokeh.resources import INLINE
+from numpy.typing import NDArray
+
+from gearbench.errors import GearbenchError
+from gearbench.explore.catalogue import Catalogue, fronts
+from gearbench.explore.gear import COMPARED
+from gearbench.explore.gear_data import Tables, summary, tables
+from gearbench.explore.model import picture
+from gearbench.explore.page import Page, knee
+from gearbench.explore.scripts import script
+
+#: Designs whose pictures go into the file at most.
+PICTURES = 60
+
+
+def html(catalogue: Catalogue, pictures: int = PICTURES) -> str:
+    """The page as text.
+
+    It holds all designs, and pictures of up to ``pictures`` designs spread over the fronts; of the others it shows
+    what is stored.
+    """
+    first = knee(catalogue)
+    shown: dict[str, tuple[str, Tables]] = {}
+    for design in _spread(catalogue, first, pictures):
+        try:
+            answer = picture(catalogue.scene(design))
+        except (GearbenchError, ArithmeticError):
+            continue
+        shown[str(design)] = (summary(catalogue.name(design), answer), tables(answer))
+    if str(first) not in shown:
+        raise GearbenchError(f"{catalogue.name(first)} cannot be computed")
+    text, begin = shown[str(first)]
+    page = Page(catalogue, first, begin, begin)
+    page.summary.text = text
+    show = script(
+        "show", pick=page.pick, sources=page.gear.now, before=page.gear.before, compared=list(COMPARED),
+        summary=page.summary, message=page.message, texts={k: v[0] for k, v in shown.items()},
+        pictures={k: v[1] for k, v in shown.items()},
+    )  # fmt: skip
+    page.pick.js_on_change("data", show)
+    document = Document()
+    page.put(document, [])
+    return file_html(document, INLINE, title="gearbench explore")
+
+
+def write(catalogue: Catalogue, path: Path) -> None:
+    """Write the page to ``path``."""
+    text = html(catalogue)
+    path.write_text(text, encoding="utf-8")
+
+
+def _spread(catalogue: Catalogue, first: int, count: int) -> NDArray:
+    """Designs of the fronts, evenly along them, with ``first``."""
+    places = fronts(catalogue)
+    if len(places) > count:
+        places = places[np.linspace(0, len(places) - 1, count).round().astype(int)]
+    return np.unique([*places, first])
