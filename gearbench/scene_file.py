@@ -30,6 +30,14 @@ def load_scene(path: str | Path) -> Scene:
     ------
     InputError
         If the file cannot be read, is no TOML, or does not describe a scene that can be simulated.
+
+    Examples
+    --------
+    >>> scene = load_scene("examples/case1.toml")
+    >>> scene.name, scene.pair.pinion.teeth, scene.load.torque
+    ('case 1', 33, 13200.0)
+    >>> [effect.name for effect in scene.effects]
+    ['tooth_bending', 'hertz']
     """
     path = Path(path)
     try:

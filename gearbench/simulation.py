@@ -47,6 +47,16 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
     -----
     Where the scene gives ``resolution.accuracy``, settings are chosen first. The Dataset holds the scene with them,
     and their estimated error in the attribute ``accuracy_estimated``; the wall time includes the choice.
+
+    Examples
+    --------
+    >>> from gearbench import load_scene
+    >>> dataset = simulate(load_scene("examples/sc.toml"))
+    >>> k = dataset["mesh_stiffness"]
+    >>> k.dims, k.units, k.symbol
+    (('position',), 'N/µm', 'k')
+    >>> print(f"{float(dataset['mesh_stiffness_rms']):.0f} {dataset['mesh_stiffness_rms'].units}")
+    18 %
     """
     start = time.perf_counter()
     for name in outputs:

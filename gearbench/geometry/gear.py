@@ -38,6 +38,15 @@ class Gear:
     InputError
         If such a gear cannot be generated: rack tip pointed, tooth pointed below the tip circle, no involute left,
         tooth cut off by undercut.
+
+    Examples
+    --------
+    >>> gear = Gear(
+    ...     teeth=20, normal_module=2.0, pressure_angle=20.0, helix_angle=0.0, face_width=20.0,
+    ...     profile_shift=0.0, addendum=1.0, dedendum=1.25, fillet_radius=0.38,
+    ... )
+    >>> gear.tip_radius, gear.root_radius, round(gear.base_radius, 3)
+    (22.0, 17.5, 18.794)
     """
 
     teeth: int

@@ -72,6 +72,15 @@ class Pair:
     ------
     InputError
         If the two cannot mesh. Wrapped by pydantic's ``ValidationError``.
+
+    Examples
+    --------
+    >>> pinion, wheel = Member(teeth=17), Member(teeth=43)
+    >>> pair = Pair(normal_module=2.0, face_width=20.0, centre_distance=60.0, pinion=pinion, wheel=wheel)
+    >>> round(pair.transverse_contact_ratio, 4), pair.overlap_ratio
+    (1.6211, 0.0)
+    >>> [round(x, 9) + 0.0 for x in pair.profile_shifts]
+    [0.0, 0.0]
     """
 
     normal_module: Annotated[float, Field(ge=0.05, le=200.0)]

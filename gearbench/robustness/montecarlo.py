@@ -180,6 +180,15 @@ def robust(
     ------
     InputError
         If the scene has no random errors, or ``samples`` is not positive, or given beside an accuracy.
+
+    Examples
+    --------
+    >>> from gearbench import load_scene
+    >>> dataset = robust(load_scene("examples/gear55_robust.toml"), samples=64, seed=1)
+    >>> dict(dataset.sizes)["sample"], dataset["mesh_stiffness_rms"].dims
+    (64, ('sample',))
+    >>> bool(dataset["transmission_error_rms_max"] >= dataset["transmission_error_rms_mean"])
+    True
     """
     from gearbench.robustness.dataset import robust_dataset
 
