@@ -21,7 +21,7 @@ MARKER = {1: "o", 2: "s", 3: "^"}
 #: Boxes of Figure 9: more would hide each other.
 BOXES = 10
 ACROSS, UP = "m$_k$, mean RMS of mesh stiffness [%]", "m$_{ste}$, mean RMS of transmission error [µm]"
-_STYLE = {"font.size": 12, "axes.titlesize": 12, "figure.titlesize": 14, "legend.fontsize": 10.5}
+_STYLE: Any = {"font.size": 12, "axes.titlesize": 12, "figure.titlesize": 14, "legend.fontsize": 10.5}
 
 
 def draw(dataset: xr.Dataset, folder: Path) -> None:
@@ -41,7 +41,7 @@ def draw(dataset: xr.Dataset, folder: Path) -> None:
             plt.close(figure)
 
 
-def _figure(columns: int = 1, size: tuple[float, float] = (10.0, 6.6), **shared: bool) -> tuple[Any, Any]:
+def _figure(columns: int = 1, size: tuple[float, float] = (10.0, 6.6), **shared: Any) -> tuple[Any, Any]:
     import matplotlib.pyplot as plt
 
     return plt.subplots(1, columns, figsize=size, layout="constrained", **shared)
