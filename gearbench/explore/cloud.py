@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from bokeh.models import CDSView, ColumnDataSource, HoverTool, IndexFilter, Legend, LegendItem, TapTool
-from bokeh.plotting import figure
 from bokeh.transform import linear_cmap
 from numpy.typing import NDArray
 
@@ -20,20 +20,19 @@ BOXES = 24
 
 
 def sources(catalogue: Catalogue) -> Sources:
-    """Data of the designs, of the fronts and of the pick; 4-byte numbers, because they are drawn only."""
+    """Data of the designs and of the fronts; 4-byte numbers, because they are drawn only."""
     x, y = catalogue.column(ACROSS).values, catalogue.column(UP).values
     data = {"x": x, "y": y, "study": catalogue.study, "place": catalogue.place}
     for i, column in enumerate(catalogue.columns):
         data[f"c{i}"] = column.values
-    short = {k: v.astype("int32" if v.dtype.kind == "i" else "float32") for k, v in data.items()}
+    short: dict[str, Any] = {k: v.astype("int32" if v.dtype.kind == "i" else "float32") for k, v in data.items()}
     return {
         "designs": ColumnDataSource(short, name="designs"),
         "front": ColumnDataSource(front_data(catalogue, fronts(catalogue)), name="front"),
-        "pick": ColumnDataSource({"design": [], "x": [], "y": []}, name="pick"),
     }
 
 
-def front_data(catalogue: Catalogue, places: NDArray) -> dict[str, NDArray]:
+def front_data(catalogue: Catalogue, places: NDArray) -> dict[str, Any]:
     """Columns of the front: values, σ, width and height of the 2σ boxes (0 where none is drawn), results, places."""
     drawn = np.arange(len(places)) % max(1, math.ceil(len(places) / BOXES)) == 0
     x, y, sx, sy = (catalogue.column(n).values[places] for n in (ACROSS, UP, SCATTER_ACROSS, SCATTER_UP))
@@ -51,7 +50,7 @@ def front_data(catalogue: Catalogue, places: NDArray) -> dict[str, NDArray]:
     }
 
 
-def cloud(catalogue: Catalogue, data: Sources, keep: IndexFilter) -> figure:
+def cloud(catalogue: Catalogue, data: Sources, keep: IndexFilter) -> Any:
     """The figure; its view of the designs is ``keep``."""
     across, up = catalogue.column(ACROSS), catalogue.column(UP)
     tools = "pan,wheel_zoom,box_zoom,box_select,lasso_select,reset,save"

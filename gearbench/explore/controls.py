@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from bokeh.models import Slider
 
 from gearbench.explore.look import PALETTE, SIDE
@@ -53,7 +55,7 @@ class Controls:
     def settings(self, scene: Scene) -> Settings:
         """What the sliders say; a slider that was not moved says exactly what the scene does."""
         was = Settings.of(scene)
-        values = {name: slider.value for name, slider in self.sliders.items()}
+        values: dict[str, Any] = {name: slider.value for name, slider in self.sliders.items()}
         values["iso_class"] = None if was.iso_class is None else int(values["iso_class"])
         return Settings(**values)
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from bokeh.models import ColorBar, ColumnDataSource, LinearColorMapper, Slider, Span
-from bokeh.plotting import figure
 
 from gearbench.explore.gear_data import Tables
 from gearbench.explore.look import BEFORE, INK, NOW, PALETTE, SMALL, chart, fixed, from_zero
@@ -42,7 +43,7 @@ class GearPanel:
             for name, source in sources.items():
                 source.data = dict(tables[name])
 
-    def _curve(self, name: str, title: str, label: str, colour: str) -> figure:
+    def _curve(self, name: str, title: str, label: str, colour: str) -> Any:
         plot = chart(title, "mesh phase τ [mesh periods]", label, width=_WIDTH, height=_HEIGHT, x_range=fixed(0, 2))
         plot.line("phase", "value", source=self.before[name], color=BEFORE, line_dash="dashed", line_width=1.5)
         plot.line("phase", "value", source=self.now[name], color=colour, line_width=2.2)
@@ -51,7 +52,7 @@ class GearPanel:
         plot.add_layout(mark)
         return plot
 
-    def _bars(self, name: str, title: str, label: str, colour: str) -> figure:
+    def _bars(self, name: str, title: str, label: str, colour: str) -> Any:
         plot = from_zero(chart(title, "mesh order [–]", label, width=_WIDTH, height=_HEIGHT, x_range=fixed(0.3, 10.7)))
         key = f"{name}_orders"
         plot.vbar("order", top="amplitude", width=0.85, source=self.before[key], color="#CFCFCF")
@@ -60,7 +61,7 @@ class GearPanel:
         plot.xgrid.visible = False
         return plot
 
-    def _density(self, name: str, title: str, label: str, unit: str, colour: str) -> figure:
+    def _density(self, name: str, title: str, label: str, unit: str, colour: str) -> Any:
         plot = from_zero(chart(title, label, f"density [{unit}]", width=_WIDTH, height=_HEIGHT))
         key = f"{name}_density"
         plot.line("value", "density", source=self.before[key], color=BEFORE, line_dash="dashed", line_width=1.5)
@@ -68,7 +69,7 @@ class GearPanel:
         plot.line("value", "density", source=self.now[key], color=colour, line_width=2.2)
         return plot
 
-    def _load(self, now: Tables) -> figure:
+    def _load(self, now: Tables) -> Any:
         plot = chart(
             "Line load on the flank", "path of contact u [mm]", "face width y [mm]", width=_WIDTH, height=_HEIGHT
         )
@@ -82,7 +83,7 @@ class GearPanel:
         plot.grid.visible = False
         return plot
 
-    def _teeth(self, now: Tables) -> figure:
+    def _teeth(self, now: Tables) -> Any:
         motion = now["motion"]
         middle, half = motion["middle"][0], motion["half"][0]
         frame = (_WIDTH - 65, _HEIGHT - 75)

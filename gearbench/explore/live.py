@@ -70,7 +70,8 @@ class Session:
         self._wanted = True
         if not self._running:
             self._running = True
-            self._document.add_next_tick_callback(self._work)
+            work: Any = self._work
+            self._document.add_next_tick_callback(work)
 
     @without_document_lock
     async def _work(self) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from bokeh.models import Range1d
 from bokeh.plotting import figure
 
@@ -16,9 +18,9 @@ def colour(study: int) -> str:
     return PALETTE[study % len(PALETTE)]
 
 
-def chart(title: str, x: str, y: str, *, width: int, height: int, tools: str = "", **options: object) -> figure:
+def chart(title: str, x: str, y: str, *, width: int, height: int, tools: str = "", **options: Any) -> Any:
     """An empty figure in the page's look, its axes labelled with units."""
-    plot = figure(
+    plot: Any = figure(
         title=title,
         x_axis_label=x,
         y_axis_label=y,
@@ -41,7 +43,7 @@ def chart(title: str, x: str, y: str, *, width: int, height: int, tools: str = "
     return plot
 
 
-def from_zero(plot: figure) -> figure:
+def from_zero(plot: Any) -> Any:
     """Let the vertical axis begin at 0."""
     plot.y_range.start = 0
     return plot

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from bokeh.document import Document
 from bokeh.events import DocumentReady, DoubleTap, Pan, PanEnd, PanStart
-from bokeh.models import Button, Div, IndexFilter
+from bokeh.models import Button, ColumnDataSource, Div, IndexFilter
 from bokeh.models.layouts import Column as Stack
 from bokeh.models.layouts import Row
 
@@ -35,8 +35,8 @@ class Page:
     def __init__(self, catalogue: Catalogue, first: int, now: Tables, before: Tables) -> None:
         self.catalogue = catalogue
         self.sources = cloud.sources(catalogue)
+        self.sources["pick"] = ColumnDataSource(pick_data(catalogue, first), name="pick")
         self.pick = self.sources["pick"]
-        self.pick.data = pick_data(catalogue, first)
         self.gear = GearPanel(now, before)
         self.summary = Div(text="", width=SIDE - 10, name="summary")
         self.message = Div(text="", width=SIDE - 10, name="message", styles={"color": "#B00020"})
@@ -47,10 +47,10 @@ class Page:
     def layout(self, controls: list[Any]) -> Stack:
         """All parts; ``controls`` stand beside the picked gear."""
         gear = self.gear
-        beside = [self.summary, *controls, gear.phase, self.export, self.message]
+        beside: list[Any] = [self.summary, *controls, gear.phase, self.export, self.message]
         side = Stack(children=beside, width=SIDE)
-        upper = [gear.ste, gear.stiffness, gear.ste_orders, gear.stiffness_orders]
-        lower = [gear.load, gear.teeth, gear.ste_density, gear.stiffness_density]
+        upper: list[Any] = [gear.ste, gear.stiffness, gear.ste_orders, gear.stiffness_orders]
+        lower: list[Any] = [gear.load, gear.teeth, gear.ste_density, gear.stiffness_density]
         figures = Stack(children=[Row(children=upper), Row(children=lower)])
         return Stack(children=[self._above, Row(children=[side, figures])], name="page")
 
@@ -113,7 +113,7 @@ def order(catalogue: Catalogue) -> np.ndarray:
     return np.lexsort((y, x, catalogue.study)).astype("int32")
 
 
-def pick_data(catalogue: Catalogue, design: int) -> dict[str, list]:
+def pick_data(catalogue: Catalogue, design: int) -> dict[str, Any]:
     """Columns of the pick."""
     x, y = (float(catalogue.column(name).values[design]) for name in (ACROSS, UP))
     return {"design": [design], "x": [x], "y": [y]}

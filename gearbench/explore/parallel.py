@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from bokeh.models import ColumnDataSource, FixedTicker
-from bokeh.plotting import figure
 
 from gearbench.explore.catalogue import Catalogue
 from gearbench.explore.columns import Column
@@ -33,7 +34,7 @@ def sources(catalogue: Catalogue) -> dict[str, ColumnDataSource]:
     }
 
 
-def parallel(catalogue: Catalogue, data: dict[str, ColumnDataSource]) -> figure:
+def parallel(catalogue: Catalogue, data: dict[str, ColumnDataSource]) -> Any:
     """The figure."""
     shown = axes(catalogue)
     count = max(len(shown), 2)
@@ -46,8 +47,8 @@ def parallel(catalogue: Catalogue, data: dict[str, ColumnDataSource]) -> figure:
     places = list(range(len(shown)))
     plot.segment(places, [0] * len(shown), places, [1] * len(shown), color="#444444", line_width=1.5)
     plot.quad(
-        left=dict_expression("x", -0.07),
-        right=dict_expression("x", 0.07),
+        left=moved("x", -0.07),
+        right=moved("x", 0.07),
         bottom="bottom",
         top="top",
         source=data["ranges"],
@@ -69,7 +70,7 @@ def parallel(catalogue: Catalogue, data: dict[str, ColumnDataSource]) -> figure:
     return plot
 
 
-def dict_expression(name: str, offset: float) -> dict:
+def moved(name: str, offset: float) -> Any:
     """A column moved by ``offset``."""
     from bokeh.models import CustomJSTransform
 

@@ -53,16 +53,21 @@ class Explorer:
             {"/": Application(FunctionHandler(open_page))}, extra_websocket_origins=hosts, use_index=False,
             include_headers=[], include_cookies=[],
         )  # fmt: skip
-        router = RuleRouter([Rule(HostMatches(r"127\.0\.0\.1|localhost"), pages)])
+        router = RuleRouter([Rule(HostMatches(r"(?:127\.0\.0\.1|localhost)$"), pages)])
         http = HTTPServer(router)
         http.add_sockets([listening])
         self._server = BaseServer(loop, pages, http)
-        self._loop = loop
+        self._loop, self._listening = loop, listening
 
     @property
     def url(self) -> str:
         """Address of the page."""
         return f"http://{ADDRESS}:{self.port}/"
+
+    @property
+    def sockets(self) -> list[socket.socket]:
+        """What it listens on."""
+        return [self._listening]
 
     def run(self, ready: Callable[[], None] = lambda: None) -> None:
         """Serve until interrupted; ``ready`` is called once the page can be opened."""

@@ -1,0 +1,233 @@
+"""The explorer in a real browser: start, select, filter, slide, export; how long it takes; nothing on the console."""
+
+import os
+import re
+import statistics
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from gearbench.explore.catalogue import catalogue, fronts
+from gearbench.explore.settings import Settings
+from gearbench.explore.stored import open_results
+from gearbench.results import save
+from gearbench.scene_file import load_scene
+from tests.browser.chromium import OUT, chromium, faults, missing, open_page, shot, wait
+from tests.explore_designs import front
+
+pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "–")
+
+#: Time from a change until the browser has drawn it and is idle again [ms].
+TIMED = """
+const [code, done] = [arguments[0], arguments[arguments.length - 1]];
+const doc = Bokeh.documents[0], model = (name) => doc.get_model_by_name(name);
+const frame = () => new Promise(requestAnimationFrame), pause = () => new Promise((r) => setTimeout(r, 0));
+(async () => {
+  await frame(); await pause();
+  const begun = performance.now();
+  new Function("model", code)(model);
+  await frame(); await frame(); await pause();
+  done(performance.now() - begun);
+})();
+"""
+MODEL = "const model = (name) => Bokeh.documents[0].get_model_by_name(name); "
+
+
+@pytest.fixture
+def served(tmp_path):
+    """Start ``gearbench explore`` in a process of its own: its address, for so many designs."""
+    processes = []
+
+    def start(count):
+        save(front(count), tmp_path / "front.nc")
+        command = [sys.executable, "-m", "gearbench", "explore", str(tmp_path / "front.nc"), "--port", "0"]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, "NO_COLOR": "1"})
+        processes.append(process)
+        return re.match(r"(http://127\.0\.0\.1:\d+/)", process.stdout.readline())[1]
+
+    yield start
+    for process in processes:
+        process.terminate()
+        process.wait(20)
+        process.stdout.close()
+
+
+def summary(driver):
+    return driver.execute_script(MODEL + "return model('summary').text")
+
+
+def test_select_filter_slide_and_export(served, tmp_path):
+    url = served(400)
+    designs = catalogue(open_results([tmp_path / "front.nc"]))
+    with chromium(tmp_path) as driver:
+        open_page(driver, url)
+        shot(driver, "1_start")
+        assert_front(driver, fronts(designs))
+
+        # a click on a point of the cloud picks that design
+        chosen = pick_by_click(driver, designs)
+        wait(lambda: f"design {designs.place[chosen]}<" in summary(driver), "the pick was not computed")
+        shot(driver, "2_picked")
+
+        # a filter leaves the designs that keep it, and the front of those
+        column = designs.column("effects.crowning.amount")
+        driver.execute_script(MODEL + "model('filter effects.crowning.amount').value = [2.5, 5.5]")
+        kept = (column.values >= 2.5) & (column.values <= 5.5)
+        wait(
+            lambda: f"<b>{kept.sum()}</b>" in driver.execute_script(MODEL + "return model('count').text"),
+            "not filtered",
+        )
+        assert_front(driver, fronts(designs, kept))
+        shot(driver, "3_filtered")
+
+        # a slider computes the gear anew
+        before = driver.execute_script(MODEL + "return Array.from(model('now ste').data.value)")
+        driver.execute_script(MODEL + "model('crowning').value = 9; model('iso_class').value = 8")
+        wait(
+            lambda: driver.execute_script(MODEL + "return Array.from(model('now ste').data.value)") != before,
+            "nothing was computed",
+        )
+        wait(
+            lambda: "amount = 9" in driver.execute_script(MODEL + "return model('now scene').data.text[0]"), "no scene"
+        )
+        driver.execute_script(MODEL + "model('phase').value = 0.4")
+        shot(driver, "4_slid")
+
+        # the export is the scene that is shown, and it can be simulated
+        press(driver, "Save scene file")
+        (file,) = wait(lambda: list(tmp_path.glob("*.toml")), "nothing was downloaded")
+        wait(lambda: file.stat().st_size > 0, "an empty file")
+        settings = Settings.of(load_scene(file))
+        assert (settings.crowning, settings.iso_class) == (9.0, 8)
+        assert load_scene(file).pair == designs.scene(chosen).pair
+        assert faults(driver) == []
+
+
+def test_ranges_are_brushed_on_the_axes_of_the_parallel_coordinates(served, tmp_path):
+    from selenium.webdriver import ActionChains
+
+    with chromium(tmp_path) as driver:
+        open_page(driver, served(200))
+        full = driver.execute_script(MODEL + "return model('filter pair.helix_angle').value")
+        x, low = place(driver, "parallel", 2, 0.2)
+        _, high = place(driver, "parallel", 2, 0.7)
+        actions = ActionChains(driver, duration=50)
+        actions.w3c_actions.pointer_action.move_to_location(x, low).pointer_down().move_to_location(
+            x, (low + high) // 2
+        )
+        actions.w3c_actions.pointer_action.move_to_location(x, high).pointer_up()
+        actions.perform()
+        wait(
+            lambda: driver.execute_script(MODEL + "return model('filter pair.helix_angle').value") != full,
+            "not brushed",
+        )
+        value = driver.execute_script(MODEL + "return model('filter pair.helix_angle').value")
+        ends = full[0] + np.array([0.2, 0.7]) * (full[1] - full[0])
+        np.testing.assert_allclose(value, ends, atol=0.06 * (full[1] - full[0]))  # a few pixels
+        press(driver, "Clear filters")
+        wait(
+            lambda: driver.execute_script(MODEL + "return model('filter pair.helix_angle').value") == full,
+            "not cleared",
+        )
+        assert faults(driver) == []
+
+
+def test_sixty_thousand_designs_without_lag(served, tmp_path):
+    """Less than 200 ms in the median from a change until all is drawn, WebGL by software on whatever is at hand."""
+    with chromium(tmp_path) as driver:
+        open_page(driver, served(60_001))
+        assert driver.execute_script(MODEL + "return model('designs').data.x.length") == 60_000
+        shot(driver, "5_sixty_thousand")
+        filtered = "model('filter effects.crowning.amount').value = [{:.2f}, 7.1]"
+        selected = "model('designs').selected.indices = [{}]"
+        times = {
+            "filter": [driver.execute_async_script(TIMED, filtered.format(0.5 + 0.5 * i)) for i in range(9)],
+            "select": [driver.execute_async_script(TIMED, selected.format(100 * i)) for i in range(9)],
+        }
+        shot(driver, "6_sixty_thousand_filtered")
+        OUT.mkdir(parents=True, exist_ok=True)
+        lines = [f"{name}: {', '.join(f'{t:.0f}' for t in found)} ms" for name, found in times.items()]
+        (OUT / "times.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        assert faults(driver) == []
+        for name, found in times.items():
+            assert statistics.median(found) < 200, (name, found)
+
+
+def test_the_file_works_without_any_network(tmp_path):
+    save(front(300), tmp_path / "front.nc")
+    page = tmp_path / "page.html"
+    command = [sys.executable, "-m", "gearbench", "explore", str(tmp_path / "front.nc"), "--export", str(page), "-q"]
+    assert subprocess.run(command, check=True, capture_output=True).stdout == b""
+    designs = catalogue(open_results([tmp_path / "front.nc"]))
+    with chromium(tmp_path, offline=True) as driver:
+        open_page(driver, page.as_uri())
+        shot(driver, "7_file")
+        first, last = fronts(designs)[[0, -1]]
+        for chosen in (first, last):
+            driver.execute_script(MODEL + f"model('designs').selected.indices = [{chosen}]")
+            wait(lambda chosen=chosen: f"design {designs.place[chosen]}<" in summary(driver), "no picture of the front")
+        driver.execute_script(MODEL + "model('filter effects.crowning.amount').value = [2.5, 5.5]")
+        kept = designs.column("effects.crowning.amount").values
+        kept = (kept >= 2.5) & (kept <= 5.5)
+        wait(
+            lambda: f"<b>{kept.sum()}</b>" in driver.execute_script(MODEL + "return model('count').text"),
+            "not filtered",
+        )
+        press(driver, "Save scene file")
+        (file,) = wait(lambda: list(tmp_path.glob("*.toml")), "nothing was downloaded")
+        assert wait(lambda: file.stat().st_size, "an empty file")
+        assert load_scene(file) == designs.scene(last)
+        assert faults(driver) == []
+        resources = driver.execute_script("return performance.getEntriesByType('resource').map((r) => r.name)")
+        assert [name for name in resources if not name.startswith(("blob:", "data:"))] == []
+
+
+def assert_front(driver, expected):
+    """The fronts that the browser draws are those that Python finds."""
+    drawn = driver.execute_script(MODEL + "return Array.from(model('front').data.design)")
+    assert sorted(drawn) == sorted(expected.tolist())
+
+
+def place(driver, figure, x, y):
+    """Pixel of the window where a point of a figure is drawn."""
+    code = """
+    const view = Bokeh.index.find_one_by_id ? Bokeh.index.find_one_by_id(model(arguments[0]).id)
+      : [...Bokeh.index].map((v) => v).find(Boolean);
+    const box = view.el.getBoundingClientRect(), frame = view.frame;
+    return [box.left + frame.x_scale.compute(arguments[1]), box.top + frame.y_scale.compute(arguments[2])];
+    """
+    return [round(v) for v in driver.execute_script(MODEL + code, figure, x, y)]
+
+
+def pick_by_click(driver, designs):
+    """Click on a design that stands alone; its place."""
+    from selenium.webdriver import ActionChains
+
+    x, y = (designs.column(f"{name}_rms_mean").values for name in ("mesh_stiffness", "transmission_error"))
+    chosen = int(np.argmax(x / np.ptp(x) + y / np.ptp(y)))
+    at = place(driver, "cloud", float(x[chosen]), float(y[chosen]))
+    actions = ActionChains(driver)
+    actions.w3c_actions.pointer_action.move_to_location(*at).click()
+    actions.perform()
+    wait(
+        lambda: driver.execute_script(MODEL + "return model('pick').data.design[0]") == chosen,
+        "the click picked nothing",
+    )
+    return chosen
+
+
+def press(driver, label):
+    """Press a button; it lives in the shadow of its widget."""
+    code = """
+    const find = (root) => {
+      for (const e of root.querySelectorAll("*")) {
+        if (e.tagName === "BUTTON" && e.textContent.trim() === arguments[0]) return e;
+        const found = e.shadowRoot && find(e.shadowRoot);
+        if (found) return found;
+      }
+    };
+    find(document).click();
+    """
+    driver.execute_script(code, label)
