@@ -302,23 +302,9 @@ def from_smallest(n, gap, delta, least):
 
 @njit(**_OPTIONS)
 def solve_chunk(
-    firsts,
-    blocks,
-    ranks,
-    gap0,
-    modes,
-    draws,
-    factor,
-    product,
-    laws,
-    start,
-    guess,
-    tolerance,
-    limit,
-    delta,
-    stiffness,
-    done,
-):
+    firsts, blocks, ranks, gap0, modes, draws, factor, product, laws, start, guess, tolerance, limit,
+    delta, stiffness, done,
+):  # fmt: skip
     """Solve every position for one chunk of ``LANES`` samples; fills δ, ∂F/∂δ and whether they converged.
 
     ranks (position, block): columns of the factor that are not zero in a block. gap0 (position, n), modes (position,
@@ -347,25 +333,9 @@ def solve_chunk(
             delta[t, j] = q[most, j]
         from_smallest(first[blocks[t]], gap, delta[t], least)
         steps += solve_lanes(
-            first,
-            ranks[t, : blocks[t]],
-            gap,
-            factor[t],
-            product[t],
-            laws[t],
-            q,
-            delta[t],
-            stiffness[t],
-            tolerance,
-            limit,
-            s,
-            p,
-            w,
-            grad,
-            cross,
-            hess,
-            rows,
-        )
+            first, ranks[t, : blocks[t]], gap, factor[t], product[t], laws[t], q, delta[t], stiffness[t], tolerance,
+            limit, s, p, w, grad, cross, hess, rows,
+        )  # fmt: skip
         for j in range(LANES):
             delta[t, j] += least[j]
             done[t, j] = rows[7, j]
