@@ -164,8 +164,9 @@ def met(dataset: xr.Dataset, kind: str) -> float:
 
 
 def ratios(dataset: xr.Dataset) -> np.ndarray:
-    """Time of the settings chosen over that of the best, (promise,)."""
-    return (dataset["promise_seconds"] / dataset["promise_best_seconds"]).values
+    """Time of the settings chosen over that of the best, where settings were chosen."""
+    ratio = (dataset["promise_seconds"] / dataset["promise_best_seconds"]).values
+    return ratio[np.isfinite(ratio)]
 
 
 def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
@@ -189,7 +190,7 @@ def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
     order = _order(dataset, "case 2", "segments")
     found.append((f"case 2: order {order:.2f} in the segments", abs(order - 2) < 0.2))
     for name in DIMENSIONS[:3]:
-        slope = exponent(_scaling(dataset), name)
+        slope = exponent(scaling_part(dataset), name)
         found.append((f"time grows with {name} to the power {slope:.2f}", slope < 1.3))
     return found
 
@@ -199,7 +200,7 @@ def _order(dataset: xr.Dataset, scene: str, knob: str) -> float:
     return float(np.nanmedian(diagram(dataset, scene)["observed_order"].sel(knob=knob)))
 
 
-def _scaling(dataset: xr.Dataset) -> xr.Dataset:
+def scaling_part(dataset: xr.Dataset) -> xr.Dataset:
     """The part on scaling, as ``scaling`` returned it."""
     names = {"run_size": "size", "run_seconds": "seconds", "run_processor": "processor_seconds"}
     return dataset[list(names)].rename(names)
@@ -213,4 +214,4 @@ def figures(dataset: xr.Dataset, folder: Path) -> None:
     if "model" in dataset.dims:
         draw_front(dataset, folder)
     draw_promises(dataset, folder)
-    draw_scaling(_scaling(dataset), folder)
+    draw_scaling(scaling_part(dataset), folder)

@@ -185,8 +185,8 @@ class _Grid:
     def search(self, budget: float) -> tuple[int, int, float]:
         """Indices of segments and Gauss points whose error is within ``budget``, and that error."""
         n = g = START
-        spread = math.inf
-        while n + DOUBLE < len(self.segments) and g + DOUBLE < len(self.points):
+        last = len(self.segments) - 1 - DOUBLE, len(self.points) - 1 - DOUBLE
+        while True:
             by_segments = self.difference((n, g), (n + DOUBLE, g))
             by_phases = self.difference((n, g), (n, g + DOUBLE))
             spread = max(by_segments, by_phases)
@@ -198,9 +198,12 @@ class _Grid:
                     at = self._cheapest(finest, budget - spread)
                     return *at, spread + self.difference(at, finest)
             rungs = 2 if spread > FAR * budget else 1
-            n += rungs if by_segments * ALIKE >= by_phases else 0
-            g += rungs if by_phases * ALIKE >= by_segments else 0
-        raise _unmet("the resolution", spread)
+            up = rungs * (by_segments * ALIKE >= by_phases), rungs * (by_phases * ALIKE >= by_segments)
+            # where one knob is at its end, the other may still help
+            finer = min(n + up[0], last[0]), min(g + up[1], last[1])
+            if finer == (n, g):
+                raise _unmet("the resolution", spread)
+            n, g = finer
 
     def difference(self, one: tuple[int, int], other: tuple[int, int]) -> float:
         """Largest relative difference of two answers."""

@@ -156,7 +156,7 @@ PLATE_ORDER = Knob(
     name="plate order",
     levels=_plate_orders,
     with_level=_with_plate_order,
-    order="exponential",
+    order="algebraic: loads on lines are singular",
     size=lambda level: 1.5 if level == "paper" else level[0],
     prepares=True,
 )

@@ -1,0 +1,256 @@
+"""An accuracy asked for: chosen settings meet it, the result says what was chosen, conflicts are one line."""
+
+import subprocess
+import sys
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from gearbench.accuracy.choose import choose
+from gearbench.accuracy.knobs import KNOBS, POSITIONS, SOLID_ORDER, with_resolution
+from gearbench.accuracy.measure import FLOOR, relative_errors, scales
+from gearbench.contact.phases import gauss_phases
+from gearbench.effects.crowning import Crowning
+from gearbench.effects.fe_compliance import FeCompliance
+from gearbench.effects.helix_slope import HelixSlope
+from gearbench.effects.hertz import Hertz
+from gearbench.effects.tip_relief import TipRelief
+from gearbench.effects.tooth_bending import ToothBending
+from gearbench.errors import InputError
+from gearbench.library.garambois2017 import case, gear
+from gearbench.plan import make_plan
+from gearbench.robustness.montecarlo import response_means, robust
+from gearbench.scene import Resolution, Scene
+from gearbench.scene_file import parse_scene
+from gearbench.simulation import cycle_values, simulate
+
+
+def asking(scene: Scene, accuracy: float) -> Scene:
+    return replace(scene, resolution=Resolution(accuracy=accuracy))
+
+
+def with_effects(scene: Scene, *effects) -> Scene:
+    return replace(scene, effects=(*scene.effects, *effects))
+
+
+#: Spur and helical, with and without gaps; the last ones lose contact on part of the flank.
+SCENES = {
+    "spur": gear("SC").scene(),
+    "helical": case(2),
+    "relief": with_effects(case(1), TipRelief(amount=20.0, length=4.0)),
+    "slope": with_effects(case(2), HelixSlope(pinion=5.0)),
+    "crowned": with_effects(gear("SC").scene(), Crowning(amount=6.0)),
+}
+
+
+@pytest.mark.parametrize("accuracy", [0.05, 0.01])
+@pytest.mark.parametrize("name", SCENES)
+def test_the_true_error_is_within_the_accuracy(name, accuracy):
+    scene = SCENES[name]
+    found = simulate(asking(scene, accuracy), outputs=[*OUTPUTS])
+    # where contact is lost segment by segment, errors fall like 1/segments only; else they are below 1e-4 here
+    fine = {"segments": 640, "gauss_points": 6} if name == "crowned" else {"segments": 96, "gauss_points": 16}
+    exact = cycle_values(with_resolution(scene, **fine))
+    true = relative_errors([float(found[output]) for output in OUTPUTS], exact).max()
+    assert true <= accuracy
+    assert found.attrs["accuracy_requested"] == accuracy
+    assert found.attrs["accuracy_estimated"] <= accuracy
+
+
+OUTPUTS = ("transmission_error_mean", "transmission_error_rms", "mesh_stiffness_mean", "mesh_stiffness_rms")
+
+
+def test_the_result_is_that_of_the_settings_it_names():
+    import tomllib
+
+    found = simulate(asking(case(2), 0.01))
+    scene = parse_scene(tomllib.loads(found.attrs["scene"]))
+    assert scene.resolution.accuracy is None
+    settings = dict(part.split(" = ") for part in found.attrs["accuracy_settings"].split(", "))
+    assert int(settings["segments"]) == scene.resolution.segments == found.sizes["segment"]
+    assert int(settings["gauss_points"]) == scene.resolution.gauss_points
+    assert np.array_equal(simulate(scene)["transmission_error"], found["transmission_error"])
+
+
+def test_a_higher_accuracy_takes_finer_settings():
+    rough, fine = (choose(asking(case(2), a), cycle_values).scene.resolution for a in (0.1, 0.001))
+    assert rough.segments < fine.segments
+    assert rough.gauss_points < fine.gauss_points
+
+
+def test_made_up_errors_are_found_out():
+    """Error c/n in segments, d 2^−g in Gauss points: cheapest settings within the budget, up to a rung of each."""
+
+    def answers(scene: Scene) -> np.ndarray:
+        n, g = scene.resolution.segments, scene.resolution.gauss_points
+        return np.array([1.0, 1.0, 1.0, 100.0]) * (1 + 0.1 / n + 0.05 * 0.5**g)
+
+    choice = choose(asking(case(1), 0.01), answers)
+    true = relative_errors(answers(choice.scene), [1.0, 1.0, 1.0, 100.0]).max()
+    assert true <= choice.estimated <= 0.01
+    # half of the budget may go into the bound of the reference's error
+    assert true >= 0.0025
+
+
+def test_agreement_of_two_levels_by_chance_is_not_taken_for_an_answer():
+    def answers(scene: Scene) -> np.ndarray:
+        n = scene.resolution.segments
+        value = 1.2 if n in (2, 4) else 1 + 0.2 / n
+        return np.array([1.0, 1.0, 1.0, 100.0]) * value
+
+    choice = choose(asking(case(1), 0.02), answers)
+    assert relative_errors(answers(choice.scene), [1.0, 1.0, 1.0, 100.0]).max() <= 0.02
+
+
+def test_the_order_of_solid_teeth_is_chosen_where_the_scene_gives_none():
+    solid = replace(case(1), effects=(ToothBending(model="solid"), Hertz()))
+    found = choose(asking(solid, 0.03), cycle_values)
+    orders = SOLID_ORDER.levels(solid)
+    assert found.scene.effect("tooth_bending").order in orders
+    exact = cycle_values(with_resolution(SOLID_ORDER.with_level(solid, orders[-1]), segments=32, gauss_points=8))
+    assert relative_errors(cycle_values(found.scene), exact).max() <= 0.03
+    given = replace(case(1), effects=(ToothBending(model="solid", order=(3, 4, 5)), Hertz()))
+    assert choose(asking(given, 0.03), cycle_values).scene.effect("tooth_bending").order == (3, 4, 5)
+
+
+def test_finite_elements_take_their_share_and_a_given_accuracy_stays():
+    def scene(effect: FeCompliance) -> Scene:
+        return asking(replace(case(1), effects=(effect, Hertz())), 0.02)
+
+    def alike(_: Scene) -> np.ndarray:
+        return np.ones(4)
+
+    choice = choose(scene(FeCompliance()), alike)
+    assert choice.scene.effect("fe_compliance").accuracy == choice.estimated == 0.01
+    assert choose(scene(FeCompliance(accuracy=0.005)), alike).scene.effect("fe_compliance").accuracy == 0.005
+    with pytest.raises(InputError, match="finite elements"):
+        choose(scene(FeCompliance(accuracy=0.05)), alike)
+
+
+def test_robust_chooses_samples_too():
+    scene = gear("55").scene(errors=True)
+    found = robust(asking(scene, 0.03), seed=1)
+    exact = robust(with_resolution(scene, segments=24, gauss_points=8), samples=1024, seed=99)
+    values, reference = ([float(d[n].mean()) for n in OUTPUTS] for d in (found, exact))
+    assert relative_errors(values, reference).max() <= 0.03
+    assert found.attrs["accuracy_estimated"] <= 0.03
+    assert f"samples = {found.sizes['sample']}" in found.attrs["accuracy_settings"]
+    # a fixed seed
+    again = robust(asking(scene, 0.03), seed=1)
+    assert again["transmission_error_rms"].identical(found["transmission_error_rms"])
+
+
+def test_means_of_responses_are_in_the_order_of_the_measured_numbers():
+    from gearbench.robustness.montecarlo import Responses
+
+    ones = np.ones(3)
+    made = Responses(
+        transmission_error_mean=ones,
+        transmission_error_rms=2 * ones,
+        mesh_stiffness_mean=3 * ones,
+        mesh_stiffness_rms=4 * ones,
+        rescued=0,
+    )
+    assert np.array_equal(response_means(made), [1, 2, 3, 4])
+
+
+def test_errors_are_relative_to_no_less_than_a_part_of_the_mean():
+    # STE 10 µm, fluctuating by 0.01 µm, less than 1 % of it; stiffness 200 N/µm, fluctuating by 5 %
+    values = [10.0, 0.01, 200.0, 5.0]
+    assert np.array_equal(scales(values), [10.0, FLOOR * 10.0, 200.0, 5.0])
+    assert relative_errors([10.0, 0.02, 200.0, 5.0], values).max() == pytest.approx(0.1)
+
+
+CONFLICTS = {
+    "segments": {"segments": 15},
+    "gauss_points": {"gauss_points": 8},
+    "positions": {"positions": 64},
+}
+
+
+@pytest.mark.parametrize("key", CONFLICTS)
+def test_accuracy_conflicts_with_settings_in_one_line(key):
+    tables = case(1).to_mapping() | {"resolution": {"accuracy": 0.01, **CONFLICTS[key]}}
+    with pytest.raises(InputError, match=f"resolution.{key} = .*: conflicts with accuracy"):
+        parse_scene(tables)
+    if key != "segments":
+        with pytest.raises(ValidationError, match="conflicts with accuracy"):
+            Resolution(accuracy=0.01, **CONFLICTS[key])
+
+
+@pytest.mark.parametrize("accuracy", [0.0, -0.01, 0.6, 1e-9])
+def test_an_accuracy_out_of_range_is_refused(accuracy):
+    with pytest.raises(InputError, match=r"resolution\.accuracy"):
+        parse_scene(case(1).to_mapping() | {"resolution": {"accuracy": accuracy}})
+
+
+def test_samples_conflict_with_accuracy():
+    with pytest.raises(InputError, match="samples = 10: conflicts with accuracy"):
+        robust(asking(gear("55").scene(errors=True), 0.1), samples=10)
+
+
+def test_what_cannot_be_met_is_said():
+    def never(scene: Scene) -> np.ndarray:
+        return np.full(4, float(hash((scene.resolution.segments, scene.resolution.gauss_points)) % 7 + 1))
+
+    with pytest.raises(InputError, match="accuracy = too small: the resolution leaves an error of"):
+        choose(asking(case(1), 0.001), never)
+
+
+def test_programs_that_choose_nothing_refuse_an_accuracy():
+    with pytest.raises(InputError, match=r"resolution\.accuracy"):
+        make_plan(asking(case(1), 0.01))
+
+
+def test_a_scene_with_accuracy_survives_its_text():
+    scene = asking(case(1), 0.01)
+    assert parse_scene(scene.to_mapping()) == scene
+
+
+def test_nothing_of_the_choice_is_imported_unless_asked_for():
+    code = (
+        "import sys; from gearbench.library.garambois2017 import case; from gearbench.simulation import simulate\n"
+        "simulate(case(1))\n"
+        "print([m for m in sys.modules if m.startswith(('gearbench.accuracy', 'gearbench.cost'))])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("knob", [knob for knob in KNOBS if knob.applies(case(2))], ids=lambda k: k.name)
+def test_knobs_turn_only_themselves(knob):
+    scene = case(2)
+    for level in knob.levels(scene):
+        turned = knob.with_level(scene, level)
+        assert turned.pair == scene.pair
+        assert turned.load == scene.load
+        assert [e.name for e in turned.effects] == [e.name for e in scene.effects]
+    assert knob.applies(scene)
+    assert (knob.with_level(scene, knob.levels(scene)[0]).resolution.positions is not None) == (knob is POSITIONS)
+
+
+@pytest.mark.parametrize("points", [1, 2, 3])
+def test_gauss_panels_are_of_order_twice_their_points(points):
+    """Mean STE and stiffness of a spur pair without relief: panels cut into 4 and 8 between the transitions."""
+    scene = with_resolution(gear("SC").scene(), segments=2)
+    transitions = np.sort(np.array(scene.pair.transition_phases) % 1.0)
+    exact = _means(scene, transitions, 24)
+    errors = []
+    for count in (4, 8):
+        edges = np.append(transitions, transitions[0] + 1)
+        cuts = np.concatenate([np.linspace(a, b, count + 1)[:-1] for a, b in pairwise(edges)])
+        errors.append(np.abs(_means(scene, cuts, points) / exact - 1))
+    # the last doubling is asymptotic to a few percent of the order; where terms cancel it may be higher
+    assert np.all(np.log2(errors[0] / errors[1]) >= 2 * points - 0.2)
+
+
+def _means(scene: Scene, edges: np.ndarray, points: int) -> np.ndarray:
+    from gearbench.contact.assemble import assemble, scene_lines
+    from gearbench.contact.solver import solve
+
+    phase, weight = gauss_phases(edges, points)
+    solution = solve(assemble(scene, scene_lines(scene, phase)))
+    return np.array([solution.approach @ weight, solution.stiffness @ weight])
