@@ -10,6 +10,7 @@ error against much finer meshes.
 
 from __future__ import annotations
 
+import logging
 import math
 import time
 from dataclasses import replace
@@ -26,6 +27,8 @@ from gearbench.compliance.local import waves_across
 from gearbench.errors import GearbenchError
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
+
+_LOG = logging.getLogger(__name__)
 
 #: Order of convergence that Richardson's value assumes.
 RATE = 2.6
@@ -103,11 +106,13 @@ def refined_compliance(
         if unknowns(body, cells) > MOST_UNKNOWNS:
             break
         found.append(flank_compliance(_mesh(body, cells), material, order, separation))
+        _LOG.info("mesh %d: %d unknowns, %.1f s so far", m, found[-1].attrs["unknowns"], time.perf_counter() - start)
         if len(found) == 1:
             continue
         fine, coarse = found[-1].blocks, found[-2].blocks
         values.append(fine + (fine - coarse) / ((m / family[len(found) - 2]) ** RATE - 1))
         error = _error_bar(values, fine)
+        _LOG.info("estimated error of the compliance %.1e, wanted %.1e", error, accuracy)
         if error <= accuracy:
             break
     if error > accuracy:

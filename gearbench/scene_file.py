@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import tomllib
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
@@ -19,6 +20,8 @@ from gearbench.geometry.pair import Pair
 from gearbench.scene import Load, Resolution, Scene
 
 T = TypeVar("T")
+
+_LOG = logging.getLogger(__name__)
 
 _TABLES: dict[str, type] = {"pair": Pair, "load": Load, "resolution": Resolution}
 
@@ -42,9 +45,11 @@ def load_scene(path: str | Path) -> Scene:
     path = Path(path)
     try:
         with files_in(path.parent):
-            return parse_scene(read_toml(path))
+            scene = parse_scene(read_toml(path))
     except InputError as error:
         raise error.in_file(str(path)) from None
+    _LOG.info("read %s: %s", path, ", ".join(effect.name for effect in scene.effects))
+    return scene
 
 
 def read_toml(path: Path) -> dict[str, Any]:

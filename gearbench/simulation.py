@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -19,6 +20,8 @@ from gearbench.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
+
+_LOG = logging.getLogger(__name__)
 
 
 def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Dataset:
@@ -81,7 +84,11 @@ def solve_scene(scene: Scene) -> Solved:
     """Contact solution of ``scene`` at all its mesh phases."""
     phase, weight = mesh_phases(scene)
     lines = scene_lines(scene, phase)
-    return Solved(scene=scene, lines=lines, weight=weight, solution=solve(assemble(scene, lines)))
+    problem = assemble(scene, lines)
+    _LOG.debug("contact problem: %d positions, %d pairs, %d segments", *lines.shape)
+    solution = solve(problem)
+    _LOG.debug("solved in at most %d Newton steps a position", solution.iterations.max(initial=0))
+    return Solved(scene=scene, lines=lines, weight=weight, solution=solution)
 
 
 def dataset(solved: Solved, outputs: Sequence[str], start: float) -> xr.Dataset:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 from typing import Annotated
 
 import typer
 
+from gearbench.cli import log
 from gearbench.cli.cost import cost
 from gearbench.cli.doctor import doctor
 from gearbench.cli.explore import explore
@@ -26,6 +28,7 @@ FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 app = typer.Typer(
     name="gearbench",
     no_args_is_help=True,
+    rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
     help="Static transmission error and mesh stiffness of involute gear pairs, and how robust they are.",
 )
@@ -60,8 +63,12 @@ def main() -> None:
         _end(error, FAILED)
     except KeyboardInterrupt:
         _end("interrupted", INTERRUPTED)
+    finally:
+        log.end()
 
 
 def _end(error: object, code: int) -> None:
+    if code == FAILED:
+        logging.getLogger("gearbench").debug("where it happened:", exc_info=True)
     print(f"gearbench: {' '.join(str(error).split())}", file=sys.stderr)
     sys.exit(code)

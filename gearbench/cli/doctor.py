@@ -2,21 +2,41 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import typer
 
+from gearbench.cli.options import Json, Quiet
 
-def doctor() -> None:
-    """Whether this machine has what each part of gearbench needs; exit code 1 where something is missing."""
-    from rich.console import Console
+if TYPE_CHECKING:
+    from gearbench.doctor import Finding
 
+
+def doctor(quiet: Quiet = False, json: Json = False) -> None:
+    """Whether this machine has what each part of gearbench needs; exit code 1 where something is missing.
+
+    Example: gearbench doctor
+    """
+    from dataclasses import asdict
+
+    from gearbench.cli.summary import print_mapping
     from gearbench.doctor import examine
 
+    findings = examine()
+    healthy = all(finding.fine or not finding.needed for finding in findings)
+    if json:
+        print_mapping({"healthy": healthy, "findings": [asdict(finding) for finding in findings]})
+    elif not quiet:
+        _print_findings(findings)
+    raise typer.Exit(0 if healthy else 1)
+
+
+def _print_findings(findings: list[Finding]) -> None:
+    from rich.console import Console
+
     console = Console(soft_wrap=True)
-    healthy = True
-    for finding in examine():
+    for finding in findings:
         mark = "[green]ok  [/]" if finding.fine else "[red]miss[/]" if finding.needed else "[yellow]none[/]"
         console.print(f"{mark} {finding.what}: {finding.found}", highlight=False)
         if not finding.fine and finding.remedy:
             console.print(f"       {finding.remedy}", highlight=False)
-        healthy &= finding.fine or not finding.needed
-    raise typer.Exit(0 if healthy else 1)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Quiet
+from gearbench.cli.options import Json, Quiet, Verbose
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,6 +38,7 @@ def optimise(
     scheduler: Scheduler = None,
     threads: Threads = None,
     quiet: Quiet = False,
+    verbose: Verbose = False,
     json: Json = False,
 ) -> None:
     """Optimise the gears of STUDY; every generation is kept in DIR, and --resume continues after any interruption.
@@ -59,7 +60,7 @@ def optimise(
         print(f"gearbench: interrupted; {kept} generations are kept. Continue with: {again}", file=sys.stderr)
         raise typer.Exit(130) from None
     if json:
-        _print_json(dataset)
+        _print_json(dataset, output)
     elif not quiet:
         _print_summary(loaded.name, dataset, output)
 
@@ -102,10 +103,11 @@ def _numbers(dataset: xr.Dataset) -> dict[str, float]:
     }
 
 
-def _print_json(dataset: xr.Dataset) -> None:
-    import json
+def _print_json(dataset: xr.Dataset, folder: Path) -> None:
+    from gearbench.cli.summary import print_mapping
 
-    print(json.dumps({"study_sha256": dataset.attrs["study_sha256"], **_numbers(dataset)}, indent=2))
+    files = [str(folder / "front.nc")]
+    print_mapping({"study_sha256": dataset.attrs["study_sha256"], **_numbers(dataset), "files": files})
 
 
 def _print_summary(name: str, dataset: xr.Dataset, folder: Path) -> None:

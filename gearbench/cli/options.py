@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gearbench.cli.log import begin
+
 if TYPE_CHECKING:
     from gearbench.scene import Scene
 
@@ -17,6 +19,9 @@ Output = Annotated[
 Plots = Annotated[Path | None, typer.Option("--plots", metavar="DIR", help="Draw PNG plots into this folder.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 Json = Annotated[bool, typer.Option("--json", help="Print a machine-readable summary instead of a table.")]
+Verbose = Annotated[
+    bool, typer.Option("--verbose", "-v", callback=begin, help="Tell on the error stream what is done, and when.")
+]
 AccuracyText = Annotated[
     str | None,
     typer.Option("--accuracy", metavar="A", help="Choose the cheapest settings of this accuracy, e.g. 1% or 0.01."),

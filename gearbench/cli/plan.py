@@ -2,29 +2,27 @@
 
 from __future__ import annotations
 
-from gearbench.cli.options import Json, SceneFile
+from gearbench.cli.options import Json, SceneFile, Verbose
 
 
-def plan(scene: SceneFile, json: Json = False) -> None:
+def plan(scene: SceneFile, verbose: Verbose = False, json: Json = False) -> None:
     """What will run for SCENE, part by part, and what each part costs.
 
     Example: gearbench plan examples/case1.toml
     """
-    import json as text
     from dataclasses import asdict
 
+    from gearbench.cli.summary import pair_line, print_mapping
     from gearbench.plan import make_plan
     from gearbench.scene_file import load_scene
 
     loaded = load_scene(scene)
     made = make_plan(loaded)
     if json:
-        print(text.dumps(asdict(made), indent=2))
+        print_mapping({"name": loaded.name, "scene_sha256": loaded.digest, **asdict(made)})
         return
     from rich.console import Console
     from rich.table import Table
-
-    from gearbench.cli.summary import pair_line
 
     console = Console(soft_wrap=True)
     table = Table(title=pair_line(loaded), title_justify="left", title_style="bold", box=None, pad_edge=False)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearbench.cli.options import Json, Quiet
+from gearbench.cli.options import Json, Quiet, Verbose
 
 if TYPE_CHECKING:
     from gearbench.exchange.rexs import Stage
@@ -72,6 +72,7 @@ def rexs(
     torque: Torque = None,
     load_case: LoadCase = None,
     quiet: Quiet = False,
+    verbose: Verbose = False,
     json: Json = False,
 ) -> None:
     """List the stages of a REXS FILE, write one as a scene file, or write results back into a copy.
@@ -81,25 +82,32 @@ def rexs(
     from gearbench.exchange.rexs_document import read_rexs
 
     document = read_rexs(file)
-    done: list[str] = []
+    notes: list[str] = []
+    files: list[Path] = []
     if scene is not None:
-        done += _write_scene(document, *scene, torque, load_case)
+        notes += _write_scene(document, *scene, torque, load_case)
+        files.append(scene[1])
     if write is not None:
         from gearbench.exchange.rexs import find_stage
         from gearbench.exchange.rexs_results import write_results
         from gearbench.results import load
 
-        written = write_results(document, find_stage(document, stage), load(write[0]), write[1])
-        done.append(f"wrote {written}")
-    if scene is None and write is None:
+        files.append(write_results(document, find_stage(document, stage), load(write[0]), write[1]))
+    if not files:
         _list(document, torque, load_case, json=json)
+    elif json:
+        from gearbench.cli.summary import print_mapping
+
+        print_mapping({"file": str(document.path), "notes": notes, "files": [str(path) for path in files]})
     elif not quiet:
-        print("\n".join(done))
+        for line in (*(f"note: {note}" for note in notes), *(f"wrote {path}" for path in files)):
+            print(line)
 
 
 def _write_scene(
     document: RexsDocument, stage: str, target: Path, torque: float | None, load_case: int | None
-) -> list[str]:
+) -> tuple[str, ...]:
+    """Write the scene of a stage; what was assumed for it."""
     from gearbench.exchange.rexs import find_stage, scene_of, stage_scene
     from gearbench.results import check_target
 
@@ -108,7 +116,7 @@ def _write_scene(
     text = scene_of(document, found).to_toml()
     remarks = "".join(f"# {note}\n" for note in found.notes)
     target.write_text(f"# from {document.path.name}, REXS {document.version}\n{remarks}{text}", encoding="utf-8")
-    return [*(f"note: {note}" for note in found.notes), f"wrote {target}"]
+    return found.notes
 
 
 def _list(document: RexsDocument, torque: float | None, load_case: int | None, *, json: bool) -> None:
@@ -116,9 +124,9 @@ def _list(document: RexsDocument, torque: float | None, load_case: int | None, *
 
     rows = [_row(document, stage, torque, load_case) for stage in stages(document)]
     if json:
-        import json as writer
+        from gearbench.cli.summary import print_mapping
 
-        print(writer.dumps({"file": str(document.path), "version": document.version, "stages": rows}, indent=2))
+        print_mapping({"file": str(document.path), "version": document.version, "stages": rows})
         return
     from rich.console import Console
     from rich.table import Table

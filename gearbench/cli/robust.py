@@ -9,7 +9,17 @@ from typing import Annotated, Literal
 
 import typer
 
-from gearbench.cli.options import AccuracyText, Json, Output, Plots, Quiet, SceneFile, plot_folder, with_accuracy
+from gearbench.cli.options import (
+    AccuracyText,
+    Json,
+    Output,
+    Plots,
+    Quiet,
+    SceneFile,
+    Verbose,
+    plot_folder,
+    with_accuracy,
+)
 
 Samples = Annotated[int | None, typer.Option(min=1, help="Number of error samples; 1000 unless chosen by accuracy.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of the samples.")]
@@ -27,6 +37,7 @@ def robust(
     accuracy: AccuracyText = None,
     plots: Plots = None,
     quiet: Quiet = False,
+    verbose: Verbose = False,
     json: Json = False,
 ) -> None:
     """Response of SCENE to random manufacturing errors: RMS values, their scatter, and which error matters.
@@ -53,7 +64,8 @@ def robust(
 
         written += draw_robust(dataset, folder)
     if json:
-        summary.print_json(loaded, dataset, samples=done, complete=bool(dataset.attrs["complete"]))
+        files = [str(path) for path in written]
+        summary.print_json(loaded, dataset, samples=done, complete=bool(dataset.attrs["complete"]), files=files)
     elif not quiet:
         summary.print_table(f"{summary.pair_line(loaded)}, {done} samples", summary.result_rows(dataset))
         if "accuracy_settings" in dataset.attrs:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Quiet
+from gearbench.cli.options import Json, Quiet, Verbose
 
 if TYPE_CHECKING:
     from gearbench.optimise.select import Resonance, Selection
@@ -50,6 +50,7 @@ def select(
     markdown: Markdown = None,
     export: Export = None,
     quiet: Quiet = False,
+    verbose: Verbose = False,
     json: Json = False,
 ) -> None:
     """Choose among the designs of an optimisation: filter, rank, list, and export one as a scene.
@@ -81,7 +82,7 @@ def select(
     if export is not None and scene is not None:
         export[1].write_text(scene.to_toml(), encoding="utf-8")
     if json:
-        _print_json(selection, top)
+        _print_json(selection, top, targets)
     elif not quiet:
         _print_list(selection, top)
         for path in targets:
@@ -103,13 +104,14 @@ def _resonances(bands: list[str], speed: str | None, orders: int) -> list[Resona
     return [Resonance(frequency=parse_band("avoid", band), speed=rpm, orders=orders) for band in bands]
 
 
-def _print_json(selection: Selection, top: int) -> None:
-    import json
+def _print_json(selection: Selection, top: int, targets: list[Path]) -> None:
+    from gearbench.cli.summary import print_mapping
 
     table = selection.table(top)
     rows = [dict(zip(table, (v.item() for v in row), strict=True)) for row in zip(*table.values(), strict=True)]
     steps = [{"condition": condition, "left": left} for condition, left in selection.steps]
-    print(json.dumps({"steps": steps, "ranking": selection.ranking, "designs": rows}, indent=2))
+    files = [str(path) for path in targets]
+    print_mapping({"steps": steps, "ranking": selection.ranking, "designs": rows, "files": files})
 
 
 def _print_list(selection: Selection, top: int) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gearbench.cli.options import AccuracyText, Json, Output, Plots, Quiet, plot_folder, with_accuracy
+from gearbench.cli.options import AccuracyText, Json, Output, Plots, Quiet, Verbose, plot_folder, with_accuracy
 from gearbench.cli.rexs import AnyFile, LoadCase, StageName, Torque, load_any
 
 
@@ -15,6 +15,7 @@ def simulate(
     load_case: LoadCase = None,
     accuracy: AccuracyText = None,
     quiet: Quiet = False,
+    verbose: Verbose = False,
     json: Json = False,
 ) -> None:
     """Static transmission error and mesh stiffness of SCENE over a mesh cycle.

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 from gearbench.scene import Scene
 
@@ -19,7 +21,20 @@ def scalars(dataset: xr.Dataset) -> dict[str, float]:
 def print_json(scene: Scene, dataset: xr.Dataset, **more: object) -> None:
     """Print scene name, hash and all scalars of the Dataset as one JSON object."""
     head = {"name": scene.name, "scene_sha256": scene.digest, "wall_time_s": dataset.attrs["wall_time_s"]}
-    print(json.dumps({**head, **more, **scalars(dataset)}, indent=2))
+    print_mapping({**head, **more, **scalars(dataset)})
+
+
+def print_mapping(mapping: Mapping[str, Any]) -> None:
+    """Print a mapping as JSON; numbers that are not finite as null, which JSON has no others for."""
+    print(json.dumps(_finite(mapping), indent=2, ensure_ascii=False, allow_nan=False))
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {key: _finite(item) for key, item in value.items()}
+    return [_finite(item) for item in value] if isinstance(value, list | tuple) else value
 
 
 def pair_line(scene: Scene) -> str:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Quiet
+from gearbench.cli.options import Json, Quiet, Verbose
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,7 +23,12 @@ Accuracy = Annotated[
 
 
 def validate(
-    scenes: SceneFiles, output: Folder, accuracy: Accuracy = 0.01, quiet: Quiet = False, json: Json = False
+    scenes: SceneFiles,
+    output: Folder,
+    accuracy: Accuracy = 0.01,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    json: Json = False,
 ) -> None:
     """Compare each SCENE with finite elements: a report and a Dataset of errors, shapes and times.
 
@@ -37,7 +43,8 @@ def validate(
     for path, scene in zip(scenes, loaded, strict=True):
         check(scene, accuracy, str(path))
     folder = check_folder(output)
-    dataset = run(loaded, accuracy)
+    shown = not quiet and not json and sys.stderr.isatty()
+    dataset = run(loaded, accuracy, _report if shown else _silent)
     written = write(dataset, folder)
     if json:
         _print_json(dataset, written)
@@ -45,6 +52,14 @@ def validate(
         _print_findings(dataset)
         for path in written:
             print(f"wrote {path}")
+
+
+def _report(name: str) -> None:
+    print(f"{name}: finite elements …", file=sys.stderr)
+
+
+def _silent(_: str) -> None:
+    pass
 
 
 def _print_findings(dataset: xr.Dataset) -> None:
@@ -56,7 +71,7 @@ def _print_findings(dataset: xr.Dataset) -> None:
 
 
 def _print_json(dataset: xr.Dataset, written: list[Path]) -> None:
-    import json
+    from gearbench.cli.summary import print_mapping
 
     scenes = []
     for i, name in enumerate(dataset["scene"].values):
@@ -64,4 +79,4 @@ def _print_json(dataset: xr.Dataset, written: list[Path]) -> None:
         numbers = {str(key): float(v) for key, v in one.data_vars.items() if v.ndim == 0 and v.dtype.kind == "f"}
         scenes.append({"name": str(name), "scene_sha256": str(one["scene_sha256"].item()), **numbers})
     files = [str(path) for path in written]
-    print(json.dumps({"wall_time_s": dataset.attrs["wall_time_s"], "scenes": scenes, "files": files}, indent=2))
+    print_mapping({"wall_time_s": dataset.attrs["wall_time_s"], "scenes": scenes, "files": files})

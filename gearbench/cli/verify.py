@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Output, Plots, Quiet, plot_folder
+from gearbench.cli.options import Json, Output, Plots, Quiet, Verbose, plot_folder
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,6 +35,7 @@ def verify(
     plots: Plots = None,
     threads: Threads = None,
     quiet: Quiet = False,
+    verbose: Verbose = False,
     json: Json = False,
 ) -> None:
     """Evaluate the front of an optimisation again with finite elements: shift of each design, and whether ranks hold.
@@ -63,7 +64,7 @@ def verify(
     if folder is not None:
         targets.append(draw_verification(dataset, folder, name))
     if json:
-        _print_json(dataset)
+        _print_json(dataset, targets)
     elif not quiet:
         print(f"{name or 'study'}: {dataset.sizes['design']} designs, {dataset.attrs['macro_geometries']} FE models")
         for line in [*findings(dataset), *(f"wrote {path}" for path in targets)]:
@@ -78,25 +79,20 @@ def _silent(_: str) -> None:
     pass
 
 
-def _print_json(dataset: xr.Dataset) -> None:
-    import json
-    import math
+def _print_json(dataset: xr.Dataset, targets: list[Path]) -> None:
+    from gearbench.cli.summary import print_mapping
 
-    rho = [None if math.isnan(x) else x for x in dataset["rank_correlation"].values.tolist()]
-    print(
-        json.dumps(
-            {
-                "study_sha256": dataset.attrs["study_sha256"],
-                "designs": dataset.sizes["design"],
-                "macro_geometries": dataset.attrs["macro_geometries"],
-                "rank_correlation": dict(zip(map(str, dataset["objective_name"].values), rho, strict=True)),
-                "shift_percent": [
-                    [None if math.isnan(x) else x for x in row] for row in dataset["shift"].values.tolist()
-                ],
-                "place": dataset["place"].values.tolist(),
-                "on_front_verified": int(dataset["on_front_verified"].sum()),
-                "wall_time_s": dataset.attrs["wall_time_s"],
-            },
-            indent=2,
-        )
+    objectives = map(str, dataset["objective_name"].values)
+    print_mapping(
+        {
+            "study_sha256": dataset.attrs["study_sha256"],
+            "designs": dataset.sizes["design"],
+            "macro_geometries": dataset.attrs["macro_geometries"],
+            "rank_correlation": dict(zip(objectives, dataset["rank_correlation"].values.tolist(), strict=True)),
+            "shift_percent": dataset["shift"].values.tolist(),
+            "place": dataset["place"].values.tolist(),
+            "on_front_verified": int(dataset["on_front_verified"].sum()),
+            "wall_time_s": dataset.attrs["wall_time_s"],
+            "files": [str(path) for path in targets],
+        }
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 import os
 import time
@@ -23,6 +24,8 @@ from gearbench.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
+
+_LOG = logging.getLogger(__name__)
 
 #: Error samples unless told otherwise.
 SAMPLES = 1000
@@ -207,7 +210,9 @@ def robust(
     problem = prepare_scene(scene)
     unit = unit_samples(sampler, samples, len(problem.names), seed)
     errors = problem.errors.draw(unit, scene.pair)
-    responses, complete = respond(problem, errors, threads or default_threads(), progress)
+    threads = threads or default_threads()
+    responses, complete = respond(problem, errors, threads, progress)
+    _LOG.info("%d samples of %d errors on %d threads, %d rescued", samples, len(unit[0]), threads, responses.rescued)
     wall_time = time.perf_counter() - start
     return robust_dataset(
         problem, errors, responses, complete=complete, sampler=sampler, seed=seed, wall_time=wall_time
