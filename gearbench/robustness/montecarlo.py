@@ -193,8 +193,6 @@ def robust(
     >>> bool(dataset["transmission_error_rms_max"] >= dataset["transmission_error_rms_mean"])
     True
     """
-    from gearbench.robustness.dataset import robust_dataset
-
     start = time.perf_counter()
     if samples is not None and samples < 1:
         raise InputError("samples", samples, "must be at least 1")
@@ -206,17 +204,21 @@ def robust(
             raise InputError("samples", samples, "conflicts with accuracy, which chooses it")
         choice, samples = choose_robust(scene, seed=seed, sampler=sampler, threads=threads or default_threads())
         scene, chosen = choice.scene, choice.attrs
-    samples = samples or SAMPLES
+    drawn = _draw(scene, samples or SAMPLES, seed, sampler, threads or default_threads(), progress)
+    return drawn(sampler=sampler, seed=seed, wall_time=time.perf_counter() - start).assign_attrs(chosen)
+
+
+def _draw(
+    scene: Scene, samples: int, seed: int, sampler: Sampler, threads: int, progress: Callable[[int], None]
+) -> Callable[..., xr.Dataset]:
+    """Errors drawn and responses computed; what makes the Dataset of them, given its provenance."""
+    from gearbench.robustness.dataset import robust_dataset
+
     problem = prepare_scene(scene)
-    unit = unit_samples(sampler, samples, len(problem.names), seed)
-    errors = problem.errors.draw(unit, scene.pair)
-    threads = threads or default_threads()
+    errors = problem.errors.draw(unit_samples(sampler, samples, len(problem.names), seed), scene.pair)
     responses, complete = respond(problem, errors, threads, progress)
-    _LOG.info("%d samples of %d errors on %d threads, %d rescued", samples, len(unit[0]), threads, responses.rescued)
-    wall_time = time.perf_counter() - start
-    return robust_dataset(
-        problem, errors, responses, complete=complete, sampler=sampler, seed=seed, wall_time=wall_time
-    ).assign_attrs(chosen)
+    _LOG.info("%d samples of %d errors on %d threads, %d rescued", samples, errors.shape[1], threads, responses.rescued)
+    return partial(robust_dataset, problem, errors, responses, complete=complete)
 
 
 def default_threads() -> int:
