@@ -75,13 +75,13 @@ def draw_front(dataset: xr.Dataset, folder: Path) -> None:
             )
             axis.set(xscale="log", yscale="log", xlabel=f"{'processor time' if unit == 's' else 'memory'} [{unit}]")
             axis.grid(alpha=0.3)
-            for i in _notable(best, part["model_label"].values):
+            for i in _notable(best, part["model_label"].values)[:: 1 if unit == "s" else 99]:
                 axis.annotate(
                     str(part["model_label"].values[i]), (part[across].values[i], error[i]), (5, 5), fontsize=7,
                     textcoords="offset points",
                 )  # fmt: skip
         row[0].set_ylabel("largest error against the finest elements [–]")
-        row[0].set_title(front_finding(part), fontsize=10)
+        row[0].set_title(front_finding(part), fontsize=10, loc="left")
     axes[0, 0].legend(frameon=False, fontsize=8, loc="lower left")
     figure.suptitle("From the paper's plate to 3D finite elements: teeth set up anew, and the mesh cycle solved")
     _write(figure, folder / "front.png")
@@ -110,7 +110,7 @@ def front_finding(part: xr.Dataset) -> str:
         mine = np.flatnonzero((part["model_family"].values == family) & (error <= 0.02))
         if mine.size:
             i = mine[np.argmin(seconds[mine])]
-            words.append(f"{family} {_time(seconds[i])} for {100 * error[i]:.1f} %")
+            words.append(f"{family} {_time(seconds[i])} for {100 * error[i]:.2g} %")
     return f"{words[0]}: {'; '.join(words[1:])}"
 
 
@@ -173,8 +173,10 @@ def draw_scaling(dataset: xr.Dataset, folder: Path) -> None:
         which = "seconds" if name == "workers" else "processor_seconds"
         axis.plot(rows["size"], 1e3 * rows[which], "o-", color=BLUE, ms=5)
         axis.set(xscale="log", yscale="log", xlabel=label)
-        axis.set_xticks(rows["size"].values[:: 1 + rows.sizes["run"] // 6])
-        axis.xaxis.set_major_formatter(lambda x, _: f"{x:.3g}")
+        some = slice(None, None, 1 + rows.sizes["run"] // 6)
+        axis.set_xticks(rows["size"].values[some], [_number(x) for x in rows["size"].values[some]])
+        taken = 1e3 * rows[which].values[some]
+        axis.set_yticks(taken, [_number(t) for t in taken])
         axis.minorticks_off()
         axis.grid(alpha=0.3)
         if name == "workers":
@@ -183,8 +185,12 @@ def draw_scaling(dataset: xr.Dataset, folder: Path) -> None:
         else:
             axis.set_ylabel("processor time [ms]")
             axis.set_title(f"time ~ {name}^{exponent(dataset, name):.2f} at the large end", fontsize=10)
-    figure.suptitle("Time grows no faster than in proportion to segments, samples and pairs in contact")
+    figure.suptitle("Time grows about in proportion to segments and samples, more slowly with the pairs in contact")
     _write(figure, folder / "scaling.png")
+
+
+def _number(x: float) -> str:
+    return f"{x:.0f}" if x >= 100 else f"{x:.3g}"
 
 
 def _write(figure: Figure, path: Path) -> None:

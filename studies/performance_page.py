@@ -37,8 +37,9 @@ Written by `studies/performance_page.py` from the Dataset of `studies/s07_accura
 Errors are the largest relative error of four numbers: mean and RMS of the static transmission error (STE), mean and RMS
 of the mesh stiffness. The error of a fluctuation is relative to itself, but to no less than 1 % of the mean. Every knob
 has a converged reference of its own, with the difference of its two finest levels as error bar. Times are medians of
-repeated runs, processor time of one thread: on an idle machine that is wall time. `gearbench cost SCENE -o DIR` draws
-the same diagrams for any scene.
+repeated runs, processor time of one thread: on an idle machine that is wall time. The machine, of two processors, had
+other work to do meanwhile, which makes processor times longer and uneven. `gearbench cost SCENE -o DIR` draws the same
+diagrams for any scene.
 """
 ASKED = """## Accuracy asked for
 
@@ -54,8 +55,8 @@ none, the accuracy of `fe_compliance` where it has its default; the order of a p
    the first, agree. Their largest difference D bounds the error of the finest, if errors fall like 1/n or faster.
 3. The finest is the reference. The cheapest levels whose difference to it, with D added, is within the budget are
    chosen.
-4. `robust` does this on 32 samples with 40 % of the budget, then doubles the samples until two standard errors fit into
-   the rest.
+4. `robust` does this on 32 samples with 40 % of the budget, then doubles the samples until three standard errors fit
+   into the rest.
 
 The random scenes are spur and helical pairs, half of them each with tip relief, crowning, a slope of the helix; none
 was left out. The true error is that against 1024 segments and 32 Gauss points (solid: the highest order; robust: 8192
@@ -102,6 +103,10 @@ def _knobs(dataset: xr.Dataset) -> str:
     return text + f"\n{_phase_sentence(dataset)}\n\n" + _picture("work_precision_memory", "error against memory")
 
 
+def _number(x: float) -> str:
+    return f"{x:.0f}" if x >= 100 else f"{x:.3g}"
+
+
 def _order_word(p: float) -> str:
     """An order observed; far above those of algebraic convergence it is none."""
     return "–" if not np.isfinite(p) else f"{p:.1f}" if p <= 4 else "> 4"
@@ -138,8 +143,8 @@ def _front(dataset: xr.Dataset) -> str:
         error = part["model_error"].max("quantity").values
         for i in pareto(part["model_seconds"].values, error):
             label, points = str(part["model_label"].values[i]), f"{int(part['model_points'].values[i])}"
-            cost = f"{1e3 * float(part['model_seconds'][i]):.3g}", f"{float(part['model_megabytes'][i]):.3g}"
-            rows.append((name, label, points, f"{100 * error[i]:.2g}", *cost))
+            cost = _number(1e3 * float(part["model_seconds"][i])), _number(float(part["model_megabytes"][i]))
+            rows.append((name, label, points, f"{100 * error[i]:.2f}", *cost))
     head = ("scene", "tooth model", "Gauss points", "error [%]", "time [ms]", "memory [MB]")
     bar = 100 * float(dataset["model_bar"].max())
     text += _table(head, rows) + f"\nThe compliance of the reference is good to {bar:.2g} %. "
@@ -173,8 +178,8 @@ def _scaling(dataset: xr.Dataset) -> str:
         mine = part.isel(run=part["grows"].values == name)
         which = "seconds" if name == "workers" else "processor_seconds"
         growth = f"{exponent(part, name):.2f}" if name != "workers" else "–"
-        sizes, times = ", ".join(f"{x:.3g}" for x in mine["size"].values), 1e3 * mine[which].values
-        rows.append((name, sizes, ", ".join(f"{t:.3g}" for t in times), growth))
+        sizes, times = ", ".join(_number(x) for x in mine["size"].values), 1e3 * mine[which].values
+        rows.append((name, sizes, ", ".join(_number(t) for t in times), growth))
     text = "## Scaling\n\nSegments and pairs: case 2, the face up to 16 times as wide for more pairs (sizes: total "
     text += "contact ratio). Samples and workers:\n"
     text += "gear 55 with its errors, workers on 4096 samples and by wall time.\n\n"
