@@ -65,8 +65,8 @@ def run_command(line: str) -> int:
     return 0
 
 
-def follow(page: str) -> Iterator[Block]:
-    """Do what the page says, in the current folder; yields each block as it is done."""
+def follow(page: str, *, programs: bool = True) -> Iterator[Block]:
+    """Do what the page says, in the current folder, its programs or its commands alone; yields each block when done."""
     names: dict[str, Any] = {"__name__": "__main__"}
     printed = ""
     for block in blocks(page):
@@ -74,7 +74,7 @@ def follow(page: str) -> Iterator[Block]:
         if named is not None:
             with Path(named[1]).open("a" if named[2] else "w", encoding="utf-8") as file:
                 file.write(block.text[named.end() :])
-        elif block.language in ("sh", "python"):
+        elif block.language == "sh" or (programs and block.language == "python"):
             printed = _printed(block, page, names)
         elif block.language == "text" and block.follows:
             compare(block.text, printed, f"{page}:{block.line}")

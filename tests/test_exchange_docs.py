@@ -1,24 +1,18 @@
 """The commands, programs and files of docs/exchange.md do what the page says."""
 
 import re
-import shlex
 import shutil
-import sys
-from pathlib import Path
 
 import pytest
 import xarray as xr
 
-from gearbench.cli import main
 from gearbench.scene_file import load_scene
-
-ROOT = Path(__file__).parents[1]
-PAGE = (ROOT / "docs" / "exchange.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"```(\w+)\n(.*?)```", PAGE, flags=re.DOTALL)
+from tests import pages
+from tests.pages import ROOT, run_command
 
 
 def blocks(language: str) -> list[str]:
-    return [text for name, text in BLOCKS if name == language]
+    return [block.text for block in pages.blocks("exchange.md", language)]
 
 
 @pytest.fixture
@@ -30,18 +24,15 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
-def run(line: str, monkeypatch) -> None:
-    monkeypatch.setattr(sys, "argv", shlex.split(line))
-    with pytest.raises(SystemExit) as end:
-        main()
-    assert end.value.code in (0, None), line
+def run(line: str) -> None:
+    assert run_command(line) == 0, line
 
 
-def test_commands_run_one_after_the_other(folder, monkeypatch, capsys):
+def test_commands_run_one_after_the_other(folder, capsys):
     lines = [line for text in blocks("sh") for line in text.splitlines()]
     assert len(lines) == 6
     for line in lines:
-        run(line, monkeypatch)
+        run(line)
     assert (folder / "gearbox_with_results.rexs").stat().st_size > (folder / "gearbox.rexs").stat().st_size
     assert load_scene(folder / "stage2.toml").pair.pinion.teeth == 13
 
@@ -56,21 +47,21 @@ def test_programs_run(folder, number):
     assert all((folder / name).stat().st_size > 1000 for name in expected)
 
 
-def test_the_measured_flank_is_read(folder, monkeypatch):
-    run("gearbench rexs gearbox.rexs --scene 2 stage2.toml -q", monkeypatch)
+def test_the_measured_flank_is_read(folder):
+    run("gearbench rexs gearbox.rexs --scene 2 stage2.toml -q")
     (folder / "flank.csv").write_text(blocks("csv")[0])
     text = (folder / "stage2.toml").read_text()
     (folder / "measured.toml").write_text(text + "\n" + blocks("toml")[0])
-    run("gearbench simulate measured.toml -q -o measured.nc", monkeypatch)
-    run("gearbench simulate stage2.toml -q -o stage2.nc", monkeypatch)
+    run("gearbench simulate measured.toml -q -o measured.nc")
+    run("gearbench simulate stage2.toml -q -o stage2.nc")
     measured, ideal = (xr.load_dataset(folder / f"{n}.nc", engine="h5netcdf") for n in ("measured", "stage2"))
     # excess material reaches the mate earlier
     assert float(measured["transmission_error_mean"]) < float(ideal["transmission_error_mean"])
     assert "pinion_sha256" in measured.attrs["scene"]
 
 
-def test_names_in_the_matlab_example_are_in_the_file(folder, monkeypatch):
-    run("gearbench simulate gearbox.rexs --stage 2 -q -o stage2.nc", monkeypatch)
+def test_names_in_the_matlab_example_are_in_the_file(folder):
+    run("gearbench simulate gearbox.rexs --stage 2 -q -o stage2.nc")
     dataset = xr.load_dataset(folder / "stage2.nc", engine="h5netcdf")
     for name in re.findall(r"ncread\('stage2.nc', '(\w+)'\)", blocks("matlab")[0]):
         assert dataset[name].dims == ("position",)

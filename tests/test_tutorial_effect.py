@@ -1,33 +1,38 @@
-"""docs/tutorial_effect.md does what it says: its file is an effect, its test passes."""
+"""docs/tutorial_effect.md does what it says: its file is an effect, its line enters it, its test passes."""
 
 from __future__ import annotations
 
 import re
+import subprocess
 import sys
-import types
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+import gearbench.effects
 from gearbench.effects import registry
 from gearbench.errors import InputError
 from gearbench.scene_file import parse_scene
 from gearbench.simulation import simulate
+from tests.pages import ROOT, blocks, follow
 
-TEXT = (Path(__file__).parents[1] / "docs" / "tutorial_effect.md").read_text(encoding="utf-8")
-EFFECT, TEST = re.findall(r"```python\n(.*?)```", TEXT, flags=re.DOTALL)
-MODULE = "gearbench.effects.waviness"
+PAGE = "tutorial_effect.md"
+EFFECT, TEST = (block.text for block in blocks(PAGE, "python"))
+LINE = re.search(r'^\+ +"(\w+)": \("([\w.]+)", "(\w+)"\),$', blocks(PAGE, "diff")[0].text, flags=re.MULTILINE)
+assert LINE is not None
+NAME, MODULE, CLASS = LINE.groups()
 
 
 @pytest.fixture(autouse=True)
-def waviness(monkeypatch):
-    """The module of the tutorial, entered in the registry."""
-    module = types.ModuleType(MODULE)
-    monkeypatch.setitem(sys.modules, MODULE, module)
-    exec(compile(EFFECT, "waviness.py", "exec"), module.__dict__)
-    monkeypatch.setitem(registry.EFFECTS, "waviness", (MODULE, "Waviness"))
-    return module
+def waviness(monkeypatch, tmp_path):
+    """The file of the tutorial in a folder of the package, its line in the registry."""
+    (tmp_path / "effects").mkdir()
+    (tmp_path / "effects" / f"{MODULE.rsplit('.', 1)[1]}.py").write_text(EFFECT, encoding="utf-8")
+    monkeypatch.setattr(gearbench.effects, "__path__", [*gearbench.effects.__path__, str(tmp_path / "effects")])
+    monkeypatch.setitem(registry.EFFECTS, NAME, (MODULE, CLASS))
+    yield
+    sys.modules.pop(MODULE, None)
+    vars(gearbench.effects).pop(NAME, None)
 
 
 def scene(**effects):
@@ -41,6 +46,7 @@ def scene(**effects):
 
 def test_the_effect_is_simulated_where_a_scene_names_it():
     plain = simulate(scene(tooth_bending={}, hertz={}))
+    assert MODULE not in sys.modules
     wavy = simulate(scene(tooth_bending={}, hertz={}, waviness={"amplitude": 0.5, "waves": 4}))
     assert np.all(wavy.transmission_error > plain.transmission_error)
 
@@ -59,3 +65,21 @@ def test_its_test_passes():
     assert tests
     for test in tests:
         test()
+
+
+def test_the_commands_of_the_page_run(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+    done = list(follow(PAGE, programs=False))
+    assert [block.language for block in done].count("sh") == 1
+    assert (tmp_path / "wavy.nc").exists()
+
+
+def test_files_of_the_page_pass_the_checks_of_the_house(tmp_path):
+    (tmp_path / "waviness.py").write_text(EFFECT, encoding="utf-8")
+    options = ["--config", str(ROOT / "pyproject.toml"), "--no-cache"]
+    for command in (["check"], ["format", "--check"]):
+        done = subprocess.run(
+            [sys.executable, "-m", "ruff", *command, *options, tmp_path], capture_output=True, text=True
+        )
+        assert done.returncode == 0, done.stdout
