@@ -6,17 +6,19 @@ import math
 from typing import Any
 
 import numpy as np
-from bokeh.models import CDSView, ColumnDataSource, HoverTool, IndexFilter, Legend, LegendItem, TapTool
-from bokeh.transform import linear_cmap
+from bokeh.models import ColumnDataSource, HoverTool, Legend, LegendItem
 from numpy.typing import NDArray
 
 from gearbench.explore.catalogue import ACROSS, SCATTER_ACROSS, SCATTER_UP, UP, Catalogue, fronts
-from gearbench.explore.look import PALETTE, PICK, chart, colour
+from gearbench.explore.columns import Column
+from gearbench.explore.look import PICK, chart, colour, fixed
 
 #: Keys of columns in the sources: c0, c1, …
 Sources = dict[str, ColumnDataSource]
 #: Boxes drawn at most: those of neighbours on a front hide each other.
 BOXES = 24
+#: Pixels of the image of all designs, up and across.
+PIXELS = (404, 560)
 
 
 def sources(catalogue: Catalogue) -> Sources:
@@ -26,8 +28,12 @@ def sources(catalogue: Catalogue) -> Sources:
     for i, column in enumerate(catalogue.columns):
         data[f"c{i}"] = column.values
     short: dict[str, Any] = {k: v.astype("int32" if v.dtype.kind == "i" else "float32") for k, v in data.items()}
+    blank = np.zeros(PIXELS, dtype="uint32")
     return {
         "designs": ColumnDataSource(short, name="designs"),
+        "raster": ColumnDataSource(
+            {"image": [np.zeros(PIXELS, dtype="uint32")], "x": [0], "y": [0], "dw": [1], "dh": [1]}
+        ),
         "front": ColumnDataSource(front_data(catalogue, fronts(catalogue)), name="front"),
     }
 
@@ -50,39 +56,40 @@ def front_data(catalogue: Catalogue, places: NDArray) -> dict[str, Any]:
     }
 
 
-def cloud(catalogue: Catalogue, data: Sources, keep: IndexFilter) -> Any:
-    """The figure; its view of the designs is ``keep``."""
+def cloud(catalogue: Catalogue, data: Sources) -> Any:
+    """The figure. All designs are one image, which ``js/filter.js`` paints; fronts and boxes are glyphs."""
     across, up = catalogue.column(ACROSS), catalogue.column(UP)
-    tools = "pan,wheel_zoom,box_zoom,box_select,lasso_select,reset,save"
-    plot = chart("", across.title, up.title, width=640, height=490, tools=tools, active_scroll="wheel_zoom")
-    plot.title.text = f"Fronts with 2σ boxes; {len(catalogue):,} designs".replace(",", " ")
+    title = f"Fronts with 2σ boxes; {len(catalogue):,} designs".replace(",", " ")
+    tools: dict[str, Any] = {"tools": "pan,wheel_zoom,box_zoom,box_select,lasso_select,reset,save"}
+    ranges = {"x_range": fixed(*_room(across, data, "x")), "y_range": fixed(*_room(up, data, "y"))}
+    plot = chart(
+        title, across.title, up.title, width=640, height=490, tools=tools, active_scroll="wheel_zoom", **ranges
+    )
     plot.name = "cloud"
-    studies = len(catalogue.results)
-    palette = [colour(i) for i in range(studies)]
-    fill = linear_cmap("study", palette, -0.5, studies - 0.5) if studies > 1 else PALETTE[0]
-    plot.scatter(
-        "x", "y", source=data["designs"], size=3, marker="square", color="#C4C4C4", alpha=0.35, level="underlay",
-        selection_color="#C4C4C4", nonselection_color="#C4C4C4", nonselection_alpha=0.35, selection_alpha=0.35,
-    )  # fmt: skip
-    points = plot.scatter(
-        "x", "y", source=data["designs"], view=CDSView(filter=keep), size=4, color=fill, alpha=0.6, line_color=None,
-        nonselection_alpha=0.25, nonselection_line_color=None, selection_line_color=None, name="kept",
-    )  # fmt: skip
+    plot.image_rgba("image", "x", "y", "dw", "dh", source=data["raster"], level="underlay")
     plot.rect(
         "x", "y", "w", "h", source=data["front"], fill_color="colour", fill_alpha=0.06, line_color="colour",
         line_alpha=0.7,
     )  # fmt: skip
-    front = plot.scatter(
-        "x", "y", source=data["front"], size=8, color="colour", line_color="white", marker="circle", name="front"
-    )
+    front = plot.scatter("x", "y", source=data["front"], size=8, color="colour", line_color="white", marker="circle")
     plot.scatter("x", "y", source=data["pick"], size=17, marker="circle", fill_alpha=0, line_color=PICK, line_width=2.5)
-    plot.add_tools(TapTool(renderers=[points]))
     tips = [("design", "@place"), (across.label, f"@x{{0.000}} {across.unit}"), (up.label, f"@y{{0.000}} {up.unit}")]
     scatter = [("σ across, up", f"@sx{{0.000}} {across.unit}, @sy{{0.000}} {up.unit}")]
     plot.add_tools(HoverTool(renderers=[front], tooltips=[*tips, *scatter]))
+    # empty glyphs, because filters may empty a front
+    nothing = ColumnDataSource({"x": [], "y": []})
     named = [
-        LegendItem(label=result.label, renderers=[front], index=int(np.argmax(data["front"].data["study"] == i)))
+        LegendItem(label=result.label, renderers=[plot.scatter("x", "y", source=nothing, size=8, color=colour(i))])
         for i, result in enumerate(catalogue.results)
     ]
     plot.add_layout(Legend(items=named, label_text_font_size="12px", background_fill_alpha=0.8), "center")
     return plot
+
+
+def _room(column: Column, data: Sources, axis: str) -> tuple[float, float]:
+    """Range that shows all designs and the boxes of the fronts."""
+    front = {key: np.asarray(values) for key, values in data["front"].data.items()}
+    half = front["w" if axis == "x" else "h"] / 2
+    low, high = min(column.range[0], *(front[axis] - half)), max(column.range[1], *(front[axis] + half))
+    room = 0.03 * (high - low) or 0.1 * abs(high) or 1.0
+    return low - room, high + room

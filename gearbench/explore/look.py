@@ -28,7 +28,6 @@ def chart(title: str, x: str, y: str, *, width: int, height: int, tools: str = "
         height=height,
         tools=tools,
         toolbar_location="above" if tools else None,
-        output_backend="webgl",
         **options,
     )
     plot.title.text_font_size = "14px"

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 from bokeh.document import Document
-from bokeh.events import DocumentReady, DoubleTap, Pan, PanEnd, PanStart
-from bokeh.models import Button, ColumnDataSource, Div, IndexFilter
+from bokeh.events import DocumentReady, DoubleTap, Pan, PanEnd, PanStart, Reset, SelectionGeometry, Tap
+from bokeh.models import Button, ColumnDataSource, Div
 from bokeh.models.layouts import Column as Stack
 from bokeh.models.layouts import Row
 
@@ -63,31 +63,40 @@ class Page:
     def _designs(self) -> tuple[Row, Any, Any]:
         """Filters, cloud and parallel coordinates, wired in the browser."""
         catalogue, lines = self.catalogue, parallel.sources(self.catalogue)
-        keep = IndexFilter(indices=list(range(len(catalogue))))
         by_column = filters.sliders(catalogue)
         stack, clear, count = filters.panel(catalogue, by_column, 490)
-        many = cloud.cloud(catalogue, self.sources, keep)
+        many = cloud.cloud(catalogue, self.sources)
         coordinates = parallel.parallel(catalogue, lines)
         axes = axes_of(catalogue, by_column)
         refresh = script(
-            "filter", designs=self.sources["designs"], front=self.sources["front"], keep=keep, axes=axes,
+            "filter", designs=self.sources["designs"], front=self.sources["front"], 
+            raster=self.sources["raster"], plot=many, size=list(cloud.PIXELS), axes=axes,
             everything=lines["everything"], kept=lines["kept"], ranges=lines["ranges"], kept_count=count,
             sliders=list(by_column.values()), order=order(catalogue), gap=parallel.GAP, up=parallel.UP,
             colours=[colour(i) for i in range(min(len(catalogue.results), len(PALETTE)))],
             boxes=cloud.BOXES, scatter=[key(catalogue, name) for name in (SCATTER_ACROSS, SCATTER_UP)],
         )  # fmt: skip
-        follow = script("pick", designs=self.sources["designs"], pick=self.pick, line=lines["line"], axes=axes)
+        follow = script(
+            "pick", plot=many, designs=self.sources["designs"], pick=self.pick, line=lines["line"], axes=axes
+        )
         brush = script("brush", plot=coordinates, axes=axes)
         for slider in by_column.values():
             slider.js_on_change("value", refresh)
-        self.sources["designs"].selected.js_on_change("indices", refresh, follow)
+        for span in (many.x_range, many.y_range):
+            span.js_on_change("start", refresh)
+            span.js_on_change("end", refresh)
+        area = script("area", designs=self.sources["designs"], refresh=refresh)
+        for event in (SelectionGeometry, DoubleTap, Reset):
+            many.js_on_event(event, area)
+        many.js_on_event(Tap, follow)
         self.pick.js_on_change("data", follow)
         coordinates.js_on_event(PanStart, brush)
         coordinates.js_on_event(Pan, brush)
         coordinates.js_on_event(PanEnd, brush)
         coordinates.js_on_event(DoubleTap, brush)
         clear.js_on_event(
-            "button_click", script("clear", sliders=list(by_column.values()), designs=self.sources["designs"])
+            "button_click",
+            script("clear", sliders=list(by_column.values()), designs=self.sources["designs"], refresh=refresh),
         )
         return Row(children=[stack, many, coordinates]), refresh, follow
 

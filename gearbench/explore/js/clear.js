@@ -1,2 +1,4 @@
+designs.explore.area = undefined;
+designs.explore.marks += 1;
 for (const slider of sliders) slider.value = [slider.start, slider.end];
-designs.selected.indices = [];
+refresh.execute(cb_obj);

@@ -1,6 +1,6 @@
 // Which designs keep all ranges; from them the view of the cloud, the fronts, and the parallel coordinates.
 // Runs in the browser alone: nothing is sent to the server, and many changes in one frame are one.
-const state = (designs.explore ??= {});
+const state = (designs.explore ??= { marks: 0 });
 if (state.waiting) return;
 state.waiting = true;
 const count = designs.data.x.length;
@@ -84,6 +84,49 @@ function paint(source, mask, grey) {
   source.change.emit();
 }
 
+function marked(mask) {  // the kept designs inside the box or lasso drawn last; all of them where there is none
+  const area = state.area;
+  if (!area) return mask;
+  const { x, y } = designs.data, inside = new Uint8Array(count);
+  for (let i = 0; i < count; i++) {
+    if (!mask[i]) continue;
+    if (area.type === "rect") {
+      inside[i] = x[i] >= Math.min(area.x0, area.x1) && x[i] <= Math.max(area.x0, area.x1) &&
+        y[i] >= Math.min(area.y0, area.y1) && y[i] <= Math.max(area.y0, area.y1) ? 1 : 0;
+      continue;
+    }
+    let odd = false;  // edges crossed to the right
+    for (let k = 0, l = area.x.length - 1; k < area.x.length; l = k++) {
+      if ((area.y[k] > y[i]) !== (area.y[l] > y[i]) &&
+        x[i] < area.x[k] + (y[i] - area.y[k]) / (area.y[l] - area.y[k]) * (area.x[l] - area.x[k])) odd = !odd;
+    }
+    inside[i] = odd ? 1 : 0;
+  }
+  return inside;
+}
+
+function scatterPlot(mask, drawn) {  // the cloud as an image: far below the time of as many markers
+  const { x, y, study } = designs.data, [h, w] = size;
+  const pixels = raster.data.image[0];
+  const { start: x0, end: x1 } = plot.x_range, { start: y0, end: y1 } = plot.y_range;
+  const inks = ["#D2D2D2", "#AFAFAF", ...colours].map((c) =>
+    ((parseInt(c.slice(5, 7), 16) << 16) | (parseInt(c.slice(3, 5), 16) << 8) | parseInt(c.slice(1, 3), 16)) >>> 0);
+  pixels.fill(0);
+  for (const layer of [0, 1, 2]) {  // left out, kept but not marked, marked
+    for (let i = 0; i < count; i++) {
+      if (mask[i] + (mask[i] & drawn[i]) !== layer) continue;
+      const column = Math.round((x[i] - x0) / (x1 - x0) * w), row = Math.round((y[i] - y0) / (y1 - y0) * h);
+      if (column < 1 || row < 1 || column >= w - 1 || row >= h - 1) continue;
+      const ink = inks[layer < 2 ? layer : 2 + study[i] % colours.length];
+      for (let a = row - 1; a <= row + 1; a++) for (let b = column - 1; b <= column + 1; b++) {
+        const at = a * w + b, alpha = layer === 2 ? ((pixels[at] & 0xffffff) === ink ? 0xff : 0xb0) : 0xa0;
+        pixels[at] = (ink | (alpha << 24)) >>> 0;
+      }
+    }
+  }
+  raster.setv({ data: { image: [pixels], x: [x0], y: [y0], dw: [x1 - x0], dh: [y1 - y0] } }, { sync: false });
+}
+
 function showRanges() {
   const shown = { x: [], bottom: [], top: [] };
   axes.forEach(({ slider, low, high }, i) => {
@@ -97,27 +140,25 @@ function showRanges() {
 requestAnimationFrame(() => {
   state.waiting = false;
   const begun = performance.now();
-  const mask = keptDesigns(), indices = [];
-  for (let i = 0; i < count; i++) if (mask[i]) indices.push(i);
+  const mask = keptDesigns();
+  let left = 0;
+  for (let i = 0; i < count; i++) left += mask[i];
   const values = sliders.map((slider) => slider.value.join()).join(";");
   if (values !== state.values) {
     state.values = values;
-    keep.setv({ indices }, { sync: false });
     const found = fronts(mask);
     front.setv({ data: found }, { sync: false });
-    const text = `<b>${indices.length.toLocaleString("en")}</b> of ${count.toLocaleString("en")} designs kept, ` +
+    const text = `<b>${left.toLocaleString("en")}</b> of ${count.toLocaleString("en")} designs kept, ` +
       `${found.x.length} on the fronts`;
     kept_count.setv({ text }, { sync: false });
     showRanges();
   }
-  const selected = designs.selected.indices;
   if (!state.painted) { paint(everything, new Uint8Array(count).fill(1), true); state.painted = true; }
-  let drawn = mask;
-  if (selected.length > 1) {
-    drawn = new Uint8Array(count);
-    for (const i of selected) drawn[i] = mask[i];
-  }
-  paint(kept, drawn, false);
-  state.kept = indices.length;
+  const drawn = marked(mask);
+  const lines = values + state.marks;  // panning draws the cloud again, not the lines
+  if (lines !== state.lines) { paint(kept, drawn, false); state.lines = lines; }
+  scatterPlot(mask, drawn);
+  state.mask = mask;
+  state.kept = left;
   state.milliseconds = performance.now() - begun;
 });

@@ -1,9 +1,16 @@
-// One design selected in the cloud becomes the pick; its line in the parallel coordinates follows.
-const { indices } = designs.selected;
-if (cb_obj === designs.selected) {
-  const [i] = indices;
-  if (indices.length === 1 && pick.data.design[0] !== i) {
-    pick.data = { design: [i], x: [designs.data.x[i]], y: [designs.data.y[i]] };  // and this script runs again
+// A tap picks the nearest kept design; the picked line in the parallel coordinates follows.
+if (cb_obj.event_name === "tap") {
+  const { x, y } = designs.data, mask = designs.explore?.mask;
+  const wide = plot.inner_width / (plot.x_range.end - plot.x_range.start);
+  const high = plot.inner_height / (plot.y_range.end - plot.y_range.start);
+  let nearest = -1, least = 12;  // pixels
+  for (let i = 0; i < x.length; i++) {
+    if (mask && !mask[i]) continue;
+    const distance = Math.hypot((x[i] - cb_obj.x) * wide, (y[i] - cb_obj.y) * high);
+    if (distance < least) { least = distance; nearest = i; }
+  }
+  if (nearest >= 0 && pick.data.design[0] !== nearest) {
+    pick.data = { design: [nearest], x: [x[nearest]], y: [y[nearest]] };  // and this script runs again
   }
   return;
 }
