@@ -33,6 +33,8 @@ python_maximum_signature_line_length = 100
 
 html_theme = "furo"
 html_title = f"gearbench {release}"
+html_static_path = ["_static"]
+html_css_files = ["tables.css"]
 html_copy_source = False
 html_show_sphinx = False
 html_theme_options = {"navigation_with_keys": True}
