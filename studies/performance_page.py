@@ -55,7 +55,7 @@ none, the accuracy of `fe_compliance` where it has its default; the order of a p
    the first, agree. Their largest difference D bounds the error of the finest, if errors fall like 1/n or faster.
 3. The finest is the reference. The cheapest levels whose difference to it, with D added, is within the budget are
    chosen.
-4. `robust` does this on 32 samples with 40 % of the budget, then doubles the samples until three standard errors fit
+4. `robust` does this on 128 samples with 40 % of the budget, then doubles the samples until three standard errors fit
    into the rest.
 
 The random scenes are spur and helical pairs, half of them each with tip relief, crowning, a slope of the helix; none
