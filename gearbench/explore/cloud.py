@@ -31,9 +31,7 @@ def sources(catalogue: Catalogue) -> Sources:
     blank = np.zeros(PIXELS, dtype="uint32")
     return {
         "designs": ColumnDataSource(short, name="designs"),
-        "raster": ColumnDataSource(
-            {"image": [np.zeros(PIXELS, dtype="uint32")], "x": [0], "y": [0], "dw": [1], "dh": [1]}
-        ),
+        "raster": ColumnDataSource({"image": [blank], "x": [0], "y": [0], "dw": [1], "dh": [1]}),
         "front": ColumnDataSource(front_data(catalogue, fronts(catalogue)), name="front"),
     }
 
@@ -62,9 +60,7 @@ def cloud(catalogue: Catalogue, data: Sources) -> Any:
     title = f"Fronts with 2σ boxes; {len(catalogue):,} designs".replace(",", " ")
     tools: dict[str, Any] = {"tools": "pan,wheel_zoom,box_zoom,box_select,lasso_select,reset,save"}
     ranges = {"x_range": fixed(*_room(across, data, "x")), "y_range": fixed(*_room(up, data, "y"))}
-    plot = chart(
-        title, across.title, up.title, width=640, height=490, tools=tools, active_scroll="wheel_zoom", **ranges
-    )
+    plot = chart(title, across.title, up.title, width=640, height=490, active_scroll="wheel_zoom", **tools, **ranges)
     plot.name = "cloud"
     plot.image_rgba("image", "x", "y", "dw", "dh", source=data["raster"], level="underlay")
     plot.rect(

@@ -69,7 +69,7 @@ class Page:
         coordinates = parallel.parallel(catalogue, lines)
         axes = axes_of(catalogue, by_column)
         refresh = script(
-            "filter", designs=self.sources["designs"], front=self.sources["front"], 
+            "filter", designs=self.sources["designs"], front=self.sources["front"],
             raster=self.sources["raster"], plot=many, size=list(cloud.PIXELS), axes=axes,
             everything=lines["everything"], kept=lines["kept"], ranges=lines["ranges"], kept_count=count,
             sliders=list(by_column.values()), order=order(catalogue), gap=parallel.GAP, up=parallel.UP,
@@ -77,7 +77,13 @@ class Page:
             boxes=cloud.BOXES, scatter=[key(catalogue, name) for name in (SCATTER_ACROSS, SCATTER_UP)],
         )  # fmt: skip
         follow = script(
-            "pick", plot=many, designs=self.sources["designs"], pick=self.pick, line=lines["line"], axes=axes
+            "pick",
+            plot=many,
+            size=list(cloud.PIXELS),
+            designs=self.sources["designs"],
+            pick=self.pick,
+            line=lines["line"],
+            axes=axes,
         )
         brush = script("brush", plot=coordinates, axes=axes)
         for slider in by_column.values():

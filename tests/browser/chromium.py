@@ -31,7 +31,7 @@ def chromium(downloads: Path, *, offline: bool = False) -> Iterator[Any]:
     options.binary_location = shutil.which("chromium") or ""
     for argument in (
         "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--window-size=1640,1260",
-        "--use-angle=swiftshader", "--enable-unsafe-swiftshader", *(["--host-resolver-rules=MAP * ~NOTFOUND"] if offline else []),
+        *(["--host-resolver-rules=MAP * ~NOTFOUND"] if offline else []),
     ):  # fmt: skip
         options.add_argument(argument)
     options.add_experimental_option("prefs", {"download.default_directory": str(downloads)})

@@ -222,11 +222,11 @@ def place(driver, figure, x, y):
 
 
 def pick_by_click(driver, designs):
-    """Click on a design that stands alone; its place."""
+    """Click on the design at the lower right end of the cloud, clear of the legend; its place."""
     from selenium.webdriver import ActionChains
 
     x, y = (designs.column(f"{name}_rms_mean").values for name in ("mesh_stiffness", "transmission_error"))
-    chosen = int(np.argmax(x / np.ptp(x) + y / np.ptp(y)))
+    chosen = int(np.argmax(x / np.ptp(x) - y / np.ptp(y)))
     at = place(driver, "cloud", float(x[chosen]), float(y[chosen]))
     actions = ActionChains(driver)
     actions.w3c_actions.pointer_action.move_to_location(*at).click()

@@ -1,8 +1,8 @@
 // A tap picks the nearest kept design; the picked line in the parallel coordinates follows.
 if (cb_obj.event_name === "tap") {
   const { x, y } = designs.data, mask = designs.explore?.mask;
-  const wide = plot.inner_width / (plot.x_range.end - plot.x_range.start);
-  const high = plot.inner_height / (plot.y_range.end - plot.y_range.start);
+  const wide = size[1] / (plot.x_range.end - plot.x_range.start);
+  const high = size[0] / (plot.y_range.end - plot.y_range.start);
   let nearest = -1, least = 12;  // pixels
   for (let i = 0; i < x.length; i++) {
     if (mask && !mask[i]) continue;
