@@ -33,7 +33,7 @@ def draw_diagrams(dataset: xr.Dataset, folder: Path) -> None:
             part = diagram(dataset, name)
             work_precision_diagram(part, axis, across=across)
             axis.set_title(f"{name}: {_within_one_percent(part)}" if stem == "time" else name, fontsize=10)
-            axis.set_ylim(bottom=LEAST / 3)
+            axis.set_ylim(LEAST / 3, 3.0)
             axis.legend(frameon=False, fontsize=7, loc="lower left")
         for axis in axes.flat[len(names) :]:
             axis.set_visible(False)
@@ -42,7 +42,7 @@ def draw_diagrams(dataset: xr.Dataset, folder: Path) -> None:
         if stem == "time":
             title = "Gauss panels, segments and the solver reach rounding; models and samples are what costs"
         else:
-            title = "Single runs take megabytes at most: memory follows the order of the tooth model"
+            title = "About a megabyte is enough for a plate; solid teeth of high order take hundreds"
         figure.suptitle(title)
         _write(figure, folder / f"work_precision_{stem}.png")
 

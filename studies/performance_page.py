@@ -61,7 +61,7 @@ none, the accuracy of `fe_compliance` where it has its default; the order of a p
 The random scenes are spur and helical pairs, half of them each with tip relief, crowning, a slope of the helix; none
 was left out. The true error is that against 1024 segments and 32 Gauss points (solid: the highest order; robust: 8192
 samples). The best setting is the quickest on the grid of all segments up to 128 and Gauss points up to 32 whose true
-error is within the accuracy.
+error is within the accuracy. Where an accuracy is refused as out of reach, it counts as not met.
 """
 LIMITS = """Where the load leaves part of the flank, segment after segment loses contact and the stiffness jumps each
 time: the RMS of k then falls like 1/segments, irregularly, whatever the quadrature over the phases. It is this number
