@@ -2,13 +2,13 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-EXTRAS ?= dev,fem,optimise,docs
+EXTRAS ?= dev,fem,optimise,explore,docs
 STAMP := $(VENV)/.installed-$(EXTRAS)
 # one thread for each BLAS call: the parallel work is done by gearbench's own threads and by pytest's workers
 export OPENBLAS_NUM_THREADS ?= 1
 export MPLBACKEND ?= agg
 
-.PHONY: demo test test-all lint bench studies docs docs-tables clean system-libraries
+.PHONY: demo test test-all lint bench studies docs docs-tables clean system-libraries browser
 
 demo: $(STAMP)
 	$(BIN)/python -m studies.demo out/demo
@@ -16,7 +16,7 @@ demo: $(STAMP)
 test: $(STAMP) system-libraries
 	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile
 
-test-all: $(STAMP) system-libraries
+test-all: $(STAMP) system-libraries browser
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 lint: $(STAMP)
@@ -48,6 +48,16 @@ system-libraries: $(STAMP)
 	    apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq $$missing; \
 	  else \
 	    echo "install them with: sudo apt-get install $$missing"; exit 1; \
+	  fi; \
+	fi
+
+# Chromium for the tests of the explorer; without it they are skipped and say so.
+browser:
+	@if ! command -v chromium >/dev/null || ! command -v chromedriver >/dev/null; then \
+	  if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
+	    apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq chromium chromium-driver; \
+	  else \
+	    echo "no Chromium, its tests are skipped; install it with: sudo apt-get install chromium chromium-driver"; \
 	  fi; \
 	fi
 
