@@ -72,10 +72,10 @@ def cloud(catalogue: Catalogue, data: Sources) -> Any:
     tips = [("design", "@place"), (across.label, f"@x{{0.000}} {across.unit}"), (up.label, f"@y{{0.000}} {up.unit}")]
     scatter = [("σ across, up", f"@sx{{0.000}} {across.unit}, @sy{{0.000}} {up.unit}")]
     plot.add_tools(HoverTool(renderers=[front], tooltips=[*tips, *scatter]))
-    # empty glyphs, because filters may empty a front
-    nothing = ColumnDataSource({"x": [], "y": []})
+    # glyphs of their own, because filters may empty a front
+    nowhere = ColumnDataSource({"x": [np.nan], "y": [np.nan]})
     named = [
-        LegendItem(label=result.label, renderers=[plot.scatter("x", "y", source=nothing, size=8, color=colour(i))])
+        LegendItem(label=result.label, renderers=[plot.scatter("x", "y", source=nowhere, size=8, color=colour(i))])
         for i, result in enumerate(catalogue.results)
     ]
     plot.add_layout(Legend(items=named, label_text_font_size="12px", background_fill_alpha=0.8), "center")

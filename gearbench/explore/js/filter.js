@@ -124,7 +124,9 @@ function scatterPlot(mask, drawn) {  // the cloud as an image: far below the tim
       }
     }
   }
-  raster.setv({ data: { image: [pixels], x: [x0], y: [y0], dw: [x1 - x0], dh: [y1 - y0] } }, { sync: false });
+  const at = { x: x0, y: y0, dw: x1 - x0, dh: y1 - y0 };
+  for (const [name, value] of Object.entries(at)) raster.data[name][0] = value;
+  raster.change.emit();  // the array is the same one, only its pixels are new
 }
 
 function showRanges() {
