@@ -56,7 +56,7 @@ class GearBody:
     @cached_property
     def _tooth_parts(self) -> tuple[NDArray, NDArray]:
         """S (r, r) and Φ (flank, r) of the tooth, r = (field, k, j): (R5)."""
-        solid, count = self.tooth.free_solid, self.axis_order
+        solid, count = self.tooth.build(free=True), self.axis_order
         field, across, along, axis = solid.shape
         flank = self.tooth.flank_functionals(solid)
         polynomials = _in_axis_functions(count, axis)

@@ -62,14 +62,15 @@ class SolidTooth:
     @cached_property
     def solid(self) -> Solid:
         """The Ritz system of the tooth held at its root circle."""
-        return self._solid(free=False)
+        return self.build(free=False)
 
     @cached_property
     def free_solid(self) -> Solid:
         """The Ritz system of the tooth whose root moves too, as polynomials of s and y."""
-        return self._solid(free=True)
+        return self.build(free=True)
 
-    def _solid(self, *, free: bool) -> Solid:
+    def build(self, *, free: bool) -> Solid:
+        """A new Ritz system, held or with moving root; megabytes at high order, so that kept teeth do not keep it."""
         gear, (across, along, axis) = self.gear, self.order
         r_f = gear.root_radius
         section = Section(
@@ -96,13 +97,14 @@ class SolidTooth:
     @cached_property
     def matrix(self) -> NDArray:
         """Compliance [mm/N] between the polynomials of the flank, (p·q, p·q), before rounding to rank."""
-        flank = self.flank_functionals(self.solid)
+        solid = self.build(free=False)
+        flank = self.flank_functionals(solid)
         if self.measured_at == "mid":
-            middle = self._functionals(self.solid, self._middle_rows(self.solid))
+            middle = self._functionals(solid, self._middle_rows(solid))
             n = len(flank)
-            mixed = self.solid.compliance(np.concatenate([flank, middle]))[:n, n:]
+            mixed = solid.compliance(np.concatenate([flank, middle]))[:n, n:]
             return (mixed + mixed.T) / 2
-        compliance = self.solid.compliance(flank)
+        compliance = solid.compliance(flank)
         if self.measured_at == "flank":
             return compliance
         return compliance - half_space_compression(self.gear, self.E, self.nu, self.flank_order)
