@@ -31,7 +31,7 @@ def sources(catalogue: Catalogue) -> Sources:
     blank = np.zeros(PIXELS, dtype="uint32")
     return {
         "designs": ColumnDataSource(short, name="designs"),
-        "raster": ColumnDataSource({"image": [blank], "x": [0], "y": [0], "dw": [1], "dh": [1]}),
+        "raster": ColumnDataSource({"image": [blank], "x": [0], "y": [0], "dw": [1], "dh": [1]}, name="raster"),
         "front": ColumnDataSource(front_data(catalogue, fronts(catalogue)), name="front"),
     }
 
@@ -59,7 +59,7 @@ def cloud(catalogue: Catalogue, data: Sources) -> Any:
     across, up = catalogue.column(ACROSS), catalogue.column(UP)
     title = f"Fronts with 2σ boxes; {len(catalogue):,} designs".replace(",", " ")
     tools: dict[str, Any] = {"tools": "pan,wheel_zoom,box_zoom,box_select,lasso_select,reset,save"}
-    ranges = {"x_range": fixed(*_room(across, data, "x")), "y_range": fixed(*_room(up, data, "y"))}
+    ranges: dict[str, Any] = {"x_range": fixed(*_room(across, data, "x")), "y_range": fixed(*_room(up, data, "y"))}
     plot = chart(title, across.title, up.title, width=640, height=490, active_scroll="wheel_zoom", **tools, **ranges)
     plot.name = "cloud"
     plot.image_rgba("image", "x", "y", "dw", "dh", source=data["raster"], level="underlay")
