@@ -8,7 +8,6 @@ say) is part of the prediction; what they keep on disk is not run but estimated.
 from __future__ import annotations
 
 import time
-import tracemalloc
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -23,6 +22,7 @@ from gearbench.effects.base import ComplianceEffect, Effect, GapEffect, LowRank
 from gearbench.geometry.action import ContactLines
 from gearbench.outputs import DEFAULT_OUTPUTS, Solved
 from gearbench.scene import Scene
+from gearbench.stopwatch import peak_megabytes, unseen
 
 if TYPE_CHECKING:
     from gearbench.contact.batch import Batch
@@ -116,15 +116,17 @@ def make_plan(scene: Scene) -> Plan:
     solved = {t.count: t.solved() for t in (short, long)}
     parts.append(Part("dataset", "variables and provenance", "", cost(lambda t: _dataset(solved[t.count]))))
     # each stage has its own peak, and which one is the highest depends on the number of phases
-    unseen = [(_unseen(short, n), _unseen(long, n + 1)) for n in (1, 3)]
+    fresh = [(_unseen(short, n), _unseen(long, n + 1)) for n in (1, 3)]
     stages = (Trial.solved, lambda t: _dataset(t.solved()))
-    memory = max(at_all(*(_peak(lambda t=t, s=s: s(t)) for t in pair)) for s, pair in zip(stages, unseen, strict=True))
+    megabytes = max(
+        at_all(*(peak_megabytes(lambda t=t, s=s: s(t)) for t in pair)) for s, pair in zip(stages, fresh, strict=True)
+    )
     seconds = sum(part.seconds for part in parts)
     robust = _robust_part(tried, phase)
     return Plan(
         parts=(*parts, *([robust] if robust else [])),
         seconds=seconds,
-        megabytes=memory / 1e6,
+        megabytes=megabytes,
         robust_seconds=robust.seconds if robust else 0.0,
     )
 
@@ -166,16 +168,6 @@ def _quickest(work: Callable[[], Any]) -> float:
     return min(_once(work) for _ in range(REPEATS))
 
 
-def _peak(work: Callable[[], Any]) -> float:
-    """Largest memory [bytes] that arrays and objects take during the work."""
-    tracemalloc.start()
-    try:
-        work()
-        return float(tracemalloc.get_traced_memory()[1])
-    finally:
-        tracemalloc.stop()
-
-
 def _lines_again(trial: Trial) -> None:
     scene_lines(trial.scene, trial.lines.mesh_phase)
 
@@ -191,8 +183,7 @@ def _unseen(trial: Trial, number: int) -> Trial:
     """The trial on a pair that no effect has set up anything for, unless that is kept on disk."""
     if any(_kept_on_disk(effect) for effect in trial.scene.effects):
         return trial
-    pair = trial.scene.pair
-    scene = replace(trial.scene, pair=replace(pair, face_width=pair.face_width * (1 + 1e-9 * number)))
+    scene = unseen(trial.scene, number)
     return Trial(scene, scene_lines(scene, trial.lines.mesh_phase), trial.weight)
 
 

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearbench.accuracy.knobs import with_resolution
-from gearbench.cost.measure import times
 from gearbench.library.garambois2017 import case, gear
 from gearbench.robustness.montecarlo import default_threads, prepare_scene, respond
 from gearbench.robustness.sampling import unit_samples
 from gearbench.scene import Scene
 from gearbench.simulation import cycle_values
+from gearbench.stopwatch import times
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,12 +10,12 @@ import pytest
 
 from gearbench.accuracy.knobs import GAUSS_POINTS, PLATE_ORDER, POSITIONS, SEGMENTS, with_resolution
 from gearbench.accuracy.measure import MEASURED
-from gearbench.cost.measure import peak_megabytes
 from gearbench.cost.newton import newton_curve
 from gearbench.cost.samples import sample_curves
 from gearbench.cost.workprecision import as_dataset, curve, observed_order
 from gearbench.library.garambois2017 import case, gear
 from gearbench.results import load
+from gearbench.stopwatch import peak_megabytes
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 DOCS = Path(__file__).parents[1] / "docs"

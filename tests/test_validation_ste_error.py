@@ -15,9 +15,9 @@ from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import InputError
 from gearbench.library.garambois2017 import case
 from gearbench.scene import Resolution
+from gearbench.stopwatch import unseen
 from gearbench.validation.reference import reference_scene
 from gearbench.validation.ste_error import cycle_errors, load_share_error, relative_error
-from gearbench.validation.timing import unseen
 
 
 def cycle(amplitudes: dict[int, float], mean: float, share: np.ndarray):

@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import time
-import tracemalloc
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from statistics import median
+from dataclasses import dataclass
 
 from numpy.typing import NDArray
 
@@ -18,6 +14,7 @@ from gearbench.effects.tooth_bending import plate_tooth
 from gearbench.errors import GearbenchError
 from gearbench.scene import Scene
 from gearbench.simulation import cycle_values
+from gearbench.stopwatch import peak_megabytes, times, unseen
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,32 +61,6 @@ def _with_finite_elements(scene: Scene, values: NDArray) -> Run:
         raise GearbenchError(f"finite elements in a process of their own: {done.stderr.strip().splitlines()[-1]}")
     seconds, processor, kibibytes = (float(word) for word in done.stdout.split()[-3:])
     return Run(values=values, seconds=seconds, processor_seconds=processor, megabytes=kibibytes * 1024 / 1e6)
-
-
-def unseen(scene: Scene, i: int) -> Scene:
-    """The same scene with a face width larger by i · 10⁻⁹, so that nothing kept for its pair serves it."""
-    return replace(scene, pair=replace(scene.pair, face_width=scene.pair.face_width * (1 + 1e-9 * i)))
-
-
-def times(work: Callable[[], object], repeats: int) -> dict[str, float]:
-    """Medians over ``repeats`` of wall and processor time [s]."""
-    wall, processor = [], []
-    for _ in range(repeats):
-        start = time.perf_counter(), time.process_time()
-        work()
-        wall.append(time.perf_counter() - start[0])
-        processor.append(time.process_time() - start[1])
-    return {"seconds": median(wall), "processor_seconds": median(processor)}
-
-
-def peak_megabytes(work: Callable[[], object]) -> float:
-    """Largest memory [MB] that arrays and objects take during the work."""
-    tracemalloc.start()
-    try:
-        work()
-        return tracemalloc.get_traced_memory()[1] / 1e6
-    finally:
-        tracemalloc.stop()
 
 
 _IN_A_PROCESS = """

@@ -17,10 +17,11 @@ from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.problem import ContactProblem
 from gearbench.contact.reference import solve_one
 from gearbench.contact.solver import solve
-from gearbench.cost.measure import measure, times
+from gearbench.cost.measure import measure
 from gearbench.cost.workprecision import Curve
 from gearbench.outputs import MICROMETRES, fluctuation_rms, mean, relative_rms
 from gearbench.scene import Scene
+from gearbench.stopwatch import times
 
 #: Most steps that are looked at.
 STEPS = 8

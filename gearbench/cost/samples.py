@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.accuracy.measure import relative_errors, scales
-from gearbench.cost.measure import peak_megabytes, times
 from gearbench.cost.workprecision import Curve
 from gearbench.robustness.montecarlo import RobustProblem, prepare_scene, respond, response_means
 from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.robustness.statistics import average_error
 from gearbench.scene import Scene
+from gearbench.stopwatch import peak_megabytes, times
 
 COUNTS = (16, 32, 64, 128, 256, 512, 1024)
 SAMPLERS: tuple[tuple[Sampler, str], ...] = (("sobol", "¾ to 1"), ("latin_hypercube", "½"), ("random", "½"))
