@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import SceneFile
+from gearbench.cli.options import Json, Quiet, SceneFile, Verbose
 
 if TYPE_CHECKING:
     import xarray as xr
     from rich.table import Table
+
+    from gearbench.scene import Scene
 
 Folder = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="DIR", help="Write cost.nc and plots into this folder.")
@@ -19,7 +21,14 @@ Folder = Annotated[
 Repeats = Annotated[int, typer.Option(min=1, help="Timed runs of each setting; medians count.")]
 
 
-def cost(scene: SceneFile, output: Folder = None, repeats: Repeats = 5) -> None:
+def cost(
+    scene: SceneFile,
+    output: Folder = None,
+    repeats: Repeats = 5,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    json: Json = False,
+) -> None:
     """What accuracy costs on SCENE: error and time of every level of every knob.
 
     Example: gearbench cost examples/sc.toml -o cost
@@ -33,21 +42,51 @@ def cost(scene: SceneFile, output: Folder = None, repeats: Repeats = 5) -> None:
     folder = plot_folder(output)
     dataset = work_precision(loaded, repeats)
 
+    written: list[Path] = []
+    if folder is not None:
+        from gearbench.cost.figures import draw_cost
+
+        written = [save(dataset, folder / "cost.nc"), *draw_cost(dataset, folder)]
+    if json:
+        _print_json(loaded, dataset, written)
+    elif not quiet:
+        _print(loaded, dataset, written)
+
+
+def _print_json(scene: Scene, dataset: xr.Dataset, written: list[Path]) -> None:
+    from gearbench.cli.summary import print_json
+
+    names = [str(name) for name in dataset["quantity"].values]
+    rows = [
+        {
+            "knob": str(row["setting_knob"].item()),
+            "level": str(row["level"].item()),
+            "seconds": float(row["seconds"]),
+            "megabytes": float(row["megabytes"]),
+            **{key: dict(zip(names, row[key].values.tolist(), strict=True)) for key in ("error", "error_bar")},
+        }
+        for row in (dataset.isel(setting=i) for i in range(dataset.sizes["setting"]))
+    ]
+    knobs = map(str, dataset["knob"].values)
+    orders = {
+        knob: dict(zip(names, dataset["observed_order"].sel(knob=knob).values.tolist(), strict=True)) for knob in knobs
+    }
+    print_json(scene, dataset, observed_order=orders, settings=rows, files=[str(path) for path in written])
+
+
+def _print(scene: Scene, dataset: xr.Dataset, written: list[Path]) -> None:
     from rich.console import Console
 
     from gearbench.cli.summary import pair_line
 
     # no narrower than the table, so that nothing of it is cut where the output is no terminal
     console = Console(soft_wrap=True, width=max(110, Console().width))
-    console.print(_table(pair_line(loaded), dataset))
+    console.print(_table(pair_line(scene), dataset))
     console.print("error: the largest of mean STE, RMS STE, mean k, RMS k, relative; ±: of its reference")
     console.print("order: of each of the four, – where errors are not clear of their reference")
     console.print("time, memory: of a run with the other knobs as in the scene; medians")
-    if folder is not None:
-        from gearbench.cost.figures import draw_cost
-
-        for path in [save(dataset, folder / "cost.nc"), *draw_cost(dataset, folder)]:
-            print(f"wrote {path}")
+    for path in written:
+        print(f"wrote {path}")
 
 
 def _table(title: str, dataset: xr.Dataset) -> Table:
