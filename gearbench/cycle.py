@@ -9,7 +9,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from gearbench.contact.phases import DEFAULT_GAUSS_POINTS
+from gearbench.scene import Resolution
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,8 +17,7 @@ if TYPE_CHECKING:
 
 def panel_size(dataset: xr.Dataset) -> int | None:
     """Gauss points on each panel of the dataset's mesh phases; None where they are uniform."""
-    resolution = tomllib.loads(dataset.attrs["scene"]).get("resolution", {})
-    return None if "positions" in resolution else resolution.get("gauss_points", DEFAULT_GAUSS_POINTS)
+    return Resolution(**tomllib.loads(dataset.attrs["scene"]).get("resolution", {})).panel_size
 
 
 def panels(dataset: xr.Dataset, name: str, points: int = 40) -> list[tuple[NDArray, NDArray]]:

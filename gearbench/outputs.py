@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import total_gap
-from gearbench.contact.phases import DEFAULT_GAUSS_POINTS
 from gearbench.contact.problem import ContactSolution
 from gearbench.cycle import peak_to_peak
 from gearbench.geometry.action import ContactLines
@@ -41,9 +40,7 @@ class Solved:
 
     def peak_to_peak(self, values: NDArray) -> float:
         """Peak-to-peak value over the mesh cycle of a variable (position,), its transitions included."""
-        resolution = self.scene.resolution
-        size = None if resolution.positions is not None else resolution.gauss_points or DEFAULT_GAUSS_POINTS
-        return peak_to_peak(self.lines.mesh_phase, values, size)
+        return peak_to_peak(self.lines.mesh_phase, values, self.scene.resolution.panel_size)
 
     def line_load(self) -> NDArray:
         """Line load, (position, pair, segment) [N/mm]; zero where a pair has no contact line."""

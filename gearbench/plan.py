@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
-from gearbench.contact.phases import DEFAULT_GAUSS_POINTS
 from gearbench.contact.solver import solve
 from gearbench.effects.base import ComplianceEffect, Effect, GapEffect, LowRank
 from gearbench.geometry.action import ContactLines
@@ -133,8 +132,7 @@ def make_plan(scene: Scene) -> Plan:
 
 def _trials(scene: Scene, phase: NDArray) -> tuple[Trial, Trial]:
     """The scene at few and at more of its phases, spread over the cycle: whole panels where it has Gauss panels."""
-    resolution = scene.resolution
-    size = 1 if resolution.positions is not None else resolution.gauss_points or DEFAULT_GAUSS_POINTS
+    size = scene.resolution.panel_size or 1
     by_panel = phase.reshape(-1, size)
 
     def trial(panels: int) -> Trial:

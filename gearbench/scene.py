@@ -16,6 +16,9 @@ from gearbench.geometry.material import STRICT
 from gearbench.geometry.pair import Pair
 from gearbench.notebook import Row, html_table
 
+#: Gauss points on each panel unless a scene says otherwise.
+DEFAULT_GAUSS_POINTS = 8
+
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Load:
@@ -72,6 +75,11 @@ class Resolution:
                     raise InputError(key, value, "conflicts with accuracy, which chooses it")
         if self.positions is not None and self.gauss_points is not None:
             raise InputError("gauss_points", self.gauss_points, "conflicts with positions: give one of the two")
+
+    @property
+    def panel_size(self) -> int | None:
+        """Gauss points on each panel between two transitions; None where the phases are uniform."""
+        return None if self.positions is not None else self.gauss_points or DEFAULT_GAUSS_POINTS
 
 
 @dataclass(frozen=True, kw_only=True, config=ConfigDict(STRICT, arbitrary_types_allowed=True))

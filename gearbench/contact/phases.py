@@ -7,9 +7,6 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-#: Gauss points on each panel unless a scene says otherwise.
-DEFAULT_GAUSS_POINTS = 8
-
 
 def uniform_phases(count: int) -> tuple[NDArray, NDArray]:
     """Midpoints of ``count`` equal intervals of [0, 1) and their weights; first order where the stiffness jumps."""

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.phases import DEFAULT_GAUSS_POINTS
 from gearbench.cycle import amplitudes, curves, peak_to_peak
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import GearbenchError
@@ -105,8 +104,7 @@ def picture(scene: Scene, samples: int = SAMPLES) -> Picture:
 
 
 def _cycle(solved: Solved, values: NDArray, *, relative: bool = False) -> Cycle:
-    phase, weight, resolution = solved.lines.mesh_phase, solved.weight, solved.scene.resolution
-    size = None if resolution.positions is not None else resolution.gauss_points or DEFAULT_GAUSS_POINTS
+    phase, weight, size = solved.lines.mesh_phase, solved.weight, solved.scene.resolution.panel_size
     parts = curves(phase, values, size, 12)
     return Cycle(
         phase=np.concatenate([x for x, _ in parts]),
