@@ -10,6 +10,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.geometry.action import ContactLines
@@ -107,6 +108,12 @@ class ToothCompliance(ComplianceEffect):
         A unit normal force at point b of its flank deflects point a by Ψ(a)·Ψ(b); ``height`` above the root circle,
         R − r_f, and ``y`` along the face width [mm].
         """
+
+    def both_teeth(self, lines: ContactLines) -> LowRank:
+        """Factor of the teeth of pinion and wheel side by side, each by itself, (position, pair, segment, rank)."""
+        heights = [radius - gear.root_radius for gear, radius in zip(lines.pair.gears, lines.radii, strict=True)]
+        parts = [self.tooth_factor(lines.pair, k, heights[k], lines.y) for k in range(2)]
+        return LowRank(factor=np.concatenate(parts, axis=-1))
 
 
 @dataclass(frozen=True)

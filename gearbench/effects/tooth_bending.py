@@ -80,9 +80,7 @@ class ToothBending(ToothCompliance):
 
     def compliance(self, lines: ContactLines) -> LowRank:
         """Factor of both teeth side by side, (position, pair, segment, rank)."""
-        heights = [radius - gear.root_radius for gear, radius in zip(lines.pair.gears, lines.radii, strict=True)]
-        parts = [self.tooth_factor(lines.pair, k, heights[k], lines.y) for k in range(2)]
-        return LowRank(factor=np.concatenate(parts, axis=-1))
+        return self.both_teeth(lines)
 
     def tooth_factor(self, pair: Pair, k: int, height: NDArray, y: NDArray) -> NDArray:
         """Ψ of one tooth, clamped at its root; see ``ToothCompliance``."""
