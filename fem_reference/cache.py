@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from fem_reference.compliance import FlankCompliance
+from fem_reference.compliance import FlankCompliance, Separation
 from fem_reference.refinement import default_order, refined_compliance
 from fem_reference.section import Body
 from gearbench.geometry.gear import Gear
@@ -48,17 +48,27 @@ def cached_compliance(
     material: Material,
     accuracy: float = 0.01,
     order: tuple[int, int] | None = None,
-    separation: str = "half_space",
+    separation: Separation = "half_space",
 ) -> FlankCompliance:
     """Like ``refined_compliance``, from the cache where the same was computed before."""
-    order = order or default_order(body.gear)
-    key = digest(body, material, accuracy, order, separation)
-    path = cache_folder() / f"flank-{key}.npz"
+    path = entry(body, material, accuracy, order, separation)
     found = _load(path, body.gear)
     if found is None:
-        found = refined_compliance(body, material, accuracy, order, separation)  # type: ignore[arg-type]
+        found = refined_compliance(body, material, accuracy, order, separation)
         _store(path, found)
     return found
+
+
+def entry(
+    body: Body,
+    material: Material,
+    accuracy: float = 0.01,
+    order: tuple[int, int] | None = None,
+    separation: Separation = "half_space",
+) -> Path:
+    """File of ``cached_compliance``; it exists once the same was computed."""
+    key = digest(body, material, accuracy, order or default_order(body.gear), separation)
+    return cache_folder() / f"flank-{key}.npz"
 
 
 def digest(body: Body, material: Material, *settings: Any) -> str:

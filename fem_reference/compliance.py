@@ -31,6 +31,9 @@ from gearbench.geometry.material import Material
 #: Neighbours on each side whose displacements are kept.
 NEIGHBOURS = 3
 
+#: How the local compression is taken out of the displacements, see ``flank_compliance``.
+Separation = Literal["half_space", "centre_line"]
+
 #: Force densities per dR dy on the flank: (R, y) -> (…, load).
 Loads = Callable[[NDArray, NDArray], NDArray]
 
@@ -186,7 +189,7 @@ def flank_compliance(
     tooth: ToothMesh,
     material: Material,
     order: tuple[int, int],
-    separation: Literal["half_space", "centre_line"] = "half_space",
+    separation: Separation = "half_space",
 ) -> FlankCompliance:
     """Project the compliance of a meshed body onto polynomial loads of the given order, local part taken out.
 

@@ -14,13 +14,12 @@ import logging
 import math
 import time
 from dataclasses import replace
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fem_reference.blocks import Cells
-from fem_reference.compliance import FlankCompliance, flank_compliance
+from fem_reference.compliance import FlankCompliance, Separation, flank_compliance
 from fem_reference.section import Body
 from fem_reference.tooth_mesh import ToothMesh, tooth_mesh
 from gearbench.compliance.local import waves_across
@@ -84,7 +83,7 @@ def refined_compliance(
     material: Material,
     accuracy: float = 0.01,
     order: tuple[int, int] | None = None,
-    separation: Literal["half_space", "centre_line"] = "half_space",
+    separation: Separation = "half_space",
 ) -> FlankCompliance:
     """Compliance of a flank to a relative ``accuracy`` (Frobenius norm), with its estimated error.
 

@@ -64,15 +64,10 @@ class FeCompliance(ToothCompliance):
 
     def preparation(self, pair: Pair) -> float:
         """Predicted time [s] of the finite elements that are not kept on disk yet; good to a factor of three."""
-        from fem_reference.cache import cache_folder, digest
-        from fem_reference.refinement import default_order
+        from fem_reference.cache import entry
 
-        seconds = 0.0
-        for k, gear in enumerate(pair.gears):
-            key = digest(self.body(pair, k), pair.material, self.accuracy, default_order(gear), "half_space")
-            if not (cache_folder() / f"flank-{key}.npz").exists():
-                seconds += _SECONDS[self.support] * (0.01 / self.accuracy) ** 0.5
-        return seconds
+        missing = sum(not entry(self.body(pair, k), pair.material, self.accuracy).exists() for k in range(2))
+        return missing * _SECONDS[self.support] * (0.01 / self.accuracy) ** 0.5
 
     def compliance(self, lines: ContactLines) -> LowRank:
         """Factor of both gears side by side, (position, pair, segment, rank); shared by all pairs on a rim."""

@@ -10,7 +10,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from fem_reference import cache
-from fem_reference.cache import cached_compliance, digest
+from fem_reference.cache import cached_compliance, digest, entry
 from fem_reference.compliance import FlankCompliance
 from fem_reference.section import Body
 
@@ -39,7 +39,9 @@ def counted(monkeypatch):
 
 def test_second_time_comes_from_disk(folder, counted, spur, steel):
     body = Body(gear=spur)
+    assert not entry(body, steel, 0.01, (2, 2)).exists()
     first = cached_compliance(body, steel, 0.01, (2, 2))
+    assert entry(body, steel, 0.01, (2, 2)).exists()
     second = cached_compliance(body, steel, 0.01, (2, 2))
     assert counted == [0.01]
     assert_array_equal(first.blocks, second.blocks)
