@@ -18,6 +18,8 @@ from skfem.assembly.dofs import Dofs
 from skfem.helpers import ddot, eye, sym_grad, trace
 from skfem.quadrature import get_quadrature
 
+from gearbench.geometry.material import lame
+
 
 @dataclass(frozen=True)
 class ElementKind:
@@ -64,7 +66,7 @@ class Lame:
     @classmethod
     def of(cls, E: float, nu: float) -> Lame:
         """From Young's modulus [N/mm²] and Poisson's ratio."""
-        return cls(lam=E * nu / ((1 + nu) * (1 - 2 * nu)), mu=E / (2 * (1 + nu)))
+        return cls(*lame(E, nu))
 
 
 def weak_form(material: Lame) -> skfem.BilinearForm:

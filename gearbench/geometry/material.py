@@ -40,3 +40,8 @@ class Material:
     def G(self) -> float:
         """Shear modulus E / 2(1+ν) [N/mm²]."""
         return self.E / (2 * (1 + self.nu))
+
+
+def lame(E: float, nu: float) -> tuple[float, float]:
+    """Lamé's constants λ, μ [N/mm²] from Young's modulus [N/mm²] and Poisson's ratio."""
+    return E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
