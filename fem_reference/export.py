@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem_reference.compliance import FlankSolution, solve_flank
-from fem_reference.elasticity import Lame, surface_points
+from fem_reference.elasticity import surface_points
 from fem_reference.flank import Flank
+from fem_reference.stress import cauchy_stress
 from fem_reference.tooth_mesh import Body, Cells, ToothMesh, tooth_mesh
 from gearbench.errors import InputError
 from gearbench.geometry.material import Material
@@ -134,13 +135,10 @@ def von_mises(tooth: ToothMesh, material: Material, displacement: NDArray) -> ND
 
     Each element gives the stress at its points of Gauss' rule of second order, where it is most accurate.
     """
-    space, lame = tooth.space, Lame.of(material.E, material.nu)
+    space = tooth.space
     corners = np.asarray(space.element.doflocs, dtype=float).T
     grad, _ = space.gradients(0.5 + (corners - 0.5) / np.sqrt(3.0))
-    gradient = np.einsum("eqaj,aei->eqij", grad, displacement[space.nodes_of])
-    epsilon = 0.5 * (gradient + np.swapaxes(gradient, -1, -2))
-    dilation = np.trace(epsilon, axis1=-2, axis2=-1)[..., None, None]
-    stress = lame.lam * dilation * np.eye(3) + 2 * lame.mu * epsilon
+    stress = cauchy_stress(np.einsum("eqaj,aei->eqij", grad, displacement[space.nodes_of]), material)
     total = np.zeros((space.n_nodes, 3, 3))
     np.add.at(total, space.nodes_of.T, stress)
     mean = total / np.bincount(space.nodes_of.ravel(), minlength=space.n_nodes)[:, None, None]

@@ -41,12 +41,12 @@ def surface_stress(
             grad, _ = space.gradients(X, slice(e, e + 1))
             shapes, _ = space.geometry_shapes(X)
             places.append(np.einsum("ai,aq->qi", space.geometry[e], shapes))
-            stresses.append(_stress(np.einsum("qaj,ail->qlij", grad[0], nodal[space.nodes_of[:, e]]), material))
+            stresses.append(cauchy_stress(np.einsum("qaj,ail->qlij", grad[0], nodal[space.nodes_of[:, e]]), material))
     return np.concatenate(places), np.concatenate(stresses)
 
 
-def _stress(gradient: NDArray, material: Material) -> NDArray:
-    """σ (…, d, d) from ∂u_i/∂x_j (…, d, d); plane strain where d = 2."""
+def cauchy_stress(gradient: NDArray, material: Material) -> NDArray:
+    """σ = λ tr(ε) 1 + 2μ ε (…, d, d) [N/mm²] from ∂u_i/∂x_j (…, d, d); plane strain where d = 2."""
     lame, d = Lame.of(material.E, material.nu), gradient.shape[-1]
     epsilon = 0.5 * (gradient + np.swapaxes(gradient, -1, -2))
     trace = np.trace(epsilon, axis1=-2, axis2=-1)[..., None, None]
