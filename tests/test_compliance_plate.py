@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from gearbench.compliance.bases import gauss, height_functions, height_quadrature, width_functions
 from gearbench.compliance.plate import SHEAR_FACTOR, PlateTooth
 from gearbench.compliance.ritz import Ritz
-from gearbench.geometry.gear import Gear
+from tests.gears import standard_gear
 
 E, NU = 210e3, 0.3
 
@@ -164,10 +164,7 @@ def test_condition_number(thinness, aspect, order):
 
 
 def test_condition_number_of_a_generated_tooth():
-    gear = Gear(
-        teeth=17, normal_module=1.0, pressure_angle=20.0, helix_angle=0.0, face_width=8.0,
-        profile_shift=0.0, addendum=1.0, dedendum=1.25, fillet_radius=0.38,
-    )  # fmt: skip
+    gear = standard_gear(17, 8.0)
     for fillet in (False, True):
         tooth = PlateTooth(
             height=gear.tooth_height, width=8.0, E=E, nu=NU, basis=(15, 15),

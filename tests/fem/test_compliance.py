@@ -15,7 +15,7 @@ from fem_reference.plane import Strip, solve_strip
 from fem_reference.refinement import AccuracyError, mesh_cells, refined_compliance, unknowns
 from fem_reference.section import Body
 from fem_reference.tooth_mesh import Cells, tooth_mesh
-from gearbench.geometry.gear import Gear
+from tests.gears import standard_gear
 
 COARSE = Cells(thickness=4, flank=5, fillet=4, width=6)
 
@@ -27,17 +27,7 @@ def tooth(spur):
 
 @pytest.fixture(scope="module")
 def helical():
-    return Gear(
-        teeth=20,
-        normal_module=1.0,
-        pressure_angle=20.0,
-        helix_angle=25.0,
-        face_width=4.0,
-        profile_shift=0.0,
-        addendum=1.0,
-        dedendum=1.25,
-        fillet_radius=0.38,
-    )
+    return standard_gear(20, helix=25.0)
 
 
 def test_linear_fields_are_interpolated_exactly_inside(tooth):
@@ -131,17 +121,7 @@ def test_elements_agree_on_a_helical_tooth(helical, steel, kind):
 
 
 def test_neighbours_on_a_rim(steel):
-    gear = Gear(
-        teeth=24,
-        normal_module=1.0,
-        pressure_angle=20.0,
-        helix_angle=0.0,
-        face_width=3.0,
-        profile_shift=0.0,
-        addendum=1.0,
-        dedendum=1.25,
-        fillet_radius=0.38,
-    )
+    gear = standard_gear(24, 3.0)
     cells = Cells(thickness=4, flank=4, fillet=2, width=3, foot=1, land=1, rim=4, rest=(2, 5))
     thin = {}
     for teeth in (3, 24):
@@ -189,17 +169,7 @@ def test_unknowns_are_estimated(spur):
 @pytest.mark.parametrize(("m", "tolerance"), [(4, 0.015), pytest.param(6, 0.008, marks=pytest.mark.slow)])
 def test_three_dimensional_strip_matches_smooth_part_and_law(steel, law, m, tolerance):
     """Wide tooth under a uniform line: in its middle, smooth part + contact law = a Hertzian strip in plane strain."""
-    gear = Gear(
-        teeth=25,
-        normal_module=1.0,
-        pressure_angle=20.0,
-        helix_angle=0.0,
-        face_width=12.0,
-        profile_shift=0.0,
-        addendum=1.0,
-        dedendum=1.25,
-        fillet_radius=0.38,
-    )
+    gear = standard_gear(25, 12.0)
     body = Body(gear=gear)
     found = flank_compliance(tooth_mesh(body, mesh_cells(body, m)), steel, (5, 9))
     x, w = np.polynomial.legendre.leggauss(60)

@@ -11,8 +11,8 @@ from fem_reference.section import Body
 from fem_reference.tooth_mesh import tooth_mesh
 from gearbench.compliance.gear_body import GearBody
 from gearbench.compliance.solid_tooth import SolidTooth
-from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
+from tests.gears import standard_gear
 
 #: A thin rim with straight teeth, a solid gear with helical ones: helix, teeth, width, bore in root radii.
 CASES = {"thin rim": (0.0, 24, 3.0, 0.8), "helical": (20.0, 18, 4.0, 0.6)}
@@ -20,10 +20,7 @@ CASES = {"thin rim": (0.0, 24, 3.0, 0.8), "helical": (20.0, 18, 4.0, 0.6)}
 
 def finite_elements(case: str) -> Body:
     helix, teeth, width, bore = CASES[case]
-    gear = Gear(
-        teeth=teeth, normal_module=1.0, pressure_angle=20.0, helix_angle=helix, face_width=width, profile_shift=0.0,
-        addendum=1.0, dedendum=1.25, fillet_radius=0.38,
-    )  # fmt: skip
+    gear = standard_gear(teeth, width, helix=helix)
     return Body(gear=gear, bore_radius=bore * gear.root_radius, teeth=5)
 
 

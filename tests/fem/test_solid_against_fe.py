@@ -12,27 +12,13 @@ from fem_reference.section import Body
 from fem_reference.tooth_mesh import tooth_mesh
 from gearbench.compliance.local import waves_across
 from gearbench.compliance.solid_tooth import SolidTooth
-from gearbench.geometry.gear import Gear
-
-
-def gear(helix: float = 0.0, width: float = 12.0, teeth: int = 25) -> Gear:
-    return Gear(
-        teeth=teeth,
-        normal_module=1.0,
-        pressure_angle=20.0,
-        helix_angle=helix,
-        face_width=width,
-        profile_shift=0.0,
-        addendum=1.0,
-        dedendum=1.25,
-        fillet_radius=0.38,
-    )
+from tests.gears import standard_gear
 
 
 @pytest.mark.parametrize(("order", "tolerance"), [((5, 7, 14), 0.012), ((8, 12, 14), 0.006)])
 def test_solid_and_contact_law_give_back_a_real_contact_strip(steel, law, order, tolerance):
     """Wide tooth under an even line load: in its middle, solid + law = a Hertzian strip in plane strain, by FE."""
-    body = gear()
+    body = standard_gear(25, 12.0)
     tooth = SolidTooth(gear=body, E=steel.E, nu=steel.nu, order=order)
     x, w = np.polynomial.legendre.leggauss(60)
     y = 0.5 * body.face_width * (1 + x)
@@ -51,7 +37,7 @@ def test_solid_and_contact_law_give_back_a_real_contact_strip(steel, law, order,
 @pytest.mark.parametrize(("helix", "teeth"), [(0.0, 25), (20.0, 18)])
 def test_solid_converges_to_the_finite_elements(steel, helix, teeth):
     """Compliance of low polynomials on the flank; from below, as Rayleigh and Ritz have it."""
-    body = gear(helix, 6.0, teeth)
+    body = standard_gear(teeth, 6.0, helix=helix)
     found = flank_compliance(tooth_mesh(Body(gear=body), mesh_cells(Body(gear=body), 6)), steel, (5, 8))
     low = np.add.outer(8 * np.arange(3), np.arange(3)).ravel()
     exact = found.block(0)[np.ix_(low, low)]

@@ -17,22 +17,9 @@ from fem_reference.flank import Flank
 from fem_reference.tooth_mesh import Body, Cells, MeshingError, tooth_mesh
 from gearbench.errors import InputError
 from gearbench.geometry.gear import Gear
+from tests.gears import standard_gear
 
 CELLS = Cells(thickness=4, flank=4, fillet=3, width=3, foot=2, land=1, rim=4, rest=(2, 4))
-
-
-def make(teeth: int = 17, helix: float = 0.0, shift: float = 0.0, fillet: float = 0.38) -> Gear:
-    return Gear(
-        teeth=teeth,
-        normal_module=1.0,
-        pressure_angle=20.0,
-        helix_angle=helix,
-        face_width=4.0,
-        profile_shift=shift,
-        addendum=1.0,
-        dedendum=1.25,
-        fillet_radius=fillet,
-    )
 
 
 def volume(space: Space) -> float:
@@ -53,7 +40,14 @@ def section_area(gear: Gear) -> float:
     return total
 
 
-GEARS = [make(), make(helix=25.0), make(teeth=9), make(teeth=60, shift=0.4), make(fillet=0.0), make(41, fillet=0.47)]
+GEARS = [
+    standard_gear(),
+    standard_gear(helix=25.0),
+    standard_gear(teeth=9),
+    standard_gear(teeth=60, shift=0.4),
+    standard_gear(fillet=0.0),
+    standard_gear(41, fillet=0.47),
+]
 
 
 @pytest.mark.parametrize("gear", GEARS)
@@ -87,7 +81,7 @@ def test_volume_of_a_tooth(gear):
 
 @pytest.mark.parametrize("helix", [0.0, 25.0])
 def test_whole_gear_has_the_volume_of_a_gear(helix):
-    gear = make(teeth=9, helix=helix)
+    gear = standard_gear(teeth=9, helix=helix)
     tooth = tooth_mesh(Body(gear=gear, bore_radius=2.0, teeth=9), CELLS)
     expected = gear.face_width * (9 * section_area(gear) + math.pi * (gear.root_radius**2 - 2.0**2))
     assert_allclose(volume(tooth.space), expected, rtol=3e-4)
@@ -95,7 +89,7 @@ def test_whole_gear_has_the_volume_of_a_gear(helix):
 
 
 def test_boundaries_of_a_sector_are_closed_and_named():
-    gear = make(teeth=30, helix=15.0)
+    gear = standard_gear(teeth=30, helix=15.0)
     for rest in ("ring", "clamped", "free"):
         tooth = tooth_mesh(Body(gear=gear, bore_radius=8.0, teeth=3, rest=rest), CELLS)
         named = np.concatenate(list(tooth.mesh.boundaries.values()))
@@ -112,7 +106,7 @@ def test_boundaries_of_a_sector_are_closed_and_named():
 
 def test_contact_climbs_with_y_on_the_right_flank():
     """u = u₀ + y tan β_b along a contact line: the normals there are parallel (``geometry.action``)."""
-    gear = make(teeth=20, helix=20.0)
+    gear = standard_gear(teeth=20, helix=20.0)
     y = np.linspace(0.0, gear.face_width / 8, 5)
     R = np.hypot(gear.base_radius, 3.0 + y * math.tan(gear.beta_b))
     normals = Flank(gear).normal(R, y)
@@ -125,7 +119,7 @@ def test_contact_climbs_with_y_on_the_right_flank():
 def test_files_can_be_read_back(tmp_path, suffix, kind):
     import meshio
 
-    tooth = tooth_mesh(Body(gear=make()), CELLS, kind)
+    tooth = tooth_mesh(Body(gear=standard_gear()), CELLS, kind)
     path = tmp_path / f"tooth{suffix}"
     nodes = tooth.mesh.doflocs.shape[1]
     tooth.write(path, displacement=np.zeros((nodes, 3)))
@@ -135,7 +129,7 @@ def test_files_can_be_read_back(tmp_path, suffix, kind):
 
 
 def test_bodies_that_do_not_exist_are_refused():
-    gear = make()
+    gear = standard_gear()
     with pytest.raises(InputError, match="bore_radius"):
         Body(gear=gear, bore_radius=8.0)
     with pytest.raises(InputError, match="teeth"):
@@ -159,7 +153,7 @@ class Crossing:
 
 def test_self_intersecting_section_is_refused():
     with pytest.raises(MeshingError, match="flanks of the tooth cross at R"):
-        tooth_mesh(Body(gear=Crossing(make())), CELLS)  # type: ignore[arg-type]
+        tooth_mesh(Body(gear=Crossing(standard_gear())), CELLS)  # type: ignore[arg-type]
 
 
 def test_elements_turned_inside_out_are_refused(monkeypatch):
@@ -170,11 +164,11 @@ def test_elements_turned_inside_out_are_refused(monkeypatch):
 
     monkeypatch.setattr(module, "_screw", fold)
     with pytest.raises(MeshingError, match="inside out"):
-        tooth_mesh(Body(gear=make()), CELLS)
+        tooth_mesh(Body(gear=standard_gear()), CELLS)
 
 
 def _count(_: int) -> int:
-    return tooth_mesh(Body(gear=make()), CELLS, "hex8").mesh.nelements
+    return tooth_mesh(Body(gear=standard_gear()), CELLS, "hex8").mesh.nelements
 
 
 def test_gmsh_in_a_thread_and_in_a_spawned_worker():

@@ -14,27 +14,13 @@ from fem_reference.plane import Strip, solve_strip
 from fem_reference.section import Body
 from gearbench.compliance.gear_body import GearBody
 from gearbench.compliance.solid_tooth import SolidTooth
-from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
+from tests.gears import standard_gear
 
 PUBLISHED = pytest.mark.parametrize(
     ("teeth", "radius", "compliance"),
     [(17, 8.0023, 0.01626), (17, 8.5, 0.02226), (43, 21.5, 0.02085), (43, 22.4434, 0.05411)],
 )
-
-
-def standard_gear(teeth: int, width: float) -> Gear:
-    return Gear(
-        teeth=teeth,
-        normal_module=1.0,
-        pressure_angle=20.0,
-        helix_angle=0.0,
-        face_width=width,
-        profile_shift=0.0,
-        addendum=1.0,
-        dedendum=1.25,
-        fillet_radius=0.38,
-    )
 
 
 @PUBLISHED
