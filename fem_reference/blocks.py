@@ -199,6 +199,7 @@ class Blocks:
         spacing = {"flank": ("Bump", FLANK_BUMP), "fillet": ("Progression", ratio)}.get(what, ("Progression", 1.0))
 
         def make() -> int:
+            """Spline through the points of the curve, turned to its tooth."""
             shift = d * self.body.pitch_angle
             inner = [
                 self._point((what, self._tooth(d), side, i), float(R), shift + side * float(psi))
