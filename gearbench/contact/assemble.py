@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.phases import gauss_phases, uniform_phases
-from gearbench.contact.problem import ContactProblem, reduce_rank
+from gearbench.contact.problem import ContactProblem, gram, pivoted_root, reduce_rank
 from gearbench.effects.base import ComplianceEffect, Dense, GapEffect, LineLaw, LowRank
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, contact_lines
@@ -46,17 +46,18 @@ def assemble(scene: Scene, lines: ContactLines) -> ContactProblem:
     parts = [effect.compliance(lines) for effect in scene.effects if isinstance(effect, ComplianceEffect)]
     smooth = [part for part in parts if not isinstance(part, LineLaw)]
     laws = [part for part in parts if isinstance(part, LineLaw)]
-    factor, coupled = _join(smooth, lines)
+    own = [part for part in smooth if isinstance(part, LowRank) and not part.coupled]
+    coupled = not laws or len(own) < len(smooth)
+    factor = _shared_factor(smooth, lines) if coupled else _own_factor(own, lines)
     if laws:
         a, h = sum((law.a for law in laws), np.zeros(lines.shape)), sum((law.h for law in laws), np.zeros(lines.shape))
         unit = _typical_compression(a, h, scene)
     else:
-        factor, coupled = factor if coupled else _own_columns(factor), True
         a = h = np.zeros(lines.shape)
         unit = _even_deflection(factor, lines) * scene.normal_force
     problem = scale_problem(lines, total_gap(scene, lines), factor, a, h, scene.normal_force, unit, coupled=coupled)
     # a tooth of high order has more amplitudes than a contact line has segments
-    return reduce_rank(problem) if laws and factor.shape[-1] > len(problem.block) // problem.blocks else problem
+    return problem if coupled or factor.shape[-1] <= lines.shape[2] else reduce_rank(problem)
 
 
 def _typical_compression(a: NDArray, h: NDArray, scene: Scene) -> float:
@@ -118,31 +119,30 @@ def scale_problem(
     )
 
 
-def _join(parts: Sequence[LowRank | Dense], lines: ContactLines) -> tuple[NDArray, bool]:
-    """One factor Ψ for the sum of the smooth compliances, and whether its columns are shared by all pairs."""
-    factors = [
-        (part.factor, part.coupled) if isinstance(part, LowRank) else _dense_factor(part, lines) for part in parts
-    ]
-    if not factors:
-        return np.zeros((*lines.shape, 0)), False
-    coupled = any(shared for _, shared in factors)
-    if coupled:
-        factors = [(f if shared else _own_columns(f), True) for f, shared in factors]
-    return np.concatenate([f for f, _ in factors], axis=-1), coupled
+def _own_factor(parts: Sequence[LowRank], lines: ContactLines) -> NDArray:
+    """Ψ of the sum of compliances that each pair has by itself, (position, pair, segment, rank)."""
+    return np.concatenate([np.zeros((*lines.shape, 0)), *(part.factor for part in parts)], axis=-1)
 
 
-def _own_columns(factor: NDArray) -> NDArray:
-    """Give each pair columns of its own in a factor whose columns are shared."""
-    positions, pairs, segments, rank = factor.shape
-    wide = np.zeros((positions, pairs, segments, pairs, rank))
-    index = np.arange(pairs)
-    wide[:, index, :, index, :] = np.moveaxis(factor, 1, 0)
-    return wide.reshape(positions, pairs, segments, pairs * rank)
+def _shared_factor(parts: Sequence[LowRank | Dense], lines: ContactLines) -> NDArray:
+    """Ψ of the sum of compliances through which pairs move each other, (position, pair, segment, rank)."""
+    positions, pairs, segments = lines.shape
+    H = np.zeros((positions, pairs, segments, pairs, segments))
+    whole = H.reshape(positions, pairs * segments, -1)
+    pair = np.arange(pairs)
+    for part in parts:
+        if isinstance(part, Dense):
+            whole += _without_negative(part.matrix, lines)
+        elif part.coupled:
+            whole += gram(part.factor.reshape(*whole.shape[:2], -1))
+        else:
+            H[:, pair, :, pair] += np.moveaxis(gram(part.factor), 1, 0)
+    active = np.repeat(lines.active, segments, axis=1)
+    return pivoted_root(np.where(active[:, :, None] & active[:, None, :], whole, 0.0)).reshape(*lines.shape, -1)
 
 
-def _dense_factor(part: Dense, lines: ContactLines) -> tuple[NDArray, bool]:
-    """Symmetric factor of a dense compliance, absent segments left out."""
+def _without_negative(matrix: NDArray, lines: ContactLines) -> NDArray:
+    """A dense compliance on the lines that exist, (position, n, n), less what is negative in it."""
     active = np.repeat(lines.active, lines.shape[2], axis=1)
-    value, vector = np.linalg.eigh(np.where(active[:, :, None] & active[:, None, :], part.matrix, 0.0))
-    factor = vector * np.sqrt(np.maximum(value, 0.0))[:, None, :]
-    return factor.reshape(*lines.shape, -1), True
+    value, vector = np.linalg.eigh(np.where(active[:, :, None] & active[:, None, :], matrix, 0.0))
+    return gram(vector * np.sqrt(np.maximum(value, 0.0))[:, None, :])

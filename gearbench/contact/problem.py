@@ -94,30 +94,34 @@ def reduce_rank(problem: ContactProblem) -> ContactProblem:
     positions, segments, columns = problem.factor.shape
     if columns == 0:
         return problem
-    shape = (positions * problem.blocks, segments // problem.blocks)
-    factor = _pivoted_cholesky(np.where(problem.active[..., None], problem.factor, 0.0).reshape(*shape, columns))
-    return replace(problem, factor=factor.reshape(positions, segments, -1))
+    shape = (positions * problem.blocks, segments // problem.blocks, columns)
+    factor = np.where(problem.active[..., None], problem.factor, 0.0).reshape(shape)
+    return replace(problem, factor=pivoted_root(gram(factor)).reshape(positions, segments, -1))
 
 
-def _pivoted_cholesky(factor: NDArray) -> NDArray:
-    """L (block, n, rank) with L Lᵀ = Ψ Ψᵀ, of all blocks Ψ (block, n, m) at once, the largest pivot first.
+def gram(factor: NDArray) -> NDArray:
+    """Ψ Ψᵀ of many Ψ (…, n, m) at once, (…, n, n)."""
+    return factor @ np.swapaxes(factor, -1, -2)
+
+
+def pivoted_root(matrix: NDArray) -> NDArray:
+    """L (block, n, rank) with L Lᵀ = H, of all H (block, n, n) at once, by Cholesky, the largest pivot first.
 
     What is left out is smaller than 1e-14 of the largest diagonal element in every block (Higham, Accuracy and
     Stability of Numerical Algorithms, §10.3).
     """
-    count, n, columns = factor.shape
-    left = np.einsum("bnm,bnm->bn", factor, factor)
+    count, n, _ = matrix.shape
+    left = np.diagonal(matrix, axis1=1, axis2=2).copy()
     floor = RANK_TOLERANCE**2 * float(left.max(initial=0.0))
-    L = np.zeros((count, n, min(n, columns)))
+    L = np.zeros((count, n, n))
     here = np.arange(count)
-    for k in range(L.shape[2]):
+    for k in range(n):
         pivot = np.argmax(left, axis=1)
         height = left[here, pivot]
         alive = height > floor
         if not alive.any():
             return np.ascontiguousarray(L[..., :k])
-        column = (factor @ factor[here, pivot][..., None])[..., 0]
-        column -= (L[..., :k] @ L[here, pivot, :k][..., None])[..., 0]
+        column = matrix[here, :, pivot] - (L[..., :k] @ L[here, pivot, :k][..., None])[..., 0]
         column *= np.where(alive, 1 / np.sqrt(np.where(alive, height, 1.0)), 0.0)[:, None]
         L[..., k] = column
         left = np.maximum(left - column**2, 0.0)

@@ -48,12 +48,15 @@ class NeighbourTeeth(ToothCompliance):
 
     def compliance(self, lines: ContactLines) -> LowRank:
         """Factor of both gears side by side, shared by all pairs, (position, pair, segment, rank)."""
-        parts = []
+        bodies = [gear_body(lines.pair, k, self.order) for k in range(2)]
+        roots = [body.root(lines.shape[1]) for body in bodies]
+        ends = np.cumsum([0, *(root.shape[-1] for root in roots)])
+        # filled in place: the factor is megabytes, and a copy of it costs as much as the products
+        factor = np.empty((*lines.shape, ends[-1]))
         for k, gear in enumerate(lines.pair.gears):
-            body = gear_body(lines.pair, k, self.order)
-            shapes = body.tooth.shapes(lines.radii[k] - gear.root_radius, lines.y)
-            parts.append(shapes @ body.root(lines.shape[1]))
-        return LowRank(factor=np.concatenate(parts, axis=-1), coupled=True)
+            shapes = bodies[k].tooth.shapes(lines.radii[k] - gear.root_radius, lines.y)
+            np.matmul(shapes, roots[k], out=factor[..., ends[k] : ends[k + 1]])
+        return LowRank(factor=factor, coupled=True)
 
     def tooth_factor(self, pair: Pair, k: int, height: NDArray, y: NDArray) -> NDArray:
         """Ψ of one tooth by itself; see ``ToothCompliance``."""
