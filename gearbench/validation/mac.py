@@ -46,17 +46,9 @@ class FlankGrid:
         return height.ravel(), y.ravel()
 
 
-def active_radii(pair: Pair, k: int) -> tuple[float, float]:
-    """Radii [mm] between which the flank of pinion (k = 0) or wheel (k = 1) touches the other one."""
-    ends = np.array([pair.path_start, pair.path_end])
-    places = ends if k == 0 else pair.tangent_length - ends
-    low, high = sorted(np.hypot(pair.gears[k].base_radius, places).tolist())
-    return low, high
-
-
 def flank_grid(pair: Pair, k: int, cells: tuple[int, int]) -> FlankGrid:
     """Middles of ``cells`` (along height, along face width) on the active flank of a gear."""
-    low, high = active_radii(pair, k)
+    low, high = pair.active_radii[k]
     up, across = ((np.arange(n) + 0.5) / n for n in cells)
     return FlankGrid(radius=low + (high - low) * up, y=pair.face_width * across)
 
