@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
     from gearbench.scene import Scene
 
+#: Columns of finite elements alone.
+FLANK = ("compliance_error", "compliance_error_bar", "unknowns")
 Folder = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="DIR", help="Write cost.nc and plots into this folder.")
 ]
@@ -30,6 +32,8 @@ def cost(
     json: Json = False,
 ) -> None:
     """What accuracy costs on SCENE: error and time of every level of every knob.
+
+    Where SCENE has fe_compliance, also of every finite element on several meshes, which takes some minutes.
 
     Example: gearbench cost examples/sc.toml -o cost
     """
@@ -64,6 +68,7 @@ def _print_json(scene: Scene, dataset: xr.Dataset, written: list[Path]) -> None:
             "seconds": float(row["seconds"]),
             "megabytes": float(row["megabytes"]),
             **{key: dict(zip(names, row[key].values.tolist(), strict=True)) for key in ("error", "error_bar")},
+            **{key: float(row[key]) for key in FLANK if key in row and row[key].notnull()},
         }
         for row in (dataset.isel(setting=i) for i in range(dataset.sizes["setting"]))
     ]
@@ -85,6 +90,9 @@ def _print(scene: Scene, dataset: xr.Dataset, written: list[Path]) -> None:
     console.print("error: the largest of mean STE, RMS STE, mean k, RMS k, relative; ±: of its reference")
     console.print("order: of each of the four, – where errors are not clear of their reference")
     console.print("time, memory: of a run with the other knobs as in the scene; medians")
+    if "compliance_error" in dataset:
+        console.print("meshes by cells across the tooth; compliance: error of the flanks' compliance, and its order")
+        console.print("finite elements: of a process of its own, both gears meshed and solved, memory beside libraries")
     for path in written:
         print(f"wrote {path}")
 
@@ -94,19 +102,26 @@ def _table(title: str, dataset: xr.Dataset) -> Table:
     from rich.table import Table
 
     table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
-    for name in ("knob", "level", "error", "±", "time", "memory", "order observed"):
+    elements = "compliance_error" in dataset
+    names = ("knob", "level", "error", "±", *(("compliance",) if elements else ()), "time", "memory", "order observed")
+    for name in names:
         table.add_column(name, justify="left" if name[0] in "ko" else "right", no_wrap=True)
     for knob in dataset["knob"].values:
         rows = dataset.isel(setting=dataset["setting_knob"].values == knob)
-        order = ", ".join(f"{p:.1f}" if p == p else "–" for p in rows["observed_order"].sel(knob=knob).values)
+        orders = [*rows["observed_order"].sel(knob=knob).values]
+        if elements and rows["compliance_error"].notnull().any():
+            orders.append(rows["compliance_order"].sel(knob=knob).values)
+        order = ", ".join(f"{p:.1f}" if p == p else "–" for p in orders)
         for i in range(rows.sizes["setting"]):
             row = rows.isel(setting=i)
             worst = int(row["error"].values.argmax())
+            flank = f"{float(row['compliance_error']):.1e}" if elements and row["compliance_error"].notnull() else ""
             table.add_row(
                 str(knob) if i == 0 else "",
                 str(row["level"].values),
                 f"{float(row['error'][worst]):.1e}",
                 f"{float(row['error_bar'][worst]):.0e}",
+                *((flank,) if elements else ()),
                 f"{1e3 * float(row['seconds']):.2f} ms",
                 f"{float(row['megabytes']):.2f} MB",
                 order if i == 0 else "",

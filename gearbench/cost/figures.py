@@ -24,6 +24,11 @@ STYLES = (
     ("black", "X"),
     (GREY, "*"),
     (BLUE, "<"),
+    (ORANGE, ">"),
+    (GREEN, "p"),
+    (PURPLE, "h"),
+    ("#E69F00", "d"),
+    ("#56B4E9", "H"),
 )
 #: Errors below rounding are drawn here.
 LEAST = 1e-14

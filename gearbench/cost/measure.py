@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from dataclasses import dataclass
 
 from numpy.typing import NDArray
 
+from gearbench.cost.apart import apart, most_megabytes, timed
 from gearbench.effects.fe_compliance import FeCompliance
 from gearbench.effects.solids import gear_body, solid_tooth
 from gearbench.effects.tooth_bending import plate_tooth
-from gearbench.errors import GearbenchError
 from gearbench.scene import Scene
 from gearbench.simulation import cycle_values
 from gearbench.stopwatch import peak_megabytes, times, unseen
@@ -40,8 +38,9 @@ class Run:
 def measure(scene: Scene, repeats: int, *, prepares: bool = False) -> Run:
     """Run ``scene`` some times: as a pair that was not seen before where ``prepares``, else with its teeth known."""
     values = cycle_values(scene)
-    if scene.effect(FeCompliance.name) is not None:
-        return _with_finite_elements(scene, values)
+    if prepares and scene.effect(FeCompliance.name) is not None:
+        seconds, processor, megabytes = apart(finite_element_run, scene)  # here they are kept on disk
+        return Run(values=values, seconds=seconds, processor_seconds=processor, megabytes=megabytes)
     fresh = iter([unseen(scene, i + 1) if prepares else scene for i in range(repeats + 1)])
 
     def run() -> None:
@@ -53,34 +52,13 @@ def measure(scene: Scene, repeats: int, *, prepares: bool = False) -> Run:
     return Run(values=values, megabytes=peak_megabytes(run), **times(run, repeats))
 
 
-def _with_finite_elements(scene: Scene, values: NDArray) -> Run:
-    """Finite elements are kept on disk: a process of its own, which finds nothing there, runs them once more."""
-    command = [sys.executable, "-c", _IN_A_PROCESS]
-    done = subprocess.run(command, input=scene.to_toml(), capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        raise GearbenchError(f"finite elements in a process of their own: {done.stderr.strip().splitlines()[-1]}")
-    seconds, processor, kibibytes = (float(word) for word in done.stdout.split()[-3:])
-    return Run(values=values, seconds=seconds, processor_seconds=processor, megabytes=kibibytes * 1024 / 1e6)
+def finite_element_run(scene: Scene) -> list[float]:
+    """Wall and processor time [s] of a run, and the memory it takes beyond the libraries loaded [MB]."""
+    import skfem  # noqa: F401  # what it takes to load is no part of the run
 
+    from fem_reference.environment import import_gmsh
 
-_IN_A_PROCESS = """
-import os, resource, sys, tempfile, time, tomllib
-
-def most():
-    try:  # the largest resident set of this program; ru_maxrss may still be that of the one which started it
-        with open("/proc/self/status") as status:
-            return next(int(line.split()[1]) for line in status if line.startswith("VmHWM"))
-    except OSError:
-        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-
-with tempfile.TemporaryDirectory() as folder:
-    os.environ["GEARBENCH_CACHE"] = folder
-    import gmsh, skfem, fem_reference.refinement
-    from gearbench.scene_file import parse_scene
-    from gearbench.simulation import cycle_values
-
-    scene = parse_scene(tomllib.loads(sys.stdin.read()))
-    memory, wall, processor = most(), time.perf_counter(), time.process_time()
-    cycle_values(scene)
-    print(time.perf_counter() - wall, time.process_time() - processor, most() - memory)
-"""
+    import_gmsh()
+    before = most_megabytes()
+    _, wall, processor = timed(lambda: cycle_values(scene))
+    return [wall, processor, most_megabytes() - before]

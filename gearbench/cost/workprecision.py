@@ -7,6 +7,7 @@ finest Gauss panels: both converge to the same integral.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.accuracy.knobs import GAUSS_POINTS, KNOBS, POSITIONS, Knob, label
+from gearbench.accuracy.knobs import FE_ACCURACY, GAUSS_POINTS, KNOBS, POSITIONS, Knob, label
 from gearbench.accuracy.measure import MEASURED, relative_errors
 from gearbench.cost.measure import Run, measure
 from gearbench.provenance import provenance
@@ -25,10 +26,21 @@ from gearbench.scene import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gearbench.cost.finite_elements import Meshes
+
 #: Repeats of every timed run.
 REPEATS = 7
 #: An error counts for the order observed where it is so many times its error bar, and above rounding.
 CLEAR, ROUNDING = 4.0, 1e-12
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlankErrors:
+    """Finite elements: relative errors of the flank compliance (level,) with their error bar, numbers of unknowns."""
+
+    errors: NDArray
+    bar: float
+    unknowns: NDArray
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,11 +56,17 @@ class Curve:
     seconds: NDArray
     processor_seconds: NDArray
     megabytes: NDArray
+    flank: FlankErrors | None = None
 
     @property
     def order(self) -> NDArray:
         """Order observed of each number, (4,): slope of log error over log size over the last clear levels."""
         return np.array([observed_order(self.sizes, self.errors[:, i], self.bar[i]) for i in range(len(self.bar))])
+
+    @property
+    def flank_order(self) -> float:
+        """Order observed of the flank compliance; NaN where it is not the knob's."""
+        return math.nan if self.flank is None else observed_order(self.sizes, self.flank.errors, self.flank.bar)
 
 
 def observed_order(sizes: NDArray, errors: NDArray, bar: float, points: int = 6) -> float:
@@ -89,7 +107,7 @@ def curve_of(knob: Knob, levels: Sequence, runs: Sequence[Run], reference: NDArr
     )
 
 
-def work_precision(scene: Scene, repeats: int = REPEATS, seeds: int = 8) -> xr.Dataset:
+def work_precision(scene: Scene, repeats: int = REPEATS, seeds: int = 8, meshes: Meshes | None = None) -> xr.Dataset:
     """Work–precision of all knobs that ``scene`` has.
 
     Parameters
@@ -100,11 +118,15 @@ def work_precision(scene: Scene, repeats: int = REPEATS, seeds: int = 8) -> xr.D
         Timed runs of each setting; medians count.
     seeds
         Draws of the error samples, where the scene has random errors: their errors are RMS values over them.
+    meshes
+        What is tried of finite elements, where the scene has them; ``all_meshes`` by default.
 
     Returns
     -------
     Dataset over ``setting`` (one level of one knob) and ``quantity``: relative ``error`` and ``error_bar`` of its
     reference, ``seconds``, ``processor_seconds``, ``megabytes``; over ``knob`` and ``quantity``: ``observed_order``.
+    Of finite elements also ``compliance_error``, its error bar and ``unknowns`` over ``setting``, ``compliance_order``
+    over ``knob``; NaN for the other knobs.
 
     Raises
     ------
@@ -112,11 +134,15 @@ def work_precision(scene: Scene, repeats: int = REPEATS, seeds: int = 8) -> xr.D
         If the scene leaves its resolution to an accuracy.
     """
     start = time.perf_counter()
-    curves = [curve(scene, knob, repeats) for knob in KNOBS if knob.applies(scene)]
+    curves = [curve(scene, knob, repeats) for knob in KNOBS if knob.applies(scene) and knob is not FE_ACCURACY]
     from gearbench.cost.newton import newton_curve
 
     solver = newton_curve(scene, repeats)
     curves += [solver] if solver is not None else []
+    if FE_ACCURACY.applies(scene):
+        from gearbench.cost.finite_elements import element_curves
+
+        curves += element_curves(scene, meshes)
     if scene.effect("manufacturing_errors") is not None:
         from gearbench.cost.samples import sample_curves
 
@@ -131,8 +157,16 @@ def as_dataset(curves: Sequence[Curve]) -> xr.Dataset:
     def rows(name: str) -> NDArray:
         return np.concatenate([getattr(c, name) for c in curves])
 
+    table: dict[str, tuple] = {}
+    if any(c.flank is not None for c in curves):
+        table = {
+            "compliance_error": ("setting", _flank_rows(curves, "errors")),
+            "compliance_error_bar": ("setting", _flank_rows(curves, "bar")),
+            "unknowns": ("setting", _flank_rows(curves, "unknowns")),
+            "compliance_order": ("knob", np.array([c.flank_order for c in curves])),
+        }
     bars = np.concatenate([np.broadcast_to(c.bar, c.errors.shape) for c in curves])
-    table = {
+    table |= {
         "error": (("setting", "quantity"), rows("errors")),
         "error_bar": (("setting", "quantity"), bars),
         "seconds": ("setting", rows("seconds")),
@@ -152,3 +186,9 @@ def as_dataset(curves: Sequence[Curve]) -> xr.Dataset:
             "quantity": list(MEASURED),
         },
     )
+
+
+def _flank_rows(curves: Sequence[Curve], name: str) -> NDArray:
+    """A column of ``FlankErrors``, (setting,); NaN for knobs that leave the finite elements alone."""
+    columns = [math.nan if c.flank is None else getattr(c.flank, name) for c in curves]
+    return np.concatenate([np.broadcast_to(v, len(c.labels)) for v, c in zip(columns, curves, strict=True)])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
@@ -71,13 +72,8 @@ class FeCompliance(ToothCompliance):
 
     def compliance(self, lines: ContactLines) -> LowRank:
         """Factor of both gears side by side, (position, pair, segment, rank); shared by all pairs on a rim."""
-        parts = []
-        for k, gear in enumerate(lines.pair.gears):
-            found = self.flank(lines.pair, k)
-            shapes = found.shapes(lines.radii[k] - gear.root_radius, lines.y)
-            root = found.root(lines.shape[1] if self.support == "rim" else 1)
-            parts.append(np.einsum("pksa,kar->pksr", shapes, np.broadcast_to(root, (lines.shape[1], *root.shape[1:]))))
-        return LowRank(factor=np.concatenate(parts, axis=-1), coupled=self.support == "rim")
+        flanks = [self.flank(lines.pair, k) for k in range(2)]
+        return side_by_side(flanks, lines, coupled=self.support == "rim")
 
     def tooth_factor(self, pair: Pair, k: int, height: NDArray, y: NDArray) -> NDArray:
         """Ψ of one tooth, with the body below it where there is one; see ``ToothCompliance``."""
@@ -97,6 +93,16 @@ class FeCompliance(ToothCompliance):
             return Body(gear=gear)
         teeth = min(self.teeth or default_teeth(pair), gear.teeth - 2 - (gear.teeth + 1) % 2)
         return Body(gear=gear, bore_radius=bore / 2, teeth=teeth)
+
+
+def side_by_side(flanks: Sequence[FlankCompliance], lines: ContactLines, *, coupled: bool) -> LowRank:
+    """Compliance of the flanks of pinion and wheel on ``lines``, shared by all pairs where they are ``coupled``."""
+    parts = []
+    for k, (gear, found) in enumerate(zip(lines.pair.gears, flanks, strict=True)):
+        shapes = found.shapes(lines.radii[k] - gear.root_radius, lines.y)
+        root = found.root(lines.shape[1] if coupled else 1)
+        parts.append(np.einsum("pksa,kar->pksr", shapes, np.broadcast_to(root, (lines.shape[1], *root.shape[1:]))))
+    return LowRank(factor=np.concatenate(parts, axis=-1), coupled=coupled)
 
 
 #: Time of one gear at 1 % on two cores [s].
