@@ -42,10 +42,8 @@ class Hertz(ComplianceEffect):
         c = 4 * (1 - nu**2) / (math.pi * E)
         if self.law == "yang_sun":
             return LineLaw(a=np.full(lines.shape, c), h=np.zeros(lines.shape))
-        cos_b = math.cos(lines.pair.base_helix_angle)
-        rho = lines.u * (lines.pair.tangent_length - lines.u) / lines.pair.tangent_length / cos_b
         # at an interference point ρ = 0 and the logarithm is infinite: no segment centre sees less than this
-        rho = np.maximum(rho, 1e-9 * lines.pair.tangent_length)
+        rho = np.maximum(lines.curvature_radius, 1e-9 * lines.pair.tangent_length)
         t1, t2 = (gear.flank_depth(r) for gear, r in zip(lines.pair.gears, lines.radii, strict=True))
         # ln(2√(t1 t2)/a_H) = ½ ln(4 t1 t2 / (2cρ)) − ½ ln q, since a_H² = 2cρq
         a = c * (0.5 * np.log(2 * t1 * t2 / (c * rho)) - nu / (2 * (1 - nu)))

@@ -58,6 +58,12 @@ class ContactLines:
         pinion, wheel = self.pair.gears
         return np.hypot(pinion.base_radius, self.u), np.hypot(wheel.base_radius, self.pair.tangent_length - self.u)
 
+    @property
+    def curvature_radius(self) -> NDArray:
+        """Relative radius of curvature in the normal plane ρ = u (T₁T₂ − u) / (T₁T₂ cos β_b) [mm]."""
+        T = self.pair.tangent_length
+        return self.u * (T - self.u) / T / math.cos(self.pair.base_helix_angle)
+
 
 def pair_indices(pair: Pair) -> NDArray:
     """Numbers k of the tooth pairs that touch at some phase of the mesh cycle, (pair,)."""

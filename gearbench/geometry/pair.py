@@ -292,6 +292,11 @@ class Pair:
         return (zeta(a1, a2, 1 / ratio), zeta(e1, e2, 1 / ratio)), (zeta(a2, a1, ratio), zeta(e2, e1, ratio))
 
     @property
+    def largest_sliding(self) -> float:
+        """Largest |ζ| of ``specific_sliding``, at either end of the path of contact, on either gear [–]."""
+        return max(abs(zeta) for gear in self.specific_sliding for zeta in gear)
+
+    @property
     def transition_phases(self) -> tuple[float, ...]:
         """Mesh phases in [0, 1) at which a contact line begins, ends, or reaches the edge of a face; sorted."""
         return self.phases_at((self.path_start, self.path_end))

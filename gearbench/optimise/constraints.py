@@ -9,18 +9,13 @@ from types import MappingProxyType
 from gearbench.optimise.study import Limit
 from gearbench.scene import Scene
 
-
-def _sliding(scene: Scene) -> float:
-    return max(abs(zeta) for gear in scene.pair.specific_sliding for zeta in gear)
-
-
 #: From the geometry alone.
 GEOMETRIC: Mapping[str, Callable[[Scene], float]] = MappingProxyType(
     {
         "total_contact_ratio": lambda scene: scene.pair.total_contact_ratio,
         "transverse_contact_ratio": lambda scene: scene.pair.transverse_contact_ratio,
         "overlap_ratio": lambda scene: scene.pair.overlap_ratio,
-        "specific_sliding": _sliding,
+        "specific_sliding": lambda scene: scene.pair.largest_sliding,
     }
 )
 #: From the solved load distribution and the root section: computed only where the geometric limits hold.

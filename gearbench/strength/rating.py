@@ -57,7 +57,7 @@ def strength(scene: Scene, solved: Solved | None = None) -> Strength:
     pair, torque = scene.pair, scene.load.torque
     return Strength(
         total_contact_ratio=pair.total_contact_ratio,
-        specific_sliding=max(abs(zeta) for gear in pair.specific_sliding for zeta in gear),
+        specific_sliding=pair.largest_sliding,
         contact_pressure=float(np.max(contact_pressure(solved.lines, solved.solution.force))),
         root_stress=(RootBending(pair=pair, member=0).stress(torque), RootBending(pair=pair, member=1).stress(torque)),
     )
@@ -67,7 +67,7 @@ def contact_pressure(lines: ContactLines, force: NDArray) -> NDArray:
     """Largest pressure of each segment's Hertzian strip [MPa], (position, pair, segment); zero without contact.
 
     Line contact of two cylinders with their radii of curvature in the normal plane, p = √(q E*/(πρ)) with the line
-    load q, 1/E* = 2(1−ν²)/E and ρ = u (T₁T₂ − u)/(T₁T₂ cos β_b); u and q are those of the middle of the segment.
+    load q, 1/E* = 2(1−ν²)/E and ρ = ``ContactLines.curvature_radius``; ρ and q are those of the middle of the segment.
 
     Parameters
     ----------
@@ -80,5 +80,5 @@ def contact_pressure(lines: ContactLines, force: NDArray) -> NDArray:
     E, nu, T = pair.material.E, pair.material.nu, pair.tangent_length
     length = np.where(lines.active, lines.length, 1.0)[..., None]
     # at an interference point ρ = 0: no segment sees less than this
-    rho = np.maximum(lines.u * (T - lines.u), 1e-9 * T**2) / T / math.cos(pair.base_helix_angle)
+    rho = np.maximum(lines.curvature_radius, 1e-9 * T / math.cos(pair.base_helix_angle))
     return np.sqrt(np.maximum(force, 0.0) / length * E / (2 * (1 - nu**2)) / (math.pi * rho))
