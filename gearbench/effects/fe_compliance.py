@@ -100,8 +100,7 @@ def side_by_side(flanks: Sequence[FlankCompliance], lines: ContactLines, *, coup
     parts = []
     for k, (gear, found) in enumerate(zip(lines.pair.gears, flanks, strict=True)):
         shapes = found.shapes(lines.radii[k] - gear.root_radius, lines.y)
-        root = found.root(lines.shape[1] if coupled else 1)
-        parts.append(np.einsum("pksa,kar->pksr", shapes, np.broadcast_to(root, (lines.shape[1], *root.shape[1:]))))
+        parts.append(shapes @ found.root(lines.shape[1] if coupled else 1))
     return LowRank(factor=np.concatenate(parts, axis=-1), coupled=coupled)
 
 
