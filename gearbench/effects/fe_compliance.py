@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from fem_reference.compliance import FlankCompliance
     from fem_reference.section import Body
 
+#: Effects whose compliance the finite elements contain: of a tooth, and of the body below it with support = "rim".
+TOOTH_EFFECT, BODY_EFFECTS = "tooth_bending", ("tooth_foundation", "neighbour_teeth")
+
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class FeCompliance(ToothCompliance):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.effects.fe_compliance import FeCompliance
+from gearbench.effects.fe_compliance import BODY_EFFECTS, TOOTH_EFFECT, FeCompliance
 from gearbench.errors import GearbenchError, InputError
 from gearbench.optimise.dataset import read_designs, read_names
 from gearbench.optimise.designs import Designs
@@ -23,9 +23,6 @@ from gearbench.optimise.study import STATISTICS, Design, OptimisationStudy
 
 if TYPE_CHECKING:
     import xarray as xr
-
-#: The compliances of the fast models that finite elements take the place of: of a tooth, and of the body below it.
-TOOTH, BODY = "tooth_bending", ("tooth_foundation", "neighbour_teeth")
 
 _MEANING = {
     "place": "place in the dimension design of the stored optimisation",
@@ -104,11 +101,11 @@ def reference_study(study: OptimisationStudy, accuracy: float) -> OptimisationSt
     effects: dict[str, Any] = deepcopy(dict(study.base.get("effects", {})))
     for variable in study.variables:
         for path in variable.paths:
-            if path.split(".")[:2] in [["effects", name] for name in (TOOTH, *BODY)]:
+            if path.split(".")[:2] in [["effects", name] for name in (TOOTH_EFFECT, *BODY_EFFECTS)]:
                 raise InputError(f"variables.{variable.name}", path, "is a variable: the reference would not see it")
-    if effects.pop(TOOTH, None) is None:
-        raise InputError(f"base.effects.{TOOTH}", "missing", "is what the finite elements take the place of")
-    bodies = [effects.pop(name) for name in BODY if name in effects]
+    if effects.pop(TOOTH_EFFECT, None) is None:
+        raise InputError(f"base.effects.{TOOTH_EFFECT}", "missing", "is what the finite elements take the place of")
+    bodies = [effects.pop(name) for name in BODY_EFFECTS if name in effects]
     effects[FeCompliance.name] = {"support": "rim" if bodies else "clamped", "accuracy": accuracy}
     return replace(study, base={**study.base, "effects": effects}, constraints={})
 

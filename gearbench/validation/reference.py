@@ -6,12 +6,9 @@ from dataclasses import replace
 from typing import Literal
 
 from gearbench.effects.base import ToothCompliance
-from gearbench.effects.fe_compliance import FeCompliance
+from gearbench.effects.fe_compliance import BODY_EFFECTS, FeCompliance
 from gearbench.errors import InputError
 from gearbench.scene import Scene
-
-#: Effects of the gear body: where a scene has one of them, its reference is a sector of teeth on the body.
-BODY_EFFECTS = ("tooth_foundation", "neighbour_teeth")
 
 
 def smooth_effects(scene: Scene) -> tuple[ToothCompliance, ...]:
