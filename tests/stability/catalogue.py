@@ -1,7 +1,7 @@
 """The catalogue of hard cases: scenes at the edge of what a gear pair can be, each with why it is hard.
 
 ``digits`` is the number of correct decimal digits that δ, k and the forces must keep against the whole chain in
-extended precision (``extended.solve_scene``) at ``phases``; a double holds 15.9.
+extended precision (``extended.chain.solve_scene``) at ``phases``; a double holds 15.9.
 """
 
 from __future__ import annotations

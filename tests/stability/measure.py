@@ -10,7 +10,9 @@ from gearbench.contact.assemble import assemble, scene_lines
 from gearbench.contact.problem import ContactProblem
 from gearbench.contact.solver import solve
 from gearbench.scene import Scene
-from tests.stability.extended import Answer, digits, solve_problem, solve_scene
+from tests.stability.extended.chain import solve_problem, solve_scene
+from tests.stability.extended.contact import Answer
+from tests.stability.extended.numbers import digits
 
 
 @dataclass(frozen=True)
