@@ -293,7 +293,7 @@ class Pair:
 
     @property
     def largest_sliding(self) -> float:
-        """Largest |ζ| of ``specific_sliding``, at either end of the path of contact, on either gear [–]."""
+        """Largest specific sliding without its sign, at either end of the path of contact, on either gear [–]."""
         return max(abs(zeta) for gear in self.specific_sliding for zeta in gear)
 
     @property
