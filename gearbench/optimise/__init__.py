@@ -8,14 +8,14 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from gearbench.optimise.dataset import design_scene
+    from gearbench.optimise.designs import design_scene
     from gearbench.optimise.run import optimise
     from gearbench.optimise.study import OptimisationStudy
     from gearbench.optimise.study_file import load_study
 
 _PUBLIC = {
     "OptimisationStudy": "gearbench.optimise.study",
-    "design_scene": "gearbench.optimise.dataset",
+    "design_scene": "gearbench.optimise.designs",
     "load_study": "gearbench.optimise.study_file",
     "optimise": "gearbench.optimise.run",
 }

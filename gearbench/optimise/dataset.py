@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.errors import InputError
 from gearbench.optimise.archive import Archive
 from gearbench.optimise.constraints import CONSTRAINTS
 from gearbench.optimise.problem import Evaluation
@@ -142,27 +141,6 @@ def checksum(arrays: Mapping[str, NDArray]) -> str:
         digest.update(f"{name} {values.shape} ".encode())
         digest.update("\0".join(map(str, values.ravel())).encode() if text else np.ascontiguousarray(values).tobytes())
     return digest.hexdigest()
-
-
-def design_scene(dataset: xr.Dataset, design: int) -> Any:
-    """The scene of a design of a stored optimisation, by its place in the dimension ``design``.
-
-    Raises
-    ------
-    InputError
-        If there is no such design, or it makes no gear.
-    """
-    import tomllib
-
-    from gearbench.optimise.problem import scene_of
-    from gearbench.optimise.study_file import parse_study
-
-    if not 0 <= design < dataset.sizes["design"]:
-        raise InputError("design", design, f"must lie within 0 to {dataset.sizes['design'] - 1}")
-    study = parse_study(tomllib.loads(dataset.attrs["study"]))
-    one = dataset.isel(design=[design])
-    ((found, _),) = read_designs({name: one[name].values for name in read_names(study)}, study)
-    return scene_of(study, found)
 
 
 def _attrs(name: str) -> dict[str, str]:

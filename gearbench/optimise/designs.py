@@ -121,3 +121,17 @@ class Designs:
         """Unit of a quantity, "" where it has none."""
         unit = OF_SCENE[name][0].units if name in OF_SCENE else self.dataset[name].attrs.get("units", "")
         return "" if unit == "1" else unit
+
+
+def design_scene(dataset: xr.Dataset, design: int) -> Scene:
+    """The scene of a design of a stored optimisation, by its place in the dimension ``design``.
+
+    Raises
+    ------
+    InputError
+        If the Dataset is no optimisation's, there is no such design, or it makes no gear.
+    """
+    designs = Designs(dataset)
+    if not 0 <= design < dataset.sizes["design"]:
+        raise InputError("design", design, f"must lie within 0 to {dataset.sizes['design'] - 1}")
+    return designs.scene(design)
