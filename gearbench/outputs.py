@@ -71,6 +71,18 @@ def relative_rms(values: NDArray, weight: NDArray) -> NDArray:
     return 100 * fluctuation_rms(values, weight) / mean(values, weight)
 
 
+def cycle_numbers(ste: NDArray, stiffness: NDArray, weight: NDArray) -> NDArray:
+    """The four numbers ``accuracy.measure.MEASURED`` of cycles (…, position): mean and RMS, in their order, (4, …)."""
+    return np.array(
+        [
+            mean(ste, weight),
+            fluctuation_rms(ste, weight),
+            mean(stiffness, weight),
+            relative_rms(stiffness, weight),
+        ]
+    )
+
+
 #: Output → (dimensions, how to compute it). ``simulate`` computes the ones it is asked for.
 OUTPUTS: Mapping[str, tuple[tuple[str, ...], Callable[[Solved], NDArray]]] = MappingProxyType(
     {

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.solver import solve
 from gearbench.errors import InputError
-from gearbench.outputs import DEFAULT_OUTPUTS, OUTPUTS, Solved, fluctuation_rms, mean, relative_rms
+from gearbench.outputs import DEFAULT_OUTPUTS, OUTPUTS, Solved, cycle_numbers
 from gearbench.provenance import provenance
 from gearbench.quantities import QUANTITIES
 from gearbench.scene import Scene
@@ -76,8 +76,7 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
 def cycle_values(scene: Scene) -> NDArray:
     """Mean and RMS of STE [µm], mean [N/µm] and RMS [%] of the mesh stiffness, (4,): see ``accuracy.measure``."""
     solved = solve_scene(scene)
-    ste, k, w = solved.transmission_error, solved.mesh_stiffness, solved.weight
-    return np.array([mean(ste, w), fluctuation_rms(ste, w), mean(k, w), relative_rms(k, w)])
+    return cycle_numbers(solved.transmission_error, solved.mesh_stiffness, solved.weight)
 
 
 def solve_scene(scene: Scene) -> Solved:

@@ -14,11 +14,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.accuracy.measure import MEASURED
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.batch import Batch, BatchSolution, chunks, on_threads, prepare, solve_one_chunk
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import InputError
-from gearbench.outputs import MICROMETRES, fluctuation_rms, mean, relative_rms
+from gearbench.outputs import MICROMETRES, cycle_numbers
+from gearbench.robustness.dataset import robust_dataset
 from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.scene import Scene
 
@@ -58,6 +60,10 @@ class RobustProblem:
         """Names of the errors."""
         return tuple(mode.name for mode in self.errors.error_modes(self.scene.pair))
 
+    def draw(self, samples: int, seed: int, sampler: Sampler, start: int = 0) -> NDArray:
+        """Errors of the samples ``start`` … ``samples`` − 1, (sample, error) [µm]."""
+        return self.errors.draw(unit_samples(sampler, samples, len(self.names), seed, start=start), self.scene.pair)
+
 
 def prepare_scene(scene: Scene) -> RobustProblem:
     """Everything about ``scene`` that does not depend on the sample.
@@ -95,6 +101,16 @@ class Responses:
     def __len__(self) -> int:
         return len(self.transmission_error_rms)
 
+    @classmethod
+    def of(cls, numbers: NDArray, rescued: int) -> Responses:
+        """From ``numbers``."""
+        return cls(**dict(zip(MEASURED, numbers, strict=True)), rescued=rescued)
+
+    @property
+    def numbers(self) -> NDArray:
+        """All of them in the order of ``accuracy.measure.MEASURED``, (4, sample)."""
+        return np.array([getattr(self, name) for name in MEASURED])
+
 
 def respond(
     problem: RobustProblem, errors: NDArray, threads: int = 1, progress: Callable[[int], None] = lambda _: None
@@ -121,33 +137,17 @@ def _reduce(problem: RobustProblem, solution: BatchSolution) -> Responses:
     cos_b = math.cos(problem.scene.pair.base_helix_angle)
     ste = MICROMETRES / cos_b * solution.approach.T
     k = cos_b**2 / MICROMETRES * solution.stiffness.T
-    w = problem.weight
-    return Responses(
-        transmission_error_mean=mean(ste, w),
-        transmission_error_rms=fluctuation_rms(ste, w),
-        mesh_stiffness_mean=mean(k, w),
-        mesh_stiffness_rms=relative_rms(k, w),
-        rescued=solution.rescued,
-    )
+    return Responses.of(cycle_numbers(ste, k, problem.weight), solution.rescued)
 
 
 def response_means(responses: Responses) -> NDArray:
     """Means over the samples of mean and RMS of STE and stiffness, (4,): see ``accuracy.measure``."""
-    names = ("transmission_error_mean", "transmission_error_rms", "mesh_stiffness_mean", "mesh_stiffness_rms")
-    return np.array([getattr(responses, name).mean() for name in names])
+    return responses.numbers.mean(axis=1)
 
 
 def _join(parts: list[Responses], count: int) -> Responses:
-    def column(name: str) -> NDArray:
-        return np.concatenate([getattr(part, name) for part in parts] or [np.empty(0)])[:count]
-
-    return Responses(
-        transmission_error_mean=column("transmission_error_mean"),
-        transmission_error_rms=column("transmission_error_rms"),
-        mesh_stiffness_mean=column("mesh_stiffness_mean"),
-        mesh_stiffness_rms=column("mesh_stiffness_rms"),
-        rescued=sum(part.rescued for part in parts),
-    )
+    numbers = np.concatenate([np.empty((len(MEASURED), 0)), *(part.numbers for part in parts)], axis=1)
+    return Responses.of(numbers[:, :count], sum(part.rescued for part in parts))
 
 
 def robust(
@@ -204,21 +204,12 @@ def robust(
             raise InputError("samples", samples, "conflicts with accuracy, which chooses it")
         choice, samples = choose_robust(scene, seed=seed, sampler=sampler, threads=threads or default_threads())
         scene, chosen = choice.scene, choice.attrs
-    drawn = _draw(scene, samples or SAMPLES, seed, sampler, threads or default_threads(), progress)
-    return drawn(sampler=sampler, seed=seed, wall_time=time.perf_counter() - start).assign_attrs(chosen)
-
-
-def _draw(
-    scene: Scene, samples: int, seed: int, sampler: Sampler, threads: int, progress: Callable[[int], None]
-) -> Callable[..., xr.Dataset]:
-    """Errors drawn and responses computed; what makes the Dataset of them, given its provenance."""
-    from gearbench.robustness.dataset import robust_dataset
-
-    problem = prepare_scene(scene)
-    errors = problem.errors.draw(unit_samples(sampler, samples, len(problem.names), seed), scene.pair)
+    problem, threads = prepare_scene(scene), threads or default_threads()
+    errors = problem.draw(samples or SAMPLES, seed, sampler)
     responses, complete = respond(problem, errors, threads, progress)
-    _LOG.info("%d samples of %d errors on %d threads, %d rescued", samples, errors.shape[1], threads, responses.rescued)
-    return partial(robust_dataset, problem, errors, responses, complete=complete)
+    _LOG.info("%d samples of %d errors on %d threads, %d rescued", *errors.shape, threads, responses.rescued)
+    run = {"complete": complete, "sampler": sampler, "seed": seed, "wall_time": time.perf_counter() - start}
+    return robust_dataset(problem, errors, responses, **run).assign_attrs(chosen)
 
 
 def default_threads() -> int:
