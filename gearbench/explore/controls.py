@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from bokeh.models import Slider
@@ -10,54 +11,64 @@ from gearbench.explore.look import PALETTE, SIDE
 from gearbench.explore.settings import Settings
 from gearbench.scene import Scene
 
-#: Setting → title, greatest value, step. Length and torque follow from the gear.
-_FIXED = {
-    "crowning": ("crowning C_β [µm]", 15.0, 0.1),
-    "relief_amount": ("tip relief f [µm]", 15.0, 0.1),
-    "relief_length": ("tip relief length L [mm]", 1.0, 0.01),
-    "torque": ("torque on the pinion T [N·m]", 1.0, 0.1),
-    "iso_class": ("ISO 1328 class of the errors", 12, 1),
+#: Setting → title, step. The other steps follow from the gear.
+_TITLES = {
+    "crowning": ("crowning C_β [µm]", 0.1),
+    "relief_amount": ("tip relief f [µm]", 0.1),
+    "relief_length": ("tip relief length L [mm]", 0.01),
+    "torque": ("torque on the pinion T [N·m]", 0.1),
+    "iso_class": ("ISO 1328 class of the errors", 1),
 }
 
 
-class Controls:
-    """A slider for each setting; ``show`` sets them to a scene."""
+def sliders(scene: Scene) -> list[Slider]:
+    """A slider for each setting, set to ``scene``."""
+    found = places(scene)
+    return [
+        Slider(
+            title=title, width=SIDE - 50, name=name, bar_color=PALETTE[5], format="0[.]00",
+            **{"step": step, **found[name]},
+        )
+        for name, (title, step) in _TITLES.items()
+    ]  # fmt: skip
 
-    def __init__(self) -> None:
-        self.sliders = {
-            name: Slider(
-                start=0, end=end, step=step, value=0, title=title, width=SIDE - 50, name=name, bar_color=PALETTE[5],
-                format="0[.]00",
-            )
-            for name, (title, end, step) in _FIXED.items()
-        }  # fmt: skip
 
-    def show(self, scene: Scene) -> None:
-        """Set the sliders to a scene; one whose error class cannot be changed gets a slider that does not move."""
-        settings = Settings.of(scene)
-        height = min(gear.tooth_height for gear in scene.pair.gears)
-        torque = round_up(scene.load.torque)
-        ends = {
-            "crowning": max(15.0, 2 * settings.crowning),
-            "relief_amount": max(15.0, 2 * settings.relief_amount),
-            "relief_length": max(0.6 * height, settings.relief_length),
-            "torque": 3 * torque,
-        }
-        starts = {"torque": 0.05 * torque, "crowning": min(0.0, 2 * settings.crowning)}
-        for name, slider in self.sliders.items():
-            value = getattr(settings, name)
-            slider.disabled = value is None
-            if name in ends:
-                start, end = starts.get(name, 0.0), ends[name]
-                slider.update(start=start, end=end, step=(end - start) / 150)
-            slider.value = 6 if value is None else value
+def places(scene: Scene) -> dict[str, dict[str, Any]]:
+    """Where the sliders stand for a scene: range, step and value; one that cannot be changed does not move."""
+    settings = Settings.of(scene)
+    height = min(gear.tooth_height for gear in scene.pair.gears)
+    torque = round_up(scene.load.torque)
+    ends = {
+        "crowning": (min(0.0, 2 * settings.crowning), max(15.0, 2 * settings.crowning)),
+        "relief_amount": (0.0, max(15.0, 2 * settings.relief_amount)),
+        "relief_length": (0.0, max(0.6 * height, settings.relief_length)),
+        "torque": (0.05 * torque, 3 * torque),
+    }
+    found: dict[str, dict[str, Any]] = {
+        name: {"start": start, "end": end, "step": (end - start) / 150, "value": getattr(settings, name)}
+        for name, (start, end) in ends.items()
+    }
+    iso = settings.iso_class
+    found["iso_class"] = {"start": 0, "end": 12, "value": 6 if iso is None else iso, "disabled": iso is None}
+    return found
 
-    def settings(self, scene: Scene) -> Settings:
-        """What the sliders say; a slider that was not moved says exactly what the scene does."""
-        was = Settings.of(scene)
-        values: dict[str, Any] = {name: slider.value for name, slider in self.sliders.items()}
-        values["iso_class"] = None if was.iso_class is None else int(values["iso_class"])
-        return Settings(**values)
+
+def settings_of(scene: Scene, values: Mapping[str, Any]) -> Settings:
+    """What the sliders say; a slider that was not moved says exactly what the scene does.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        If ``values`` are not those of all sliders.
+    """
+    iso = Settings.of(scene).iso_class
+    return Settings(
+        crowning=float(values["crowning"]),
+        relief_amount=float(values["relief_amount"]),
+        relief_length=float(values["relief_length"]),
+        torque=float(values["torque"]),
+        iso_class=None if iso is None else int(values["iso_class"]),
+    )
 
 
 def round_up(value: float) -> float:

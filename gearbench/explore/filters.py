@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bokeh.models import Button, Div, RangeSlider
+from bokeh.models import Div, RangeSlider
 from bokeh.models.layouts import Column as Stack
 
 from gearbench.explore.catalogue import Catalogue
@@ -37,13 +37,10 @@ def _slider(place: int, column: Column) -> RangeSlider:
     )
 
 
-def panel(catalogue: Catalogue, by_column: dict[int, RangeSlider], height: int) -> tuple[Stack, Button, Div]:
-    """The sliders below headings, the button that clears them, and the line that says how many designs are kept."""
-    count = Div(text="", name="count", width=SIDE - 40)
-    clear = Button(label="Clear filters", name="clear", width=SIDE - 60)
-    parts: list = [count, clear]
+def panel(catalogue: Catalogue, by_column: dict[int, RangeSlider]) -> Stack:
+    """The sliders below headings."""
+    parts: list = []
     for kind, head in _HEADS.items():
         ours = [s for i, s in by_column.items() if catalogue.columns[i].kind == kind]
         parts += [Div(text=f"<b>{head}</b>"), *ours] if ours else []
-    stack = Stack(children=parts, width=SIDE, height=height, styles={"overflow-y": "auto", "overflow-x": "hidden"})
-    return stack, clear, count
+    return Stack(children=parts, width=SIDE - 20, name="filters")

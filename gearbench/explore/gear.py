@@ -16,17 +16,17 @@ _WIDTH, _HEIGHT = SMALL
 
 
 class GearPanel:
-    """The figures and their sources; ``update`` shows other tables.
+    """The figures and their sources, which the browser fills with other tables.
 
     Parameters
     ----------
-    now, before
-        Tables to begin with: the gear with the page's settings, and as stored.
+    now
+        Tables to begin with, of a gear as it is stored.
     """
 
-    def __init__(self, now: Tables, before: Tables) -> None:
+    def __init__(self, now: Tables) -> None:
         self.now = {name: ColumnDataSource(table, name=f"now {name}") for name, table in now.items()}
-        self.before = {name: ColumnDataSource(before[name], name=f"before {name}") for name in COMPARED}
+        self.before = {name: ColumnDataSource(now[name], name=f"before {name}") for name in COMPARED}
         self.phase = Slider(start=0, end=1, value=0, step=0.01, title="mesh phase τ", width=250, name="phase")
         self.ste = self._curve("ste", "Static transmission error", "δ [µm]", "#0072B2")
         self.stiffness = self._curve("stiffness", "Mesh stiffness", "k [N/µm]", "#D55E00")
@@ -37,11 +37,13 @@ class GearPanel:
         self.load = self._load(now)
         self.teeth = self._teeth(now)
 
-    def update(self, now: Tables, before: Tables) -> None:
-        """Show other tables."""
-        for sources, tables in ((self.now, now), (self.before, before)):
-            for name, source in sources.items():
-                source.data = dict(tables[name])
+    @property
+    def figures(self) -> dict[str, Any]:
+        """The figures by name, row after row."""
+        upper = {"ste": self.ste, "stiffness": self.stiffness}
+        upper |= {"ste_orders": self.ste_orders, "stiffness_orders": self.stiffness_orders}
+        lower = {"load": self.load, "teeth": self.teeth}
+        return upper | lower | {"ste_density": self.ste_density, "stiffness_density": self.stiffness_density}
 
     def _curve(self, name: str, title: str, label: str, colour: str) -> Any:
         plot = chart(title, "mesh phase τ [mesh periods]", label, width=_WIDTH, height=_HEIGHT, x_range=fixed(0, 2))

@@ -14,8 +14,11 @@ from gearbench.explore.tooth_shapes import mesh
 Tables = dict[str, dict[str, Any]]
 
 
-def tables(picture: Picture) -> Tables:
-    """All columns of one picture; numbers as 4-byte floats, because they are drawn only."""
+def tables(picture: Picture, *, teeth: bool = True) -> Tables:
+    """All columns of one picture; numbers as 4-byte floats, because they are drawn only.
+
+    Without ``teeth`` those of the tooth shapes are left out, which sliders do not change.
+    """
     pair = picture.scene.pair
     ste, k = picture.transmission_error, picture.mesh_stiffness
     found: Tables = {
@@ -42,7 +45,8 @@ def tables(picture: Picture) -> Tables:
         "dh": [pair.face_width],
         "top": [float(np.nanquantile(picture.load, 0.99))],
     }
-    return {**short, "load": image, **_teeth(picture), "scene": {"text": [picture.scene.to_toml()]}}
+    shapes = _teeth(picture) if teeth else {}
+    return {**short, "load": image, **shapes, "scene": {"text": [picture.scene.to_toml()]}}
 
 
 def _orders(amplitude: np.ndarray) -> dict[str, Any]:

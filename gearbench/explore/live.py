@@ -3,70 +3,54 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
 from bokeh.document import Document, without_document_lock
+from bokeh.models import ColumnDataSource
 from pydantic import ValidationError
 
 from gearbench.errors import GearbenchError, InputError
 from gearbench.explore.catalogue import Catalogue
-from gearbench.explore.controls import Controls
+from gearbench.explore.controls import places, settings_of, sliders
 from gearbench.explore.gear_data import summary, tables
-from gearbench.explore.model import Picture, picture
-from gearbench.explore.page import Page, knee
-from gearbench.explore.settings import Settings
-from gearbench.scene import Scene
+from gearbench.explore.model import picture
+from gearbench.explore.page import Page, answer_data, knee
+from gearbench.explore.scripts import script
 
 
 class Session:
     """One open page.
 
-    Computing happens on a thread beside the server. While it runs, newer settings replace those that wait: the page
-    follows a moving slider at the speed of the model, and ends with the last value.
+    The browser asks one question at a time, a design and what its sliders say, and gets one answer: every message
+    costs both sides a turn. Computing happens on a thread beside the server. While it runs, a newer question replaces
+    the one that waits: the page follows a moving slider at the speed of the model, and ends with the last value.
     """
 
     def __init__(self, catalogue: Catalogue, document: Document) -> None:
         self._catalogue, self._document = catalogue, document
-        self._design = knee(catalogue)
-        self._scene = catalogue.scene(self._design)
+        first = knee(catalogue)
         self._stored = lru_cache(maxsize=64)(lambda design: picture(catalogue.scene(design)))
-        before = self._stored(self._design)
-        self._controls = Controls()
-        self._controls.show(self._scene)
-        self._page = Page(catalogue, self._design, tables(before), tables(before))
-        self._page.summary.text = summary(catalogue.name(self._design), before, before)
-        self._setting, self._wanted, self._running = False, False, False
-        self._page.pick.on_change("data", self._picked)
-        for slider in self._controls.sliders.values():
-            slider.on_change("value", self._changed)
-        self._page.put(document, list(self._controls.sliders.values()))
+        before = self._stored(first)
+        self._question = ColumnDataSource({"design": [first], "settings": [None]}, name="question")
+        self._wanted, self._running = False, False
+        self._page = Page(catalogue, first, tables(before), summary(catalogue.name(first), before, before))
+        moved = sliders(catalogue.scene(first))
+        self._page.listen(moved)
+        ask = script("ask", question=self._question, answer=self._page.answer, pick=self._page.pick, sliders=moved)
+        self._page.pick.js_on_change("data", ask)
+        for slider in moved:
+            slider.js_on_change("value", ask)
+        self._question.on_change("data", self._asked)
+        self._page.put(document, moved)
 
     @property
     def page(self) -> Page:
         """The parts of the page."""
         return self._page
 
-    def _picked(self, _attr: str, _old: Any, new: Any) -> None:
-        design = int(new["design"][0])
-        if not 0 <= design < len(self._catalogue):
-            return
-        self._design = design
-        try:
-            self._scene = self._catalogue.scene(design)
-        except InputError as error:
-            self._page.message.text = str(error)
-            return
-        self._setting = True
-        self._controls.show(self._scene)
-        self._setting = False
-        self._ask()
-
-    def _changed(self, _attr: str, _old: Any, _new: Any) -> None:
-        if not self._setting:
-            self._ask()
-
-    def _ask(self) -> None:
+    def _asked(self, _attr: str, _old: Any, _new: Any) -> None:
         self._wanted = True
         if not self._running:
             self._running = True
@@ -78,31 +62,32 @@ class Session:
         """Compute until nothing newer is wanted."""
         while self._wanted:
             self._wanted = False
-            design, scene = self._design, self._scene
-            settings = self._controls.settings(scene)
-            answer = await asyncio.to_thread(self._answer, design, scene, settings)
+            asked: Any = self._question.data
+            found = await asyncio.to_thread(self._answer, asked["design"][0], asked["settings"][0])
             shown = asyncio.Event()
-            self._document.add_next_tick_callback(lambda answer=answer, shown=shown: self._show(answer, shown))
+            self._document.add_next_tick_callback(lambda found=found, shown=shown: self._show(found, shown))
             await shown.wait()
         self._running = False
 
-    def _answer(self, design: int, scene: Scene, settings: Settings) -> tuple[int, Picture, Picture] | str:
-        """Pictures as stored and with the settings, or what is wrong."""
+    def _answer(self, design: Any, values: Mapping[str, Any] | None) -> dict[str, Any]:
+        """Answer to a question; what is wrong with it stands in its message."""
         try:
-            before = self._stored(design)
-            changed = settings.applied(scene)
-            return design, before, before if changed == before.scene else picture(changed)
+            scene = self._catalogue.scene(int(design))
+            before, name = self._stored(int(design)), self._catalogue.name(int(design))
+            if values is None:
+                shown = tables(before)
+                return answer_data(shown, shown, summary(name, before, before), controls=places(scene))
+            changed = settings_of(scene, values).applied(scene)
+            now = before if changed == before.scene else picture(changed)
+            return answer_data(tables(now, teeth=False), None, summary(name, before, now))
         except ValidationError as error:
-            return str(error.errors()[0]["msg"])
+            return answer_data(message=str(error.errors()[0]["msg"]))
         except (InputError, GearbenchError, ArithmeticError) as error:
-            return str(error)
+            # a design that cannot be computed has no sliders either
+            return answer_data(message=str(error), controls={} if values is None else None)
+        except (IndexError, KeyError, TypeError, ValueError):
+            return answer_data(message="this is no question of the page")
 
-    def _show(self, answer: tuple[int, Picture, Picture] | str, shown: asyncio.Event) -> None:
-        if isinstance(answer, str):
-            self._page.message.text = answer
-        else:
-            design, before, now = answer
-            self._page.message.text = ""
-            self._page.gear.update(tables(now), tables(before))
-            self._page.summary.text = summary(self._catalogue.name(design), before, now)
+    def _show(self, found: dict[str, Any], shown: asyncio.Event) -> None:
+        self._page.answer.data = found
         shown.set()

@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from bokeh.core.templates import get_env
 from bokeh.document import Document
 from bokeh.events import DocumentReady, DoubleTap, Pan, PanEnd, PanStart, Reset, SelectionGeometry, Tap
-from bokeh.models import Button, ColumnDataSource, Div
+from bokeh.models import Button, ColumnDataSource
 from bokeh.models.layouts import Column as Stack
-from bokeh.models.layouts import Row
 
 from gearbench.explore import cloud, filters, parallel
 from gearbench.explore.catalogue import ACROSS, SCATTER_ACROSS, SCATTER_UP, UP, Catalogue, fronts
 from gearbench.explore.gear import GearPanel
 from gearbench.explore.gear_data import Tables
 from gearbench.explore.look import PALETTE, SIDE, colour
-from gearbench.explore.scripts import script
+from gearbench.explore.scripts import script, text_of
 
 
 class Page:
     """The parts of the page, wired; what answers a pick is added by the caller.
+
+    Every figure is a root of its own: Bokeh lays out a whole root where a label of an axis grows by a digit.
 
     Parameters
     ----------
@@ -28,50 +31,51 @@ class Page:
         The designs.
     first
         The design picked at the beginning.
-    now, before
-        Its tables, with the page's settings and as stored.
+    tables, text
+        Its tables and its summary as HTML.
     """
 
-    def __init__(self, catalogue: Catalogue, first: int, now: Tables, before: Tables) -> None:
+    def __init__(self, catalogue: Catalogue, first: int, tables: Tables, text: str) -> None:
         self.catalogue = catalogue
         self.sources = cloud.sources(catalogue)
         self.sources["pick"] = ColumnDataSource(pick_data(catalogue, first), name="pick")
         self.pick = self.sources["pick"]
-        self.gear = GearPanel(now, before)
-        self.summary = Div(text="", width=SIDE - 10, name="summary")
-        self.message = Div(text="", width=SIDE - 10, name="message", styles={"color": "#B00020"})
+        self.answer = ColumnDataSource(answer_data(), name="answer")
+        self.gear = GearPanel(tables)
+        self._text = text
         self.export = Button(label="Save scene file", name="export", width=SIDE - 60)
         self.export.js_on_event("button_click", script("export", scene=self.gear.now["scene"]))
         self._above, self.refresh, self.follow = self._designs()
 
-    def layout(self, controls: list[Any]) -> Stack:
-        """All parts; ``controls`` stand beside the picked gear."""
+    def listen(self, controls: Sequence[Any]) -> None:
+        """Show in the browser what comes in ``answer``; ``controls`` are the sliders that follow it."""
         gear = self.gear
-        beside: list[Any] = [self.summary, *controls, gear.phase, self.export, self.message]
-        side = Stack(children=beside, width=SIDE)
-        upper: list[Any] = [gear.ste, gear.stiffness, gear.ste_orders, gear.stiffness_orders]
-        lower: list[Any] = [gear.load, gear.teeth, gear.ste_density, gear.stiffness_density]
-        figures = Stack(children=[Row(children=upper), Row(children=lower)])
-        return Stack(children=[self._above, Row(children=[side, figures])], name="page")
+        show = script("answer", answer=self.answer, sources=gear.now, before=gear.before, sliders=list(controls))
+        self.answer.js_on_change("data", show)
 
-    def put(self, document: Document, controls: list[Any]) -> None:
-        """Make this the page of a document."""
-        document.add_root(self.layout(controls))
+    def put(self, document: Document, controls: Sequence[Any] = ()) -> None:
+        """Make this the page of a document; ``controls`` stand beside the picked gear."""
+        document.template = get_env().from_string("{% extends base %}" + text_of("page.html"))
+        document.template_variables.update(summary=self._text, figures=list(self.gear.figures))
+        beside = Stack(children=[*controls, self.gear.phase, self.export], width=SIDE, name="controls")
+        for name, root in {**self._above, "controls": beside, **self.gear.figures}.items():
+            root.name = name
+            document.add_root(root)
         document.title = "gearbench explore"
         document.js_on_event(DocumentReady, self.refresh, self.follow, self.gear.turn)
 
-    def _designs(self) -> tuple[Row, Any, Any]:
+    def _designs(self) -> tuple[dict[str, Any], Any, Any]:
         """Filters, cloud and parallel coordinates, wired in the browser."""
         catalogue, lines = self.catalogue, parallel.sources(self.catalogue)
         by_column = filters.sliders(catalogue)
-        stack, clear, count = filters.panel(catalogue, by_column, 490)
+        clear = Button(label="Clear filters", width=SIDE - 60)
         many = cloud.cloud(catalogue, self.sources)
         coordinates = parallel.parallel(catalogue, lines)
         axes = axes_of(catalogue, by_column)
         refresh = script(
             "filter", designs=self.sources["designs"], front=self.sources["front"],
             raster=self.sources["raster"], plot=many, size=list(cloud.PIXELS), axes=axes,
-            everything=lines["everything"], kept=lines["kept"], ranges=lines["ranges"], kept_count=count,
+            everything=lines["everything"], kept=lines["kept"], ranges=lines["ranges"],
             sliders=list(by_column.values()), order=order(catalogue), gap=parallel.GAP, up=parallel.UP,
             colours=[colour(i) for i in range(min(len(catalogue.results), len(PALETTE)))],
             boxes=cloud.BOXES, scatter=[key(catalogue, name) for name in (SCATTER_ACROSS, SCATTER_UP)],
@@ -104,7 +108,20 @@ class Page:
             "button_click",
             script("clear", sliders=list(by_column.values()), designs=self.sources["designs"], refresh=refresh),
         )
-        return Row(children=[stack, many, coordinates]), refresh, follow
+        shown = {"filters": filters.panel(catalogue, by_column), "clear": clear}
+        return {**shown, "cloud": many, "parallel": coordinates}, refresh, follow
+
+
+def answer_data(
+    now: Tables | None = None,
+    before: Tables | None = None,
+    text: str = "",
+    *,
+    message: str = "",
+    controls: dict[str, Any] | None = None,
+) -> dict[str, Any]:
+    """Columns of an answer: tables to show and, after a pick, where the sliders stand; None leaves what is shown."""
+    return {"now": [now], "before": [before], "summary": [text], "message": [message], "controls": [controls]}
 
 
 def axes_of(catalogue: Catalogue, by_column: dict[int, Any]) -> list[dict[str, Any]]:

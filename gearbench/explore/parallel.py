@@ -55,8 +55,10 @@ def parallel(catalogue: Catalogue, data: dict[str, ColumnDataSource]) -> Any:
         fill_color=PALETTE[4],
         fill_alpha=0.45,
         line_color=PALETTE[1],
+        level="overlay",
     )
-    plot.line("x", "y", source=data["line"], color=PICK, line_width=2.5)
+    # above the rest, on a canvas of its own: a pick does not draw the image again
+    plot.line("x", "y", source=data["line"], color=PICK, line_width=2.5, level="overlay")
     for end, (low, baseline) in enumerate(((0.0, "top"), (1.0, "bottom"))):
         texts = [end_label(column, end) for column in shown]
         plot.text(

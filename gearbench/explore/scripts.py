@@ -1,4 +1,4 @@
-"""The page's own JavaScript: one file a task, in the folder ``js``."""
+"""The page's own JavaScript, one file a task, in the folder ``js``, and its HTML."""
 
 from __future__ import annotations
 
@@ -10,4 +10,9 @@ from bokeh.models import CustomJS
 
 def script(name: str, **args: Any) -> CustomJS:
     """The script ``js/<name>.js`` with the models and values it works on."""
-    return CustomJS(args=args, code=files("gearbench.explore").joinpath("js", f"{name}.js").read_text("utf-8"))
+    return CustomJS(args=args, code=text_of(f"js/{name}.js"))
+
+
+def text_of(name: str) -> str:
+    """A file of the page."""
+    return files("gearbench.explore").joinpath(*name.split("/")).read_text("utf-8")

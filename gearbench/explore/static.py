@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from gearbench.errors import GearbenchError
 from gearbench.explore.catalogue import Catalogue, fronts
-from gearbench.explore.gear import COMPARED
 from gearbench.explore.gear_data import Tables, summary, tables
 from gearbench.explore.model import picture
 from gearbench.explore.page import Page, knee
@@ -39,17 +38,19 @@ def html(catalogue: Catalogue, pictures: int = PICTURES) -> str:
     if str(first) not in shown:
         raise GearbenchError(f"{catalogue.name(first)} cannot be computed")
     text, begin = shown[str(first)]
-    page = Page(catalogue, first, begin, begin)
-    page.summary.text = text
-    show = script(
-        "show", pick=page.pick, sources=page.gear.now, before=page.gear.before, compared=list(COMPARED),
-        summary=page.summary, message=page.message, texts={k: v[0] for k, v in shown.items()},
-        pictures={k: v[1] for k, v in shown.items()},
-    )  # fmt: skip
-    page.pick.js_on_change("data", show)
+    page = Page(catalogue, first, begin, text)
+    page.listen([])
+    texts, drawn = {k: v[0] for k, v in shown.items()}, {k: v[1] for k, v in shown.items()}
+    page.pick.js_on_change("data", script("show", pick=page.pick, answer=page.answer, texts=texts, pictures=drawn))
     document = Document()
-    page.put(document, [])
-    return file_html(document, INLINE, title="gearbench explore")
+    page.put(document)
+    return file_html(
+        document,
+        INLINE,
+        title="gearbench explore",
+        template=document.template,
+        template_variables=document.template_variables,
+    )
 
 
 def write(catalogue: Catalogue, path: Path) -> None:

@@ -59,7 +59,7 @@ def served(tmp_path):
 
 
 def text(driver, name):
-    return driver.execute_script(MODEL + "return model(arguments[0]).text", name)
+    return driver.execute_script("return document.getElementById(arguments[0]).innerHTML", name)
 
 
 def grey(driver):

@@ -36,50 +36,64 @@ function fronts(mask) {
   return found;
 }
 
-function paint(source, mask, grey) {
-  const data = source.data.image[0], gaps = axes.length - 1;
-  data.fill(0);
-  if (gaps < 1) return source.change.emit();
-  const rows = up, width = gap * gaps, sums = [0, 1, 2, 3].map(() => new Float32Array(rows * width));
-  const studies = grey ? 1 : colours.length, bins = new Uint32Array(rows * rows);
-  const rgb = colours.map((c) => [1, 3, 5].map((k) => parseInt(c.slice(k, k + 2), 16)));
-  const bin = axes.map(({ key, low, high }) => {
-    const cached = (state.bins ??= {})[key];
-    if (cached) return cached;
-    const values = designs.data[key], places = new Int16Array(count);
+function places() {  // of each axis: the row of every design in the image, −1 where it is not known
+  return (state.rows ??= axes.map(({ key, low, high }) => {
+    const values = designs.data[key], rows = new Int16Array(count);
     for (let i = 0; i < count; i++) {
-      places[i] = values[i] === values[i] ? Math.round((values[i] - low) / (high - low) * (rows - 1)) : -1;
+      rows[i] = values[i] === values[i] ? Math.round((values[i] - low) / (high - low) * (up - 1)) : -1;
     }
-    return (state.bins[key] = places);
-  });
-  const members = Array.from({ length: studies }, () => []);
-  for (let i = 0; i < count; i++) if (mask[i]) members[grey ? 0 : designs.data.study[i] % studies].push(i);
-  members.forEach((ours, s) => {
-    if (!ours.length) return;
-    for (let g = 0; g < gaps; g++) {
-      bins.fill(0);
-      const left = bin[g], right = bin[g + 1];
-      for (const i of ours) if (left[i] >= 0 && right[i] >= 0) bins[left[i] * rows + right[i]]++;
-      for (let a = 0; a < rows; a++) for (let b = 0; b < rows; b++) {
-        const n = bins[a * rows + b];
-        if (!n) continue;
-        for (let c = 0; c < gap; c++) {
-          const at = Math.round(a + (b - a) * c / (gap - 1)) * width + g * gap + c;
-          sums[3][at] += n;
-          for (let k = 0; k < 3; k++) sums[k][at] += n * rgb[s][k];
-        }
-      }
+    return rows;
+  }));
+}
+
+function ranges_of_studies() {  // designs stand one result after the other: [first, behind the last] of each
+  if (state.studies) return state.studies;
+  const study = designs.data.study, found = [];
+  for (let i = 0; i < count; i++) if (i === 0 || study[i] !== study[i - 1]) found.push([i, i]);
+  found.forEach((range, k) => { range[1] = found[k + 1]?.[0] ?? count; });
+  return (state.studies = found);
+}
+
+// How many lines run through each pixel of the image. Lines that share both ends are drawn once.
+function density(mask, from, to) {
+  const width = gap * (axes.length - 1), found = new Float32Array(up * width), bins = new Uint32Array(up * up);
+  const rows = places();
+  for (let g = 0; g < axes.length - 1; g++) {
+    const left = rows[g], right = rows[g + 1];
+    bins.fill(0);
+    for (let i = from; i < to; i++) if (mask[i] && left[i] >= 0 && right[i] >= 0) bins[left[i] * up + right[i]]++;
+    for (let a = 0, at = 0; a < up; a++) for (let b = 0; b < up; b++, at++) {
+      const n = bins[at];
+      if (n === 0) continue;
+      const slope = (b - a) / (gap - 1);
+      for (let c = 0, row = a + 0.5; c < gap; c++, row += slope) found[(row | 0) * width + g * gap + c] += n;
     }
-  });
+  }
+  return found;
+}
+
+function paint(source, mask, grey) {
+  const data = source.data.image[0];
+  data.fill(0);
+  if (axes.length < 2) return source.change.emit();
+  const inks = colours.map((c) => [1, 3, 5].map((k) => parseInt(c.slice(k, k + 2), 16)));
+  const layers = grey ? [density(mask, 0, count)] : ranges_of_studies().map((range) => density(mask, ...range));
   let most = 0;
-  for (const n of sums[3]) if (n > most) most = n;
+  for (let at = 0; at < data.length; at++) {
+    let n = 0;
+    for (const layer of layers) n += layer[at];
+    if (n > most) most = n;
+  }
   const scale = 1 / Math.log1p(most);
   for (let at = 0; at < data.length; at++) {
-    const n = sums[3][at];
-    if (!n) continue;
+    let n = 0, r = 0, g = 0, b = 0;
+    layers.forEach((layer, s) => {
+      const m = layer[at], ink = grey ? [190, 190, 190] : inks[s % inks.length];
+      n += m; r += m * ink[0]; g += m * ink[1]; b += m * ink[2];
+    });
+    if (n === 0) continue;
     const alpha = grey ? 60 : 70 + 185 * Math.log1p(n) * scale;
-    const [r, g, b] = grey ? [190, 190, 190] : [sums[0][at] / n, sums[1][at] / n, sums[2][at] / n];
-    data[at] = ((alpha << 24) | (b << 16) | (g << 8) | r) >>> 0;
+    data[at] = ((alpha << 24) | (b / n << 16) | (g / n << 8) | r / n) >>> 0;
   }
   source.change.emit();
 }
@@ -105,21 +119,33 @@ function marked(mask) {  // the kept designs inside the box or lasso drawn last;
   return inside;
 }
 
+function pixels_of_designs(x0, x1, y0, y1) {  // the middle pixel of every design; −1 outside, or at the very edge
+  const { x, y } = designs.data, [h, w] = size, seen = [x0, x1, y0, y1].join();
+  if (state.seen === seen) return state.pixels;
+  const found = (state.pixels ??= new Int32Array(count));
+  const wide = w / (x1 - x0), high = h / (y1 - y0);
+  for (let i = 0; i < count; i++) {
+    const column = Math.round((x[i] - x0) * wide), row = Math.round((y[i] - y0) * high);
+    found[i] = column < 1 || row < 1 || column >= w - 1 || row >= h - 1 ? -1 : row * w + column;
+  }
+  state.seen = seen;
+  return found;
+}
+
 function scatterPlot(mask, drawn) {  // the cloud as an image: far below the time of as many markers
-  const { x, y, study } = designs.data, [h, w] = size;
+  const { study } = designs.data, w = size[1];
   const pixels = raster.data.image[0];
   const { start: x0, end: x1 } = plot.x_range, { start: y0, end: y1 } = plot.y_range;
+  const middle = pixels_of_designs(x0, x1, y0, y1);
   const inks = ["#D2D2D2", "#AFAFAF", ...colours].map((c) =>
     ((parseInt(c.slice(5, 7), 16) << 16) | (parseInt(c.slice(3, 5), 16) << 8) | parseInt(c.slice(1, 3), 16)) >>> 0);
   pixels.fill(0);
   for (const layer of [0, 1, 2]) {  // left out, kept but not marked, marked
     for (let i = 0; i < count; i++) {
-      if (mask[i] + (mask[i] & drawn[i]) !== layer) continue;
-      const column = Math.round((x[i] - x0) / (x1 - x0) * w), row = Math.round((y[i] - y0) / (y1 - y0) * h);
-      if (column < 1 || row < 1 || column >= w - 1 || row >= h - 1) continue;
+      if (middle[i] < 0 || mask[i] + (mask[i] & drawn[i]) !== layer) continue;
       const ink = inks[layer < 2 ? layer : 2 + study[i] % colours.length];
-      for (let a = row - 1; a <= row + 1; a++) for (let b = column - 1; b <= column + 1; b++) {
-        const at = a * w + b, alpha = layer === 2 ? ((pixels[at] & 0xffffff) === ink ? 0xff : 0xb0) : 0xa0;
+      for (let row = middle[i] - w; row <= middle[i] + w; row += w) for (let at = row - 1; at <= row + 1; at++) {
+        const alpha = layer === 2 ? ((pixels[at] & 0xffffff) === ink ? 0xff : 0xb0) : 0xa0;
         pixels[at] = (ink | (alpha << 24)) >>> 0;
       }
     }
@@ -152,7 +178,7 @@ requestAnimationFrame(() => {
     front.setv({ data: found }, { sync: false });
     const text = `<b>${left.toLocaleString("en")}</b> of ${count.toLocaleString("en")} designs kept, ` +
       `${found.x.length} on the fronts`;
-    kept_count.setv({ text }, { sync: false });
+    document.getElementById("count").innerHTML = text;
     showRanges();
   }
   if (!state.painted) { paint(everything, new Uint8Array(count).fill(1), true); state.painted = true; }
