@@ -225,11 +225,10 @@ def _robust_part(scene: Scene, phase: NDArray) -> Part | None:
     from gearbench.contact.batch import solve_one_chunk
     from gearbench.robustness.dataset import robust_dataset
     from gearbench.robustness.montecarlo import default_threads, prepare_phases, respond
-    from gearbench.robustness.sampling import unit_samples
 
     short, long = _trials(scene, phase)
     few, many = (prepare_phases(scene, t.lines.mesh_phase, t.weight) for t in (short, long))
-    errors = few.errors.draw(unit_samples("sobol", SAMPLES, len(few.names), 0), scene.pair)
+    errors = few.draw(SAMPLES, 0, "sobol")
     draws = errors[:LANES] - few.mean
     responses, _ = respond(few, errors)
 

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from gearbench.effects.manufacturing_errors import PRESETS, ErrorKind, ManufacturingErrors
 from gearbench.library.garambois2017 import Row, table_2
 from gearbench.robustness.montecarlo import default_threads, prepare_scene, respond
-from gearbench.robustness.sampling import unit_samples
 from gearbench.scene import Resolution, Scene
 
 if TYPE_CHECKING:
@@ -113,8 +112,7 @@ def evaluate(errors: ManufacturingErrors, resolution: Resolution, samples: int) 
     results = []
     for row in table_2():
         problem = prepare_scene(scene(row, errors, resolution))
-        unit = unit_samples("sobol", samples, len(problem.names), 0)
-        answer, _ = respond(problem, errors.draw(unit, problem.scene.pair), default_threads())
+        answer, _ = respond(problem, problem.draw(samples, 0, "sobol"), default_threads())
         k, ste = answer.mesh_stiffness_rms, answer.transmission_error_rms
         results.append((k.mean(), ste.mean(), k.std(ddof=1), k.max(), ste.std(ddof=1), ste.max()))
     return np.array(results)

@@ -9,7 +9,7 @@ import numpy as np
 
 from gearbench.library.garambois2017 import gear
 from gearbench.robustness.montecarlo import RobustProblem, default_threads, prepare_scene, respond
-from gearbench.robustness.sampling import Sampler, unit_samples
+from gearbench.robustness.sampling import Sampler
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,8 +23,7 @@ QUANTITIES = ("m_k", "m_ste")
 
 def means(problem: RobustProblem, sampler: Sampler, count: int, seed: int) -> tuple[float, float]:
     """m_k [%] and m_ste [µm] of a prepared scene."""
-    unit = unit_samples(sampler, count, len(problem.names), seed)
-    answer, _ = respond(problem, problem.errors.draw(unit, problem.scene.pair), default_threads())
+    answer, _ = respond(problem, problem.draw(count, seed, sampler), default_threads())
     return float(answer.mesh_stiffness_rms.mean()), float(answer.transmission_error_rms.mean())
 
 

@@ -16,7 +16,6 @@ from gearbench.library.garambois2017 import Row, gear, table_2
 from gearbench.optimise.constraints import constrained, judge
 from gearbench.optimise.designs import Designs
 from gearbench.robustness.montecarlo import Responses, prepare_scene, respond
-from gearbench.robustness.sampling import unit_samples
 from gearbench.scene import Resolution, Scene
 from studies.paper_fronts_compare import coverage, distance, lead, shares, wide
 from studies.paper_fronts_search import MODULE, TOOLS, search, study
@@ -149,8 +148,7 @@ def responses(row: Row, quick: bool) -> Responses:
     """Responses of a row to the error samples that every design of the searches sees."""
     r = study(1, quick=quick).robustness
     problem = prepare_scene(row_scene(row, quick))
-    unit = unit_samples(r.sampler, r.samples, len(problem.names), r.seed)
-    return respond(problem, problem.errors.draw(unit, problem.scene.pair))[0]
+    return respond(problem, problem.draw(r.samples, r.seed, r.sampler))[0]
 
 
 def statistics(answer: Responses) -> tuple[float, ...]:

@@ -19,7 +19,7 @@ from gearbench.contact.reference import solve_one
 from gearbench.contact.solver import solve
 from gearbench.cost.measure import measure
 from gearbench.cost.workprecision import Curve
-from gearbench.outputs import MICROMETRES, fluctuation_rms, mean, relative_rms
+from gearbench.outputs import MICROMETRES, cycle_numbers
 from gearbench.scene import Scene
 from gearbench.stopwatch import times
 
@@ -59,4 +59,4 @@ def _stopped(scene: Scene, problem: ContactProblem, steps: int) -> NDArray:
     cos_b, weight = math.cos(scene.pair.base_helix_angle), mesh_phases(scene)[1]
     ste = MICROMETRES / cos_b * problem.length_scale * (found[:, 0] + least)
     k = cos_b**2 / MICROMETRES * problem.force / problem.length_scale * found[:, 1]
-    return np.array([mean(ste, weight), fluctuation_rms(ste, weight), mean(k, weight), relative_rms(k, weight)])
+    return cycle_numbers(ste, k, weight)

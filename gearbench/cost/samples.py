@@ -24,9 +24,7 @@ def sample_curves(scene: Scene, repeats: int, seeds: int, reference: int = REFER
     problem = prepare_scene(scene)
     responses, _ = respond(problem, draw(problem, "sobol", reference, REFERENCE_SEED))
     exact = response_means(responses)
-    columns = (responses.transmission_error_mean, responses.transmission_error_rms)
-    columns += (responses.mesh_stiffness_mean, responses.mesh_stiffness_rms)
-    bar = np.array([average_error(values, "sobol") for values in columns]) / scales(exact)
+    bar = np.array([average_error(values, "sobol") for values in responses.numbers]) / scales(exact)
     return [_curve(problem, sampler, order, exact, bar, repeats, seeds) for sampler, order in SAMPLERS]
 
 

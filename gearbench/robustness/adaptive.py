@@ -12,7 +12,7 @@ from gearbench.accuracy.choose import Choice, choose
 from gearbench.accuracy.measure import scales
 from gearbench.errors import InputError
 from gearbench.robustness.montecarlo import Responses, prepare_scene, respond, response_means
-from gearbench.robustness.sampling import Sampler, unit_samples
+from gearbench.robustness.sampling import Sampler
 from gearbench.robustness.statistics import average_error
 from gearbench.scene import Scene
 
@@ -40,8 +40,8 @@ def choose_robust(scene: Scene, *, seed: int, sampler: Sampler, threads: int) ->
     while True:
         # the first half of the samples is there already, unless the sampler draws all of them anew
         start = 0 if sampler == "latin_hypercube" or not parts else count // 2
-        unit = unit_samples(sampler, count, len(problem.names), seed, start=start)
-        parts = [*(parts if start else []), respond(problem, problem.errors.draw(unit, trial.scene.pair), threads)[0]]
+        drawn = problem.draw(count, seed, sampler, start)
+        parts = [*(parts if start else []), respond(problem, drawn, threads)[0]]
         error = STANDARD_ERRORS * float(np.max(_standard_errors(parts, sampler)))
         if error <= budget:
             break
@@ -55,13 +55,11 @@ def choose_robust(scene: Scene, *, seed: int, sampler: Sampler, threads: int) ->
 def _means(scene: Scene, *, seed: int, sampler: Sampler) -> NDArray:
     """Means over a few samples, (4,)."""
     problem = prepare_scene(scene)
-    unit = unit_samples(sampler, TRIAL_SAMPLES, len(problem.names), seed)
-    return response_means(respond(problem, problem.errors.draw(unit, scene.pair))[0])
+    return response_means(respond(problem, problem.draw(TRIAL_SAMPLES, seed, sampler))[0])
 
 
 def _standard_errors(parts: list[Responses], sampler: Sampler) -> NDArray:
     """Relative standard errors of the means over all samples, (4,)."""
-    names = ("transmission_error_mean", "transmission_error_rms", "mesh_stiffness_mean", "mesh_stiffness_rms")
-    columns = [np.concatenate([getattr(part, name) for part in parts]) for name in names]
-    errors = np.array([average_error(values, sampler) for values in columns])
-    return errors / scales(np.array([values.mean() for values in columns]))
+    numbers = np.concatenate([part.numbers for part in parts], axis=1)
+    errors = np.array([average_error(values, sampler) for values in numbers])
+    return errors / scales(numbers.mean(axis=1))
