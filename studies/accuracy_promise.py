@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from gearbench.accuracy.choose import choose
 from gearbench.accuracy.knobs import GAUSS_POINTS, SEGMENTS, SOLID_ORDER, with_order, with_resolution
-from gearbench.accuracy.measure import relative_errors
+from gearbench.accuracy.measure import MEASURED, relative_errors
 from gearbench.effects.base import Effect
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.helix_slope import HelixSlope
@@ -139,8 +139,7 @@ def robust_promise(scene: Scene, accuracy: float, seed: int, samples: int = 8192
     exact = robust(
         with_resolution(scene, segments=48, gauss_points=12), samples=samples, seed=seed + 1000, threads=threads
     )
-    names = ("transmission_error_mean", "transmission_error_rms", "mesh_stiffness_mean", "mesh_stiffness_rms")
-    values, reference = (np.array([float(d[name].mean()) for name in names]) for d in (found, exact))
+    values, reference = (np.array([float(d[name].mean()) for name in MEASURED]) for d in (found, exact))
     return {
         "accuracy": accuracy,
         "estimated": float(found.attrs["accuracy_estimated"]),
