@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from pathlib import Path
 
@@ -67,6 +68,18 @@ def test_cost_prints_every_knob_and_writes_dataset_and_plot(run, tmp_path):
     assert (dataset["seconds"] > 0).all()
     assert (dataset["megabytes"] > 0).all()
     assert (tmp_path / "cost" / "work_precision.png").stat().st_size > 10_000
+
+
+def test_cost_as_json_and_in_silence(run, tmp_path):
+    scene = tmp_path / "small.toml"
+    scene.write_text(SMALL, encoding="utf-8")
+    code, out, _ = run("cost", scene, "-o", tmp_path / "cost", "--repeats", 1, "--json")
+    summary = json.loads(out)
+    assert code == 0
+    assert {row["knob"] for row in summary["settings"]} == set(summary["observed_order"])
+    assert all(set(row["error"]) == set(MEASURED) and "seconds" in row for row in summary["settings"])
+    assert all(Path(file).exists() for file in summary["files"])
+    assert run("cost", scene, "--repeats", 1, "--quiet") == (0, "", "")
 
 
 def test_accuracy_on_the_command_line(run, tmp_path):

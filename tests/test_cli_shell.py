@@ -12,6 +12,7 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
+from typing import get_args, get_type_hints
 
 import pytest
 
@@ -95,6 +96,28 @@ def test_help_has_an_example_that_fits_the_command(run, monkeypatch, name):
             assert (ROOT / word).exists()
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_every_command_is_quiet_tells_more_or_speaks_json(run, monkeypatch, name):
+    monkeypatch.setenv("COLUMNS", "200")
+    out = run(name, "--help")[1]
+    for option in ("--quiet", "-q", "--verbose", "-v", "--json"):
+        assert re.search(rf"(?<![\w-]){option}(?![\w-])", out), option
+
+
+def test_options_of_several_commands_are_defined_once():
+    found: dict[str, set[int]] = {}
+    for command in app.registered_commands:
+        hints = get_type_hints(command.callback, include_extras=True)
+        for name in {"quiet", "verbose", "json", "threads", "stored", "output"} & set(hints):
+            if (command.callback.__name__, name) not in OF_THEIR_OWN:
+                found.setdefault(name, set()).add(id(get_args(hints[name])[1]))
+    assert {name: len(ids) for name, ids in found.items()} == dict.fromkeys(found, 1)
+
+
+#: Outputs that are folders.
+OF_THEIR_OWN = {("optimise", "output"), ("validate", "output"), ("cost", "output")}
+
+
 def test_units_in_brackets_are_shown(run, monkeypatch):
     monkeypatch.setenv("COLUMNS", "200")
     assert "[rpm]" in run("select", "--help")[1]
@@ -158,6 +181,7 @@ def test_json_summaries(run, study, tmp_path):
         "plan": (EXAMPLES / "sc.toml",),
         "optimise": (study, "-o", front),
         "select": (front, "--csv", tmp_path / "left.csv"),
+        "explore": (front, "--export", tmp_path / "page.html"),
         "rexs": (GEARBOX, "--scene", "2", tmp_path / "stage2.toml"),
         "doctor": (),
     }
@@ -184,6 +208,7 @@ def test_quiet_prints_nothing(run, study, tmp_path):
         ("rexs", GEARBOX, "--scene", "2", tmp_path / "stage2.toml"),
     ):
         assert run(*arguments, "--quiet") == (0, "", "")
+    assert run("plan", EXAMPLES / "sc.toml", "-q") == (0, "", "")
     assert run("doctor", "-q")[1:] == ("", "")
 
 

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from gearbench.cli.options import Json, Quiet
+from gearbench.cli.options import Json, Quiet, Verbose
 
 if TYPE_CHECKING:
     from gearbench.doctor import Finding
 
 
-def doctor(quiet: Quiet = False, json: Json = False) -> None:
+def doctor(quiet: Quiet = False, verbose: Verbose = False, json: Json = False) -> None:
     """Whether this machine has what each part of gearbench needs; exit code 1 where something is missing.
 
     Example: gearbench doctor

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Quiet
+from gearbench.cli.options import Json, Quiet, Verbose
+
+if TYPE_CHECKING:
+    from gearbench.explore.catalogue import Catalogue
 
 Results = Annotated[
     list[Path],
@@ -19,7 +23,14 @@ Export = Annotated[
 ]
 
 
-def explore(results: Results, port: Port = 5006, export: Export = None, quiet: Quiet = False) -> None:
+def explore(
+    results: Results,
+    port: Port = 5006,
+    export: Export = None,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    json: Json = False,
+) -> None:
     """Open a local page over stored RESULTs: fronts, filters, and the picked gear computed anew as sliders move.
 
     Example: gearbench explore front --port 5006
@@ -40,10 +51,30 @@ def explore(results: Results, port: Port = 5006, export: Export = None, quiet: Q
         from gearbench.explore.static import write
 
         write(designs, export)
-        if not quiet:
+        if json:
+            _print_json(designs, files=[str(export)])
+        elif not quiet:
             print(f"wrote {export}")
         return
     from gearbench.explore.server import Explorer
 
     explorer = Explorer(designs, port)
-    explorer.run(lambda: None if quiet else print(f"{explorer.url} (end with Ctrl-C)", flush=True))
+
+    def ready() -> None:
+        if json:
+            _print_json(designs, url=explorer.url, port=explorer.port)
+        elif not quiet:
+            print(f"{explorer.url} (end with Ctrl-C)", flush=True)
+
+    explorer.run(ready)
+
+
+def _print_json(designs: Catalogue, **more: object) -> None:
+    """What is shown, and where; flushed, because whoever starts the server waits for the address."""
+    from gearbench.cli.summary import print_mapping
+
+    results = [
+        {"label": result.label, "designs": int((designs.study == i).sum())} for i, result in enumerate(designs.results)
+    ]
+    print_mapping({"designs": len(designs), "results": results, **more})
+    sys.stdout.flush()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Quiet, Verbose
+from gearbench.cli.options import Json, Quiet, Threads, Verbose, shows_progress
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,8 +27,6 @@ Scheduler = Annotated[
 ]
 #: Designs of the front that the summary shows.
 SHOWN = 12
-
-Threads = Annotated[int | None, typer.Option(min=1, help="Threads; all processors by default.")]
 
 
 def optimise(
@@ -50,7 +48,7 @@ def optimise(
 
     loaded = load_study(study)
     try:
-        with _progress(shown=not quiet and not json) as report:
+        with _progress(shown=shows_progress(quiet=quiet, json=json)) as report:
             dataset = run(
                 loaded, directory=output, resume=resume, scheduler=scheduler, threads=threads, progress=report
             )
@@ -68,7 +66,7 @@ def optimise(
 @contextmanager
 def _progress(*, shown: bool) -> Iterator[Callable[[Progress], None]]:
     """A progress line on a terminal."""
-    if not (shown and sys.stderr.isatty()):
+    if not shown:
         yield lambda _: None
         return
     from rich.console import Console

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,6 +15,10 @@ if TYPE_CHECKING:
     from gearbench.scene import Scene
 
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (TOML).", show_default=False)]
+Stored = Annotated[
+    Path, typer.Argument(metavar="DIR|FRONT.nc", help="Folder or front of an optimisation.", show_default=False)
+]
+Threads = Annotated[int | None, typer.Option(min=1, help="Threads; all processors by default.")]
 Output = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="OUT.nc", help="Write the Dataset to this netCDF file.")
 ]
@@ -26,6 +32,17 @@ AccuracyText = Annotated[
     str | None,
     typer.Option("--accuracy", metavar="A", help="Choose the cheapest settings of this accuracy, e.g. 1% or 0.01."),
 ]
+
+
+def shows_progress(*, quiet: bool, json: bool) -> bool:
+    """Whether progress is shown: on a terminal only, and never where nothing or JSON alone was asked for."""
+    return not quiet and not json and sys.stderr.isatty()
+
+
+def progress_lines(*, quiet: bool, json: bool) -> Callable[[str], None]:
+    """What prints a line of progress on the error stream, where progress is shown."""
+    shown = shows_progress(quiet=quiet, json=json)
+    return lambda line: print(line, file=sys.stderr) if shown else None
 
 
 def with_accuracy(scene: Scene, text: str | None) -> Scene:

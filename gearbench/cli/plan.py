@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from gearbench.cli.options import Json, SceneFile, Verbose
+from gearbench.cli.options import Json, Quiet, SceneFile, Verbose
 
 
-def plan(scene: SceneFile, verbose: Verbose = False, json: Json = False) -> None:
+def plan(scene: SceneFile, quiet: Quiet = False, verbose: Verbose = False, json: Json = False) -> None:
     """What will run for SCENE, part by part, and what each part costs.
 
     Example: gearbench plan examples/case1.toml
@@ -20,6 +20,8 @@ def plan(scene: SceneFile, verbose: Verbose = False, json: Json = False) -> None
     made = make_plan(loaded)
     if json:
         print_mapping({"name": loaded.name, "scene_sha256": loaded.digest, **asdict(made)})
+        return
+    if quiet:
         return
     from rich.console import Console
     from rich.table import Table

@@ -16,15 +16,16 @@ from gearbench.cli.options import (
     Plots,
     Quiet,
     SceneFile,
+    Threads,
     Verbose,
     plot_folder,
+    shows_progress,
     with_accuracy,
 )
 
 Samples = Annotated[int | None, typer.Option(min=1, help="Number of error samples; 1000 unless chosen by accuracy.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of the samples.")]
 SamplerName = Annotated[Literal["sobol", "random", "latin_hypercube"], typer.Option(help="How samples are drawn.")]
-Threads = Annotated[int | None, typer.Option(min=1, help="Threads; all processors by default.")]
 
 
 def robust(
@@ -55,7 +56,7 @@ def robust(
         check_target(output)
     folder = plot_folder(plots)
     wanted = samples or (None if loaded.resolution.accuracy is not None else SAMPLES)
-    with _progress(wanted, shown=not quiet and not json) as advance:
+    with _progress(wanted, shown=shows_progress(quiet=quiet, json=json)) as advance:
         dataset = run(loaded, samples=samples, seed=seed, sampler=sampler, threads=threads, progress=advance)
     written = [save(dataset, output)] if output is not None else []
     done = dataset.sizes["sample"]
@@ -82,7 +83,7 @@ def robust(
 @contextmanager
 def _progress(total: int | None, *, shown: bool) -> Iterator[Callable[[int], None]]:
     """A progress bar on a terminal, for work that takes more than two seconds."""
-    if not (shown and sys.stderr.isatty()):
+    if not shown:
         yield lambda _: None
         return
     import time

@@ -7,14 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Quiet, Verbose
+from gearbench.cli.options import Json, Quiet, Stored, Verbose
 
 if TYPE_CHECKING:
     from gearbench.optimise.select import Resonance, Selection
 
-Stored = Annotated[
-    Path, typer.Argument(metavar="DIR|FRONT.nc", help="Folder or front of an optimisation.", show_default=False)
-]
 Where = Annotated[
     list[str] | None,
     typer.Option(metavar="CONDITION", help='Condition, e.g. "helix_angle<=15"; give it again for more.'),

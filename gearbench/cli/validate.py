@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Quiet, Verbose
+from gearbench.cli.options import Json, Quiet, Verbose, progress_lines
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,8 +42,8 @@ def validate(
     for path, scene in zip(scenes, loaded, strict=True):
         check(scene, accuracy, str(path))
     folder = check_folder(output)
-    shown = not quiet and not json and sys.stderr.isatty()
-    dataset = run(loaded, accuracy, _report if shown else _silent)
+    report = progress_lines(quiet=quiet, json=json)
+    dataset = run(loaded, accuracy, lambda name: report(f"{name}: finite elements …"))
     written = write(dataset, folder)
     if json:
         _print_json(dataset, written)
@@ -52,14 +51,6 @@ def validate(
         _print_findings(dataset)
         for path in written:
             print(f"wrote {path}")
-
-
-def _report(name: str) -> None:
-    print(f"{name}: finite elements …", file=sys.stderr)
-
-
-def _silent(_: str) -> None:
-    pass
 
 
 def _print_findings(dataset: xr.Dataset) -> None:

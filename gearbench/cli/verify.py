@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Output, Plots, Quiet, Verbose, plot_folder
+from gearbench.cli.options import (
+    Json,
+    Output,
+    Plots,
+    Quiet,
+    Stored,
+    Threads,
+    Verbose,
+    plot_folder,
+    progress_lines,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Stored = Annotated[
-    Path, typer.Argument(metavar="DIR|FRONT.nc", help="Folder or front of an optimisation.", show_default=False)
-]
 Designs = Annotated[
     list[int] | None, typer.Option("--design", metavar="N", help="Only this design; give it again for more.")
 ]
@@ -23,7 +29,6 @@ Accuracy = Annotated[
     float, typer.Option(min=1e-4, max=0.1, help="Relative error of the compliance that the meshes are refined to.")
 ]
 Markdown = Annotated[Path | None, typer.Option(metavar="FILE", help="Write all designs as a Markdown table.")]
-Threads = Annotated[int | None, typer.Option(min=1, help="Threads; all processors by default.")]
 
 
 def verify(
@@ -54,8 +59,8 @@ def verify(
     targets = [check_target(path) for path in (output, markdown) if path is not None]
     folder = plot_folder(plots)
     designs = open_designs(stored)
-    shown = not quiet and not json and sys.stderr.isatty()
-    dataset = run(designs, places=design, accuracy=accuracy, threads=threads, progress=_report if shown else _silent)
+    progress = progress_lines(quiet=quiet, json=json)
+    dataset = run(designs, places=design, accuracy=accuracy, threads=threads, progress=progress)
     name = designs.study.name
     if output is not None:
         save(dataset, output)
@@ -69,14 +74,6 @@ def verify(
         print(f"{name or 'study'}: {dataset.sizes['design']} designs, {dataset.attrs['macro_geometries']} FE models")
         for line in [*findings(dataset), *(f"wrote {path}" for path in targets)]:
             print(line)
-
-
-def _report(line: str) -> None:
-    print(line, file=sys.stderr)
-
-
-def _silent(_: str) -> None:
-    pass
 
 
 def _print_json(dataset: xr.Dataset, targets: list[Path]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -22,6 +23,8 @@ from gearbench.scene_file import parse_scene
 
 if TYPE_CHECKING:
     import xarray as xr
+
+_LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,6 +59,8 @@ def open_results(paths: Sequence[str | Path]) -> tuple[Stored, ...]:
     """
     results = [_open(Path(path)) for path in paths]
     labels = [result.label for result in results]
+    for path, result in zip(paths, results, strict=True):
+        _LOG.debug("read %s: %d designs", path, len(result.places))
     return tuple(
         replace(result, label=f"{result.label} ({path})") if labels.count(result.label) > 1 else result
         for result, path in zip(results, paths, strict=True)
