@@ -27,7 +27,7 @@ from gearbench.geometry.pair import Member, Pair
 from gearbench.scene import Load, Scene
 from gearbench.simulation import simulate
 from gearbench.validation.mac import compare_shapes
-from gearbench.validation.reference import reference_scene
+from gearbench.validation.reference import finite_elements, reference_scene
 from gearbench.validation.ste_error import OUTPUTS, cycle_errors
 from gearbench.validation.timing import compliance_seconds
 
@@ -156,8 +156,7 @@ def _pair_errors(
             found[name].append(float(errors[name][1]))
         found["mac"].append(min(float(compare_shapes(fast, reference, k).mac.min()) for k in range(2)))
         found["seconds"].append(compliance_seconds(fast, 3))
-    effect = reference.effect("fe_compliance")
-    flanks = [effect.flank(scene.pair, k) for k in range(2)]  # type: ignore[union-attr]
+    flanks = [finite_elements(reference).flank(scene.pair, k) for k in range(2)]
     return {name: np.array(column) for name, column in found.items()} | {
         "reference_seconds": np.array(sum(flank.attrs["seconds"] for flank in flanks)),
         "reference_error": np.array(max(flank.error for flank in flanks)),

@@ -22,6 +22,7 @@ from gearbench.effects.fe_compliance import FeCompliance
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.library.garambois2017 import case, gear
 from gearbench.scene import Scene
+from gearbench.validation.reference import finite_elements
 from studies.accuracy_promise import promises, random_scenes, robust_promise, solid_promise
 from studies.accuracy_scaling import DIMENSIONS, exponent, scaling
 
@@ -108,8 +109,7 @@ def _front(name: str, scene: Scene) -> xr.Dataset:
     fine = partial(with_resolution, segments=64, gauss_points=12)
     reference = with_teeth(scene, FeCompliance(accuracy=FE_REFERENCE))
     exact = measure(fine(reference), 1).values
-    fe = reference.effects[[e.name for e in reference.effects].index("fe_compliance")]
-    bar = max(fe.flank(scene.pair, k).error for k in range(2))  # type: ignore[attr-defined]
+    bar = max(finite_elements(reference).flank(scene.pair, k).error for k in range(2))
     solid = with_teeth(scene, SOLID)
     teeth: dict[str, tuple[str, Effect]] = {key: ("plate", plate) for key, plate in PLATES.items()}
     for order in SOLID_ORDER.levels(solid):
