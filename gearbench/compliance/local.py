@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.compliance.bases import gauss, legendre_functions
+from gearbench.compliance.outline import roll_angles
 from gearbench.geometry.gear import Gear
 
 #: Waves computed, and waves whose tail is counted by its 1/k law, for each function across the width.
@@ -48,7 +49,7 @@ def compression(E: float, nu: float, k: NDArray, r: NDArray, t: NDArray) -> NDAr
     return np.where(k > 0, a * (k0(wave * r) - k0(wave * R)) - c * t**2 / R * wave * k1(wave * R), plane)
 
 
-def half_space_compression(gear: Gear, E: float, nu: float, order: tuple[int, int], points: int = 10) -> NDArray:
+def half_space_compression(gear: Gear, E: float, nu: float, order: tuple[int, int], points: int = 24) -> NDArray:
     """Compression projected onto orthonormal Legendre products on the flank, (p·q, p·q) [mm/N].
 
     Parameters
@@ -60,7 +61,7 @@ def half_space_compression(gear: Gear, E: float, nu: float, order: tuple[int, in
     order
         Numbers p, q of polynomials in R and in y.
     points
-        Quadrature points in R, and towards either end from each of them.
+        Quadrature points along the flank; four more from each of them to its end.
     """
     p, q = order
     waves = _WAVES * q + 1
@@ -75,22 +76,30 @@ def half_space_compression(gear: Gear, E: float, nu: float, order: tuple[int, in
 
 
 def _projected_waves(gear: Gear, E: float, nu: float, p: int, waves: int, points: int) -> NDArray:
-    """∬ φ_i(R) ĝ_m(R, R′) φ_j(R′) dR dR′, (wave, p, p); the logarithm at R = R′ in points that cluster there."""
-    low, high = gear.form_radius, gear.tip_radius
-    R, weight = gauss(points, low, high)
-    v, wv = gauss(points)
-    near, jacobian = v**3, 3 * wv * v**2
-    spans = np.stack([low - R, high - R])[:, :, None]
-    other = np.concatenate(list(R[:, None] + spans * near), axis=1)
-    area = np.concatenate(list(np.abs(spans) * jacobian), axis=1)
-    # arc length of the involute (R² − r_b²)/2r_b, shortened across the inclined generators
-    r = np.abs(other - R[:, None]) * (other + R[:, None]) / (2 * gear.base_radius) * math.cos(gear.beta_b)
-    t = np.sqrt(gear.flank_depth(R)[:, None] * gear.flank_depth(other))
-    g = compression(E, nu, np.arange(waves) * math.pi / gear.face_width, r, t)
-    left = flank_functions(p, R, low, high) * weight[:, None]
-    right = flank_functions(p, other, low, high) * area[..., None]
+    """∬ φ_i(R) ĝ_m(R, R′) φ_j(R′) dR dR′, (wave, p, p), from the half with R nearer to the root than R′.
+
+    In the roll angle everything is analytic but the logarithm at R = R′, and at the tip where that is pointed: points
+    cluster there.
+    """
+    low, high, r_b = gear.form_radius, gear.tip_radius, gear.base_radius
+    form, tip = roll_angles(gear)
+    s, ws = gauss(points)
+    v, wv = gauss(points + 4)
+    below, between = (tip - form) * s**3, v**6
+    t = tip - below
+    other = tip - below[:, None] * (1 - between)
+    R, R2 = r_b * np.sqrt(1 + t**2), r_b * np.sqrt(1 + other**2)
+    # arc length of the involute r_b t²/2, shortened across the inclined generators
+    r = r_b / 2 * below[:, None] * between * (t[:, None] + other) * math.cos(gear.beta_b)
+    depth = np.sqrt(gear.flank_depth(R)[:, None] * gear.flank_depth(R2))
+    g = compression(E, nu, np.arange(waves) * math.pi / gear.face_width, r, depth)
+    # dR = r_b² t/R dt
+    dR = r_b**2 * t / R * 3 * (tip - form) * s**2 * ws
+    dR2 = r_b**2 * other / R2 * below[:, None] * 6 * v**5 * wv
+    left = flank_functions(p, R, low, high) * dR[:, None]
+    right = flank_functions(p, R2, low, high) * dR2[..., None]
     G = np.tensordot(g.transpose(1, 0, 2) @ right, left, (0, 0))
-    return (G + G.transpose(0, 2, 1)) / 2
+    return G + G.transpose(0, 2, 1)
 
 
 def flank_functions(count: int, at: NDArray, low: float, high: float) -> NDArray:

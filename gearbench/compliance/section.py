@@ -25,6 +25,10 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from gearbench.compliance.bases import gauss, height_functions, height_quadrature, legendre_functions, width_functions
+from gearbench.compliance.outline import Outline
+
+#: Points of quadrature on a panel of an outline beyond one for each function along the height.
+POINTS = 16
 
 #: A term of a strain: sign, field (θ, R, z), function of x, function of s, derivative in z.
 Term = tuple[float, int, int, int, int]
@@ -75,6 +79,8 @@ class Section:
     free
         Whether the root moves: before the functions that are zero at the root come Legendre polynomials of θ, constant
         along R, so that the whole tooth follows its root without strain across.
+    outline
+        Quadrature along the height with so many points on a panel, where there is one better than of ``half_width``.
     """
 
     height: float
@@ -84,6 +90,7 @@ class Section:
     order: tuple[int, int]
     breaks: tuple[float, ...] = ()
     free: bool = False
+    outline: Callable[[int], Outline] | None = None
 
     def __post_init__(self) -> None:
         if self.screw and math.isinf(self.root_radius):
@@ -97,6 +104,8 @@ class Section:
     @cached_property
     def _nodes(self) -> tuple[NDArray, NDArray, NDArray, NDArray]:
         """Quadrature in x: nodes, weights, e and e′ there, (node,)."""
+        if self.outline is not None:
+            return self.outline(self.order[1] + POINTS)
         points = self.order[1] + 12
         xi, weight = height_quadrature(points, [x / self.height for x in self.breaks])
         x = xi * self.height

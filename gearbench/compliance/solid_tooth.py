@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import Literal
 
 import numpy as np
@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from gearbench.compliance.bases import axis_functions, gauss, legendre_functions
 from gearbench.compliance.local import flank_functions, half_space_compression, waves_across
+from gearbench.compliance.outline import roll_angles, tooth_outline
 from gearbench.compliance.section import Section
 from gearbench.compliance.solid import Solid
 from gearbench.geometry.gear import Gear
@@ -81,6 +82,7 @@ class SolidTooth:
             order=(across, along),
             breaks=(gear.form_radius - r_f,),
             free=free,
+            outline=partial(tooth_outline, gear),
         )
         return Solid(section=section, width=gear.face_width, E=self.E, nu=self.nu, order=axis)
 
@@ -144,21 +146,23 @@ class SolidTooth:
 
     @cached_property
     def _stations(self) -> tuple[NDArray, NDArray, NDArray]:
-        """Radii, polynomials of R times weights, and the load angle γ = α_R − ψ there."""
-        gear = self.gear
-        p = self.flank_order[0]
-        R, weight = gauss(self.order[1] + p + 4, gear.form_radius, gear.tip_radius)
-        functions = flank_functions(p, R, gear.form_radius, gear.tip_radius) * weight[:, None]
-        return R, functions, gear.load_angle(R)
+        """Roll angles t = tan α_R, radii, and polynomials of R times weights there."""
+        gear, p = self.gear, self.flank_order[0]
+        # R and α_R have a branch point on the base circle, in t they have none
+        t, weight = gauss(self.order[1] + p + 12, *roll_angles(gear))
+        R = gear.base_radius * np.sqrt(1 + t**2)
+        weight = weight * gear.base_radius**2 * t / R
+        return t, R, flank_functions(p, R, gear.form_radius, gear.tip_radius) * weight[:, None]
 
     def _flank_rows(self, solid: Solid) -> NDArray:
         """Functionals of the normal displacement of the flank, s = 1. It stands at α_R to the local radius."""
-        R, functions, _ = self._stations
-        return self._rows(solid, R, functions, np.arccos(np.clip(self.gear.base_radius / R, 0.0, 1.0)), 1.0)
+        t, R, functions = self._stations
+        return self._rows(solid, R, functions, np.arctan(t), 1.0)
 
     def _middle_rows(self, solid: Solid) -> NDArray:
         """Functionals of the same displacement where the line of action passes the centre line, R = r_b / cos γ."""
-        _, functions, gamma = self._stations
+        _, R, functions = self._stations
+        gamma = self.gear.load_angle(R)
         return self._rows(solid, self.gear.base_radius / np.cos(gamma), functions, gamma, 0.0)
 
     def _rows(self, solid: Solid, R: NDArray, functions: NDArray, angle: NDArray, s: float) -> NDArray:

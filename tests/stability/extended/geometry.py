@@ -27,8 +27,17 @@ def gear(pair: Pair, double: Gear, shift: Number) -> Namespace:
     g.r_b = g.r * mp.cos(g.alpha_t)
     g.r_a, g.r_f = g.r + m * (double.addendum + shift), g.r - m * (double.dedendum - shift)
     g.half = (mp.pi / 2 + 2 * shift * mp.tan(g.alpha_n)) / z + inv(g.alpha_t)
-    g.form = form_radius(g, m, z, shift, double)
+    g.z, g.beta_b = z, mp.atan(mp.tan(g.beta) * mp.cos(g.alpha_t))
+    g.rack = rack(g, m, shift, double)
+    g.form = form_radius(g, double)
     return g
+
+
+def rack(g: Namespace, m: Number, shift: Number, double: Gear) -> Namespace:
+    """Rounding of the rack tip: radius ρ, centre (corner; depth below the pitch circle), end φ where it meets."""
+    rho, dedendum, a = m * mp.mpf(double.fillet_radius), m * mp.mpf(double.dedendum), g.alpha_n
+    corner = mp.pi * m / 4 - dedendum * mp.tan(a) - rho * (1 - mp.sin(a)) / mp.cos(a)
+    return Namespace(rho=rho, corner=max(corner, mp.mpf(0)), depth=dedendum - rho - shift * m, end=mp.pi / 2 - a)
 
 
 def half_angle(g: Namespace, radius: Number) -> Number:
@@ -36,33 +45,32 @@ def half_angle(g: Namespace, radius: Number) -> Number:
     return g.half if radius <= g.r_b else g.half - inv(mp.acos(g.r_b / radius))
 
 
-def form_radius(g: Namespace, m: Number, z: int, shift: Number, double: Gear) -> Number:
-    """Junction of involute and generated fillet: end of the rounding, or with undercut where the two curves cross."""
-    rho, dedendum = m * mp.mpf(double.fillet_radius), m * mp.mpf(double.dedendum)
-    a, cos_b = g.alpha_n, mp.cos(g.beta)
-    xi0 = mp.pi * m / 4 - dedendum * mp.tan(a) - rho * (1 - mp.sin(a)) / mp.cos(a)
+def form_radius(g: Namespace, double: Gear) -> Number:
+    """Junction of involute and generated fillet: end of the rounding, or with undercut where the two curves cross.
+
+    Sets ``g.rack.end`` to the parameter φ there.
+    """
+    rho, cos_b = g.rack.rho, mp.cos(g.beta)
 
     def point(phi: Number) -> tuple[Number, Number]:
         """R and ψ of the fillet point φ."""
-        eta = shift * m - (dedendum - rho) - rho * mp.cos(phi)
+        eta = -g.rack.depth - rho * mp.cos(phi)
         x, y = -eta * cos_b * mp.tan(phi), g.r + eta
-        xi = (max(xi0, 0) + rho * mp.sin(phi)) / cos_b
-        return mp.hypot(x, y), mp.pi / z - mp.atan2(x, y) - (xi - x) / g.r
+        xi = (g.rack.corner + rho * mp.sin(phi)) / cos_b
+        return mp.hypot(x, y), mp.pi / g.z - mp.atan2(x, y) - (xi - x) / g.r
 
-    end = mp.pi / 2 - a
-    flank_end = shift * m - (dedendum - rho * (1 - mp.sin(a)))
+    flank_end = -g.rack.depth - rho * mp.sin(g.alpha_n)
     if flank_end >= -g.r * mp.sin(g.alpha_t) ** 2:
-        return max(point(end)[0], g.r_b)
+        return max(point(g.rack.end)[0], g.r_b)
 
     def excess(phi: Number) -> Number:
         radius, psi = point(phi)
         return psi - half_angle(g, radius)
 
     start = mp.mpf(double._fillet_end)
-    phi = mp.findroot(
-        excess, (start, start * (1 - mp.mpf(10) ** -9)), solver="secant", tol=mp.mpf(10) ** (8 - 2 * DIGITS)
-    )
-    return max(point(phi)[0], g.r_b)
+    guess = (start, start * (1 - mp.mpf(10) ** -9))
+    g.rack.end = mp.findroot(excess, guess, solver="secant", tol=mp.mpf(10) ** (8 - 2 * DIGITS))
+    return max(point(g.rack.end)[0], g.r_b)
 
 
 @lru_cache(maxsize=256)

@@ -1,0 +1,74 @@
+"""Outline of a tooth for quadrature: generated fillet and involute, each in a parameter in which it is analytic.
+
+A fillet leaves the root circle like √(R − r_f), an involute the base circle like (R − r_b)^{3/2}; in tan(φ/2), φ the
+parameter of ``geometry.fillet``, and in the roll angle t = tan α_R neither has a branch point, and Gauss quadrature
+converges exponentially. Towards a pointed tip the integrands grow like 1/ψ: panels are graded to it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.compliance.bases import gauss
+from gearbench.geometry.gear import Gear
+
+#: Places x = R − r_f, weights dx, half-widths e = R ψ and slopes e′ along the height of a tooth.
+Outline = tuple[NDArray, NDArray, NDArray, NDArray]
+
+#: A panel reaches no farther than this fraction of the way to the radius where the tooth is pointed.
+_REACH = 7 / 8
+
+
+def tooth_outline(gear: Gear, points: int) -> Outline:
+    """Quadrature from root to tip, ``points`` on each panel: the fillet, and the involute, on one or several."""
+    parts = [_fillet(gear, points), *_involute(gear, points)]
+    x, weight, e, slope = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return x, weight, e, slope
+
+
+def roll_angles(gear: Gear) -> tuple[float, float]:
+    """t = tan α_R at the form circle and at the tip circle."""
+    r_b = gear.base_radius
+    form, tip = (math.sqrt(max((R - r_b) * (R + r_b), 0.0)) / r_b for R in (gear.form_radius, gear.tip_radius))
+    return form, tip
+
+
+def _fillet(gear: Gear, points: int) -> Outline:
+    fillet, r = gear.fillet, gear.pitch_radius
+    end = float(fillet.parameter(np.array(gear.form_radius)))
+    tau, weight = gauss(points, 0.0, math.tan(end / 2))
+    sin, cos = 2 * tau / (1 + tau**2), (1 - tau**2) / (1 + tau**2)
+    tan, (corner, depth), rho, cos_b = sin / cos, fillet.rack.corner, fillet.rack.fillet, math.cos(fillet.beta)
+    # the point of the rack above the pitch line, the point it cuts, and derivatives by φ
+    eta, d_eta = fillet.shift - depth - rho * cos, rho * sin
+    x, dx = -eta * cos_b * tan, -cos_b * (d_eta * tan + eta * (1 + tan**2))
+    y, dy = r + eta, d_eta
+    # R² − r_f² free of cancellation: y − r_f = ρ (1 − cos φ) = ρ τ sin φ
+    height = x**2 + rho * tau * sin * (y + fillet.root_radius)
+    R = np.sqrt(fillet.root_radius**2 + height)
+    dR = (x * dx + y * dy) / R
+    psi = math.pi / gear.teeth - np.arctan2(x, y) - ((corner + rho * sin) / cos_b - x) / r
+    d_psi = (x * dy - dx * y) / R**2 - (rho * cos / cos_b - dx) / r
+    return height / (R + fillet.root_radius), weight * dR * 2 / (1 + tau**2), R * psi, psi + R * d_psi / dR
+
+
+def _involute(gear: Gear, points: int) -> Iterator[Outline]:
+    r_b = gear.base_radius
+    form, tip = roll_angles(gear)
+    pointed = math.sqrt((gear.pointed_radius - r_b) * (gear.pointed_radius + r_b)) / r_b
+    # away from the tip t_p − t = δ, where ψ = δ − (arctan t_p − arctan t) keeps its digits however thin the tooth is
+    edges = [pointed - form]
+    while edges[-1] * (1 - _REACH) > pointed - tip > 0:
+        edges.append(edges[-1] * (1 - _REACH))
+    for high, low in pairwise([*edges, pointed - tip]):
+        delta, weight = gauss(points, low, high)
+        t = pointed - delta
+        root = np.sqrt(1 + t**2)
+        R = r_b * root
+        psi = delta - np.arctan(delta / (1 + t * pointed))
+        yield R - gear.root_radius, weight * r_b * t / root, R * psi, psi - t
