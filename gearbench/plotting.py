@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearbench.cycle import fourier, panels
+from gearbench.files import replacing
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -178,6 +179,7 @@ def _scene_name(dataset: xr.Dataset) -> str:
 def _write(figure, path: Path) -> Path:
     import matplotlib.pyplot as plt
 
-    figure.savefig(path, dpi=DPI)
+    with replacing(path) as part:
+        figure.savefig(part, dpi=DPI, format=path.suffix.removeprefix("."))
     plt.close(figure)
     return path

@@ -2,62 +2,28 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gearbench.errors import InputError
+from gearbench.files import write_bytes
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def check_target(path: str | Path) -> Path:
-    """Refuse, before anything is computed, a file that cannot be written.
-
-    Raises
-    ------
-    InputError
-        If ``path`` is a folder, or its folder is missing or not writable.
-    """
-    path = Path(path)
-    if path.is_dir():
-        raise InputError("output", str(path), "must be a file, not a folder")
-    if not path.parent.is_dir():
-        raise InputError("output", str(path), f"the folder {path.parent} does not exist")
-    if not os.access(path.parent, os.W_OK):
-        raise InputError("output", str(path), f"the folder {path.parent} is not writable")
-    return path
-
-
 def save(dataset: xr.Dataset, path: str | Path) -> Path:
-    """Write ``dataset`` to ``path`` through a temporary file beside it, then put it in place at once.
+    """Write ``dataset`` to ``path`` as netCDF, whole or not at all.
 
     Raises
     ------
     InputError
-        As ``check_target``.
+        As ``files.check_target``.
     OSError
         If the disk is full or fails; a file that was there before is untouched.
     """
-    path = check_target(path)
-    handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
-    os.close(handle)
-    part = Path(name)
-    try:
-        with part.open("wb") as file:
-            file.write(_netcdf(dataset))
-            file.flush()
-            os.fsync(file.fileno())
-        mask = os.umask(0)
-        os.umask(mask)
-        part.chmod(0o666 & ~mask)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
-    return path
+    return write_bytes(path, _netcdf(dataset))
 
 
 def _netcdf(dataset: xr.Dataset) -> bytes:

@@ -228,7 +228,7 @@ def test_outputs_that_cannot_be_written_are_refused_before_computing(run, tmp_pa
 
 
 def test_a_full_disk_leaves_the_earlier_file(run, tmp_path, monkeypatch):
-    import gearbench.results
+    import gearbench.files
 
     target = tmp_path / "out.nc"
     target.write_text("earlier")
@@ -236,7 +236,7 @@ def test_a_full_disk_leaves_the_earlier_file(run, tmp_path, monkeypatch):
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(gearbench.results.os, "fsync", full)
+    monkeypatch.setattr(gearbench.files.os, "fsync", full)
     code, _, err = run("simulate", EXAMPLES / "sc.toml", "-o", target)
     assert code == 1
     assert "No space left on device" in err

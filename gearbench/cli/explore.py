@@ -38,7 +38,7 @@ def explore(
     from gearbench.errors import GearbenchError
     from gearbench.explore.catalogue import catalogue
     from gearbench.explore.stored import open_results
-    from gearbench.results import check_target
+    from gearbench.files import check_target
 
     if export is not None:
         check_target(export)

@@ -109,13 +109,13 @@ def _write_scene(
 ) -> tuple[str, ...]:
     """Write the scene of a stage; what was assumed for it."""
     from gearbench.exchange.rexs import find_stage, scene_of, stage_scene
-    from gearbench.results import check_target
+    from gearbench.files import check_target, write_text
 
     check_target(target)
     found = stage_scene(document, find_stage(document, stage), torque=torque, load_case=load_case)
     text = scene_of(document, found).to_toml()
     remarks = "".join(f"# {note}\n" for note in found.notes)
-    target.write_text(f"# from {document.path.name}, REXS {document.version}\n{remarks}{text}", encoding="utf-8")
+    write_text(target, f"# from {document.path.name}, REXS {document.version}\n{remarks}{text}")
     return found.notes
 
 

@@ -46,7 +46,8 @@ def robust(
     Example: gearbench robust examples/gear55_robust.toml --samples 1000 -o robust.nc --plots plots
     """
     from gearbench.cli import summary
-    from gearbench.results import check_target, save
+    from gearbench.files import check_target
+    from gearbench.results import save
     from gearbench.robustness.montecarlo import SAMPLES
     from gearbench.robustness.montecarlo import robust as run
     from gearbench.scene_file import load_scene

@@ -57,11 +57,11 @@ def select(
 
     Example: gearbench select front --where "modifications==0" --where "pinion_addendum==1" --worst-case
     """
+    from gearbench.files import check_target, write_text
     from gearbench.optimise.conditions import parse_condition, parse_ranking
     from gearbench.optimise.listing import csv_text, markdown_text
     from gearbench.optimise.select import chosen_scene, open_designs
     from gearbench.optimise.select import select as run
-    from gearbench.results import check_target
 
     conditions = [parse_condition(text) for text in where or ()]
     ranking = None if rank is None else parse_ranking(rank)
@@ -73,11 +73,11 @@ def select(
     selection = run(designs, where=conditions, avoid=resonances, rank=ranking, worst_case=worst_case)
     scene = chosen_scene(designs, export[0]) if export is not None else None
     if csv is not None:
-        csv.write_text(csv_text(selection), encoding="utf-8")
+        write_text(csv, csv_text(selection))
     if markdown is not None:
-        markdown.write_text(markdown_text(selection, top), encoding="utf-8")
+        write_text(markdown, markdown_text(selection, top))
     if export is not None and scene is not None:
-        export[1].write_text(scene.to_toml(), encoding="utf-8")
+        write_text(export[1], scene.to_toml())
     if json:
         _print_json(selection, top, targets)
     elif not quiet:

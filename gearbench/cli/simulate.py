@@ -25,7 +25,8 @@ def simulate(
     A stage of a REXS file: gearbench simulate gearbox.rexs --stage 2 -o stage2.nc
     """
     from gearbench.cli import summary
-    from gearbench.results import check_target, save
+    from gearbench.files import check_target
+    from gearbench.results import save
     from gearbench.simulation import simulate as run
 
     loaded, notes = load_any(scene, stage, torque, load_case)

@@ -50,9 +50,10 @@ def verify(
 
     Example: gearbench verify front -o verified.nc --plots plots
     """
+    from gearbench.files import check_target, write_text
     from gearbench.optimise.select import open_designs
     from gearbench.optimise.verify import verify as run
-    from gearbench.results import check_target, save
+    from gearbench.results import save
     from gearbench.validation.verification import draw_verification, findings
     from gearbench.validation.verification import markdown as text
 
@@ -65,7 +66,7 @@ def verify(
     if output is not None:
         save(dataset, output)
     if markdown is not None:
-        markdown.write_text(text(dataset, name), encoding="utf-8")
+        write_text(markdown, text(dataset, name))
     if folder is not None:
         targets.append(draw_verification(dataset, folder, name))
     if json:

@@ -11,6 +11,7 @@ import tomllib
 import zipfile
 from collections.abc import Iterable
 from copy import deepcopy
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element, SubElement, tostring
@@ -18,7 +19,7 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 from gearbench.errors import InputError
 from gearbench.exchange.rexs import Stage
 from gearbench.exchange.rexs_document import PACKED, RexsDocument, children
-from gearbench.results import check_target
+from gearbench.files import check_target, write_bytes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -108,14 +109,9 @@ def _set(element: Element, space: str, name: str, unit: str, value: str | Iterab
 
 def _write(root: Element, target: Path) -> Path:
     text = tostring(root, encoding="UTF-8", xml_declaration=True) + b"\n"
-    part = target.with_name(f".{target.name}.part")
-    try:
-        if target.name.lower().endswith(PACKED):
-            with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED) as archive:
-                archive.writestr(f"{target.name.split('.')[0]}.rexs", text)
-        else:
-            part.write_bytes(text)
-        part.replace(target)
-    finally:
-        part.unlink(missing_ok=True)
-    return target
+    if not target.name.lower().endswith(PACKED):
+        return write_bytes(target, text)
+    packed = BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr(f"{target.name.split('.')[0]}.rexs", text)
+    return write_bytes(target, packed.getvalue())

@@ -16,6 +16,7 @@ from gearbench.explore.gear_data import Tables, summary, tables
 from gearbench.explore.model import picture
 from gearbench.explore.page import Page, knee
 from gearbench.explore.scripts import script
+from gearbench.files import write_text
 
 #: Designs whose pictures go into the file at most.
 PICTURES = 60
@@ -55,8 +56,7 @@ def html(catalogue: Catalogue, pictures: int = PICTURES) -> str:
 
 def write(catalogue: Catalogue, path: Path) -> None:
     """Write the page to ``path``."""
-    text = html(catalogue)
-    path.write_text(text, encoding="utf-8")
+    write_text(path, html(catalogue))
 
 
 def _spread(catalogue: Catalogue, first: int, count: int) -> NDArray:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError
+from gearbench.files import write_text
 from gearbench.optimise.dataset import checksum, designs_dataset, read_designs, read_names
 from gearbench.optimise.problem import Evaluation
 from gearbench.optimise.study import Design, OptimisationStudy
@@ -56,7 +57,7 @@ class Store:
             raise InputError("output", str(folder), "the folder is not writable")
         self._check(names, resume)
         if STUDY not in names:
-            self._write_study()
+            write_text(self.folder / STUDY, self._study.to_toml())
         self._lock = self._take_lock()
         self._writer = ThreadPoolExecutor(1)
         self._pending: Future[None] | None = None
@@ -112,17 +113,6 @@ class Store:
             pass  # a system or a file system without locks
         return file
 
-    def _write_study(self) -> None:
-        part = self.folder / f".{STUDY}.part"
-        try:
-            with part.open("w", encoding="utf-8") as file:
-                file.write(self._study.to_toml())
-                file.flush()
-                os.fsync(file.fileno())
-            part.replace(self.folder / STUDY)
-        finally:
-            part.unlink(missing_ok=True)
-
     def path(self, generation: int) -> Path:
         """File of a generation, counted from 1."""
         return self.folder / f"generation_{generation:04d}.nc"
@@ -177,10 +167,7 @@ class Store:
         return self._save(dataset, self.folder / FRONT)
 
     def _save(self, dataset: xr.Dataset, path: Path) -> Path:
-        try:
-            save(dataset, path)
-        except OSError as error:
-            raise OSError(error.errno, error.strerror, str(path)) from None
+        save(dataset, path)
         _sync(self.folder)
         return path
 

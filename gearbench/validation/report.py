@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import base64
 import io
-import os
-import tempfile
 from collections.abc import Iterable, Sequence
 from html import escape
 from importlib.resources import files
@@ -14,7 +12,8 @@ from string import Template
 from typing import TYPE_CHECKING
 
 from gearbench.errors import InputError
-from gearbench.results import check_target, save
+from gearbench.files import check_target, replacing
+from gearbench.results import save
 from gearbench.validation import figures
 from gearbench.validation.dataset import of_scene
 from gearbench.validation.figures import duration, percent
@@ -64,18 +63,9 @@ def write(dataset: xr.Dataset, folder: str | Path) -> list[Path]:
     """
     folder = check_folder(folder)
     text = render(dataset)
-    handle, name = tempfile.mkstemp(prefix=f".{REPORT}.", suffix=".part", dir=folder)
-    part = Path(name)
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        mask = os.umask(0)
-        os.umask(mask)
-        part.chmod(0o666 & ~mask)
+    with replacing(folder / REPORT) as part:
+        part.write_text(text, encoding="utf-8")
         saved = save(dataset, folder / DATASET)
-        part.replace(folder / REPORT)
-    finally:
-        part.unlink(missing_ok=True)
     return [folder / REPORT, saved]
 
 

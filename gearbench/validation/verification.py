@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearbench.files import replacing
 from gearbench.plotting import BLUE, DPI, GREEN, GREY, ORANGE, PURPLE
 from gearbench.quantities import QUANTITIES
 
@@ -115,6 +116,7 @@ def draw_verification(dataset: xr.Dataset, folder: Path, name: str) -> Path:
         largest = np.nanmax(np.abs(dataset["shift"].values))
         figure.suptitle(f"{name or 'study'}: finite elements move objectives by up to {largest:.0f} %{held}")
         path = folder / "verification.png"
-        figure.savefig(path, dpi=DPI)
+        with replacing(path) as part:
+            figure.savefig(part, dpi=DPI, format="png")
         plt.close(figure)
     return path

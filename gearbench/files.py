@@ -1,0 +1,89 @@
+"""Files on disk, written atomically: whole, or as they were before."""
+
+from __future__ import annotations
+
+import errno
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from gearbench.errors import InputError
+
+#: What keeps a file from being made in a folder, whatever is to be written.
+_REFUSED = frozenset((errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOENT, errno.ENOTDIR, errno.ENAMETOOLONG))
+
+
+def check_target(path: str | Path) -> Path:
+    """Refuse, before anything is computed, a file that cannot be written.
+
+    Raises
+    ------
+    InputError
+        If ``path`` is a folder, or its folder is missing or not writable.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise InputError("output", str(path), "must be a file, not a folder")
+    if not path.parent.is_dir():
+        raise InputError("output", str(path), f"the folder {path.parent} does not exist")
+    if not os.access(path.parent, os.W_OK):
+        raise InputError("output", str(path), f"the folder {path.parent} is not writable")
+    return path
+
+
+@contextmanager
+def replacing(path: str | Path) -> Iterator[Path]:
+    """A temporary file beside ``path``, to be written; at the end of the block it takes the place of ``path``.
+
+    If the block fails or is interrupted, the temporary file is removed and ``path`` is as it was before.
+
+    Raises
+    ------
+    InputError
+        As ``check_target``, and if the folder refuses a new file.
+    OSError
+        If the disk is full or fails; it names ``path``.
+    """
+    path = check_target(path)
+    try:
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+    except OSError as error:
+        if error.errno not in _REFUSED:
+            raise OSError(error.errno, error.strerror, str(path)) from None
+        reason = f"the folder {path.parent} is not writable ({error.strerror})"
+        raise InputError("output", str(path), reason) from None
+    os.close(handle)
+    part = Path(name)
+    try:
+        yield part
+        _finish(part)
+        part.replace(path)
+    except OSError as error:
+        if error.errno is None:
+            raise
+        raise OSError(error.errno, error.strerror, str(path)) from None
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _finish(part: Path) -> None:
+    """Make the content durable, and give the file the rights that a new one has."""
+    with part.open("rb") as file:
+        os.fsync(file.fileno())
+    mask = os.umask(0)
+    os.umask(mask)
+    part.chmod(0o666 & ~mask)
+
+
+def write_bytes(path: str | Path, data: bytes) -> Path:
+    """Write ``data`` to ``path``; raises as ``replacing``."""
+    with replacing(path) as part:
+        part.write_bytes(data)
+    return Path(path)
+
+
+def write_text(path: str | Path, text: str) -> Path:
+    """Write ``text`` to ``path`` in UTF-8; raises as ``replacing``."""
+    return write_bytes(path, text.encode())

@@ -1,0 +1,146 @@
+"""Files are written whole or not at all, whatever comes between."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from gearbench.errors import InputError
+from gearbench.files import replacing, write_bytes, write_text
+from gearbench.results import load, save
+from tests.explore_designs import EXAMPLES, front
+
+ROOT = Path(__file__).parents[1]
+
+
+def refuse(*_: object, **__: object) -> None:
+    raise OSError(28, "No space left on device")
+
+
+def test_text_and_bytes_arrive_and_replace_what_was_there(tmp_path):
+    for content in ("first µ\n", "second"):
+        assert write_text(tmp_path / "a.txt", content) == tmp_path / "a.txt"
+        assert (tmp_path / "a.txt").read_bytes() == content.encode()
+    write_bytes(tmp_path / "b", b"\0\xff\r\n")
+    assert (tmp_path / "b").read_bytes() == b"\0\xff\r\n"
+    assert sorted(os.listdir(tmp_path)) == ["a.txt", "b"]
+
+
+def test_a_new_file_has_the_rights_of_any_other(tmp_path):
+    (tmp_path / "plain").write_text("")
+    assert write_text(tmp_path / "ours", "").stat().st_mode == (tmp_path / "plain").stat().st_mode
+
+
+@pytest.mark.parametrize("fault", [KeyboardInterrupt(), RuntimeError("in between"), OSError(28, "No space left")])
+@pytest.mark.parametrize("before", [None, "before"])
+def test_what_fails_or_is_interrupted_leaves_neither_half_a_file_nor_a_rest(tmp_path, fault, before):
+    path = tmp_path / "file.txt"
+    if before:
+        path.write_text(before)
+
+    def write() -> None:
+        with replacing(path) as part:
+            part.write_text("half of")
+            raise fault
+
+    with pytest.raises(type(fault)):
+        write()
+    assert [p.read_text() for p in tmp_path.iterdir()] == ([before] if before else [])
+
+
+@pytest.mark.parametrize("place", ["fsync", "replace"])
+def test_a_disk_that_fails_at_the_end_leaves_the_earlier_file(tmp_path, monkeypatch, place):
+    path = write_text(tmp_path / "file.txt", "before")
+    monkeypatch.setattr(*((os, "fsync") if place == "fsync" else (Path, "replace")), refuse)
+    with pytest.raises(OSError, match=re.escape(str(path))):
+        write_text(path, "after")
+    monkeypatch.undo()
+    assert [p.read_text() for p in tmp_path.iterdir()] == ["before"]
+
+
+def test_a_dataset_that_is_not_written_leaves_nothing(tmp_path, monkeypatch):
+    monkeypatch.setattr(os, "fsync", refuse)
+    with pytest.raises(OSError, match="No space"):
+        save(xr.Dataset({"x": ("i", np.arange(3.0))}), tmp_path / "x.nc")
+    assert list(tmp_path.iterdir()) == []
+    monkeypatch.undo()
+    assert load(save(xr.Dataset({"x": ("i", np.arange(3.0))}), tmp_path / "x.nc"))["x"].size == 3
+
+
+KILLED = """
+import os, signal
+from gearbench.files import replacing
+with replacing("file.txt") as part:
+    part.write_text("half of")
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_a_killed_process_leaves_the_earlier_file(tmp_path):
+    write_text(tmp_path / "file.txt", "before")
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run([sys.executable, "-c", KILLED], cwd=tmp_path, env=environment, check=False)
+    assert done.returncode < 0
+    assert (tmp_path / "file.txt").read_text() == "before"
+
+
+#: Refuses new files to everyone, the administrator too.
+SEALED = Path("/proc")
+
+
+@pytest.mark.skipif(not SEALED.is_dir(), reason="no /proc on this system")
+def test_a_folder_that_refuses_is_bad_input():
+    with pytest.raises(InputError, match=r"^output = /proc/a\.txt: the folder /proc is not writable"):
+        write_text(SEALED / "a.txt", "")
+
+
+@pytest.fixture
+def stored(tmp_path):
+    save(front(30), tmp_path / "front.nc")
+    return tmp_path / "front.nc"
+
+
+GEARBOX = ROOT / "tests" / "data" / "sew_3_stage_cylindrical_gearbox_1.0.rexs"
+
+
+@pytest.mark.skipif(not SEALED.is_dir(), reason="no /proc on this system")
+@pytest.mark.parametrize("folder", [SEALED, Path("missing")])
+def test_commands_end_with_one_line_where_they_cannot_write(run, stored, tmp_path, monkeypatch, folder):
+    monkeypatch.chdir(tmp_path)
+    scene = EXAMPLES / "sc.toml"
+    for arguments in (
+        ("simulate", scene, "-o", folder / "a.nc"),
+        ("select", stored, "--csv", folder / "a.csv"),
+        ("select", stored, "--markdown", folder / "a.md"),
+        ("select", stored, "--export", 1, folder / "a.toml"),
+        ("explore", stored, "--export", folder / "a.html"),
+        ("rexs", GEARBOX, "--scene", 2, folder / "a.toml"),
+    ):
+        code, out, err = run(*arguments)
+        assert (code, out) == (2, ""), arguments
+        assert err.count("\n") == 1, arguments
+        assert str(folder) in err
+
+
+def test_commands_leave_nothing_where_the_disk_is_full(run, stored, tmp_path, monkeypatch):
+    out = tmp_path / "out"
+    out.mkdir()
+    monkeypatch.setattr(os, "fsync", refuse)
+    for arguments in (
+        ("select", stored, "--csv", out / "a.csv", "--markdown", out / "a.md"),
+        ("select", stored, "--export", 1, out / "a.toml"),
+        ("explore", stored, "--export", out / "a.html"),
+        ("rexs", GEARBOX, "--scene", 2, out / "a.toml"),
+        ("simulate", EXAMPLES / "sc.toml", "--plots", out),
+    ):
+        code, _, err = run(*arguments)
+        assert code == 1, arguments
+        assert "No space left on device" in err
+        assert list(out.iterdir()) == [], arguments
