@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import total_gap
-from gearbench.contact.problem import ContactSolution
+from gearbench.contact.problem import ContactProblem, ContactSolution
 from gearbench.cycle import peak_to_peak
 from gearbench.geometry.action import ContactLines
 from gearbench.scene import Scene
@@ -26,6 +26,7 @@ class Solved:
     scene: Scene
     lines: ContactLines
     weight: NDArray
+    problem: ContactProblem
     solution: ContactSolution
 
     @property

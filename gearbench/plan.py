@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
-from gearbench.contact.solver import solve
+from gearbench.contact.assemble import mesh_phases, scene_lines
 from gearbench.effects.base import ComplianceEffect, Effect, GapEffect, LowRank
 from gearbench.geometry.action import ContactLines
 from gearbench.outputs import DEFAULT_OUTPUTS, Solved
 from gearbench.scene import Scene
+from gearbench.simulation import solve_lines
 from gearbench.stopwatch import peak_megabytes, unseen
 
 if TYPE_CHECKING:
@@ -80,8 +80,7 @@ class Trial:
 
     def solved(self) -> Solved:
         """The contact problem assembled and solved."""
-        problem = assemble(self.scene, self.lines)
-        return Solved(scene=self.scene, lines=self.lines, weight=self.weight, solution=solve(problem))
+        return solve_lines(self.scene, self.lines, self.weight)
 
 
 def make_plan(scene: Scene) -> Plan:

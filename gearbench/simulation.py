@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.solver import solve
 from gearbench.errors import InputError
+from gearbench.geometry.action import ContactLines
 from gearbench.outputs import DEFAULT_OUTPUTS, OUTPUTS, Solved, cycle_numbers
 from gearbench.provenance import provenance
 from gearbench.quantities import QUANTITIES
@@ -82,12 +83,16 @@ def cycle_values(scene: Scene) -> NDArray:
 def solve_scene(scene: Scene) -> Solved:
     """Contact solution of ``scene`` at all its mesh phases."""
     phase, weight = mesh_phases(scene)
-    lines = scene_lines(scene, phase)
+    return solve_lines(scene, scene_lines(scene, phase), weight)
+
+
+def solve_lines(scene: Scene, lines: ContactLines, weight: NDArray) -> Solved:
+    """As ``solve_scene``, on the contact lines and with the weights of their positions given, (position,)."""
     problem = assemble(scene, lines)
     _LOG.debug("contact problem: %d positions, %d pairs, %d segments", *lines.shape)
     solution = solve(problem)
     _LOG.debug("solved in at most %d Newton steps a position", solution.iterations.max(initial=0))
-    return Solved(scene=scene, lines=lines, weight=weight, solution=solution)
+    return Solved(scene=scene, lines=lines, weight=weight, problem=problem, solution=solution)
 
 
 def dataset(solved: Solved, outputs: Sequence[str], start: float) -> xr.Dataset:

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from gearbench.optimise.study import Limit
+from gearbench.outputs import Solved
 from gearbench.scene import Scene
 
 #: From the geometry alone.
@@ -24,21 +25,26 @@ OF_STRENGTH = ("contact_pressure", "root_stress")
 CONSTRAINTS = (*GEOMETRIC, *OF_STRENGTH)
 
 
-def constrained(scene: Scene, limits: Mapping[str, Limit]) -> dict[str, float]:
-    """Limited quantities of ``scene`` by name; NaN where they were not computed."""
+def constrained(
+    scene: Scene, limits: Mapping[str, Limit], solved: Callable[[], Solved | None] = lambda: None
+) -> dict[str, float]:
+    """Limited quantities of ``scene`` by name; NaN where they were not computed.
+
+    Those of strength need the scene solved: ``solved`` is called at most once, and only for them.
+    """
     values = {name: GEOMETRIC[name](scene) for name in limits if name in GEOMETRIC}
     wanted = [name for name in limits if name in OF_STRENGTH]
     if wanted:
         values |= dict.fromkeys(wanted, math.nan)
         if all(limits[name].violation(value) == 0 for name, value in values.items() if name in GEOMETRIC):
-            values |= {name: value for name, value in _strength(scene).items() if name in wanted}
+            values |= {name: value for name, value in _strength(scene, solved()).items() if name in wanted}
     return {name: values[name] for name in limits}
 
 
-def _strength(scene: Scene) -> dict[str, float]:
+def _strength(scene: Scene, solved: Solved | None) -> dict[str, float]:
     from gearbench.strength import strength
 
-    numbers = strength(scene)
+    numbers = strength(scene, solved)
     return {"contact_pressure": numbers.contact_pressure, "root_stress": max(numbers.root_stress)}
 
 

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator, Mapping
 from copy import deepcopy
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -15,13 +15,15 @@ from numpy.typing import NDArray
 
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.pair import Pair
-from gearbench.optimise.constraints import constrained, judge
+from gearbench.optimise.constraints import OF_STRENGTH, constrained, judge
 from gearbench.optimise.derived import DERIVED
 from gearbench.optimise.study import RESPONSES, STATISTICS, Design, OptimisationStudy
 from gearbench.optimise.variables import Value
+from gearbench.outputs import Solved
 from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene, validate
+from gearbench.simulation import simulate, solve_scene
 
 #: Violation of a design that makes no scene, or none that can be solved: more than limits can add up to.
 NO_GEAR = 1e6
@@ -69,12 +71,14 @@ def evaluate(study: OptimisationStudy, design: Design) -> Evaluation:
     nothing = (math.nan,) * len(STATISTICS)
     try:
         scene = scene_of(study, design)
-        values = constrained(scene, study.constraints)
+        solved = cache(partial(solve_scene, scene))
+        values = constrained(scene, study.constraints, solved)
         violation, reason = judge(values, study.constraints)
         unknown = tuple(values.values())
         if violation > 0:
             return Evaluation(violation=violation, reason=reason, constraints=unknown, statistics=nothing)
-        statistics = _statistics(study, scene)
+        of_strength = any(name in OF_STRENGTH for name in study.constraints)
+        statistics = _statistics(study, scene, solved() if of_strength else None)
         return Evaluation(violation=0.0, reason="", constraints=unknown, statistics=statistics)
     except (InputError, GearbenchError, ArithmeticError, np.linalg.LinAlgError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
@@ -156,14 +160,13 @@ def _put(tables: dict[str, Any], path: str, value: Any) -> None:
     tables[last] = value
 
 
-def _statistics(study: OptimisationStudy, scene: Scene) -> tuple[float, ...]:
+def _statistics(study: OptimisationStudy, scene: Scene, solved: Solved | None) -> tuple[float, ...]:
+    """In the order of ``STATISTICS``; ``solved`` is the scene where its limits asked for that."""
     if study.robustness.samples == 0:
-        from gearbench.simulation import simulate
-
-        solved = simulate(scene, outputs=RESPONSES)
-        found = [(float(solved[name]), math.nan, math.nan) for name in RESPONSES]
+        dataset = simulate(scene, outputs=RESPONSES)
+        found = [(float(dataset[name]), math.nan, math.nan) for name in RESPONSES]
     else:
-        found = list(_dispersion(study, scene))
+        found = list(_dispersion(study, scene, solved))
     known = tuple(value for row in found for value in row)
     needed = {name for objective in study.objectives for name in objective.weights}
     for name, value in zip(STATISTICS, known, strict=True):
@@ -172,12 +175,12 @@ def _statistics(study: OptimisationStudy, scene: Scene) -> tuple[float, ...]:
     return known
 
 
-def _dispersion(study: OptimisationStudy, scene: Scene) -> Iterator[tuple[float, float, float]]:
+def _dispersion(study: OptimisationStudy, scene: Scene, solved: Solved | None) -> Iterator[tuple[float, float, float]]:
     """Mean, standard deviation and maximum of each response over the error samples."""
     from gearbench.robustness.montecarlo import prepare_scene, respond
 
     r = study.robustness
-    problem = prepare_scene(scene)
+    problem = prepare_scene(scene, solved)
     errors = problem.errors.draw(_unit(r.sampler, r.samples, len(problem.names), r.seed), scene.pair)
     responses, complete = respond(problem, errors)
     if not complete:

@@ -19,7 +19,7 @@ from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.batch import Batch, BatchSolution, chunks, on_threads, prepare, solve_one_chunk
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import InputError
-from gearbench.outputs import MICROMETRES, cycle_numbers
+from gearbench.outputs import MICROMETRES, Solved, cycle_numbers
 from gearbench.robustness.dataset import robust_dataset
 from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.scene import Scene
@@ -65,27 +65,29 @@ class RobustProblem:
         return self.errors.draw(unit_samples(sampler, samples, len(self.names), seed, start=start), self.scene.pair)
 
 
-def prepare_scene(scene: Scene) -> RobustProblem:
-    """Everything about ``scene`` that does not depend on the sample.
+def prepare_scene(scene: Scene, solved: Solved | None = None) -> RobustProblem:
+    """Everything about ``scene`` that does not depend on the sample; ``solved`` is the scene where it was solved.
 
     Raises
     ------
     InputError
         If the scene has no random errors.
     """
-    return prepare_phases(scene, *mesh_phases(scene))
+    return prepare_phases(scene, *mesh_phases(scene), solved)
 
 
-def prepare_phases(scene: Scene, phase: NDArray, weight: NDArray) -> RobustProblem:
+def prepare_phases(scene: Scene, phase: NDArray, weight: NDArray, solved: Solved | None = None) -> RobustProblem:
     """As ``prepare_scene``, at the mesh phases and weights given, (position,)."""
     errors = scene.effect("manufacturing_errors")
     if not isinstance(errors, ManufacturingErrors):
         raise InputError("effects", "no manufacturing_errors", "robustness needs [effects.manufacturing_errors]")
-    lines = scene_lines(scene, phase)
+    lines = solved.lines if solved else scene_lines(scene, phase)
+    problem = solved.problem if solved else assemble(scene, lines)
     positions, pairs, segments = lines.shape
     modes = errors.modes(lines).reshape(positions, pairs * segments, -1)
-    batch = prepare(assemble(scene, lines), modes)
-    return RobustProblem(scene=scene, errors=errors, batch=batch, mean=errors.mean(scene.pair), weight=weight)
+    return RobustProblem(
+        scene=scene, errors=errors, batch=prepare(problem, modes), mean=errors.mean(scene.pair), weight=weight
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
