@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import re
+from typing import Any
+
+from docutils import nodes
+from docutils.utils.math.latex2mathml import tex2mathml
 from pygments.lexers.special import TextLexer
 from sphinx.application import Sphinx
 
@@ -18,7 +23,7 @@ exclude_patterns = ["__pycache__"]
 nitpicky = True
 nitpick_ignore_regex = [(r"py:.*", r"(?!gearbench\.).*")]
 
-myst_enable_extensions = ["attrs_inline", "colon_fence", "fieldlist"]
+myst_enable_extensions = ["attrs_inline", "dollarmath", "colon_fence", "fieldlist"]
 myst_heading_anchors = 3
 
 napoleon_google_docstring = False
@@ -31,6 +36,7 @@ add_module_names = False
 python_use_unqualified_type_names = True
 python_maximum_signature_line_length = 100
 
+html_math_renderer = "mathml"
 html_theme = "furo"
 html_title = f"gearbench {release}"
 html_static_path = ["_static"]
@@ -41,5 +47,26 @@ html_theme_options = {"navigation_with_keys": True}
 
 
 def setup(app: Sphinx) -> None:
-    """Tables of measured values are shown as they are."""
+    """Tables of measured values are shown as they are; formulas as MathML, which browsers draw by themselves."""
     app.add_lexer("csv", TextLexer)
+    app.add_html_math_renderer("mathml", (_inline, None), (_block, None))
+
+
+def _inline(writer: Any, node: nodes.math) -> None:
+    writer.body.append(_mathml(node.astext()))
+    raise nodes.SkipNode
+
+
+def _block(writer: Any, node: nodes.math_block) -> None:
+    label = node.get("label") or ""
+    number = f'<span class="eqno">({label})</span>' if label else ""
+    anchor = f' id="equation-{label}"' if label else ""
+    writer.body.append(f'<div class="math"{anchor}>{_mathml(node.astext(), as_block=True)}{number}</div>')
+    raise nodes.SkipNode
+
+
+def _mathml(tex: str, **options: Any) -> str:
+    """MathML of a formula, with the thin spaces around names of functions that browsers leave out."""
+    space = '<mspace width="0.17em"/>'
+    found = tex2mathml(tex, **options)
+    return re.sub(r"(<mi[^>]*>\w{2,}</mi>)\s*<mo>&ApplyFunction;</mo>", rf"{space}\1{space}", found)

@@ -65,6 +65,14 @@ def test_files_and_tests_that_a_page_names_exist(page):
             assert f"def {test}(" in (ROOT / path).read_text(encoding="utf-8"), f"{path}::{test}"
 
 
+def test_the_equations_are_cited_and_what_is_cited_is_there():
+    labels = re.findall(r"\$\$ \((\w+)\)", (DOCS / "theory.md").read_text(encoding="utf-8"))
+    assert len(labels) == len(set(labels)) > 30
+    code = " ".join(" ".join(path.read_text(encoding="utf-8").split()) for path in (ROOT / "gearbench").rglob("*.py"))
+    cited = set(re.findall(r"[(,] ?((?:PL|[GCBSLR])\d)(?=[,):]| of docs/theory\.md)", code))
+    assert cited == set(labels)
+
+
 def test_the_public_functions_show_how_they_are_used():
     assert set(SHOWN) <= set(WITH_EXAMPLES)
 

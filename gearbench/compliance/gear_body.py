@@ -101,7 +101,7 @@ class GearBody:
 
     @cached_property
     def _waves(self) -> NDArray:
-        """Motion of the root of tooth 0 per unit force, for each wave m = 0 … z/2, in the phases η: (m, r, r)."""
+        """Motion of the root of tooth 0 per unit force, for each wave m = 0 … z/2, in the phases η: (m, r, r) (R4)."""
         gear = self.tooth.gear
         across, axis = self.tooth.order[0], self.axis_order
         z, psi, r = gear.teeth, self.root_half_angle, gear.root_radius
@@ -142,7 +142,7 @@ class GearBody:
         return [np.arange(odd.size)] if self.tooth.gear.beta else [np.flatnonzero(odd == k) for k in range(2)]
 
     def blocks(self, neighbours: int) -> NDArray:
-        """Deflection [mm/N] of the flank of tooth d due to the body, loads on tooth 0: (2n+1, p·q, p·q), d = −n … n."""
+        """Deflection [mm/N] of the flank of tooth d = −n … n due to the body, loads on tooth 0 (R7): (d, p·q, p·q)."""
         z = self.tooth.gear.teeth
         waves, phi = self._waves, self._tooth_parts[1] * self._phase
         m = np.arange(len(waves))

@@ -2,7 +2,8 @@
 
 Kinematics u_x = zθ_y, u_y = −zθ_x; κ_xx = θ_y,x, κ_yy = −θ_x,y, 2κ_xy = θ_y,y − θ_x,x; γ_xz = θ_y + w,x,
 γ_yz = −θ_x + w,y. Twice the energy is ∬ D[κ_xx² + κ_yy² + 2ν κ_xx κ_yy + (1−ν)/2 (2κ_xy)²] + κGh (γ_xz² + γ_yz²), with
-D = E h³ / 12(1−ν²) and κ = 5/6. Source: Garambois et al. 2017, section 2; Timoshenko & Woinowsky-Krieger.
+D = E h³ / 12(1−ν²) and κ = 5/6 (PL1, PL2 of docs/theory.md).
+Source: Garambois et al. 2017, section 2; Timoshenko & Woinowsky-Krieger.
 """
 
 from __future__ import annotations
@@ -83,7 +84,7 @@ class PlateTooth:
         return np.block([[xx, xy, wx.T], [xy.T, yy, wy.T], [wx, wy, ww]])
 
     def factor(self, height: ArrayLike, y: ArrayLike) -> NDArray:
-        """ψ(x, y), (…, rank) [√(mm/N)]: a unit force at b deflects a by ψ(a) · ψ(b)."""
+        """ψ(x, y), (…, rank) [√(mm/N)]: a unit force at b deflects a by ψ(a) · ψ(b) (PL3)."""
         return self.ritz.factor(self._functions(height, y))
 
     def deflection(self, x: ArrayLike, y: ArrayLike, x0: ArrayLike, y0: ArrayLike) -> NDArray:

@@ -55,7 +55,10 @@ class Ring:
     order: tuple[int, int]
 
     def harmonics(self, n: NDArray) -> NDArray:
-        """ĉ_n (harmonic, 3·q, 3·q) [mm²/N·1/mm]: amplitudes (U, V, W) × g_j/√b on the rim per unit traction × r_o⁻¹."""
+        """ĉ_n (harmonic, 3·q, 3·q) [mm²/N·1/mm]: amplitudes (U, V, W) × g_j/√b on the rim per unit traction × r_o⁻¹.
+
+        (R3) of docs/theory.md.
+        """
         n = np.asarray(n, dtype=float)
         K, edge = self._stiffness(n)
         count, (p, q) = len(n), self.order
@@ -121,7 +124,7 @@ class Ring:
         return K.reshape(len(n), 3 * p * q, -1), edge
 
     def _along(self, n: NDArray) -> tuple[tuple[NDArray, ...], NDArray]:
-        """∫ ff R, ∫ ff, ∫ ff/R, ∫ ff′R, ∫ ff′, ∫ f′f′R dR over each harmonic's layer, each (harmonic, p, p)."""
+        """∫ ff R, ∫ ff, ∫ ff/R, ∫ ff′R, ∫ ff′, ∫ f′f′R dR over each harmonic's layer (R2), each (harmonic, p, p)."""
         p = self.order[0]
         w, weight = gauss(p + 8)
         f, df = height_functions(p, 1 - w)

@@ -78,7 +78,7 @@ class Section:
         Heights [mm] between root and tip where the half-width has a kink; before the first it may grow like √x.
     free
         Whether the root moves: before the functions that are zero at the root come Legendre polynomials of θ, constant
-        along R, so that the whole tooth follows its root without strain across.
+        along R (S6), so that the whole tooth follows its root without strain across.
     outline
         Quadrature along the height with so many points on a panel, where there is one better than of ``half_width``.
     """

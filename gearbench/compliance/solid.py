@@ -1,10 +1,10 @@
 """Solid: three-dimensional elasticity on a section extruded along a screw, clamped at its root, by the Ritz method.
 
 Each of the displacements u_θ, u_R, u_z is a sum of products (Legendre across) × (integrated Legendre along the height,
-zero at the root) × (integrated Legendre along the axis, ``axis_functions``). Symmetry splits the system: a straight
-tooth is symmetric about its middle plane and about the middle of its width, four classes; a screwed one about the
-half-turn that joins both, two. Within a class the functions along the axis form a chain, so that the work grows
-linearly with their number.
+zero at the root) × (integrated Legendre along the axis, ``axis_functions``, S4 of docs/theory.md). Symmetry splits the
+system: a straight tooth is symmetric about its middle plane and about the middle of its width, four classes; a screwed
+one about the half-turn that joins both, two. Within a class the functions along the axis form a chain, so that the work
+grows linearly with their number.
 """
 
 from __future__ import annotations

@@ -98,7 +98,7 @@ class SolidTooth:
 
     @cached_property
     def matrix(self) -> NDArray:
-        """Compliance [mm/N] between the polynomials of the flank, (p·q, p·q), before rounding to rank."""
+        """Compliance [mm/N] between the polynomials of the flank, (p·q, p·q), before rounding to rank (S5, L3)."""
         solid = self.build(free=False)
         flank = self.flank_functionals(solid)
         if self.measured_at == "mid":

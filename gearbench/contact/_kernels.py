@@ -76,7 +76,7 @@ def derivatives(i, q, delta, gap, a, h, active, factor, block, force, grad, hess
 
 @njit(cache=True, error_model="numpy")
 def newton_direction(total, slope, grad, hess, cross, x, step_q):
-    """Newton step of δ and ∂F/∂δ, by eliminating the amplitudes of each block; fills the step of q.
+    """Newton step of δ and ∂F/∂δ, by eliminating the amplitudes of each block (C6); fills the step of q.
 
     With the Cholesky factor L of a block of the Hessian: y = L⁻¹ cross, x = L⁻¹ grad, step = L⁻ᵀ (y dδ − x).
     """

@@ -13,7 +13,7 @@ RANK_TOLERANCE = 1e-7
 
 @dataclass(frozen=True, kw_only=True)
 class ContactProblem:
-    """H P + g(P) + e = δ on loaded segments, ≥ δ on separated ones, P ≥ 0, ΣP = 1; H = Ψ Ψᵀ, one block per tooth pair.
+    """H P + g(P) + e = δ on loaded segments, ≥ δ on separated ones, P ≥ 0, ΣP = 1 (C1); H = Ψ Ψᵀ, a block per pair.
 
     Forces are in units of the normal force F_n, displacements in units of ``length_scale``. The law of segment i is
     g_i(P) = P (a_i − h_i ln P), continued by its tangent above the load where a/h − ln P = 2 (half-width of contact

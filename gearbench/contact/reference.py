@@ -9,7 +9,7 @@ from gearbench.contact.problem import ContactProblem
 
 
 def law(s: NDArray, a: NDArray, h: NDArray) -> tuple[NDArray, NDArray, NDArray]:
-    """Force P, slope dP/ds and energy ∫P ds of segments compressed by s under g(P) = P (a − h ln P)."""
+    """Force P, slope dP/ds and energy ∫P ds of segments compressed by s under g(P) = P (a − h ln P) (C5)."""
     from scipy.special import lambertw
 
     s = np.maximum(s, 0.0)

@@ -24,8 +24,8 @@ def solve(problem: ContactProblem) -> ContactSolution:
     """Solve ``problem`` by the structured Newton method, or, where there is no contact law, by a dense active set.
 
     The unknowns are the amplitudes q of the smooth compliance and the approach δ; each force follows from its own law,
-    P_i = g_i⁻¹(max(0, δ − e_i − ψ_iᵀq)). They minimise a convex function, so Newton's method with a line search
-    converges from anywhere.
+    P_i = g_i⁻¹(max(0, δ − e_i − ψ_iᵀq)). They minimise a convex function (C4 of docs/theory.md), so Newton's method
+    with a line search converges from anywhere.
 
     Raises
     ------

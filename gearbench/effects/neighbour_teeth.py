@@ -47,7 +47,7 @@ class NeighbourTeeth(ToothCompliance):
         require_bores(pair)
 
     def compliance(self, lines: ContactLines) -> LowRank:
-        """Factor of both gears side by side, shared by all pairs, (position, pair, segment, rank)."""
+        """Factor of both gears side by side, shared by all pairs, (position, pair, segment, rank) (R8)."""
         bodies = [gear_body(lines.pair, k, self.order) for k in range(2)]
         roots = [body.root(lines.shape[1]) for body in bodies]
         ends = np.cumsum([0, *(root.shape[-1] for root in roots)])

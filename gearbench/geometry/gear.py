@@ -90,7 +90,7 @@ class Gear:
 
     @cached_property
     def alpha_t(self) -> float:
-        """Transverse pressure angle α_t [rad]."""
+        """Transverse pressure angle α_t [rad] (G1)."""
         return math.atan(math.tan(self.alpha_n) / math.cos(self.beta))
 
     @cached_property
@@ -115,7 +115,7 @@ class Gear:
 
     @property
     def tip_radius(self) -> float:
-        """Tip radius r_a = r + m_n (h_a* + x) [mm]."""
+        """Tip radius r_a = r + m_n (h_a* + x) [mm] (G4)."""
         return self.pitch_radius + self.normal_module * (self.addendum + self.profile_shift)
 
     @property
@@ -138,7 +138,7 @@ class Gear:
 
     @cached_property
     def is_undercut(self) -> bool:
-        """Whether the rack tip cuts away part of the involute (its flank ends beyond the interference point)."""
+        """Whether the rack tip cuts away part of the involute (G7: its flank ends beyond the interference point)."""
         eta = self.normal_module * self.profile_shift - self.fillet.rack.flank_depth
         return eta < -self.pitch_radius * math.sin(self.alpha_t) ** 2
 
@@ -184,7 +184,7 @@ class Gear:
 
     # -- section of the tooth -----------------------------------------------------------------------------------------
     def involute_half_angle(self, radius: ArrayLike) -> NDArray:
-        """Half tooth-thickness angle ψ [rad] of the involute at R [mm]; below the base circle its value there."""
+        """Half tooth-thickness angle ψ [rad] of the involute at R [mm] (G5); below the base circle its value there."""
         radius = np.asarray(radius, dtype=float)
         r_b = self.base_radius
         tan = np.sqrt(np.maximum((radius - r_b) * (radius + r_b), 0.0)) / r_b

@@ -139,7 +139,7 @@ class Pair:
 
     @cached_property
     def working_pressure_angle(self) -> float:
-        """Working transverse pressure angle α_wt [rad], cos α_wt = (r_b1 + r_b2)/a′."""
+        """Working transverse pressure angle α_wt [rad], cos α_wt = (r_b1 + r_b2)/a′ (G2)."""
         return math.acos(sum(self._base_radii) / self.centre_distance)
 
     @property
@@ -150,7 +150,7 @@ class Pair:
     # -- profile shifts and gears -------------------------------------------------------------------------------------
     @cached_property
     def profile_shifts(self) -> tuple[float, float]:
-        """Profile shifts x_1, x_2 [normal modules], derived where not given.
+        """Profile shifts x_1, x_2 [normal modules], derived where not given (G3).
 
         x_1 + x_2 = (z_1 + z_2) [(inv α_wt − inv α_t) / (2 tan α_n) − j_wt / (4 a′ tan α_n)].
         """
@@ -240,7 +240,7 @@ class Pair:
 
     @property
     def transverse_contact_ratio(self) -> float:
-        """ε_α = (u_E − u_A) / p_bt."""
+        """ε_α = (u_E − u_A) / p_bt (G8)."""
         return (self.path_end - self.path_start) / self.base_pitch
 
     @property
