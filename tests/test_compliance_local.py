@@ -11,16 +11,14 @@ from fem_reference.flank import Flank
 from gearbench.compliance.local import compression, flank_functions, half_space_compression
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.geometry.gear import Gear
+from tests.gears import standard_gear
 
 E, NU = 210e3, 0.3
 FLAT = (1 - NU**2) / (math.pi * E)
 
 
 def gear(helix=0.0) -> Gear:
-    return Gear(
-        teeth=25, normal_module=2.0, pressure_angle=20.0, helix_angle=helix, face_width=12.0,
-        profile_shift=0.1, addendum=1.0, dedendum=1.25, fillet_radius=0.38,
-    )  # fmt: skip
+    return standard_gear(25, 12.0, module=2.0, helix=helix, shift=0.1)
 
 
 def boussinesq(rho: float, z: float) -> float:

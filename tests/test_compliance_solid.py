@@ -13,15 +13,13 @@ from gearbench.compliance.section import Section
 from gearbench.compliance.solid import Solid
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.geometry.gear import Gear
+from tests.gears import standard_gear
 
 E, NU = 210e3, 0.3
 
 
 def gear(helix=0.0, teeth=25, module=2.0, width=12.0) -> Gear:
-    return Gear(
-        teeth=teeth, normal_module=module, pressure_angle=20.0, helix_angle=helix, face_width=width,
-        profile_shift=0.1, addendum=1.0, dedendum=1.25, fillet_radius=0.38,
-    )  # fmt: skip
+    return standard_gear(teeth, width, module=module, helix=helix, shift=0.1)
 
 
 def block(height=2.0, thickness=1.5, width=3.0, nu=NU, order=(3, 3, 3)) -> Solid:

@@ -13,11 +13,11 @@ from numpy.testing import assert_allclose
 from pydantic import ValidationError
 
 from gearbench.errors import InputError
-from gearbench.geometry.gear import Gear
 from gearbench.geometry.pair import Member, Pair
 from gearbench.library.garambois2017 import case
 from gearbench.strength.bending import RootBending
 from gearbench.strength.section import VirtualTooth
+from tests.gears import standard_gear
 
 
 def tooth(
@@ -28,18 +28,8 @@ def tooth(
     alpha: float = 20.0,
     dedendum: float = 1.25,
 ) -> VirtualTooth:
-    gear = Gear(
-        teeth=teeth,
-        normal_module=2.0,
-        pressure_angle=alpha,
-        helix_angle=helix,
-        face_width=20.0,
-        profile_shift=shift,
-        addendum=1.0,
-        dedendum=dedendum,
-        fillet_radius=fillet,
-    )
-    return VirtualTooth(gear=gear)
+    rack = {"fillet": fillet, "dedendum": dedendum, "pressure_angle": alpha}
+    return VirtualTooth(gear=standard_gear(teeth, 20.0, module=2.0, helix=helix, shift=shift, **rack))
 
 
 def equal(teeth: int, helix: float = 0.0, width: float = 20.0, **member: float) -> Pair:
