@@ -14,7 +14,6 @@ from gearbench.contact.problem import ContactProblem
 from gearbench.contact.reference import full_factor
 from gearbench.library.garambois2017 import case, gear
 from gearbench.robustness.montecarlo import RobustProblem, prepare_scene, respond
-from gearbench.robustness.sampling import unit_samples
 from gearbench.scene import Resolution
 from gearbench.simulation import simulate
 
@@ -44,7 +43,7 @@ def robust_problem(name: str, law: str = "weber_banaschek") -> tuple[RobustProbl
     scene = gear(name).scene(errors=True, resolution=Resolution(positions=32))
     effects = tuple(Hertz(law=law) if e.name == "hertz" else e for e in scene.effects)
     problem = prepare_scene(replace(scene, effects=effects))
-    return problem, problem.errors.draw(unit_samples("sobol", SAMPLES, len(problem.names), 0), scene.pair)
+    return problem, problem.draw(SAMPLES, 0, "sobol")
 
 
 @pytest.mark.parametrize("name", ["SC", "36", "19", "7"])

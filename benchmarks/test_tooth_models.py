@@ -13,7 +13,6 @@ from gearbench.effects.neighbour_teeth import NeighbourTeeth
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.library.garambois2017 import case, gear
 from gearbench.robustness.montecarlo import prepare_scene, respond
-from gearbench.robustness.sampling import unit_samples
 from gearbench.scene import Resolution, Scene
 from gearbench.simulation import simulate
 from gearbench.stopwatch import times, unseen
@@ -67,7 +66,7 @@ def test_1000_samples_of_a_solid_tooth(benchmark, name):
     effects = tuple(teeth if isinstance(e, ToothBending) else e for e in scene.effects)
     scene = replace(scene, effects=effects)
     problem = prepare_scene(scene)
-    errors = problem.errors.draw(unit_samples("sobol", SAMPLES, len(problem.names), 0), scene.pair)
+    errors = problem.draw(SAMPLES, 0, "sobol")
     respond(problem, errors, 2)
     lines = scene_lines(scene, mesh_phases(scene)[0])
     base = assemble(problem.scene, lines)

@@ -17,7 +17,6 @@ from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.library.garambois2017 import gear
 from gearbench.robustness.montecarlo import prepare_scene, respond, robust
-from gearbench.robustness.sampling import unit_samples
 from gearbench.scene import Resolution, Scene
 
 
@@ -41,7 +40,7 @@ SCENES = {
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES.keys())
 def test_every_sample_is_the_answer_of_the_single_scene_solver(scene):
     problem = prepare_scene(scene)
-    errors = problem.errors.draw(unit_samples("random", 40, len(problem.names), 3), scene.pair)
+    errors = problem.draw(40, 3, "random")
     solution = batching.solve_batch(problem.batch, errors - problem.mean)
 
     phase, _ = mesh_phases(scene)
@@ -57,7 +56,7 @@ def test_every_sample_is_the_answer_of_the_single_scene_solver(scene):
 
 def test_a_sample_is_bit_for_bit_the_same_in_any_batch_and_on_any_number_of_threads():
     problem = prepare_scene(SCENES["helical with relief"])
-    errors = problem.errors.draw(unit_samples("sobol", 3 * LANES + 5, len(problem.names), 0), problem.scene.pair)
+    errors = problem.draw(3 * LANES + 5, 0, "sobol")
     whole, _ = respond(problem, errors, threads=1)
     threaded, _ = respond(problem, errors, threads=2)
     assert_array_equal(whole.transmission_error_rms, threaded.transmission_error_rms)
@@ -70,7 +69,7 @@ def test_a_sample_is_bit_for_bit_the_same_in_any_batch_and_on_any_number_of_thre
 
 def test_samples_that_newton_does_not_reach_go_to_the_solver_with_line_search(monkeypatch):
     problem = prepare_scene(SCENES["spur"])
-    errors = problem.errors.draw(unit_samples("sobol", 10, len(problem.names), 0), problem.scene.pair)
+    errors = problem.draw(10, 0, "sobol")
     plain = batching.solve_batch(problem.batch, errors - problem.mean)
     assert plain.rescued == 0
     monkeypatch.setattr(batching, "NEWTON_LIMIT", 1)
@@ -82,7 +81,7 @@ def test_samples_that_newton_does_not_reach_go_to_the_solver_with_line_search(mo
 
 def test_errors_a_thousand_times_the_deflection_are_solved():
     problem = prepare_scene(SCENES["helical, three pairs"])
-    errors = 1000 * problem.errors.draw(unit_samples("random", 20, len(problem.names), 1), problem.scene.pair)
+    errors = 1000 * problem.draw(20, 1, "random")
     solution = batching.solve_batch(problem.batch, errors - problem.mean)
     phase, _ = mesh_phases(problem.scene)
     lines = scene_lines(problem.scene, phase)
@@ -124,7 +123,7 @@ def test_reducing_the_rank_does_not_change_the_compliance():
 
 def test_progress_counts_the_samples_and_an_interruption_keeps_what_is_done():
     problem = prepare_scene(SCENES["spur"])
-    errors = problem.errors.draw(unit_samples("sobol", 3 * LANES, len(problem.names), 0), problem.scene.pair)
+    errors = problem.draw(3 * LANES, 0, "sobol")
     seen = []
     respond(problem, errors, threads=1, progress=seen.append)
     assert seen == [LANES, 2 * LANES, 3 * LANES]
