@@ -16,7 +16,7 @@ from tests.stability.extended.contact import Answer, contact, equal_approach
 from tests.stability.extended.effects import gap, line_law
 from tests.stability.extended.geometry import geometry, segments_at
 from tests.stability.extended.numbers import DIGITS
-from tests.stability.extended.plate import tooth_factor
+from tests.stability.extended.teeth import tooth_factor
 
 
 def solve_scene(scene: Scene, tau: float, start: tuple[NDArray, float]) -> Answer:

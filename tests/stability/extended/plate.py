@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 from itertools import pairwise
-from types import SimpleNamespace as Namespace
 from typing import Any
 
 import mpmath as mp
 
 from gearbench.geometry.pair import Pair
-from gearbench.scene import Scene
 from tests.stability.extended import long_plate
 from tests.stability.extended.geometry import geometry, half_angle
 from tests.stability.extended.numbers import DIGITS, Number, cholesky, forward
@@ -98,23 +96,12 @@ def long_factor(pair: Pair, index: int, order: tuple[int, int]) -> Any:
     return long_plate.plate(G.gears[index], G.b, E, nu, order)[0]
 
 
-def tooth_factor(scene: Scene, s: Namespace) -> list[Number]:
-    """ψ of both teeth at a segment [√(mm/N)]."""
-    bending = scene.effect("tooth_bending")
-    if bending is None:
-        return []
-    if bending.fillet or bending.load != "full" or bending.model != "plate":
-        raise NotImplementedError("plate without fillet only")
-    G, psi = geometry(scene.pair), []
-    for index, u in enumerate((s.u, G.T - s.u)):
-        g = G.gears[index]
-        xi, eta = (mp.hypot(g.r_b, u) - g.r_f) / (g.r_a - g.r_f), s.y / G.b
-        if bending.order is not None and math.prod(bending.order) > LARGE:
-            psi += [
-                mp.mpf(x.astype(float)) + mp.mpf(float(x - x.astype(float)))
-                for x in long_factor(scene.pair, index, bending.order)(xi, eta)
-            ]
-            continue
-        terms, triangle = plate(scene.pair, index, bending.order or "paper")
-        psi += forward(triangle, [xi ** (i + 1) * eta**j for i, j in terms])
-    return psi
+def plate_factor(pair: Pair, index: int, order: tuple[int, int] | None, xi: Number, eta: Number) -> list[Number]:
+    """ψ of one tooth at ξ = (R − r_f)/h, η = y/b [√(mm/N)]."""
+    if order is not None and math.prod(order) > LARGE:
+        return [
+            mp.mpf(x.astype(float)) + mp.mpf(float(x - x.astype(float)))
+            for x in long_factor(pair, index, order)(xi, eta)
+        ]
+    terms, triangle = plate(pair, index, order or "paper")
+    return forward(triangle, [xi ** (i + 1) * eta**j for i, j in terms])
