@@ -10,7 +10,9 @@ import math
 import zipfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
+from types import MappingProxyType
 from typing import IO
 from xml.etree.ElementTree import Element, ParseError, TreeBuilder
 
@@ -18,6 +20,10 @@ from gearbench.errors import InputError
 from gearbench.exchange.rexs_units import LENGTH, Dimension
 
 VERSIONS = tuple(f"1.{minor}" for minor in range(8))
+#: Other spellings of versions in files of the first years.
+_SPELLINGS = MappingProxyType({"1.00": "1.0", "1.10": "1.1"})
+#: Ends of names, of the XML form and packed (REXS 1.4, file formats).
+PLAIN = (".rexs", ".rexs.xml")
 PACKED = (".rexsz", ".rexs.zip")
 #: Largest size of the XML text [bytes], and how many times larger than the packed file it may be.
 LARGEST, LARGEST_RATIO = 200_000_000, 200
@@ -65,7 +71,7 @@ class RexsDocument:
     components, relations
         What it holds.
     load_cases
-        Load case → component → its element in that load case.
+        Load case of the first load spectrum → component → its element in that load case.
     """
 
     path: Path
@@ -156,7 +162,7 @@ def read_rexs(path: str | Path) -> RexsDocument:
 
 def is_rexs(path: str | Path) -> bool:
     """Whether the name of a file says that it is REXS."""
-    return str(path).lower().endswith((".rexs", *PACKED))
+    return str(path).lower().endswith((*PLAIN, *PACKED))
 
 
 def children(element: Element, tag: str) -> Iterator[Element]:
@@ -172,18 +178,25 @@ def _parse(path: Path) -> Element:
             return _xml(file)
     try:
         with zipfile.ZipFile(path) as archive:
-            members = [member for member in archive.infolist() if not member.is_dir()]
-            if len(members) != 1 or not members[0].filename.lower().endswith(".rexs"):
-                names = ", ".join(member.filename for member in members[:5]) or "nothing"
-                raise InputError("", f"holds {names}", "a packed REXS file must hold one .rexs file")
-            size, packed = members[0].file_size, members[0].compress_size
+            member = _model(archive)
+            size, packed = member.file_size, member.compress_size
             if size > LARGEST or size > LARGEST_RATIO * max(packed, 1):
                 allowed = f"must be at most {LARGEST} bytes and {LARGEST_RATIO} times its packed size"
                 raise InputError("", f"unpacks from {packed} to {size} bytes", allowed)
-            with archive.open(members[0]) as file:
+            with archive.open(member) as file:
                 return _xml(file)
     except (zipfile.BadZipFile, RuntimeError, NotImplementedError) as error:
         raise InputError("", "not a ZIP file", f"must be a packed REXS file ({error})") from None
+
+
+def _model(archive: zipfile.ZipFile) -> zipfile.ZipInfo:
+    """The one model of a packed file; the files that it refers to, which may stand beside it, are never unpacked."""
+    members = [member for member in archive.infolist() if not member.is_dir()]
+    models = [member for member in members if member.filename.lower().endswith(PLAIN)]
+    if len(models) != 1:
+        names = ", ".join(member.filename for member in (models or members)[:5]) or "nothing"
+        raise InputError("", f"holds {names}", "a packed REXS file must hold one .rexs file")
+    return models[0]
 
 
 def _xml(file: IO[bytes]) -> Element:
@@ -212,6 +225,7 @@ def _document(path: Path, root: Element) -> RexsDocument:
     if root.tag.rpartition("}")[2] != "model":
         raise InputError("", f"root element {root.tag}", "must be a REXS model")
     version = root.get("version") or "missing"
+    version = _SPELLINGS.get(version, version)
     if version not in VERSIONS:
         raise InputError("version", version, f"must be one of {', '.join(VERSIONS)}")
     components: dict[int, Component] = {}
@@ -233,7 +247,7 @@ def _document(path: Path, root: Element) -> RexsDocument:
             relations.append(Relation(element.get("type") or "", refs))
     cases = {
         _id(case, "load_case"): {_id(element, "component"): element for element in children(case, "component")}
-        for spectrum in children(root, "load_spectrum")
+        for spectrum in islice(children(root, "load_spectrum"), 1)  # numbers of load cases begin anew in each
         for case in children(spectrum, "load_case")
     }
     return RexsDocument(

@@ -105,7 +105,10 @@ def read_gear(document: RexsDocument, component: Component) -> RexsGear:
 
 @dataclass(frozen=True)
 class _Source:
-    """Where a gear's attributes may stand: on itself, its left and right flank, the tools that made it."""
+    """Where a gear's attributes may stand: on itself, its left and right flank, the tools that made it.
+
+    Flanks are ``flank_geometry`` up to REXS 1.2, ``cylindrical_gear_flank`` from 1.3 on; the relation is the same.
+    """
 
     document: RexsDocument
     gear: Component
@@ -114,8 +117,14 @@ class _Source:
         flanks = [
             flank for side in ("left", "right") for flank in self.document.related("flank", "gear", self.gear.id, side)
         ]
-        tools = self.document.related("manufacturing_step", "workpiece", self.gear.id, "tool")
-        return [self.gear, *flanks, *tools]
+        # 1.3 on: a step works on a gear or a flank; before: the gear refers to its tools, in their order
+        tools = [
+            tool
+            for piece in (self.gear, *flanks)
+            for tool in self.document.related("manufacturing_step", "workpiece", piece.id, "tool")
+        ]
+        tools += self.document.related("ordered_reference", "origin", self.gear.id, "referenced")
+        return [self.gear, *flanks, *dict.fromkeys(tools)]
 
     def value(self, name: str, dimension: Dimension) -> float | None:
         """The one value of an attribute; both flanks must agree on it."""
