@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from gearbench.effects.manufacturing_errors import PRESETS, ErrorKind, ManufacturingErrors
 from gearbench.library.garambois2017 import Row, table_2
-from gearbench.robustness.montecarlo import default_threads, prepare_scene, respond
+from gearbench.robustness.montecarlo import Responses, default_threads, prepare_scene, respond
 from gearbench.scene import Resolution, Scene
 
 if TYPE_CHECKING:
@@ -113,9 +113,14 @@ def evaluate(errors: ManufacturingErrors, resolution: Resolution, samples: int) 
     for row in table_2():
         problem = prepare_scene(scene(row, errors, resolution))
         answer, _ = respond(problem, problem.draw(samples, 0, "sobol"), default_threads())
-        k, ste = answer.mesh_stiffness_rms, answer.transmission_error_rms
-        results.append((k.mean(), ste.mean(), k.std(ddof=1), k.max(), ste.std(ddof=1), ste.max()))
+        results.append(statistics(answer))
     return np.array(results)
+
+
+def statistics(answer: Responses) -> tuple[float, ...]:
+    """In the order of ``COLUMNS``."""
+    k, ste = answer.mesh_stiffness_rms, answer.transmission_error_rms
+    return tuple(map(float, (k.mean(), ste.mean(), k.std(ddof=1), k.max(), ste.std(ddof=1), ste.max())))
 
 
 def paper() -> NDArray:

@@ -19,14 +19,13 @@ from gearbench.robustness.montecarlo import Responses, prepare_scene, respond
 from gearbench.scene import Resolution, Scene
 from studies.paper_fronts_compare import coverage, distance, lead, shares, wide
 from studies.paper_fronts_search import MODULE, TOOLS, search, study
+from studies.s01_table2 import COLUMNS, UNITS, statistics
 
 if TYPE_CHECKING:
     import xarray as xr
 
 QUESTION = "Does the search find the paper's three Pareto fronts, and does any gear of Table 2 beat them?"
 
-COLUMNS = ("m_k", "m_ste", "sigma_k", "max_k", "sigma_ste", "max_ste")
-UNITS = {"m_k": "%", "m_ste": "µm", "sigma_k": "%", "max_k": "%", "sigma_ste": "µm", "max_ste": "µm"}
 #: A row of the table may beat a front by no more than this in both objectives.
 LEAD = 0.02
 #: The gear whose samples Figure 5 shows.
@@ -149,12 +148,6 @@ def responses(row: Row, quick: bool) -> Responses:
     r = study(1, quick=quick).robustness
     problem = prepare_scene(row_scene(row, quick))
     return respond(problem, problem.draw(r.samples, r.seed, r.sampler))[0]
-
-
-def statistics(answer: Responses) -> tuple[float, ...]:
-    """In the order of ``COLUMNS``."""
-    k, ste = answer.mesh_stiffness_rms, answer.transmission_error_rms
-    return tuple(map(float, (k.mean(), ste.mean(), k.std(ddof=1), k.max(), ste.std(ddof=1), ste.max())))
 
 
 def front(dataset: xr.Dataset, tool: int) -> NDArray:
