@@ -286,13 +286,16 @@ def straighten_bad(points: NDArray, mesh: Any, edges: NDArray, of_element: NDArr
     ``edges`` (2, edge): vertices; ``of_element`` (k, element): edges; ``middle`` (edge,): their nodes in ``points``.
     """
     element = skfem.ElementTetP2() if mesh.dim() == 3 else skfem.ElementTriP2()
-    X, _ = get_quadrature(mesh.elem.refdom, 6)
+    inner = get_quadrature(mesh.elem.refdom, 6)[0]
+    # nor where matrices are integrated
+    X = np.hstack([inner, *(get_quadrature(mesh.elem.refdom, degree)[0] for degree in (4, 5))])
     shapes = np.stack([element.lbasis(X, i)[1] for i in range(len(element.doflocs))])
     for _ in range(5):
         places = np.concatenate([points[:, mesh.t], points[:, middle[of_element]]], axis=1)
         det = np.linalg.det(np.einsum("iae,ajq->eqij", places, shapes))
-        lowest = (det * np.sign(det.mean(axis=1, keepdims=True))).min(axis=1)
-        bad = np.unique(of_element[:, lowest <= 0.05 * np.abs(det).max(axis=1)])
+        det *= np.sign(det.mean(axis=1, keepdims=True))
+        least = det[:, : inner.shape[1]].min(axis=1)
+        bad = np.unique(of_element[:, (least <= 0.05 * np.abs(det).max(axis=1)) | (det.min(axis=1) <= 0)])
         if bad.size == 0:
             return
         points[:, middle[bad]] = points[:, edges[:, bad]].mean(axis=1)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbench.cost.figures import LEAST, cheapest, work_precision_diagram
+from gearbench.cost.figures import LEAST, STYLES, cheapest, work_precision_diagram
 from gearbench.plotting import BLUE, DPI, GREEN, GREY, ORANGE, PURPLE
 
 if TYPE_CHECKING:
@@ -21,9 +21,9 @@ def draw_diagrams(dataset: xr.Dataset, folder: Path) -> None:
     """Work–precision of each scene: error against time, and against memory."""
     import matplotlib.pyplot as plt
 
-    from studies.s07_accuracy_cost import diagram
+    from studies.s07_accuracy_cost import MESHED, diagram
 
-    names = list(dict.fromkeys(dataset["setting_scene"].values.tolist()))
+    names = [name for name in dict.fromkeys(dataset["setting_scene"].values.tolist()) if not name.endswith(MESHED)]
     for across, stem in (("processor_seconds", "time"), ("megabytes", "memory")):
         rows = -(-len(names) // 2)
         figure, axes = plt.subplots(
@@ -52,6 +52,57 @@ def _within_one_percent(part: xr.Dataset) -> str:
     words = {"segments": "segments", "gauss_points": "Gauss panels", "positions": "uniform phases"}
     found = {knob: cheapest(part, knob, 0.01) for knob in words}
     return "1 % by " + ", ".join(f"{words[k]} {f'{1e3 * t:.2g} ms' if t else '–'}" for k, t in found.items())
+
+
+def draw_elements(dataset: xr.Dataset, folder: Path) -> None:
+    """Finite elements by type and mesh: error of the compliance and of the four numbers, against time and memory."""
+    import matplotlib.pyplot as plt
+
+    from studies.s07_accuracy_cost import meshed
+
+    parts = meshed(dataset)
+    size = {"figsize": (15, 0.6 + 4.4 * len(parts)), "layout": "constrained"}
+    figure, axes = plt.subplots(len(parts), 3, squeeze=False, **size)
+    for row, (name, part) in zip(axes, parts.items(), strict=True):
+        four = part["error"].max("quantity")
+        columns = (
+            (row[0], part["processor_seconds"], part["compliance_error"], "processor time [s]", "compliance"),
+            (row[1], part["megabytes"], part["compliance_error"], "memory [MB]", "compliance"),
+            (row[2], part["processor_seconds"], four, "processor time [s]", "STE and k, largest of four"),
+        )
+        for axis, x, y, across, of in columns:
+            for (colour, marker), knob in zip(STYLES, part["knob"].values, strict=False):
+                mine = part["setting_knob"].values == knob
+                axis.plot(x.values[mine], y.values[mine], marker=marker, color=colour, ms=5, lw=1.3, label=str(knob))
+            axis.set(xscale="log", yscale="log", xlabel=across, ylabel=f"relative error: {of} [–]")
+            axis.grid(alpha=0.3)
+        for axis in row[:2]:
+            bar = float(part["compliance_error_bar"].max())
+            axis.axhline(bar, color=PURPLE, lw=1, ls=":", label="uncertainty of the reference")
+        row[0].set_title(element_finding(name, part), fontsize=10, loc="left")
+        row[2].axhline(float(part["error_bar"].max()), color=PURPLE, lw=1, ls=":")
+    axes[0, 0].legend(frameon=False, fontsize=8)
+    figure.suptitle("Finite elements: type and mesh, both gears meshed and solved anew")
+    _write(figure, folder / "elements.png")
+
+
+def element_finding(name: str, part: xr.Dataset, error: float = 0.01) -> str:
+    """How long each element takes for an error of the compliance."""
+    words = []
+    for knob in part["knob"].values.tolist():
+        first = cheapest_mesh(part, knob, error)
+        if knob.startswith("mesh"):
+            taken = "no mesh" if first is None else f"{float(first['processor_seconds']):.2g} s"
+            words.append(f"{knob.removeprefix('mesh, ')} {taken}")
+    return f"{name}: {100 * error:g} % of the compliance by {', '.join(words)}"
+
+
+def cheapest_mesh(part: xr.Dataset, knob: str, error: float) -> xr.Dataset | None:
+    """The first level of a knob from which on the compliance is within ``error``; None if there is none."""
+    rows = part.isel(setting=part["setting_knob"].values == knob)
+    above = np.flatnonzero(rows["compliance_error"].values > error)
+    first = above[-1] + 1 if above.size else 0
+    return rows.isel(setting=first) if first < rows.sizes["setting"] else None
 
 
 def draw_front(dataset: xr.Dataset, folder: Path) -> None:
@@ -110,7 +161,7 @@ def front_finding(part: xr.Dataset) -> str:
         mine = np.flatnonzero((part["model_family"].values == family) & (error <= 0.02))
         if mine.size:
             i = mine[np.argmin(seconds[mine])]
-            words.append(f"{family} {_time(seconds[i])} for {100 * error[i]:.2g} %")
+            words.append(f"{family} {_time(float(seconds[i]))} for {100 * error[i]:.2g} %")
     return f"{words[0]}: {'; '.join(words[1:])}"
 
 

@@ -27,7 +27,9 @@ from gearbench.scene import Resolution, Scene
 from gearbench.simulation import cycle_values
 from studies.s05_tooth_models import draw
 
-SEED = 60
+#: Scenes that the choice was not tuned on: plates, solid teeth, random errors, and the first draw of the latter. Its
+#: constants were settled on the seeds 9, 60, 61, 62 and 7003, and on the draws from 0 on.
+SEED, SOLID_SEED, ROBUST_SEED, FIRST_DRAW = 7103, 7104, 7101, 50_000
 #: The reference and the one its error bar is taken from, and what the search over all settings may use.
 REFERENCE, BEFORE = {"segments": 1024, "gauss_points": 32}, {"segments": 724, "gauss_points": 24}
 MOST_SEGMENTS, MOST_POINTS = 128, 32

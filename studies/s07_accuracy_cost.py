@@ -15,15 +15,24 @@ import numpy as np
 
 from gearbench.accuracy.knobs import SOLID_ORDER, label, with_resolution
 from gearbench.accuracy.measure import MEASURED, relative_errors
+from gearbench.cost.finite_elements import Meshes, element_curves
 from gearbench.cost.measure import measure
-from gearbench.cost.workprecision import work_precision
+from gearbench.cost.workprecision import as_dataset, work_precision
 from gearbench.effects.base import Effect
 from gearbench.effects.fe_compliance import FeCompliance
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.library.garambois2017 import case, gear
 from gearbench.scene import Scene
 from gearbench.validation.reference import finite_elements
-from studies.accuracy_promise import promises, random_scenes, robust_promise, solid_promise
+from studies.accuracy_promise import (
+    FIRST_DRAW,
+    ROBUST_SEED,
+    SOLID_SEED,
+    promises,
+    random_scenes,
+    robust_promise,
+    solid_promise,
+)
 from studies.accuracy_scaling import DIMENSIONS, exponent, scaling
 
 if TYPE_CHECKING:
@@ -33,12 +42,16 @@ QUESTION = "What does accuracy cost in time, and is an accuracy that is asked fo
 
 SOLID = ToothBending(model="solid")
 #: Accuracies asked for on the random scenes, and how many scenes of each kind.
-ACCURACIES, SCENES, SOLID_SCENES, ROBUST_SCENES = (0.03, 0.01), 60, 12, 20
+ACCURACIES, SCENES, SOLID_SCENES, ROBUST_SCENES = (0.03, 0.01), 60, 12, 48
 SOLID_ACCURACY, ROBUST_ACCURACY = 0.03, 0.02
 #: What is held: share of the scenes whose true error is within the accuracy, and time over that of the best setting.
 MET, TIMES = 0.95, 2.0
 #: Meshes of the front, and the one that the fast models are held against.
 FE_LEVELS, FE_REFERENCE = (0.1, 0.05, 0.02, 0.01), 0.003
+#: What scenes with meshed teeth are called after, and the few meshes of the quick size.
+MESHED = "finite elements"
+QUICK = ("case 2", f"case 1, {MESHED}")
+FEW_MESHES = Meshes(levels={"hex8": (2, 3), "hex20": (2, 3)}, reference=(3, 4, 5), accuracies=(0.1,))
 PLATES: dict[str, ToothBending] = {
     "plate, paper": ToothBending(basis="paper"),
     "plate (3, 3)": ToothBending(order=(3, 3), fillet=True, load="component"),
@@ -54,17 +67,19 @@ def with_teeth(scene: Scene, teeth: Effect) -> Scene:
 
 
 def scenes() -> dict[str, Scene]:
-    """Scenes of the work–precision diagrams: the paper's, their solid teeth, and a gear with random errors."""
+    """Scenes of the work–precision diagrams: the paper's, with solid and meshed teeth, a gear with random errors."""
     plain = {"SC": gear("SC").scene(), "case 1": case(1), "case 2": case(2)}
-    solid = {f"{name}, solid": with_teeth(plain[name], SOLID) for name in ("case 1", "case 2")}
-    return {**plain, **solid, "gear 55, errors": gear("55").scene(errors=True)}
+    cases = [(name, plain[name]) for name in ("case 1", "case 2")]
+    solid = {f"{name}, solid": with_teeth(scene, SOLID) for name, scene in cases}
+    meshed = {f"{name}, {MESHED}": with_teeth(scene, FeCompliance()) for name, scene in cases}
+    return {**plain, **solid, **meshed, "gear 55, errors": gear("55").scene(errors=True)}
 
 
 def compute(*, quick: bool = False) -> xr.Dataset:
     """Work–precision of the scenes, front over all models, promises on random scenes, scaling; in one Dataset."""
     import xarray as xr
 
-    chosen = {"case 2": case(2)} if quick else scenes()
+    chosen = {name: scene for name, scene in scenes().items() if not quick or name in QUICK}
     repeats = 1 if quick else 7
     parts = [_diagram(name, scene, repeats) for name, scene in chosen.items()]
     runs = scaling(repeats, quick=quick).rename({"seconds": "run_seconds", "processor_seconds": "run_processor"})
@@ -88,16 +103,30 @@ def join(parts: list[xr.Dataset]) -> xr.Dataset:
 
 def _diagram(name: str, scene: Scene, repeats: int) -> xr.Dataset:
     """Work–precision of a scene, its knobs as rows of ``curve``."""
-    found = work_precision(scene, repeats=repeats, seeds=3 if repeats == 1 else 12)
+    quick = repeats == 1
+    if name.endswith(MESHED):  # the other knobs are as with solid teeth, and slow
+        found = as_dataset(element_curves(scene, FEW_MESHES if quick else None))
+    else:
+        found = work_precision(scene, repeats=repeats, seeds=3 if quick else 12)
     found = found.rename_dims(knob="curve").reset_index("knob").rename(knob="curve_knob")
     named = {d: (d, np.full(found.sizes[d], name)) for d in ("setting", "curve")}
     return found.assign_coords({f"{d}_scene": v for d, v in named.items()})
 
 
+#: Variables that are there where a scene has finite elements.
+FLANK = ("compliance_error", "compliance_error_bar", "compliance_order", "unknowns")
+
+
+def meshed(dataset: xr.Dataset) -> dict[str, xr.Dataset]:
+    """What varies element, mesh or its accuracy, by scene with meshed teeth; empty where the Dataset has none."""
+    names = [name for name in dict.fromkeys(dataset["setting_scene"].values.tolist()) if name.endswith(MESHED)]
+    return {name: diagram(dataset, name) for name in names}
+
+
 def diagram(dataset: xr.Dataset, scene: str) -> xr.Dataset:
     """The work–precision of one scene again, as ``work_precision`` returned it."""
-    names = ("error", "error_bar", "processor_seconds", "seconds", "megabytes", "observed_order", "curve_knob")
-    rows = dataset[list(names)]
+    names = ("error", "error_bar", "processor_seconds", "seconds", "megabytes", "observed_order", "curve_knob", *FLANK)
+    rows = dataset[[name for name in names if name in dataset]]
     rows = rows.isel(setting=dataset["setting_scene"].values == scene, curve=dataset["curve_scene"].values == scene)
     return rows.assign_coords(knob=("curve", rows["curve_knob"].values)).swap_dims({"curve": "knob"})
 
@@ -144,10 +173,10 @@ def _promises(*, quick: bool) -> list[xr.Dataset]:
     """What was chosen for accuracies asked for on random scenes, each kind with a dimension of its own."""
     drawn = random_scenes(1 if quick else SCENES)
     plain = [row for scene in drawn for row in promises(scene, ACCURACIES)]
-    few = random_scenes(1 if quick else SOLID_SCENES, seed=61)
+    few = random_scenes(1 if quick else SOLID_SCENES, seed=SOLID_SEED)
     solid = [solid_promise(scene, SOLID_ACCURACY) for scene in few]
-    few, samples = random_scenes(1 if quick else ROBUST_SCENES, seed=62), 512 if quick else 8192
-    robust = [robust_promise(scene, ROBUST_ACCURACY, i, samples) for i, scene in enumerate(few)]
+    few, samples = random_scenes(1 if quick else ROBUST_SCENES, seed=ROBUST_SEED), 512 if quick else 8192
+    robust = [robust_promise(scene, ROBUST_ACCURACY, FIRST_DRAW + i, samples) for i, scene in enumerate(few)]
     return [as_table(kind, rows) for kind, rows in (("promise", plain), ("solid", solid), ("robust", robust))]
 
 
@@ -189,6 +218,10 @@ def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
     )
     order = _order(dataset, "case 2", "segments")
     found.append((f"case 2: order {order:.2f} in the segments", abs(order - 2) < 0.2))
+    for name, part in meshed(dataset).items():
+        if part["knob"].isin("mesh, hex20").any():
+            order = float(part["compliance_order"].sel(knob="mesh, hex20"))
+            found.append((f"{name}: order {order:.2f} of the compliance of 20-node hexahedra", order > 2))
     for name in DIMENSIONS[:3]:
         slope = exponent(scaling_part(dataset), name)
         found.append((f"time grows with {name} to the power {slope:.2f}", slope < 1.3))
@@ -207,11 +240,13 @@ def scaling_part(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def figures(dataset: xr.Dataset, folder: Path) -> None:
-    """Work–precision diagrams, front over all models, promises, scaling."""
-    from studies.accuracy_figures import draw_diagrams, draw_front, draw_promises, draw_scaling
+    """Work–precision diagrams, finite elements, front over all models, promises, scaling."""
+    from studies.accuracy_figures import draw_diagrams, draw_elements, draw_front, draw_promises, draw_scaling
 
     draw_diagrams(dataset, folder)
     if "model" in dataset.dims:
         draw_front(dataset, folder)
+    if meshed(dataset):
+        draw_elements(dataset, folder)
     draw_promises(dataset, folder)
     draw_scaling(scaling_part(dataset), folder)

@@ -197,8 +197,9 @@ def test_curves_are_rows_of_one_dataset():
 
 
 def test_the_page_on_performance_is_the_one_its_dataset_makes():
-    from studies.performance_page import DATA, FIGURES, PAGE, page
+    from studies.performance_page import DATA, PAGE, figures_of, page
 
-    assert PAGE.read_text(encoding="utf-8") == page(load(DATA))
-    for name in FIGURES:
+    dataset = load(DATA)
+    assert PAGE.read_text(encoding="utf-8") == page(dataset)
+    for name in figures_of(dataset):
         assert (DOCS / "figures" / f"performance_{name}.png").exists()

@@ -1,10 +1,11 @@
 """Choose the cheapest resolution that meets an accuracy, from what the scene itself answers to finer ones.
 
 Segments and Gauss points are turned up, whichever contributes more, from the coarsest levels on, until the answers of
-the last levels, up to twice as fine as the first of them, agree. Their largest difference D bounds the error of the
-finest, if it falls like 1/n or faster: e(n) − e(2n) ≥ e(2n). The finest is then the reference for all the trials: the
-cheapest one whose difference to it, with D added, is within the accuracy is chosen. Where contact is lost segment by
-segment, single answers may agree by chance; that is why three levels of each knob are compared, not two.
+five levels agree: the present one, one and two rungs more segments (twice as many), one and two rungs more Gauss points.
+Both gains added are the limit that all trials are held against. The largest difference D of the five to it bounds its
+error, if errors fall like 1/n or faster: e(n) − e(2n) ≥ e(2n). The cheapest levels whose difference to it, with D added,
+is within the accuracy are chosen. Where contact is lost segment by segment, single answers may agree by chance; that is
+why three levels of each knob are compared, not two.
 """
 
 from __future__ import annotations
@@ -39,11 +40,12 @@ Evaluate = Callable[[Scene], NDArray]
 FE_SHARE, ORDER_SHARE = 0.5, 0.6
 #: Rungs of the ladders that make a level about twice as fine, and where the search begins.
 DOUBLE, START = 2, 1
-#: Both knobs are turned where their contributions differ by less than this factor; by two rungs at once where the
-#: error is still as many times too large as the second one.
-ALIKE, FAR = 2.0, 8.0
-#: Cost of a mesh phase in segments, beside those it has.
-PHASE_COST = 4
+#: Both knobs are turned where their contributions differ by less than this factor, by so many rungs at once at most.
+ALIKE, MOST_RUNGS = 2.0, 4
+#: Levels are tried that are guessed to be within so much of the budget, others within this share of the effort so far.
+NEAR, EXTRA = 1.5, 0.3
+#: Cost of a mesh phase in segments, beside those it has, and of a trial, whatever its settings.
+PHASE_COST, TRIAL_COST = 4, 60
 #: Order of convergence of solid teeth in the number of functions along the height: the root is singular.
 SOLID_CONVERGENCE = 2.0
 #: Accuracies of ``fe_compliance`` that its meshes can be refined to, and the one it has by default.
@@ -187,33 +189,63 @@ class _Grid:
         n = g = START
         last = len(self.segments) - 1 - DOUBLE, len(self.points) - 1 - DOUBLE
         while True:
-            by_segments = self.difference((n, g), (n + DOUBLE, g))
-            by_phases = self.difference((n, g), (n, g + DOUBLE))
+            by_segments = self.difference((n, g), self(n + DOUBLE, g))
+            by_phases = self.difference((n, g), self(n, g + DOUBLE))
             spread = max(by_segments, by_phases)
             if 2 * spread <= budget:
-                finest = n + DOUBLE, g + DOUBLE
-                box = product(range(n, finest[0] + 1), range(g, finest[1] + 1))
-                spread = max(self.difference(at, finest) for at in box)
+                limit, spread = self._limit(n, g)
                 if 2 * spread <= budget:
-                    at = self._cheapest(finest, budget - spread)
-                    return *at, spread + self.difference(at, finest)
-            rungs = 2 if spread > FAR * budget else 1
-            up = rungs * (by_segments * ALIKE >= by_phases), rungs * (by_phases * ALIKE >= by_segments)
+                    at = self._cheapest((n, g), limit, budget - spread)
+                    return *at, spread + self.difference(at, limit)
+            up = (
+                self._rungs(by_segments, budget) * (by_segments * ALIKE >= by_phases),
+                self._rungs(by_phases, budget) * (by_phases * ALIKE >= by_segments),
+            )
             # where one knob is at its end, the other may still help
             finer = min(n + up[0], last[0]), min(g + up[1], last[1])
             if finer == (n, g):
                 raise _unmet("the resolution", spread)
             n, g = finer
 
-    def difference(self, one: tuple[int, int], other: tuple[int, int]) -> float:
-        """Largest relative difference of two answers."""
-        return float(relative_errors(self(*one), self(*other)).max())
+    def _rungs(self, difference: float, budget: float) -> int:
+        """Rungs to climb at once: as many as errors of order 2 need to fall by half of what they must."""
+        return max(1, min(MOST_RUNGS, math.floor(math.log2(max(difference / budget, 1.0)))))
 
-    def _cheapest(self, finest: tuple[int, int], budget: float) -> tuple[int, int]:
-        """The cheapest levels whose answer differs from the finest by no more than ``budget``."""
-        levels = product(range(finest[0] + 1), range(finest[1] + 1))
-        return next(at for at in sorted(levels, key=self._cost) if self.difference(at, finest) <= budget)
+    def _limit(self, n: int, g: int) -> tuple[NDArray, float]:
+        """The reference, and the largest difference of the levels around it.
+
+        Segments and Gauss points are made finer one at a time, and both gains added: the finest level of both together
+        would cost as much as all the others.
+        """
+        limit = self(n + DOUBLE, g) + self(n, g + DOUBLE) - self(n, g)
+        around = [(n + i, g) for i in range(DOUBLE + 1)] + [(n, g + i) for i in range(1, DOUBLE + 1)]
+        return limit, max(self.difference(at, limit) for at in around)
+
+    def difference(self, at: tuple[int, int], other: NDArray) -> float:
+        """Largest relative difference of an answer to another one."""
+        return float(relative_errors(self(*at), other).max())
+
+    def _cheapest(self, start: tuple[int, int], limit: NDArray, budget: float) -> tuple[int, int]:
+        """The cheapest levels that differ from ``limit`` by no more than ``budget``, in the order of their cost.
+
+        What levels answer is guessed from those of as many segments and those of as many Gauss points as ``start``,
+        both differences to ``start`` added. Levels whose guess is not near are tried only while that takes a small
+        part of the effort so far: where contact is lost segment by segment, some of them happen to be good.
+        """
+        n, g = start
+        lines = [(i, g) for i in range(n + DOUBLE + 1)] + [(n, k) for k in range(g + DOUBLE + 1)]
+        known = {at: self(*at) for at in lines}
+        spare = EXTRA * sum(self._cost(at) for at in self.values)
+        for at in sorted(product(range(n + DOUBLE + 1), range(g + DOUBLE + 1)), key=self._cost):
+            guess = known[at[0], g] + known[n, at[1]] - known[n, g]
+            if at not in self.values and float(relative_errors(guess, limit).max()) > NEAR * budget:
+                spare -= self._cost(at)
+                if spare < 0:
+                    continue
+            if self.difference(at, limit) <= budget:
+                return at
+        return start  # which is within: its difference is part of the spread
 
     def _cost(self, at: tuple[int, int]) -> float:
-        """Cost of a trial: every phase costs as much as a few segments by itself."""
-        return self.points[at[1]] * (PHASE_COST + self.segments[at[0]])
+        """Cost of a trial: a fixed part, and every phase costs as much as a few segments by itself."""
+        return TRIAL_COST + self.points[at[1]] * (PHASE_COST + self.segments[at[0]])

@@ -162,7 +162,7 @@ PLATE_ORDER = Knob(
 )
 FE_ACCURACY = Knob(
     name="fe accuracy",
-    levels=lambda scene: (0.1, 0.05, 0.02, 0.01, 0.005) if scene.effect("fe_compliance") else (),
+    levels=lambda scene: (0.1, 0.01, 0.005, 0.002) if scene.effect("fe_compliance") else (),
     with_level=lambda scene, level: with_effect(scene, "fe_compliance", accuracy=level),
     order="1 in the accuracy asked of the mesh",
     size=lambda level: 1 / level,
