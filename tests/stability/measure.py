@@ -6,13 +6,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gearbench.compliance.gear_body import GearBody
+from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.contact.assemble import assemble, scene_lines
 from gearbench.contact.problem import ContactProblem
 from gearbench.contact.solver import solve
 from gearbench.scene import Scene
+from tests.stability.extended.balls import Matrix, ball, number, working
 from tests.stability.extended.chain import solve_problem, solve_scene
 from tests.stability.extended.contact import Answer
 from tests.stability.extended.numbers import digits
+from tests.stability.extended.ring import Body
+from tests.stability.extended.teeth import flank_compliance, solid_tooth
+from tests.stability.models import BodyCase, SolidCase
 
 
 @dataclass(frozen=True)
@@ -66,3 +72,38 @@ def _exact(scene: Scene, tau: float, force: np.ndarray, approach: float) -> Answ
         except LookupError:
             continue
     raise LookupError(f"phase {tau}: another number of contact lines in extended precision")
+
+
+def compare_solid(case: SolidCase) -> tuple[Digits, float]:
+    """Digits of a scene with solid teeth, and those of the compliance between the polynomials of either flank."""
+    scene = case.build()
+    least = 17.0
+    for k, gear in enumerate(scene.pair.gears):
+        material = scene.pair.material
+        fast = SolidTooth(gear=gear, E=material.E, nu=material.nu, order=case.order, measured_at="flank")
+        p, q = fast.flank_order
+        least = min(least, matrix_digits(fast.matrix, flank_compliance(scene.pair, k, case.order, p, q)))
+    return compare(scene, (case.phase,)), least
+
+
+def compare_body(case: BodyCase) -> float:
+    """Digits of the compliance that the body adds to a tooth and to its neighbours."""
+    gear, material = case.pair.gears[0], case.pair.material
+    tooth = SolidTooth(gear=gear, E=material.E, nu=material.nu, order=case.order)
+    bore = case.bore * gear.root_radius
+    found = GearBody(tooth=tooth, bore_radius=bore, order=case.along).blocks(1)
+    with working():
+        p, q = tooth.flank_order
+        exact = Body(solid_tooth(case.pair, 0, case.order), ball(bore), p, q, case.along).blocks(1)
+        largest = max(abs(number(exact[1][i, i])) for i in range(p * q))
+        return min(matrix_digits(a, b, largest) for a, b in zip(found, exact, strict=True))
+
+
+def matrix_digits(found: np.ndarray, exact: Matrix, scale: float | None = None) -> float:
+    """Correct digits of the worst entry relative to the largest."""
+    n = range(len(found))
+    with working():
+        true = [[number(exact[i, j]) for j in n] for i in n]
+    if scale is None:
+        scale = max(abs(true[i][i]) for i in n)
+    return min(digits(float(found[i, j]), true[i][j], scale) for i in n for j in n)

@@ -12,7 +12,7 @@ from gearbench.compliance.solid_tooth import RANK_TOLERANCE
 from gearbench.effects.solids import solid_order
 from gearbench.geometry.pair import Pair
 from gearbench.scene import Scene
-from tests.stability.extended.balls import ball, number, working
+from tests.stability.extended.balls import Matrix, ball, number, working
 from tests.stability.extended.geometry import geometry
 from tests.stability.extended.local import compression
 from tests.stability.extended.numbers import Number
@@ -45,15 +45,21 @@ def solid_tooth(pair: Pair, index: int, order: tuple[int, int, int]) -> Tooth:
 
 
 @lru_cache(maxsize=64)
+def flank_compliance(pair: Pair, index: int, order: tuple[int, int, int], p: int, q: int) -> Matrix:
+    """Compliance between the polynomials of the flank, root held."""
+    with working():
+        return solid_tooth(pair, index, order).compliance(p, q)
+
+
+@lru_cache(maxsize=64)
 def solid_root(pair: Pair, index: int, order: tuple[int, int, int] | None) -> tuple[int, int, list[list[Number]]]:
     """Numbers of polynomials in R and y, and B with B Bᵀ the compliance between them less what the law counts."""
     gear = pair.gears[index]
     order = order or solid_order(gear)
     p, q = min(5, order[1]), min(order[2], waves_across(gear))
     with working():
-        tooth = solid_tooth(pair, index, order)
-        C = tooth.compliance(p, q)
-        local = compression(tooth.g, pair.face_width, pair.material.E, pair.material.nu, p, q)
+        C = flank_compliance(pair, index, order, p, q)
+        local = compression(geometry(pair).gears[index], pair.face_width, pair.material.E, pair.material.nu, p, q)
         rows = [[number(C[i, j]) - mp.mpf(local[i, j]) for j in range(p * q)] for i in range(p * q)]
         values, vectors = mp.eigsy(mp.matrix(rows))
         keep = [c for c in range(p * q) if values[c] > RANK_TOLERANCE * max(values)]
