@@ -17,7 +17,8 @@ Tables = dict[str, dict[str, Any]]
 def tables(picture: Picture, *, teeth: bool = True) -> Tables:
     """All columns of one picture; numbers as 4-byte floats, because they are drawn only.
 
-    Without ``teeth`` those of the tooth shapes are left out, which sliders do not change.
+    Without ``teeth`` those of the tooth shapes are left out, which sliders do not change; those of a scatter that is
+    not computed yet are, too.
     """
     pair = picture.scene.pair
     ste, k = picture.transmission_error, picture.mesh_stiffness
@@ -26,17 +27,7 @@ def tables(picture: Picture, *, teeth: bool = True) -> Tables:
         "stiffness": {"phase": [*k.phase, *(k.phase + 1)], "value": [*k.values, *k.values]},
         "ste_orders": _orders(ste.amplitude),
         "stiffness_orders": _orders(k.amplitude),
-        "ste_density": {"value": [], "density": []},
-        "stiffness_density": {"value": [], "density": []},
     }
-    if picture.scatter is not None:
-        for name, values in (
-            ("ste", picture.scatter.transmission_error),
-            ("stiffness", picture.scatter.mesh_stiffness),
-        ):
-            x, y = density(values)
-            found[f"{name}_density"] = {"value": x, "density": y}
-    short = {name: {key: np.asarray(v, dtype="float32") for key, v in table.items()} for name, table in found.items()}
     image = {
         "image": [picture.load.astype("float32")],
         "x": [pair.path_start],
@@ -45,8 +36,23 @@ def tables(picture: Picture, *, teeth: bool = True) -> Tables:
         "dh": [pair.face_width],
         "top": [float(np.nanquantile(picture.load, 0.99))],
     }
+    scatter = {} if picture.unfinished else densities(picture)
     shapes = _teeth(picture) if teeth else {}
-    return {**short, "load": image, **shapes, "scene": {"text": [picture.scene.to_toml()]}}
+    return {**_short(found), **scatter, "load": image, **shapes, "scene": {"text": [picture.scene.to_toml()]}}
+
+
+def densities(picture: Picture) -> Tables:
+    """Columns of the scatter alone; empty where there is none."""
+    if picture.scatter is None:
+        return _short({f"{name}_density": {"value": [], "density": []} for name in ("ste", "stiffness")})
+    scatter = {"ste": picture.scatter.transmission_error, "stiffness": picture.scatter.mesh_stiffness}
+    return _short(
+        {f"{name}_density": dict(zip(("value", "density"), density(v), strict=True)) for name, v in scatter.items()}
+    )
+
+
+def _short(found: Tables) -> Tables:
+    return {name: {key: np.asarray(v, dtype="float32") for key, v in table.items()} for name, table in found.items()}
 
 
 def _orders(amplitude: np.ndarray) -> dict[str, Any]:
@@ -108,6 +114,6 @@ def _row(tag: str, cells: tuple[str, ...]) -> str:
 def _scatter(picture: Picture, which: str) -> str:
     """Mean ± standard deviation over the error samples."""
     if picture.scatter is None:
-        return "–"
+        return "…" if picture.unfinished else "–"
     values = getattr(picture.scatter, which)
     return f"{values.mean():.2f} ± {values.std(ddof=1):.2f}"

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping
-from functools import lru_cache
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from bokeh.document import Document, without_document_lock
@@ -14,25 +13,33 @@ from pydantic import ValidationError
 from gearbench.errors import GearbenchError, InputError
 from gearbench.explore.catalogue import Catalogue
 from gearbench.explore.controls import places, settings_of, sliders
-from gearbench.explore.gear_data import summary, tables
-from gearbench.explore.model import picture
+from gearbench.explore.gear_data import densities, summary, tables
+from gearbench.explore.model import Picture, outline, picture, scattered
 from gearbench.explore.page import Page, answer_data, knee
 from gearbench.explore.scripts import script
+from gearbench.outputs import Solved
+
+#: Pictures kept of designs as they are stored.
+KEPT = 64
+#: Scatter that takes longer comes in an answer of its own [s].
+PATIENCE = 0.04
 
 
 class Session:
     """One open page.
 
-    The browser asks one question at a time, a design and what its sliders say, and gets one answer: every message
-    costs both sides a turn. Computing happens on a thread beside the server. While it runs, a newer question replaces
-    the one that waits: the page follows a moving slider at the speed of the model, and ends with the last value.
+    The browser asks one question at a time, a design and what its sliders say, and gets one answer, because every
+    message costs both sides a turn; two where the scatter over the errors takes long, and then the curves first.
+    Computing happens on a thread beside the server. While it runs, a newer question replaces the one that waits: the
+    page follows a moving slider at the speed of the model, and ends with the last value.
     """
 
     def __init__(self, catalogue: Catalogue, document: Document) -> None:
         self._catalogue, self._document = catalogue, document
         first = knee(catalogue)
-        self._stored = lru_cache(maxsize=64)(lambda design: picture(catalogue.scene(design)))
-        before = self._stored(first)
+        self._stored: dict[int, Picture] = {}
+        self._slow = False
+        before = self._keep(first, self._finished(*outline(catalogue.scene(first))))
         self._question = ColumnDataSource({"design": [first], "settings": [None]}, name="question")
         self._wanted, self._running = False, False
         self._page = Page(catalogue, first, tables(before), summary(catalogue.name(first), before, before))
@@ -63,31 +70,72 @@ class Session:
         while self._wanted:
             self._wanted = False
             asked: Any = self._question.data
-            found = await asyncio.to_thread(self._answer, asked["design"][0], asked["settings"][0])
-            shown = asyncio.Event()
-            self._document.add_next_tick_callback(lambda found=found, shown=shown: self._show(found, shown))
-            await shown.wait()
+            answers = self._answers(asked["design"][0], asked["settings"][0])
+            while not self._wanted and (found := await asyncio.to_thread(next, answers, None)) is not None:
+                shown = asyncio.Event()
+                self._document.add_next_tick_callback(lambda found=found, shown=shown: self._show(found, shown))
+                await shown.wait()
         self._running = False
-
-    def _answer(self, design: Any, values: Mapping[str, Any] | None) -> dict[str, Any]:
-        """Answer to a question; what is wrong with it stands in its message."""
-        try:
-            scene = self._catalogue.scene(int(design))
-            before, name = self._stored(int(design)), self._catalogue.name(int(design))
-            if values is None:
-                shown = tables(before)
-                return answer_data(shown, shown, summary(name, before, before), controls=places(scene))
-            changed = settings_of(scene, values).applied(scene)
-            now = before if changed == before.scene else picture(changed)
-            return answer_data(tables(now, teeth=False), None, summary(name, before, now))
-        except ValidationError as error:
-            return answer_data(message=str(error.errors()[0]["msg"]))
-        except (InputError, GearbenchError, ArithmeticError) as error:
-            # a design that cannot be computed has no sliders either
-            return answer_data(message=str(error), controls={} if values is None else None)
-        except (IndexError, KeyError, TypeError, ValueError):
-            return answer_data(message="this is no question of the page")
 
     def _show(self, found: dict[str, Any], shown: asyncio.Event) -> None:
         self._page.answer.data = found
         shown.set()
+
+    def _answers(self, design: Any, values: Mapping[str, Any] | None) -> Iterator[dict[str, Any]]:
+        """Answers to a question, one or two; what is wrong with it stands in the message of the last."""
+        try:
+            yield from self._picked(int(design)) if values is None else self._moved(int(design), values)
+        except ValidationError as error:
+            yield answer_data(message=str(error.errors()[0]["msg"]))
+        except (InputError, GearbenchError, ArithmeticError) as error:
+            # a design that cannot be computed has no sliders either
+            yield answer_data(message=str(error), controls={} if values is None else None)
+        except (IndexError, KeyError, TypeError, ValueError):
+            yield answer_data(message="this is no question of the page")
+
+    def _picked(self, design: int) -> Iterator[dict[str, Any]]:
+        scene, name = self._catalogue.scene(design), self._catalogue.name(design)
+        known = self._stored.get(design)
+        if known is not None:
+            yield self._as_stored(known, name, places(scene))
+            return
+        now, solved = outline(scene)
+        if not (self._slow and now.unfinished):
+            now = self._keep(design, self._finished(now, solved))
+        yield self._as_stored(now, name, places(scene))
+        if now.unfinished:
+            now = self._keep(design, self._finished(now, solved))
+            yield answer_data(densities(now), densities(now), summary(name, now, now))
+
+    @staticmethod
+    def _as_stored(picture: Picture, name: str, controls: dict[str, Any]) -> dict[str, Any]:
+        shown = tables(picture)
+        return answer_data(shown, shown, summary(name, picture, picture), controls=controls)
+
+    def _moved(self, design: int, values: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+        scene, name = self._catalogue.scene(design), self._catalogue.name(design)
+        before = self._stored.get(design) or self._keep(design, picture(scene))
+        changed = settings_of(scene, values).applied(scene)
+        if changed == scene:
+            yield answer_data(tables(before, teeth=False), None, summary(name, before, before))
+            return
+        now, solved = outline(changed)
+        if not (self._slow and now.unfinished):
+            now = self._finished(now, solved)
+        yield answer_data(tables(now, teeth=False), None, summary(name, before, now))
+        if now.unfinished:
+            now = self._finished(now, solved)
+            yield answer_data(densities(now), None, summary(name, before, now))
+
+    def _finished(self, quick: Picture, solved: Solved) -> Picture:
+        """With the scatter; how long that takes says whether the next answer waits for it."""
+        done = scattered(quick, solved)
+        self._slow = done.seconds - quick.seconds > PATIENCE
+        return done
+
+    def _keep(self, design: int, found: Picture) -> Picture:
+        """Keep the picture of a design as it is stored, and forget that of the one picked longest ago."""
+        self._stored[design] = found
+        while len(self._stored) > KEPT:
+            del self._stored[next(iter(self._stored))]
+        return found

@@ -17,7 +17,6 @@ from gearbench.errors import GearbenchError
 from gearbench.explore.flank_map import flank_map
 from gearbench.outputs import Solved, fluctuation_rms, mean, relative_rms
 from gearbench.robustness.montecarlo import default_threads, prepare_scene, respond
-from gearbench.robustness.sampling import unit_samples
 from gearbench.scene import Resolution, Scene
 from gearbench.simulation import solve_scene
 
@@ -68,7 +67,7 @@ class Picture:
     load
         Line load on the flank, see ``flank_map`` [N/mm].
     scatter
-        None where the scene has no random errors.
+        None where the scene has no random errors, or it is not computed yet.
     seconds
         Wall time.
     """
@@ -80,9 +79,21 @@ class Picture:
     scatter: Scatter | None
     seconds: float
 
+    @property
+    def unfinished(self) -> bool:
+        """Whether the scatter is yet to be computed."""
+        return self.scatter is None and isinstance(self.scene.effect("manufacturing_errors"), ManufacturingErrors)
+
 
 def picture(scene: Scene, samples: int = SAMPLES) -> Picture:
-    """Compute everything shown of ``scene``; an accuracy asked for gives way to the default resolution.
+    """Compute everything shown of ``scene``, raising as ``outline``."""
+    return scattered(*outline(scene), samples)
+
+
+def outline(scene: Scene) -> tuple[Picture, Solved]:
+    """Compute all but the scatter, and the solution that it follows from.
+
+    An accuracy asked for gives way to the default resolution.
 
     Raises
     ------
@@ -93,14 +104,22 @@ def picture(scene: Scene, samples: int = SAMPLES) -> Picture:
     if scene.resolution.accuracy is not None:
         scene = replace(scene, resolution=Resolution())
     solved = solve_scene(scene)
-    return Picture(
+    found = Picture(
         scene=scene,
         transmission_error=_cycle(solved, solved.transmission_error),
         mesh_stiffness=_cycle(solved, solved.mesh_stiffness, relative=True),
         load=flank_map(solved),
-        scatter=_scatter(scene, samples),
+        scatter=None,
         seconds=time.perf_counter() - start,
     )
+    return found, solved
+
+
+def scattered(picture: Picture, solved: Solved, samples: int = SAMPLES) -> Picture:
+    """``picture`` with its scatter, where the scene has random errors."""
+    start = time.perf_counter()
+    scatter = _scatter(solved, samples) if picture.unfinished else None
+    return replace(picture, scatter=scatter, seconds=picture.seconds + time.perf_counter() - start)
 
 
 def _cycle(solved: Solved, values: NDArray, *, relative: bool = False) -> Cycle:
@@ -116,13 +135,13 @@ def _cycle(solved: Solved, values: NDArray, *, relative: bool = False) -> Cycle:
     )
 
 
-def _scatter(scene: Scene, samples: int) -> Scatter | None:
-    errors = scene.effect("manufacturing_errors")
-    if not isinstance(errors, ManufacturingErrors):
+def _scatter(solved: Solved, samples: int) -> Scatter | None:
+    scene = solved.scene
+    if not isinstance(scene.effect("manufacturing_errors"), ManufacturingErrors):
         return None
-    problem = prepare_scene(scene)
-    unit = unit_samples("sobol", samples, len(problem.names), 0)
-    answer, complete = respond(problem, errors.draw(unit, scene.pair), default_threads())
+    # of what was solved: lines, gaps and compliance are the same
+    problem = prepare_scene(scene, solved)
+    answer, complete = respond(problem, problem.draw(samples, 0, "sobol"), default_threads())
     if not complete:
         raise GearbenchError("interrupted")
     return Scatter(transmission_error=answer.transmission_error_rms, mesh_stiffness=answer.mesh_stiffness_rms)

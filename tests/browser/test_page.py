@@ -92,6 +92,10 @@ def test_select_filter_slide_and_export(served, tmp_path):
         chosen = pick_by_click(driver, designs)
         wait(lambda: f"design {designs.place[chosen]}<" in summary(driver), "the pick was not computed")
         shot(driver, "2_picked")
+        # the sliders follow the pick, and ask nothing by that
+        assert driver.execute_script(MODEL + "return model('question').data.settings[0]") is None
+        scene = designs.scene(chosen)
+        assert driver.execute_script(MODEL + "return model('crowning').value") == Settings.of(scene).crowning
 
         assert grey(driver) == 0
         # a filter leaves the designs that keep it, and the front of those

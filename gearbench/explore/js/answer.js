@@ -7,7 +7,8 @@ document.getElementById("message").textContent = fault;
 if (text) document.getElementById("summary").innerHTML = text;
 show(sources, tables);
 show(before, stored);
-answer.setting = true;
-for (const slider of sliders) if (places?.[slider.name]) slider.setv(places[slider.name], { sync: false });
-answer.setting = false;
-if (places) answer.awaited = false;
+if (places) {
+  answer.awaited = false;
+  answer.placed = places;  // what ask.js tells from a move by hand: it runs later
+  for (const slider of sliders) if (places[slider.name]) slider.setv(places[slider.name], { sync: false });
+}
