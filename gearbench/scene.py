@@ -48,7 +48,7 @@ class Resolution:
         Segments of constant line load on each contact line.
     accuracy
         Relative accuracy of means and RMS values, in place of the others: ``simulate`` and ``robust`` choose the
-        cheapest settings that meet it.
+        cheapest settings that meet it. Peak-to-peak values and line loads are not part of it.
     """
 
     positions: Annotated[int, Field(ge=1, le=100_000)] | None = None

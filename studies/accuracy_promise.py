@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from gearbench.accuracy.choose import choose
 from gearbench.accuracy.knobs import GAUSS_POINTS, SEGMENTS, SOLID_ORDER, with_order, with_resolution
-from gearbench.accuracy.measure import MEASURED, relative_errors
+from gearbench.accuracy.measure import FLOOR, MEASURED, relative_errors
 from gearbench.effects.base import Effect
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.helix_slope import HelixSlope
@@ -22,9 +22,10 @@ from gearbench.effects.solids import solid_tooth
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import InputError
+from gearbench.outputs import Solved, cycle_numbers, mean
 from gearbench.robustness.montecarlo import default_threads, robust
 from gearbench.scene import Resolution, Scene
-from gearbench.simulation import cycle_values
+from gearbench.simulation import cycle_values, solve_scene
 from studies.s05_tooth_models import draw
 
 #: Scenes that the choice was not tuned on: plates, solid teeth, random errors, and the first draw of the latter. Its
@@ -36,7 +37,10 @@ MOST_SEGMENTS, MOST_POINTS = 128, 32
 #: Settings that are timed again, and how often: the quickest repeat counts.
 FINALISTS, REPEATS = 4, 7
 #: What is recorded where an accuracy is said to be out of reach.
-REFUSED = dict.fromkeys(("estimated", "true", "seconds", "best_seconds", "search_seconds", "trials"), float("nan"))
+REFUSED = dict.fromkeys(
+    ("estimated", "true", "peak_ste", "peak_stiffness", "seconds", "best_seconds", "search_seconds", "trials"),
+    float("nan"),
+)
 
 
 def random_scenes(count: int, seed: int = SEED) -> list[Scene]:
@@ -62,7 +66,8 @@ def _scenes(rng: np.random.Generator, pairs: Iterator[Scene]) -> Iterator[Scene]
 
 def promises(scene: Scene, accuracies: Sequence[float]) -> list[dict[str, float]]:
     """What is chosen for each of the accuracies: estimated and true error, its time against the best setting's."""
-    reference = cycle_values(with_resolution(scene, **REFERENCE))
+    finest = solve_scene(with_resolution(scene, **REFERENCE))
+    reference = cycle_numbers(finest.transmission_error, finest.mesh_stiffness, finest.weight)
     bar = float(relative_errors(cycle_values(with_resolution(scene, **BEFORE)), reference).max())
     grid = _grid(scene, reference)
     found = []
@@ -82,6 +87,7 @@ def promises(scene: Scene, accuracies: Sequence[float]) -> list[dict[str, float]
                 "accuracy": accuracy,
                 "estimated": choice.estimated,
                 "true": float(relative_errors(cycle_values(choice.scene), reference).max()),
+                **_peak_errors(solve_scene(choice.scene), finest),
                 "reference_bar": bar,
                 "seconds": taken[0],
                 "best_seconds": min(taken),
@@ -89,6 +95,15 @@ def promises(scene: Scene, accuracies: Sequence[float]) -> list[dict[str, float]
                 "trials": float(choice.trials),
             }
         )
+    return found
+
+
+def _peak_errors(solved: Solved, finest: Solved) -> dict[str, float]:
+    """Relative errors of the peak-to-peak values, which no accuracy covers, to no less than ``FLOOR`` of the mean."""
+    found = {}
+    for name, column in (("peak_ste", "transmission_error"), ("peak_stiffness", "mesh_stiffness")):
+        value, exact = (each.peak_to_peak(getattr(each, column)) for each in (solved, finest))
+        found[name] = abs(value - exact) / max(exact, FLOOR * float(mean(getattr(finest, column), finest.weight)))
     return found
 
 
