@@ -155,7 +155,8 @@ def _milliseconds(seconds: float | None) -> str:
 def _phase_sentence(dataset: xr.Dataset) -> str:
     """Time of one more mesh phase."""
     words = []
-    for name, scene in ((name, scene) for name, scene in scenes().items() if not name.endswith(MESHED)):
+    names = dict.fromkeys(dataset["setting_scene"].values.tolist())
+    for name, scene in ((name, scenes()[name]) for name in names if not name.endswith(MESHED)):
         part = diagram(dataset, name)
         rows = part.isel(setting=part["setting_knob"].values == "gauss_points")
         few, many = (i for i, level in enumerate(rows["level"].values) if level in ("8", "32"))
