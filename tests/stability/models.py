@@ -62,7 +62,7 @@ OTHERWISE: dict[str, tuple[str | None, float]] = {
 }
 #: The tip of the exact pinion is beyond its pointed radius by 1e-16; SOLIDS has one just below.
 LEFT_OUT = {"x at its upper limit", "1 segments", "2 segments"}
-QUICK = {"undercut, z = 5", "r_f < r_b", "β = 45°", "b/m = 0.5", "x at its lower limit", "ν = 0.499"}
+QUICK = {"undercut, z = 5", "r_f < r_b", "β = 45°", "b/m = 0.5", "x at its lower limit", "ν = 0"}
 
 
 def just_below_pointed(x: float) -> Scene:
