@@ -199,6 +199,41 @@ def test_a_picture_takes_less_than_100_ms():
     assert min(seconds[1:]) < 0.1  # the least: other programs may run beside
 
 
+def test_curves_come_first_where_the_scatter_takes_long(monkeypatch):
+    pytest.importorskip("bokeh")
+    from bokeh.document import Document
+
+    from gearbench.explore import live
+    from gearbench.explore.controls import places
+
+    session = live.Session(designs := catalogue([stored(12)]), Document())
+    moved = {name: place["value"] for name, place in places(designs.scene(3)).items()} | {"crowning": 4.5}
+    monkeypatch.setattr(session, "_slow", False)
+    (whole,) = session._answers(3, moved)
+    monkeypatch.setattr(session, "_slow", True)
+    first, second = session._answers(3, moved)
+    assert "ste_density" not in first["now"][0]
+    assert set(second["now"][0]) == {"ste_density", "stiffness_density"}
+    assert "…" in first["summary"][0]
+    assert second["summary"] == whole["summary"]
+    for name, table in (first["now"][0] | second["now"][0]).items():
+        for key, column in table.items():
+            assert_array_equal(column, whole["now"][0][name][key])
+
+
+def test_questions_that_are_none_are_answered_by_a_message():
+    pytest.importorskip("bokeh")
+    from bokeh.document import Document
+
+    from gearbench.explore.live import Session
+
+    session = Session(catalogue([stored(12)]), Document())
+    for design, values in ((99, None), ("x", None), (3, {}), (3, {"crowning": "?"})):
+        (answer,) = session._answers(design, values)
+        assert answer["message"][0]
+        assert answer["now"] == [None]
+
+
 # -- the command ------------------------------------------------------------------------------------------------------
 
 

@@ -2,7 +2,6 @@
 
 import os
 import re
-import statistics
 import subprocess
 import sys
 
@@ -160,32 +159,43 @@ def test_ranges_are_brushed_on_the_axes_of_the_parallel_coordinates(served, tmp_
         assert faults(driver) == []
 
 
+#: Changes of the page by the number of the change: what a hand does with filter, front, view and lines.
+CHANGES = {
+    "filter": "model('filter effects.crowning.amount').value = [0.05 * i, 7.1]",
+    "brush": "model('filter pair.helix_angle').value = [-1, 4 + 0.15 * i]",
+    "pick": "const d = model('designs').data, k = 911 * i;"
+    "model('pick').data = { design: [k], x: [d.x[k]], y: [d.y[k]] }",
+    "pan": "const r = model('cloud').x_range, s = i < 30 ? 0.1 : -0.1; r.setv({ start: r.start + s, end: r.end + s })",
+    "box": "const e = model('designs').explore, r = model('cloud').x_range; e.marks += 1;"
+    "r.setv({ start: r.start + 1e-6 }); e.area = { type: 'rect', x0: 7 + 0.1 * i, x1: 16, y0: 0.2, y1: 3 }",
+}
+TIMES = 60
+
+
 @pytest.mark.slow
 def test_sixty_thousand_designs_without_lag(served, tmp_path):
-    """Less than 200 ms in the median from a change until all is drawn and the browser is idle again."""
+    """Less than 200 ms from a change until all is drawn and the browser is idle again, but for one of ten at most.
+
+    Other programs run beside a test; on a quiet machine of two cores the worst of sixty stays below 200 ms.
+    """
     with chromium(tmp_path) as driver:
         open_page(driver, served(60_001))
         assert driver.execute_script(MODEL + "return model('designs').data.x.length") == 60_000
         shot(driver, "5_sixty_thousand")
-        filtered = "model('filter effects.crowning.amount').value = [{:.2f}, 7.1]"
-        picked = (
-            "const d = model('designs').data; model('pick').data = {{ design: [{0}], x: [d.x[{0}]], y: [d.y[{0}]] }}"
-        )
-        panned = "const r = model('cloud').x_range; r.setv({ start: r.start + 0.1, end: r.end + 0.1 })"
         times = {
-            "filter": [driver.execute_async_script(TIMED, filtered.format(0.5 + 0.5 * i)) for i in range(9)],
-            "pick": [driver.execute_async_script(TIMED, picked.format(100 * i)) for i in range(9)],
-            "pan": [driver.execute_async_script(TIMED, panned) for _ in range(9)],
+            name: [driver.execute_async_script(TIMED, f"const i = {i}; {code}") for i in range(TIMES)]
+            for name, code in CHANGES.items()
         }
-        script_alone = driver.execute_script(MODEL + "return model('designs').explore.milliseconds")
         shot(driver, "6_sixty_thousand_filtered")
         OUT.mkdir(parents=True, exist_ok=True)
-        lines = [f"{name}: {', '.join(f'{t:.0f}' for t in found)} ms" for name, found in times.items()]
-        lines.append(f"scripts alone, last: {script_alone:.0f} ms")
+        lines = [
+            f"{name}: median {np.median(found):.0f}, worst of {TIMES} {max(found):.0f} ms"
+            for name, found in times.items()
+        ]
         (OUT / "times.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
         assert faults(driver) == []
         for name, found in times.items():
-            assert statistics.median(found) < 200, (name, found)
+            assert np.quantile(found, 0.9) < 200, (name, found)
 
 
 def test_the_file_works_without_any_network(tmp_path):
