@@ -89,13 +89,13 @@ def test_compression_kernel_keeps_its_digits():
     k = np.concatenate([[0.0], 10 ** rng.uniform(-3, 1.5, 40)])
     scale = 2 * (1 - 0.3**2) / (np.pi * 2e5)  # far from the load its terms cancel, but count for nothing
     r, t = 10 ** rng.uniform(-4, 1, 41), 10 ** rng.uniform(-1, 1, 41)
-    with working(40):
+    with working():  # at 40 digits the balls of K₀ at large arguments are wide
         for a, b, c in zip(k, r, t, strict=True):
             if a * b > 300:
                 continue
             found = compression(2e5, 0.3, np.array([a]), np.array(b), np.array(c))[0]
             exact = number(local.kernel(ball(a), ball(b), ball(c), ball(2e5), ball(0.3)))
-            assert digits(found, exact, scale) >= 12, (a, b, c)
+            assert digits(found, exact, scale) >= 14, (a, b, c)
 
 
 LOCAL = (
