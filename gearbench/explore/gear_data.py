@@ -101,7 +101,7 @@ def summary(name: str, *pictures: Picture) -> str:
     ]
     heads = ("", "stored", "now")[: len(pictures) + 1]
     lines = [_row("th", heads), *(_row("td", row) for row in rows)]
-    table = f"<table style='border-spacing:8px 1px;margin-left:-8px'>{''.join(lines)}</table>"
+    table = f"<table style='border-spacing:6px 1px;margin-left:-6px'>{''.join(lines)}</table>"
     return f"<b>{escape(name)}</b><br>{head}<br>{ratios}{table}"
 
 
