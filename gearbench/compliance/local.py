@@ -49,7 +49,7 @@ def compression(E: float, nu: float, k: NDArray, r: NDArray, t: NDArray) -> NDAr
     return np.where(k > 0, a * (k0(wave * r) - k0(wave * R)) - c * t**2 / R * wave * k1(wave * R), plane)
 
 
-def half_space_compression(gear: Gear, E: float, nu: float, order: tuple[int, int], points: int = 24) -> NDArray:
+def half_space_compression(gear: Gear, E: float, nu: float, order: tuple[int, int], points: int = 18) -> NDArray:
     """Compression projected onto orthonormal Legendre products on the flank, (p·q, p·q) [mm/N].
 
     Parameters
@@ -61,7 +61,8 @@ def half_space_compression(gear: Gear, E: float, nu: float, order: tuple[int, in
     order
         Numbers p, q of polynomials in R and in y.
     points
-        Quadrature points along the flank; four more from each of them to its end.
+        Quadrature points along the flank; two more from each of them to its end. 18 are good to 1e-7 or better, and
+        take half the time of 24, good to 1e-9.
     """
     p, q = order
     waves = _WAVES * q + 1
@@ -84,8 +85,8 @@ def _projected_waves(gear: Gear, E: float, nu: float, p: int, waves: int, points
     low, high, r_b = gear.form_radius, gear.tip_radius, gear.base_radius
     form, tip = roll_angles(gear)
     s, ws = gauss(points)
-    v, wv = gauss(points + 4)
-    below, between = (tip - form) * s**3, v**6
+    v, wv = gauss(points + 2)
+    below, between = (tip - form) * s**3, v**4
     t = tip - below
     other = tip - below[:, None] * (1 - between)
     R, R2 = r_b * np.sqrt(1 + t**2), r_b * np.sqrt(1 + other**2)
@@ -95,7 +96,7 @@ def _projected_waves(gear: Gear, E: float, nu: float, p: int, waves: int, points
     g = compression(E, nu, np.arange(waves) * math.pi / gear.face_width, r, depth)
     # dR = r_b² t/R dt
     dR = r_b**2 * t / R * 3 * (tip - form) * s**2 * ws
-    dR2 = r_b**2 * other / R2 * below[:, None] * 6 * v**5 * wv
+    dR2 = r_b**2 * other / R2 * below[:, None] * 4 * v**3 * wv
     left = flank_functions(p, R, low, high) * dR[:, None]
     right = flank_functions(p, R2, low, high) * dR2[..., None]
     G = np.tensordot(g.transpose(1, 0, 2) @ right, left, (0, 0))

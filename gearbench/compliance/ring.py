@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.compliance.bases import gauss, height_functions, width_functions
+from gearbench.geometry.material import lame
 
 #: Depth of the layer that carries harmonic n, in units of r/n: e⁻⁷ of the rim's displacement reaches its inner end.
 _LAYER = 7.0
@@ -96,7 +97,7 @@ class Ring:
 
     def _stiffness(self, n: NDArray) -> tuple[NDArray, NDArray]:
         """K (harmonic, 3·p·q, 3·p·q) and the values of the functions of R on the rim (p,)."""
-        lam, mu = self.E * self.nu / ((1 + self.nu) * (1 - 2 * self.nu)), self.E / (2 * (1 + self.nu))
+        lam, mu = lame(self.E, self.nu)
         (M, M1, M2, X, X1, S), edge = self._along(n)
         B, A = self._axial(n)
         unit = np.broadcast_to(np.eye(self.order[1]), A.shape)

@@ -19,6 +19,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from itertools import product
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -149,26 +150,15 @@ class Section:
         Fields in the order θ, R, z.
         """
         lam, mu = lame
-        trace = (*STRAIN_TT, *STRAIN_RR, *STRAIN_ZZ)
-        direct = [(2 * mu, strain) for strain in (STRAIN_TT, STRAIN_RR, STRAIN_ZZ)]
-        shear = [(mu, strain) for strain in (SHEAR_TR, SHEAR_TZ, SHEAR_RZ)]
-        n_s, n_x = self.order[0], self._along.shape[1]
-        # coefficients of the functions of x, summed first: there are many terms with the same function of s
-        sums: dict[tuple[int, ...], NDArray] = {}
-        for modulus, strain in [(lam, trace), *direct, *shear]:
-            terms = strain if self.screw else [t for t in strain if t[2] != _FK]
-            for sign_a, field_a, x_a, s_a, z_a in terms:
-                for sign_b, field_b, x_b, s_b, z_b in terms:
-                    if (z_a, field_a) > (z_b, field_b):
-                        continue  # by symmetry
-                    key = (z_a, z_b, field_a, field_b, s_a, s_b)
-                    part = (modulus * sign_a * sign_b) * self._along[x_a, :, x_b]
-                    sums[key] = sums[key] + part if key in sums else part
-        result = np.zeros((2, 2, 3, n_s, n_x, 3, n_s, n_x))
-        for (z_a, z_b, field_a, field_b, s_a, s_b), along in sums.items():
-            across = self._across[s_a, :, s_b]
-            result[z_a, z_b, field_a, :, :, field_b] += across[:, None, :, None] * along[:, None]
-        return self._moving(_mirror(result)) if self.free else _mirror(result)
+        of_lam, of_mu = _coefficients(bool(self.screw))
+        (n_s, n_x), terms = (self.order[0], self._along.shape[1]), (2, 2, 3, 3)
+        along = self._along.swapaxes(1, 2).reshape(-1, n_x * n_x)
+        across = self._across.swapaxes(1, 2).reshape(-1, n_s * n_s)
+        # first the sum over pairs of functions of x, of which there are many with the same pair of functions of s
+        summed = (lam * of_lam + mu * of_mu) @ along
+        result = across.T @ summed.reshape(*terms, len(across), -1)
+        result = result.reshape(*terms, n_s, n_s, n_x, n_x).transpose(0, 1, 2, 4, 6, 3, 5, 7)
+        return self._moving(result) if self.free else result
 
     def _moving(self, stiffness: NDArray) -> NDArray:
         """Join the products σ^m P_l(s) to P_k(σ s), which move the root: (…, n_s, 1 + n_x, …, n_s, 1 + n_x)."""
@@ -200,15 +190,25 @@ class Section:
         return np.concatenate([moving[..., None], inner], axis=-1)
 
 
-def _mirror(result: NDArray) -> NDArray:
-    """Fill the terms left out by symmetry: S[b, a] = S[a, b]ᵀ, lower fields from upper ones."""
-    transposed = result.transpose(1, 0, 5, 6, 7, 2, 3, 4)
-    for a, b in ((0, 0), (1, 1)):
-        for field in range(3):
-            for other in range(field):
-                result[a, b, field, :, :, other] = transposed[a, b, field, :, :, other]
-    result[1, 0] = transposed[1, 0]
-    return result
+@lru_cache(maxsize=2)
+def _coefficients(screw: bool) -> tuple[NDArray, NDArray]:
+    """What λ and μ are multiplied with in the energy (S2).
+
+    Rows: (derivatives in z, fields, functions of s), each twice; columns: functions of x, twice.
+    """
+    kinds = len((_F, _DF, _FA, _CF, _FE, _FK))
+    of_lam, of_mu = np.zeros((2, 2, 2, 3, 3, 3, 3, kinds, kinds))
+    trace = (*STRAIN_TT, *STRAIN_RR, *STRAIN_ZZ)
+    direct = [(of_mu, 2.0, strain) for strain in (STRAIN_TT, STRAIN_RR, STRAIN_ZZ)]
+    shear = [(of_mu, 1.0, strain) for strain in (SHEAR_TR, SHEAR_TZ, SHEAR_RZ)]
+    for into, modulus, strain in [(of_lam, 1.0, trace), *direct, *shear]:
+        terms = [t for t in strain if screw or t[2] != _FK]
+        for (sign_a, field_a, x_a, s_a, z_a), (sign_b, field_b, x_b, s_b, z_b) in product(terms, terms):
+            into[z_a, z_b, field_a, field_b, s_a, s_b, x_a, x_b] += modulus * sign_a * sign_b
+    both = of_lam.reshape(-1, kinds * kinds), of_mu.reshape(-1, kinds * kinds)
+    for coefficients in both:
+        coefficients.flags.writeable = False
+    return both
 
 
 @lru_cache(maxsize=32)

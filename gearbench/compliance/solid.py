@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from gearbench.compliance.bases import axis_functions, gauss
 from gearbench.compliance.chain import Chain
 from gearbench.compliance.section import Section
+from gearbench.geometry.material import lame
 
 #: Functions of the section that go with the even and with the odd functions along the axis.
 Class = tuple[NDArray, NDArray]
@@ -51,17 +52,11 @@ class Solid:
         """(field, across, height, axis) of the amplitudes."""
         return 3, *self.section.shape, self.order
 
-    @property
-    def lame(self) -> tuple[float, float]:
-        """Lamé's constants λ, μ [N/mm²]."""
-        E, nu = self.E, self.nu
-        return E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
-
     @cached_property
     def _of_section(self) -> NDArray:
         """S[a, b] of the section, (2, 2, n, n)."""
         n = int(np.prod(self.shape[:3]))
-        return self.section.stiffness(self.lame).reshape(2, 2, n, n)
+        return self.section.stiffness(lame(self.E, self.nu)).reshape(2, 2, n, n)
 
     @cached_property
     def _of_axis(self) -> NDArray:

@@ -22,7 +22,7 @@ class SolidCase:
     name: str
     why: str
     build: Callable[[], Scene]
-    digits: float = 11.0
+    digits: float = 9.0
     order: tuple[int, int, int] = ORDER
     phase: float = 0.137
     slow: bool = True
@@ -58,7 +58,6 @@ OTHERWISE: dict[str, tuple[str | None, float]] = {
         9.0,
     ),
     "ν = 0.4999999999": ("λ/μ = 5·10⁹: the condition number of K grows by as much", 6.5),
-    "x at its lower limit": (None, 9.5),
 }
 #: The tip of the exact pinion is beyond its pointed radius by 1e-16; SOLIDS has one just below.
 LEFT_OUT = {"x at its upper limit", "1 segments", "2 segments"}
@@ -78,7 +77,7 @@ SOLIDS: dict[str, SolidCase] = {
         name=c.name,
         why=OTHERWISE.get(c.name, (None,))[0] or c.why,
         build=lambda c=c: solid(c.build()),
-        digits=OTHERWISE.get(c.name, (None, 11.0))[1],
+        digits=OTHERWISE.get(c.name, (None, 9.0))[1],
         phase=c.phases[0],
         slow=c.name not in QUICK,
     )
@@ -92,7 +91,7 @@ SOLIDS |= {
             name="x 1e-6 below its upper limit",
             why="a tip of 1e-6 modules: strains grow like 1/thickness towards it",
             build=lambda: solid(just_below_pointed(1e-6)),
-            digits=10.0,
+            digits=9.5,
         ),
         *(
             SolidCase(

@@ -50,7 +50,8 @@ The same scenes with `[effects.tooth_bending] model = "solid"` at order {list(OR
 Their exact answer comes from a second Ritz system (`tests/stability/extended/solid.py`): strains in cylindrical
 coordinates, monomials, one dense stiffness matrix, 60 digits. C is the compliance between the polynomials of either
 flank (worst entry, relative to the largest); δ, k and P are as above, at one phase. The compression that the contact
-law counts is subtracted with its integrals converged to 12 digits; the model's own keep 9 (`test_models.py`).
+law counts is subtracted with its integrals converged to 12 digits; the model's own, whose time counts, keep 7 to 9
+(`test_models.py`), and that leaves 10 digits to the answers.
 
 Nested orders from (2, 3, 5) to (8, 18, 14): the compliance grows with each as a quadratic form, the condition number of
 the scaled stiffness stays below 10⁷.

