@@ -47,8 +47,8 @@ Written by `studies/performance_page.py` from the Dataset of `studies/s07_accura
 Errors are the largest relative error of four numbers: mean and RMS of the static transmission error (STE), mean and RMS
 of the mesh stiffness. The error of a fluctuation is relative to itself, but to no less than 1 % of the mean. Every knob
 has a converged reference of its own, with the difference of its two finest levels as error bar. Times are medians of
-repeated runs, processor time of one thread: on an idle machine that is wall time. The machine, of two processors, had
-other work to do meanwhile, which makes processor times longer and uneven. `gearbench cost SCENE -o DIR` draws the same
+repeated runs, processor time of one thread: on an idle machine that is wall time. Of the two processors
+of the machine the other one was busy with tests for a third of the time. `gearbench cost SCENE -o DIR` draws the same
 diagrams for any scene.
 """
 ASKED = """## Accuracy asked for
