@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -57,11 +58,12 @@ def _within_one_percent(part: xr.Dataset) -> str:
 def draw_elements(dataset: xr.Dataset, folder: Path) -> None:
     """Finite elements by type and mesh: error of the compliance and of the four numbers, against time and memory."""
     import matplotlib.pyplot as plt
+    from matplotlib.ticker import FormatStrFormatter, LogLocator
 
     from studies.s07_accuracy_cost import meshed
 
     parts = meshed(dataset)
-    size = {"figsize": (15, 0.6 + 4.4 * len(parts)), "layout": "constrained"}
+    size: dict[str, Any] = {"figsize": (15, 0.6 + 4.4 * len(parts)), "layout": "constrained"}
     figure, axes = plt.subplots(len(parts), 3, squeeze=False, **size)
     for row, (name, part) in zip(axes, parts.items(), strict=True):
         four = part["error"].max("quantity")
@@ -75,6 +77,10 @@ def draw_elements(dataset: xr.Dataset, folder: Path) -> None:
                 mine = part["setting_knob"].values == knob
                 axis.plot(x.values[mine], y.values[mine], marker=marker, color=colour, ms=5, lw=1.3, label=str(knob))
             axis.set(xscale="log", yscale="log", xlabel=across, ylabel=f"relative error: {of} [–]")
+            if "memory" in across:  # less than a decade: as numbers, not as powers side by side
+                axis.xaxis.set_minor_locator(LogLocator(subs=(2, 3, 5)))
+                axis.xaxis.set_minor_formatter(FormatStrFormatter("%g"))
+                axis.xaxis.set_major_formatter(FormatStrFormatter("%g"))
             axis.grid(alpha=0.3)
         for axis in row[:2]:
             bar = float(part["compliance_error_bar"].max())
@@ -82,7 +88,7 @@ def draw_elements(dataset: xr.Dataset, folder: Path) -> None:
         row[0].set_title(element_finding(name, part), fontsize=10, loc="left")
         row[2].axhline(float(part["error_bar"].max()), color=PURPLE, lw=1, ls=":")
     axes[0, 0].legend(frameon=False, fontsize=8)
-    figure.suptitle("Finite elements: type and mesh, both gears meshed and solved anew")
+    figure.suptitle("Hexahedra of 20 or 27 nodes come to 1 % in seconds, linear hexahedra and tetrahedra do not")
     _write(figure, folder / "elements.png")
 
 
@@ -110,7 +116,7 @@ def draw_front(dataset: xr.Dataset, folder: Path) -> None:
     import matplotlib.pyplot as plt
 
     names = list(dict.fromkeys(dataset["model_scene"].values.tolist()))
-    size = {"figsize": (12, 0.6 + 4.6 * len(names)), "layout": "constrained"}
+    size: dict[str, Any] = {"figsize": (12, 0.6 + 4.6 * len(names)), "layout": "constrained"}
     figure, axes = plt.subplots(len(names), 2, sharey="row", squeeze=False, **size)
     for row, name in zip(axes, names, strict=True):
         part = dataset.isel(model=dataset["model_scene"].values == name)
@@ -126,16 +132,28 @@ def draw_front(dataset: xr.Dataset, folder: Path) -> None:
             )
             axis.set(xscale="log", yscale="log", xlabel=f"{'processor time' if unit == 's' else 'memory'} [{unit}]")
             axis.grid(alpha=0.3)
-            for i in _notable(best, part["model_label"].values)[:: 1 if unit == "s" else 99]:
-                axis.annotate(
-                    str(part["model_label"].values[i]), (part[across].values[i], error[i]), (5, 5), fontsize=7,
-                    textcoords="offset points",
-                )  # fmt: skip
+            for i in _apart(_notable(best, part["model_label"].values), part[across].values, error):
+                if unit == "s":
+                    label = str(part["model_label"].values[i])
+                    place = (part[across].values[i], error[i])
+                    axis.annotate(label, place, (5, 5), fontsize=7, textcoords="offset points")
         row[0].set_ylabel("largest error against the finest elements [–]")
         row[0].set_title(front_finding(part), fontsize=10, loc="left")
     axes[0, 0].legend(frameon=False, fontsize=8, loc="lower left")
     figure.suptitle("From the paper's plate to 3D finite elements: teeth set up anew, and the mesh cycle solved")
     _write(figure, folder / "front.png")
+
+
+def _apart(chosen: Sequence[int], x: np.ndarray, y: np.ndarray) -> list[int]:
+    """Those of the points whose labels would not cover each other on logarithmic axes."""
+    at = np.log10(np.column_stack([x, y]))
+    # a label is about as wide as a quarter of the axes and as high as a thirtieth
+    at /= np.ptp(at, axis=0) * (1 / 4, 1 / 30)
+    kept: list[int] = []
+    for i in chosen:
+        if all(np.any(np.abs(at[i] - at[k]) > 1) for k in kept):
+            kept.append(i)
+    return kept
 
 
 def pareto(x: np.ndarray, y: np.ndarray) -> np.ndarray:
