@@ -125,17 +125,3 @@ def test_a_folder_that_cannot_be_written_is_one_line_before_anything_is_computed
     code, out, err = run("validate", scene, "-o", scene)
     assert (code, out) == (2, "")
     assert err == f"gearbench: output = {scene}: must be a folder (File exists)\n"
-
-
-@pytest.mark.slow
-def test_both_pairs_of_the_paper_take_less_than_a_minute(run, tmp_path, monkeypatch):
-    """Cold cache, two cores, report included."""
-    import time
-    from pathlib import Path
-
-    monkeypatch.setenv("GEARBENCH_CACHE", str(tmp_path / "cold"))
-    examples = Path(__file__).parents[1] / "examples"
-    start = time.perf_counter()
-    code, _, _ = run("validate", examples / "case1.toml", examples / "case2.toml", "-o", tmp_path / "out", "-q")
-    assert code == 0
-    assert time.perf_counter() - start < 60

@@ -372,10 +372,14 @@ def test_ctrl_c_keeps_the_generations_and_says_how_to_continue(reference, tmp_pa
     path.write_text(study.to_toml(), encoding="utf-8")
     command = [sys.executable, "-m", "gearbench", "optimise", str(path), "-o", str(folder)]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    while not (folder / "generation_0002.nc").exists() and process.poll() is None:
-        time.sleep(0.01)
-    process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=60)
+    with process:
+        try:
+            while not (folder / "generation_0002.nc").exists() and process.poll() is None:
+                time.sleep(0.01)
+            process.send_signal(signal.SIGINT)
+            _, err = process.communicate(timeout=60)
+        finally:
+            process.kill()
     assert process.returncode == 130, err
     kept = len(list(folder.glob("generation_*.nc")))
     again = f"gearbench optimise {path} -o {folder} --resume"

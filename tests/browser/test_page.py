@@ -1,7 +1,5 @@
 """The explorer in a real browser: start, select, filter, slide, export; how long it takes; nothing on the console."""
 
-import os
-import re
 import subprocess
 import sys
 
@@ -13,48 +11,17 @@ from gearbench.explore.settings import Settings
 from gearbench.explore.stored import open_results
 from gearbench.results import save
 from gearbench.scene_file import load_scene
-from tests.browser.chromium import OUT, chromium, faults, missing, open_page, shot, wait
+from tests.browser.changes import CHANGES, change_times
+from tests.browser.chromium import chromium, faults, missing, open_page, shot, wait
 from tests.explore_designs import front
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "–")
 
-#: Time from a change until the browser has drawn it and is idle again [ms].
-TIMED = """
-const [code, done] = [arguments[0], arguments[arguments.length - 1]];
-const doc = Bokeh.documents[0], model = (name) => doc.get_model_by_name(name);
-const frame = () => new Promise(requestAnimationFrame), pause = () => new Promise((r) => setTimeout(r, 0));
-(async () => {
-  await frame(); await pause();
-  const begun = performance.now();
-  new Function("model", code)(model);
-  await frame(); await frame(); await pause();
-  done(performance.now() - begun);
-})();
-"""
 PICK = """
 const d = model("designs").data, i = arguments[0];
 model("pick").data = { design: [i], x: [d.x[i]], y: [d.y[i]] };
 """
 MODEL = "const model = (name) => Bokeh.documents[0].get_model_by_name(name); "
-
-
-@pytest.fixture
-def served(tmp_path):
-    """Start ``gearbench explore`` in a process of its own: its address, for so many designs."""
-    processes = []
-
-    def start(count):
-        save(front(count), tmp_path / "front.nc")
-        command = [sys.executable, "-m", "gearbench", "explore", str(tmp_path / "front.nc"), "--port", "0"]
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, "NO_COLOR": "1"})
-        processes.append(process)
-        return re.match(r"(http://127\.0\.0\.1:\d+/)", process.stdout.readline())[1]
-
-    yield start
-    for process in processes:
-        process.terminate()
-        process.wait(20)
-        process.stdout.close()
 
 
 def text(driver, name):
@@ -159,43 +126,17 @@ def test_ranges_are_brushed_on_the_axes_of_the_parallel_coordinates(served, tmp_
         assert faults(driver) == []
 
 
-#: Changes of the page by the number of the change: what a hand does with filter, front, view and lines.
-CHANGES = {
-    "filter": "model('filter effects.crowning.amount').value = [0.05 * i, 7.1]",
-    "brush": "model('filter pair.helix_angle').value = [-1, 4 + 0.15 * i]",
-    "pick": "const d = model('designs').data, k = 911 * i;"
-    "model('pick').data = { design: [k], x: [d.x[k]], y: [d.y[k]] }",
-    "pan": "const r = model('cloud').x_range, s = i < 30 ? 0.1 : -0.1; r.setv({ start: r.start + s, end: r.end + s })",
-    "box": "const e = model('designs').explore, r = model('cloud').x_range; e.marks += 1;"
-    "r.setv({ start: r.start + 1e-6 }); e.area = { type: 'rect', x0: 7 + 0.1 * i, x1: 16, y0: 0.2, y1: 3 }",
-}
-TIMES = 60
-
-
 @pytest.mark.slow
-def test_sixty_thousand_designs_without_lag(served, tmp_path):
-    """Less than 200 ms from a change until all is drawn and the browser is idle again, but for one of ten at most.
-
-    Other programs run beside a test; on a quiet machine of two cores the worst of sixty stays below 200 ms.
-    """
+def test_sixty_thousand_designs(served, tmp_path):
+    """All there, and nothing on the console after sixty changes of each kind; ``make bench`` times them."""
     with chromium(tmp_path) as driver:
         open_page(driver, served(60_001))
         assert driver.execute_script(MODEL + "return model('designs').data.x.length") == 60_000
         shot(driver, "5_sixty_thousand")
-        times = {
-            name: [driver.execute_async_script(TIMED, f"const i = {i}; {code}") for i in range(TIMES)]
-            for name, code in CHANGES.items()
-        }
+        found = change_times(driver)
         shot(driver, "6_sixty_thousand_filtered")
-        OUT.mkdir(parents=True, exist_ok=True)
-        lines = [
-            f"{name}: median {np.median(found):.0f}, worst of {TIMES} {max(found):.0f} ms"
-            for name, found in times.items()
-        ]
-        (OUT / "times.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        assert set(found) == set(CHANGES)
         assert faults(driver) == []
-        for name, found in times.items():
-            assert np.quantile(found, 0.9) < 200, (name, found)
 
 
 def test_the_file_works_without_any_network(tmp_path):

@@ -1,0 +1,5 @@
+"""Fixtures that benchmarks share with the tests."""
+
+from tests.browser.conftest import served
+
+__all__ = ["served"]

@@ -1,0 +1,30 @@
+"""The explorer, served by a process of its own."""
+
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+
+from gearbench.results import save
+from tests.explore_designs import front
+
+
+@pytest.fixture
+def served(tmp_path):
+    """Start ``gearbench explore`` in a process of its own: its address, for so many designs."""
+    processes = []
+
+    def start(count):
+        save(front(count), tmp_path / "front.nc")
+        command = [sys.executable, "-m", "gearbench", "explore", str(tmp_path / "front.nc"), "--port", "0"]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, "NO_COLOR": "1"})
+        processes.append(process)
+        return re.match(r"(http://127\.0\.0\.1:\d+/)", process.stdout.readline())[1]
+
+    yield start
+    for process in processes:
+        process.terminate()
+        process.wait(20)
+        process.stdout.close()
