@@ -20,7 +20,7 @@ LAYERS = (
     ("scene", "scene_file"),
     ("contact",),
     ("accuracy",),
-    ("cycle", "files", "interruption", "outputs", "provenance", "results", "simulation", "library", "stopwatch"),
+    ("cycle", "files", "outputs", "provenance", "results", "simulation", "library", "stopwatch"),
     ("robustness", "strength", "exchange"),
     ("plotting", "plan", "doctor"),
     ("optimise", "cost"),

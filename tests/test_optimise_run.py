@@ -8,6 +8,7 @@ import sys
 import time
 import tomllib
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -371,8 +372,10 @@ def test_ctrl_c_keeps_the_generations_and_says_how_to_continue(reference, tmp_pa
     path, folder = tmp_path / "study.toml", tmp_path / "out"
     path.write_text(study.to_toml(), encoding="utf-8")
     command = [sys.executable, "-m", "gearbench", "optimise", str(path), "-o", str(folder)]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    with process:
+    # a shell starts what runs in the background with Ctrl-C ignored, and that is handed down
+    heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(command, text=True, preexec_fn=heard, **pipes) as process:
         try:
             while not (folder / "generation_0002.nc").exists() and process.poll() is None:
                 time.sleep(0.01)

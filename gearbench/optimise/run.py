@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gearbench.interruption import interruptible
 from gearbench.optimise.archive import Archive
 from gearbench.optimise.dataset import front_dataset
 from gearbench.optimise.engine import Engine, choose_engine
@@ -123,18 +122,16 @@ class _Run:
 
     def run(self) -> xr.Dataset:
         """All generations."""
-        with interruptible() as check:
-            for generation in range(1, self._study.algorithm.generations + 1):
-                check()
-                designs = self._search.ask()
-                if not designs:
-                    break
-                self._search.tell(self._generation(generation, designs, check))
-                self._report(0.0)
+        for generation in range(1, self._study.algorithm.generations + 1):
+            designs = self._search.ask()
+            if not designs:
+                break
+            self._search.tell(self._generation(generation, designs))
+            self._report(0.0)
         wall_time = time.perf_counter() - self._start
         return front_dataset(self._archive, self._search.population, wall_time)
 
-    def _generation(self, generation: int, designs: Sequence[Design], check: Callable[[], None]) -> list[Evaluation]:
+    def _generation(self, generation: int, designs: Sequence[Design]) -> list[Evaluation]:
         stored = self._store.read(generation, designs) if self._store is not None else None
         if stored is not None:
             self._restored += 1
@@ -142,7 +139,6 @@ class _Run:
         unknown = self._archive.unknown(designs)
         new: dict[Design, Evaluation] = {}
         for design, result in self._engine.evaluate(self._study, unknown):
-            check()
             new[design] = result
             self._evaluated += 1
             self._report(len(new) / len(unknown), list(new.values()))

@@ -19,7 +19,6 @@ from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.batch import Batch, BatchSolution, chunks, on_threads, prepare, solve_one_chunk
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import InputError
-from gearbench.interruption import interruptible
 from gearbench.outputs import MICROMETRES, Solved, cycle_numbers
 from gearbench.robustness.dataset import robust_dataset
 from gearbench.robustness.sampling import Sampler, unit_samples
@@ -127,11 +126,9 @@ def respond(
     complete = True
     solutions = on_threads(partial(solve_one_chunk, problem.batch), chunks(errors - problem.mean), threads)
     try:
-        with interruptible() as check:
-            for solution in solutions:
-                check()
-                done.append(_reduce(problem, solution))
-                progress(min(sum(map(len, done)), len(errors)))
+        for solution in solutions:
+            done.append(_reduce(problem, solution))
+            progress(min(sum(map(len, done)), len(errors)))
     except KeyboardInterrupt:
         complete = False
     return _join(done, len(errors)), complete
