@@ -5,13 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.pairs import paper_pair
 from gearbench.effects.base import Effect
 from gearbench.effects.neighbour_teeth import NeighbourTeeth
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.explore.model import picture
 from gearbench.explore.settings import Settings
-from gearbench.library.garambois2017 import case
-from gearbench.scene import Scene
 from tests.browser.changes import change_times
 from tests.browser.chromium import chromium, missing, open_page
 
@@ -22,20 +21,10 @@ TEETH: dict[str, tuple[Effect, ...]] = {
 }
 
 
-def scene(number: int, teeth: str) -> Scene:
-    """Pair 1 or 2 of the paper, bores of 0.6 root circles."""
-    base = case(number)
-    bores = [round(1.2 * g.root_radius, 1) for g in base.pair.gears]
-    members = [replace(m, bore_diameter=d) for m, d in zip((base.pair.pinion, base.pair.wheel), bores, strict=True)]
-    rest = [e for e in base.effects if e.name != "tooth_bending"]
-    pair = replace(base.pair, pinion=members[0], wheel=members[1])
-    return replace(base, pair=pair, effects=(*TEETH[teeth], *rest))
-
-
 @pytest.mark.parametrize("number", [1, 2])
 @pytest.mark.parametrize("teeth", TEETH)
 def test_picture_of_a_gear_as_a_slider_moves(benchmark, teeth, number):
-    base = scene(number, teeth)
+    base = paper_pair(number, TEETH[teeth])
     amounts = iter(np.linspace(1.0, 9.0, 100))
     picture(base)
     benchmark.extra_info["target_s"] = 0.1

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.pairs import paper_pair
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.solver import solve
 from gearbench.effects.base import Effect
-from gearbench.effects.hertz import Hertz
 from gearbench.effects.neighbour_teeth import NeighbourTeeth
 from gearbench.effects.tooth_bending import ToothBending
-from gearbench.library.garambois2017 import case, gear
+from gearbench.library.garambois2017 import gear
 from gearbench.robustness.montecarlo import prepare_scene, respond
-from gearbench.scene import Resolution, Scene
+from gearbench.scene import Resolution
 from gearbench.simulation import simulate
 from gearbench.stopwatch import times, unseen
 from gearbench.validation.timing import smooth_compliance
@@ -30,19 +30,10 @@ MODELS: dict[str, tuple[tuple[Effect, ...], float | None]] = {
 BOTH = pytest.mark.parametrize("number", [1, 2])
 
 
-def paper_pair(number: int, model: str) -> Scene:
-    """Pair 1 or 2 of the paper at 32 positions, bores of 0.6 root circles."""
-    scene = case(number, Resolution(positions=POSITIONS))
-    bores = [round(1.2 * g.root_radius, 1) for g in scene.pair.gears]
-    members = [replace(m, bore_diameter=d) for m, d in zip((scene.pair.pinion, scene.pair.wheel), bores, strict=True)]
-    pair = replace(scene.pair, pinion=members[0], wheel=members[1])
-    return replace(scene, pair=pair, effects=(*MODELS[model][0], Hertz()))
-
-
 @BOTH
 @pytest.mark.parametrize("model", MODELS)
 def test_compliance_of_a_new_pair(benchmark, model, number):
-    scene = paper_pair(number, model)
+    scene = paper_pair(number, MODELS[model][0], Resolution(positions=POSITIONS))
     fresh = iter([unseen(scene, i + 1) for i in range(PAIRS + 3)])
     smooth_compliance(next(fresh))
     benchmark.extra_info["target_s"] = MODELS[model][1]
@@ -52,7 +43,7 @@ def test_compliance_of_a_new_pair(benchmark, model, number):
 @BOTH
 @pytest.mark.parametrize("model", MODELS)
 def test_all_positions_of_a_known_pair(benchmark, model, number):
-    scene = paper_pair(number, model)
+    scene = paper_pair(number, MODELS[model][0], Resolution(positions=POSITIONS))
     simulate(scene)
     benchmark.extra_info["target_s"] = 10e-3
     benchmark(simulate, scene)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -129,11 +129,11 @@ def draw_simulation(dataset: xr.Dataset, folder: Path) -> list[Path]:
         f"mesh stiffness {float(dataset['mesh_stiffness_mean']):.4g} N/µm in the mean, "
         f"{float(dataset['mesh_stiffness_rms']):.3g} % RMS"
     )
-    written = [_write(figure, folder / "ste_and_stiffness.png")]
+    written = [write_figure(figure, folder / "ste_and_stiffness.png")]
 
     axes = load_distribution(dataset)
     axes.set_title(f"{name}: line load up to {float(dataset['line_load'].max()):.4g} N/mm")
-    written.append(_write(axes.get_figure(), folder / "load_distribution.png"))
+    written.append(write_figure(axes.get_figure(), folder / "load_distribution.png"))
 
     figure, both = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
     for axis, variable in zip(both, ("transmission_error", "mesh_stiffness"), strict=True):
@@ -145,7 +145,7 @@ def draw_simulation(dataset: xr.Dataset, folder: Path) -> list[Path]:
             f"{dataset[variable].attrs['symbol']}: order {strongest} leads, {np.nanmax(amplitude):.3g} {units}"
         )
     figure.suptitle(f"{name}: mesh orders")
-    return [*written, _write(figure, folder / "order_spectrum.png")]
+    return [*written, write_figure(figure, folder / "order_spectrum.png")]
 
 
 def draw_robust(dataset: xr.Dataset, folder: Path) -> list[Path]:
@@ -163,11 +163,11 @@ def draw_robust(dataset: xr.Dataset, folder: Path) -> list[Path]:
         f"{name}: {dataset.sizes['sample']} error samples scatter RMS STE by {100 * ste:.0f} %, "
         f"RMS stiffness by {100 * k:.0f} %"
     )
-    written = [_write(figure, folder / "density.png")]
+    written = [write_figure(figure, folder / "density.png")]
     axes = contributions(dataset)
     leading = dataset["error_name"].values[int(np.argmax(dataset["transmission_error_rms_first_order"].values))]
     axes.set_title(f"{name}: {str(leading).replace('_', ' ')} contributes most to the scatter of STE")
-    return [*written, _write(axes.get_figure(), folder / "contributions.png")]
+    return [*written, write_figure(axes.get_figure(), folder / "contributions.png")]
 
 
 def _scene_name(dataset: xr.Dataset) -> str:
@@ -176,7 +176,8 @@ def _scene_name(dataset: xr.Dataset) -> str:
     return tomllib.loads(dataset.attrs["scene"]).get("name") or "scene"
 
 
-def _write(figure, path: Path) -> Path:
+def write_figure(figure: Any, path: Path) -> Path:
+    """Write a figure, whole or not at all, in the format of the file's ending, and close it."""
     import matplotlib.pyplot as plt
 
     with replacing(path) as part:

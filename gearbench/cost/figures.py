@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbench.plotting import BLUE, DPI, GREEN, GREY, ORANGE, PURPLE
+from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, write_figure
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -63,10 +63,7 @@ def draw_cost(dataset: xr.Dataset, folder: Path) -> list[Path]:
     axes[0].set_ylabel("largest relative error [–]")
     figure.suptitle(f"{name}: {finding(dataset)}")
     axes[1].legend(frameon=False, fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
-    path = folder / "work_precision.png"
-    figure.savefig(path, dpi=DPI)
-    plt.close(figure)
-    return [path]
+    return [write_figure(figure, folder / "work_precision.png")]
 
 
 def finding(dataset: xr.Dataset, error: float = 0.01) -> str:

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbench.files import replacing
-from gearbench.plotting import BLUE, DPI, GREEN, GREY, ORANGE, PURPLE
+from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, write_figure
 from gearbench.quantities import QUANTITIES
 
 if TYPE_CHECKING:
@@ -115,8 +114,4 @@ def draw_verification(dataset: xr.Dataset, folder: Path, name: str) -> Path:
         held = f", their order holds to a rank correlation of {np.nanmin(rho):.3f}" if np.any(np.isfinite(rho)) else ""
         largest = np.nanmax(np.abs(dataset["shift"].values))
         figure.suptitle(f"{name or 'study'}: finite elements move objectives by up to {largest:.0f} %{held}")
-        path = folder / "verification.png"
-        with replacing(path) as part:
-            figure.savefig(part, dpi=DPI, format="png")
-        plt.close(figure)
-    return path
+        return write_figure(figure, folder / "verification.png")

@@ -1,0 +1,17 @@
+"""The paper's pairs as the benchmarks use them."""
+
+from dataclasses import replace
+
+from gearbench.effects.base import Effect
+from gearbench.effects.hertz import Hertz
+from gearbench.library.garambois2017 import case
+from gearbench.scene import Resolution, Scene
+
+
+def paper_pair(number: int, teeth: tuple[Effect, ...], resolution: Resolution | None = None) -> Scene:
+    """Pair 1 or 2 of the paper on other teeth, bores of 0.6 root circles."""
+    scene = case(number, resolution)
+    bores = [round(1.2 * g.root_radius, 1) for g in scene.pair.gears]
+    members = [replace(m, bore_diameter=d) for m, d in zip((scene.pair.pinion, scene.pair.wheel), bores, strict=True)]
+    pair = replace(scene.pair, pinion=members[0], wheel=members[1])
+    return replace(scene, pair=pair, effects=(*teeth, Hertz()))
