@@ -1,10 +1,11 @@
-"""Pages made from the code: effects, quantities, commands. ``python -m docs.generate`` writes them all."""
+"""Pages made from the code: effects, quantities, commands. ``python -m docs.generate [PAGE…]`` writes them."""
 
 from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Callable, Iterator
+import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, get_args, get_type_hints
 
@@ -15,7 +16,7 @@ FOLDER = Path(__file__).parent
 
 def effects() -> str:
     """Every effect: what it adds, when to use it, its keys."""
-    from gearbench.effects.page import page
+    from docs.effects_page import page
 
     return page()
 
@@ -98,12 +99,6 @@ def _cell(text: str) -> str:
 PAGES: dict[str, Callable[[], str]] = {"effects.md": effects, "quantities.md": quantities, "commands.md": commands}
 
 
-def pages() -> Iterator[tuple[str, str]]:
-    """Name and text of every page."""
-    for name, make in PAGES.items():
-        yield name, make()
-
-
 if __name__ == "__main__":
-    for name, text in pages():
-        (FOLDER / name).write_text(text, encoding="utf-8")
+    for name in sys.argv[1:] or PAGES:
+        (FOLDER / name).write_text(PAGES[name](), encoding="utf-8")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import math
-from dataclasses import MISSING, fields
 from typing import Annotated, Any
 
 from pydantic import ConfigDict, Field, model_validator
@@ -12,9 +11,9 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import ComplianceEffect, Effect
 from gearbench.errors import InputError
-from gearbench.geometry.material import STRICT
 from gearbench.geometry.pair import Pair
-from gearbench.notebook import Row, html_table
+from gearbench.notebook import scene_html
+from gearbench.schema import STRICT, given
 
 #: Gauss points on each panel unless a scene says otherwise.
 DEFAULT_GAUSS_POINTS = 8
@@ -143,9 +142,9 @@ class Scene:
 
     def to_mapping(self) -> dict[str, Any]:
         """The scene as nested tables, as in a file; what equals its default is left out."""
-        tables = _given(self)
+        tables = given(self)
         tables.pop("effects", None)
-        tables["effects"] = {effect.name: _given(effect) for effect in self.effects}
+        tables["effects"] = {effect.name: given(effect) for effect in self.effects}
         return tables
 
     def to_toml(self) -> str:
@@ -160,35 +159,9 @@ class Scene:
         return digest(self.to_toml())
 
     def _repr_html_(self) -> str:
-        """Tables for notebooks: the pair, then load, effects and resolution as in the scene file."""
-        rows: list[Row] = [("load", (f"{self.load.torque:g} N·m on the pinion",))]
-        for table in (*self.effects, self.resolution):
-            name = table.name if isinstance(table, Effect) else "resolution"
-            settings = ", ".join(f"{key} = {value}" for key, value in _given(table).items())
-            rows.append((name, (settings or "defaults",)))
-        return self.pair._repr_html_() + html_table(self.name or "scene", (), rows)
+        return scene_html(self)
 
 
 def digest(text: str) -> str:
     """SHA-256 of a scene's TOML text."""
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _given(table: Any) -> dict[str, Any]:
-    """Fields of an input object that differ from their defaults, nested ones as tables of their own."""
-    given = {}
-    for field in fields(table):
-        value = getattr(table, field.name)
-        default = field.default if field.default_factory is MISSING else field.default_factory()
-        if value is None or (value == default and type(value) is type(default)):
-            continue
-        given[field.name] = _plain(value)
-    return given
-
-
-def _plain(value: Any) -> Any:
-    if hasattr(value, "__dataclass_fields__"):
-        return _given(value)
-    if isinstance(value, tuple):
-        return [_plain(item) for item in value]
-    return value

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from docs.generate import FOLDER, PAGES
+from docs.keys import key_tables, prose
 from gearbench.cli.app import app
-from gearbench.effects.keys import key_tables, prose
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.quantities import QUANTITIES

@@ -73,7 +73,7 @@ def test_names_are_escaped():
     text = parse_scene(tables)._repr_html_()
     assert "<script>" not in text
     assert "&lt;script&gt;" in text
-    table = html_table("a & b", ("<i>",), [("<b>", ("<u>",))])
+    table = html_table("a & b", ("<i>",), {"<b>": ("<u>",)})
     assert [mark for mark in ("<i>", "<b>", "<u>", "a & b") if mark in table] == []
 
 

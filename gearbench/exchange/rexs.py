@@ -20,7 +20,8 @@ from gearbench.geometry.involute import inv
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.rack import STANDARD_FILLET_RADIUS
 from gearbench.scene import Scene
-from gearbench.scene_file import parse_scene, validate
+from gearbench.scene_file import parse_scene
+from gearbench.schema import read
 
 #: What a stage is simulated with, unless its scene file is written and changed.
 EFFECTS: dict[str, dict[str, Any]] = {
@@ -135,7 +136,7 @@ def scene_of(document: RexsDocument, found: StageScene) -> Scene:
 def pair_of(document: RexsDocument, found: StageScene) -> Pair:
     """The pair of a stage, which needs no torque; faults name file and stage."""
     try:
-        return validate(Pair, found.tables["pair"])
+        return read(Pair, found.tables["pair"])
     except InputError as error:
         raise error.within(f"stage {found.stage.number}.pair").in_file(str(document.path)) from None
 

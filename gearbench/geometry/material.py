@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import ConfigDict, Field
+from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-#: Every input class of the project refuses unknown keys, NaN, infinities and silent conversions.
-STRICT = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+from gearbench.schema import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)

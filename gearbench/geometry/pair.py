@@ -16,7 +16,7 @@ from gearbench.geometry.gear import Gear
 from gearbench.geometry.involute import inv
 from gearbench.geometry.material import STRICT, Material
 from gearbench.geometry.rack import STANDARD_FILLET_RADIUS, full_fillet_radius
-from gearbench.notebook import html_table
+from gearbench.notebook import pair_html
 
 Length = Annotated[float, Field(gt=0.0, le=20000.0)]
 
@@ -312,33 +312,4 @@ class Pair:
         return replace(self, pinion=self.wheel, wheel=self.pinion)
 
     def _repr_html_(self) -> str:
-        """Tables for notebooks: both gears, and what they make together."""
-        pinion, wheel = self.gears
-        gears = html_table(
-            "gears",
-            ("pinion", "wheel"),
-            [
-                ("teeth z", (pinion.teeth, wheel.teeth)),
-                ("profile shift x", self.profile_shifts),
-                ("addendum, dedendum [m_n]", [f"{g.addendum:g}, {g.dedendum:g}" for g in (pinion, wheel)]),
-                ("tip radius r_a [mm]", (pinion.tip_radius, wheel.tip_radius)),
-                ("pitch radius r [mm]", (pinion.pitch_radius, wheel.pitch_radius)),
-                ("base radius r_b [mm]", (pinion.base_radius, wheel.base_radius)),
-                ("root radius r_f [mm]", (pinion.root_radius, wheel.root_radius)),
-                ("tip clearance [mm]", self.tip_clearances),
-            ],
-        )
-        pair = html_table(
-            "pair",
-            (),
-            [
-                ("normal module m_n [mm]", (self.normal_module,)),
-                ("pressure angle, helix angle [°]", (f"{self.pressure_angle:g}, {self.helix_angle:g}",)),
-                ("face width, centre distance [mm]", (f"{self.face_width:g}, {self.centre_distance:g}",)),
-                ("working pressure angle α_wt [°]", (math.degrees(self.working_pressure_angle),)),
-                ("contact ratios ε_α, ε_β", (f"{self.transverse_contact_ratio:.4g}, {self.overlap_ratio:.4g}",)),
-                ("backlash j_wt [mm]", (round(self.actual_backlash, 9),)),
-                ("E [GPa], ν", (f"{self.material.youngs_modulus:g}, {self.material.poisson_ratio:g}",)),
-            ],
-        )
-        return gears + pair
+        return pair_html(self)

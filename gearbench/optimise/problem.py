@@ -22,7 +22,8 @@ from gearbench.optimise.variables import Value
 from gearbench.outputs import Solved
 from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.scene import Scene
-from gearbench.scene_file import parse_scene, validate
+from gearbench.scene_file import parse_scene
+from gearbench.schema import read
 from gearbench.simulation import simulate, solve_scene
 
 #: Violation of a design that makes no scene, or none that can be solved: more than limits can add up to.
@@ -148,7 +149,7 @@ def pair_of(table: Mapping[str, Any]) -> Pair:
 @lru_cache(maxsize=1024)
 def _pair(text: str) -> Pair | InputError:
     try:
-        return validate(Pair, json.loads(text))
+        return read(Pair, json.loads(text))
     except InputError as error:
         return error.within("pair")
 

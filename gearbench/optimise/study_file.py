@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import fields
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
-from typing import Any, TypeVar
-
-from pydantic import ValidationError
+from typing import Any
 
 from gearbench.errors import InputError
 from gearbench.optimise.constraints import CONSTRAINTS
 from gearbench.optimise.dataset import RESERVED
-from gearbench.optimise.schema import check_base, check_variable
+from gearbench.optimise.derived import DERIVED, SETS
 from gearbench.optimise.study import Algorithm, Limit, Objective, OptimisationStudy, Robustness
 from gearbench.optimise.variables import Variable
-from gearbench.scene_file import read_toml, validate
-
-T = TypeVar("T")
+from gearbench.scene_file import scene_key, table_class
+from gearbench.schema import as_table, check, keys, make, read, read_toml
 
 _TABLES: dict[str, type] = {"algorithm": Algorithm, "robustness": Robustness}
-_KEYS = tuple(field.name for field in fields(OptimisationStudy))
 
 
 def load_study(path: str | Path) -> OptimisationStudy:
@@ -46,28 +41,20 @@ def parse_study(tables: Mapping[str, Any]) -> OptimisationStudy:
     InputError
         Naming key, value and what is allowed.
     """
+    known = keys(OptimisationStudy)
     for key in tables:
-        if key not in _KEYS:
-            raise InputError(key, "unknown key", f"allowed: {', '.join(_KEYS)}")
+        if key not in known:
+            raise InputError(key, "unknown key", f"allowed: {', '.join(known)}")
     for key in ("base", "variables", "objectives"):
         if key not in tables:
             raise InputError(key, "missing", "is required")
-    parts: dict[str, Any] = {key: tables[key] for key in ("name",) if key in tables}
-    parts["base"] = _table("base", tables["base"])
-    parts["variables"] = tuple(_variables("", _table("variables", tables["variables"])))
+    parts = dict(tables)
+    parts["base"] = as_table("base", tables["base"])
+    parts["variables"] = tuple(_variables("", as_table("variables", tables["variables"])))
     parts["objectives"] = tuple(_objectives(tables["objectives"]))
-    parts["constraints"] = dict(_constraints(_table("constraints", tables.get("constraints", {}))))
-    for key, kind in _TABLES.items():
-        if key in tables:
-            parts[key] = _parse(key, kind, _table(key, tables[key]))
-    try:
-        study = OptimisationStudy(**parts)
-    except ValidationError as error:
-        fault = error.errors()[0]
-        cause = fault.get("ctx", {}).get("error")
-        if isinstance(cause, InputError):
-            raise cause from None
-        raise InputError(".".join(map(str, fault["loc"])), repr(fault["input"]), fault["msg"]) from None
+    parts["constraints"] = dict(_constraints(as_table("constraints", tables.get("constraints", {}))))
+    parts |= {key: read(kind, tables[key], key) for key, kind in _TABLES.items() if key in tables}
+    study = make(OptimisationStudy, **parts)
     check_study(study)
     return study
 
@@ -85,27 +72,59 @@ def check_study(study: OptimisationStudy) -> None:
     for variable in study.variables:
         if variable.name in RESERVED:
             raise InputError(f"variables.{variable.name}", "reserved name", "results are called so: use another name")
-        for path in check_variable(variable):
+        for path in changed_keys(variable):
             if path in driven:
                 raise InputError(f"variables.{variable.name}", path, f"is changed by variables.{driven[path]} too")
             driven[path] = variable.name
-    check_base(study.base, driven)
+    _check_base(study.base, driven)
     if study.robustness.samples > 0 and "manufacturing_errors" not in study.base.get("effects", {}):
         allowed = "samples need base.effects.manufacturing_errors; give samples = 0 to optimise without errors"
         raise InputError("robustness.samples", study.robustness.samples, allowed)
 
 
-def _table(key: str, table: Any) -> Mapping[str, Any]:
-    if not isinstance(table, Mapping):
-        raise InputError(key, table, f"must be a table: [{key}]")
-    return table
+def changed_keys(variable: Variable) -> tuple[str, ...]:
+    """Keys of the scene that ``variable`` changes.
+
+    Raises
+    ------
+    InputError
+        If one of its paths is no key of a scene, or its values do not have the type of that key. A value outside its
+        limits makes no gear, which is an answer and no mistake.
+    """
+    at = f"variables.{variable.name}"
+    found: list[str] = []
+    for path in variable.paths:
+        if path in DERIVED:
+            if variable.kind == "choice":
+                raise InputError(at, variable.values, f"{path} must be a number")
+            found += SETS[path]
+            continue
+        try:
+            key = scene_key(path)
+        except InputError as error:
+            raise error.within(at) from None
+        if key is None:
+            allowed = f"must be a key of a scene, e.g. pair.helix_angle, or one of {', '.join(DERIVED)}"
+            raise InputError(at, path, allowed)
+        for code in variable.bounds if variable.values is None else range(len(variable.values)):
+            if fault := key.fault(value := variable.value(code)):
+                raise InputError(at, repr(value), fault.replace("must", f"{path} must", 1))
+        found.append(path)
+    return tuple(found)
 
 
-def _parse(key: str, kind: type[T], table: Mapping[str, Any]) -> T:
-    try:
-        return validate(kind, table)
-    except InputError as error:
-        raise error.within(key) from None
+def _check_base(base: Mapping[str, Any], driven: Collection[str]) -> None:
+    """Check the tables of the base, where ``driven`` are the keys that variables set."""
+    effects = as_table("base.effects", base.get("effects", {}))
+    later = {path.split(".")[1]: {} for path in driven if path.startswith("effects.")}
+    given = {name: table for name, table in base.items() if name not in ("name", "effects")}
+    tables = {"pair": {}, "load": {}} | given | {f"effects.{name}": table for name, table in (later | effects).items()}
+    for name, table in tables.items():
+        try:
+            kind = table_class(name)
+        except InputError as error:
+            raise error.within("base") from None
+        check(kind, table, f"base.{name}", [p.removeprefix(f"{name}.") for p in driven if p.startswith(f"{name}.")])
 
 
 def _variables(prefix: str, tables: Mapping[str, Any]) -> Iterator[Variable]:
@@ -119,7 +138,7 @@ def _variables(prefix: str, tables: Mapping[str, Any]) -> Iterator[Variable]:
         if table and all(isinstance(value, Mapping) for value in table.values()):
             yield from _variables(f"{key}.", table)
         else:
-            yield _parse(f"variables.{key}", Variable, {"paths": [key], **table, "name": key})
+            yield read(Variable, {"paths": [key], **table, "name": key}, f"variables.{key}")
 
 
 def _objectives(given: Any) -> Iterator[Objective]:
@@ -130,7 +149,7 @@ def _objectives(given: Any) -> Iterator[Objective]:
         if not isinstance(weights, Mapping):
             raise InputError("objectives", item, "must be a name, or a table of weights")
         try:
-            yield validate(Objective, {"weights": weights})
+            yield read(Objective, {"weights": weights})
         except InputError as error:
             raise InputError(f"objectives.{error.key.removeprefix('weights.')}", error.value, error.allowed) from None
 
@@ -139,4 +158,4 @@ def _constraints(tables: Mapping[str, Any]) -> Iterator[tuple[str, Limit]]:
     for name, table in tables.items():
         if name not in CONSTRAINTS:
             raise InputError(f"constraints.{name}", "unknown quantity", f"allowed: {', '.join(CONSTRAINTS)}")
-        yield name, _parse(f"constraints.{name}", Limit, _table(f"constraints.{name}", table))
+        yield name, read(Limit, table, f"constraints.{name}")
