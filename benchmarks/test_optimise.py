@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from gearbench.optimise import load_study
+from gearbench import load_study
 from gearbench.optimise.engine import Dask, Engine, Threads
 from gearbench.optimise.study import Design, OptimisationStudy
 

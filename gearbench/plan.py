@@ -83,7 +83,7 @@ class Trial:
         return solve_lines(self.scene, self.lines, self.weight)
 
 
-def make_plan(scene: Scene) -> Plan:
+def plan(scene: Scene) -> Plan:
     """Plan of ``simulate`` for ``scene``, and of ``robust`` where it has random errors."""
     phase, _ = mesh_phases(scene)
     kept = sum(effect.preparation(scene.pair) for effect in scene.effects)

@@ -45,7 +45,7 @@ def main(folder: Path) -> None:
 
 def optimised(target: Path) -> list[Path]:
     """A small search for quiet gears of the paper's reverse gear, cut by its third tool, with few error samples."""
-    from gearbench.optimise import optimise
+    from gearbench import optimise
     from gearbench.optimise.listing import markdown_text
     from gearbench.optimise.select import open_designs, select
     from gearbench.optimise.study import Algorithm, Robustness

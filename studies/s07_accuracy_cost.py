@@ -17,7 +17,7 @@ from gearbench.accuracy.knobs import SOLID_ORDER, label, with_resolution
 from gearbench.accuracy.measure import MEASURED, relative_errors
 from gearbench.cost.finite_elements import Meshes, element_curves
 from gearbench.cost.measure import measure
-from gearbench.cost.workprecision import as_dataset, work_precision
+from gearbench.cost.workprecision import as_dataset, cost
 from gearbench.effects.base import Effect
 from gearbench.effects.fe_compliance import FeCompliance
 from gearbench.effects.tooth_bending import ToothBending
@@ -107,7 +107,7 @@ def _diagram(name: str, scene: Scene, repeats: int) -> xr.Dataset:
     if name.endswith(MESHED):  # the other knobs are as with solid teeth, and slow
         found = as_dataset(element_curves(scene, FEW_MESHES if quick else None))
     else:
-        found = work_precision(scene, repeats=repeats, seeds=3 if quick else 12)
+        found = cost(scene, repeats=repeats, seeds=3 if quick else 12)
     found = found.rename_dims(knob="curve").reset_index("knob").rename(knob="curve_knob")
     named = {d: (d, np.full(found.sizes[d], name)) for d in ("setting", "curve")}
     return found.assign_coords({f"{d}_scene": v for d, v in named.items()})
@@ -124,7 +124,7 @@ def meshed(dataset: xr.Dataset) -> dict[str, xr.Dataset]:
 
 
 def diagram(dataset: xr.Dataset, scene: str) -> xr.Dataset:
-    """The work–precision of one scene again, as ``work_precision`` returned it."""
+    """The work–precision of one scene again, as ``cost`` returned it."""
     names = ("error", "error_bar", "processor_seconds", "seconds", "megabytes", "observed_order", "curve_knob", *FLANK)
     rows = dataset[[name for name in names if name in dataset]]
     rows = rows.isel(setting=dataset["setting_scene"].values == scene, curve=dataset["curve_scene"].values == scene)

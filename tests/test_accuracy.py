@@ -21,7 +21,7 @@ from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import InputError
 from gearbench.library.garambois2017 import case, gear
-from gearbench.plan import make_plan
+from gearbench.plan import plan
 from gearbench.robustness.montecarlo import response_means, robust
 from gearbench.scene import Resolution, Scene
 from gearbench.scene_file import parse_scene
@@ -203,7 +203,7 @@ def test_what_cannot_be_met_is_said():
 
 def test_programs_that_choose_nothing_refuse_an_accuracy():
     with pytest.raises(InputError, match=r"resolution\.accuracy"):
-        make_plan(asking(case(1), 0.01))
+        plan(asking(case(1), 0.01))
 
 
 def test_a_scene_with_accuracy_survives_its_text():

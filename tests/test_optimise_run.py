@@ -16,8 +16,8 @@ import pytest
 import xarray as xr
 
 import gearbench
+from gearbench import design_scene, load_study, optimise
 from gearbench.errors import InputError
-from gearbench.optimise import design_scene, load_study, optimise
 from gearbench.optimise.archive import Archive
 from gearbench.optimise.front import non_dominated
 from gearbench.optimise.problem import evaluate
@@ -233,7 +233,7 @@ def test_a_folder_holds_one_run_at_a_time(tmp_path):
 
 CHILD = """
 import sys
-from gearbench.optimise import load_study, optimise
+from gearbench import load_study, optimise
 optimise(load_study(sys.argv[1]), directory=sys.argv[2], resume=True, threads=2)
 """
 

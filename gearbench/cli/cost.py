@@ -38,13 +38,13 @@ def cost(
     Example: gearbench cost examples/sc.toml -o cost
     """
     from gearbench.cli.options import plot_folder
-    from gearbench.cost.workprecision import work_precision
+    from gearbench.cost.workprecision import cost as run
     from gearbench.results import save
     from gearbench.scene_file import load_scene
 
     loaded = load_scene(scene)
     folder = plot_folder(output)
-    dataset = work_precision(loaded, repeats)
+    dataset = run(loaded, repeats)
 
     written: list[Path] = []
     if folder is not None:

@@ -107,7 +107,7 @@ def curve_of(knob: Knob, levels: Sequence, runs: Sequence[Run], reference: NDArr
     )
 
 
-def work_precision(scene: Scene, repeats: int = REPEATS, seeds: int = 8, meshes: Meshes | None = None) -> xr.Dataset:
+def cost(scene: Scene, repeats: int = REPEATS, seeds: int = 8, meshes: Meshes | None = None) -> xr.Dataset:
     """Work–precision of all knobs that ``scene`` has.
 
     Parameters
@@ -151,7 +151,7 @@ def work_precision(scene: Scene, repeats: int = REPEATS, seeds: int = 8, meshes:
 
 
 def as_dataset(curves: Sequence[Curve]) -> xr.Dataset:
-    """Dataset of curves, one row a level; see ``work_precision``."""
+    """Dataset of curves, one row a level; see ``cost``."""
     import xarray as xr
 
     def rows(name: str) -> NDArray:

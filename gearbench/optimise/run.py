@@ -75,7 +75,7 @@ def optimise(
     Parameters
     ----------
     study
-        What to optimise, see ``gearbench.optimise.load_study``.
+        What to optimise, see ``gearbench.load_study``.
     directory
         Where each generation is stored as it is finished, and the result at the end; nowhere by default.
     resume
