@@ -40,6 +40,7 @@ from .optimise.select import open_designs as open_designs
 from .optimise.select import select as select
 from .optimise.study import OptimisationStudy as OptimisationStudy
 from .optimise.study_file import load_study as load_study
+from .optimise.study_file import parse_study as parse_study
 from .optimise.verify import verify as verify
 from .plan import Plan as Plan
 from .plan import plan as plan
