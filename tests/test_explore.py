@@ -195,10 +195,10 @@ def test_curves_come_first_where_the_scatter_takes_long(monkeypatch):
 
     session = live.Session(designs := catalogue([stored(12)]), Document())
     moved = {name: place["value"] for name, place in places(designs.scene(3)).items()} | {"crowning": 4.5}
-    monkeypatch.setattr(session, "_slow", False)
-    (whole,) = session._answers(3, moved)
-    monkeypatch.setattr(session, "_slow", True)
-    first, second = session._answers(3, moved)
+    monkeypatch.setattr(session, "slow", False)
+    (whole,) = session.answers(3, moved)
+    monkeypatch.setattr(session, "slow", True)
+    first, second = session.answers(3, moved)
     assert "ste_density" not in first["now"][0]
     assert set(second["now"][0]) == {"ste_density", "stiffness_density"}
     assert "…" in first["summary"][0]
@@ -216,7 +216,7 @@ def test_questions_that_are_none_are_answered_by_a_message():
 
     session = Session(catalogue([stored(12)]), Document())
     for design, values in ((99, None), ("x", None), (3, {}), (3, {"crowning": "?"})):
-        (answer,) = session._answers(design, values)
+        (answer,) = session.answers(design, values)
         assert answer["message"][0]
         assert answer["now"] == [None]
 

@@ -362,7 +362,7 @@ def test_size_is_limited_while_unpacking(tmp_path, monkeypatch):
         read_rexs(packed(tmp_path / "large.rexsz", {"m.rexs": MODEL}))
     # whatever a header says of the size
     with pytest.raises(InputError, match="more than 1000 bytes"):
-        rexs_document._xml(io.BytesIO(MODEL.encode()))
+        rexs_document.parse_xml(io.BytesIO(MODEL.encode()))
 
 
 @pytest.mark.parametrize(

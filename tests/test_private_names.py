@@ -1,0 +1,39 @@
+"""Tests look at the program from outside: they touch no private names, but compiled kernels beside their twins."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+
+import pytest
+
+from tests.test_architecture import MODULES, ROOT
+
+OWN = ("gearbench", "fem_reference", "studies")
+PRIVATE = re.compile(r"(.*\.)?_[a-zA-Z]\w*")
+
+
+def names(tree: ast.AST) -> Iterator[str]:
+    """Names of the project that a test imports, reads from a module, or replaces."""
+    modules: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] in OWN:
+            yield from (alias.name for alias in node.names)
+            modules |= {alias.asname or alias.name for alias in node.names if f"{node.module}.{alias.name}" in MODULES}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in modules:
+            yield node.attr
+        elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith("setattr"):
+            yield from (a.value for a in node.args[:2] if isinstance(a, ast.Constant) and isinstance(a.value, str))
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "tests").rglob("*.py")), ids=lambda p: str(p.relative_to(ROOT)))
+def test_tests_touch_no_private_names(path):
+    found = set(names(ast.parse(path.read_text(encoding="utf-8"))))
+    assert {name for name in found if PRIVATE.fullmatch(name) and not name.endswith("kernels")} == set()
+
+
+def test_private_names_are_seen():
+    text = "from gearbench.plan import _a\nfrom gearbench.contact import solver\nsolver._b\nm.setattr(solver, '_c', 1)"
+    assert set(names(ast.parse(text))) == {"_a", "solver", "_b", "_c"}
