@@ -43,6 +43,7 @@ def missing_system_packages() -> tuple[str, ...]:
 
 
 def loads(library: str) -> bool:
+    """Whether a shared library can be loaded."""
     try:
         ctypes.CDLL(library)
     except OSError:

@@ -158,7 +158,7 @@ def test_a_worker_that_is_killed_costs_time_only():
     designs = [(z, h, b, 2, 3, 3) for z in (1, 2, 3) for h in range(11) for b in range(1, 6)]
     expected = {design: evaluate(study, design) for design in designs}
     with Dask("local:2") as engine:
-        first = next(iter(engine._client.run(os.getpid).values()))
+        first = next(iter(engine.client.run(os.getpid).values()))
         results = {}
         for design, result in engine.evaluate(study, designs):
             if not results:

@@ -79,7 +79,7 @@ class Dask(Engine):
         if find_spec("distributed") is None:
             raise InputError("scheduler", scheduler, "needs dask.distributed: install the extra gearbench[optimise]")
         self._scheduler, self._workers = scheduler, int(local[1]) if local is not None else None
-        self._client: Any = None
+        self.client: Any = None
         self._cluster: Any = None
 
     def __enter__(self) -> Dask:
@@ -91,7 +91,7 @@ class Dask(Engine):
             options: dict[str, Any] = {"dashboard_address": None, "silence_logs": 50, "preload": WORKER}
             self._cluster = LocalCluster(n_workers=self._workers, threads_per_worker=1, **options)
         try:
-            self._client = Client(self._cluster or self._scheduler, set_as_default=False)
+            self.client = Client(self._cluster or self._scheduler, set_as_default=False)
         except BaseException:
             self.close()
             raise
@@ -102,13 +102,13 @@ class Dask(Engine):
         from distributed import KilledWorker, as_completed
 
         ordered = by_geometry(study, designs)
-        workers = max(1, sum(self._client.nthreads().values()))
+        workers = max(1, sum(self.client.nthreads().values()))
         count = min(len(ordered), TASKS * workers)
         # dealt out in turn: gears that do not exist cost nothing, and stand side by side in this order
         tasks = [ordered[i::count] for i in range(count)]
-        futures = [self._client.submit(_evaluate_all, study, task, pure=False) for task in tasks]
+        futures = [self.client.submit(_evaluate_all, study, task, pure=False) for task in tasks]
         try:
-            for future in as_completed(futures, loop=self._client.loop):
+            for future in as_completed(futures, loop=self.client.loop):
                 yield from future.result()
         except KilledWorker as error:
             raise GearbenchError(f"workers keep dying while they evaluate designs: {error}") from None
@@ -120,8 +120,8 @@ class Dask(Engine):
 
     def close(self) -> None:
         """Leave the scheduler; end the workers started here."""
-        if self._client is not None:
-            self._client.close()
+        if self.client is not None:
+            self.client.close()
         if self._cluster is not None:
             self._cluster.close()
 
