@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import pytest
 
+from gearbench.accuracy.plan import _extrapolate, make_plan
 from gearbench.effects import fe_compliance
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.fe_compliance import FeCompliance
 from gearbench.effects.hertz import Hertz
 from gearbench.library.garambois2017 import case, gear
-from gearbench.plan import _extrapolate, make_plan
 from gearbench.scene import Resolution
 
 

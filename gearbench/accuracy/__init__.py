@@ -1,1 +1,1 @@
-"""What settles the numerical error of a run, and how to choose it for an accuracy that is asked for."""
+"""Accuracy and its cost: settings chosen for an accuracy, work–precision of every setting, plans, and the one clock."""

@@ -37,8 +37,8 @@ def cost(
 
     Example: gearbench cost examples/sc.toml -o cost
     """
+    from gearbench.accuracy.workprecision import work_precision
     from gearbench.cli.options import plot_folder
-    from gearbench.cost.workprecision import work_precision
     from gearbench.results import save
     from gearbench.scene_file import load_scene
 
@@ -48,7 +48,7 @@ def cost(
 
     written: list[Path] = []
     if folder is not None:
-        from gearbench.cost.figures import draw_cost
+        from gearbench.accuracy.figures import draw_cost
 
         written = [save(dataset, folder / "cost.nc"), *draw_cost(dataset, folder)]
     if json:

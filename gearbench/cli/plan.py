@@ -12,8 +12,8 @@ def plan(scene: SceneFile, quiet: Quiet = False, verbose: Verbose = False, json:
     """
     from dataclasses import asdict
 
+    from gearbench.accuracy.plan import make_plan
     from gearbench.cli.summary import pair_line, print_mapping
-    from gearbench.plan import make_plan
     from gearbench.scene_file import load_scene
 
     loaded = load_scene(scene)
