@@ -114,7 +114,7 @@ def test_errors_of_flanks_are_rows_of_their_own(curves):
 
 def test_the_page_names_the_cheapest_mesh_of_an_accuracy():
     from docs.performance import elements
-    from studies.s07_accuracy_cost.compute import MESHED
+    from studies.s07_accuracy_cost.data import MESHED
 
     rows = ((2, 0.2, 1e3, 1.0), (4, 0.009, 2e3, 2.0), (8, 0.002, 4e3, 8.0))
     points = [
