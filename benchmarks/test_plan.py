@@ -11,6 +11,7 @@ from itertools import count
 
 import pytest
 
+from gearbench.cost.plan import SAMPLES, plan
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.end_relief import EndRelief
 from gearbench.effects.hertz import Hertz
@@ -20,7 +21,6 @@ from gearbench.effects.profile_slope import ProfileSlope
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.library.garambois2017 import case, gear
-from gearbench.plan import SAMPLES, plan
 from gearbench.robustness.montecarlo import default_threads, robust
 from gearbench.scene import Resolution, Scene
 from gearbench.simulation import simulate

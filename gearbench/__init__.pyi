@@ -1,6 +1,8 @@
 # The public names: the one list that __init__.py, type checkers and tests/test_api.py read.
 
 from .contact.solver import ConvergenceError as ConvergenceError
+from .cost.plan import Plan as Plan
+from .cost.plan import plan as plan
 from .cost.workprecision import cost as cost
 from .cycle import fourier as fourier
 from .effects.base import ComplianceEffect as ComplianceEffect
@@ -42,8 +44,6 @@ from .optimise.study import OptimisationStudy as OptimisationStudy
 from .optimise.study_file import load_study as load_study
 from .optimise.study_file import parse_study as parse_study
 from .optimise.verify import verify as verify
-from .plan import Plan as Plan
-from .plan import plan as plan
 from .plotting import contributions as contributions
 from .plotting import density as density
 from .plotting import load_distribution as load_distribution

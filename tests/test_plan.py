@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import pytest
 
+from gearbench.cost.plan import extrapolated, plan
 from gearbench.effects import fe_compliance
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.fe_compliance import FeCompliance
 from gearbench.effects.hertz import Hertz
 from gearbench.library.garambois2017 import case, gear
-from gearbench.plan import _extrapolate, plan
 from gearbench.scene import Resolution
 
 
@@ -49,6 +49,6 @@ def test_finite_elements_are_estimated_not_run(monkeypatch, tmp_path):
 
 
 def test_extrapolation_is_linear_in_the_phases_and_never_falls():
-    assert _extrapolate(3.0, 5.0, 4, 8, 16) == pytest.approx(9.0)
-    assert _extrapolate(5.0, 3.0, 4, 8, 16) == 3.0
-    assert _extrapolate(3.0, 5.0, 4, 8, 8) == 5.0
+    assert extrapolated(3.0, 5.0, 4, 8, 16) == pytest.approx(9.0)
+    assert extrapolated(5.0, 3.0, 4, 8, 16) == 3.0
+    assert extrapolated(3.0, 5.0, 4, 8, 8) == 5.0

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from gearbench.cost.clock import unseen
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.fe_compliance import FeCompliance
 from gearbench.effects.hertz import Hertz
@@ -15,7 +16,6 @@ from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import InputError
 from gearbench.library.garambois2017 import case
 from gearbench.scene import Resolution
-from gearbench.stopwatch import unseen
 from gearbench.validation.reference import reference_scene
 from gearbench.validation.ste_error import cycle_errors, load_share_error, relative_error
 

@@ -9,7 +9,6 @@ many threads as asked for. A sample's answer depends neither on the chunk it is 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -247,10 +246,3 @@ def on_threads(
         return
     with ThreadPoolExecutor(threads) as pool:
         yield from pool.map(work, items)
-
-
-def cost(batch: Batch) -> float:
-    """Multiplications of one Newton step of one sample over all positions: what ``plan`` predicts time from."""
-    rank = batch.rank
-    per_segment = rank * (rank + 1) / 2 + 4 * rank + 60
-    return float(np.sum(batch.count) * per_segment + np.sum(batch.blocks) * rank**3 / 3 + math.prod(batch.gap.shape))

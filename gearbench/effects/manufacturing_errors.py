@@ -210,7 +210,7 @@ class ManufacturingErrors(GapEffect):
         return self.modes(lines) @ self.mean(lines.pair)
 
 
-#: Conventions by name. "garambois2017" is the one found by ``studies/s01_table2.py``.
+#: Conventions by name. "garambois2017" is the one found by ``studies/s01_table2``.
 PRESETS: MappingProxyType[str, ManufacturingErrors] = MappingProxyType(
     {
         "garambois2017": ManufacturingErrors(

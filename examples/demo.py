@@ -11,11 +11,11 @@ import numpy as np
 
 from gearbench.cli.summary import pair_line, print_table, result_rows
 from gearbench.library.garambois2017 import case, gear
-from gearbench.plotting import BLUE, draw_robust, draw_simulation
+from gearbench.plotting import BLUE, draw_robust, draw_simulation, new_figure, write_figure
 from gearbench.results import save
 from gearbench.robustness.montecarlo import robust
 from gearbench.simulation import simulate
-from studies.paper_fronts_search import study
+from studies.s06_paper_fronts.search import study
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -89,11 +89,9 @@ def print_front(dataset: xr.Dataset) -> None:
 
 def draw_front(dataset: xr.Dataset, path: Path) -> Path:
     """Picture of all feasible gears and their front."""
-    import matplotlib.pyplot as plt
-
     feasible = dataset["objective"].values[dataset["feasible"].values == 1]
     best = front(dataset)["objective"].values
-    figure, axis = plt.subplots(figsize=(8.0, 5.2), layout="constrained")
+    figure, ((axis,),) = new_figure(1, 1, (8.0, 5.2))
     axis.plot(*feasible.T, "o", color="0.75", ms=4, label=f"{len(feasible)} feasible gears")
     axis.step(*best.T, where="post", color=BLUE, lw=1)
     axis.plot(*best.T, "o", color=BLUE, ms=6, label=f"front, {len(best)} gears")
@@ -105,9 +103,7 @@ def draw_front(dataset: xr.Dataset, path: Path) -> Path:
         f"Transmission error down from {best[0, 1]:.2f} to {best[-1, 1]:.2f} µm: "
         f"stiffness fluctuation up from {best[0, 0]:.1f} to {best[-1, 0]:.1f} %"
     )
-    figure.savefig(path, dpi=150)
-    plt.close(figure)
-    return path
+    return write_figure(figure, path)
 
 
 if __name__ == "__main__":

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import islice
 
@@ -13,6 +12,7 @@ from pydantic import ValidationError
 from gearbench.accuracy.choose import choose
 from gearbench.accuracy.knobs import GAUSS_POINTS, SEGMENTS, SOLID_ORDER, with_order, with_resolution
 from gearbench.accuracy.measure import FLOOR, MEASURED, relative_errors
+from gearbench.cost.clock import quickest, timed
 from gearbench.effects.base import Effect
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.helix_slope import HelixSlope
@@ -26,7 +26,7 @@ from gearbench.outputs import Solved, cycle_numbers, mean
 from gearbench.robustness.montecarlo import default_threads, robust
 from gearbench.scene import Resolution, Scene
 from gearbench.simulation import cycle_values, solve_scene
-from studies.s05_tooth_models import draw
+from studies.s05_tooth_models.data import draw
 
 #: Scenes that the choice was not tuned on: plates, solid teeth, random errors, and the first draw of the latter. Its
 #: constants were settled on the seeds 9, 60, 61, 62 and 7003, and on the draws from 0 on.
@@ -73,15 +73,13 @@ def promises(scene: Scene, accuracies: Sequence[float]) -> list[dict[str, float]
     found = []
     for accuracy in accuracies:
         asked = replace(scene, resolution=Resolution(accuracy=accuracy))
-        start = time.thread_time()
         try:
-            choice = choose(asked, cycle_values)
+            choice, search = timed(lambda s=asked: choose(s, cycle_values))
         except InputError:  # said to be out of reach: counts as not met
             found.append({"accuracy": accuracy, **REFUSED, "reference_bar": bar})
             continue
-        search = time.thread_time() - start
         good = [at for _, error, at in grid if error <= accuracy][:FINALISTS]
-        taken = _interleaved([lambda s=s: cycle_values(s) for s in (choice.scene, *good)])
+        taken = quickest([lambda s=s: cycle_values(s) for s in (choice.scene, *good)], REPEATS)
         found.append(
             {
                 "accuracy": accuracy,
@@ -91,7 +89,7 @@ def promises(scene: Scene, accuracies: Sequence[float]) -> list[dict[str, float]
                 "reference_bar": bar,
                 "seconds": taken[0],
                 "best_seconds": min(taken),
-                "search_seconds": search,
+                "search_seconds": search.processor_seconds,
                 "trials": float(choice.trials),
             }
         )
@@ -113,22 +111,9 @@ def _grid(scene: Scene, reference: np.ndarray) -> list[tuple[float, float, Scene
     for n in (n for n in SEGMENTS.levels(scene) if int(n) <= MOST_SEGMENTS):
         for g in (g for g in GAUSS_POINTS.levels(scene) if int(g) <= MOST_POINTS):
             at = GAUSS_POINTS.with_level(SEGMENTS.with_level(scene, n), g)
-            start = time.thread_time()
-            values = cycle_values(at)
-            seconds = time.thread_time() - start
-            found.append((seconds, float(relative_errors(values, reference).max()), at))
+            values, cost = timed(lambda s=at: cycle_values(s))
+            found.append((cost.processor_seconds, float(relative_errors(values, reference).max()), at))
     return sorted(found, key=lambda each: each[0])
-
-
-def _interleaved(works: list[Callable[[], object]]) -> list[float]:
-    """Least processor time [s] of each, taken in turns, so that all of them see the same machine."""
-    taken = [float("inf")] * len(works)
-    for _ in range(REPEATS):
-        for i, work in enumerate(works):
-            start = time.thread_time()
-            work()
-            taken[i] = min(taken[i], time.thread_time() - start)
-    return taken
 
 
 def solid_promise(scene: Scene, accuracy: float) -> dict[str, float]:

@@ -7,16 +7,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from studies import s06_paper_fronts as study
-from studies.paper_fronts_compare import WIDE
-from studies.paper_fronts_search import MODULE, TOOLS
+from gearbench.plotting import BLUE, GREEN, ORANGE, legend_below, new_figure, write_figure
+from studies.s06_paper_fronts import tables
+from studies.s06_paper_fronts.compare import WIDE
+from studies.s06_paper_fronts.data import SHOWN
+from studies.s06_paper_fronts.findings import LEAD, front, measures
+from studies.s06_paper_fronts.search import MODULE, TOOLS
 
 if TYPE_CHECKING:
     import xarray as xr
     from numpy.typing import NDArray
 
 #: Okabe–Ito colours, and a marker for each tool, so that the tools can be told apart in grey too.
-COLOUR = {1: "#0072B2", 2: "#D55E00", 3: "#009E73"}
+COLOUR = {1: BLUE, 2: ORANGE, 3: GREEN}
 MARKER = {1: "o", 2: "s", 3: "^"}
 #: Boxes of Figure 9: more would hide each other.
 BOXES = 10
@@ -24,11 +27,11 @@ ACROSS, UP = "m$_k$, mean RMS of mesh stiffness [%]", "m$_{ste}$, mean RMS of tr
 _STYLE: Any = {"font.size": 12, "axes.titlesize": 12, "figure.titlesize": 14, "legend.fontsize": 10.5}
 
 
-def draw(dataset: xr.Dataset, folder: Path) -> None:
-    """Draw all figures into ``folder``."""
-    import matplotlib.pyplot as plt
+def figures(dataset: xr.Dataset, folder: Path) -> None:
+    """Figures 5, 8, 9 and 10 of the paper, how the searches went, and the tables."""
+    import matplotlib as mpl
 
-    with plt.rc_context(_STYLE):
+    with mpl.rc_context(_STYLE):
         for name, make in (
             ("figure_5_density", figure_5),
             ("figure_8_fronts", figure_8),
@@ -36,15 +39,13 @@ def draw(dataset: xr.Dataset, folder: Path) -> None:
             ("figure_10_wide_fronts", figure_10),
             ("searches", searches),
         ):
-            figure = make(dataset)
-            figure.savefig(folder / f"{name}.png", dpi=150)
-            plt.close(figure)
+            write_figure(make(dataset), folder / f"{name}.png")
+    tables.write(dataset, folder)
 
 
 def _figure(columns: int = 1, size: tuple[float, float] = (10.0, 6.6), **shared: Any) -> tuple[Any, Any]:
-    import matplotlib.pyplot as plt
-
-    return plt.subplots(1, columns, figsize=size, layout="constrained", **shared)
+    figure, axes = new_figure(1, columns, size, **shared)
+    return figure, axes[0] if columns > 1 else axes[0, 0]
 
 
 def _label(tool: int) -> str:
@@ -63,7 +64,7 @@ def figure_5(dataset: xr.Dataset) -> Any:
     from scipy.stats import gaussian_kde
 
     figure, axes = _figure(2, (11.5, 5.4))
-    printed = dataset["row_paper"].sel(row=study.SHOWN)
+    printed = dataset["row_paper"].sel(row=SHOWN)
     parts = []
     for axis, name, symbol, unit, label in (
         (axes[0], "k", "k", "%", "RMS of mesh stiffness [%]"),
@@ -85,8 +86,8 @@ def figure_5(dataset: xr.Dataset) -> Any:
         axis.set_title(f"m {m:.3g} {unit}, σ {sigma:.2g} {unit}, M {largest:.3g} {unit}")
         parts.append(f"{100 * sigma / m:.0f} % of RMS {'STE' if symbol == 'ste' else 'k'}")
         axis.set_ylim(bottom=0)
-    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=5, frameon=False)
-    figure.suptitle(f"Errors of class 6 scatter gear {study.SHOWN}: σ is {' and '.join(parts)}")
+    legend_below(figure, axes[0], 5)
+    figure.suptitle(f"Errors of class 6 scatter gear {SHOWN}: σ is {' and '.join(parts)}")
     return figure
 
 
@@ -95,7 +96,7 @@ def figure_8(dataset: xr.Dataset) -> Any:
     figure, axis = _figure()
     for tool in TOOLS:
         colour, marker = COLOUR[tool], MARKER[tool]
-        k, ste = study.front(dataset, tool)[np.argsort(study.front(dataset, tool)[:, 0])].T
+        k, ste = front(dataset, tool)[np.argsort(front(dataset, tool)[:, 0])].T
         axis.step(k, ste, where="post", color=colour, lw=1, alpha=0.6)
         axis.plot(k, ste, marker, color=colour, ms=5, label=f"{_label(tool)}: front of {k.size} gears")
         rows = dataset.isel(row=np.flatnonzero(dataset["row_tool"].values == tool))
@@ -115,12 +116,12 @@ def figure_8(dataset: xr.Dataset) -> Any:
 
 
 def _finding_8(dataset: xr.Dataset) -> str:
-    worst = max(study.measures(dataset, tool)["largest lead of a row"] for tool in TOOLS)
-    least = {tool: float(study.front(dataset, tool)[:, 1].min()) for tool in TOOLS}
+    worst = max(measures(dataset, tool)["largest lead of a row"] for tool in TOOLS)
+    least = {tool: float(front(dataset, tool)[:, 1].min()) for tool in TOOLS}
     first, second = sorted(TOOLS, key=least.__getitem__)[:2]
-    more = f" by more than {100 * study.LEAD:.0f} %"
+    more = f" by more than {100 * LEAD:.0f} %"
     beaten = f"No gear of Table 2 beats its tool's front{more if worst > 0 else ''}"
-    if worst > study.LEAD:
+    if worst > LEAD:
         beaten = f"Some gears of Table 2 beat their tool's front{more}"
     below = np.floor(100 * least[second]) / 100
     return f"{beaten};\nonly m$_n$ = {MODULE[first]:g} mm comes below {below:.2f} µm of transmission error"
@@ -134,12 +135,12 @@ def figure_9(dataset: xr.Dataset) -> Any:
     figure, axis = _figure()
     chosen = (dataset["design_tool"] == 3) & (dataset["on_front"] == 1)
     k, ste, sk, se = _columns(dataset, chosen, ("m_k", "m_ste", "sigma_k", "sigma_ste"))
-    places = _spread(k, ste, BOXES)
-    boxes = [Rectangle((k[i] - sk[i], ste[i] - se[i]), 2 * sk[i], 2 * se[i]) for i in places]
+    shown = _spread(k, ste, BOXES)
+    boxes = [Rectangle((k[i] - sk[i], ste[i] - se[i]), 2 * sk[i], 2 * se[i]) for i in shown]
     axis.add_collection(PatchCollection(boxes, fc=COLOUR[3], ec="none", alpha=0.12))
     axis.add_collection(PatchCollection(boxes, fc="none", ec=COLOUR[3], alpha=0.8, lw=1))
     axis.plot(k, ste, MARKER[3], color="0.6", ms=4, mew=0, label=f"{_label(3)}: front of {k.size} gears")
-    axis.plot(k[places], ste[places], MARKER[3], color=COLOUR[3], ms=7, label=f"{len(places)} of them, spread over it")
+    axis.plot(k[shown], ste[shown], MARKER[3], color=COLOUR[3], ms=7, label=f"{len(shown)} of them, spread over it")
     axis.fill([], [], fc=COLOUR[3], ec=COLOUR[3], alpha=0.3, label="their 2σ$_k$ × 2σ$_{ste}$ (mean ± σ)")
     axis.set(xlabel=ACROSS, ylabel=UP)
     axis.set_ylim(bottom=0)
@@ -153,7 +154,7 @@ def figure_9(dataset: xr.Dataset) -> Any:
 
 
 def _spread(x: NDArray, y: NDArray, count: int) -> NDArray:
-    """Places of points spread evenly along a front in a picture of it."""
+    """Indices of points spread evenly along a front in a picture of it."""
     along = np.cumsum(np.hypot(np.diff(x, prepend=x[0]) / np.ptp(x), np.diff(y, prepend=y[0]) / np.ptp(y)))
     return np.unique([int(np.argmin(np.abs(along - at))) for at in np.linspace(0, along[-1], count)])
 
@@ -178,10 +179,10 @@ def figure_10(dataset: xr.Dataset) -> Any:
         axis.legend(loc="upper right", frameon=False, markerscale=2)
     k, ste = _columns(dataset, near)
     axes[0].set(xlim=(k.min() - 0.3, k.max() + 0.7), ylim=(0, 1.25 * ste.max()), ylabel="m$_{ste}$ [µm]")
-    front = int((dataset["on_front"] == 1).sum())
+    best = int((dataset["on_front"] == 1).sum())
     figure.suptitle(
         f"Near-optimal gears are many: {k.size} within {100 * WIDE:.0f} % of a front in both objectives, "
-        f"{k.size / front:.0f} for each gear on it"
+        f"{k.size / best:.0f} for each gear on it"
     )
     return figure
 

@@ -11,18 +11,17 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from statistics import median
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.accuracy.knobs import FE_ACCURACY
+from gearbench.accuracy.knobs import FE_ACCURACY, label
 from gearbench.accuracy.measure import relative_errors
-from gearbench.cost.apart import apart, most_megabytes, timed
-from gearbench.cost.measure import measure
-from gearbench.cost.workprecision import Curve, FlankErrors, curve_of
+from gearbench.cost.apart import apart
+from gearbench.cost.clock import Cost, medians, most_megabytes, timed
+from gearbench.cost.curves import Curve, Point, run
 from gearbench.effects.base import LowRank, ToothCompliance
 from gearbench.effects.fe_compliance import FeCompliance, side_by_side
 from gearbench.errors import GearbenchError
@@ -37,19 +36,13 @@ if TYPE_CHECKING:
 
 _LOG = logging.getLogger(__name__)
 
-#: Meshes of each element: cells across the tooth. Quadratic ones are coarser than the finest of the reference.
-LEVELS: dict[str, tuple[int, ...]] = {
-    "hex8": (2, 3, 4, 6, 8, 12),
-    "hex20": (2, 3, 4, 5, 6, 8),
-    "hex27": (2, 3, 4, 5, 6),
-    "tet10": (2, 3, 4, 5, 6, 7),
-}
-#: What is known of their orders.
-EXPECTED = {
-    "hex8": "2 at most; bends too little",
-    "hex20": "2.4 to 2.8: the load ends with a jump",
-    "hex27": "2.4 to 2.8: the load ends with a jump",
-    "tet10": "not known: the meshes are irregular",
+#: Elements: cells across the tooth of their meshes, and the order of convergence that is known of them. Meshes of
+#: quadratic elements are coarser than the finest of the reference.
+ELEMENTS: dict[str, tuple[tuple[int, ...], str]] = {
+    "hex8": ((2, 3, 4, 6, 8, 12), "2 at most; bends too little"),
+    "hex20": ((2, 3, 4, 5, 6, 8), "2.4 to 2.8: the load ends with a jump"),
+    "hex27": ((2, 3, 4, 5, 6), "2.4 to 2.8: the load ends with a jump"),
+    "tet10": ((2, 3, 4, 5, 6, 7), "not known: the meshes are irregular"),
 }
 #: Runs shorter than this [s] are repeated, medians count.
 SHORT, REPEATS = 2.0, 3
@@ -77,7 +70,7 @@ class GivenFlanks(ToothCompliance):
 
 @dataclass(frozen=True, kw_only=True)
 class Meshes:
-    """What is tried.
+    """Meshes and accuracies that are tried.
 
     Parameters
     ----------
@@ -99,7 +92,7 @@ def all_meshes(scene: Scene) -> Meshes:
     reference = (4, 5, 6) if _effect(scene).support == "rim" else (6, 8, 10)
     while not _fits(scene, reference[-1]) and reference[0] > 2:
         reference = tuple(m - 1 for m in reference)
-    levels = {kind: tuple(m for m in own if m < reference[-1] or kind == "hex8") for kind, own in LEVELS.items()}
+    levels = {k: tuple(m for m in own if m < reference[-1] or k == "hex8") for k, (own, _) in ELEMENTS.items()}
     return Meshes(levels=levels, reference=reference, accuracies=FE_ACCURACY.levels(scene))  # type: ignore[arg-type]
 
 
@@ -110,20 +103,28 @@ def _fits(scene: Scene, m: int) -> bool:
 
 
 def element_curves(scene: Scene, meshes: Meshes | None = None) -> list[Curve]:
-    """Curves of finite elements over their meshes and of the accuracy of ``fe_compliance``, which the scene has."""
+    """Curves of finite elements over their meshes and of the accuracy of ``fe_compliance``; none without it."""
+    if scene.effect(FeCompliance.name) is None:
+        return []
     tried = meshes or all_meshes(scene)
     runs = {**tried.levels, "hex20": tuple(sorted({*tried.levels.get("hex20", ()), *tried.reference}))}
     rows = {kind: apart(mesh_runs, scene, kind, levels) for kind, levels in runs.items()}
     exact, before = _limits(scene, [row for row in rows["hex20"] if row["level"] in tried.reference])
+    points = {
+        f"mesh, {kind}": (ELEMENTS[kind][1], [exact.point(row) for row in rows[kind] if row["level"] in levels])
+        for kind, levels in tried.levels.items()
+    }
+    points[FE_ACCURACY.name] = FE_ACCURACY.order, _accuracy_points(scene, tried.accuracies, exact)
     bar = 0.5 * relative_errors(before.values, exact.values), 0.5 * exact.distance(before.blocks)
-    kept = {kind: [row for row in rows[kind] if row["level"] in levels] for kind, levels in tried.levels.items()}
-    curves = [_mesh_curve(kind, found, exact, bar) for kind, found in kept.items()]
-    return [*curves, _accuracy_curve(scene, tried.accuracies, exact, bar)]
+    return [
+        Curve(knob=name, expected=order, points=tuple(found), bar=bar[0], compliance_bar=bar[1])
+        for name, (order, found) in points.items()
+    ]
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Limit:
-    """What meshes converge to: the four numbers, (4,), and the blocks of both gears, see ``FlankCompliance``."""
+    """Limit of the meshes: the four numbers, (4,), and the blocks of both gears, see ``FlankCompliance``."""
 
     values: NDArray
     blocks: tuple[NDArray, ...]
@@ -132,6 +133,17 @@ class _Limit:
         """Relative error of the compliance in the Frobenius norm, of the gear where it is larger."""
         norm = np.linalg.norm
         return max(float(norm(b - own) / norm(own)) for b, own in zip(blocks, self.blocks, strict=True))
+
+    def point(self, row: Mapping[str, Any]) -> Point:
+        """A run of ``mesh_runs`` as a level."""
+        return Point(
+            label=str(row["level"]),
+            size=row["level"],
+            errors=relative_errors(row["values"], self.values),
+            cost=Cost(**row["cost"]),
+            compliance_error=self.distance([np.array(b) for b in row["blocks"]]),
+            unknowns=row["unknowns"],
+        )
 
 
 def _limits(scene: Scene, rows: Sequence[dict[str, Any]]) -> tuple[_Limit, _Limit]:
@@ -147,51 +159,35 @@ def _limits(scene: Scene, rows: Sequence[dict[str, Any]]) -> tuple[_Limit, _Limi
     return found[0], found[1]
 
 
-def _mesh_curve(kind: str, rows: Sequence[dict[str, Any]], exact: _Limit, bar: tuple[NDArray, float]) -> Curve:
-    columns = {name: np.array([row[name] for row in rows]) for name in ("level", "unknowns", *_COST)}
-    return Curve(
-        knob=f"mesh, {kind}",
-        expected=EXPECTED[kind],
-        labels=tuple(str(m) for m in columns["level"]),
-        sizes=columns["level"].astype(float),
-        errors=np.array([relative_errors(row["values"], exact.values) for row in rows]),
-        bar=bar[0],
-        flank=FlankErrors(
-            errors=np.array([exact.distance([np.array(b) for b in row["blocks"]]) for row in rows]),
-            bar=bar[1],
-            unknowns=columns["unknowns"].astype(float),
-        ),
-        **{name: columns[name] for name in _COST},
-    )
-
-
-_COST = ("seconds", "processor_seconds", "megabytes")
-
-
-def _accuracy_curve(scene: Scene, accuracies: Sequence[float], exact: _Limit, bar: tuple[NDArray, float]) -> Curve:
+def _accuracy_points(scene: Scene, accuracies: Sequence[float], exact: _Limit) -> list[Point]:
     """Accuracies that ``fe_compliance`` is asked for; those out of reach of its meshes are left out."""
-    levels, runs, errors, unknowns = [], [], [], []
+    points = []
     for level in accuracies:
         asked = FE_ACCURACY.with_level(scene, level)
         try:
-            runs.append(measure(asked, 1, prepares=True))
+            values, cost = run(asked, 1, prepares=True)
         except GearbenchError:  # AccuracyError: said by the mesh family, see fem_reference.refinement
             break
         flanks = [_effect(asked).flank(scene.pair, k) for k in range(2)]
-        levels.append(level)
-        errors.append(exact.distance([f.blocks for f in flanks]))
-        unknowns.append(max(f.attrs["unknowns"] for f in flanks))
-    flank = FlankErrors(errors=np.array(errors), bar=bar[1], unknowns=np.array(unknowns, dtype=float))
-    return replace(curve_of(FE_ACCURACY, levels, runs, exact.values, bar[0]), flank=flank)
+        point = Point(
+            label=label(level),
+            size=FE_ACCURACY.size(level),
+            errors=relative_errors(values, exact.values),
+            cost=cost,
+            compliance_error=exact.distance([f.blocks for f in flanks]),
+            unknowns=max(f.attrs["unknowns"] for f in flanks),
+        )
+        points.append(point)
+    return points
 
 
 def mesh_runs(scene: Scene, kind: str, levels: Sequence[int]) -> list[dict[str, Any]]:
-    """What meshes of an element answer and cost, for a process of its own.
+    """Answers and costs of meshes of an element, for a process of its own.
 
     Returns
     -------
     By level: the four numbers ``values``, the ``blocks`` of both gears, the ``unknowns`` of the larger one,
-    ``seconds``, ``processor_seconds``, and ``megabytes`` beyond the libraries. Meshes that cannot be made are left out.
+    and the ``cost``, memory beyond the libraries. Meshes that cannot be made are left out.
     """
     from fem_reference.environment import import_gmsh
     from fem_reference.tooth_mesh import MeshingError
@@ -201,22 +197,20 @@ def mesh_runs(scene: Scene, kind: str, levels: Sequence[int]) -> list[dict[str, 
     _solved(scene, "hex8", 2)  # first calls load libraries and compile
     for m in levels:
         try:
-            (values, flanks), wall, processor = timed(lambda m=m: _solved(scene, kind, m))
+            (values, flanks), cost = timed(lambda m=m: _solved(scene, kind, m))
         except MeshingError as error:
             _LOG.warning("mesh %d of %s is left out: %s", m, kind, error)
             continue
-        runs = [(wall, processor)]
-        while len(runs) < (REPEATS if wall < SHORT else 1):
-            runs.append(timed(lambda m=m: _solved(scene, kind, m))[1:])
+        costs = [cost]
+        while len(costs) < (REPEATS if cost.seconds < SHORT else 1):
+            costs.append(timed(lambda m=m: _solved(scene, kind, m))[1])
         rows.append(
             {
                 "level": m,
                 "values": values.tolist(),
                 "blocks": [flank.blocks.tolist() for flank in flanks],
                 "unknowns": max(flank.attrs["unknowns"] for flank in flanks),
-                "seconds": median(run[0] for run in runs),
-                "processor_seconds": median(run[1] for run in runs),
-                "megabytes": most_megabytes() - before,
+                "cost": asdict(medians(costs)) | {"megabytes": most_megabytes() - before},
             }
         )
     return rows

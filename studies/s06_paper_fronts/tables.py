@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from studies import s06_paper_fronts as study
-from studies.paper_fronts_compare import distance, lead
-from studies.paper_fronts_search import MODULE, PRESSURE, ROOT_STRESS, TOOLS
+from studies.report import table
+from studies.s01_table2.data import COLUMNS, UNITS
+from studies.s06_paper_fronts.compare import distance, lead
+from studies.s06_paper_fronts.findings import checks, front, measures
+from studies.s06_paper_fronts.search import MODULE, PRESSURE, ROOT_STRESS, TOOLS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,10 +37,10 @@ def write(dataset: xr.Dataset, folder: Path) -> None:
     (folder / "table_2.md").write_text("\n".join(_table_2(dataset)) + "\n", encoding="utf-8")
     with (folder / "fronts.csv").open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(("tool", "wide_only", *_GEAR, *study.COLUMNS))
+        writer.writerow(("tool", "wide_only", *_GEAR, *COLUMNS))
         for tool in TOOLS:
             near = _sorted(dataset, (dataset["design_tool"] == tool) & (dataset["in_wide_front"] == 1))
-            columns = [near[name].values for name in (*_GEAR, *study.COLUMNS)]
+            columns = [near[name].values for name in (*_GEAR, *COLUMNS)]
             for on_front, *row in zip(near["on_front"].values, *columns, strict=True):
                 writer.writerow((tool, int(not on_front), *(f"{value:.6g}" for value in row)))
 
@@ -50,16 +52,11 @@ def _sorted(dataset: xr.Dataset, chosen: xr.DataArray) -> xr.Dataset:
 
 def _report(dataset: xr.Dataset) -> list[str]:
     lines = ["# The three fronts", ""]
-    lines += [f"- {'holds' if holds else 'FAILS'}: {text}" for text, holds in study.checks(dataset)]
+    lines += [f"- {'holds' if holds else 'FAILS'}: {text}" for text, holds in checks(dataset)]
     lines += ["", "## Fronts against Table 2, evaluated with the same model", ""]
-    all_measures = {tool: study.measures(dataset, tool) for tool in TOOLS}
-    lines += [
-        "| | " + " | ".join(f"tool {tool}, m_n {MODULE[tool]:g} mm" for tool in TOOLS) + " |",
-        "|---|---:|---:|---:|",
-    ]
-    for name in all_measures[1]:
-        cells = " | ".join(f"{all_measures[tool][name]:.4f}" for tool in TOOLS)
-        lines.append(f"| {name} | {cells} |")
+    all_measures = {tool: measures(dataset, tool) for tool in TOOLS}
+    heads = ("", *(f"tool {tool}, m_n {MODULE[tool]:g} mm" for tool in TOOLS))
+    lines += table(heads, [(n, *(f"{all_measures[t][n]:.4f}" for t in TOOLS)) for n in all_measures[1]], texts=1)
     lines += _cost(dataset) + _span(dataset)
     lines += [
         "",
@@ -89,11 +86,8 @@ def _cost(dataset: xr.Dataset) -> list[str]:
         "evaluations per second of processor time": d["evaluated"] / d["cpu_s"],
         "runs it took (1: not interrupted)": d["legs"],
     }
-    lines = ["", "## What the searches cost", "", "| | tool 1 | tool 2 | tool 3 |", "|---|---:|---:|---:|"]
-    lines += [
-        f"| {name} | " + " | ".join(f"{float(x):.6g}" for x in v.sel(tool=list(TOOLS))) + " |"
-        for name, v in rows.items()
-    ]
+    cells = [(name, *(f"{float(x):.6g}" for x in v.sel(tool=list(TOOLS)))) for name, v in rows.items()]
+    lines = ["", "## What the searches cost", "", *table(("", *(f"tool {tool}" for tool in TOOLS)), cells, texts=1)]
     total, busy = float(d["wall_s"].sum()), float(d["cpu_s"].sum() / d["wall_s"].sum())
     return [*lines, "", f"All three: {total / 60:.1f} min of wall time, in which {busy:.2f} processors were at work."]
 
@@ -115,19 +109,16 @@ def _table_2(dataset: xr.Dataset) -> list[str]:
         "Each cell: this model / paper. Lead and distance as in the report.",
         "",
     ]
-    heads = ["gear", "tool", *study.COLUMNS, "lead [%]", "distance [%]", "σ_H [MPa]"]
-    lines += ["| " + " | ".join(heads) + " |", "|---|---" + "|---:" * (len(heads) - 2) + "|"]
+    heads = ["gear", "tool", *COLUMNS, "lead [%]", "distance [%]", "σ_H [MPa]"]
+    rows = []
     for i, name in enumerate(dataset["row"].values):
         ours, paper = dataset["row_ours"].values[i], dataset["row_paper"].values[i]
         tool = int(dataset["row_tool"][i])
-        cells = [f"{o:.2f} / {p:.2f}" for o, p in zip(ours, paper, strict=True)]
-        F = study.front(dataset, tool)
-        cells += [
-            f"{100 * lead(ours[:2], F):.1f}",
-            f"{100 * distance(ours[:2], F):.1f}",
-            f"{float(dataset['row_pressure'][i]):.0f}",
-        ]
-        lines.append(f"| {name} | {tool} | " + " | ".join(cells) + " |")
+        F, pressure = front(dataset, tool), f"{float(dataset['row_pressure'][i]):.0f}"
+        against = (f"{100 * measure(ours[:2], F):.1f}" for measure in (lead, distance))
+        cells = (f"{o:.2f} / {p:.2f}" for o, p in zip(ours, paper, strict=True))
+        rows.append((str(name), str(tool), *cells, *against, pressure))
+    lines += table(heads, rows, texts=2)
     lines += [
         "",
         "# The fronts found",
@@ -137,10 +128,8 @@ def _table_2(dataset: xr.Dataset) -> list[str]:
     for tool in TOOLS:
         found = _sorted(dataset, (dataset["design_tool"] == tool) & (dataset["on_front"] == 1))
         lines += ["", f"## Tool {tool}, m_n {MODULE[tool]:g} mm: {found.sizes['design']} gears", ""]
-        heads = [*_GEAR.values(), *(f"{c} [{study.UNITS[c]}]" for c in study.COLUMNS)]
-        lines += ["| " + " | ".join(heads) + " |", "|---:" * len(heads) + "|"]
-        places = np.unique(np.linspace(0, found.sizes["design"] - 1, SHOWN).round().astype(int))
-        for place in places:
-            row = found.isel(design=place)
-            lines.append("| " + " | ".join(f"{float(row[name]):.3g}" for name in (*_GEAR, *study.COLUMNS)) + " |")
+        heads = [*_GEAR.values(), *(f"{c} [{UNITS[c]}]" for c in COLUMNS)]
+        shown = found.isel(design=np.unique(np.linspace(0, found.sizes["design"] - 1, SHOWN).round().astype(int)))
+        values = zip(*(shown[name].values for name in (*_GEAR, *COLUMNS)), strict=True)
+        lines += table(heads, [[f"{value:.3g}" for value in row] for row in values], texts=0)
     return lines

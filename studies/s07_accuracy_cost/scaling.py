@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearbench.accuracy.knobs import with_resolution
+from gearbench.cost.clock import times
 from gearbench.library.garambois2017 import case, gear
 from gearbench.robustness.montecarlo import default_threads, prepare_scene, respond
 from gearbench.robustness.sampling import unit_samples
 from gearbench.scene import Scene
 from gearbench.simulation import cycle_values
-from gearbench.stopwatch import times
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,7 +35,7 @@ def scaling(repeats: int, *, quick: bool = False) -> xr.Dataset:
     def add(name: str, size: float, work: Callable[[], object]) -> None:
         work()
         taken = times(work, repeats)
-        rows.append((name, size, taken["seconds"], taken["processor_seconds"]))
+        rows.append((name, size, taken.seconds, taken.processor_seconds))
 
     helical, most = case(2), 4 if quick else 99
     for n in SEGMENTS[:most]:

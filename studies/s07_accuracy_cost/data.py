@@ -1,30 +1,25 @@
-"""What accuracy costs in time: work and precision of every knob, from the paper's plate to 3D finite elements.
-
-Whether an accuracy that is asked for is met is tried on random scenes, each against a reference far finer than what was
-chosen, and against all settings of the grid. Times are processor times: on an idle machine those are wall times.
-"""
+"""Work–precision of the scenes, front over all models, accuracies asked for on random scenes, scaling."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gearbench.accuracy.knobs import SOLID_ORDER, label, with_resolution
 from gearbench.accuracy.measure import MEASURED, relative_errors
-from gearbench.cost.finite_elements import Meshes, element_curves
-from gearbench.cost.measure import measure
-from gearbench.cost.workprecision import as_dataset, cost
+from gearbench.cost.curves import as_dataset, run
+from gearbench.cost.elements import Meshes, element_curves
+from gearbench.cost.workprecision import cost
 from gearbench.effects.base import Effect
 from gearbench.effects.fe_compliance import FeCompliance
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.library.garambois2017 import case, gear
 from gearbench.scene import Scene
 from gearbench.validation.reference import finite_elements
-from studies.accuracy_promise import (
+from studies.s07_accuracy_cost.promises import (
     FIRST_DRAW,
     ROBUST_SEED,
     SOLID_SEED,
@@ -33,19 +28,15 @@ from studies.accuracy_promise import (
     robust_promise,
     solid_promise,
 )
-from studies.accuracy_scaling import DIMENSIONS, exponent, scaling
+from studies.s07_accuracy_cost.scaling import scaling
 
 if TYPE_CHECKING:
     import xarray as xr
-
-QUESTION = "What does accuracy cost in time, and is an accuracy that is asked for met?"
 
 SOLID = ToothBending(model="solid")
 #: Accuracies asked for on the random scenes, and how many scenes of each kind.
 ACCURACIES, SCENES, SOLID_SCENES, ROBUST_SCENES = (0.03, 0.01), 60, 12, 40
 SOLID_ACCURACY, ROBUST_ACCURACY = 0.03, 0.02
-#: What is held: share of the scenes whose true error is within the accuracy, and time over that of the best setting.
-MET, TIMES = 0.95, 2.0
 #: Meshes of the front, and the one that the fast models are held against.
 FE_LEVELS, FE_REFERENCE = (0.1, 0.05, 0.02, 0.01), 0.003
 #: What scenes with meshed teeth are called after, and the few meshes of the quick size.
@@ -73,6 +64,11 @@ def scenes() -> dict[str, Scene]:
     solid = {f"{name}, solid": with_teeth(scene, SOLID) for name, scene in cases}
     meshed = {f"{name}, {MESHED}": with_teeth(scene, FeCompliance()) for name, scene in cases}
     return {**plain, **solid, **meshed, "gear 55, errors": gear("55").scene(errors=True)}
+
+
+def scene(name: str = "case 1") -> Scene:
+    """One of the scenes of the work–precision diagrams."""
+    return scenes()[name]
 
 
 def compute(*, quick: bool = False) -> xr.Dataset:
@@ -113,31 +109,13 @@ def _diagram(name: str, scene: Scene, repeats: int) -> xr.Dataset:
     return found.assign_coords({f"{d}_scene": v for d, v in named.items()})
 
 
-#: Variables that are there where a scene has finite elements.
-FLANK = ("compliance_error", "compliance_error_bar", "compliance_order", "unknowns")
-
-
-def meshed(dataset: xr.Dataset) -> dict[str, xr.Dataset]:
-    """What varies element, mesh or its accuracy, by scene with meshed teeth; empty where the Dataset has none."""
-    names = [name for name in dict.fromkeys(dataset["setting_scene"].values.tolist()) if name.endswith(MESHED)]
-    return {name: diagram(dataset, name) for name in names}
-
-
-def diagram(dataset: xr.Dataset, scene: str) -> xr.Dataset:
-    """The work–precision of one scene again, as ``cost`` returned it."""
-    names = ("error", "error_bar", "processor_seconds", "seconds", "megabytes", "observed_order", "curve_knob", *FLANK)
-    rows = dataset[[name for name in names if name in dataset]]
-    rows = rows.isel(setting=dataset["setting_scene"].values == scene, curve=dataset["curve_scene"].values == scene)
-    return rows.assign_coords(knob=("curve", rows["curve_knob"].values)).swap_dims({"curve": "knob"})
-
-
 def _front(name: str, scene: Scene) -> xr.Dataset:
     """Every tooth model at several resolutions: error against finite elements, time with the teeth set up anew."""
     import xarray as xr
 
     fine = partial(with_resolution, segments=64, gauss_points=12)
     reference = with_teeth(scene, FeCompliance(accuracy=FE_REFERENCE))
-    exact = measure(fine(reference), 1).values
+    exact, _ = run(fine(reference), 1)
     bar = max(finite_elements(reference).flank(scene.pair, k).error for k in range(2))
     solid = with_teeth(scene, SOLID)
     teeth: dict[str, tuple[str, Effect]] = {key: ("plate", plate) for key, plate in PLATES.items()}
@@ -148,8 +126,9 @@ def _front(name: str, scene: Scene) -> xr.Dataset:
     rows: dict[str, list[Any]] = {key: [] for key in ("label", "family", "error", "seconds", "megabytes", "points")}
     for key, (family, effect) in teeth.items():
         for n, g in RESOLUTIONS[-1:] if family == "finite elements" else RESOLUTIONS:
-            run = measure(with_resolution(with_teeth(scene, effect), segments=n, gauss_points=g), 3, prepares=True)
-            values = (key, family, relative_errors(run.values, exact), run.processor_seconds, run.megabytes, g)
+            turned = with_resolution(with_teeth(scene, effect), segments=n, gauss_points=g)
+            four, cost = run(turned, 3, prepares=True)
+            values = (key, family, relative_errors(four, exact), cost.processor_seconds, cost.megabytes, g)
             for column, value in zip(rows.values(), values, strict=True):
                 column.append(value)
     return xr.Dataset(
@@ -185,68 +164,3 @@ def as_table(kind: str, rows: list[dict[str, float]]) -> xr.Dataset:
     import xarray as xr
 
     return xr.Dataset({f"{kind}_{name}": (kind, np.array([row[name] for row in rows])) for name in rows[0]})
-
-
-def met(dataset: xr.Dataset, kind: str) -> float:
-    """Share of the promises of a kind whose true error is within the accuracy asked for."""
-    return float((dataset[f"{kind}_true"] <= dataset[f"{kind}_accuracy"]).mean())
-
-
-def ratios(dataset: xr.Dataset) -> np.ndarray:
-    """Time of the settings chosen over that of the best, where settings were chosen."""
-    ratio = (dataset["promise_seconds"] / dataset["promise_best_seconds"]).values
-    return ratio[np.isfinite(ratio)]
-
-
-def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
-    """The promises, the orders observed, and how time grows."""
-    ratio = ratios(dataset)
-    found = [
-        (
-            f"{text}: true error within the accuracy in {100 * met(dataset, kind):.0f} % of {dataset.sizes[kind]}",
-            met(dataset, kind) >= MET,
-        )
-        for kind, text in (("promise", "plates"), ("solid", "solid teeth"), ("robust", "error samples"))
-    ]
-    within = float((ratio <= TIMES).mean())
-    found.append(
-        (
-            f"time within {TIMES:g}× of the best setting in {100 * within:.0f} %, median {np.median(ratio):.2f}×, "
-            f"largest {ratio.max():.2f}×",
-            within >= MET,
-        )
-    )
-    order = _order(dataset, "case 2", "segments")
-    found.append((f"case 2: order {order:.2f} in the segments", abs(order - 2) < 0.2))
-    for name, part in meshed(dataset).items():
-        if part["knob"].isin("mesh, hex20").any():
-            order = float(part["compliance_order"].sel(knob="mesh, hex20"))
-            found.append((f"{name}: order {order:.2f} of the compliance of 20-node hexahedra", order > 2))
-    for name in DIMENSIONS[:3]:
-        slope = exponent(scaling_part(dataset), name)
-        found.append((f"time grows with {name} to the power {slope:.2f}", slope < 1.3))
-    return found
-
-
-def _order(dataset: xr.Dataset, scene: str, knob: str) -> float:
-    """Median over the quantities of the order observed."""
-    return float(np.nanmedian(diagram(dataset, scene)["observed_order"].sel(knob=knob)))
-
-
-def scaling_part(dataset: xr.Dataset) -> xr.Dataset:
-    """The part on scaling, as ``scaling`` returned it."""
-    names = {"run_size": "size", "run_seconds": "seconds", "run_processor": "processor_seconds"}
-    return dataset[list(names)].rename(names)
-
-
-def figures(dataset: xr.Dataset, folder: Path) -> None:
-    """Work–precision diagrams, finite elements, front over all models, promises, scaling."""
-    from studies.accuracy_figures import draw_diagrams, draw_elements, draw_front, draw_promises, draw_scaling
-
-    draw_diagrams(dataset, folder)
-    if "model" in dataset.dims:
-        draw_front(dataset, folder)
-    if meshed(dataset):
-        draw_elements(dataset, folder)
-    draw_promises(dataset, folder)
-    draw_scaling(scaling_part(dataset), folder)

@@ -1,7 +1,7 @@
 """Write docs/performance.md from the stored Dataset of the study on the cost of accuracy.
 
 python -m studies run s07_accuracy_cost
-python -m studies.performance_page out/studies/s07_accuracy_cost
+python -m docs.performance out/studies/s07_accuracy_cost
 """
 
 from __future__ import annotations
@@ -13,28 +13,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearbench.cost.figures import cheapest
 from gearbench.accuracy.knobs import with_resolution
 from gearbench.contact.assemble import mesh_phases
-from gearbench.cost.figures import cheapest
 from gearbench.results import load
-from studies.accuracy_figures import cheapest_mesh, pareto
-from studies.accuracy_scaling import exponent, speed_up
-from studies.s07_accuracy_cost import (
-    ACCURACIES,
-    MESHED,
-    TIMES,
-    diagram,
-    meshed,
-    met,
-    ratios,
-    scaling_part,
-    scenes,
-)
+from studies.report import table
+from studies.s07_accuracy_cost.data import ACCURACIES, MESHED, scenes
+from studies.s07_accuracy_cost.findings import TIMES, diagram, meshed, met, ratios, scaling_part
+from studies.s07_accuracy_cost.pictures import cheapest_mesh, pareto
+from studies.s07_accuracy_cost.scaling import exponent, speed_up
 
 if TYPE_CHECKING:
     import xarray as xr
 
-DOCS = Path(__file__).parents[1] / "docs"
+DOCS = Path(__file__).parent
 NAME = "s07_accuracy_cost"
 #: The Dataset that the page was written from, and the page.
 DATA, PAGE = DOCS / "data" / f"{NAME}.nc", DOCS / "performance.md"
@@ -42,7 +34,7 @@ FIGURES = ("work_precision_time", "front", "work_precision_memory", "promises", 
 
 HEAD = """# What accuracy costs
 
-Written by `studies/performance_page.py` from the Dataset of `studies/s07_accuracy_cost.py`; do not edit.
+Written by `docs/performance.py` from the Dataset of `studies/s07_accuracy_cost/data.py`; do not edit.
 
 Errors are the largest relative error of four numbers: mean and RMS of the static transmission error (STE), mean and RMS
 of the mesh stiffness. The error of a fluctuation is relative to itself, but to no less than 1 % of the mean. Every knob
@@ -71,8 +63,8 @@ none, the accuracy of `fe_compliance` where it has its default; the order of a p
    into the rest.
 
 The random scenes are spur and helical pairs, half of them each with tip relief, crowning, a slope of the helix; none
-was left out, and the choice was not tuned on them (`studies/accuracy_promise.py` names the seeds that it was). The true
-error is that against 1024 segments and 32 Gauss points (solid: the highest order; robust: 8192 samples). The best
+was left out, and the choice was not tuned on them (`studies/s07_accuracy_cost/promises.py` names the seeds that it
+was). The true error is that against 1024 segments and 32 Gauss points (solid: the highest order; robust: 8192 samples). The best
 setting is the quickest on the grid of all segments up to 128 and Gauss points up to 32 whose true error is within the
 accuracy. Where an accuracy is refused as out of reach, it counts as not met.
 """
@@ -102,7 +94,7 @@ def page(dataset: xr.Dataset) -> str:
     parts = [
         HEAD,
         _knobs(dataset),
-        _elements(dataset),
+        elements(dataset),
         _front(dataset),
         ASKED,
         _promises(dataset),
@@ -113,8 +105,7 @@ def page(dataset: xr.Dataset) -> str:
 
 
 def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
-    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-    return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in rows)]) + "\n"
+    return "\n".join(table(head, rows)) + "\n"
 
 
 def _picture(name: str, words: str) -> str:
@@ -168,7 +159,7 @@ def _phase_sentence(dataset: xr.Dataset) -> str:
     return f"One more mesh phase takes: {', '.join(words)}. The rest of a run is the same for any number of them."
 
 
-def _elements(dataset: xr.Dataset) -> str:
+def elements(dataset: xr.Dataset) -> str:
     """Finite element types and meshes; nothing where the Dataset has none."""
     rows = []
     for name, part in meshed(dataset).items():

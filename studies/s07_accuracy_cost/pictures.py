@@ -4,32 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gearbench.cost.figures import LEAST, STYLES, cheapest, work_precision_diagram
-from gearbench.plotting import BLUE, DPI, GREEN, GREY, ORANGE, PURPLE
+from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, new_figure, write_figure
+from studies.s07_accuracy_cost.data import MESHED
+from studies.s07_accuracy_cost.findings import TIMES, diagram, meshed, met, ratios, scaling_part
+from studies.s07_accuracy_cost.scaling import exponent, speed_up
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 FAMILIES = {"plate": (BLUE, "o"), "solid": (ORANGE, "s"), "finite elements": (GREEN, "^")}
 
 
+def figures(dataset: xr.Dataset, folder: Path) -> None:
+    """Work–precision diagrams, finite elements, front over all models, promises, scaling."""
+    draw_diagrams(dataset, folder)
+    if "model" in dataset.dims:
+        draw_front(dataset, folder)
+    if meshed(dataset):
+        draw_elements(dataset, folder)
+    draw_promises(dataset, folder)
+    draw_scaling(scaling_part(dataset), folder)
+
+
 def draw_diagrams(dataset: xr.Dataset, folder: Path) -> None:
     """Work–precision of each scene: error against time, and against memory."""
-    import matplotlib.pyplot as plt
-
-    from studies.s07_accuracy_cost import MESHED, diagram
-
     names = [name for name in dict.fromkeys(dataset["setting_scene"].values.tolist()) if not name.endswith(MESHED)]
     for across, stem in (("processor_seconds", "time"), ("megabytes", "memory")):
         rows = -(-len(names) // 2)
-        figure, axes = plt.subplots(
-            rows, 2, figsize=(13, 0.6 + 4.2 * rows), sharey=True, squeeze=False, layout="constrained"
-        )
+        figure, axes = new_figure(rows, 2, (13, 0.6 + 4.2 * rows), sharey=True)
         for axis, name in zip(axes.flat, names, strict=False):
             part = diagram(dataset, name)
             work_precision_diagram(part, axis, across=across)
@@ -45,7 +52,7 @@ def draw_diagrams(dataset: xr.Dataset, folder: Path) -> None:
         else:
             title = "About a megabyte is enough for a plate; solid teeth of high order take hundreds"
         figure.suptitle(title)
-        _write(figure, folder / f"work_precision_{stem}.png")
+        write_figure(figure, folder / f"work_precision_{stem}.png")
 
 
 def _within_one_percent(part: xr.Dataset) -> str:
@@ -57,14 +64,10 @@ def _within_one_percent(part: xr.Dataset) -> str:
 
 def draw_elements(dataset: xr.Dataset, folder: Path) -> None:
     """Finite elements by type and mesh: error of the compliance and of the four numbers, against time and memory."""
-    import matplotlib.pyplot as plt
     from matplotlib.ticker import FormatStrFormatter, LogLocator
 
-    from studies.s07_accuracy_cost import meshed
-
     parts = meshed(dataset)
-    size: dict[str, Any] = {"figsize": (15, 0.6 + 4.4 * len(parts)), "layout": "constrained"}
-    figure, axes = plt.subplots(len(parts), 3, squeeze=False, **size)
+    figure, axes = new_figure(len(parts), 3, (15, 0.6 + 4.4 * len(parts)))
     for row, (name, part) in zip(axes, parts.items(), strict=True):
         four = part["error"].max("quantity")
         columns = (
@@ -89,7 +92,7 @@ def draw_elements(dataset: xr.Dataset, folder: Path) -> None:
         row[2].axhline(float(part["error_bar"].max()), color=PURPLE, lw=1, ls=":")
     axes[0, 0].legend(frameon=False, fontsize=8)
     figure.suptitle("Hexahedra of 20 or 27 nodes come to 1 % in seconds, linear hexahedra and tetrahedra do not")
-    _write(figure, folder / "elements.png")
+    write_figure(figure, folder / "elements.png")
 
 
 def element_finding(name: str, part: xr.Dataset, error: float = 0.01) -> str:
@@ -113,11 +116,8 @@ def cheapest_mesh(part: xr.Dataset, knob: str, error: float) -> xr.Dataset | Non
 
 def draw_front(dataset: xr.Dataset, folder: Path) -> None:
     """Error against finite elements of all models at all resolutions: time beside memory, the front marked."""
-    import matplotlib.pyplot as plt
-
     names = list(dict.fromkeys(dataset["model_scene"].values.tolist()))
-    size: dict[str, Any] = {"figsize": (12, 0.6 + 4.6 * len(names)), "layout": "constrained"}
-    figure, axes = plt.subplots(len(names), 2, sharey="row", squeeze=False, **size)
+    figure, axes = new_figure(len(names), 2, (12, 0.6 + 4.6 * len(names)), sharey="row")
     for row, name in zip(axes, names, strict=True):
         part = dataset.isel(model=dataset["model_scene"].values == name)
         error = part["model_error"].max("quantity").values
@@ -135,13 +135,13 @@ def draw_front(dataset: xr.Dataset, folder: Path) -> None:
             for i in _apart(_notable(best, part["model_label"].values), part[across].values, error):
                 if unit == "s":
                     label = str(part["model_label"].values[i])
-                    place = (part[across].values[i], error[i])
-                    axis.annotate(label, place, (5, 5), fontsize=7, textcoords="offset points")
+                    at = (part[across].values[i], error[i])
+                    axis.annotate(label, at, (5, 5), fontsize=7, textcoords="offset points")
         row[0].set_ylabel("largest error against the finest elements [–]")
         row[0].set_title(front_finding(part), fontsize=10, loc="left")
     axes[0, 0].legend(frameon=False, fontsize=8, loc="lower left")
     figure.suptitle("From the paper's plate to 3D finite elements: teeth set up anew, and the mesh cycle solved")
-    _write(figure, folder / "front.png")
+    write_figure(figure, folder / "front.png")
 
 
 def _apart(chosen: Sequence[int], x: np.ndarray, y: np.ndarray) -> list[int]:
@@ -189,11 +189,7 @@ def _time(seconds: float) -> str:
 
 def draw_promises(dataset: xr.Dataset, folder: Path) -> None:
     """True against estimated and requested error, and time over that of the best setting."""
-    import matplotlib.pyplot as plt
-
-    from studies.s07_accuracy_cost import TIMES, met, ratios
-
-    figure, (left, right) = plt.subplots(1, 2, figsize=(12, 4.8), layout="constrained")
+    figure, ((left, right),) = new_figure(1, 2, (12, 4.8))
     kinds = (("promise", BLUE, "o", "plates"), ("solid", ORANGE, "s", "solid teeth"), ("robust", GREEN, "^", "samples"))
     for kind, colour, marker, words in kinds:
         asked = dataset[f"{kind}_accuracy"].values
@@ -221,23 +217,19 @@ def draw_promises(dataset: xr.Dataset, folder: Path) -> None:
     for axis in (left, right):
         axis.grid(alpha=0.3)
     figure.suptitle("Accuracy asked for on random scenes: true errors, and what the settings cost")
-    _write(figure, folder / "promises.png")
+    write_figure(figure, folder / "promises.png")
 
 
 def draw_scaling(dataset: xr.Dataset, folder: Path) -> None:
     """Time over segments, samples, pairs in contact and workers."""
-    import matplotlib.pyplot as plt
-
-    from studies.accuracy_scaling import exponent, speed_up
-
     words = {
         "segments": "segments on a contact line [–]",
         "samples": "error samples [–]",
         "pairs": "total contact ratio [–]",
         "workers": "workers [–]",
     }
-    figure, axes = plt.subplots(1, 4, figsize=(15, 4), layout="constrained")
-    for axis, (name, label) in zip(axes, words.items(), strict=True):
+    figure, axes = new_figure(1, 4, (15, 4))
+    for axis, (name, label) in zip(axes[0], words.items(), strict=True):
         rows = dataset.isel(run=dataset["grows"].values == name)
         which = "seconds" if name == "workers" else "processor_seconds"
         axis.plot(rows["size"], 1e3 * rows[which], "o-", color=BLUE, ms=5)
@@ -255,15 +247,8 @@ def draw_scaling(dataset: xr.Dataset, folder: Path) -> None:
             axis.set_ylabel("processor time [ms]")
             axis.set_title(f"time ~ {name}^{exponent(dataset, name):.2f} at the large end", fontsize=10)
     figure.suptitle("Time grows about in proportion to segments and samples, more slowly with the pairs in contact")
-    _write(figure, folder / "scaling.png")
+    write_figure(figure, folder / "scaling.png")
 
 
 def _number(x: float) -> str:
     return f"{x:.0f}" if x >= 100 else f"{x:.3g}"
-
-
-def _write(figure: Figure, path: Path) -> None:
-    import matplotlib.pyplot as plt
-
-    figure.savefig(path, dpi=DPI)
-    plt.close(figure)
