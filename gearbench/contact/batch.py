@@ -79,9 +79,8 @@ class Batch:
         """a, h, active and block of the segments, (position, n), as the solver of single positions takes them."""
         segment = np.arange(self.gap.shape[1])
         active = segment < self.count[:, None]
-        ends = np.where(
-            np.arange(self.firsts.shape[1] - 1) < self.blocks[:, None] - 1, self.firsts[:, 1:], segment.size
-        )
+        last = np.arange(self.firsts.shape[1] - 1) >= self.blocks[:, None] - 1
+        ends = np.where(last, segment.size, self.firsts[:, 1:])
         block = np.sum(segment[:, None] >= ends[:, None, :], axis=2)
         a, h = (np.ascontiguousarray(self.laws[:, i]) for i in (0, 1))
         return a, h, active, block
@@ -161,21 +160,9 @@ def _first_guess(batch: Batch) -> tuple[NDArray, NDArray]:
     work, hess = scratch(int(batch.blocks.max()), batch.rank)
     force = np.zeros_like(batch.gap)
     first_guess(
-        batch.gap,
-        a,
-        h,
-        active,
-        batch.factor,
-        block,
-        batch.blocks,
-        batch.modes,
-        force,
-        work,
-        hess,
-        MAX_STEPS,
-        start,
-        guess,
-    )
+        batch.gap, a, h, active, batch.factor, block, batch.blocks, batch.modes, force, work, hess, MAX_STEPS,
+        start, guess,
+    )  # fmt: skip
     return start, guess
 
 
