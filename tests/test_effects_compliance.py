@@ -11,7 +11,7 @@ import pytest
 from numpy.testing import assert_allclose
 from pydantic import ValidationError
 
-from gearbench.contact.solver import compression
+from gearbench.contact.law import compression
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending, normal_component, plate_tooth
 from gearbench.geometry.action import ContactLines, contact_lines

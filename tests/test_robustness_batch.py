@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from gearbench.contact import batch as batching
 from gearbench.contact._batch_kernels import LANES, apply_laws
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
-from gearbench.contact.reference import law
+from gearbench.contact.law import inverse, kernel_coefficients
 from gearbench.contact.solver import solve
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
@@ -99,11 +99,11 @@ def test_the_law_of_the_lanes_is_that_of_its_readable_twin(h):
     rng = np.random.default_rng(0)
     a = np.array([0.4, 1.0, 3.0]) + 8 * h
     s = np.concatenate([10.0 ** rng.uniform(-14, 3, (3, LANES - 2)), [[0.0, -1.0]] * 3], axis=1)
-    laws = batching._laws(a[None], np.full((1, 3), h))[0]
+    laws = kernel_coefficients(a[None], np.full((1, 3), h))[0]
     p, w = np.empty_like(s), np.empty_like(s)
     rows = np.empty((9, LANES))
     apply_laws(3, s, laws[0], laws[1], laws[2], laws[3], p, w, rows, rows.view(np.int64))
-    force, slope, _ = law(s, np.broadcast_to(a[:, None], s.shape), np.full(s.shape, h))
+    force, slope, _ = inverse(s, np.broadcast_to(a[:, None], s.shape), np.full(s.shape, h))
     # one Halley step from a guess good to 1e-4 leaves a few units of 1e-13
     assert_allclose(p, force, rtol=2e-12)
     assert_allclose(w, slope, rtol=2e-12)

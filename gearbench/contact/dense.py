@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.problem import ContactProblem
-from gearbench.contact.reference import full_factor
+from gearbench.contact.law import compression, slope
+from gearbench.contact.problem import ContactProblem, full_factor
 
 #: Steps in which the whole contact set may change; then one segment at a time.
 BOLD_STEPS = 30
@@ -33,16 +33,13 @@ def polish(problem: ContactProblem, position: int, force: NDArray) -> tuple[NDAr
     Where the law is millions of times stiffer than the teeth, forces that follow from the amplitudes, P = s/a, lose as
     many digits. Here the forces are the unknowns, the law is linearised at them, and nothing is divided by it.
     """
-    from gearbench.contact.solver import compression
-
     active, psi = problem.active[position], full_factor(problem, position)
     H, e, a, h = psi @ psi.T, *(x[position, active] for x in (problem.gap, problem.a, problem.h))
     P, delta, stiffness, steps = force[active], 0.0, 0.0, 0
     for _ in range(POLISH_STEPS):
         at = np.maximum(P, LEAST_FORCE)
-        # dg/dP of P (a − h ln P), of its tangent h where a/h − ln P < 2
-        slope = np.where(h > 0, np.maximum(a - h * np.log(at) - h, h), a)
-        P, delta, stiffness, more = active_set(H + np.diag(slope), e + compression(at, a, h) - slope * at)
+        g, rise = compression(at, a, h), slope(at, a, h)
+        P, delta, stiffness, more = active_set(H + np.diag(rise), e + g - rise * at)
         steps += more
     whole = np.zeros_like(force)
     whole[active] = P

@@ -1,7 +1,7 @@
 """What the tolerance of the contact solver costs: the answer after each of its Newton steps.
 
-The compiled solver runs to rounding and has no knob. Its readable twin is stopped early instead. The time of a run with
-fewer steps is not measured but follows from the share of the solver in a run: every step costs the same.
+The solver runs to rounding and has no knob; here it is stopped early. The time of a run with fewer steps is not
+measured but follows from the share of the solver in a run: every step costs the same.
 """
 
 from __future__ import annotations
@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from gearbench.accuracy.measure import relative_errors
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.problem import ContactProblem
-from gearbench.contact.reference import solve_one
-from gearbench.contact.solver import solve
+from gearbench.contact.solver import newton, solve
 from gearbench.cost.clock import Cost, times
 from gearbench.cost.curves import Curve, Point, run
 from gearbench.outputs import MICROMETRES, cycle_numbers
@@ -60,8 +59,8 @@ def _stopped(scene: Scene, problem: ContactProblem, steps: int) -> NDArray:
     """Mean and RMS of STE and stiffness when every position is left after ``steps`` of them, (4,)."""
     least = np.min(np.where(problem.active, problem.gap, np.inf), axis=1)
     moved = replace(problem, gap=problem.gap - least[:, None])
-    found = np.array([solve_one(moved, i, steps)[1:] for i in range(len(least))])
+    _, delta, stiffness, _ = newton(moved, steps)
     cos_b, weight = math.cos(scene.pair.base_helix_angle), mesh_phases(scene)[1]
-    ste = MICROMETRES / cos_b * problem.length_scale * (found[:, 0] + least)
-    k = cos_b**2 / MICROMETRES * problem.force / problem.length_scale * found[:, 1]
+    ste = MICROMETRES / cos_b * problem.length_scale * (delta + least)
+    k = cos_b**2 / MICROMETRES * problem.force / problem.length_scale * stiffness
     return cycle_numbers(ste, k, weight)

@@ -38,8 +38,7 @@ class Hertz(ComplianceEffect):
 
     def compliance(self, lines: ContactLines) -> LineLaw:
         """Law of each segment, (position, pair, segment)."""
-        nu, E = lines.pair.material.nu, lines.pair.material.E
-        c = 4 * (1 - nu**2) / (math.pi * E)
+        nu, c = lines.pair.material.nu, 4 / (math.pi * lines.pair.material.plane_strain_modulus)
         if self.law == "yang_sun":
             return LineLaw(a=np.full(lines.shape, c), h=np.zeros(lines.shape))
         # at an interference point ρ = 0 and the logarithm is infinite: no segment centre sees less than this

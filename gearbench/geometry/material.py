@@ -40,6 +40,11 @@ class Material:
         """Shear modulus E / 2(1+ν) [N/mm²]."""
         return self.E / (2 * (1 + self.nu))
 
+    @property
+    def plane_strain_modulus(self) -> float:
+        """E / (1−ν²) [N/mm²], the modulus of contact along a line."""
+        return self.E / (1 - self.nu**2)
+
 
 def lame(E: float, nu: float) -> tuple[float, float]:
     """Lamé's constants λ, μ [N/mm²] from Young's modulus [N/mm²] and Poisson's ratio."""

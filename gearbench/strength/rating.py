@@ -77,8 +77,8 @@ def contact_pressure(lines: ContactLines, force: NDArray) -> NDArray:
         Normal force on each segment [N], (position, pair, segment).
     """
     pair = lines.pair
-    E, nu, T = pair.material.E, pair.material.nu, pair.tangent_length
+    T = pair.tangent_length
     length = np.where(lines.active, lines.length, 1.0)[..., None]
     # at an interference point ρ = 0: no segment sees less than this
     rho = np.maximum(lines.curvature_radius, 1e-9 * T / math.cos(pair.base_helix_angle))
-    return np.sqrt(np.maximum(force, 0.0) / length * E / (2 * (1 - nu**2)) / (math.pi * rho))
+    return np.sqrt(np.maximum(force, 0.0) / length * pair.material.plane_strain_modulus / (2 * math.pi * rho))

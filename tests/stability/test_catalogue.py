@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from gearbench.contact._kernels import law
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
-from gearbench.contact.problem import ContactProblem, ContactSolution
-from gearbench.contact.reference import full_factor
+from gearbench.contact.problem import ContactProblem, ContactSolution, full_factor
 from gearbench.contact.solver import solve
 from gearbench.geometry.material import Material
 from gearbench.geometry.pair import Pair
