@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from gearbench.contact.assemble import mesh_phases, scene_lines
 from gearbench.effects.base import ComplianceEffect, Effect, GapEffect, LowRank
 from gearbench.geometry.action import ContactLines
-from gearbench.outputs import DEFAULT_OUTPUTS, Solved
+from gearbench.results.outputs import DEFAULT_OUTPUTS, Solved
 from gearbench.scene import Scene
 from gearbench.simulation import solve_lines
 from gearbench.stopwatch import peak_megabytes, unseen

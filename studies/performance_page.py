@@ -16,7 +16,7 @@ import numpy as np
 from gearbench.accuracy.knobs import with_resolution
 from gearbench.contact.assemble import mesh_phases
 from gearbench.cost.figures import cheapest
-from gearbench.results import load
+from gearbench.results.netcdf import load
 from studies.accuracy_figures import cheapest_mesh, pareto
 from studies.accuracy_scaling import exponent, speed_up
 from studies.s07_accuracy_cost import (

@@ -189,7 +189,7 @@ def _figure_4(dataset: xr.Dataset, number: str, path: Path) -> None:
 
 
 def _curve(axis: Axes, dataset: xr.Dataset, name: str, **style) -> None:
-    from gearbench.cycle import panels
+    from gearbench.results.cycle import panels
 
     parts = panels(dataset, name)
     x = np.concatenate([phase + period for period in (0, 1) for phase, _ in parts])

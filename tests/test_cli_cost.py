@@ -15,7 +15,7 @@ from gearbench.cost.newton import newton_curve
 from gearbench.cost.samples import sample_curves
 from gearbench.cost.workprecision import as_dataset, curve, observed_order
 from gearbench.library.garambois2017 import case, gear
-from gearbench.results import load
+from gearbench.results.netcdf import load
 from gearbench.stopwatch import peak_megabytes
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

@@ -6,7 +6,7 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 from gearbench.contact.phases import gauss_phases, uniform_phases
-from gearbench.cycle import fourier, panels
+from gearbench.results.cycle import fourier, panels
 
 
 def dataset(phase, values, scene):

@@ -9,7 +9,7 @@ from gearbench.cli.app import app
 from gearbench.effects.keys import key_tables, prose
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.effects.tip_relief import TipRelief
-from gearbench.quantities import QUANTITIES
+from gearbench.results.quantities import QUANTITIES
 
 
 @pytest.mark.parametrize("name", [name for name in PAGES if name != "effects.md"])

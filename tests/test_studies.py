@@ -4,7 +4,7 @@ from importlib import import_module
 
 import pytest
 
-from gearbench.results import load, save
+from gearbench.results.netcdf import load, save
 
 STUDIES = ("s01_table2", "s02_sampling", "s03_error_modes", "s04_paper_validation")
 

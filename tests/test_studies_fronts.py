@@ -15,7 +15,7 @@ from gearbench.optimise.constraints import constrained, judge
 from gearbench.optimise.derived import unit_contact_addendum
 from gearbench.optimise.problem import scene_of
 from gearbench.optimise.study import Algorithm, Robustness
-from gearbench.results import load, save
+from gearbench.results.netcdf import load, save
 from studies import paper_fronts_compare as compare
 from studies import paper_fronts_search as searching
 from studies import s06_paper_fronts as fronts

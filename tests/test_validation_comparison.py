@@ -12,8 +12,8 @@ from numpy.testing import assert_allclose
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.library.garambois2017 import case
-from gearbench.quantities import QUANTITIES
-from gearbench.results import load, save
+from gearbench.results.netcdf import load, save
+from gearbench.results.quantities import QUANTITIES
 from gearbench.scene import Resolution
 from gearbench.simulation import simulate
 from gearbench.validation.comparison import compare, labels, validate

@@ -20,7 +20,7 @@ from gearbench.optimise.select import open_designs
 from gearbench.optimise.study import Algorithm, Robustness
 from gearbench.optimise.study_file import load_study, parse_study
 from gearbench.optimise.verify import rank_correlation, reference_study, verify
-from gearbench.results import load, save
+from gearbench.results.netcdf import load, save
 from gearbench.robustness.montecarlo import robust
 from gearbench.validation.verification import findings
 

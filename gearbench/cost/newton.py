@@ -6,20 +6,19 @@ fewer steps is not measured but follows from the share of the solver in a run: e
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.accuracy.measure import relative_errors
+from gearbench.accuracy.measure import measured, relative_errors
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.problem import ContactProblem
 from gearbench.contact.reference import solve_one
 from gearbench.contact.solver import solve
 from gearbench.cost.measure import measure
 from gearbench.cost.workprecision import Curve
-from gearbench.outputs import MICROMETRES, cycle_numbers
+from gearbench.results.cycle import MeshCycle, Phases
 from gearbench.scene import Scene
 from gearbench.stopwatch import times
 
@@ -56,7 +55,8 @@ def _stopped(scene: Scene, problem: ContactProblem, steps: int) -> NDArray:
     least = np.min(np.where(problem.active, problem.gap, np.inf), axis=1)
     moved = replace(problem, gap=problem.gap - least[:, None])
     found = np.array([solve_one(moved, i, steps)[1:] for i in range(len(least))])
-    cos_b, weight = math.cos(scene.pair.base_helix_angle), mesh_phases(scene)[1]
-    ste = MICROMETRES / cos_b * problem.length_scale * (found[:, 0] + least)
-    k = cos_b**2 / MICROMETRES * problem.force / problem.length_scale * found[:, 1]
-    return cycle_numbers(ste, k, weight)
+    phase, weight = mesh_phases(scene)
+    approach = problem.length_scale * (found[:, 0] + least)
+    stiffness = problem.force / problem.length_scale * found[:, 1]
+    phases = Phases(phase=phase, weight=weight, size=scene.resolution.panel_size)
+    return measured(MeshCycle.of(scene, phases, approach, stiffness))

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from gearbench.accuracy.measure import relative_errors, scales
 from gearbench.cost.workprecision import Curve
-from gearbench.robustness.montecarlo import RobustProblem, prepare_scene, respond, response_means
+from gearbench.robustness.montecarlo import RobustProblem, prepare_scene, respond
 from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.robustness.statistics import average_error
 from gearbench.scene import Scene
@@ -23,7 +23,7 @@ def sample_curves(scene: Scene, repeats: int, seeds: int, reference: int = REFER
     """One curve a sampler, on one thread; errors are RMS values over ``seeds`` draws."""
     problem = prepare_scene(scene)
     responses, _ = respond(problem, draw(problem, "sobol", reference, REFERENCE_SEED))
-    exact = response_means(responses)
+    exact = responses.numbers.mean(axis=1)
     bar = np.array([average_error(values, "sobol") for values in responses.numbers]) / scales(exact)
     return [_curve(problem, sampler, order, exact, bar, repeats, seeds) for sampler, order in SAMPLERS]
 
@@ -38,7 +38,7 @@ def _curve(
 ) -> Curve:
     errors, seconds, processor, memory = [], [], [], []
     for count in COUNTS:
-        answers = [response_means(respond(problem, draw(problem, sampler, count, i))[0]) for i in range(seeds)]
+        answers = [respond(problem, draw(problem, sampler, count, i))[0].numbers.mean(axis=1) for i in range(seeds)]
         errors.append(np.sqrt(np.mean([relative_errors(a, exact) ** 2 for a in answers], axis=0)))
 
         def work(count: int = count) -> None:

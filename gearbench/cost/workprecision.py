@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from gearbench.accuracy.knobs import FE_ACCURACY, GAUSS_POINTS, KNOBS, POSITIONS, Knob, label
 from gearbench.accuracy.measure import MEASURED, relative_errors
 from gearbench.cost.measure import Run, measure
-from gearbench.provenance import provenance
-from gearbench.quantities import QUANTITIES
+from gearbench.results.provenance import provenance
+from gearbench.results.quantities import QUANTITIES
 from gearbench.scene import Scene
 
 if TYPE_CHECKING:

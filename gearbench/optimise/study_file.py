@@ -10,11 +10,12 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from gearbench.errors import InputError
-from gearbench.optimise.constraints import CONSTRAINTS
+from gearbench.optimise.constraints import check_limited
 from gearbench.optimise.dataset import RESERVED
 from gearbench.optimise.schema import check_base, check_variable
 from gearbench.optimise.study import Algorithm, Limit, Objective, OptimisationStudy, Robustness
 from gearbench.optimise.variables import Variable
+from gearbench.results.responses import quantity
 from gearbench.scene_file import read_toml, validate
 
 T = TypeVar("T")
@@ -83,7 +84,7 @@ def check_study(study: OptimisationStudy) -> None:
     """
     driven: dict[str, str] = {}
     for variable in study.variables:
-        if variable.name in RESERVED:
+        if variable.name in RESERVED or quantity(variable.name) is not None:
             raise InputError(f"variables.{variable.name}", "reserved name", "results are called so: use another name")
         for path in check_variable(variable):
             if path in driven:
@@ -137,6 +138,5 @@ def _objectives(given: Any) -> Iterator[Objective]:
 
 def _constraints(tables: Mapping[str, Any]) -> Iterator[tuple[str, Limit]]:
     for name, table in tables.items():
-        if name not in CONSTRAINTS:
-            raise InputError(f"constraints.{name}", "unknown quantity", f"allowed: {', '.join(CONSTRAINTS)}")
+        check_limited(name)
         yield name, _parse(f"constraints.{name}", Limit, _table(f"constraints.{name}", table))

@@ -17,7 +17,7 @@ from gearbench.contact.solver import solve
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.geometry.pair import Member, Pair
-from gearbench.outputs import fluctuation_rms, relative_rms
+from gearbench.results.outputs import fluctuation_rms, relative_rms
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.simulation import simulate, solve_lines
 
