@@ -12,15 +12,17 @@ SOURCES = sorted(p for folder in ("gearbench", "fem_reference") for p in (ROOT /
 
 #: A module may import from its own layer and from those before it.
 LAYERS = (
-    ("errors", "quantities", "notebook"),
+    ("errors", "notebook"),
     ("geometry",),
     ("tolerances",),
     ("compliance",),
     ("effects",),
     ("scene", "scene_file"),
     ("contact",),
+    ("files",),
+    ("results",),
     ("accuracy",),
-    ("cycle", "files", "outputs", "provenance", "results", "simulation", "library", "stopwatch"),
+    ("simulation", "library", "stopwatch"),
     ("robustness", "strength", "exchange"),
     ("plotting", "plan", "doctor"),
     ("optimise", "cost"),

@@ -155,7 +155,8 @@ def _fourier_matrix(phases: Phases, orders: int) -> NDArray:
     if phases.size is None:
         wave = np.exp(-2j * np.pi * np.outer(n, x)) / len(x)
         return np.where(2 * n[:, None] < len(x), wave, np.nan)
-    t, w = legendre.leggauss(phases.size + 4 * orders)
+    # exact to rounding even where one panel is the whole cycle
+    t, w = legendre.leggauss(phases.size + 4 * orders + 16)
     (start, end), values = phases.edges.T[:, :, None], _interpolation(phases.size, t)
     τ = (start + end) / 2 + (end - start) / 2 * t
     wave = np.exp(-2j * np.pi * n[:, None, None] * τ) * ((end - start) / 2 * w)
