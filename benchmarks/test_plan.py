@@ -21,7 +21,8 @@ from gearbench.effects.profile_slope import ProfileSlope
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.library.garambois2017 import case, gear
-from gearbench.robustness.montecarlo import default_threads, robust
+from gearbench.robustness.montecarlo import default_threads
+from gearbench.robustness.run import robust
 from gearbench.scene import Resolution, Scene
 from gearbench.simulation import simulate
 

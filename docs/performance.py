@@ -16,7 +16,7 @@ import numpy as np
 from gearbench.cost.figures import cheapest
 from gearbench.accuracy.knobs import with_resolution
 from gearbench.contact.assemble import mesh_phases
-from gearbench.results import load
+from gearbench.results.netcdf import load
 from studies.report import table
 from studies.s07_accuracy_cost.data import ACCURACIES, MESHED, scenes
 from studies.s07_accuracy_cost.findings import TIMES, diagram, meshed, met, ratios, scaling_part

@@ -12,8 +12,8 @@ import numpy as np
 from gearbench.cli.summary import pair_line, print_table, result_rows
 from gearbench.library.garambois2017 import case, gear
 from gearbench.plotting import BLUE, draw_robust, draw_simulation, new_figure, write_figure
-from gearbench.results import save
-from gearbench.robustness.montecarlo import robust
+from gearbench.results.netcdf import save
+from gearbench.robustness.run import robust
 from gearbench.simulation import simulate
 from studies.s06_paper_fronts.search import study
 

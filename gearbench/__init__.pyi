@@ -4,7 +4,6 @@ from .contact.solver import ConvergenceError as ConvergenceError
 from .cost.plan import Plan as Plan
 from .cost.plan import plan as plan
 from .cost.workprecision import cost as cost
-from .cycle import fourier as fourier
 from .effects.base import ComplianceEffect as ComplianceEffect
 from .effects.base import Dense as Dense
 from .effects.base import Effect as Effect
@@ -49,9 +48,10 @@ from .plotting import density as density
 from .plotting import load_distribution as load_distribution
 from .plotting import order_spectrum as order_spectrum
 from .plotting import over_two_periods as over_two_periods
-from .results import load as load
-from .results import save as save
-from .robustness.montecarlo import robust as robust
+from .results.cycle import fourier as fourier
+from .results.netcdf import load as load
+from .results.netcdf import save as save
+from .robustness.run import robust as robust
 from .scene import Load as Load
 from .scene import Resolution as Resolution
 from .scene import Scene as Scene

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearbench.cycle import fourier, panels
 from gearbench.files import replacing
+from gearbench.results.cycle import fourier, panels
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import studies
-from gearbench.results import load, save
+from gearbench.results.netcdf import load, save
 
 if TYPE_CHECKING:
     import xarray as xr

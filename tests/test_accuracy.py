@@ -22,7 +22,7 @@ from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import InputError
 from gearbench.library.garambois2017 import case, gear
-from gearbench.robustness.montecarlo import response_means, robust
+from gearbench.robustness.run import robust
 from gearbench.scene import Resolution, Scene
 from gearbench.scene_file import parse_scene
 from gearbench.simulation import cycle_values, simulate
@@ -148,14 +148,13 @@ def test_means_of_responses_are_in_the_order_of_the_measured_numbers():
     from gearbench.robustness.montecarlo import Responses
 
     ones = np.ones(3)
-    made = Responses(
-        transmission_error_mean=ones,
-        transmission_error_rms=2 * ones,
-        mesh_stiffness_mean=3 * ones,
-        mesh_stiffness_rms=4 * ones,
-        rescued=0,
-    )
-    assert np.array_equal(response_means(made), [1, 2, 3, 4])
+    values = {
+        "mesh_stiffness_rms": 4 * ones,
+        "mesh_stiffness_mean": 3 * ones,
+        "transmission_error_mean": ones,
+        "transmission_error_rms": 2 * ones,
+    }
+    assert np.array_equal(Responses(values=values, rescued=0).numbers.mean(axis=1), [1, 2, 3, 4])
 
 
 def test_errors_are_relative_to_no_less_than_a_part_of_the_mean():

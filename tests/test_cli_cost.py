@@ -16,7 +16,7 @@ from gearbench.cost.curves import as_dataset, knob_curve, observed_order
 from gearbench.cost.newton import newton_curves
 from gearbench.cost.samples import sample_curves
 from gearbench.library.garambois2017 import case, gear
-from gearbench.results import load
+from gearbench.results.netcdf import load
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 DOCS = Path(__file__).parents[1] / "docs"

@@ -8,7 +8,7 @@ from concurrent.futures import ProcessPoolExecutor
 
 import pytest
 
-from gearbench.results import load
+from gearbench.results.netcdf import load
 
 #: A narrow pair, cheap to solve.
 SCENE = """

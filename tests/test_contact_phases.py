@@ -19,7 +19,7 @@ from gearbench.effects.hertz import Hertz
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.geometry.pair import Member, Pair
-from gearbench.outputs import fluctuation_rms, mean, relative_rms
+from gearbench.results.cycle import fluctuation_rms, mean, relative_rms
 from gearbench.scene import Load, Resolution, Scene
 
 SPUR = Pair(normal_module=3.0, face_width=24.0, centre_distance=90.0, pinion=Member(teeth=24), wheel=Member(teeth=36))

@@ -18,8 +18,8 @@ from gearbench.explore.stored import open_results
 from gearbench.explore.tooth_shapes import mesh, outline
 from gearbench.library.garambois2017 import case, gear
 from gearbench.optimise.front import non_dominated
-from gearbench.results import save
-from gearbench.robustness.montecarlo import robust
+from gearbench.results.netcdf import save
+from gearbench.robustness.run import robust
 from gearbench.scene_file import load_scene, parse_scene
 from gearbench.simulation import simulate, solve_scene
 from tests.explore_designs import EXAMPLES, front, stored

@@ -12,8 +12,8 @@ from matplotlib.axes import Axes
 from gearbench import plotting
 from gearbench.library.garambois2017 import case, gear
 from gearbench.notebook import html_table
-from gearbench.results import save
-from gearbench.robustness.montecarlo import robust
+from gearbench.results.netcdf import save
+from gearbench.robustness.run import robust
 from gearbench.scene_file import parse_scene
 from gearbench.simulation import simulate
 

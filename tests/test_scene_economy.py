@@ -21,7 +21,7 @@ from gearbench.contact.assemble import mesh_phases, scene_lines, total_gap
 from gearbench.effects.base import ComplianceEffect, GapEffect
 from gearbench.effects.registry import EFFECTS, effect_class
 from gearbench.errors import InputError
-from gearbench.outputs import OUTPUTS
+from gearbench.results.outputs import OUTPUTS
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from gearbench.simulation import simulate

@@ -23,8 +23,8 @@ from gearbench.optimise.run import optimise
 from gearbench.optimise.select import Resonance, chosen_scene, open_designs, select
 from gearbench.optimise.study import Algorithm, Robustness
 from gearbench.optimise.study_file import load_study, parse_study
-from gearbench.results import save
-from gearbench.robustness.montecarlo import robust
+from gearbench.results.netcdf import save
+from gearbench.robustness.run import robust
 from gearbench.scene_file import load_scene
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

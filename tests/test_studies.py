@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import studies
-from gearbench.results import load, save
+from gearbench.results.netcdf import load, save
 from gearbench.scene import Scene
 
 ALL = sorted(module.name for module in iter_modules(studies.__path__) if module.ispkg)

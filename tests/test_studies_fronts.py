@@ -15,7 +15,7 @@ from gearbench.optimise.constraints import constrained, judge
 from gearbench.optimise.derived import unit_contact_addendum
 from gearbench.optimise.problem import scene_of
 from gearbench.optimise.study import Algorithm, Robustness
-from gearbench.results import load, save
+from gearbench.results.netcdf import load, save
 from studies.s06_paper_fronts import checks, compare, compute, figures
 from studies.s06_paper_fronts import search as searching
 from studies.s06_paper_fronts.data import macro_and_micro

@@ -20,8 +20,8 @@ from gearbench.optimise.select import open_designs
 from gearbench.optimise.study import Algorithm, Robustness
 from gearbench.optimise.study_file import load_study, parse_study
 from gearbench.optimise.verify import rank_correlation, reference_study, verify
-from gearbench.results import load, save
-from gearbench.robustness.montecarlo import robust
+from gearbench.results.netcdf import load, save
+from gearbench.robustness.run import robust
 from gearbench.validation.verification import findings
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "optimise_small.toml"

@@ -39,7 +39,7 @@ def cost(
     """
     from gearbench.cli.options import plot_folder
     from gearbench.cost.workprecision import cost as run
-    from gearbench.results import save
+    from gearbench.results.netcdf import save
     from gearbench.scene_file import load_scene
 
     loaded = load_scene(scene)

@@ -145,12 +145,10 @@ def _print_front(dataset: xr.Dataset) -> None:
 
 def _heading(number: int, label: str) -> str:
     """Statistic, symbol and unit of an objective; a number where it is a weighted sum."""
-    from gearbench.quantities import QUANTITIES
+    from gearbench.results.responses import quantity
 
-    response, _, statistic = label.rpartition("_")
-    if response not in QUANTITIES:
-        return f"objective\n{number + 1}"
-    return f"{statistic} {QUANTITIES[response].symbol}\n{QUANTITIES[response].units}"
+    q = quantity(label)
+    return f"objective\n{number + 1}" if q is None else f"{q.symbol}\n{q.units}"
 
 
 def _reasons(dataset: xr.Dataset) -> tuple[list[str], list[int]]:

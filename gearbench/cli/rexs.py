@@ -90,7 +90,7 @@ def rexs(
     if write is not None:
         from gearbench.exchange.rexs import find_stage
         from gearbench.exchange.rexs_results import write_results
-        from gearbench.results import load
+        from gearbench.results.netcdf import load
 
         files.append(write_results(document, find_stage(document, stage), load(write[0]), write[1]))
     if not files:

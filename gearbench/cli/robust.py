@@ -47,9 +47,9 @@ def robust(
     """
     from gearbench.cli import summary
     from gearbench.files import check_target
-    from gearbench.results import save
+    from gearbench.results.netcdf import save
     from gearbench.robustness.montecarlo import SAMPLES
-    from gearbench.robustness.montecarlo import robust as run
+    from gearbench.robustness.run import robust as run
     from gearbench.scene_file import load_scene
 
     loaded = with_accuracy(load_scene(scene), accuracy)

@@ -53,7 +53,7 @@ def verify(
     from gearbench.files import check_target, write_text
     from gearbench.optimise.select import open_designs
     from gearbench.optimise.verify import verify as run
-    from gearbench.results import save
+    from gearbench.results.netcdf import save
     from gearbench.validation.verification import draw_verification, findings
     from gearbench.validation.verification import markdown as text
 

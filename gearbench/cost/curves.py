@@ -16,7 +16,7 @@ from gearbench.cost.clock import Cost, measured, most_megabytes, timed, unseen
 from gearbench.effects.fe_compliance import FeCompliance
 from gearbench.effects.solids import gear_body, solid_tooth
 from gearbench.effects.tooth_bending import plate_tooth
-from gearbench.quantities import QUANTITIES
+from gearbench.results.quantities import QUANTITIES
 from gearbench.scene import Scene
 from gearbench.simulation import cycle_values
 

@@ -6,19 +6,18 @@ measured but follows from the share of the solver in a run: every step costs the
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.accuracy.measure import relative_errors
+from gearbench.accuracy.measure import measured, relative_errors
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.problem import ContactProblem
 from gearbench.contact.solver import newton, solve
 from gearbench.cost.clock import Cost, times
 from gearbench.cost.curves import Curve, Point, run
-from gearbench.outputs import MICROMETRES, cycle_numbers
+from gearbench.results.cycle import MeshCycle, Phases
 from gearbench.scene import Scene
 
 #: Most steps that are tried.
@@ -60,7 +59,7 @@ def _stopped(scene: Scene, problem: ContactProblem, steps: int) -> NDArray:
     least = np.min(np.where(problem.active, problem.gap, np.inf), axis=1)
     moved = replace(problem, gap=problem.gap - least[:, None])
     _, delta, stiffness, _ = newton(moved, steps)
-    cos_b, weight = math.cos(scene.pair.base_helix_angle), mesh_phases(scene)[1]
-    ste = MICROMETRES / cos_b * problem.length_scale * (delta + least)
-    k = cos_b**2 / MICROMETRES * problem.force / problem.length_scale * stiffness
-    return cycle_numbers(ste, k, weight)
+    phase, weight = mesh_phases(scene)
+    phases = Phases(phase=phase, weight=weight, size=scene.resolution.panel_size)
+    approach, k = problem.length_scale * (delta + least), problem.force / problem.length_scale * stiffness
+    return measured(MeshCycle.of(scene, phases, approach, k))

@@ -19,7 +19,7 @@ from gearbench.contact.assemble import mesh_phases, scene_lines
 from gearbench.cost.clock import peak_megabytes, quickest, unseen
 from gearbench.effects.base import ComplianceEffect, Effect, GapEffect, LowRank
 from gearbench.geometry.action import ContactLines
-from gearbench.outputs import DEFAULT_OUTPUTS, Solved
+from gearbench.results.outputs import DEFAULT_OUTPUTS, Solved
 from gearbench.scene import Scene
 from gearbench.simulation import dataset, solve_lines
 

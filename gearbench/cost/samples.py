@@ -7,7 +7,7 @@ import numpy as np
 from gearbench.accuracy.measure import relative_errors, scales
 from gearbench.cost.clock import measured
 from gearbench.cost.curves import Curve, Point
-from gearbench.robustness.montecarlo import prepare_scene, respond, response_means
+from gearbench.robustness.montecarlo import prepare_scene, respond
 from gearbench.robustness.sampling import Sampler
 from gearbench.robustness.statistics import average_error
 from gearbench.scene import Scene
@@ -24,11 +24,11 @@ def sample_curves(scene: Scene, repeats: int, seeds: int, reference: int = REFER
         return []
     problem = prepare_scene(scene)
     responses, _ = respond(problem, problem.draw(reference, REFERENCE_SEED, "sobol"))
-    exact = response_means(responses)
+    exact = responses.numbers.mean(axis=1)
     bar = np.array([average_error(values, "sobol") for values in responses.numbers]) / scales(exact)
 
     def point(sampler: Sampler, count: int) -> Point:
-        answers = [response_means(respond(problem, problem.draw(count, i, sampler))[0]) for i in range(seeds)]
+        answers = [respond(problem, problem.draw(count, i, sampler))[0].numbers.mean(axis=1) for i in range(seeds)]
         errors = np.sqrt(np.mean([relative_errors(a, exact) ** 2 for a in answers], axis=0))
         cost = measured(lambda: respond(problem, problem.draw(count, 0, sampler)), max(3, repeats // 2))
         return Point(label=str(count), size=count, errors=errors, cost=cost)

@@ -14,7 +14,7 @@ from gearbench.cost.curves import as_dataset, knob_curve
 from gearbench.cost.elements import Meshes, element_curves
 from gearbench.cost.newton import newton_curves
 from gearbench.cost.samples import sample_curves
-from gearbench.provenance import provenance
+from gearbench.results.provenance import provenance
 from gearbench.scene import Scene
 
 if TYPE_CHECKING:

@@ -4,48 +4,47 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from types import MappingProxyType
+from functools import cache, partial
 
+from gearbench.errors import InputError
 from gearbench.optimise.study import Limit
-from gearbench.outputs import Solved
+from gearbench.results.outputs import Solved
+from gearbench.results.responses import is_response, response, responses
 from gearbench.scene import Scene
+from gearbench.simulation import solve_scene
+from gearbench.strength.rating import GEOMETRIC, UNDER_LOAD
 
-#: From the geometry alone.
-GEOMETRIC: Mapping[str, Callable[[Scene], float]] = MappingProxyType(
-    {
-        "total_contact_ratio": lambda scene: scene.pair.total_contact_ratio,
-        "transverse_contact_ratio": lambda scene: scene.pair.transverse_contact_ratio,
-        "overlap_ratio": lambda scene: scene.pair.overlap_ratio,
-        "specific_sliding": lambda scene: scene.pair.largest_sliding,
-    }
-)
-#: From the solved load distribution and the root section: computed only where the geometric limits hold.
-OF_STRENGTH = ("contact_pressure", "root_stress")
 
-CONSTRAINTS = (*GEOMETRIC, *OF_STRENGTH)
+def check_limited(name: str) -> None:
+    """Refuse what cannot be limited.
+
+    Raises
+    ------
+    InputError
+        Naming what can: numbers of the geometry, of the strength, and responses of the scene as ``simulate`` has it.
+    """
+    if name not in GEOMETRIC and name not in UNDER_LOAD and not is_response(name):
+        allowed = ", ".join([*GEOMETRIC, *UNDER_LOAD, *responses()])
+        raise InputError(f"constraints.{name}", "unknown quantity", f"allowed: {allowed}")
 
 
 def constrained(
-    scene: Scene, limits: Mapping[str, Limit], solved: Callable[[], Solved | None] = lambda: None
+    scene: Scene, limits: Mapping[str, Limit], solved: Callable[[], Solved] | None = None
 ) -> dict[str, float]:
     """Limited quantities of ``scene`` by name; NaN where they were not computed.
 
-    Those of strength need the scene solved: ``solved`` is called at most once, and only for them.
+    What the geometry does not give needs the scene solved: ``solved`` is called only for that, and only where the
+    geometric limits hold; by default the scene is solved here.
     """
-    values = {name: GEOMETRIC[name](scene) for name in limits if name in GEOMETRIC}
-    wanted = [name for name in limits if name in OF_STRENGTH]
-    if wanted:
-        values |= dict.fromkeys(wanted, math.nan)
-        if all(limits[name].violation(value) == 0 for name, value in values.items() if name in GEOMETRIC):
-            values |= {name: value for name, value in _strength(scene, solved()).items() if name in wanted}
-    return {name: values[name] for name in limits}
+    solved = solved or cache(partial(solve_scene, scene))
+    values = {name: GEOMETRIC[name](scene.pair) if name in GEOMETRIC else math.nan for name in limits}
+    if not any(limits[name].violation(value) > 0 for name, value in values.items() if name in GEOMETRIC):
+        values |= {name: _under_load(name, solved()) for name in limits if name not in GEOMETRIC}
+    return values
 
 
-def _strength(scene: Scene, solved: Solved | None) -> dict[str, float]:
-    from gearbench.strength import strength
-
-    numbers = strength(scene, solved)
-    return {"contact_pressure": numbers.contact_pressure, "root_stress": max(numbers.root_stress)}
+def _under_load(name: str, solved: Solved) -> float:
+    return UNDER_LOAD[name](solved) if name in UNDER_LOAD else float(response(name).reduce(solved.cycle))
 
 
 def judge(values: Mapping[str, float], limits: Mapping[str, Limit]) -> tuple[float, str]:

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.optimise.archive import Archive
-from gearbench.optimise.constraints import CONSTRAINTS
 from gearbench.optimise.problem import Evaluation
-from gearbench.optimise.study import STATISTICS, Design, OptimisationStudy
-from gearbench.quantities import QUANTITIES
+from gearbench.optimise.study import Design, OptimisationStudy
+from gearbench.results.responses import described
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,10 +34,7 @@ _OURS = {
     "reference_point": "reference point of the hypervolume",
 }
 #: Names that a variable must not have.
-RESERVED = frozenset(
-    {*_OURS, *STATISTICS, *CONSTRAINTS, "design", "generation", "variable", "constraint", "objective_name", "member"}
-)
-_STATISTIC = {"mean": "mean", "std": "standard deviation", "max": "maximum"}
+RESERVED = frozenset({*_OURS, "design", "generation", "variable", "constraint", "objective_name", "member"})
 
 
 def designs_dataset(
@@ -55,10 +51,12 @@ def designs_dataset(
         variables[variable.name] = ("design", values.astype("int8") if values.dtype == bool else values, attrs)
     objectives = np.array([result.objectives(study) for result in results]).reshape(len(results), -1)
     variables["objective"] = (("design", "objective_name"), objectives, _attrs("objective"))
-    for i, name in enumerate(STATISTICS):
-        variables[name] = ("design", np.array([r.statistics[i] for r in results]), _statistic_attrs(name))
-    for i, name in enumerate(study.constraints):
-        variables[name] = ("design", np.array([r.constraints[i] for r in results]), _limited_attrs(study, name))
+    known = {name: ("design", [r.statistics[i] for r in results]) for i, name in enumerate(study.statistics)}
+    known |= {name: ("design", [r.constraints[i] for r in results]) for i, name in enumerate(study.constraints)}
+    variables |= described(known)
+    for name, limit in study.constraints.items():
+        given = {"limit_min": limit.min, "limit_max": limit.max}
+        variables[name][2].update({key: value for key, value in given.items() if value is not None})
     variables["violation"] = ("design", np.array([r.violation for r in results]), _attrs("violation"))
     variables["feasible"] = ("design", np.array([r.feasible for r in results], dtype="int8"), _attrs("feasible"))
     variables["reason"] = ("design", np.array([r.reason for r in results], dtype=object), _attrs("reason"))
@@ -80,7 +78,7 @@ def designs_dataset(
 
 def read_names(study: OptimisationStudy) -> tuple[str, ...]:
     """Names of the variables of ``designs_dataset`` that the others follow from."""
-    return ("code", "violation", "reason", *study.constraints, *STATISTICS)
+    return ("code", "violation", "reason", *study.constraints, *study.statistics)
 
 
 def read_designs(arrays: Mapping[str, NDArray], study: OptimisationStudy) -> list[tuple[Design, Evaluation]]:
@@ -88,7 +86,7 @@ def read_designs(arrays: Mapping[str, NDArray], study: OptimisationStudy) -> lis
     kinds = [float if variable.kind == "real" else int for variable in study.variables]
     count = len(arrays["code"])
     constraints = np.array([arrays[name] for name in study.constraints]).reshape(-1, count).T
-    statistics = np.array([arrays[name] for name in STATISTICS]).T
+    statistics = np.array([arrays[name] for name in study.statistics]).T
     rows = zip(arrays["code"], arrays["violation"], arrays["reason"], constraints, statistics, strict=True)
     return [
         (
@@ -106,7 +104,7 @@ def read_designs(arrays: Mapping[str, NDArray], study: OptimisationStudy) -> lis
 
 def front_dataset(archive: Archive, population: Sequence[Design], wall_time: float) -> xr.Dataset:
     """All designs of a finished search and its history, dimensions ``design`` and ``generation``."""
-    from gearbench.provenance import run_provenance
+    from gearbench.results.provenance import run_provenance
 
     study = archive.study
     dataset = designs_dataset(study, archive.designs, archive.results, archive.first)
@@ -145,15 +143,3 @@ def checksum(arrays: Mapping[str, NDArray]) -> str:
 
 def _attrs(name: str) -> dict[str, str]:
     return {"units": "1", "long_name": _OURS[name]}
-
-
-def _statistic_attrs(name: str) -> dict[str, str]:
-    response, statistic = name.rsplit("_", 1)
-    base = QUANTITIES[response]
-    return {**base.attrs, "long_name": f"{_STATISTIC[statistic]} over the error samples of the {base.long_name}"}
-
-
-def _limited_attrs(study: OptimisationStudy, name: str) -> dict[str, Any]:
-    limit = study.constraints[name]
-    limits = {key: v for key, v in (("limit_min", limit.min), ("limit_max", limit.max)) if v is not None}
-    return {**QUANTITIES[name].attrs, **limits}

@@ -17,7 +17,7 @@ from gearbench.optimise.dataset import read_designs, read_names
 from gearbench.optimise.problem import scene_of
 from gearbench.optimise.study import OptimisationStudy
 from gearbench.optimise.study_file import parse_study
-from gearbench.quantities import Quantity
+from gearbench.results.quantities import QUANTITIES
 from gearbench.scene import Scene
 
 if TYPE_CHECKING:
@@ -38,15 +38,15 @@ def modifications(scene: Scene) -> int:
     return sum(scene.effect(name) is not None for name in MODIFICATIONS)
 
 
-#: Name → unit and meaning, and how it follows from the scene of a design.
-OF_SCENE: Mapping[str, tuple[Quantity, Callable[[Scene], float]]] = MappingProxyType(
+#: Name → how it follows from the scene of a design.
+OF_SCENE: Mapping[str, Callable[[Scene], float]] = MappingProxyType(
     {
-        "axial_force": (Quantity("N", "F_a", "axial force under the torque of the scene"), axial_force),
-        "modifications": (Quantity("1", "n", "kinds of micro-geometry on the flanks"), modifications),
-        "pinion_teeth": (Quantity("1", "z_1", "teeth of the pinion"), lambda s: s.pair.pinion.teeth),
-        "wheel_teeth": (Quantity("1", "z_2", "teeth of the wheel"), lambda s: s.pair.wheel.teeth),
-        "pinion_addendum": (Quantity("1", "h_a1*", "addendum of the pinion"), lambda s: s.pair.pinion.addendum),
-        "wheel_addendum": (Quantity("1", "h_a2*", "addendum of the wheel"), lambda s: s.pair.wheel.addendum),
+        "axial_force": axial_force,
+        "modifications": modifications,
+        "pinion_teeth": lambda s: s.pair.pinion.teeth,
+        "wheel_teeth": lambda s: s.pair.wheel.teeth,
+        "pinion_addendum": lambda s: s.pair.pinion.addendum,
+        "wheel_addendum": lambda s: s.pair.wheel.addendum,
     }
 )
 
@@ -103,8 +103,7 @@ class Designs:
         """Values of a quantity by its full name for the designs at ``places``; they must be gears."""
         if name not in OF_SCENE:
             return self.dataset[name].values[places]
-        compute = OF_SCENE[name][1]
-        return np.array([compute(self.scene(int(place))) for place in places], dtype=float)
+        return np.array([OF_SCENE[name](self.scene(int(place))) for place in places], dtype=float)
 
     def scene(self, place: int) -> Scene:
         """Scene of a design by its place in the dimension ``design``; kept."""
@@ -119,7 +118,7 @@ class Designs:
 
     def unit(self, name: str) -> str:
         """Unit of a quantity, "" where it has none."""
-        unit = OF_SCENE[name][0].units if name in OF_SCENE else self.dataset[name].attrs.get("units", "")
+        unit = QUANTITIES[name].units if name in OF_SCENE else self.dataset[name].attrs.get("units", "")
         return "" if unit == "1" else unit
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import dataclass
 from functools import cache, lru_cache, partial
@@ -15,16 +15,18 @@ from numpy.typing import NDArray
 
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.pair import Pair
-from gearbench.optimise.constraints import OF_STRENGTH, constrained, judge
+from gearbench.optimise.constraints import constrained, judge
 from gearbench.optimise.derived import DERIVED
-from gearbench.optimise.study import RESPONSES, STATISTICS, Design, OptimisationStudy
+from gearbench.optimise.study import Design, OptimisationStudy
 from gearbench.optimise.variables import Value
-from gearbench.outputs import Solved
+from gearbench.results.outputs import Solved
+from gearbench.results.responses import STATISTICS
 from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from gearbench.schema import read
 from gearbench.simulation import simulate, solve_scene
+from gearbench.strength.rating import GEOMETRIC
 
 #: Violation of a design that makes no scene, or none that can be solved: more than limits can add up to.
 NO_GEAR = 1e6
@@ -43,7 +45,7 @@ class Evaluation:
     constraints
         Values of the limited quantities, in the study's order; NaN where unknown.
     statistics
-        In the order of ``STATISTICS``; NaN where it is not feasible.
+        In the order of ``OptimisationStudy.statistics``; NaN where it is not feasible.
     """
 
     violation: float
@@ -58,7 +60,7 @@ class Evaluation:
 
     def objectives(self, study: OptimisationStudy) -> tuple[float, ...]:
         """Values of the study's objectives; NaN where it is not feasible."""
-        known = dict(zip(STATISTICS, self.statistics, strict=True))
+        known = dict(zip(study.statistics, self.statistics, strict=True))
         return tuple(objective.value(known) for objective in study.objectives)
 
 
@@ -69,7 +71,7 @@ def evaluate(study: OptimisationStudy, design: Design) -> Evaluation:
     reason. No design raises.
     """
     unknown = (math.nan,) * len(study.constraints)
-    nothing = (math.nan,) * len(STATISTICS)
+    nothing = (math.nan,) * len(study.statistics)
     try:
         scene = scene_of(study, design)
         solved = cache(partial(solve_scene, scene))
@@ -78,8 +80,8 @@ def evaluate(study: OptimisationStudy, design: Design) -> Evaluation:
         unknown = tuple(values.values())
         if violation > 0:
             return Evaluation(violation=violation, reason=reason, constraints=unknown, statistics=nothing)
-        of_strength = any(name in OF_STRENGTH for name in study.constraints)
-        statistics = _statistics(study, scene, solved() if of_strength else None)
+        known = solved() if any(name not in GEOMETRIC for name in study.constraints) else None
+        statistics = _statistics(study, scene, known)
         return Evaluation(violation=0.0, reason="", constraints=unknown, statistics=statistics)
     except (InputError, GearbenchError, ArithmeticError, np.linalg.LinAlgError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
@@ -162,33 +164,33 @@ def _put(tables: dict[str, Any], path: str, value: Any) -> None:
 
 
 def _statistics(study: OptimisationStudy, scene: Scene, solved: Solved | None) -> tuple[float, ...]:
-    """In the order of ``STATISTICS``; ``solved`` is the scene where its limits asked for that."""
+    """In the order of ``study.statistics``; ``solved`` is the scene where its limits asked for that."""
     if study.robustness.samples == 0:
-        dataset = simulate(scene, outputs=RESPONSES)
-        found = [(float(dataset[name]), math.nan, math.nan) for name in RESPONSES]
+        dataset = simulate(scene, outputs=study.responses)
+        found = {f"{name}_mean": float(dataset[name]) for name in study.responses}
     else:
-        found = list(_dispersion(study, scene, solved))
-    known = tuple(value for row in found for value in row)
-    needed = {name for objective in study.objectives for name in objective.weights}
-    for name, value in zip(STATISTICS, known, strict=True):
-        if name in needed and not math.isfinite(value):
+        found = _dispersion(study, scene, solved)
+    for name in {name for objective in study.objectives for name in objective.weights}:
+        if not math.isfinite(found.get(name, math.nan)):
             raise GearbenchError(f"{name} is not finite")
-    return known
+    return tuple(found.get(name, math.nan) for name in study.statistics)
 
 
-def _dispersion(study: OptimisationStudy, scene: Scene, solved: Solved | None) -> Iterator[tuple[float, float, float]]:
-    """Mean, standard deviation and maximum of each response over the error samples."""
+def _dispersion(study: OptimisationStudy, scene: Scene, solved: Solved | None) -> dict[str, float]:
+    """Statistics of each response over the error samples, by name."""
     from gearbench.robustness.montecarlo import prepare_scene, respond
 
     r = study.robustness
     problem = prepare_scene(scene, solved)
     errors = problem.errors.draw(_unit(r.sampler, r.samples, len(problem.names), r.seed), scene.pair)
-    responses, complete = respond(problem, errors)
+    answers, complete = respond(problem, errors, names=study.responses)
     if not complete:
         raise KeyboardInterrupt
-    for name in RESPONSES:
-        x = getattr(responses, name)
-        yield float(x.mean()), float(x.std(ddof=1)) if len(x) > 1 else math.nan, float(x.max())
+    return {
+        f"{name}_{statistic}": compute(answers[name])
+        for name in study.responses
+        for statistic, (compute, _) in STATISTICS.items()
+    }
 
 
 @lru_cache(maxsize=16)

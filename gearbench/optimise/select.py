@@ -13,8 +13,8 @@ from gearbench.errors import InputError
 from gearbench.optimise.conditions import Condition
 from gearbench.optimise.designs import OF_SCENE, Designs
 from gearbench.optimise.store import FRONT, STUDY
-from gearbench.optimise.study import RESPONSES, STATISTICS
-from gearbench.results import load
+from gearbench.results.netcdf import load
+from gearbench.results.responses import split_statistic
 from gearbench.scene import Scene
 
 
@@ -75,7 +75,7 @@ class Selection:
         """Names of the quantities to list: variables, terms of the score, statistics, limits, and the axial force."""
         dataset, study = self.designs.dataset, self.designs.study
         listed = [str(name) for name in dataset["variable"].values]
-        listed += [*self.ranking, *STATISTICS, *study.constraints, "axial_force", "on_front"]
+        listed += [*self.ranking, *study.statistics, *study.constraints, "axial_force", "on_front"]
         return tuple(dict.fromkeys(listed))
 
     def table(self, top: int | None = None) -> dict[str, NDArray]:
@@ -167,8 +167,8 @@ def _ranking(designs: Designs, rank: Mapping[str, float], worst_case: bool) -> d
     full: dict[str, float] = {}
     for name, weight in rank.items():
         found = designs.find("rank", name)
-        if worst_case and found in STATISTICS:
-            found = next(f"{response}_max" for response in RESPONSES if found.startswith(response))
+        if worst_case and (statistic := split_statistic(found)):
+            found = f"{statistic[0]}_max"
         full[found] = full.get(found, 0.0) + weight
     for name in full:
         if name not in OF_SCENE and designs.dataset[name].dtype.kind not in "iufb":

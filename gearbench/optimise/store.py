@@ -19,7 +19,7 @@ from gearbench.files import write_text
 from gearbench.optimise.dataset import checksum, designs_dataset, read_designs, read_names
 from gearbench.optimise.problem import Evaluation
 from gearbench.optimise.study import Design, OptimisationStudy
-from gearbench.results import save
+from gearbench.results.netcdf import save
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -153,7 +153,7 @@ class Store:
         self._pending = self._writer.submit(self._write, generation, designs, results)
 
     def _write(self, generation: int, designs: Sequence[Design], results: Sequence[Evaluation]) -> None:
-        from gearbench.provenance import versions
+        from gearbench.results.provenance import versions
 
         dataset = designs_dataset(self._study, designs, results, [generation] * len(designs))
         dataset = dataset.drop_vars("first_generation")

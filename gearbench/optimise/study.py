@@ -14,14 +14,14 @@ from pydantic.dataclasses import dataclass
 from gearbench.errors import InputError
 from gearbench.geometry.material import STRICT
 from gearbench.optimise.variables import Value, Variable
+from gearbench.results.responses import STATISTICS, responses, split_statistic, statistics_of
 from gearbench.robustness.sampling import Sampler
 
 #: A point of the design space: one code for each variable, see ``Variable.value``.
 Design = tuple[float, ...]
 
+#: Responses that are known of every feasible design, beside those of its objectives.
 RESPONSES = ("mesh_stiffness_rms", "transmission_error_rms")
-#: What is known of every feasible design: mean, standard deviation and maximum over the error samples.
-STATISTICS = tuple(f"{name}_{statistic}" for name in RESPONSES for statistic in ("mean", "std", "max"))
 
 Whole = Annotated[int, Field(ge=1, le=1_000_000)]
 Seed = Annotated[int, Field(ge=0)]
@@ -34,7 +34,7 @@ class Objective:
     Parameters
     ----------
     weights
-        Weight of each statistic, all positive; names from ``STATISTICS``.
+        Weight of each statistic, all positive: a response with ``_mean``, ``_std`` or ``_max`` appended.
     """
 
     weights: dict[str, Annotated[float, Field(gt=0.0)]]
@@ -43,8 +43,9 @@ class Objective:
         if not self.weights:
             raise InputError("weights", "none", "must name at least one statistic")
         for name in self.weights:
-            if name not in STATISTICS:
-                raise InputError(name, "unknown statistic", f"allowed: {', '.join(STATISTICS)}")
+            if split_statistic(name) is None:
+                allowed = f"allowed: {', '.join(responses())}, each with _{', _'.join(STATISTICS)}"
+                raise InputError(name, "unknown statistic", allowed)
 
     @property
     def label(self) -> str:
@@ -166,6 +167,17 @@ class OptimisationStudy:
             for name in {name for objective in self.objectives for name in objective.weights}:
                 if not name.endswith("_mean"):
                     raise InputError("objectives", name, "needs robustness.samples of at least 2")
+
+    @cached_property
+    def responses(self) -> tuple[str, ...]:
+        """Names of the responses that are computed of each design."""
+        asked = [split_statistic(name) for objective in self.objectives for name in objective.weights]
+        return tuple(dict.fromkeys((*RESPONSES, *(found[0] for found in asked if found))))
+
+    @cached_property
+    def statistics(self) -> tuple[str, ...]:
+        """Names of what is known of every feasible design: all statistics over the error samples of its responses."""
+        return statistics_of(self.responses)
 
     def values(self, design: Design) -> dict[str, Value]:
         """Value of each variable of a design by its name."""

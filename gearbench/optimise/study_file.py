@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from gearbench.errors import InputError
-from gearbench.optimise.constraints import CONSTRAINTS
+from gearbench.optimise.constraints import check_limited
 from gearbench.optimise.dataset import RESERVED
 from gearbench.optimise.derived import DERIVED, SETS
 from gearbench.optimise.study import Algorithm, Limit, Objective, OptimisationStudy, Robustness
 from gearbench.optimise.variables import Variable
+from gearbench.results.responses import quantity
 from gearbench.scene_file import scene_key, table_class
 from gearbench.schema import as_table, check, keys, make, read, read_toml
 
@@ -70,7 +71,7 @@ def check_study(study: OptimisationStudy) -> None:
     """
     driven: dict[str, str] = {}
     for variable in study.variables:
-        if variable.name in RESERVED:
+        if variable.name in RESERVED or quantity(variable.name) is not None:
             raise InputError(f"variables.{variable.name}", "reserved name", "results are called so: use another name")
         for path in changed_keys(variable):
             if path in driven:
@@ -156,6 +157,5 @@ def _objectives(given: Any) -> Iterator[Objective]:
 
 def _constraints(tables: Mapping[str, Any]) -> Iterator[tuple[str, Limit]]:
     for name, table in tables.items():
-        if name not in CONSTRAINTS:
-            raise InputError(f"constraints.{name}", "unknown quantity", f"allowed: {', '.join(CONSTRAINTS)}")
+        check_limited(name)
         yield name, read(Limit, table, f"constraints.{name}")

@@ -19,7 +19,7 @@ from gearbench.optimise.designs import Designs
 from gearbench.optimise.engine import Threads
 from gearbench.optimise.front import non_dominated
 from gearbench.optimise.problem import Evaluation, macro_geometry
-from gearbench.optimise.study import STATISTICS, Design, OptimisationStudy
+from gearbench.optimise.study import Design, OptimisationStudy
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -165,7 +165,7 @@ def _engine(threads: int | None) -> Threads:
 def _dataset(designs: Designs, chosen: NDArray, results: Sequence[Evaluation]) -> xr.Dataset:
     study, dataset = designs.study, designs.dataset
     names = [str(name) for name in dataset["variable"].values]
-    stored = dataset[[*names, *STATISTICS, "objective"]].isel(design=chosen)
+    stored = dataset[[*names, *study.statistics, "objective"]].isel(design=chosen)
     objective, verified = stored["objective"].values, np.array([r.objectives(study) for r in results])
     known = np.all(np.isfinite(verified), axis=1)
     on_front = np.zeros(len(chosen), dtype="int8")
@@ -184,7 +184,7 @@ def _dataset(designs: Designs, chosen: NDArray, results: Sequence[Evaluation]) -
             np.array([rank_correlation(a, b) for a, b in zip(objective.T, verified.T, strict=True)]),
         ),
     }
-    for i, name in enumerate(STATISTICS):
+    for i, name in enumerate(study.statistics):
         attrs = dataset[name].attrs
         meaning = f"{attrs['long_name']}, compliance of the reference"
         values = np.array([r.statistics[i] for r in results])
@@ -196,7 +196,7 @@ def _dataset(designs: Designs, chosen: NDArray, results: Sequence[Evaluation]) -
 
 
 def _attrs(study: OptimisationStudy, reference: OptimisationStudy, models: int, wall_time: float) -> dict[str, Any]:
-    from gearbench.provenance import run_provenance
+    from gearbench.results.provenance import run_provenance
 
     given = {"study": study.to_toml(), "study_sha256": study.digest, "macro_geometries": models}
     given["variables"] = ", ".join(variable.name for variable in study.variables)

@@ -12,11 +12,11 @@ import numpy as np
 from gearbench.contact.assemble import mesh_phases, scene_lines
 from gearbench.cost.clock import timed, times, unseen
 from gearbench.errors import InputError
-from gearbench.provenance import provenance, run_provenance
-from gearbench.quantities import QUANTITIES, Quantity
+from gearbench.results.provenance import provenance, run_provenance
+from gearbench.results.responses import described
 from gearbench.scene import Scene
 from gearbench.simulation import simulate
-from gearbench.validation.dataset import stack
+from gearbench.validation.dataset import CYCLE, stack
 from gearbench.validation.mac import compare_shapes, line_mac
 from gearbench.validation.reference import finite_elements, reference_scene, smooth_effects
 from gearbench.validation.ste_error import CURVES, HARMONICS, OUTPUTS, cycle_errors
@@ -61,15 +61,14 @@ def compare(scene: Scene, accuracy: float = 0.01) -> xr.Dataset:
         "model": ("model", list(MODELS)),
         "gear": ("gear", list(GEARS)),
         "harmonic": ("harmonic", np.arange(1, HARMONICS + 1)),
-        **{name: (fast_run[name].dims, fast_run[name].values) for name in ("mesh_phase", "phase_weight", "pair_index")},
+        **{name: (fast_run[name].dims, fast_run[name].values) for name in CYCLE},
     }
     variables |= cycle_errors(fast_run, reference_run) | _shapes(scene, reference) | _reference(reference)
     variables |= _times(scene, reference, variables["reference_seconds"][1].sum()) | {
         "first_call_seconds": ((), first_call.seconds)
     }
     attrs = provenance(scene, wall_time=time.perf_counter() - begun) | _reference_attrs(reference)
-    described = {name: (dims, np.asarray(v), _attrs(name)) for name, (dims, v) in variables.items()}
-    return xr.Dataset(described, {name: (d, v, _attrs(name)) for name, (d, v) in coords.items()}, attrs)
+    return xr.Dataset(described(variables), described(coords), attrs)
 
 
 def _shapes(scene: Scene, reference: Scene) -> dict[str, tuple]:
@@ -145,15 +144,6 @@ def _installed(*packages: str) -> list[str]:
         except PackageNotFoundError:
             continue
     return found
-
-
-def _attrs(name: str) -> dict[str, str]:
-    """Unit, symbol and meaning; an error against the reference has those of its quantity."""
-    known = QUANTITIES.get(name)
-    if known is None and name.endswith("_error"):
-        of = QUANTITIES[name.removesuffix("_error")]
-        known = Quantity("%", f"error of {of.symbol}", f"error of the {of.long_name} against the reference")
-    return {} if known is None else known.attrs
 
 
 def validate(

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.cycle import curves, panel_size
 from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, legend_below, new_figure, plot_two_periods
+from gearbench.results.cycle import Phases, curves
 from gearbench.validation.dataset import side
 
 if TYPE_CHECKING:
@@ -77,10 +77,10 @@ def load_share_figure(dataset: xr.Dataset) -> Figure:
 
 def share_of_a_pair(dataset: xr.Dataset) -> tuple[NDArray, dict[str, NDArray]]:
     """Progress τ + k of a pair [mesh periods] while in contact, and its share of the load [%] by either model."""
-    phase, size = dataset["mesh_phase"].values, panel_size(dataset)
+    phases = Phases.of_dataset(dataset)
     parts = []
     for k, index in enumerate(dataset["pair_index"].values):
-        sides = [curves(phase, dataset["load_share"].sel(model=model).values[:, k], size) for model in STYLES]
+        sides = [curves(phases, dataset["load_share"].sel(model=model).values[:, k]) for model in STYLES]
         for (x, one), (_, other) in zip(*sides, strict=True):
             loaded = (one > 0) | (other > 0)
             parts.append(np.array([x + index, 100 * one, 100 * other])[:, loaded])
@@ -95,13 +95,13 @@ def harmonics_figure(dataset: xr.Dataset) -> Figure:
     for axis, name in zip(axes[0], ("transmission_error", "mesh_stiffness"), strict=True):
         harmonic = dataset["harmonic"].values
         for shift, (model, style) in zip((-0.2, 0.2), STYLES.items(), strict=True):
-            amplitude = dataset[f"{name}_harmonic"].sel(model=model).values
+            amplitude = dataset[f"{name}_amplitude"].sel(model=model).values
             hatch = None if model == "reference" else "//"
             axis.bar(harmonic + shift, amplitude, 0.38, color=style["color"], hatch=hatch, label=style["label"])
-        worst = dataset[f"{name}_harmonic_error"].values
+        worst = dataset[f"{name}_amplitude_error"].values
         i = int(np.nanargmax(np.abs(worst)))
         axis.set_title(f"harmonic {harmonic[i]}: {percent(float(worst[i]))} of the strongest", fontsize=10)
-        attrs = dataset[f"{name}_harmonic"].attrs
+        attrs = dataset[f"{name}_amplitude"].attrs
         axis.set(xlabel="harmonic n [–]", ylabel=f"amplitude {attrs['symbol']} [{attrs['units']}]")
         axis.set_xticks(harmonic)
     legend_below(figure, axes[0, 0], 2)

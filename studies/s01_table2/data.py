@@ -110,7 +110,7 @@ def evaluate(errors: ManufacturingErrors, resolution: Resolution, samples: int) 
 
 def statistics(answer: Responses) -> tuple[float, ...]:
     """In the order of ``COLUMNS``."""
-    k, ste = answer.mesh_stiffness_rms, answer.transmission_error_rms
+    k, ste = answer["mesh_stiffness_rms"], answer["transmission_error_rms"]
     return tuple(map(float, (k.mean(), ste.mean(), k.std(ddof=1), k.max(), ste.std(ddof=1), ste.max())))
 
 

@@ -27,7 +27,7 @@ def scene(name: str = "SC") -> Scene:
 def means(problem: RobustProblem, sampler: Sampler, count: int, seed: int) -> tuple[float, float]:
     """m_k [%] and m_ste [µm] of a prepared scene."""
     answer, _ = respond(problem, problem.draw(count, seed, sampler), default_threads())
-    return float(answer.mesh_stiffness_rms.mean()), float(answer.transmission_error_rms.mean())
+    return float(answer["mesh_stiffness_rms"].mean()), float(answer["transmission_error_rms"].mean())
 
 
 def compute(*, quick: bool = False) -> xr.Dataset:

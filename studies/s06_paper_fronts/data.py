@@ -122,8 +122,8 @@ def _samples(quick: bool) -> xr.Dataset:
     answer = responses(SHOWN, quick)
     return xr.Dataset(
         {
-            "sample_k": ("sample", answer.mesh_stiffness_rms, {"units": "%"}),
-            "sample_ste": ("sample", answer.transmission_error_rms, {"units": "µm"}),
+            "sample_k": ("sample", answer["mesh_stiffness_rms"], {"units": "%"}),
+            "sample_ste": ("sample", answer["transmission_error_rms"], {"units": "µm"}),
         }
     )
 

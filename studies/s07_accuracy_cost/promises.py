@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from gearbench.accuracy.choose import choose
 from gearbench.accuracy.knobs import GAUSS_POINTS, SEGMENTS, SOLID_ORDER, with_order, with_resolution
-from gearbench.accuracy.measure import FLOOR, MEASURED, relative_errors
+from gearbench.accuracy.measure import FLOOR, MEASURED, measured, relative_errors
 from gearbench.cost.clock import quickest, timed
 from gearbench.effects.base import Effect
 from gearbench.effects.crowning import Crowning
@@ -22,8 +22,10 @@ from gearbench.effects.solids import solid_tooth
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import InputError
-from gearbench.outputs import Solved, cycle_numbers, mean
-from gearbench.robustness.montecarlo import default_threads, robust
+from gearbench.results.outputs import Solved
+from gearbench.results.responses import response
+from gearbench.robustness.montecarlo import default_threads
+from gearbench.robustness.run import robust
 from gearbench.scene import Resolution, Scene
 from gearbench.simulation import cycle_values, solve_scene
 from studies.s05_tooth_models.data import draw
@@ -67,7 +69,7 @@ def _scenes(rng: np.random.Generator, pairs: Iterator[Scene]) -> Iterator[Scene]
 def promises(scene: Scene, accuracies: Sequence[float]) -> list[dict[str, float]]:
     """What is chosen for each of the accuracies: estimated and true error, its time against the best setting's."""
     finest = solve_scene(with_resolution(scene, **REFERENCE))
-    reference = cycle_numbers(finest.transmission_error, finest.mesh_stiffness, finest.weight)
+    reference = measured(finest.cycle)
     bar = float(relative_errors(cycle_values(with_resolution(scene, **BEFORE)), reference).max())
     grid = _grid(scene, reference)
     found = []
@@ -100,8 +102,9 @@ def _peak_errors(solved: Solved, finest: Solved) -> dict[str, float]:
     """Relative errors of the peak-to-peak values, which no accuracy covers, to no less than ``FLOOR`` of the mean."""
     found = {}
     for name, column in (("peak_ste", "transmission_error"), ("peak_stiffness", "mesh_stiffness")):
-        value, exact = (each.peak_to_peak(getattr(each, column)) for each in (solved, finest))
-        found[name] = abs(value - exact) / max(exact, FLOOR * float(mean(getattr(finest, column), finest.weight)))
+        peak, level = (response(f"{column}_{part}").reduce for part in ("peak_to_peak", "mean"))
+        value, exact = (float(peak(each.cycle)) for each in (solved, finest))
+        found[name] = abs(value - exact) / max(exact, FLOOR * float(level(finest.cycle)))
     return found
 
 

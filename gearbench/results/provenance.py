@@ -10,16 +10,29 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from gearbench.effects.base import ComplianceEffect
 from gearbench.scene import Scene, digest
 
 _PACKAGES = ("gearbench", "numpy", "scipy", "numba", "xarray")
 
 
 def provenance(scene: Scene, *, wall_time: float, seed: int | None = None) -> dict[str, Any]:
-    """Attributes of a Dataset: scene as TOML, its hash, package versions, git revision, seed, wall time [s], host."""
+    """Attributes of a Dataset: scene as TOML, its hash, support, versions, git revision, seed, wall time [s], host."""
     text = scene.to_toml()
-    attrs = {"scene": text, "scene_sha256": digest(text), **run_provenance(wall_time=wall_time)}
+    own = {"scene": text, "scene_sha256": digest(text), "support": support(scene)}
+    attrs = {**own, **run_provenance(wall_time=wall_time)}
     return attrs if seed is None else {**attrs, "seed": seed}
+
+
+def support(scene: Scene) -> str:
+    """The body that the teeth stand on: "ring" or "sainsot_velex"; "clamped" at the root; "rigid" without bending."""
+    names = [effect.name for effect in scene.effects if isinstance(effect, ComplianceEffect) and effect.name != "hertz"]
+    foundation, elements = scene.effect("tooth_foundation"), scene.effect("fe_compliance")
+    if foundation is not None:
+        return str(getattr(foundation, "model", "ring"))
+    if "neighbour_teeth" in names or getattr(elements, "support", "") == "rim":
+        return "ring"
+    return "clamped" if names else "rigid"
 
 
 def run_provenance(*, wall_time: float) -> dict[str, Any]:
