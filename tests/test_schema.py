@@ -7,9 +7,10 @@ import pytest
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
+from docs.keys import limits
 from gearbench import InputError, Material, Member, Pair, TipRelief
 from gearbench.scene_file import scene_key
-from gearbench.schema import STRICT, check, given, keys, limits, parts, read
+from gearbench.schema import STRICT, check, given, keys, parts, read
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
