@@ -7,12 +7,11 @@ import time
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
 
-from docs.keys import key_tables, prose
+from docs.keys import key_tables, prose, toml_value
 from gearbench.effects.base import ComplianceEffect, Dense, Effect, GapEffect, LowRank
 from gearbench.effects.registry import EFFECTS, effect_class
 from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.geometry.pair import Member, Pair
-from gearbench.schema import toml_value
 
 HEAD = """# Effects
 

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import MISSING
 from itertools import groupby
+from typing import Any
 
-from gearbench.schema import keys, limits, parts, toml_value
+import tomli_w
+from pydantic import TypeAdapter
+
+from gearbench.schema import keys, parts
 
 
 def prose(owner: type) -> str:
@@ -28,6 +33,30 @@ def key_tables(owner: type) -> str:
         text += f"| {names} | {_markdown(meaning)} | {default} | {permitted} |\n"
         below |= {table: None} if table is not None else {}
     return text + "".join(f"\n{prose(table)} Its table:\n{key_tables(table)}" for table in below)
+
+
+def limits(kind: type) -> dict[str, str]:
+    """What each key of an input class allows, in words."""
+    schemas = TypeAdapter(kind).json_schema().get("properties", {})
+    either = {name: schema.get("anyOf", (schema,)) for name, schema in schemas.items()}
+    return {name: " or ".join(filter(None, map(_allowed, choices))) for name, choices in either.items()}
+
+
+def _allowed(part: Mapping[str, Any]) -> str:
+    if "enum" in part or "const" in part:
+        return ", ".join(f"`{toml_value(value)}`" for value in part.get("enum", (part.get("const"),)))
+    low, high = part.get("minimum", part.get("exclusiveMinimum")), part.get("maximum")
+    kind = {"number": "", "integer": "whole, ", "boolean": "true or false", "string": "text", "array": "list"}
+    text = kind.get(part.get("type", ""), "")
+    if low is None:
+        return text.removesuffix(", ")
+    above = "above " if "exclusiveMinimum" in part else ""
+    return f"{text}{above}{low:g} to {high:g}" if high is not None else f"{text}{above or 'at least '}{low:g}"
+
+
+def toml_value(value: object) -> str:
+    """A value as a TOML file has it."""
+    return tomli_w.dumps({"x": value}).removeprefix("x = ").replace("\n    ", " ").replace(",\n]", " ]").strip()
 
 
 def _default(value: object) -> str:

@@ -35,6 +35,7 @@ from .geometry.gear import Gear as Gear
 from .geometry.material import Material as Material
 from .geometry.pair import Member as Member
 from .geometry.pair import Pair as Pair
+from .optimise.conditions import parse_condition as parse_condition
 from .optimise.designs import design_scene as design_scene
 from .optimise.run import optimise as optimise
 from .optimise.select import open_designs as open_designs
@@ -45,6 +46,8 @@ from .optimise.study_file import parse_study as parse_study
 from .optimise.verify import verify as verify
 from .plotting import contributions as contributions
 from .plotting import density as density
+from .plotting import draw_robust as draw_robust
+from .plotting import draw_simulation as draw_simulation
 from .plotting import load_distribution as load_distribution
 from .plotting import order_spectrum as order_spectrum
 from .plotting import over_two_periods as over_two_periods

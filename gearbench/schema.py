@@ -80,32 +80,6 @@ def keys(kind: type) -> dict[str, Key]:
     return found
 
 
-def limits(kind: type) -> dict[str, str]:
-    """What each key of an input class allows, in words."""
-    schemas = TypeAdapter(kind).json_schema().get("properties", {})
-    either = {name: schema.get("anyOf", (schema,)) for name, schema in schemas.items()}
-    return {name: " or ".join(filter(None, map(_allowed, choices))) for name, choices in either.items()}
-
-
-def _allowed(part: Mapping[str, Any]) -> str:
-    if "enum" in part or "const" in part:
-        return ", ".join(f"`{toml_value(value)}`" for value in part.get("enum", (part.get("const"),)))
-    low, high = part.get("minimum", part.get("exclusiveMinimum")), part.get("maximum")
-    kind = {"number": "", "integer": "whole, ", "boolean": "true or false", "string": "text", "array": "list"}
-    text = kind.get(part.get("type", ""), "")
-    if low is None:
-        return text.removesuffix(", ")
-    above = "above " if "exclusiveMinimum" in part else ""
-    return f"{text}{above}{low:g} to {high:g}" if high is not None else f"{text}{above or 'at least '}{low:g}"
-
-
-def toml_value(value: object) -> str:
-    """A value as a TOML file has it."""
-    import tomli_w
-
-    return tomli_w.dumps({"x": value}).removeprefix("x = ").replace("\n    ", " ").replace(",\n]", " ]").strip()
-
-
 def parts(kind: type) -> tuple[str, dict[str, str]]:
     """Text of a class's docstring before its parameters, and what it says of each of them."""
     text, _, rest = (inspect.getdoc(kind) or "").partition("\n\nParameters\n----------\n")

@@ -84,13 +84,6 @@ def test_objectives_follow_from_the_scene_of_a_design(reference):
         design_scene(reference, 999)
 
 
-def test_the_package_is_the_function_too(reference):
-    assert_same(gearbench.optimise(STUDY, threads=1), reference)
-    code = "import gearbench; print(callable(gearbench.optimise), callable(gearbench.optimise.load_study))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["True", "True"]
-
-
 def test_mixed_and_three_objectives():
     tables = tomllib.loads(STUDY.to_toml())
     tables["objectives"] = [

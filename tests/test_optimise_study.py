@@ -137,6 +137,11 @@ FAULTS = {
     "[base.load]\nforce = 10.0": ("base.load.force", "allowed: torque"),
     "[base.effects.noise]\nx = 1": ("base.effects.noise", "tooth_bending"),
     "[base.effects.hertz]\nlaw = 'palmgren'": ("base.effects.hertz.law", "weber_banaschek"),
+    "[base.resolution]\npositions = 4": ("base.resolution.gauss_points", "conflicts with positions"),
+    "[base.load]\nunit = 3\n[base.pear]\nx = 1": (
+        "base.pear = unknown key",
+        "allowed: pair, load, resolution, effects",
+    ),
     "[study]\nx = 1": ("study", "allowed: name, base"),
 }
 
@@ -173,6 +178,25 @@ def faulty(change: str) -> str:
     if '"pair.helix_angle"' in change:
         tables["variables"].pop("pair")
     return tomli_w.dumps(tables)
+
+
+def test_sizes_that_contradict_each_other_are_found_unless_a_variable_may_mend_them():
+    tables = tomllib.loads(SMALL)
+    tables["base"]["resolution"] = {"accuracy": 0.01, "segments": 15}
+    with pytest.raises(InputError, match=r"base\.resolution\.segments = 15: conflicts with accuracy"):
+        parse_study(tables)
+    tables["base"]["resolution"] = {"accuracy": 0.01, "gauss_points": 4}
+    tables["variables"]["resolution"] = {"segments": {"min": 15, "max": 20}}
+    parse_study(tables)
+
+
+def test_what_is_missing_may_be_a_variable():
+    tables = tomllib.loads(SMALL)
+    del tables["base"]["pair"]["face_width"]
+    with pytest.raises(InputError, match=r"base\.pair\.face_width = missing: is required, here or as a variable"):
+        parse_study(tables)
+    tables["variables"]["width"] = {"paths": ["pair.face_width"], "min": 8.0, "max": 9.0}
+    parse_study(tables)
 
 
 def test_two_variables_must_not_change_the_same_key():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import asdict, field
 from functools import cached_property
 from typing import Annotated, Any
 
@@ -12,10 +12,10 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.errors import InputError
-from gearbench.geometry.material import STRICT
 from gearbench.optimise.variables import Value, Variable
 from gearbench.results.responses import STATISTICS, responses, split_statistic, statistics_of
 from gearbench.robustness.sampling import Sampler
+from gearbench.schema import STRICT, given
 
 #: A point of the design space: one code for each variable, see ``Variable.value``.
 Design = tuple[float, ...]
@@ -185,16 +185,12 @@ class OptimisationStudy:
 
     def to_mapping(self) -> dict[str, Any]:
         """The study as nested tables, as in a file."""
-        a, r = self.algorithm, self.robustness
         return {
             "name": self.name,
             "objectives": [dict(objective.weights) for objective in self.objectives],
-            "algorithm": {"population": a.population, "generations": a.generations, "seed": a.seed},
-            "robustness": {"samples": r.samples, "sampler": r.sampler, "seed": r.seed},
-            "constraints": {
-                name: {key: v for key, v in (("min", limit.min), ("max", limit.max)) if v is not None}
-                for name, limit in self.constraints.items()
-            },
+            "algorithm": asdict(self.algorithm),
+            "robustness": asdict(self.robustness),
+            "constraints": {name: given(limit) for name, limit in self.constraints.items()},
             "variables": {variable.name: variable.given() for variable in self.variables},
             "base": self.base,
         }

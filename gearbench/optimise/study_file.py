@@ -118,14 +118,18 @@ def _check_base(base: Mapping[str, Any], driven: Collection[str]) -> None:
     """Check the tables of the base, where ``driven`` are the keys that variables set."""
     effects = as_table("base.effects", base.get("effects", {}))
     later = {path.split(".")[1]: {} for path in driven if path.startswith("effects.")}
-    given = {name: table for name, table in base.items() if name not in ("name", "effects")}
-    tables = {"pair": {}, "load": {}} | given | {f"effects.{name}": table for name, table in (later | effects).items()}
-    for name, table in tables.items():
+    tables = {"pair": {}, "load": {}} | {name: table for name, table in base.items() if name not in ("name", "effects")}
+    tables |= {f"effects.{name}": table for name, table in (later | effects).items()}
+    try:
+        kinds = [table_class(name) for name in tables]
+    except InputError as error:
+        raise error.within("base") from None
+    for (name, table), kind in zip(tables.items(), kinds, strict=True):
         try:
-            kind = table_class(name)
+            check(kind, table, f"base.{name}", [p.removeprefix(f"{name}.") for p in driven if p.startswith(f"{name}.")])
         except InputError as error:
-            raise error.within("base") from None
-        check(kind, table, f"base.{name}", [p.removeprefix(f"{name}.") for p in driven if p.startswith(f"{name}.")])
+            missing = error.value == "missing"
+            raise InputError(error.key, error.value, error.allowed + ", here or as a variable" * missing) from None
 
 
 def _variables(prefix: str, tables: Mapping[str, Any]) -> Iterator[Variable]:

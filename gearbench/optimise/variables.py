@@ -10,7 +10,7 @@ from typing import Any, Literal
 from pydantic.dataclasses import dataclass
 
 from gearbench.errors import InputError
-from gearbench.geometry.material import STRICT
+from gearbench.schema import STRICT, given
 
 Value = bool | int | float | str
 
@@ -118,8 +118,8 @@ class Variable:
 
     def given(self) -> dict[str, Any]:
         """As a table of a study file."""
-        table: dict[str, Any] = {} if self.paths == (self.name,) else {"paths": list(self.paths)}
-        for key in ("min", "max", "step"):
-            if getattr(self, key) is not None:
-                table[key] = getattr(self, key)
-        return table | ({"values": list(self.values)} if self.values is not None else {})
+        table = given(self)
+        del table["name"]
+        if self.paths == (self.name,):
+            del table["paths"]
+        return table
