@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from gearbench.errors import InputError
 from gearbench.optimise.constraints import check_limited
-from gearbench.optimise.dataset import RESERVED
+from gearbench.optimise.dataset import DIMENSIONS
 from gearbench.optimise.schema import check_base, check_variable
 from gearbench.optimise.study import Algorithm, Limit, Objective, OptimisationStudy, Robustness
 from gearbench.optimise.variables import Variable
@@ -84,7 +84,7 @@ def check_study(study: OptimisationStudy) -> None:
     """
     driven: dict[str, str] = {}
     for variable in study.variables:
-        if variable.name in RESERVED or quantity(variable.name) is not None:
+        if variable.name in DIMENSIONS or quantity(variable.name) is not None:
             raise InputError(f"variables.{variable.name}", "reserved name", "results are called so: use another name")
         for path in check_variable(variable):
             if path in driven:
