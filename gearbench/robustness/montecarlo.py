@@ -197,8 +197,6 @@ def robust(
     >>> dataset = robust(load_scene("examples/gear55_robust.toml"), samples=64, seed=1)
     >>> dict(dataset.sizes)["sample"], dataset["mesh_stiffness_rms"].dims
     (64, ('sample',))
-    >>> bool(dataset["transmission_error_rms_max"] >= dataset["transmission_error_rms_mean"])
-    True
     """
     start = time.perf_counter()
     if samples is not None and samples < 1:
