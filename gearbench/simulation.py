@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.accuracy.measure import measured
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.solver import solve
 from gearbench.geometry.action import ContactLines
@@ -75,6 +74,8 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
 
 def cycle_values(scene: Scene) -> NDArray:
     """Mean and RMS of STE [µm], mean [N/µm] and RMS [%] of the mesh stiffness, (4,): see ``accuracy.measure``."""
+    from gearbench.accuracy.measure import measured
+
     return measured(solve_scene(scene).cycle)
 
 

@@ -137,7 +137,7 @@ def test_progress_counts_the_samples_and_an_interruption_keeps_what_is_done():
     whole, _ = respond(problem, errors, threads=1)
     assert not complete
     assert len(answer) == 2 * LANES
-    assert_array_equal(answer.transmission_error_rms, whole["transmission_error_rms"][: 2 * LANES])
+    assert_array_equal(answer["transmission_error_rms"], whole["transmission_error_rms"][: 2 * LANES])
 
 
 def test_the_dataset_says_whether_it_is_complete():

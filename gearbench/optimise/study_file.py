@@ -8,7 +8,7 @@ from typing import Any
 
 from gearbench.errors import InputError
 from gearbench.optimise.constraints import check_limited
-from gearbench.optimise.dataset import RESERVED
+from gearbench.optimise.dataset import DIMENSIONS
 from gearbench.optimise.derived import DERIVED, SETS
 from gearbench.optimise.study import Algorithm, Limit, Objective, OptimisationStudy, Robustness
 from gearbench.optimise.variables import Variable
@@ -71,7 +71,7 @@ def check_study(study: OptimisationStudy) -> None:
     """
     driven: dict[str, str] = {}
     for variable in study.variables:
-        if variable.name in RESERVED or quantity(variable.name) is not None:
+        if variable.name in DIMENSIONS or quantity(variable.name) is not None:
             raise InputError(f"variables.{variable.name}", "reserved name", "results are called so: use another name")
         for path in changed_keys(variable):
             if path in driven:

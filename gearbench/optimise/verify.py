@@ -20,19 +20,10 @@ from gearbench.optimise.engine import Threads
 from gearbench.optimise.front import non_dominated
 from gearbench.optimise.problem import Evaluation, macro_geometry
 from gearbench.optimise.study import Design, OptimisationStudy
+from gearbench.results.responses import described
 
 if TYPE_CHECKING:
     import xarray as xr
-
-_MEANING = {
-    "place": "place in the dimension design of the stored optimisation",
-    "objective": "objectives of the stored optimisation",
-    "objective_verified": "objectives with the compliance of the reference",
-    "on_front_verified": "whether no other of these designs dominates this one with the compliance of the reference",
-    "rank_correlation": "Spearman's rank correlation of the objectives with both compliances",
-    "verified": "whether the reference gave an answer",
-    "reason": "why it did not",
-}
 
 
 def verify(
@@ -170,12 +161,11 @@ def _dataset(designs: Designs, chosen: NDArray, results: Sequence[Evaluation]) -
     known = np.all(np.isfinite(verified), axis=1)
     on_front = np.zeros(len(chosen), dtype="int8")
     on_front[known] = non_dominated(verified[known])
-    shift = {"units": "%", "long_name": "change of the objective by the compliance of the reference"}
     both = ("design", "objective_name")
     variables: dict[str, tuple] = {
         "place": ("design", chosen),
         "objective_verified": (both, verified),
-        "shift": (both, 100 * (verified / objective - 1), shift),
+        "shift": (both, 100 * (verified / objective - 1)),
         "on_front_verified": ("design", on_front),
         "verified": ("design", known.astype("int8")),
         "reason": ("design", np.array([r.reason for r in results], dtype=object)),
@@ -185,14 +175,8 @@ def _dataset(designs: Designs, chosen: NDArray, results: Sequence[Evaluation]) -
         ),
     }
     for i, name in enumerate(study.statistics):
-        attrs = dataset[name].attrs
-        meaning = f"{attrs['long_name']}, compliance of the reference"
-        values = np.array([r.statistics[i] for r in results])
-        variables[f"{name}_verified"] = ("design", values, {**attrs, "long_name": meaning})
-    found = stored.assign(variables)
-    for name, meaning in _MEANING.items():
-        found[name].attrs |= {"units": "1", "long_name": meaning}
-    return found.drop_attrs(deep=False)
+        variables[f"{name}_verified"] = ("design", [r.statistics[i] for r in results])
+    return stored.assign(described(variables)).drop_attrs(deep=False)
 
 
 def _attrs(study: OptimisationStudy, reference: OptimisationStudy, models: int, wall_time: float) -> dict[str, Any]:

@@ -101,6 +101,12 @@ def response(name: str, key: str = "response") -> Response:
     return _KNOWN[name]
 
 
+def check_responses(names: Iterable[str]) -> None:
+    """Refuse names of no response, raising as ``response``."""
+    for name in names:
+        response(name, "responses")
+
+
 def responses() -> Mapping[str, Response]:
     """All responses by name, those of other packages included."""
     _load_entry_points()
@@ -127,7 +133,7 @@ def quantity(name: str) -> Quantity | None:
     """Unit, symbol and meaning of anything a Dataset may hold; None where the name is not known.
 
     Names that follow from others are understood: a statistic, its ``…_standard_error``, the ``…_first_order`` shares of
-    the errors in a variance, and the relative ``…_error`` against a reference.
+    the errors in a variance, the relative ``…_error`` against a reference, and what is ``…_verified`` by one.
     """
     if name in QUANTITIES:
         return QUANTITIES[name]
@@ -147,6 +153,7 @@ _DERIVED: Mapping[str, Callable[[Quantity], Quantity]] = MappingProxyType(
     {
         "_standard_error": lambda q: Quantity(q.units, f"s({q.symbol})", f"standard error of the {q.long_name}"),
         "_first_order": lambda q: Quantity("1", "S", f"share of each error in the variance of the {q.long_name}"),
+        "_verified": lambda q: Quantity(q.units, q.symbol, f"{q.long_name}, compliance of the reference"),
         "_error": lambda q: Quantity("%", f"error of {q.symbol}", f"error of the {q.long_name} against the reference"),
     }
 )
@@ -167,49 +174,44 @@ def _load_entry_points() -> None:
         register(*([found] if isinstance(found, Response) else found))
 
 
-def _harmonic(curve: str, n: int) -> Response:
-    """Amplitude of one harmonic; a phase has no mean over samples, and is no response."""
-    of = QUANTITIES[curve]
-    return Response(
-        name=f"{curve}_amplitude_{n}",
-        quantity=Quantity(of.units, f"|{of.symbol}_{n}|", f"amplitude of harmonic {n} of the {of.long_name}"),
-        reduce=lambda cycle: 2 * np.abs(coefficients(cycle.phases, getattr(cycle, curve), n)[..., -1]),
-    )
+def _mean(curve: str) -> Callable[[MeshCycle], NDArray]:
+    return lambda cycle: mean(getattr(cycle, curve), cycle.phases.weight)
 
 
-_BUILT_IN = (
-    Response(
-        name="transmission_error_mean",
-        quantity=Quantity("µm", "mean δ", "mean static transmission error"),
-        reduce=lambda cycle: mean(cycle.transmission_error, cycle.phases.weight),
-    ),
-    Response(
-        name="transmission_error_rms",
-        quantity=Quantity("µm", "RMS δ", "RMS of the fluctuating static transmission error"),
-        reduce=lambda cycle: fluctuation_rms(cycle.transmission_error, cycle.phases.weight),
-    ),
-    Response(
-        name="transmission_error_peak_to_peak",
-        quantity=Quantity("µm", "PP δ", "peak-to-peak static transmission error"),
-        reduce=lambda cycle: peak_to_peak(cycle.phases, cycle.transmission_error),
-    ),
-    Response(
-        name="mesh_stiffness_mean",
-        quantity=Quantity("N/µm", "mean k", "mean mesh stiffness"),
-        reduce=lambda cycle: mean(cycle.mesh_stiffness, cycle.phases.weight),
-    ),
-    Response(
-        name="mesh_stiffness_rms",
-        quantity=Quantity("%", "RMS k", "RMS of the relative fluctuation of the mesh stiffness"),
-        reduce=lambda cycle: relative_rms(cycle.mesh_stiffness, cycle.phases.weight),
-    ),
-    Response(
-        name="mesh_stiffness_peak_to_peak",
-        quantity=Quantity("N/µm", "PP k", "peak-to-peak mesh stiffness"),
-        reduce=lambda cycle: peak_to_peak(cycle.phases, cycle.mesh_stiffness),
-    ),
-    *(_harmonic(curve, n) for curve in ("transmission_error", "mesh_stiffness") for n in range(1, HARMONICS + 1)),
+def _peak_to_peak(curve: str) -> Callable[[MeshCycle], NDArray]:
+    return lambda cycle: peak_to_peak(cycle.phases, getattr(cycle, curve))
+
+
+def _amplitude(curve: str, n: int) -> Callable[[MeshCycle], NDArray]:
+    return lambda cycle: 2 * np.abs(coefficients(cycle.phases, getattr(cycle, curve), n)[..., -1])
+
+
+def _ste_rms(cycle: MeshCycle) -> NDArray:
+    return fluctuation_rms(cycle.transmission_error, cycle.phases.weight)
+
+
+def _stiffness_rms(cycle: MeshCycle) -> NDArray:
+    return relative_rms(cycle.mesh_stiffness, cycle.phases.weight)
+
+
+_STE, _K = "transmission_error", "mesh_stiffness"
+_NUMBERS = (
+    (f"{_STE}_mean", "µm", "mean δ", "mean static transmission error", _mean(_STE)),
+    (f"{_STE}_rms", "µm", "RMS δ", "RMS of the fluctuating static transmission error", _ste_rms),
+    (f"{_STE}_peak_to_peak", "µm", "PP δ", "peak-to-peak static transmission error", _peak_to_peak(_STE)),
+    (f"{_K}_mean", "N/µm", "mean k", "mean mesh stiffness", _mean(_K)),
+    (f"{_K}_rms", "%", "RMS k", "RMS of the relative fluctuation of the mesh stiffness", _stiffness_rms),
+    (f"{_K}_peak_to_peak", "N/µm", "PP k", "peak-to-peak mesh stiffness", _peak_to_peak(_K)),
 )
-#: The six numbers of a cycle that a simulation gives unless told otherwise.
-USUAL = tuple(each.name for each in _BUILT_IN[:6])
-_KNOWN: dict[str, Response] = {each.name: each for each in _BUILT_IN}
+#: Amplitudes of single harmonics; a phase has no mean over samples, and is no response.
+_AMPLITUDES = tuple(
+    (f"{curve}_amplitude_{n}", unit, f"|{symbol}_{n}|", f"amplitude of harmonic {n} of the {of}", _amplitude(curve, n))
+    for curve, unit, symbol, of in ((_STE, "µm", "δ", "transmission error"), (_K, "N/µm", "k", "mesh stiffness"))
+    for n in range(1, HARMONICS + 1)
+)
+#: The numbers of a cycle that a simulation gives unless told otherwise.
+USUAL = tuple(name for name, *_ in _NUMBERS)
+_KNOWN: dict[str, Response] = {
+    name: Response(name=name, quantity=Quantity(*words), reduce=reduce)
+    for name, *words, reduce in (*_NUMBERS, *_AMPLITUDES)
+}
