@@ -42,7 +42,7 @@ class Knob:
     """
 
     name: str
-    levels: Callable[[Scene], tuple[Level, ...]]
+    levels: Callable[[Scene], tuple[Any, ...]]
     with_level: Callable[[Scene, Any], Scene]
     order: str
     size: Callable[[Any], float] = float
@@ -53,7 +53,7 @@ class Knob:
         """Whether the scene has this knob."""
         return len(self.levels(scene)) > 0
 
-    def tried(self, scene: Scene) -> tuple[Level, ...]:
+    def tried(self, scene: Scene) -> tuple[Any, ...]:
         """Levels whose error is measured."""
         return self.levels(scene)[: None if self.limit else -2]
 
@@ -126,7 +126,7 @@ _SOLID = (
 )
 
 
-def solid_orders(scene: Scene) -> tuple[Level, ...]:
+def solid_orders(scene: Scene) -> tuple[tuple[int, int, int], ...]:
     """Orders of solid teeth around their default one, coarse to fine; none where the scene gives the order."""
     if not any(has_default_solid(effect) for effect in scene.effects):
         return ()

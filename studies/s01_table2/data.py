@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.effects.manufacturing_errors import PRESETS, ErrorKind, ManufacturingErrors
+from gearbench.effects.manufacturing_errors import PRESETS, ErrorKind, ManufacturingErrors, Tolerance
 from gearbench.library.garambois2017 import gear, table_2
 from gearbench.robustness.montecarlo import Responses, default_threads, prepare_scene, respond
 from gearbench.scene import Resolution, Scene
@@ -32,7 +32,7 @@ def scene(name: str = "SC", errors: ManufacturingErrors = BASE, resolution: Reso
 
 def product_conventions() -> Iterator[tuple[str, ManufacturingErrors]]:
     """The grid: distributions × which profile tolerance is which × profile coordinate × what misaligns the flanks."""
-    tolerances = {
+    tolerances: dict[str, tuple[Tolerance, Tolerance]] = {
         "as named": ("profile_slope", "profile_form"),
         "exchanged": ("profile_form", "profile_slope"),
         "f_Hα for both": ("profile_slope", "profile_slope"),

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 GEARS = ("SC", "7", "19", "36", "55")
-COUNTS = {"sobol": (64, 128, 256, 512, 1024), "random": (64, 128, 256, 512, 1000)}
+COUNTS: dict[Sampler, tuple[int, ...]] = {"sobol": (64, 128, 256, 512, 1024), "random": (64, 128, 256, 512, 1000)}
 QUANTITIES = ("m_k", "m_ste")
 
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from studies.s02_sampling.data import QUANTITIES
 
 if TYPE_CHECKING:
@@ -15,14 +13,14 @@ if TYPE_CHECKING:
 def relative_error(dataset: xr.Dataset, sampler: str) -> xr.DataArray:
     """RMS over the seeds of the relative error of the means, (gear, count, quantity)."""
     error = dataset[sampler] / dataset["reference"] - 1
-    return np.sqrt((error**2).mean("seed"))
+    return (error**2).mean("seed") ** 0.5
 
 
 def overall(dataset: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray]:
     """RMS errors over all gears with 256 Sobol points and with 1000 pseudo-random samples, (quantity,)."""
     sobol = relative_error(dataset, "sobol").sel(sobol_count=256)
     random = relative_error(dataset, "random").sel(random_count=1000)
-    return np.sqrt((sobol**2).mean("gear")), np.sqrt((random**2).mean("gear"))
+    return (sobol**2).mean("gear") ** 0.5, (random**2).mean("gear") ** 0.5
 
 
 def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
