@@ -64,9 +64,9 @@ none, the accuracy of `fe_compliance` where it has its default; the order of a p
 
 The random scenes are spur and helical pairs, half of them each with tip relief, crowning, a slope of the helix; none
 was left out, and the choice was not tuned on them (`studies/s07_accuracy_cost/promises.py` names the seeds that it
-was). The true error is that against 1024 segments and 32 Gauss points (solid: the highest order; robust: 8192 samples). The best
-setting is the quickest on the grid of all segments up to 128 and Gauss points up to 32 whose true error is within the
-accuracy. Where an accuracy is refused as out of reach, it counts as not met.
+was). The true error is that against 1024 segments and 32 Gauss points (solid: the highest order; robust: 8192 samples).
+The best setting is the quickest on the grid of all segments up to 128 and Gauss points up to 32 whose true error is
+within the accuracy. Where an accuracy is refused as out of reach, it counts as not met.
 """
 PEAKS = """Peak-to-peak values, extremes at single phases and fields like the line load are not covered: they may be off
 by several times the accuracy asked for. The attribute `accuracy_covers` of a result says what is. Where a peak-to-peak

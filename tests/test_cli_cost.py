@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gearbench.accuracy.knobs import GAUSS_POINTS, PLATE_ORDER, POSITIONS, SEGMENTS, with_resolution
+from gearbench.accuracy.knobs import GAUSS_POINTS, PLATE_ORDER, POSITIONS, SEGMENTS, Knob, with_resolution
 from gearbench.accuracy.measure import MEASURED
+from gearbench.cost import workprecision
 from gearbench.cost.clock import peak_megabytes
 from gearbench.cost.curves import as_dataset, knob_curve, observed_order
 from gearbench.cost.newton import newton_curves
@@ -180,6 +181,22 @@ def test_the_order_observed_leaves_out_what_is_not_clear():
     errors[-1] = errors[-2]  # as large as the error bar
     assert observed_order(sizes, errors, errors[-1]) == pytest.approx(2.0)
     assert np.isnan(observed_order(sizes, errors, 1.0))
+
+
+def test_a_knob_from_elsewhere_is_measured_with_the_others(monkeypatch):
+    """A knob is its name, its levels and how to turn it; here doubled segments, which are exact for a spur pair."""
+    double = Knob(
+        name="doubled segments",
+        levels=lambda _: (1, 2, 4, 8),
+        with_level=lambda scene, level: with_resolution(scene, segments=2 * level),
+        order="exact",
+    )
+    monkeypatch.setattr(workprecision, "KNOBS", {double.name: double})
+    dataset = workprecision.cost(with_resolution(gear("SC").scene(), gauss_points=2), repeats=1)
+    assert list(dataset["knob"].values) == ["doubled segments", "newton steps"]
+    rows = dataset.isel(setting=dataset["setting_knob"].values == double.name)
+    assert list(rows["level"].values) == ["1", "2"]  # the two finest are the reference and its error bar
+    assert float(rows["error"].max()) < 1e-11  # rounding
 
 
 def test_memory_is_that_of_the_arrays_made():

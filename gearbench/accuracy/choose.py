@@ -23,7 +23,6 @@ from gearbench.accuracy.knobs import (
     GAUSS_POINTS,
     SEGMENTS,
     SOLID_ORDER,
-    Level,
     label,
     with_effect,
     with_order,
@@ -142,7 +141,7 @@ def _finite_elements(scene: Scene, budget: float) -> tuple[Scene, float]:
     return with_effect(scene, "fe_compliance", accuracy=accuracy), accuracy
 
 
-def _solid_order(scene: Scene, orders: tuple[Level, ...], evaluate: Evaluate, budget: float) -> tuple[int, float, int]:
+def _solid_order(scene: Scene, orders: tuple[Any, ...], evaluate: Evaluate, budget: float) -> tuple[int, float, int]:
     """Index of the lowest order of solid teeth within ``budget``, its error, and the number of trials."""
 
     def values(k: int) -> NDArray:
@@ -151,7 +150,7 @@ def _solid_order(scene: Scene, orders: tuple[Level, ...], evaluate: Evaluate, bu
     error, here = math.inf, values(START)
     for k in range(START, len(orders) - 1):
         finer = values(k + 1)
-        ratio = orders[k][1] / orders[k + 1][1]  # type: ignore[index]
+        ratio = orders[k][1] / orders[k + 1][1]
         error = float(relative_errors(here, finer).max()) / (1 - ratio**SOLID_CONVERGENCE)
         if error <= budget:
             return k, error, k + 2 - START

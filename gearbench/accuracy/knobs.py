@@ -42,7 +42,7 @@ class Knob:
     """
 
     name: str
-    levels: Callable[[Scene], tuple[Level, ...]]
+    levels: Callable[[Scene], tuple[Any, ...]]
     with_level: Callable[[Scene, Any], Scene]
     order: str
     size: Callable[[Any], float] = float
@@ -53,7 +53,7 @@ class Knob:
         """Whether the scene has this knob."""
         return len(self.levels(scene)) > 0
 
-    def tried(self, scene: Scene) -> tuple[Level, ...]:
+    def tried(self, scene: Scene) -> tuple[Any, ...]:
         """Levels whose error is measured."""
         return self.levels(scene)[: None if self.limit else -2]
 
@@ -63,16 +63,6 @@ class Knob:
             return self.limit(scene)
         before, exact = (self.with_level(scene, level) for level in self.levels(scene)[-2:])
         return before, exact
-
-
-#: Every knob of a single simulation, by name; the accuracy of finite elements is with their meshes, see ``elements``.
-KNOBS: dict[str, Knob] = {}
-
-
-def register(knob: Knob) -> Knob:
-    """Add a knob to those whose work–precision is measured."""
-    KNOBS[knob.name] = knob
-    return knob
 
 
 def label(level: Level) -> str:
@@ -126,7 +116,7 @@ _SOLID = (
 )
 
 
-def solid_orders(scene: Scene) -> tuple[Level, ...]:
+def solid_orders(scene: Scene) -> tuple[tuple[int, int, int], ...]:
     """Orders of solid teeth around their default one, coarse to fine; none where the scene gives the order."""
     if not any(has_default_solid(effect) for effect in scene.effects):
         return ()
@@ -136,30 +126,24 @@ def solid_orders(scene: Scene) -> tuple[Level, ...]:
     return tuple((s, h, min(40, max(2, round(factor * axis)))) for s, h, factor in _SOLID)
 
 
-SEGMENTS = register(
-    Knob(
-        name="segments",
-        levels=lambda _: (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024),
-        with_level=lambda scene, level: with_resolution(scene, segments=level),
-        order="2; exact for spur gears without gaps",
-    )
+SEGMENTS = Knob(
+    name="segments",
+    levels=lambda _: (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024),
+    with_level=lambda scene, level: with_resolution(scene, segments=level),
+    order="2; exact for spur gears without gaps",
 )
-GAUSS_POINTS = register(
-    Knob(
-        name="gauss_points",
-        levels=lambda _: (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64, 96),
-        with_level=lambda scene, level: with_resolution(scene, gauss_points=level),
-        order="exponential; 1 where contact is lost inside a panel",
-    )
+GAUSS_POINTS = Knob(
+    name="gauss_points",
+    levels=lambda _: (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64, 96),
+    with_level=lambda scene, level: with_resolution(scene, gauss_points=level),
+    order="exponential; 1 where contact is lost inside a panel",
 )
-POSITIONS = register(
-    Knob(
-        name="positions",
-        levels=lambda _: (6, 11, 22, 45, 90, 180, 360, 720),
-        with_level=lambda scene, level: with_resolution(scene, positions=level),
-        order="1, the stiffness jumps",
-        limit=GAUSS_POINTS.finest,  # both converge to the same integral
-    )
+POSITIONS = Knob(
+    name="positions",
+    levels=lambda _: (6, 11, 22, 45, 90, 180, 360, 720),
+    with_level=lambda scene, level: with_resolution(scene, positions=level),
+    order="1, the stiffness jumps",
+    limit=GAUSS_POINTS.finest,  # both converge to the same integral
 )
 
 
@@ -177,25 +161,21 @@ def _with_plate_order(scene: Scene, level: Any) -> Scene:
 
 
 #: What a finer plate would answer: never chosen for an accuracy, because the basis belongs to the model.
-PLATE_ORDER = register(
-    Knob(
-        name="plate order",
-        levels=_plate_orders,
-        with_level=_with_plate_order,
-        order="algebraic: loads on lines are singular",
-        size=lambda level: 1.5 if level == "paper" else level[0],
-        prepares=True,
-    )
+PLATE_ORDER = Knob(
+    name="plate order",
+    levels=_plate_orders,
+    with_level=_with_plate_order,
+    order="algebraic: loads on lines are singular",
+    size=lambda level: 1.5 if level == "paper" else level[0],
+    prepares=True,
 )
-SOLID_ORDER = register(
-    Knob(
-        name="solid order",
-        levels=solid_orders,
-        with_level=with_order,
-        order="2, the root is singular",
-        size=lambda level: level[1],
-        prepares=True,
-    )
+SOLID_ORDER = Knob(
+    name="solid order",
+    levels=solid_orders,
+    with_level=with_order,
+    order="2, the root is singular",
+    size=lambda level: level[1],
+    prepares=True,
 )
 FE_ACCURACY = Knob(
     name="fe accuracy",
@@ -204,3 +184,6 @@ FE_ACCURACY = Knob(
     order="1 in the accuracy asked of the mesh",
     size=lambda level: 1 / level,
 )
+#: Every knob of a single simulation by name: those whose work–precision is measured, here or elsewhere. The accuracy of
+#: finite elements is with their meshes, see ``elements``.
+KNOBS = {knob.name: knob for knob in (SEGMENTS, GAUSS_POINTS, POSITIONS, PLATE_ORDER, SOLID_ORDER)}

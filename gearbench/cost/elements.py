@@ -93,7 +93,7 @@ def all_meshes(scene: Scene) -> Meshes:
     while not _fits(scene, reference[-1]) and reference[0] > 2:
         reference = tuple(m - 1 for m in reference)
     levels = {k: tuple(m for m in own if m < reference[-1] or k == "hex8") for k, (own, _) in ELEMENTS.items()}
-    return Meshes(levels=levels, reference=reference, accuracies=FE_ACCURACY.levels(scene))  # type: ignore[arg-type]
+    return Meshes(levels=levels, reference=reference, accuracies=FE_ACCURACY.levels(scene))
 
 
 def _fits(scene: Scene, m: int) -> bool:

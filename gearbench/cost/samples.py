@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from gearbench.accuracy.measure import relative_errors, scales
@@ -18,7 +20,9 @@ SAMPLERS: tuple[tuple[Sampler, str], ...] = (("sobol", "¾ to 1"), ("latin_hyper
 REFERENCE, REFERENCE_SEED = 2**14, 987_654
 
 
-def sample_curves(scene: Scene, repeats: int, seeds: int, reference: int = REFERENCE) -> list[Curve]:
+def sample_curves(
+    scene: Scene, repeats: int, seeds: int, reference: int = REFERENCE, counts: Sequence[int] = COUNTS
+) -> list[Curve]:
     """One curve a sampler, on one thread; errors are RMS values over ``seeds`` draws. None without random errors."""
     if scene.effect("manufacturing_errors") is None:
         return []
@@ -37,7 +41,7 @@ def sample_curves(scene: Scene, repeats: int, seeds: int, reference: int = REFER
         Curve(
             knob=f"samples, {sampler.replace('_', ' ')}",
             expected=order,
-            points=tuple(point(sampler, count) for count in COUNTS),
+            points=tuple(point(sampler, count) for count in counts),
             bar=bar,
         )
         for sampler, order in SAMPLERS

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.effects.manufacturing_errors import PRESETS, ErrorKind, ManufacturingErrors
+from gearbench.effects.manufacturing_errors import PRESETS, ErrorKind, ManufacturingErrors, Tolerance
 from gearbench.library.garambois2017 import gear, table_2
 from gearbench.robustness.montecarlo import Responses, default_threads, prepare_scene, respond
 from gearbench.scene import Resolution, Scene
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 UNITS = {"m_k": "%", "m_ste": "µm", "sigma_k": "%", "max_k": "%", "sigma_ste": "µm", "max_ste": "µm"}
 COLUMNS = tuple(UNITS)
 BASE = PRESETS["garambois2017"]
+#: The errors of BASE that each tooth flank has, in contrast to those of the axes.
+OF_TEETH = tuple(n for n in ("profile_slope", "profile_form", "helix_slope", "helix_form") if getattr(BASE, n))
 
 
 def scene(name: str = "SC", errors: ManufacturingErrors = BASE, resolution: Resolution | None = None) -> Scene:
@@ -32,7 +34,7 @@ def scene(name: str = "SC", errors: ManufacturingErrors = BASE, resolution: Reso
 
 def product_conventions() -> Iterator[tuple[str, ManufacturingErrors]]:
     """The grid: distributions × which profile tolerance is which × profile coordinate × what misaligns the flanks."""
-    tolerances = {
+    tolerances: dict[str, tuple[Tolerance, Tolerance]] = {
         "as named": ("profile_slope", "profile_form"),
         "exchanged": ("profile_form", "profile_slope"),
         "f_Hα for both": ("profile_slope", "profile_slope"),
@@ -62,36 +64,26 @@ def product_conventions() -> Iterator[tuple[str, ManufacturingErrors]]:
 def single_changes() -> Iterator[tuple[str, ManufacturingErrors, Resolution]]:
     """The adopted convention with one thing changed at a time."""
 
-    def kinds(**change: Any) -> ManufacturingErrors:
-        names = ("profile_slope", "profile_form", "helix_slope", "helix_form")
-        given = {name: getattr(BASE, name) for name in names}
-        return replace(BASE, **{name: replace(kind, **change) for name, kind in given.items() if kind is not None})
+    def kinds(*names: str, **change: Any) -> dict[str, ErrorKind]:
+        return {name: replace(getattr(BASE, name), **change) for name in names}
 
-    default = Resolution()
-    assert BASE.profile_form is not None
-    assert BASE.profile_slope is not None
-    assert BASE.helix_form is not None
-    yield "adopted", BASE, default
-    yield "edition 2013", replace(BASE, edition="2013"), default
-    yield "tolerances rounded", replace(BASE, rounded=True), default
-    yield "profile: involute", replace(BASE, profile_range="involute"), default
-    yield "profile: whole tooth", replace(BASE, profile_range="tooth"), default
-    yield "hollow instead of barrel", replace(BASE, profile_form=replace(BASE.profile_form, sign=-1)), default
-    yield (
-        "forms two-sided",
-        replace(
-            BASE,
-            profile_form=replace(BASE.profile_form, distribution="normal_two_sided"),
-            helix_form=replace(BASE.helix_form, distribution="normal_two_sided"),
-        ),
-        default,
-    )
-    yield "no profile slope", replace(BASE, profile_slope=None), default
-    yield "no profile form", replace(BASE, profile_form=None), default
-    yield "no helix form", replace(BASE, helix_form=None), default
-    yield "no parallelism", replace(BASE, inclination=None, deviation=None), default
-    yield "one gear only", kinds(gear="pinion"), default
-    yield "each tooth its own", kinds(drawn="tooth"), default
+    changes: dict[str, dict[str, Any]] = {
+        "adopted": {},
+        "edition 2013": {"edition": "2013"},
+        "tolerances rounded": {"rounded": True},
+        "profile: involute": {"profile_range": "involute"},
+        "profile: whole tooth": {"profile_range": "tooth"},
+        "hollow instead of barrel": kinds("profile_form", sign=-1),
+        "forms two-sided": kinds("profile_form", "helix_form", distribution="normal_two_sided"),
+        "no profile slope": {"profile_slope": None},
+        "no profile form": {"profile_form": None},
+        "no helix form": {"helix_form": None},
+        "no parallelism": {"inclination": None, "deviation": None},
+        "one gear only": kinds(*OF_TEETH, gear="pinion"),
+        "each tooth its own": kinds(*OF_TEETH, drawn="tooth"),
+    }
+    for name, change in changes.items():
+        yield name, replace(BASE, **change), Resolution()
     for count in (16, 32, 64):
         yield f"{count} uniform positions", BASE, Resolution(positions=count)
     for count in (5, 31):

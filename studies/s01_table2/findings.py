@@ -24,7 +24,7 @@ def spearman(ours: NDArray, theirs: NDArray) -> tuple[float, float]:
     """Rank correlation of m_k and of m_ste."""
     from scipy.stats import spearmanr
 
-    k, ste = (float(spearmanr(ours[:, i], theirs[:, i]).statistic) for i in (0, 1))
+    k, ste = (float(spearmanr(ours[:, i], theirs[:, i])[0]) for i in (0, 1))  # type: ignore[arg-type]
     return k, ste
 
 

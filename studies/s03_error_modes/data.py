@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -28,10 +28,9 @@ MEANING = {
 
 def scene(kind: str = "profile_slope") -> Scene:
     """Gear 24 with one error of 1 µm on the pinion (or of the axes)."""
+    error: dict[str, Any] = {kind: ErrorKind(amplitude=1.0, gear="pinion")}
     plain = gear("24").scene()
-    return replace(
-        plain, effects=(*plain.effects, ManufacturingErrors(**{kind: ErrorKind(amplitude=1.0, gear="pinion")}))
-    )
+    return replace(plain, effects=(*plain.effects, ManufacturingErrors(**error)))
 
 
 def flank(pair: Pair, points: int = 60) -> ContactLines:

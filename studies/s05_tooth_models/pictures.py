@@ -47,7 +47,7 @@ def figures(dataset: xr.Dataset, folder: Path) -> None:
 def _front(dataset: xr.Dataset, folder: Path) -> None:
     figure, ((axis,),) = new_figure(1, 1, (7, 4.6))
     for support, marker, colour in (("clamped", "o", BLUE), ("rim", "s", ORANGE)):
-        error = np.abs(dataset[f"{support}_transmission_error_mean_error"]).max("design")
+        error = abs(dataset[f"{support}_transmission_error_mean_error"]).max("design")
         seconds = dataset[f"{support}_seconds"].median("design")
         axis.loglog(1e3 * seconds, error, marker, color=colour, label=f"against FE, {support}")
         for model in dataset[f"{support}_model"].values:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import time
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from gearbench.optimise.run import Progress, optimise
 from gearbench.optimise.study import Algorithm, OptimisationStudy, Robustness
 from gearbench.optimise.study_file import parse_study
+from gearbench.scene_file import read_toml
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,65 +20,18 @@ TOOLS = (1, 2, 3)
 MODULE = {1: 1.0, 2: 1.5, 3: 2.0}  # m_n [mm]
 #: Every number of teeth that makes a gear within the limits of contact ratio and sliding at some β and h_a*.
 TEETH = {1: (32, 39), 2: (21, 26), 3: (16, 19)}
-#: Limits of contact pressure and root stress [MPa]. The paper prints none; these are of the order of what case-hardened
-#: steel of the best grade endures. Every gear of Table 2 keeps them, so that none is shut out of the comparison.
-PRESSURE, ROOT_STRESS = 1650.0, 525.0
-
-FULL = (Algorithm(population=100, generations=200, seed=1), Robustness(samples=1000))
-QUICK = (Algorithm(population=24, generations=8, seed=1), Robustness(samples=32))
+#: The quick size; the full one is that of ``study.toml``.
+QUICK = Algorithm(population=24, generations=8, seed=1), Robustness(samples=32)
 
 
 def study(tool: int, *, quick: bool = False) -> OptimisationStudy:
-    """The reverse gear cut by one of the three tools: equal gears, ratio 1:1, micro-geometry the same on both."""
-    low, high = TEETH[tool]
-    algorithm, robustness = QUICK if quick else FULL
-    tables: dict[str, Any] = {
-        "name": f"reverse gear, tool {tool}",
-        "objectives": ["mesh_stiffness_rms_mean", "transmission_error_rms_mean"],
-        "base": {
-            "pair": {
-                "normal_module": MODULE[tool],
-                "pressure_angle": 20.0,
-                "face_width": 8.0,
-                "centre_distance": 38.0,
-                "pinion": {"dedendum": 1.25},
-                "wheel": {"dedendum": 1.25},
-            },
-            "load": {"torque": 10.0},
-            "effects": {
-                "tooth_bending": {"basis": "paper"},
-                "hertz": {"law": "weber_banaschek"},
-                "manufacturing_errors": {"preset": "garambois2017"},
-            },
-            "resolution": {"gauss_points": 4},
-        },
-        "variables": {
-            "teeth": {"paths": ["pair.pinion.teeth", "pair.wheel.teeth"], "min": low, "max": high},
-            "helix_angle": {"paths": ["pair.helix_angle"], "min": 0.0, "max": 25.0, "step": 5.0},
-            "addendum_fraction": {"paths": ["pair.addendum_fraction"], "min": 0.0, "max": 1.0, "step": 0.05},
-            "crowning": {"paths": ["effects.crowning.amount"], "min": 0.0, "max": 7.0, "step": 1.0},
-            "relief": {"paths": ["effects.tip_relief.amount"], "min": 0.0, "max": 5.0, "step": 1.0},
-            "relief_fraction": {
-                "paths": ["effects.tip_relief.length_fraction"],
-                "min": 0.0,
-                "max": 0.5,
-                "step": 0.1,
-            },
-        },
-        "constraints": {
-            "total_contact_ratio": {"min": 1.1},
-            "specific_sliding": {"max": 2.5},
-            "contact_pressure": {"max": PRESSURE},
-            "root_stress": {"max": ROOT_STRESS},
-        },
-        "algorithm": {
-            "population": algorithm.population,
-            "generations": algorithm.generations,
-            "seed": algorithm.seed,
-        },
-        "robustness": {"samples": robustness.samples},
-    }
-    return parse_study(tables)
+    """The reverse gear cut by one of the three tools: that of ``study.toml`` with the module and teeth of the tool."""
+    tables = read_toml(Path(__file__).with_name("study.toml"))
+    tables["name"] = f"reverse gear, tool {tool}"
+    tables["base"]["pair"]["normal_module"] = MODULE[tool]
+    tables["variables"]["teeth"] |= dict(zip(("min", "max"), TEETH[tool], strict=True))
+    found = parse_study(tables)
+    return replace(found, algorithm=QUICK[0], robustness=QUICK[1]) if quick else found
 
 
 class Tally:

@@ -12,7 +12,7 @@ from studies.report import table
 from studies.s01_table2.data import COLUMNS, UNITS
 from studies.s06_paper_fronts.compare import distance, lead
 from studies.s06_paper_fronts.findings import checks, front, measures
-from studies.s06_paper_fronts.search import MODULE, PRESSURE, ROOT_STRESS, TOOLS
+from studies.s06_paper_fronts.search import MODULE, TOOLS, study
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,7 +54,7 @@ def _report(dataset: xr.Dataset) -> list[str]:
     lines = ["# The three fronts", ""]
     lines += [f"- {'holds' if holds else 'FAILS'}: {text}" for text, holds in checks(dataset)]
     lines += ["", "## Fronts against Table 2, evaluated with the same model", ""]
-    all_measures = {tool: measures(dataset, tool) for tool in TOOLS}
+    limit, all_measures = study(1).constraints, {tool: measures(dataset, tool) for tool in TOOLS}
     heads = ("", *(f"tool {tool}, m_n {MODULE[tool]:g} mm" for tool in TOOLS))
     lines += table(heads, [(n, *(f"{all_measures[t][n]:.4f}" for t in TOOLS)) for n in all_measures[1]], texts=1)
     lines += _cost(dataset) + _span(dataset)
@@ -64,7 +64,8 @@ def _report(dataset: xr.Dataset) -> list[str]:
         "that some gear of the other equals or beats. Lead: by which share a row beats some gear of the front in both",
         "objectives. Distance: by which share the front must become better to reach the row.",
         "",
-        f"Limits of the material: contact pressure {PRESSURE:g} MPa, root stress {ROOT_STRESS:g} MPa; the paper does",
+        f"Limits of the material: contact pressure {limit['contact_pressure'].max:g} MPa, root stress "
+        f"{limit['root_stress'].max:g} MPa; the paper does",
         "not print its own. Total contact ratio > 1.1, specific sliding < 2.5.",
     ]
     return lines

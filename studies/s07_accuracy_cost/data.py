@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -123,29 +123,18 @@ def _front(name: str, scene: Scene) -> xr.Dataset:
         teeth[f"solid {label(order)}"] = ("solid", replace(SOLID, order=order))
     for level in FE_LEVELS:
         teeth[f"finite elements {100 * level:g} %"] = ("finite elements", FeCompliance(accuracy=level))
-    rows: dict[str, list[Any]] = {key: [] for key in ("label", "family", "error", "seconds", "megabytes", "points")}
+    rows = []
     for key, (family, effect) in teeth.items():
         for n, g in RESOLUTIONS[-1:] if family == "finite elements" else RESOLUTIONS:
             turned = with_resolution(with_teeth(scene, effect), segments=n, gauss_points=g)
             four, cost = run(turned, 3, prepares=True)
-            values = (key, family, relative_errors(four, exact), cost.processor_seconds, cost.megabytes, g)
-            for column, value in zip(rows.values(), values, strict=True):
-                column.append(value)
-    return xr.Dataset(
-        {
-            "model_error": (("model", "quantity"), np.array(rows["error"])),
-            "model_seconds": ("model", np.array(rows["seconds"])),
-            "model_megabytes": ("model", np.array(rows["megabytes"])),
-            "model_points": ("model", np.array(rows["points"])),
-            "model_bar": ("model", np.full(len(rows["label"]), bar)),
-        },
-        coords={
-            "model_label": ("model", rows["label"]),
-            "model_family": ("model", rows["family"]),
-            "model_scene": ("model", [name] * len(rows["label"])),
-            "quantity": list(MEASURED),
-        },
-    )
+            numbers = (cost.processor_seconds, cost.megabytes, g, bar)
+            rows.append((relative_errors(four, exact), *numbers, key, family, name))
+    error, *columns = zip(*rows, strict=True)
+    names = ("seconds", "megabytes", "points", "bar", "label", "family", "scene")
+    flat = {f"model_{key}": ("model", np.array(values)) for key, values in zip(names, columns, strict=True)}
+    found = xr.Dataset({"model_error": (("model", "quantity"), np.array(error)), **flat}, {"quantity": list(MEASURED)})
+    return found.set_coords(["model_label", "model_family", "model_scene"])
 
 
 def _promises(*, quick: bool) -> list[xr.Dataset]:
