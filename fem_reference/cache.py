@@ -21,16 +21,17 @@ from typing import Any
 
 import numpy as np
 
-from fem_reference.compliance import FlankCompliance, Separation
+from fem_reference.compliance import Separation
 from fem_reference.refinement import default_order, refined_compliance
 from fem_reference.section import Body
+from gearbench.compliance.flank import FlankCompliance
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
 
 #: What of the gearbench package determines a result.
 _SOURCES = (
     *(f"geometry/{name}.py" for name in ("fillet", "gear", "involute", "material", "rack")),
-    *(f"compliance/{name}.py" for name in ("bases", "local")),
+    *(f"compliance/{name}.py" for name in ("bases", "flank", "local", "outline")),
 )
 
 
@@ -96,7 +97,7 @@ def code_version() -> str:
 
 
 def _payload(result: FlankCompliance) -> dict[str, Any]:
-    meta = {"order": list(result.order), "error": result.error, "attrs": result.attrs}
+    meta = {"order": list(result.order), "error": result.error, "attrs": dict(result.attrs)}
     text = json.dumps(meta, sort_keys=True)
     blocks = np.ascontiguousarray(result.blocks)
     return {"blocks": blocks, "meta": np.array(text), "checksum": np.array(_checksum(blocks, text))}

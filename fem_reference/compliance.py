@@ -11,21 +11,21 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal
+from functools import partial
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from fem_reference.elasticity import Lame, Points, free_dofs, surface_points
-from fem_reference.flank import Flank, Legendre
+from fem_reference.flank import Flank
 from fem_reference.locate import interior_points
 from fem_reference.section import on_tooth
 from fem_reference.solver import solve
 from fem_reference.tooth_mesh import ToothMesh
-from gearbench.compliance.coupled import coupled_root
+from gearbench.compliance.flank import FlankCompliance, flank_polynomials, flank_quadrature
 from gearbench.compliance.local import half_space_compression
-from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
 
 #: Neighbours on each side whose displacements are kept.
@@ -113,78 +113,6 @@ def centre_points(tooth: ToothMesh, place: NDArray) -> Points:
     return Points(place, matrix, np.ones(len(place)))
 
 
-@dataclass(frozen=True, kw_only=True)
-class FlankCompliance:
-    """Smooth compliance of the teeth of a gear, for any points of their flanks.
-
-    c(P on tooth i, Q on tooth j) = φ(P)ᵀ C_{i−j} φ(Q), φ the orthonormal polynomials of ``Legendre``: the projection
-    of the computed compliance onto loads that are polynomials on the flank. Valid on the flank from form circle to
-    tip circle (outside it the nearest point counts).
-
-    Parameters
-    ----------
-    gear
-        The gear.
-    order
-        Polynomials along height and face width.
-    blocks
-        C_d [mm/N], (2n+1, p·q, p·q) for d = −n…n: displacement of tooth d under loads on tooth 0; C_{−d} = C_dᵀ.
-    error
-        Estimated relative error (Frobenius norm) of C_0.
-    attrs
-        How it was computed: solver, unknowns, times, …
-    driven
-        Whether the gear is the driven one of its pair. On the driving gear contact climbs towards the tip as y grows,
-        as on the meshed body, and tooth d + 1 carries the next pair; on the driven gear both run the other way.
-    """
-
-    gear: Gear
-    order: tuple[int, int]
-    blocks: NDArray
-    error: float
-    attrs: dict[str, Any]
-    driven: bool = False
-
-    @property
-    def neighbours(self) -> int:
-        """Number n of neighbours on each side whose displacement is known."""
-        return len(self.blocks) // 2
-
-    @property
-    def basis(self) -> Legendre:
-        """The polynomials."""
-        return Legendre(gear=self.gear, order=self.order)
-
-    def shapes(self, height: NDArray, y: NDArray) -> NDArray:
-        """φ (…, p·q) [1/mm] at height x = R − r_f and y [mm]."""
-        y = np.asarray(y, dtype=float)
-        across = self.gear.face_width - y if self.driven else y
-        return self.basis(np.asarray(height, dtype=float) + self.gear.root_radius, across)
-
-    def block(self, d: int) -> NDArray:
-        """C between the tooth of the pair ``d`` ahead and the loaded tooth; zero beyond the neighbours known."""
-        if abs(d) > self.neighbours:
-            return np.zeros(self.blocks.shape[1:])
-        return self.blocks[self.neighbours + (-d if self.driven else d)]
-
-    def compliance(self, at: tuple, load: tuple, d: int = 0) -> NDArray:
-        """c [mm/N], elementwise, between points ``at`` of tooth d and ``load`` of tooth 0, each (height, y)."""
-        return np.einsum("...a,ab,...b->...", self.shapes(*at), self.block(d), self.shapes(*load))
-
-    def factor(self, height: NDArray, y: NDArray, rtol: float = 1e-12) -> NDArray:
-        """Ψ (…, r) with c(P, Q) = Ψ(P)·Ψ(Q) within one tooth [√(mm/N)]."""
-        return self.shapes(height, y) @ self.root(1, rtol)[0]
-
-    def root(self, teeth: int = 1, rtol: float = 1e-12) -> NDArray:
-        """Square root (teeth, p·q, r) of the block matrix C_{i−j} of the teeth of neighbouring pairs i = 0…teeth−1.
-
-        Ψ on tooth i = φ · root[i]. Eigenvalues below ``rtol`` of the largest (rounding, and the slightly negative ones
-        that the unsymmetric part of surface load against inner displacement leaves) are dropped. Teeth farther apart
-        than ``neighbours`` do not see each other.
-        """
-        return coupled_root(self.blocks, teeth, driven=self.driven, rtol=rtol)
-
-
 def flank_compliance(
     tooth: ToothMesh,
     material: Material,
@@ -201,15 +129,16 @@ def flank_compliance(
         displacement.
         "centre_line": displacement on the centre line below the point, made symmetric by averaging.
     """
-    basis = Legendre(gear=tooth.body.gear, order=order)
+    gear = tooth.body.gear
+    basis = partial(flank_polynomials, gear, order)
     solution = solve_flank(tooth, material, basis)
     n = min(tooth.body.teeth // 2, NEIGHBOURS)
     teeth = range(-n, n + 1)
     if separation == "half_space":
         raw = np.array([solution.surface(basis, d) for d in teeth])
-        raw[n] -= half_space_compression(tooth.body.gear, material.E, material.nu, order, points=24)
+        raw[n] -= half_space_compression(gear, material.E, material.nu, order, points=24)
     else:
-        R, y, weight = basis.quadrature()
+        R, y, weight = flank_quadrature(gear, (order[0] + 4, order[1] + 4))
         shapes = basis(R, y) * weight[:, None]
         raw = np.array([shapes.T @ solution.smooth(R, y, d) for d in teeth])
     blocks = 0.5 * (raw + raw[::-1].transpose(0, 2, 1))
@@ -221,4 +150,4 @@ def flank_compliance(
         "mesh_seconds": tooth.seconds,
         "solve_seconds": solution.seconds,
     }
-    return FlankCompliance(gear=tooth.body.gear, order=order, blocks=blocks, error=float("nan"), attrs=attrs)
+    return FlankCompliance(gear=gear, order=order, blocks=blocks, attrs=attrs)

@@ -19,9 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem_reference.blocks import Cells
-from fem_reference.compliance import FlankCompliance, Separation, flank_compliance
+from fem_reference.compliance import Separation, flank_compliance
 from fem_reference.section import Body
 from fem_reference.tooth_mesh import ToothMesh, tooth_mesh
+from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.local import waves_across
 from gearbench.errors import GearbenchError
 from gearbench.geometry.gear import Gear

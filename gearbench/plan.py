@@ -86,7 +86,7 @@ class Trial:
 def make_plan(scene: Scene) -> Plan:
     """Plan of ``simulate`` for ``scene``, and of ``robust`` where it has random errors."""
     phase, _ = mesh_phases(scene)
-    kept = sum(effect.preparation(scene.pair) for effect in scene.effects)
+    kept = sum(effect.preparation(scene.pair, scene.effects_by_name) or 0.0 for effect in scene.effects)
     tried = _without_preparation(scene)
     short, long = _trials(tried, phase)
     long.solved()  # compiled code is loaded, tables are made
@@ -105,9 +105,9 @@ def make_plan(scene: Scene) -> Plan:
     if kept:
         parts.append(Part("finite elements", "computed once and kept on disk", "", kept))
     for effect in tried.effects:
-        seconds = cost(lambda t, e=effect: _contribution(e, t.lines)) + _set_up(effect, short)
-        parts.append(Part(effect.name, effect.summary, _size(effect, short.lines), seconds))
-    effects = sum(cost(lambda t, e=effect: _contribution(e, t.lines)) for effect in tried.effects)
+        seconds = cost(lambda t, e=effect: _contribution(e, t)) + _set_up(effect, short)
+        parts.append(Part(effect.name, effect.summary, _size(effect, short), seconds))
+    effects = sum(cost(lambda t, e=effect: _contribution(e, t)) for effect in tried.effects)
     loaded = int(np.mean(lines.active.sum(axis=1)) * total * segments)
     contact = max(cost(lambda t: t.solved()) - effects, 0.0)
     parts.append(Part("contact", "structured Newton, amplitudes and approach", f"{loaded} loaded segments", contact))
@@ -143,13 +143,12 @@ def _trials(scene: Scene, phase: NDArray) -> tuple[Trial, Trial]:
 
 
 def _without_preparation(scene: Scene) -> Scene:
-    """The scene with a quick tooth in place of an effect that would first compute for minutes."""
-    slow = [effect for effect in scene.effects if effect.preparation(scene.pair) > 0]
-    if not slow:
+    """The scene with a quick tooth in place of one, with its body, that would first compute for minutes."""
+    if not any(effect.preparation(scene.pair, scene.effects_by_name) for effect in scene.effects):
         return scene
     from gearbench.effects.tooth_bending import ToothBending
 
-    rest = tuple(effect for effect in scene.effects if effect not in slow)
+    rest = tuple(effect for effect in scene.effects if effect.name not in (ToothBending.name, "gear_body"))
     return replace(scene, effects=(ToothBending(order=(5, 5)), *rest))
 
 
@@ -169,30 +168,30 @@ def _lines_again(trial: Trial) -> None:
     scene_lines(trial.scene, trial.lines.mesh_phase)
 
 
-def _contribution(effect: Effect, lines: ContactLines) -> Any:
-    """What the effect adds on the lines."""
+def _contribution(effect: Effect, trial: Trial) -> Any:
+    """Term of the effect on the lines of the trial."""
     if isinstance(effect, GapEffect):
-        return effect.gap(lines)
-    return effect.compliance(lines) if isinstance(effect, ComplianceEffect) else None
+        return effect.gap(trial.lines)
+    return effect.compliance(trial.lines, trial.scene.effects_by_name) if isinstance(effect, ComplianceEffect) else None
 
 
 def _unseen(trial: Trial, number: int) -> Trial:
     """The trial on a pair that no effect has set up anything for, unless that is kept on disk."""
-    if any(_kept_on_disk(effect) for effect in trial.scene.effects):
+    if any(_kept_on_disk(effect, trial) for effect in trial.scene.effects):
         return trial
     scene = unseen(trial.scene, number)
     return Trial(scene, scene_lines(scene, trial.lines.mesh_phase), trial.weight)
 
 
-def _kept_on_disk(effect: Effect) -> bool:
-    return type(effect).preparation is not Effect.preparation
+def _kept_on_disk(effect: Effect, trial: Trial) -> bool:
+    return effect.preparation(trial.scene.pair, trial.scene.effects_by_name) is not None
 
 
 def _set_up(effect: Effect, trial: Trial) -> float:
     """Time [s] that the effect takes for a pair it has not seen, beyond what it takes each time."""
-    lines = _unseen(trial, 5).lines
-    first, again = (_once(lambda: _contribution(effect, lines)) for _ in range(2))
-    return 0.0 if _kept_on_disk(effect) else max(first - again, 0.0)
+    fresh = _unseen(trial, 5)
+    first, again = (_once(lambda: _contribution(effect, fresh)) for _ in range(2))
+    return 0.0 if _kept_on_disk(effect, trial) else max(first - again, 0.0)
 
 
 def _once(work: Callable[[], Any]) -> float:
@@ -202,11 +201,11 @@ def _once(work: Callable[[], Any]) -> float:
     return time.thread_time() - start
 
 
-def _size(effect: Effect, lines: ContactLines) -> str:
-    """What the effect adds to the unknowns."""
+def _size(effect: Effect, trial: Trial) -> str:
+    """Unknowns that the effect adds."""
     if not isinstance(effect, ComplianceEffect):
         return ""
-    part = effect.compliance(lines)
+    part = _contribution(effect, trial)
     return f"{part.factor.shape[-1]} amplitudes a pair" if isinstance(part, LowRank) else "one law a segment"
 
 

@@ -14,7 +14,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from gearbench.effects.base import Effect
 from gearbench.effects.files import files_in
-from gearbench.effects.registry import EFFECTS, effect_class
+from gearbench.effects.registry import EFFECTS, RENAMED, effect_class
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
 from gearbench.scene import Load, Resolution, Scene
@@ -104,6 +104,8 @@ def _parse_table(key: str, kind: type[T], table: Any) -> T:
 
 
 def _parse_effect(name: str, table: Any) -> Effect:
+    if name in RENAMED:
+        raise InputError(f"effects.{name}", "old name", f"write {RENAMED[name]}")
     if name not in EFFECTS:
         raise InputError(f"effects.{name}", "unknown effect", f"allowed: {', '.join(EFFECTS)}")
     return _parse_table(f"effects.{name}", effect_class(name), table)

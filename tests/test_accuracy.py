@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from gearbench.effects.fe_compliance import FeCompliance
 from pydantic import ValidationError
 
 from gearbench.accuracy.choose import choose
@@ -14,7 +15,6 @@ from gearbench.accuracy.knobs import KNOBS, POSITIONS, SOLID_ORDER, with_resolut
 from gearbench.accuracy.measure import FLOOR, relative_errors, scales
 from gearbench.contact.phases import gauss_phases
 from gearbench.effects.crowning import Crowning
-from gearbench.effects.fe_compliance import FeCompliance
 from gearbench.effects.helix_slope import HelixSlope
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tip_relief import TipRelief

@@ -6,10 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from gearbench.compliance.coupled import coupled_root
 from numpy.testing import assert_allclose
 
 from gearbench.compliance.chain import Chain
-from gearbench.compliance.coupled import coupled_root
 
 
 def chain(sizes: list[int], seed: int = 0, shift: float = 1.0) -> Chain:

@@ -12,14 +12,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from gearbench.effects.neighbour_teeth import NeighbourTeeth
+from gearbench.effects.solids import gear_body
+from gearbench.effects.tooth_foundation import ToothFoundation
 from numpy.testing import assert_allclose
 
 from gearbench.contact.assemble import assemble, scene_lines
 from gearbench.contact.solver import solve
 from gearbench.effects.base import LowRank
-from gearbench.effects.neighbour_teeth import NeighbourTeeth
-from gearbench.effects.solids import gear_body
-from gearbench.effects.tooth_foundation import ToothFoundation
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.scene import Scene

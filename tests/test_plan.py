@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from gearbench.effects.fe_compliance import FeCompliance
 
 from gearbench.effects import fe_compliance
 from gearbench.effects.crowning import Crowning
-from gearbench.effects.fe_compliance import FeCompliance
 from gearbench.effects.hertz import Hertz
 from gearbench.library.garambois2017 import case, gear
 from gearbench.plan import _extrapolate, make_plan

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from gearbench.effects.fe_compliance import FeCompliance
 from numpy.testing import assert_allclose
 
 from gearbench.effects.crowning import Crowning
-from gearbench.effects.fe_compliance import FeCompliance
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import InputError

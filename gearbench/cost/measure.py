@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from numpy.typing import NDArray
 
 from gearbench.cost.apart import apart, most_megabytes, timed
-from gearbench.effects.fe_compliance import FeCompliance
-from gearbench.effects.solids import gear_body, solid_tooth
-from gearbench.effects.tooth_bending import plate_tooth
+from gearbench.effects.teeth import forget_fast_teeth
+from gearbench.effects.tooth_bending import tooth_among
 from gearbench.scene import Scene
 from gearbench.simulation import cycle_values
 from gearbench.stopwatch import peak_megabytes, times, unseen
@@ -38,15 +37,14 @@ class Run:
 def measure(scene: Scene, repeats: int, *, prepares: bool = False) -> Run:
     """Run ``scene`` some times: as a pair that was not seen before where ``prepares``, else with its teeth known."""
     values = cycle_values(scene)
-    if prepares and scene.effect(FeCompliance.name) is not None:
+    if prepares and tooth_among(scene.effects_by_name, "finite_elements"):
         seconds, processor, megabytes = apart(finite_element_run, scene)  # here they are kept on disk
         return Run(values=values, seconds=seconds, processor_seconds=processor, megabytes=megabytes)
     fresh = iter([unseen(scene, i + 1) if prepares else scene for i in range(repeats + 1)])
 
     def run() -> None:
         if prepares:
-            for kept in (plate_tooth, solid_tooth, gear_body):
-                kept.cache_clear()  # also because teeth of high order that are kept would fill the memory
+            forget_fast_teeth()  # also because teeth of high order that are kept would fill the memory
         cycle_values(next(fresh))
 
     return Run(values=values, megabytes=peak_megabytes(run), **times(run, repeats))

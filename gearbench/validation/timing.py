@@ -26,4 +26,4 @@ def smooth_compliance(scene: Scene) -> None:
     """Compute the smooth compliances of ``scene`` on all its contact lines."""
     lines = scene_lines(scene, mesh_phases(scene)[0])
     for effect in smooth_effects(scene):
-        effect.compliance(lines)
+        effect.compliance(lines, scene.effects_by_name)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from gearbench.effects.fe_compliance import FeCompliance
 from numpy.testing import assert_allclose
 
 from fem_reference.refinement import MOST_UNKNOWNS, mesh_cells, unknowns
@@ -15,7 +16,6 @@ from gearbench.accuracy.knobs import with_resolution
 from gearbench.cost.apart import apart
 from gearbench.cost.finite_elements import LEVELS, Meshes, all_meshes, element_curves, with_blocks
 from gearbench.cost.workprecision import Curve, FlankErrors, as_dataset
-from gearbench.effects.fe_compliance import FeCompliance
 from gearbench.errors import GearbenchError
 from gearbench.library.garambois2017 import case
 from gearbench.scene import Scene

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from gearbench.effects.neighbour_teeth import NeighbourTeeth
+from gearbench.effects.tooth_foundation import ToothFoundation
 
 from gearbench.contact.assemble import assemble, scene_lines
 from gearbench.contact.solver import solve
 from gearbench.effects.base import Effect
-from gearbench.effects.neighbour_teeth import NeighbourTeeth
 from gearbench.effects.tooth_bending import ToothBending
-from gearbench.effects.tooth_foundation import ToothFoundation
 from gearbench.scene import Scene
 from tests.stability.catalogue import CASES
 
