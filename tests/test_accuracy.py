@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from gearbench.effects.fe_compliance import FeCompliance
 from pydantic import ValidationError
 
 from gearbench.accuracy.choose import choose
@@ -118,17 +117,22 @@ def test_the_order_of_solid_teeth_is_chosen_where_the_scene_gives_none():
 
 
 def test_finite_elements_take_their_share_and_a_given_accuracy_stays():
-    def scene(effect: FeCompliance) -> Scene:
+    def scene(effect: ToothBending) -> Scene:
         return asking(replace(case(1), effects=(effect, Hertz())), 0.02)
 
     def alike(_: Scene) -> np.ndarray:
         return np.ones(4)
 
-    choice = choose(scene(FeCompliance()), alike)
-    assert choice.scene.effect("fe_compliance").accuracy == choice.estimated == 0.01
-    assert choose(scene(FeCompliance(accuracy=0.005)), alike).scene.effect("fe_compliance").accuracy == 0.005
+    choice = choose(scene(ToothBending(model="finite_elements")), alike)
+    assert choice.scene.effect("tooth_bending").accuracy == choice.estimated == 0.01
+    assert (
+        choose(scene(ToothBending(model="finite_elements", accuracy=0.005)), alike)
+        .scene.effect("tooth_bending")
+        .accuracy
+        == 0.005
+    )
     with pytest.raises(InputError, match="finite elements"):
-        choose(scene(FeCompliance(accuracy=0.05)), alike)
+        choose(scene(ToothBending(model="finite_elements", accuracy=0.05)), alike)
 
 
 def test_robust_chooses_samples_too():

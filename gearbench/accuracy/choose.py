@@ -30,7 +30,7 @@ from gearbench.accuracy.knobs import (
     with_resolution,
 )
 from gearbench.accuracy.measure import relative_errors
-from gearbench.effects.tooth_bending import tooth_among
+from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.errors import InputError
 from gearbench.scene import Scene
 
@@ -132,7 +132,7 @@ def choose(scene: Scene, evaluate: Evaluate, share: float = 1.0) -> Choice:
 
 def _finite_elements(scene: Scene, budget: float) -> tuple[Scene, float]:
     """The scene with finite elements of the accuracy they must have, unless it gives another, and what they spend."""
-    meshed = tooth_among(scene.effects_by_name, "finite_elements")
+    meshed = tooth_bending(scene.effects_by_name, "finite_elements")
     if meshed is None:
         return scene, 0.0
     accuracy = meshed.accuracy

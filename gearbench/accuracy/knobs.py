@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from gearbench.effects.tooth_bending import tooth_among
+from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.scene import Resolution, Scene
 
 #: Level of a knob: a whole number, functions in each direction, a tolerance, or the name of a basis.
@@ -95,7 +95,7 @@ _SOLID = (
 
 def solid_orders(scene: Scene) -> tuple[Level, ...]:
     """Orders of solid teeth around their default one, coarse to fine; none where the scene gives the order."""
-    solid = tooth_among(scene.effects_by_name, "solid")
+    solid = tooth_bending(scene.effects_by_name, "solid")
     if solid is None or solid.order is not None:
         return ()
     from gearbench.effects.teeth import solid_order
@@ -133,7 +133,7 @@ SOLID_ORDER = Knob(
 
 
 def _plate_orders(scene: Scene) -> tuple[Level, ...]:
-    if tooth_among(scene.effects_by_name, "plate") is None:
+    if tooth_bending(scene.effects_by_name, "plate") is None:
         return ()
     return ((1, 1), "paper", *((p, p) for p in (2, 3, 4, 5, 6, 8, 10, 14, 20)))
 
@@ -155,7 +155,7 @@ PLATE_ORDER = Knob(
 )
 FE_ACCURACY = Knob(
     name="fe accuracy",
-    levels=lambda scene: (0.1, 0.01, 0.005, 0.002) if tooth_among(scene.effects_by_name, "finite_elements") else (),
+    levels=lambda scene: (0.1, 0.01, 0.005, 0.002) if tooth_bending(scene.effects_by_name, "finite_elements") else (),
     with_level=lambda scene, level: with_effect(scene, "tooth_bending", accuracy=level),
     order="1 in the accuracy asked of the mesh",
     size=lambda level: 1 / level,

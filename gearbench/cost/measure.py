@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from gearbench.cost.apart import apart, most_megabytes, timed
 from gearbench.effects.teeth import forget_fast_teeth
-from gearbench.effects.tooth_bending import tooth_among
+from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.scene import Scene
 from gearbench.simulation import cycle_values
 from gearbench.stopwatch import peak_megabytes, times, unseen
@@ -37,7 +37,7 @@ class Run:
 def measure(scene: Scene, repeats: int, *, prepares: bool = False) -> Run:
     """Run ``scene`` some times: as a pair that was not seen before where ``prepares``, else with its teeth known."""
     values = cycle_values(scene)
-    if prepares and tooth_among(scene.effects_by_name, "finite_elements"):
+    if prepares and tooth_bending(scene.effects_by_name, "finite_elements"):
         seconds, processor, megabytes = apart(finite_element_run, scene)  # here they are kept on disk
         return Run(values=values, seconds=seconds, processor_seconds=processor, megabytes=megabytes)
     fresh = iter([unseen(scene, i + 1) if prepares else scene for i in range(repeats + 1)])

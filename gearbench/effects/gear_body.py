@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import Effects, LowRank, ToothCompliance, refuse_foreign_keys
-from gearbench.effects.teeth import require_bores, ring_flank
-from gearbench.effects.tooth_bending import tooth_among
+from gearbench.effects.teeth import require_bores, ring_flank, tooth_among
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.material import STRICT
@@ -50,7 +49,7 @@ class GearBody(ToothCompliance):
     def check(self, pair: Pair, beside: Effects) -> None:
         """Refuse gears without bore, for the closed form gears outside its range, keys that finite elements ignore."""
         bores = require_bores(pair)
-        if tooth_among(beside, "finite_elements") and self != GearBody():
+        if _meshed(beside) and self != GearBody():
             key, value = ("coupled", False) if self.model == "ring" else ("model", self.model)
             raise InputError(key, value, "belongs to a plate or solid tooth: finite elements mesh the whole body")
         order = _joint_order(beside)
@@ -67,7 +66,7 @@ class GearBody(ToothCompliance):
 
     def compliance(self, lines: ContactLines, beside: Effects) -> LowRank:
         """Factor of both gears side by side, (position, pair, segment, rank), shared by all pairs if coupled (R8)."""
-        if self.model != "ring" or tooth_among(beside, "finite_elements"):
+        if self.model != "ring" or _meshed(beside):
             return self.both_teeth(lines, beside)
         from gearbench.compliance.flank import flank_factor
 
@@ -77,7 +76,7 @@ class GearBody(ToothCompliance):
 
     def tooth_factor(self, pair: Pair, k: int, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
         """Ψ of one tooth by itself; of rank 0 beside finite elements, which contain the body."""
-        if tooth_among(beside, "finite_elements"):
+        if _meshed(beside):
             return np.empty((*np.broadcast_shapes(np.shape(height), np.shape(y)), 0))
         if self.model == "ring":
             return ring_flank(pair, k, _joint_order(beside), 0).factor(height, y)
@@ -87,7 +86,13 @@ class GearBody(ToothCompliance):
         return foundation_factor(gear, pair.material.E, bore / 2, gear.root_radius + height)[..., None]
 
 
+def _meshed(beside: Effects) -> bool:
+    """Whether the bodies are meshed together with the teeth."""
+    tooth = tooth_among(beside)
+    return tooth is not None and tooth.meshed
+
+
 def _joint_order(beside: Effects) -> tuple[int, int, int] | None:
     """Order of the solid teeth that the ring is joined to; None is their default."""
-    solid = tooth_among(beside, "solid")
-    return solid.solid_order if solid is not None else None
+    tooth = tooth_among(beside)
+    return None if tooth is None else tooth.solid_order

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearbench.effects.base import Effects, ToothCompliance
 from gearbench.errors import InputError
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
@@ -21,6 +24,26 @@ if TYPE_CHECKING:
 
 #: Bore over root circle.
 _LARGEST_BORE = 0.999
+
+
+@dataclass(frozen=True)
+class Tooth(ToothCompliance):
+    """The effect that stands for the teeth themselves; the effect of the body below them asks how they are made."""
+
+    @property
+    @abstractmethod
+    def meshed(self) -> bool:
+        """Whether the teeth, and with them the bodies, are of finite elements."""
+
+    @property
+    @abstractmethod
+    def solid_order(self) -> tuple[int, int, int] | None:
+        """Order of the solid teeth that a ring is joined to; None is their default."""
+
+
+def tooth_among(effects: Effects) -> Tooth | None:
+    """The teeth among the effects of a scene."""
+    return next((effect for effect in effects.values() if isinstance(effect, Tooth)), None)
 
 
 @lru_cache(maxsize=256)

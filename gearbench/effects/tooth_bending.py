@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import Effects, LowRank, ToothCompliance, refuse_foreign_keys
-from gearbench.effects.teeth import meshed_body, meshed_flank, plate_tooth, solid_tooth
+from gearbench.effects.base import Effects, LowRank, refuse_foreign_keys
+from gearbench.effects.teeth import Tooth, meshed_body, meshed_flank, plate_tooth, solid_tooth
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.gear import Gear
@@ -32,7 +32,7 @@ _SECONDS = 2.5, 10.0
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class ToothBending(ToothCompliance):
+class ToothBending(Tooth):
     """Tooth as a plate or as a solid, by the Ritz method, or by finite elements; clamped at its root.
 
     What lies below the root is the effect gear_body. Plate and solid stay as they are beside it; finite elements are
@@ -98,6 +98,11 @@ class ToothBending(ToothCompliance):
             raise InputError("teeth", self.teeth, "must be odd: as many neighbours on either side")
 
     @property
+    def meshed(self) -> bool:
+        """Whether teeth and bodies are of finite elements."""
+        return self.model == "finite_elements"
+
+    @property
     def solid_order(self) -> tuple[int, int, int] | None:
         """Order of the solid tooth, and of those that a ring is joined to; None is the default."""
         return self.order if self.model == "solid" else None  # type: ignore[return-value]
@@ -109,7 +114,7 @@ class ToothBending(ToothCompliance):
 
     def preparation(self, pair: Pair, beside: Effects) -> float | None:
         """Predicted time [s] of the finite elements that are not kept on disk yet; good to a factor of three."""
-        if self.model != "finite_elements":
+        if not self.meshed:
             return None
         from fem_reference.cache import entry
 
@@ -122,7 +127,7 @@ class ToothBending(ToothCompliance):
             return self.both_teeth(lines, beside)
         from gearbench.compliance.flank import flank_factor
 
-        coupled = self.model == "finite_elements" and _on_body(beside)
+        coupled = self.meshed and _on_body(beside)
         flanks = [self.flank(lines.pair, k, beside) for k in range(2)]
         return LowRank(factor=flank_factor(flanks, lines, coupled=coupled), coupled=coupled)
 
@@ -147,8 +152,8 @@ class ToothBending(ToothCompliance):
         return meshed_body(pair, k, on_body=_on_body(beside), teeth=self.teeth)
 
 
-def tooth_among(effects: Effects, model: str) -> ToothBending | None:
-    """The tooth among the effects of a scene, where it is of this model."""
+def tooth_bending(effects: Effects, model: str) -> ToothBending | None:
+    """The tooth bending among the effects of a scene, where it is of this model."""
     tooth = effects.get(ToothBending.name)
     return tooth if isinstance(tooth, ToothBending) and tooth.model == model else None
 

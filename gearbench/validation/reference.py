@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from gearbench.effects.base import Effect, ToothCompliance
 from gearbench.effects.gear_body import GearBody
-from gearbench.effects.tooth_bending import ToothBending, tooth_among
+from gearbench.effects.tooth_bending import ToothBending, tooth_bending
 from gearbench.errors import InputError
 from gearbench.scene import Scene
 
@@ -33,7 +33,7 @@ def reference_scene(scene: Scene, accuracy: float = 0.01) -> Scene:
     InputError
         If there is nothing to compare: the scene runs on finite elements, or has no smooth compliance.
     """
-    if tooth_among(scene.effects_by_name, "finite_elements"):
+    if tooth_bending(scene.effects_by_name, "finite_elements"):
         raise InputError("effects.tooth_bending.model", "finite_elements", "is the reference: give a fast model")
     smooth = smooth_effects(scene)
     if not smooth:
@@ -46,7 +46,7 @@ def reference_scene(scene: Scene, accuracy: float = 0.01) -> Scene:
 
 def finite_elements(reference: Scene) -> ToothBending:
     """The tooth of a reference."""
-    tooth = tooth_among(reference.effects_by_name, "finite_elements")
+    tooth = tooth_bending(reference.effects_by_name, "finite_elements")
     assert tooth is not None
     return tooth
 

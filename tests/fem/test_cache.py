@@ -11,8 +11,8 @@ from numpy.testing import assert_array_equal
 
 from fem_reference import cache
 from fem_reference.cache import cached_compliance, digest, entry
-from fem_reference.compliance import FlankCompliance
 from fem_reference.section import Body
+from gearbench.compliance.flank import FlankCompliance
 
 
 @pytest.fixture
