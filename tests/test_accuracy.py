@@ -125,12 +125,8 @@ def test_finite_elements_take_their_share_and_a_given_accuracy_stays():
 
     choice = choose(scene(ToothBending(model="finite_elements")), alike)
     assert choice.scene.effect("tooth_bending").accuracy == choice.estimated == 0.01
-    assert (
-        choose(scene(ToothBending(model="finite_elements", accuracy=0.005)), alike)
-        .scene.effect("tooth_bending")
-        .accuracy
-        == 0.005
-    )
+    given = choose(scene(ToothBending(model="finite_elements", accuracy=0.005)), alike)
+    assert given.scene.effect("tooth_bending").accuracy == 0.005
     with pytest.raises(InputError, match="finite elements"):
         choose(scene(ToothBending(model="finite_elements", accuracy=0.05)), alike)
 

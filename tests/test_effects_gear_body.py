@@ -85,7 +85,7 @@ def simulated(kind: str, body: str = ""):
             "effects.gear_body.model = sainsot_velex: pair.pinion: M* = 5.194",
         ),
         ({"hertz": {}, "gear_body": {"model": "half_plane"}}, {}, "must be 'ring' or 'sainsot_velex'"),
-        ({"hertz": {}, "gear_body": {"order": [4, 5, 5]}}, {}, "gear_body.order = unknown key: allowed: model, coupled"),
+        ({"hertz": {}, "gear_body": {"order": [4, 5, 5]}}, {}, "body.order = unknown key: allowed: model, coupled"),
         (
             {"hertz": {}, "gear_body": {}, "tooth_bending": {"model": "solid", "order": [1, 5, 5]}}, {},
             "effects.gear_body = effects.tooth_bending.order = [1, 5, 5]: a ring needs 2 across the thickness",

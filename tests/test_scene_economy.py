@@ -153,7 +153,7 @@ def alone(name: str) -> tuple[str, ...]:
     return tuple(n for n in EFFECTS if n in {name, "hertz", *effect_class(name).requires})
 
 
-LIGHT = tuple(n for n in EFFECTS if n not in HEAVY and n != "hertz")
+LIGHT = tuple(n for n in EFFECTS if n != "hertz")
 
 
 @pytest.mark.parametrize("name", LIGHT)

@@ -89,7 +89,7 @@ def test_a_scene_with_a_body_is_compared_with_teeth_on_a_body():
     [
         (
             (ToothBending(model="finite_elements"), Hertz()),
-            "effects.tooth_bending.model = finite_elements: is the reference",
+            "tooth_bending.model = finite_elements: is the reference",
         ),
         ((Hertz(),), "nothing to compare: add tooth_bending"),
     ],
