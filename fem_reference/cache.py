@@ -29,7 +29,7 @@ from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
 
 #: What of the gearbench package determines a result.
-_SOURCES = (
+SOURCES = (
     *(f"geometry/{name}.py" for name in ("fillet", "gear", "involute", "material", "rack")),
     *(f"compliance/{name}.py" for name in ("bases", "flank", "local", "outline")),
 )
@@ -84,7 +84,7 @@ def code_version() -> str:
     import gearbench.geometry
 
     package = Path(next(iter(gearbench.geometry.__path__))).parent
-    sources = [*Path(__file__).parent.glob("*.py"), *(package / name for name in _SOURCES)]
+    sources = [*Path(__file__).parent.glob("*.py"), *(package / name for name in SOURCES)]
     total = hashlib.sha256()
     for source in sorted(sources):
         total.update(source.name.encode() + source.read_bytes())
