@@ -21,7 +21,6 @@ from typing import Any
 
 import numpy as np
 
-from fem_reference.compliance import Separation
 from fem_reference.refinement import default_order, refined_compliance
 from fem_reference.section import Body
 from gearbench.compliance.flank import FlankCompliance
@@ -49,13 +48,12 @@ def cached_compliance(
     material: Material,
     accuracy: float = 0.01,
     order: tuple[int, int] | None = None,
-    separation: Separation = "half_space",
 ) -> FlankCompliance:
     """Like ``refined_compliance``, from the cache where the same was computed before."""
-    path = entry(body, material, accuracy, order, separation)
+    path = entry(body, material, accuracy, order)
     found = _load(path, body.gear)
     if found is None:
-        found = refined_compliance(body, material, accuracy, order, separation)
+        found = refined_compliance(body, material, accuracy, order)
         _store(path, found)
     return found
 
@@ -65,10 +63,9 @@ def entry(
     material: Material,
     accuracy: float = 0.01,
     order: tuple[int, int] | None = None,
-    separation: Separation = "half_space",
 ) -> Path:
     """File of ``cached_compliance``; it exists once the same was computed."""
-    key = digest(body, material, accuracy, order or default_order(body.gear), separation)
+    key = digest(body, material, accuracy, order or default_order(body.gear))
     return cache_folder() / f"flank-{key}.npz"
 
 

@@ -1,8 +1,7 @@
 """Compliance of a tooth flank from one factorisation: all loads at once, displacements of every tooth.
 
 Compliance c(P, Q) [mm/N] is the displacement along the inward normal at P due to a unit force along the inward normal
-at Q. Two displacements are taken: at the loaded surface, and on the centre line of the tooth below the point
-(``Flank.below``). The compression of the material between flank and centre line is left to the contact law, see
+at Q. The compression of the material between flank and centre line is left to the contact law, see
 ``gearbench.compliance.local``.
 """
 
@@ -12,27 +11,21 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
 
-from fem_reference.elasticity import Lame, Points, free_dofs, surface_points
+from fem_reference.elasticity import Lame, free_dofs, surface_points
 from fem_reference.flank import Flank
-from fem_reference.locate import interior_points
 from fem_reference.section import on_tooth
 from fem_reference.solver import solve
 from fem_reference.tooth_mesh import ToothMesh
-from gearbench.compliance.flank import FlankCompliance, flank_polynomials, flank_quadrature
+from gearbench.compliance.flank import FlankCompliance, flank_polynomials
 from gearbench.compliance.local import half_space_compression
 from gearbench.geometry.material import Material
 
 #: Neighbours on each side whose displacements are kept.
 NEIGHBOURS = 3
-
-#: How the local compression is taken out of the displacements, see ``flank_compliance``.
-Separation = Literal["half_space", "centre_line"]
 
 #: Force densities per dR dy on the flank: (R, y) -> (…, load).
 Loads = Callable[[NDArray, NDArray], NDArray]
@@ -63,15 +56,6 @@ class FlankSolution:
         touched = np.flatnonzero(force.any(axis=1))
         return force[touched].T @ self.u[touched]
 
-    def smooth(self, R: NDArray, y: NDArray, d: int = 0, *, beside: bool = False) -> NDArray:
-        """Normal displacement on the centre line of tooth d below the flank points (R, y): (point, load).
-
-        Below the clamped root circle of a tooth alone it is zero. ``beside``: at the same radius instead.
-        """
-        flank = Flank(self.tooth.body.gear, d)
-        place = flank.beside(R, y) if beside else flank.below(R, y)
-        return centre_points(self.tooth, place).displacement(self.u, flank.normal(R, y))
-
 
 def solve_flank(tooth: ToothMesh, material: Material, loads: Loads, solver: str | None = None) -> FlankSolution:
     """Solve for all ``loads`` on the right flank of tooth 0 with one factorisation."""
@@ -99,51 +83,20 @@ def flank_load(tooth: ToothMesh, loads: Loads, d: int = 0) -> NDArray:
     return points.load(flank.normal(R, y)[:, :, None] * density[:, None, :], space)
 
 
-def centre_points(tooth: ToothMesh, place: NDArray) -> Points:
-    """Interpolation at points of the centre line; those below the root circle of a clamped tooth are held: zero."""
-    body = tooth.body
-    inside = np.ones(len(place), dtype=bool)
-    if body.bore_radius is None:
-        inside = np.hypot(place[:, 0], place[:, 1]) > body.gear.root_radius * (1 + 1e-12)
-    found = interior_points(tooth.space, place[inside]).interpolation
-    count = np.zeros(len(place), dtype=np.int64)
-    count[inside] = np.diff(np.asarray(found.indptr))
-    pointer = np.concatenate([[0], np.cumsum(count)])
-    matrix = csr_matrix((found.data, found.indices, pointer), shape=(len(place), tooth.space.n_nodes))
-    return Points(place, matrix, np.ones(len(place)))
-
-
-def flank_compliance(
-    tooth: ToothMesh,
-    material: Material,
-    order: tuple[int, int],
-    separation: Separation = "half_space",
-) -> FlankCompliance:
+def flank_compliance(tooth: ToothMesh, material: Material, order: tuple[int, int]) -> FlankCompliance:
     """Project the compliance of a meshed body onto polynomial loads of the given order, local part taken out.
 
-    Parameters
-    ----------
-    separation
-        "half_space": displacement of the flank surface less the compression of the half-space down to the centre
-        line (``gearbench.compliance.local``); symmetric, and with the contact law it gives back the surface
-        displacement.
-        "centre_line": displacement on the centre line below the point, made symmetric by averaging.
+    What is left is the displacement of the flank surface less the compression of the half-space down to the centre
+    line (``gearbench.compliance.local``); symmetric, and with the contact law it gives back the surface displacement.
     """
     gear = tooth.body.gear
     basis = partial(flank_polynomials, gear, order)
     solution = solve_flank(tooth, material, basis)
     n = min(tooth.body.teeth // 2, NEIGHBOURS)
-    teeth = range(-n, n + 1)
-    if separation == "half_space":
-        raw = np.array([solution.surface(basis, d) for d in teeth])
-        raw[n] -= half_space_compression(gear, material.E, material.nu, order, points=24)
-    else:
-        R, y, weight = flank_quadrature(gear, (order[0] + 4, order[1] + 4))
-        shapes = basis(R, y) * weight[:, None]
-        raw = np.array([shapes.T @ solution.smooth(R, y, d) for d in teeth])
+    raw = np.array([solution.surface(basis, d) for d in range(-n, n + 1)])
+    raw[n] -= half_space_compression(gear, material.E, material.nu, order, points=24)
     blocks = 0.5 * (raw + raw[::-1].transpose(0, 2, 1))
     attrs = {
-        "separation": separation,
         "solver": solution.solver,
         "unknowns": 3 * tooth.space.n_nodes,
         "element": tooth.kind,

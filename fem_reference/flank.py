@@ -58,10 +58,6 @@ class Flank:
         radius = self.gear.base_radius / np.cos(self.gear.load_angle(R))
         return np.concatenate([self._space(np.zeros_like(radius), radius, y), y[..., None]], axis=-1)
 
-    def beside(self, R: NDArray, y: NDArray) -> NDArray:
-        """Points (…, 3) on the centre line at the same radius R [mm], as in plate models."""
-        return np.concatenate([self._space(np.zeros_like(R), R, y), y[..., None]], axis=-1)
-
     def stretch(self, R: NDArray) -> NDArray:
         """Flank area per dR dy, √(1/cos²α_R + tan²β_R)."""
         gear = self.gear

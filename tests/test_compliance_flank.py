@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench.compliance.flank import FlankCompliance, flank_factor, flank_polynomials, flank_quadrature
+from gearbench.compliance.bases import gauss
+from gearbench.compliance.flank import FlankCompliance, flank_factor, flank_polynomials
 from gearbench.geometry.action import contact_lines
 from tests.gears import standard_gear
 from tests.test_effects_gear_body import scene
@@ -22,7 +23,9 @@ def flank(C: np.ndarray, **options: Any) -> FlankCompliance:
 
 
 def test_polynomials_are_orthonormal_on_the_flank():
-    R, y, weight = flank_quadrature(GEAR, (5, 6))
+    (R, along), (y, across) = gauss(5, GEAR.form_radius, GEAR.tip_radius), gauss(6, 0.0, GEAR.face_width)
+    R, y = (grid.ravel() for grid in np.meshgrid(R, y, indexing="ij"))
+    weight = np.outer(along, across).ravel()
     phi = flank_polynomials(GEAR, (4, 5), R, y)
     assert_allclose(phi.T @ (weight[:, None] * phi), np.eye(20), rtol=0, atol=1e-13)
     assert weight.sum() == pytest.approx((GEAR.tip_radius - GEAR.form_radius) * GEAR.face_width, rel=1e-14)

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gearbench.compliance.bases import gauss
 from gearbench.compliance.local import flank_functions
 from gearbench.geometry.gear import Gear
 
@@ -32,14 +31,6 @@ def flank_polynomials(gear: Gear, order: tuple[int, int], R: NDArray, y: NDArray
     along = flank_functions(order[0], R, gear.form_radius, gear.tip_radius)
     across = flank_functions(order[1], y, 0.0, gear.face_width)
     return (along[..., :, None] * across[..., None, :]).reshape(*np.shape(R), -1)
-
-
-def flank_quadrature(gear: Gear, points: tuple[int, int]) -> tuple[NDArray, NDArray, NDArray]:
-    """Gauss points R, y [mm] and weights [mm²] on the flank, (point,) each."""
-    R, along = gauss(points[0], gear.form_radius, gear.tip_radius)
-    y, across = gauss(points[1], 0.0, gear.face_width)
-    grid = np.meshgrid(R, y, indexing="ij")
-    return grid[0].ravel(), grid[1].ravel(), np.outer(along, across).ravel()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
