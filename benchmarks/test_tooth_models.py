@@ -10,7 +10,7 @@ from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.solver import solve
 from gearbench.cost.clock import times, unseen
 from gearbench.effects.base import Effect
-from gearbench.effects.neighbour_teeth import NeighbourTeeth
+from gearbench.effects.gear_body import GearBody
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.library.garambois2017 import gear
 from gearbench.robustness.montecarlo import prepare_scene, respond
@@ -25,7 +25,7 @@ MODELS: dict[str, tuple[tuple[Effect, ...], float | None]] = {
     "plate": ((ToothBending(basis="paper"),), None),
     "solid 4 5 5": ((ToothBending(model="solid", order=COARSE),), 10e-3),
     "solid": ((ToothBending(model="solid"),), None),
-    "solid and ring": ((ToothBending(model="solid"), NeighbourTeeth()), None),
+    "solid and ring": ((ToothBending(model="solid"), GearBody()), None),
 }
 BOTH = pytest.mark.parametrize("number", [1, 2])
 

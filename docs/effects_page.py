@@ -58,8 +58,8 @@ def cost(effect: type[Effect], lines: ContactLines) -> str:
     """Time of the example's term, to one digit; words where it cannot be run here."""
     try:
         example = TypeAdapter(effect).validate_python(effect.example, strict=False)
-        example.check(lines.pair)
-        if effect.preparation is not Effect.preparation:
+        example.check(lines.pair, {})
+        if example.preparation(lines.pair, {}) is not None:
             return "seconds to minutes for a pair, once; then read from disk"
         seconds = min(_seconds(example, lines) for _ in range(5))
     except (ValidationError, ValueError, OSError):
@@ -74,7 +74,7 @@ def cost(effect: type[Effect], lines: ContactLines) -> str:
 def _term(effect: Effect, lines: ContactLines) -> LowRank | Dense | object:
     if isinstance(effect, GapEffect):
         return effect.gap(lines)
-    return effect.compliance(lines) if isinstance(effect, ComplianceEffect) else None
+    return effect.compliance(lines, {}) if isinstance(effect, ComplianceEffect) else None
 
 
 def _seconds(effect: Effect, lines: ContactLines) -> float:

@@ -49,7 +49,7 @@ ASKED = """## Accuracy asked for
 estimated error is within it. The Dataset states what was asked, chosen and estimated in `accuracy_requested`,
 `accuracy_settings` and `accuracy_estimated`. The accuracy is that of the numbers above against the converged solution
 of the scene's own effects; the tooth model is never changed. The order of a solid tooth is chosen where the scene gives
-none, the accuracy of `fe_compliance` where it has its default; the order of a plate is part of the model and is kept.
+none, the accuracy of finite elements where it has its default; the order of a plate is part of the model and is kept.
 
 1. Finite elements get half of the budget. The order of solid teeth gets 60 % of what is left: it is raised until the
    difference to the next order, extrapolated with order 2, is within that.
@@ -82,7 +82,7 @@ Settings found once are in the Dataset's scene and may be kept.
 ELEMENTS = """Mesh m has m cells across the tooth and cells in proportion elsewhere; tetrahedra are about as large as
 the hexahedra of the flank. A run meshes both gears, solves for all loads on a flank, and solves the mesh cycle. Each
 type of element runs in a process of its own, from coarse to fine, its libraries loaded and a first small mesh solved;
-each accuracy of `fe_compliance` in one that finds nothing kept. Memory: the largest that process took beyond its
+each accuracy of finite elements in one that finds nothing kept. Memory: the largest that process took beyond its
 libraries. The error is that of the compliance of the flanks (Frobenius norm, the worse gear) against Richardson's value
 of the two finest meshes of 20-node hexahedra, whose error bar is half the difference to the value of the two meshes
 before.

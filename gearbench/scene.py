@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import math
+from types import MappingProxyType
 from typing import Annotated, Any
 
 from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import ComplianceEffect, Effect
+from gearbench.effects.base import ComplianceEffect, Effect, Effects
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
 from gearbench.notebook import scene_html
@@ -120,15 +121,20 @@ class Scene:
                 if other in names:
                     raise InputError(f"effects.{effect.name}", "given", f"conflicts with effects.{other}: {reason}")
             try:
-                effect.check(self.pair)
+                effect.check(self.pair, self.effects_by_name)
             except InputError as error:
                 raise error.within(f"effects.{effect.name}") from None
         if not any(isinstance(effect, ComplianceEffect) for effect in self.effects):
             raise InputError("effects", ", ".join(names) or "none", "at least one must add compliance, e.g. hertz")
 
+    @property
+    def effects_by_name(self) -> Effects:
+        """The effects by their names."""
+        return MappingProxyType({effect.name: effect for effect in self.effects})
+
     def effect(self, name: str) -> Effect | None:
         """The effect called ``name``, or None where the scene does not ask for it."""
-        return next((effect for effect in self.effects if effect.name == name), None)
+        return self.effects_by_name.get(name)
 
     @property
     def tangential_force(self) -> float:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from gearbench.effects.files import files_in
-from gearbench.effects.registry import effect_class, effect_names
+from gearbench.effects.registry import RENAMED, effect_class, effect_names
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
 from gearbench.scene import Load, Resolution, Scene
@@ -72,6 +72,8 @@ def table_class(table: str) -> type:
     """
     head, _, name = table.partition(".")
     if head == "effects":
+        if name in RENAMED:
+            raise InputError(table, "old name", f"write {RENAMED[name]}")
         if name not in effect_names():
             raise InputError(table, "unknown effect", f"allowed: {', '.join(effect_names())}")
         return effect_class(name)

@@ -15,7 +15,6 @@ from gearbench.accuracy.measure import FLOOR, relative_errors, scales
 from gearbench.contact.phases import gauss_phases
 from gearbench.cost.plan import plan
 from gearbench.effects.crowning import Crowning
-from gearbench.effects.fe_compliance import FeCompliance
 from gearbench.effects.helix_slope import HelixSlope
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tip_relief import TipRelief
@@ -118,17 +117,18 @@ def test_the_order_of_solid_teeth_is_chosen_where_the_scene_gives_none():
 
 
 def test_finite_elements_take_their_share_and_a_given_accuracy_stays():
-    def scene(effect: FeCompliance) -> Scene:
+    def scene(effect: ToothBending) -> Scene:
         return asking(replace(case(1), effects=(effect, Hertz())), 0.02)
 
     def alike(_: Scene) -> np.ndarray:
         return np.ones(4)
 
-    choice = choose(scene(FeCompliance()), alike)
-    assert choice.scene.effect("fe_compliance").accuracy == choice.estimated == 0.01
-    assert choose(scene(FeCompliance(accuracy=0.005)), alike).scene.effect("fe_compliance").accuracy == 0.005
+    choice = choose(scene(ToothBending(model="finite_elements")), alike)
+    assert choice.scene.effect("tooth_bending").accuracy == choice.estimated == 0.01
+    given = choose(scene(ToothBending(model="finite_elements", accuracy=0.005)), alike)
+    assert given.scene.effect("tooth_bending").accuracy == 0.005
     with pytest.raises(InputError, match="finite elements"):
-        choose(scene(FeCompliance(accuracy=0.05)), alike)
+        choose(scene(ToothBending(model="finite_elements", accuracy=0.05)), alike)
 
 
 def test_robust_chooses_samples_too():

@@ -128,7 +128,7 @@ def test_a_thousand_random_designs_raise_nothing():
 
 
 def test_designs_of_one_macro_geometry_share_pair_and_teeth():
-    from gearbench.effects.tooth_bending import plate_tooth
+    from gearbench.effects.teeth import plate_tooth
 
     scenes = [scene_of(STUDY, (2, 10, 4, crowning, 3, 3)) for crowning in range(8)]
     assert all(scene.pair is scenes[0].pair for scene in scenes)

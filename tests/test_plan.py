@@ -7,10 +7,10 @@ from dataclasses import replace
 import pytest
 
 from gearbench.cost.plan import extrapolated, plan
-from gearbench.effects import fe_compliance
+from gearbench.effects import tooth_bending
 from gearbench.effects.crowning import Crowning
-from gearbench.effects.fe_compliance import FeCompliance
 from gearbench.effects.hertz import Hertz
+from gearbench.effects.tooth_bending import ToothBending
 from gearbench.library.garambois2017 import case, gear
 from gearbench.scene import Resolution
 
@@ -40,8 +40,8 @@ def test_finite_elements_are_estimated_not_run(monkeypatch, tmp_path):
     def refuse(*_: object) -> None:
         raise AssertionError("finite elements were run")
 
-    monkeypatch.setattr(fe_compliance, "_flank", refuse)
-    scene = replace(case(1, Resolution(positions=4)), effects=(FeCompliance(), Hertz()))
+    monkeypatch.setattr(tooth_bending, "meshed_flank", refuse)
+    scene = replace(case(1, Resolution(positions=4)), effects=(ToothBending(model="finite_elements"), Hertz()))
     made = plan(scene)
     part = next(part for part in made.parts if part.name == "finite elements")
     assert part.seconds > 1

@@ -62,7 +62,7 @@ def test_both_sides_are_what_simulate_gives(monkeypatch):
     weight = found["phase_weight"].values
     assert_allclose(found["transmission_error"].values @ weight, found["transmission_error_mean"], rtol=1e-13)
     assert found.attrs["scene"] == scene.to_toml()
-    assert "[effects.fe_compliance]" in found.attrs["reference_scene"]
+    assert 'model = "finite_elements"' in found.attrs["reference_scene"]
 
 
 def test_every_variable_says_what_it_is(monkeypatch):

@@ -10,7 +10,8 @@ from numpy.testing import assert_allclose
 
 from gearbench.contact.assemble import mesh_phases, scene_lines
 from gearbench.effects.hertz import Hertz
-from gearbench.effects.tooth_bending import ToothBending, plate_tooth
+from gearbench.effects.teeth import plate_tooth
+from gearbench.effects.tooth_bending import ToothBending
 from gearbench.library.garambois2017 import case
 from gearbench.validation.mac import (
     LOADS,

@@ -10,7 +10,6 @@ from numpy.testing import assert_allclose
 
 from gearbench.cost.clock import unseen
 from gearbench.effects.crowning import Crowning
-from gearbench.effects.fe_compliance import FeCompliance
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import InputError
@@ -71,24 +70,29 @@ def test_the_reference_keeps_all_but_the_compliance_of_the_teeth():
         case(2), effects=(ToothBending(model="solid"), law, crowning), resolution=Resolution(positions=7, segments=9)
     )
     reference = reference_scene(scene, 0.02)
-    assert reference.effects == (FeCompliance(support="clamped", accuracy=0.02), law, crowning)
+    assert reference.effects == (ToothBending(model="finite_elements", accuracy=0.02), law, crowning)
     assert replace(reference, effects=scene.effects) == scene
 
 
 def test_a_scene_with_a_body_is_compared_with_teeth_on_a_body():
-    from gearbench.effects.tooth_foundation import ToothFoundation
+    from gearbench.effects.gear_body import GearBody
 
     scene = case(1)
     bores = {"pinion": 200.0, "wheel": 500.0}
     members = {name: replace(getattr(scene.pair, name), bore_diameter=bore) for name, bore in bores.items()}
-    scene = replace(scene, pair=replace(scene.pair, **members), effects=(*scene.effects, ToothFoundation()))
-    assert reference_scene(scene).effects[0] == FeCompliance(support="rim", accuracy=0.01)
+    scene = replace(
+        scene, pair=replace(scene.pair, **members), effects=(*scene.effects, GearBody(model="sainsot_velex"))
+    )
+    assert reference_scene(scene).effects[:2] == (ToothBending(model="finite_elements"), GearBody())
 
 
 @pytest.mark.parametrize(
     ("effects", "message"),
     [
-        ((FeCompliance(), Hertz()), "effects.fe_compliance = given: is the reference"),
+        (
+            (ToothBending(model="finite_elements"), Hertz()),
+            "tooth_bending.model = finite_elements: is the reference",
+        ),
         ((Hertz(),), "nothing to compare: add tooth_bending"),
     ],
 )

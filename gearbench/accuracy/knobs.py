@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from gearbench.effects.base import Effect
+from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.scene import Resolution, Scene
 
 #: Level of a knob: a whole number, functions in each direction, a tolerance, or the name of a basis.
@@ -90,15 +90,8 @@ def with_effect(scene: Scene, name: str, **changes: object) -> Scene:
 
 
 def with_order(scene: Scene, order: Level) -> Scene:
-    """``scene`` with ``order`` for every solid tooth that is of the default order."""
-    effects = [replace(e, order=order) if has_default_solid(e) else e for e in scene.effects]
-    return replace(scene, effects=tuple(effects))
-
-
-def has_default_solid(effect: Effect) -> bool:
-    """Whether the effect has solid teeth whose order the scene leaves to the program."""
-    solid = effect.name == "neighbour_teeth" or getattr(effect, "model", None) in ("solid", "ring")
-    return solid and getattr(effect, "order", None) is None
+    """``scene`` with ``order`` for its solid teeth."""
+    return with_effect(scene, "tooth_bending", order=order)
 
 
 #: Functions of the solid across the thickness and along the height, and along the axis as a multiple of the default.
@@ -118,9 +111,10 @@ _SOLID = (
 
 def solid_orders(scene: Scene) -> tuple[tuple[int, int, int], ...]:
     """Orders of solid teeth around their default one, coarse to fine; none where the scene gives the order."""
-    if not any(has_default_solid(effect) for effect in scene.effects):
+    solid = tooth_bending(scene.effects_by_name, "solid")
+    if solid is None or solid.order is not None:
         return ()
-    from gearbench.effects.solids import solid_order
+    from gearbench.effects.teeth import solid_order
 
     axis = max(solid_order(gear)[2] for gear in scene.pair.gears)
     return tuple((s, h, min(40, max(2, round(factor * axis)))) for s, h, factor in _SOLID)
@@ -148,8 +142,7 @@ POSITIONS = Knob(
 
 
 def _plate_orders(scene: Scene) -> tuple[Level, ...]:
-    effect = scene.effect("tooth_bending")
-    if getattr(effect, "model", None) != "plate":
+    if tooth_bending(scene.effects_by_name, "plate") is None:
         return ()
     return ((1, 1), "paper", *((p, p) for p in (2, 3, 4, 5, 6, 8, 10, 14, 20)))
 
@@ -179,8 +172,8 @@ SOLID_ORDER = Knob(
 )
 FE_ACCURACY = Knob(
     name="fe accuracy",
-    levels=lambda scene: (0.1, 0.01, 0.005, 0.002) if scene.effect("fe_compliance") else (),
-    with_level=lambda scene, level: with_effect(scene, "fe_compliance", accuracy=level),
+    levels=lambda scene: (0.1, 0.01, 0.005, 0.002) if tooth_bending(scene.effects_by_name, "finite_elements") else (),
+    with_level=lambda scene, level: with_effect(scene, "tooth_bending", accuracy=level),
     order="1 in the accuracy asked of the mesh",
     size=lambda level: 1 / level,
 )

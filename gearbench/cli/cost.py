@@ -33,7 +33,7 @@ def cost(
 ) -> None:
     """What accuracy costs on SCENE: error and time of every level of every knob.
 
-    Where SCENE has fe_compliance, also of every finite element on several meshes, which takes some minutes.
+    Where SCENE has finite elements, also of every finite element on several meshes, which takes some minutes.
 
     Example: gearbench cost examples/sc.toml -o cost
     """

@@ -19,10 +19,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from gearbench.compliance.bases import axis_functions, gauss, legendre_functions
-from gearbench.compliance.coupled import coupled_root
+from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.ring import Ring
 from gearbench.compliance.solid_tooth import SolidTooth
 
@@ -31,8 +31,8 @@ _FINEST = 30.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class GearBody:
-    """Compliance that the body adds to the teeth of a gear, for the polynomials on their flanks.
+class ToothedRing:
+    """A ring with teeth along its rim: ``flank`` is the compliance that the ring adds to all of them.
 
     Parameters
     ----------
@@ -158,22 +158,11 @@ class GearBody:
             result.append(np.real(phi @ motion @ np.conj(phi).T))
         return np.array(result)
 
-    def factor(self, height: ArrayLike, y: ArrayLike, pair: int = 0, pairs: int = 1) -> NDArray:
-        """ψ(x, y), (…, rank) [√(mm/N)], of the tooth of one of so many neighbouring ``pairs``; x = R − r_f [mm].
-
-        ψ(a) · ψ(b) is the deflection at a due to a unit force at b, on the same tooth or on different ones.
-        """
-        return self.tooth.shapes(height, y) @ self.root(pairs)[pair]
-
-    def root(self, pairs: int) -> NDArray:
-        """Factor in the polynomials of the flanks of so many neighbouring pairs, (pair, p·q, rank)."""
-        if pairs not in self._roots:
-            self._roots[pairs] = coupled_root(self.blocks(pairs - 1), pairs, driven=self.tooth.driven)
-        return self._roots[pairs]
-
-    @cached_property
-    def _roots(self) -> dict[int, NDArray]:
-        return {}
+    def flank(self, neighbours: int) -> FlankCompliance:
+        """The compliance for any points of the flanks of a tooth and its ``neighbours`` on each side."""
+        tooth = self.tooth
+        blocks = self.blocks(neighbours)
+        return FlankCompliance(gear=tooth.gear, order=tooth.flank_order, blocks=blocks, driven=tooth.driven)
 
 
 def _in_axis_functions(count: int, axis: int) -> NDArray:

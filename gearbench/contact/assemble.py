@@ -43,7 +43,8 @@ def total_gap(scene: Scene, lines: ContactLines) -> NDArray:
 
 def assemble(scene: Scene, lines: ContactLines) -> ContactProblem:
     """Contact problem of ``scene`` on ``lines``: the sum over its effects."""
-    parts = [effect.compliance(lines) for effect in scene.effects if isinstance(effect, ComplianceEffect)]
+    beside = scene.effects_by_name
+    parts = [effect.compliance(lines, beside) for effect in scene.effects if isinstance(effect, ComplianceEffect)]
     smooth = [part for part in parts if not isinstance(part, LineLaw)]
     laws = [part for part in parts if isinstance(part, LineLaw)]
     own = [part for part in smooth if isinstance(part, LowRank) and not part.coupled]

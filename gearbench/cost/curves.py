@@ -13,9 +13,8 @@ from gearbench.accuracy.knobs import Knob, label
 from gearbench.accuracy.measure import MEASURED, relative_errors
 from gearbench.cost.apart import apart
 from gearbench.cost.clock import Cost, measured, most_megabytes, timed, unseen
-from gearbench.effects.fe_compliance import FeCompliance
-from gearbench.effects.solids import gear_body, solid_tooth
-from gearbench.effects.tooth_bending import plate_tooth
+from gearbench.effects.teeth import forget_fast_teeth
+from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.results.quantities import QUANTITIES
 from gearbench.scene import Scene
 from gearbench.simulation import cycle_values
@@ -119,14 +118,13 @@ def run(scene: Scene, repeats: int, *, prepares: bool = False) -> tuple[NDArray,
     Where ``prepares``, the pair was not seen before in each of the runs; else its teeth are known.
     """
     values = cycle_values(scene)
-    if prepares and scene.effect(FeCompliance.name) is not None:
+    if prepares and tooth_bending(scene.effects_by_name, "finite_elements"):
         return values, Cost(**apart(finite_element_run, scene))  # here they are kept on disk
     fresh = iter([unseen(scene, i + 1) if prepares else scene for i in range(repeats + 1)])
 
     def once() -> None:
         if prepares:
-            for kept in (plate_tooth, solid_tooth, gear_body):
-                kept.cache_clear()  # also because teeth of high order that are kept would fill the memory
+            forget_fast_teeth()  # also because teeth of high order that are kept would fill the memory
         cycle_values(next(fresh))
 
     return values, measured(once, repeats)

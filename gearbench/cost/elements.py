@@ -9,7 +9,6 @@ and a first small mesh is solved: a run meshes and solves both gears and solves 
 from __future__ import annotations
 
 import logging
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -19,19 +18,20 @@ from numpy.typing import NDArray
 
 from gearbench.accuracy.knobs import FE_ACCURACY, label
 from gearbench.accuracy.measure import relative_errors
+from gearbench.compliance.flank import FlankCompliance, flank_factor
 from gearbench.cost.apart import apart
 from gearbench.cost.clock import Cost, medians, most_megabytes, timed
 from gearbench.cost.curves import Curve, Point, run
-from gearbench.effects.base import LowRank, ToothCompliance
-from gearbench.effects.fe_compliance import FeCompliance, side_by_side
+from gearbench.effects.base import ComplianceEffect, Effects, LowRank
+from gearbench.effects.gear_body import GearBody
+from gearbench.effects.tooth_bending import ToothBending, tooth_bending
 from gearbench.errors import GearbenchError
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.pair import Pair
 from gearbench.scene import Scene
 from gearbench.simulation import cycle_values
+from gearbench.validation.reference import finite_elements, meshed_flanks
 
 if TYPE_CHECKING:
-    from fem_reference.compliance import FlankCompliance
     from fem_reference.section import Body
 
 _LOG = logging.getLogger(__name__)
@@ -49,23 +49,19 @@ SHORT, REPEATS = 2.0, 3
 
 
 @dataclass(frozen=True, kw_only=True)
-class GivenFlanks(ToothCompliance):
-    """Teeth of given compliances, in place of ``fe_compliance``: pinion and wheel, the wheel's driven."""
+class Meshed(ComplianceEffect):
+    """Pinion and wheel (driven) on meshes that were solved, in place of tooth and body."""
 
     flanks: tuple[FlankCompliance, FlankCompliance]
     coupled: bool
 
-    name: ClassVar[str] = FeCompliance.name
+    name: ClassVar[str] = "meshed"
     summary: ClassVar[str] = "compliance: both gears by finite elements on meshes that are given"
-    source: ClassVar[str] = FeCompliance.source
+    source: ClassVar[str] = ToothBending.source
 
-    def compliance(self, lines: ContactLines) -> LowRank:
-        """As ``FeCompliance.compliance``."""
-        return side_by_side(self.flanks, lines, coupled=self.coupled)
-
-    def tooth_factor(self, pair: Pair, k: int, height: NDArray, y: NDArray) -> NDArray:
-        """As ``FeCompliance.tooth_factor``."""
-        return self.flanks[k].factor(height, y)
+    def compliance(self, lines: ContactLines, beside: Effects) -> LowRank:
+        """Factor of both gears side by side, (position, pair, segment, rank)."""
+        return LowRank(factor=flank_factor(self.flanks, lines, coupled=self.coupled), coupled=self.coupled)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +75,7 @@ class Meshes:
     reference
         Three meshes of 20-node hexahedra.
     accuracies
-        Accuracies of ``fe_compliance``.
+        Accuracies of a scene's finite elements.
     """
 
     levels: Mapping[str, tuple[int, ...]]
@@ -89,7 +85,7 @@ class Meshes:
 
 def all_meshes(scene: Scene) -> Meshes:
     """All levels, coarser than the finest of a reference that is as fine as the unknowns allow."""
-    reference = (4, 5, 6) if _effect(scene).support == "rim" else (6, 8, 10)
+    reference = (4, 5, 6) if scene.effect(GearBody.name) else (6, 8, 10)
     while not _fits(scene, reference[-1]) and reference[0] > 2:
         reference = tuple(m - 1 for m in reference)
     levels = {k: tuple(m for m in own if m < reference[-1] or k == "hex8") for k, (own, _) in ELEMENTS.items()}
@@ -103,8 +99,8 @@ def _fits(scene: Scene, m: int) -> bool:
 
 
 def element_curves(scene: Scene, meshes: Meshes | None = None) -> list[Curve]:
-    """Curves of finite elements over their meshes and of the accuracy of ``fe_compliance``; none without it."""
-    if scene.effect(FeCompliance.name) is None:
+    """Curves of finite elements over their meshes and of the accuracy asked of them; none without them."""
+    if tooth_bending(scene.effects_by_name, "finite_elements") is None:
         return []
     tried = meshes or all_meshes(scene)
     runs = {**tried.levels, "hex20": tuple(sorted({*tried.levels.get("hex20", ()), *tried.reference}))}
@@ -160,7 +156,7 @@ def _limits(scene: Scene, rows: Sequence[dict[str, Any]]) -> tuple[_Limit, _Limi
 
 
 def _accuracy_points(scene: Scene, accuracies: Sequence[float], exact: _Limit) -> list[Point]:
-    """Accuracies that ``fe_compliance`` is asked for; those out of reach of its meshes are left out."""
+    """Accuracies that the finite elements are asked for; those out of reach of its meshes are left out."""
     points = []
     for level in accuracies:
         asked = FE_ACCURACY.with_level(scene, level)
@@ -168,7 +164,7 @@ def _accuracy_points(scene: Scene, accuracies: Sequence[float], exact: _Limit) -
             values, cost = run(asked, 1, prepares=True)
         except GearbenchError:  # AccuracyError: said by the mesh family, see fem_reference.refinement
             break
-        flanks = [_effect(asked).flank(scene.pair, k) for k in range(2)]
+        flanks = meshed_flanks(asked)
         point = Point(
             label=label(level),
             size=FE_ACCURACY.size(level),
@@ -230,27 +226,22 @@ def _solved(scene: Scene, kind: str, m: int) -> tuple[NDArray, list[FlankComplia
 
 
 def with_blocks(scene: Scene, blocks: Sequence[NDArray]) -> Scene:
-    """``scene`` with the compliance blocks of both gears given in place of ``fe_compliance``."""
-    from fem_reference.compliance import FlankCompliance
+    """``scene`` with the compliance blocks of both gears given in place of tooth and body."""
     from fem_reference.refinement import default_order
 
     flanks = [
-        FlankCompliance(gear=gear, order=default_order(gear), blocks=b, error=math.nan, attrs={})
+        FlankCompliance(gear=gear, order=default_order(gear), blocks=b)
         for gear, b in zip(scene.pair.gears, blocks, strict=True)
     ]
     return _with_flanks(scene, flanks)
 
 
 def _with_flanks(scene: Scene, flanks: Sequence[FlankCompliance]) -> Scene:
-    given = GivenFlanks(flanks=(flanks[0], replace(flanks[1], driven=True)), coupled=_effect(scene).support == "rim")
-    return replace(scene, effects=tuple(given if e.name == given.name else e for e in scene.effects))
-
-
-def _effect(scene: Scene) -> FeCompliance:
-    effect = scene.effect(FeCompliance.name)
-    assert isinstance(effect, FeCompliance)
-    return effect
+    coupled = scene.effect(GearBody.name) is not None
+    given = Meshed(flanks=(flanks[0], replace(flanks[1], driven=True)), coupled=coupled)
+    kept = (effect for effect in scene.effects if effect.name not in (ToothBending.name, GearBody.name))
+    return replace(scene, effects=(given, *kept))
 
 
 def _bodies(scene: Scene) -> list[Body]:
-    return [_effect(scene).body(scene.pair, k) for k in range(2)]
+    return [finite_elements(scene).body(scene.pair, k, scene.effects_by_name) for k in range(2)]

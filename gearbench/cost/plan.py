@@ -79,7 +79,7 @@ class Trial:
 
     def unseen(self, number: int) -> Trial:
         """The trial on a pair that no effect has set up anything for, unless that is kept on disk."""
-        if any(_kept_on_disk(effect) for effect in self.scene.effects):
+        if any(_kept_on_disk(effect, self) for effect in self.scene.effects):
             return self
         scene = unseen(self.scene, number)
         return Trial(scene, scene_lines(scene, self.lines.mesh_phase))
@@ -105,7 +105,7 @@ class Trials:
 def plan(scene: Scene) -> Plan:
     """Plan of ``simulate`` for ``scene``, and of ``robust`` where it has random errors."""
     phase, _ = mesh_phases(scene)
-    kept = sum(effect.preparation(scene.pair) for effect in scene.effects)
+    kept = sum(effect.preparation(scene.pair, scene.effects_by_name) or 0.0 for effect in scene.effects)
     scene = _without_preparation(scene)
     trials = _trials(scene, phase)
     short, long = trials.short, trials.long
@@ -117,9 +117,9 @@ def plan(scene: Scene) -> Plan:
     parts = [Part("contact lines", "positions and lengths of all segments", size, seconds)]
     if kept:
         parts.append(Part("finite elements", "computed once and kept on disk", "", kept))
-    spent = [trials.seconds(lambda t, e=effect: _contribution(e, t.lines)) for effect in scene.effects]
+    spent = [trials.seconds(lambda t, e=effect: _contribution(e, t)) for effect in scene.effects]
     for effect, seconds in zip(scene.effects, spent, strict=True):
-        parts.append(Part(effect.name, effect.summary, _size(effect, short.lines), seconds + _set_up(effect, short)))
+        parts.append(Part(effect.name, effect.summary, _size(effect, short), seconds + _set_up(effect, short)))
     loaded = f"{int(np.mean(long.lines.active.sum(axis=1)) * len(phase) * segments)} loaded segments"
     contact = max(trials.seconds(Trial.solved) - sum(spent), 0.0)
     parts.append(Part("contact", "structured Newton, amplitudes and approach", loaded, contact))
@@ -157,13 +157,12 @@ def _trials(scene: Scene, phase: NDArray) -> Trials:
 
 
 def _without_preparation(scene: Scene) -> Scene:
-    """The scene with a quick tooth in place of an effect that would first compute for minutes."""
-    slow = [effect for effect in scene.effects if effect.preparation(scene.pair) > 0]
-    if not slow:
+    """The scene with a quick tooth in place of one, with its body, that would first compute for minutes."""
+    if not any(effect.preparation(scene.pair, scene.effects_by_name) for effect in scene.effects):
         return scene
     from gearbench.effects.tooth_bending import ToothBending
 
-    rest = tuple(effect for effect in scene.effects if effect not in slow)
+    rest = tuple(effect for effect in scene.effects if effect.name not in (ToothBending.name, "gear_body"))
     return replace(scene, effects=(ToothBending(order=(5, 5)), *rest))
 
 
@@ -174,29 +173,29 @@ def extrapolated(few: float, many: float, short: int, long: int, total: int) -> 
     return many + max(many - few, 0.0) / (long - short) * (total - long)
 
 
-def _contribution(effect: Effect, lines: ContactLines) -> Any:
-    """Gap or compliance that the effect adds on the lines."""
+def _contribution(effect: Effect, trial: Trial) -> Any:
+    """Gap or compliance that the effect adds on the lines of the trial."""
     if isinstance(effect, GapEffect):
-        return effect.gap(lines)
-    return effect.compliance(lines) if isinstance(effect, ComplianceEffect) else None
+        return effect.gap(trial.lines)
+    return effect.compliance(trial.lines, trial.scene.effects_by_name) if isinstance(effect, ComplianceEffect) else None
 
 
-def _kept_on_disk(effect: Effect) -> bool:
-    return type(effect).preparation is not Effect.preparation
+def _kept_on_disk(effect: Effect, trial: Trial) -> bool:
+    return effect.preparation(trial.scene.pair, trial.scene.effects_by_name) is not None
 
 
 def _set_up(effect: Effect, trial: Trial) -> float:
     """Time [s] that the effect takes for a pair it has not seen, beyond what it takes each time."""
-    lines = trial.unseen(5).lines
-    first, again = (quickest([lambda: _contribution(effect, lines)], 1)[0] for _ in range(2))
-    return 0.0 if _kept_on_disk(effect) else max(first - again, 0.0)
+    fresh = trial.unseen(5)
+    first, again = (quickest([lambda: _contribution(effect, fresh)], 1)[0] for _ in range(2))
+    return 0.0 if _kept_on_disk(effect, trial) else max(first - again, 0.0)
 
 
-def _size(effect: Effect, lines: ContactLines) -> str:
+def _size(effect: Effect, trial: Trial) -> str:
     """Unknowns that the effect adds."""
     if not isinstance(effect, ComplianceEffect):
         return ""
-    part = _contribution(effect, lines)
+    part = _contribution(effect, trial)
     return f"{part.factor.shape[-1]} amplitudes a pair" if isinstance(part, LowRank) else "one law a segment"
 
 

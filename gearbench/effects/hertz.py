@@ -8,9 +8,9 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import ComplianceEffect, LineLaw
+from gearbench.effects.base import ComplianceEffect, Effects, LineLaw
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.material import STRICT
+from gearbench.schema import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -36,7 +36,7 @@ class Hertz(ComplianceEffect):
     use: ClassVar[str] = "Always: without it the distribution of the load is not determined."
     example: ClassVar[dict[str, Any]] = {"law": "weber_banaschek"}
 
-    def compliance(self, lines: ContactLines) -> LineLaw:
+    def compliance(self, lines: ContactLines, beside: Effects) -> LineLaw:
         """Law of each segment, (position, pair, segment)."""
         nu, c = lines.pair.material.nu, 4 / (math.pi * lines.pair.material.plane_strain_modulus)
         if self.law == "yang_sun":

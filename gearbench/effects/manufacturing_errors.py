@@ -13,14 +13,14 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects import error_modes
-from gearbench.effects.base import GapEffect
+from gearbench.effects.base import Effects, GapEffect
 from gearbench.effects.distributions import DISTRIBUTIONS, Distribution
 from gearbench.effects.error_modes import Along, Range
 from gearbench.effects.relief import MICROMETRE, Gears, chosen
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, pair_indices
-from gearbench.geometry.material import STRICT
 from gearbench.geometry.pair import Pair
+from gearbench.schema import STRICT
 from gearbench.tolerances import Edition, FlankTolerances, gear_tolerances, shaft_parallelism
 
 Tolerance = Literal[
@@ -151,7 +151,7 @@ class ManufacturingErrors(GapEffect):
             if getattr(self, name).amplitude is None and self.iso_class is None:
                 raise InputError(f"{name}.amplitude", "missing", "is required where iso_class is not given")
 
-    def check(self, pair: Pair) -> None:
+    def check(self, pair: Pair, beside: Effects) -> None:
         """Refuse a class or gears outside the scope of the standard."""
         self.error_modes(pair)
 

@@ -11,7 +11,7 @@ from gearbench.effects.base import GapEffect
 from gearbench.effects.error_modes import profile_coordinate
 from gearbench.effects.relief import MICROMETRE, Amount
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.material import STRICT
+from gearbench.schema import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)

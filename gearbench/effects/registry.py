@@ -12,9 +12,7 @@ from gearbench.errors import InputError
 #: Table name → module and class, for the effects of gearbench itself.
 EFFECTS: dict[str, tuple[str, str]] = {
     "tooth_bending": ("gearbench.effects.tooth_bending", "ToothBending"),
-    "tooth_foundation": ("gearbench.effects.tooth_foundation", "ToothFoundation"),
-    "neighbour_teeth": ("gearbench.effects.neighbour_teeth", "NeighbourTeeth"),
-    "fe_compliance": ("gearbench.effects.fe_compliance", "FeCompliance"),
+    "gear_body": ("gearbench.effects.gear_body", "GearBody"),
     "hertz": ("gearbench.effects.hertz", "Hertz"),
     "crowning": ("gearbench.effects.crowning", "Crowning"),
     "tip_relief": ("gearbench.effects.tip_relief", "TipRelief"),
@@ -26,6 +24,13 @@ EFFECTS: dict[str, tuple[str, str]] = {
     "topography": ("gearbench.effects.topography", "Topography"),
     "pitch_errors": ("gearbench.effects.pitch_errors", "PitchErrors"),
     "misalignment": ("gearbench.effects.misalignment", "Misalignment"),
+}
+
+#: Tables of earlier versions, and the text to write instead.
+RENAMED: dict[str, str] = {
+    "neighbour_teeth": "[effects.gear_body]; order is that of tooth_bending",
+    "tooth_foundation": '[effects.gear_body] with coupled = false or model = "sainsot_velex"',
+    "fe_compliance": '[effects.tooth_bending] with model = "finite_elements", and [effects.gear_body] for the rim',
 }
 
 

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import GapEffect
+from gearbench.effects.base import Effects, GapEffect
 from gearbench.effects.relief import Gears, Shape, chosen, relief
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.material import STRICT
 from gearbench.geometry.pair import Pair
+from gearbench.schema import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -44,7 +44,7 @@ class RootRelief(GapEffect):
     use: ClassVar[str] = "Instead of, or with, relief of the mate's tip."
     example: ClassVar[dict[str, Any]] = {"amount": 3.0, "length": 0.3}
 
-    def check(self, pair: Pair) -> None:
+    def check(self, pair: Pair, beside: Effects) -> None:
         """Refuse a relief longer than the active profile."""
         for i in chosen(self.gear):
             start, end = pair.active_radii[i]

@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import GapEffect
+from gearbench.effects.base import Effects, GapEffect
 from gearbench.effects.files import content
 from gearbench.effects.flank_grid import FlankGrid, read_grid
 from gearbench.effects.relief import MICROMETRE
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.material import STRICT
 from gearbench.geometry.pair import Pair
+from gearbench.schema import STRICT
 
 File = Annotated[str, Field(min_length=1, max_length=1000)]
 Digest = Annotated[str, Field(pattern="[0-9a-f]{64}")]
@@ -75,7 +75,7 @@ class Topography(GapEffect):
         """Grids of pinion and wheel."""
         return self.__dict__["_grids"]
 
-    def check(self, pair: Pair) -> None:
+    def check(self, pair: Pair, beside: Effects) -> None:
         """Refuse a grid that misses more than half of the active flank: most likely it is of another gear."""
         for name, gear, ends, grid in zip(_NAMES, pair.gears, pair.active_radii, self.grids, strict=True):
             if grid is None:

@@ -12,12 +12,13 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.errors import InputError
 from gearbench.geometry.gear import Gear
-from gearbench.geometry.material import STRICT, Material
+from gearbench.geometry.material import Material
 from gearbench.geometry.meshing import Meshing, profile_shift_sum
 from gearbench.geometry.rack import STANDARD_FILLET_RADIUS, full_fillet_radius
 from gearbench.geometry.role import Role
 from gearbench.geometry.section import TransverseSection
 from gearbench.notebook import pair_html
+from gearbench.schema import STRICT
 
 Length = Annotated[float, Field(gt=0.0, le=20000.0)]
 

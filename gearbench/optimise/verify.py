@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.effects.fe_compliance import BODY_EFFECTS, TOOTH_EFFECT, FeCompliance
+from gearbench.effects.gear_body import GearBody
+from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import GearbenchError, InputError
 from gearbench.optimise.dataset import read_designs, read_names
 from gearbench.optimise.designs import Designs
@@ -37,7 +38,7 @@ def verify(
     """Evaluate designs of a stored optimisation with finite elements in place of the fast compliance of their teeth.
 
     Gaps, errors and their samples, contact law and resolution stay those of the study. The teeth are clamped at their
-    root; where the study has a foundation or neighbouring teeth, they stand on their gear body down to the bore. There
+    root; where the study has gear bodies, they stand on them down to the bore. There
     is one FE model for each macro-geometry; it is kept on disk.
 
     Parameters
@@ -92,12 +93,13 @@ def reference_study(study: OptimisationStudy, accuracy: float) -> OptimisationSt
     effects: dict[str, Any] = deepcopy(dict(study.base.get("effects", {})))
     for variable in study.variables:
         for path in variable.paths:
-            if path.split(".")[:2] in [["effects", name] for name in (TOOTH_EFFECT, *BODY_EFFECTS)]:
+            if path.split(".")[:2] in [["effects", kind.name] for kind in (ToothBending, GearBody)]:
                 raise InputError(f"variables.{variable.name}", path, "is a variable: the reference would not see it")
-    if effects.pop(TOOTH_EFFECT, None) is None:
-        raise InputError(f"base.effects.{TOOTH_EFFECT}", "missing", "is what the finite elements take the place of")
-    bodies = [effects.pop(name) for name in BODY_EFFECTS if name in effects]
-    effects[FeCompliance.name] = {"support": "rim" if bodies else "clamped", "accuracy": accuracy}
+    if ToothBending.name not in effects:
+        raise InputError(f"base.effects.{ToothBending.name}", "missing", "is replaced by the finite elements")
+    effects[ToothBending.name] = {"model": "finite_elements", "accuracy": accuracy}
+    if GearBody.name in effects:
+        effects[GearBody.name] = {}
     return replace(study, base={**study.base, "effects": effects}, constraints={})
 
 
@@ -137,13 +139,15 @@ def _prepare(
     Threads that meet the same unknown pair would each mesh it.
     """
     first = {macro_geometry(study, design): int(place) for design, place in zip(found, chosen, strict=True)}
-    reference = FeCompliance(**study.base["effects"][FeCompliance.name])
+    effects = study.base["effects"]
+    beside = {GearBody.name: GearBody()} if GearBody.name in effects else {}
+    reference = ToothBending(**effects[ToothBending.name])
     for i, place in enumerate(first.values(), start=1):
         progress(f"finite elements of macro-geometry {i} of {len(first)}")
         pair = designs.scene(place).pair
         with suppress(GearbenchError):  # the design is then reported with this reason
             for k in range(2):
-                reference.flank(pair, k)
+                reference.flank(pair, k, beside)
     return len(first)
 
 
@@ -184,4 +188,6 @@ def _attrs(study: OptimisationStudy, reference: OptimisationStudy, models: int, 
 
     given = {"study": study.to_toml(), "study_sha256": study.digest, "macro_geometries": models}
     given["variables"] = ", ".join(variable.name for variable in study.variables)
-    return given | reference.base["effects"][FeCompliance.name] | run_provenance(wall_time=wall_time)
+    effects = reference.base["effects"]
+    given["support"] = "gear_body" if GearBody.name in effects else "clamped"
+    return given | effects[ToothBending.name] | run_provenance(wall_time=wall_time)

@@ -25,14 +25,12 @@ def provenance(scene: Scene, *, wall_time: float, seed: int | None = None) -> di
 
 
 def support(scene: Scene) -> str:
-    """The body that the teeth stand on: "ring" or "sainsot_velex"; "clamped" at the root; "rigid" without bending."""
+    """The body that the teeth stand on: "ring", "sainsot_velex", "finite_elements"; else "clamped", or "rigid"."""
     names = [effect.name for effect in scene.effects if isinstance(effect, ComplianceEffect) and effect.name != "hertz"]
-    foundation, elements = scene.effect("tooth_foundation"), scene.effect("fe_compliance")
-    if foundation is not None:
-        return str(getattr(foundation, "model", "ring"))
-    if "neighbour_teeth" in names or getattr(elements, "support", "") == "rim":
-        return "ring"
-    return "clamped" if names else "rigid"
+    body, tooth = scene.effect("gear_body"), scene.effect("tooth_bending")
+    if body is None:
+        return "clamped" if names else "rigid"
+    return "finite_elements" if getattr(tooth, "model", "") == "finite_elements" else str(getattr(body, "model", ""))
 
 
 def run_provenance(*, wall_time: float) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from gearbench.scene import Scene
 from gearbench.simulation import simulate
 from gearbench.validation.dataset import CYCLE, stack
 from gearbench.validation.mac import compare_shapes, line_mac
-from gearbench.validation.reference import finite_elements, reference_scene, smooth_effects
+from gearbench.validation.reference import meshed_flanks, reference_scene, smooth_effects
 from gearbench.validation.ste_error import CURVES, HARMONICS, OUTPUTS, cycle_errors
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def _shapes(scene: Scene, reference: Scene) -> dict[str, tuple]:
 
 def _reference(reference: Scene) -> dict[str, tuple]:
     """What the finite elements of both gears were."""
-    flanks = [finite_elements(reference).flank(reference.pair, k) for k in range(2)]
+    flanks = meshed_flanks(reference)
     of_gear: dict[str, list[Any]] = {
         "reference_error": [flank.error for flank in flanks],
         "reference_unknowns": [flank.attrs["unknowns"] for flank in flanks],
@@ -122,11 +122,11 @@ def smooth_compliance(scene: Scene) -> None:
     """Compute the smooth compliances of ``scene`` on all its contact lines."""
     lines = scene_lines(scene, mesh_phases(scene)[0])
     for effect in smooth_effects(scene):
-        effect.compliance(lines)
+        effect.compliance(lines, scene.effects_by_name)
 
 
 def _reference_attrs(reference: Scene) -> dict[str, str]:
-    attrs = finite_elements(reference).flank(reference.pair, 0).attrs
+    attrs = meshed_flanks(reference)[0].attrs
     return {
         "reference_scene": reference.to_toml(),
         "reference_solver": str(attrs["solver"]),

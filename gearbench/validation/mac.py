@@ -55,7 +55,7 @@ def flank_grid(pair: Pair, k: int, cells: tuple[int, int]) -> FlankGrid:
 
 def tooth_factor(scene: Scene, k: int, height: NDArray, y: NDArray) -> NDArray:
     """Ψ (…, rank) [√(mm/N)] of all smooth compliances of ``scene`` on one tooth of a gear, by itself."""
-    parts = [effect.tooth_factor(scene.pair, k, height, y) for effect in smooth_effects(scene)]
+    parts = [effect.tooth_factor(scene.pair, k, height, y, scene.effects_by_name) for effect in smooth_effects(scene)]
     return np.concatenate(parts, axis=-1)
 
 

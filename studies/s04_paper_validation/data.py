@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbench.effects.fe_compliance import FeCompliance
+from gearbench.effects.gear_body import GearBody
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.library.garambois2017 import case
@@ -70,11 +70,11 @@ def on_body(scene: Scene, depth: float) -> Scene:
     """Finite elements in place of the teeth, held ``depth`` modules below the root circle; 0: at the root."""
     law = Hertz(law="weber_banaschek")
     if depth == 0:
-        return replace(scene, effects=(FeCompliance(), law))
+        return replace(scene, effects=(ToothBending(model="finite_elements"), law))
     pair, below = scene.pair, depth * scene.pair.normal_module
     bores = [2 * (gear.root_radius - below) for gear in pair.gears]
     pinion, wheel = replace(pair.pinion, bore_diameter=bores[0]), replace(pair.wheel, bore_diameter=bores[1])
-    effects = (FeCompliance(support="rim", accuracy=0.02), law)
+    effects = (ToothBending(model="finite_elements", accuracy=0.02), GearBody(), law)
     return replace(scene, pair=replace(pair, pinion=pinion, wheel=wheel), effects=effects)
 
 

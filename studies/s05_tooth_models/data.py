@@ -13,17 +13,16 @@ from pydantic import ValidationError
 
 from fem_reference.refinement import AccuracyError
 from gearbench.effects.base import Effect
+from gearbench.effects.gear_body import GearBody
 from gearbench.effects.hertz import Hertz
-from gearbench.effects.neighbour_teeth import NeighbourTeeth
 from gearbench.effects.tooth_bending import ToothBending
-from gearbench.effects.tooth_foundation import ToothFoundation
 from gearbench.geometry.involute import inv, inverse_involute
 from gearbench.geometry.pair import Member, Pair
 from gearbench.scene import Load, Scene
 from gearbench.simulation import simulate
 from gearbench.validation.comparison import compliance_seconds
 from gearbench.validation.mac import compare_shapes
-from gearbench.validation.reference import finite_elements, reference_scene
+from gearbench.validation.reference import meshed_flanks, reference_scene
 from gearbench.validation.ste_error import OUTPUTS, cycle_errors
 
 if TYPE_CHECKING:
@@ -44,12 +43,12 @@ MODELS: dict[str, dict[str, tuple[Effect, ...]]] = {
     },
     "rim": {
         "plate, paper": (ToothBending(basis="paper"),),
-        "plate + Sainsot–Velex": (ToothBending(basis="paper"), ToothFoundation(model="sainsot_velex")),
-        "solid + Sainsot–Velex": (ToothBending(model="solid"), ToothFoundation(model="sainsot_velex")),
-        "solid + ring, uncoupled": (ToothBending(model="solid"), ToothFoundation()),
-        "solid + ring (4, 5, 5)": (ToothBending(model="solid", order=COARSE), NeighbourTeeth(order=COARSE)),
-        "solid + ring": (ToothBending(model="solid"), NeighbourTeeth()),
-        "solid + ring (8, 12, 12)": (ToothBending(model="solid", order=FINE), NeighbourTeeth(order=FINE)),
+        "plate + Sainsot–Velex": (ToothBending(basis="paper"), GearBody(model="sainsot_velex")),
+        "solid + Sainsot–Velex": (ToothBending(model="solid"), GearBody(model="sainsot_velex")),
+        "solid + ring, uncoupled": (ToothBending(model="solid"), GearBody(coupled=False)),
+        "solid + ring (4, 5, 5)": (ToothBending(model="solid", order=COARSE), GearBody()),
+        "solid + ring": (ToothBending(model="solid"), GearBody()),
+        "solid + ring (8, 12, 12)": (ToothBending(model="solid", order=FINE), GearBody()),
     },
 }
 ERRORS = tuple(
@@ -128,7 +127,7 @@ def compute(*, quick: bool = False) -> xr.Dataset:
 def _pair_errors(
     scene: Scene, support: str, models: dict[str, tuple[Effect, ...]], accuracy: float
 ) -> dict[str, np.ndarray]:
-    on_body = (NeighbourTeeth(),) if support == "rim" else ()
+    on_body = (GearBody(),) if support == "rim" else ()
     solid = replace(scene, effects=(ToothBending(model="solid"), *on_body, Hertz()))
     try:
         reference = reference_scene(solid, accuracy)
@@ -149,7 +148,7 @@ def _pair_errors(
             found[name].append(float(errors[name][1]))
         found["mac"].append(min(float(compare_shapes(fast, reference, k).mac.min()) for k in range(2)))
         found["seconds"].append(compliance_seconds(fast, 3))
-    flanks = [finite_elements(reference).flank(scene.pair, k) for k in range(2)]
+    flanks = meshed_flanks(reference)
     return {name: np.array(column) for name, column in found.items()} | {
         "reference_seconds": np.array(sum(flank.attrs["seconds"] for flank in flanks)),
         "reference_error": np.array(max(flank.error for flank in flanks)),

@@ -14,11 +14,10 @@ from gearbench.cost.curves import as_dataset, run
 from gearbench.cost.elements import Meshes, element_curves
 from gearbench.cost.workprecision import cost
 from gearbench.effects.base import Effect
-from gearbench.effects.fe_compliance import FeCompliance
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.library.garambois2017 import case, gear
 from gearbench.scene import Scene
-from gearbench.validation.reference import finite_elements
+from gearbench.validation.reference import meshed_flanks
 from studies.s07_accuracy_cost.promises import (
     FIRST_DRAW,
     ROBUST_SEED,
@@ -34,6 +33,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SOLID = ToothBending(model="solid")
+MESHED_TOOTH = ToothBending(model="finite_elements")
 #: Accuracies asked for on the random scenes, and how many scenes of each kind.
 ACCURACIES, SCENES, SOLID_SCENES, ROBUST_SCENES = (0.03, 0.01), 60, 12, 40
 SOLID_ACCURACY, ROBUST_ACCURACY = 0.03, 0.02
@@ -62,7 +62,7 @@ def scenes() -> dict[str, Scene]:
     plain = {"SC": gear("SC").scene(), "case 1": case(1), "case 2": case(2)}
     cases = [(name, plain[name]) for name in ("case 1", "case 2")]
     solid = {f"{name}, solid": with_teeth(scene, SOLID) for name, scene in cases}
-    meshed = {f"{name}, {MESHED}": with_teeth(scene, FeCompliance()) for name, scene in cases}
+    meshed = {f"{name}, {MESHED}": with_teeth(scene, MESHED_TOOTH) for name, scene in cases}
     return {**plain, **solid, **meshed, "gear 55, errors": gear("55").scene(errors=True)}
 
 
@@ -114,15 +114,15 @@ def _front(name: str, scene: Scene) -> xr.Dataset:
     import xarray as xr
 
     fine = partial(with_resolution, segments=64, gauss_points=12)
-    reference = with_teeth(scene, FeCompliance(accuracy=FE_REFERENCE))
+    reference = with_teeth(scene, replace(MESHED_TOOTH, accuracy=FE_REFERENCE))
     exact, _ = run(fine(reference), 1)
-    bar = max(finite_elements(reference).flank(scene.pair, k).error for k in range(2))
+    bar = max(flank.error for flank in meshed_flanks(reference))
     solid = with_teeth(scene, SOLID)
     teeth: dict[str, tuple[str, Effect]] = {key: ("plate", plate) for key, plate in PLATES.items()}
     for order in SOLID_ORDER.levels(solid):
         teeth[f"solid {label(order)}"] = ("solid", replace(SOLID, order=order))
     for level in FE_LEVELS:
-        teeth[f"finite elements {100 * level:g} %"] = ("finite elements", FeCompliance(accuracy=level))
+        teeth[f"finite elements {100 * level:g} %"] = ("finite elements", replace(MESHED_TOOTH, accuracy=level))
     rows = []
     for key, (family, effect) in teeth.items():
         for n, g in RESOLUTIONS[-1:] if family == "finite elements" else RESOLUTIONS:

@@ -18,7 +18,7 @@ from gearbench.effects.crowning import Crowning
 from gearbench.effects.helix_slope import HelixSlope
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
-from gearbench.effects.solids import solid_tooth
+from gearbench.effects.teeth import forget_fast_teeth
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import InputError
@@ -127,7 +127,7 @@ def solid_promise(scene: Scene, accuracy: float) -> dict[str, float]:
     orders, fine = SOLID_ORDER.levels(scene), {"segments": 96, "gauss_points": 16}
     finest = [cycle_values(with_resolution(with_order(scene, order), **fine)) for order in orders[-2:]]
     true = float(relative_errors(cycle_values(choice.scene), finest[1]).max())
-    solid_tooth.cache_clear()  # teeth of high order that are kept would fill the memory
+    forget_fast_teeth()  # teeth of high order that are kept would fill the memory
     return {
         "accuracy": accuracy,
         "estimated": choice.estimated,

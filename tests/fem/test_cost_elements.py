@@ -16,14 +16,15 @@ from gearbench.cost.apart import apart
 from gearbench.cost.clock import Cost
 from gearbench.cost.curves import Curve, Point, as_dataset
 from gearbench.cost.elements import ELEMENTS, Meshes, all_meshes, element_curves, with_blocks
-from gearbench.effects.fe_compliance import FeCompliance
+from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import GearbenchError
 from gearbench.library.garambois2017 import case
 from gearbench.scene import Scene
 from gearbench.simulation import cycle_values
+from gearbench.validation.reference import meshed_flanks
 
 
-def meshed(k: int, effect: FeCompliance) -> Scene:
+def meshed(k: int, effect: ToothBending) -> Scene:
     scene = with_resolution(case(k), segments=4, gauss_points=2)
     return replace(scene, effects=tuple(effect if e.name == "tooth_bending" else e for e in scene.effects))
 
@@ -31,7 +32,7 @@ def meshed(k: int, effect: FeCompliance) -> Scene:
 @pytest.fixture(scope="module")
 def curves() -> dict[str, Curve]:
     tried = Meshes(levels={"hex8": (2, 3), "hex20": (2, 3), "hex27": (2, 3)}, reference=(3, 4, 5), accuracies=(0.1,))
-    return {found.knob: found for found in element_curves(meshed(1, FeCompliance()), tried)}
+    return {found.knob: found for found in element_curves(meshed(1, ToothBending(model="finite_elements")), tried)}
 
 
 def test_finer_meshes_are_nearer_to_the_limit_and_cost_more(curves):
@@ -64,8 +65,8 @@ def test_the_accuracy_asked_of_the_mesh_is_kept(curves):
 
 
 def test_blocks_given_answer_as_the_effect_they_come_from():
-    scene = meshed(2, FeCompliance(accuracy=0.1))
-    blocks = [scene.effect("fe_compliance").flank(scene.pair, k).blocks for k in range(2)]
+    scene = meshed(2, ToothBending(model="finite_elements", accuracy=0.1))
+    blocks = [flank.blocks for flank in meshed_flanks(scene)]
     assert_allclose(cycle_values(with_blocks(scene, blocks)), cycle_values(scene), rtol=1e-12)  # rounding
     # and they are what counts
     assert np.max(np.abs(cycle_values(with_blocks(scene, [2 * b for b in blocks])) / cycle_values(scene) - 1)) > 0.1
@@ -73,7 +74,7 @@ def test_blocks_given_answer_as_the_effect_they_come_from():
 
 @pytest.mark.parametrize("k", [1, 2])
 def test_all_meshes_end_below_the_unknowns_allowed(k):
-    scene = meshed(k, FeCompliance())
+    scene = meshed(k, ToothBending(model="finite_elements"))
     found = all_meshes(scene)
     bodies = [Body(gear=gear) for gear in scene.pair.gears]
     assert len(found.reference) == 3
