@@ -15,8 +15,8 @@ from gearbench.explore.stored import of_run, open_results
 from gearbench.optimise.problem import evaluate, scene_of
 from gearbench.optimise.study_file import changed_keys, parse_study
 from gearbench.optimise.variables import Variable
+from gearbench.results import responses as module
 from gearbench.results.cycle import coefficients
-from gearbench.results.netcdf import responses as module
 from gearbench.results.netcdf import save
 from gearbench.results.outputs import DEFAULT_OUTPUTS
 from gearbench.results.quantities import KEYS, QUANTITIES, Quantity
