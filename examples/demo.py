@@ -46,9 +46,9 @@ def main(folder: Path) -> None:
 def optimised(target: Path) -> list[Path]:
     """A small search for quiet gears of the paper's reverse gear, cut by its third tool, with few error samples."""
     from gearbench import optimise
-    from gearbench.optimise.listing import markdown_text
-    from gearbench.optimise.select import open_designs, select
-    from gearbench.optimise.study import Algorithm, Robustness
+    from gearbench.optimisation.listing import markdown_text
+    from gearbench.optimisation.select import open_designs, select
+    from gearbench.optimisation.study import Algorithm, Robustness
 
     target.mkdir(parents=True, exist_ok=True)
     small = replace(study(3), algorithm=Algorithm(population=40, generations=15), robustness=Robustness(samples=64))

@@ -17,7 +17,7 @@ from gearbench.explore.settings import Settings
 from gearbench.explore.stored import open_results
 from gearbench.explore.tooth_shapes import mesh, outline
 from gearbench.library.garambois2017 import case, gear
-from gearbench.optimise.front import non_dominated
+from gearbench.optimisation.front import non_dominated
 from gearbench.results.netcdf import save
 from gearbench.robustness.run import robust
 from gearbench.scene_file import load_scene, parse_scene

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from gearbench.geometry.pair import Pair
-from gearbench.optimise.constraints import constrained, judge
-from gearbench.optimise.problem import NO_GEAR, evaluate, scene_of
-from gearbench.optimise.study import Limit, Robustness
-from gearbench.optimise.study_file import parse_study
+from gearbench.optimisation.constraints import constrained, judge
+from gearbench.optimisation.problem import NO_GEAR, evaluate, scene_of
+from gearbench.optimisation.study import Limit, Robustness
+from gearbench.optimisation.study_file import parse_study
 from gearbench.robustness.run import robust
 from gearbench.simulation import simulate, solve_scene
 from gearbench.strength.rating import largest_pressure, root_stress

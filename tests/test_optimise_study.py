@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from gearbench.errors import InputError
-from gearbench.optimise.problem import assignments, scene_of
-from gearbench.optimise.study import Limit, Objective
-from gearbench.optimise.study_file import load_study, parse_study
-from gearbench.optimise.variables import Variable
+from gearbench.optimisation.problem import assignments, scene_of
+from gearbench.optimisation.study import Limit, Objective
+from gearbench.optimisation.study_file import load_study, parse_study
+from gearbench.optimisation.variables import Variable
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("optimise_*.toml"))
@@ -85,7 +85,7 @@ def test_derived_variables_mean_what_they_say():
 def test_table_2_lies_on_the_grid_of_the_addendum():
     # gears whose addendum is the one with ε_α = 1 (44 and 36 of Table 2): printed to three decimals
     from gearbench.library.garambois2017 import gear
-    from gearbench.optimise.derived import unit_contact_addendum
+    from gearbench.optimisation.derived import unit_contact_addendum
 
     for name in ("36", "44"):
         row = gear(name)

@@ -12,9 +12,9 @@ from gearbench.effects.registry import EFFECTS
 from gearbench.errors import InputError
 from gearbench.explore.catalogue import catalogue
 from gearbench.explore.stored import of_run, open_results
-from gearbench.optimise.problem import evaluate, scene_of
-from gearbench.optimise.study_file import changed_keys, parse_study
-from gearbench.optimise.variables import Variable
+from gearbench.optimisation.problem import evaluate, scene_of
+from gearbench.optimisation.study_file import changed_keys, parse_study
+from gearbench.optimisation.variables import Variable
 from gearbench.results import responses as module
 from gearbench.results.cycle import coefficients
 from gearbench.results.netcdf import save

@@ -177,7 +177,7 @@ def test_a_scene_of_one_effect_imports_one_effect():
     assert effects == {"gearbench.effects.hertz"}
     assert not {m for m in found if m.split(".")[0] in {"fem_reference", "skfem", "gmsh", "matplotlib", "sympy"}}
     assert not {
-        m for m in found if m.startswith(("gearbench.robustness", "gearbench.optimise", "gearbench.compliance"))
+        m for m in found if m.startswith(("gearbench.robustness", "gearbench.optimisation", "gearbench.compliance"))
     }
 
 

@@ -16,13 +16,13 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 from gearbench.errors import InputError
-from gearbench.optimise.conditions import Condition, parse_band, parse_condition, parse_ranking
-from gearbench.optimise.designs import Designs
-from gearbench.optimise.listing import csv_text, markdown_text
-from gearbench.optimise.run import optimise
-from gearbench.optimise.select import Resonance, chosen_scene, open_designs, select
-from gearbench.optimise.study import Algorithm, Robustness
-from gearbench.optimise.study_file import load_study, parse_study
+from gearbench.optimisation.conditions import Condition, parse_band, parse_condition, parse_ranking
+from gearbench.optimisation.designs import Designs
+from gearbench.optimisation.listing import csv_text, markdown_text
+from gearbench.optimisation.run import optimise
+from gearbench.optimisation.select import Resonance, chosen_scene, open_designs, select
+from gearbench.optimisation.study import Algorithm, Robustness
+from gearbench.optimisation.study_file import load_study, parse_study
 from gearbench.results.netcdf import save
 from gearbench.robustness.run import robust
 from gearbench.scene_file import load_scene

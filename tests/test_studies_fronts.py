@@ -11,10 +11,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from gearbench.errors import GearbenchError, InputError
 from gearbench.library.garambois2017 import gear, table_2
-from gearbench.optimise.constraints import constrained, judge
-from gearbench.optimise.derived import unit_contact_addendum
-from gearbench.optimise.problem import scene_of
-from gearbench.optimise.study import Algorithm, Robustness
+from gearbench.optimisation.constraints import constrained, judge
+from gearbench.optimisation.derived import unit_contact_addendum
+from gearbench.optimisation.problem import scene_of
+from gearbench.optimisation.study import Algorithm, Robustness
 from gearbench.results.netcdf import load, save
 from studies.s06_paper_fronts import checks, compare, compute, figures
 from studies.s06_paper_fronts import search as searching

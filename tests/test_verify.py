@@ -13,12 +13,12 @@ from scipy.stats import spearmanr
 
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import GearbenchError, InputError
-from gearbench.optimise.designs import Designs
-from gearbench.optimise.run import optimise
-from gearbench.optimise.select import open_designs
-from gearbench.optimise.study import Algorithm, Robustness
-from gearbench.optimise.study_file import load_study, parse_study
-from gearbench.optimise.verify import rank_correlation, reference_study, verify
+from gearbench.optimisation.designs import Designs
+from gearbench.optimisation.run import optimise
+from gearbench.optimisation.select import open_designs
+from gearbench.optimisation.study import Algorithm, Robustness
+from gearbench.optimisation.study_file import load_study, parse_study
+from gearbench.optimisation.verify import rank_correlation, reference_study, verify
 from gearbench.results.netcdf import load, save
 from gearbench.robustness.run import robust
 from gearbench.validation.verification import findings

@@ -15,7 +15,7 @@ from gearbench.cli.options import Json, Quiet, Threads, Verbose, shows_progress
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearbench.optimise.run import Progress
+    from gearbench.optimisation.run import Progress
 
 StudyFile = Annotated[Path, typer.Argument(metavar="STUDY", help="Study file (TOML).", show_default=False)]
 Folder = Annotated[
@@ -43,8 +43,8 @@ def optimise(
 
     Example: gearbench optimise examples/optimise_small.toml -o front
     """
-    from gearbench.optimise.run import optimise as run
-    from gearbench.optimise.study_file import load_study
+    from gearbench.optimisation.run import optimise as run
+    from gearbench.optimisation.study_file import load_study
 
     loaded = load_study(study)
     try:

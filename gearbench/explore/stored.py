@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from gearbench.errors import InputError
 from gearbench.explore.columns import Column, known_column, variable_column
-from gearbench.optimise.designs import Designs
-from gearbench.optimise.select import chosen_scene, open_designs
-from gearbench.optimise.study import RESPONSES
+from gearbench.optimisation.designs import Designs
+from gearbench.optimisation.select import chosen_scene, open_designs
+from gearbench.optimisation.study import RESPONSES
 from gearbench.results.netcdf import load
 from gearbench.results.responses import is_response, statistics_of
 from gearbench.scene import Scene

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.optimise.front import hypervolume
+from gearbench.optimisation.front import hypervolume
 
 #: A gear belongs to the wide front if it is worse than some gear of the front by at most this much in both objectives.
 WIDE = 0.10

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearbench.library.garambois2017 import gear, table_2
-from gearbench.optimise.constraints import constrained, judge
-from gearbench.optimise.designs import Designs
+from gearbench.optimisation.constraints import constrained, judge
+from gearbench.optimisation.designs import Designs
 from gearbench.robustness.montecarlo import Responses, prepare_scene, respond
 from gearbench.scene import Resolution, Scene
 from studies.s01_table2.data import COLUMNS, UNITS, statistics

@@ -8,9 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gearbench.optimise.run import Progress, optimise
-from gearbench.optimise.study import Algorithm, OptimisationStudy, Robustness
-from gearbench.optimise.study_file import parse_study
+from gearbench.optimisation.run import Progress, optimise
+from gearbench.optimisation.study import Algorithm, OptimisationStudy, Robustness
+from gearbench.optimisation.study_file import parse_study
 from gearbench.scene_file import read_toml
 
 if TYPE_CHECKING:

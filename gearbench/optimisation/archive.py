@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.optimise.front import hypervolume, non_dominated
-from gearbench.optimise.problem import Evaluation, assignments
-from gearbench.optimise.study import Design, OptimisationStudy
+from gearbench.optimisation.front import hypervolume, non_dominated
+from gearbench.optimisation.problem import Evaluation, assignments
+from gearbench.optimisation.study import Design, OptimisationStudy
 
 #: The reference point of the hypervolume, over the worst objectives of the first feasible designs.
 MARGIN = 1.1

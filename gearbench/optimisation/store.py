@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from gearbench.errors import InputError
 from gearbench.files import write_text
-from gearbench.optimise.dataset import checksum, designs_dataset, read_designs, read_names
-from gearbench.optimise.problem import Evaluation
-from gearbench.optimise.study import Design, OptimisationStudy
+from gearbench.optimisation.dataset import checksum, designs_dataset, read_designs, read_names
+from gearbench.optimisation.problem import Evaluation
+from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.results.netcdf import save
 
 if TYPE_CHECKING:

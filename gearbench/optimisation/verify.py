@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import GearbenchError, InputError
-from gearbench.optimise.dataset import read_designs, read_names
-from gearbench.optimise.designs import Designs
-from gearbench.optimise.engine import Threads
-from gearbench.optimise.front import non_dominated
-from gearbench.optimise.problem import Evaluation, macro_geometry
-from gearbench.optimise.study import Design, OptimisationStudy
+from gearbench.optimisation.dataset import read_designs, read_names
+from gearbench.optimisation.designs import Designs
+from gearbench.optimisation.engine import Threads
+from gearbench.optimisation.front import non_dominated
+from gearbench.optimisation.problem import Evaluation, macro_geometry
+from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.results.responses import described
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def verify(
     Parameters
     ----------
     designs
-        From ``gearbench.optimise.select.open_designs``.
+        From ``gearbench.optimisation.select.open_designs``.
     places
         Which designs, by their places in the dimension ``design``; the front by default.
     accuracy

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError
-from gearbench.optimise.dataset import read_designs, read_names
-from gearbench.optimise.problem import scene_of
-from gearbench.optimise.study import OptimisationStudy
-from gearbench.optimise.study_file import parse_study
+from gearbench.optimisation.dataset import read_designs, read_names
+from gearbench.optimisation.problem import scene_of
+from gearbench.optimisation.study import OptimisationStudy
+from gearbench.optimisation.study_file import parse_study
 from gearbench.results.quantities import QUANTITIES
 from gearbench.scene import Scene
 

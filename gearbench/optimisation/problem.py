@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.pair import Pair
-from gearbench.optimise.constraints import constrained, judge
-from gearbench.optimise.derived import DERIVED
-from gearbench.optimise.study import Design, OptimisationStudy
-from gearbench.optimise.variables import Value
+from gearbench.optimisation.constraints import constrained, judge
+from gearbench.optimisation.derived import DERIVED
+from gearbench.optimisation.study import Design, OptimisationStudy
+from gearbench.optimisation.variables import Value
 from gearbench.results.outputs import Solved
 from gearbench.results.responses import STATISTICS
 from gearbench.robustness.sampling import Sampler, unit_samples

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from gearbench.errors import InputError
-from gearbench.optimise.constraints import check_limited
-from gearbench.optimise.dataset import DIMENSIONS
-from gearbench.optimise.derived import DERIVED, SETS
-from gearbench.optimise.study import Algorithm, Limit, Objective, OptimisationStudy, Robustness
-from gearbench.optimise.variables import Variable
+from gearbench.optimisation.constraints import check_limited
+from gearbench.optimisation.dataset import DIMENSIONS
+from gearbench.optimisation.derived import DERIVED, SETS
+from gearbench.optimisation.study import Algorithm, Limit, Objective, OptimisationStudy, Robustness
+from gearbench.optimisation.variables import Variable
 from gearbench.results.responses import quantity
 from gearbench.scene_file import scene_key, table_class
 from gearbench.schema import as_table, check, keys, make, read, read_toml

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.optimise.archive import Archive
-from gearbench.optimise.problem import Evaluation
-from gearbench.optimise.study import Design, OptimisationStudy
+from gearbench.optimisation.archive import Archive
+from gearbench.optimisation.problem import Evaluation
+from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.results.responses import described
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.errors import InputError
-from gearbench.optimise.variables import Value, Variable
+from gearbench.optimisation.variables import Value, Variable
 from gearbench.results.responses import STATISTICS, responses, split_statistic, statistics_of
 from gearbench.robustness.sampling import Sampler
 from gearbench.schema import STRICT, given
@@ -135,7 +135,7 @@ class OptimisationStudy:
     objectives
         What is to be made small, one or more.
     constraints
-        Limits by the name of the quantity, from ``gearbench.optimise.constraints``.
+        Limits by the name of the quantity, from ``gearbench.optimisation.constraints``.
     algorithm, robustness
         The search, and the error samples of each design.
 

@@ -11,11 +11,11 @@ from importlib.util import find_spec
 from typing import Any
 
 from gearbench.errors import GearbenchError, InputError
-from gearbench.optimise.problem import Evaluation, evaluate, macro_geometry
-from gearbench.optimise.study import Design, OptimisationStudy
+from gearbench.optimisation.problem import Evaluation, evaluate, macro_geometry
+from gearbench.optimisation.study import Design, OptimisationStudy
 
 #: Module that local workers load as they begin.
-WORKER = "gearbench.optimise.worker"
+WORKER = "gearbench.optimisation.worker"
 #: Tasks of a generation for each worker: a worker that is lost costs one of them, a slow one holds up the others less.
 TASKS = 8
 

@@ -28,7 +28,7 @@ class Variable:
         Name of its table in the study.
     paths
         Keys of the scene that take its value, e.g. ``("pair.pinion.teeth", "pair.wheel.teeth")``, or names of
-        ``gearbench.optimise.derived``. In a file the variable's name is the key, where ``paths`` is absent.
+        ``gearbench.optimisation.derived``. In a file the variable's name is the key, where ``paths`` is absent.
     min, max
         Range. Whole numbers without a step: every whole number between them. Otherwise a real variable, or, with a
         step, the values min, min + step, … up to max.

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from functools import cache, partial
 
 from gearbench.errors import InputError
-from gearbench.optimise.study import Limit
+from gearbench.optimisation.study import Limit
 from gearbench.results.outputs import Solved
 from gearbench.results.responses import is_response, response, responses
 from gearbench.scene import Scene

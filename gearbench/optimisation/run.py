@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gearbench.optimise.archive import Archive
-from gearbench.optimise.dataset import front_dataset
-from gearbench.optimise.engine import Engine, choose_engine
-from gearbench.optimise.nsga2 import Search
-from gearbench.optimise.problem import Evaluation
-from gearbench.optimise.store import Store
-from gearbench.optimise.study import Design, OptimisationStudy
-from gearbench.optimise.study_file import check_study
+from gearbench.optimisation.archive import Archive
+from gearbench.optimisation.dataset import front_dataset
+from gearbench.optimisation.engine import Engine, choose_engine
+from gearbench.optimisation.nsga2 import Search
+from gearbench.optimisation.problem import Evaluation
+from gearbench.optimisation.store import Store
+from gearbench.optimisation.study import Design, OptimisationStudy
+from gearbench.optimisation.study_file import check_study
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearbench.errors import GearbenchError
-from gearbench.optimise.problem import Evaluation, assignments
-from gearbench.optimise.study import Design, OptimisationStudy
-from gearbench.optimise.variables import Variable
+from gearbench.optimisation.problem import Evaluation, assignments
+from gearbench.optimisation.study import Design, OptimisationStudy
+from gearbench.optimisation.variables import Variable
 
 if TYPE_CHECKING:
     from pymoo.core.duplicate import DuplicateElimination

@@ -6,7 +6,7 @@ import csv
 import io
 from typing import Any
 
-from gearbench.optimise.select import Selection
+from gearbench.optimisation.select import Selection
 
 
 def csv_text(selection: Selection, top: int | None = None) -> str:

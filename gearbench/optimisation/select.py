@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError
-from gearbench.optimise.conditions import Condition
-from gearbench.optimise.designs import OF_SCENE, Designs
-from gearbench.optimise.store import FRONT, STUDY
+from gearbench.optimisation.conditions import Condition
+from gearbench.optimisation.designs import OF_SCENE, Designs
+from gearbench.optimisation.store import FRONT, STUDY
 from gearbench.results.netcdf import load
 from gearbench.results.responses import split_statistic
 from gearbench.scene import Scene
