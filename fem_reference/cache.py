@@ -51,10 +51,10 @@ def cached_compliance(
 ) -> FlankCompliance:
     """Like ``refined_compliance``, from the cache where the same was computed before."""
     path = entry(body, material, accuracy, order)
-    found = _load(path, body.gear)
+    found = load(path, body.gear)
     if found is None:
         found = refined_compliance(body, material, accuracy, order)
-        _store(path, found)
+        store(path, found)
     return found
 
 
@@ -104,7 +104,7 @@ def _checksum(blocks: np.ndarray, meta: str) -> str:
     return hashlib.sha256(blocks.tobytes() + meta.encode()).hexdigest()
 
 
-def _store(path: Path, result: FlankCompliance) -> None:
+def store(path: Path, result: FlankCompliance) -> None:
     """Write atomically; a cache that cannot be written costs only time, so it warns."""
     buffer = io.BytesIO()
     np.savez(buffer, **_payload(result))
@@ -121,7 +121,7 @@ def _store(path: Path, result: FlankCompliance) -> None:
         warnings.warn(f"cannot keep the result in {path.parent}: {error}", stacklevel=3)
 
 
-def _load(path: Path, gear: Gear) -> FlankCompliance | None:
+def load(path: Path, gear: Gear) -> FlankCompliance | None:
     """Return the entry, or None if there is none that is whole."""
     try:
         with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as stored:

@@ -67,7 +67,7 @@ def free_solid(shape: str, order=(3, 2, 3)) -> Solid:
 
 def full_stiffness(solid: Solid) -> np.ndarray:
     n = math.prod(solid.shape)
-    return np.einsum("abmn,abkl->mknl", solid._of_section, solid._of_axis).reshape(n, n)
+    return np.einsum("abmn,abkl->mknl", solid.of_section, solid.of_axis).reshape(n, n)
 
 
 def amplitudes(solid: Solid, field, rtol: float = 1e-9) -> np.ndarray:
@@ -129,7 +129,7 @@ def test_rigid_motions_of_the_root_cost_no_energy(helix):
     """Six directions of S: along and about the axis to rounding; across as polynomials of θ; tilts like θ R near √x."""
     found = []
     for order in ((3, 3, 4), (4, 5, 5), (5, 6, 6)):
-        value = np.linalg.eigvalsh(body(gear(helix), order=order)._tooth_parts[0])
+        value = np.linalg.eigvalsh(body(gear(helix), order=order).tooth_parts[0])
         assert value[0] > -1e-13 * value[-1]
         found.append(value[:6] / value[6])
     found = np.array(found)
@@ -144,7 +144,7 @@ def test_turn_of_the_root_about_the_axis_of_the_gear(helix):
     """No force, and each point of the flank moves by r_b cos β_b against its normal per radian."""
     g = gear(helix)
     b = body(g, order=(4, 5, 6))
-    S, phi = b._tooth_parts
+    S, phi = b.tooth_parts
     q = np.zeros(len(S))
     q[0] = g.root_radius * math.sqrt(b.root_arc * g.face_width)  # u_θ = r_f on the orthonormal constant
     assert_allclose(S @ q / q[0], 0, atol=1e-14 * np.abs(S).max())
@@ -159,7 +159,7 @@ def test_parts_of_the_tooth_are_the_schur_complement_of_the_whole(helix, order):
     """Springs of any kind below the root: tooth and springs solved together = clamped tooth + Φ (S + B⁻¹)⁻¹ Φᵀ."""
     b = body(gear(helix), order=order)
     solid, n = b.tooth.free_solid, b.axis_order
-    S, phi = b._tooth_parts
+    S, phi = b.tooth_parts
     # amplitudes of root polynomials in the Ritz functions: field, across, height (first), axis
     eta, w = gauss(order[2] + 2)
     h, g = axis_functions(order[2], eta)[0], width_functions(n, eta)[0]
@@ -193,7 +193,7 @@ def dense_body(b: ToothedRing) -> tuple[np.ndarray, np.ndarray]:
     """
     g, t = b.tooth.gear, b.tooth
     z, psi, count, n_s = g.teeth, float(g.half_angle(g.root_radius)), b.axis_order, t.order[0]
-    S, phi = b._tooth_parts
+    S, phi = b.tooth_parts
     ring = Ring(
         inner_radius=b.bore_radius, radius=g.root_radius, width=g.face_width, screw=math.tan(g.beta) / g.pitch_radius,
         E=E, nu=NU, order=(b.order, count),
@@ -360,7 +360,7 @@ def test_what_is_cut_off_does_not_count(helix, teeth, monkeypatch):
     size = np.linalg.norm(C[1])
     assert np.linalg.norm(blocks(along=16) - C) < 3e-4 * size
     with monkeypatch.context() as patch:
-        patch.setattr("gearbench.compliance.gear_body._FINEST", 120.0)
+        patch.setattr("gearbench.compliance.gear_body.FINEST", 120.0)
         assert 1e-6 * size < np.linalg.norm(blocks() - C) < 3e-4 * size
     monkeypatch.setattr(ToothedRing, "axis_order", property(lambda self: self.tooth.order[2]))
     assert 1e-6 * size < np.linalg.norm(blocks() - C) < 4e-3 * size

@@ -208,7 +208,7 @@ def test_chains_are_all_there_is(helix, axis):
         np.concatenate([solid.amplitudes(c) for c in found]) for found in (solid.classes, solid.root_classes)
     )
     assert_allclose(np.sort(np.concatenate([inner, root])), np.arange(math.prod(solid.shape)))
-    S, Z = solid._of_section, solid._of_axis
+    S, Z = solid.of_section, solid.of_axis
     full = np.einsum("abmn,abkl->mknl", S, Z).reshape(2 * (math.prod(solid.shape),))
     for chosen, other, chain in zip(solid.classes, solid.root_classes, solid.chains, strict=True):
         at, moving = solid.amplitudes(chosen), solid.amplitudes(other)

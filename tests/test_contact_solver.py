@@ -167,7 +167,7 @@ def test_agrees_with_a_generic_qp_solver():
         assert_allclose(solution.force.ravel()[problem.active[0]], found.x, atol=1e-7, err_msg=f"seed {seed}")
 
 
-@pytest.mark.parametrize("method", [dense_fallback.active_set, dense_fallback._one_at_a_time])
+@pytest.mark.parametrize("method", [dense_fallback.active_set, dense_fallback.one_at_a_time])
 def test_dense_fallback_agrees_with_the_structured_solver(method):
     """Both of its stages: the whole contact set at once, and the one that is sure to end."""
     for seed in range(0, EXAMPLES, 4):

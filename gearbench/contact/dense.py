@@ -59,10 +59,11 @@ def active_set(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
         if np.array_equal(wanted, loaded):
             return P, delta, stiffness, step + 1
         loaded = wanted
-    return _one_at_a_time(H, e)
+    return one_at_a_time(H, e)
 
 
-def _one_at_a_time(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
+def one_at_a_time(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
+    """Active set of one contact after another: forces, approach, stiffness and steps of a small dense problem."""
     loaded = np.zeros(e.size, dtype=bool)
     loaded[np.argmin(0.5 * np.diagonal(H) + e)] = True
     P, delta, stiffness = _equal_approach(H, e, loaded)

@@ -103,7 +103,7 @@ class Gear(TransverseSection):
         return eta < -self.pitch_radius * math.sin(self.alpha_t) ** 2
 
     @cached_property
-    def _fillet_end(self) -> float:
+    def fillet_end(self) -> float:
         """Fillet parameter φ [rad] at the junction with the involute."""
         phi = self.fillet.phi_end
         if not self.is_undercut:
@@ -122,12 +122,12 @@ class Gear(TransverseSection):
     @cached_property
     def form_radius(self) -> float:
         """Root form radius: junction of fillet and involute [mm]."""
-        return max(float(self.fillet.radius(self._fillet_end)), self.base_radius)
+        return max(float(self.fillet.radius(self.fillet_end)), self.base_radius)
 
     @cached_property
     def neck(self) -> float:
         """Smallest transverse tooth thickness of the fillet [mm]; undercut makes it thinner than the flank above."""
-        phi = np.linspace(0.0, self._fillet_end, 257)
+        phi = np.linspace(0.0, self.fillet_end, 257)
         return float(np.min(2 * self.fillet.radius(phi) * self.fillet.half_angle(phi)))
 
     @cached_property
@@ -162,7 +162,7 @@ class Gear(TransverseSection):
     def half_angle(self, radius: ArrayLike) -> NDArray:
         """Half tooth-thickness angle ψ [rad] of flank and generated fillet at radius R [mm], r_f ≤ R ≤ r_a."""
         radius = np.asarray(radius, dtype=float)
-        phi = np.minimum(self.fillet.parameter(radius), self._fillet_end)
+        phi = np.minimum(self.fillet.parameter(radius), self.fillet_end)
         return np.where(radius < self.form_radius, self.fillet.half_angle(phi), self.involute_half_angle(radius))
 
     def transverse_thickness(self, radius: ArrayLike, *, fillet: bool = True) -> NDArray:
@@ -178,7 +178,7 @@ class Gear(TransverseSection):
 
     def flank_points(self, n_flank: int = 40, n_fillet: int = 20) -> NDArray:
         """Right flank from root circle to tip circle, tooth centre line on +y: (n_fillet + n_flank − 1, 2) [mm]."""
-        phi = np.linspace(0.0, self._fillet_end, n_fillet)
+        phi = np.linspace(0.0, self.fillet_end, n_fillet)
         r_b = self.base_radius
         roll = [math.sqrt(max(r * r - r_b * r_b, 0.0)) for r in (self.form_radius, self.tip_radius)]
         flank = np.hypot(r_b, np.linspace(roll[0], roll[1], n_flank)[1:])

@@ -102,8 +102,8 @@ def _write_and_read(arguments) -> bool:
     for i in range(40):
         blocks = np.full((1, 30, 30), float(i))
         result = FlankCompliance(gear=gear, order=(5, 6), blocks=blocks, error=0.0, attrs={})
-        cache._store(Path(path), result)
-        found = cache._load(Path(path), gear)
+        cache.store(Path(path), result)
+        found = cache.load(Path(path), gear)
         whole &= found is not None and np.ptp(found.blocks) == 0
     return whole
 
