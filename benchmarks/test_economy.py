@@ -126,13 +126,13 @@ def test_the_time_of_a_dropped_compliance_is_gone(benchmark, name):
 
 def by_hand() -> ContactSolution:
     """What a scene with nothing but Weber–Banaschek's law comes to, written for this one case."""
-    pair, force = BORED, BASE.normal_force
+    pair, force = BORED, BASE.F_bn
     tau = (np.arange(64) + 0.5) / 64
     lines = contact_lines(pair, tau, 15)
     nu, E = pair.material.nu, pair.material.E
     c = 4 * (1 - nu**2) / (math.pi * E)
-    T = pair.tangent_length
-    rho = np.maximum(lines.u * (T - lines.u) / T / math.cos(pair.base_helix_angle), 1e-9 * T)
+    T = pair.meshing.tangent_length
+    rho = np.maximum(lines.u * (T - lines.u) / T / math.cos(pair.meshing.beta_b), 1e-9 * T)
     t1, t2 = (gear.flank_depth(radius) for gear, radius in zip(pair.gears, lines.radii, strict=True))
     a = c * (0.5 * np.log(2 * t1 * t2 / (c * rho)) - nu / (2 * (1 - nu)))
     h = np.full(lines.shape, c / 2)

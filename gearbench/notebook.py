@@ -38,14 +38,14 @@ def pair_html(pair: Pair) -> str:
         "pitch radius r [mm]": (pinion.pitch_radius, wheel.pitch_radius),
         "base radius r_b [mm]": (pinion.base_radius, wheel.base_radius),
         "root radius r_f [mm]": (pinion.root_radius, wheel.root_radius),
-        "tip clearance [mm]": pair.tip_clearances,
+        "tip clearance [mm]": pair.meshing.tip_clearances,
     }
     together = {
         "normal module m_n [mm]": pair.normal_module,
         "pressure angle, helix angle [°]": f"{pair.pressure_angle:g}, {pair.helix_angle:g}",
         "face width, centre distance [mm]": f"{pair.face_width:g}, {pair.centre_distance:g}",
-        "working pressure angle α_wt [°]": math.degrees(pair.working_pressure_angle),
-        "contact ratios ε_α, ε_β": f"{pair.transverse_contact_ratio:.4g}, {pair.overlap_ratio:.4g}",
+        "working pressure angle α_wt [°]": math.degrees(pair.meshing.alpha_wt),
+        "contact ratios ε_α, ε_β": f"{pair.meshing.transverse_contact_ratio:.4g}, {pair.meshing.overlap_ratio:.4g}",
         "backlash j_wt [mm]": round(pair.actual_backlash, 9),
         "E [GPa], ν": f"{pair.material.youngs_modulus:g}, {pair.material.poisson_ratio:g}",
     }

@@ -137,14 +137,14 @@ class Scene:
         return self.effects_by_name.get(name)
 
     @property
-    def tangential_force(self) -> float:
-        """F_t = T / r_b1, transverse, along the line of action [N]."""
+    def F_bt(self) -> float:
+        """F_bt = T / r_b1, transverse, along the line of action [N]."""
         return 1e3 * self.load.torque / self.pair.gears[0].base_radius
 
     @property
-    def normal_force(self) -> float:
-        """F_n = F_t / cos β_b [N]."""
-        return self.tangential_force / math.cos(self.pair.base_helix_angle)
+    def F_bn(self) -> float:
+        """F_bn = F_bt / cos β_b, normal to the flank [N]."""
+        return self.F_bt / math.cos(self.pair.meshing.beta_b)
 
     def to_mapping(self) -> dict[str, Any]:
         """The scene as nested tables, as in a file; what equals its default is left out."""

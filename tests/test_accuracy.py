@@ -236,7 +236,7 @@ def test_knobs_turn_only_themselves(knob):
 def test_gauss_panels_are_of_order_twice_their_points(points):
     """Mean STE and stiffness of a spur pair without relief: panels cut into 4 and 8 between the transitions."""
     scene = with_resolution(gear("SC").scene(), segments=2)
-    transitions = np.sort(np.array(scene.pair.transition_phases) % 1.0)
+    transitions = np.sort(np.array(scene.pair.meshing.transition_phases) % 1.0)
     exact = _means(scene, transitions, 24)
     errors = []
     for count in (4, 8):

@@ -118,7 +118,7 @@ def test_constant_stiffness_is_proportional_to_the_length_in_contact(pair):
     found = solve(assemble(s, lines))
     length = (lines.length * lines.shape[2]).sum(axis=1)
     assert_allclose(found.stiffness, length / C, rtol=1e-13)
-    assert_allclose(found.approach, s.normal_force * C / length, rtol=1e-13)
+    assert_allclose(found.approach, s.F_bn * C / length, rtol=1e-13)
 
 
 @pytest.mark.parametrize("pair", [SPUR, HELICAL], ids=["spur", "helical"])
@@ -128,7 +128,7 @@ def test_mean_length_in_contact(pair):
     phase, weight = mesh_phases(s)
     k = solve(assemble(s, scene_lines(s, phase))).stiffness @ weight
     sin_b = math.sin(math.radians(pair.helix_angle)) * math.cos(math.radians(20))
-    expected = pair.transverse_contact_ratio * pair.face_width / math.sqrt(1 - sin_b**2) / C
+    expected = pair.meshing.transverse_contact_ratio * pair.face_width / math.sqrt(1 - sin_b**2) / C
     assert_allclose(k, expected, rtol=1e-12)
 
 
@@ -248,7 +248,7 @@ def central(s: Scene, phases: NDArray, step: float) -> NDArray:
     high, low = (
         solve(assemble(replace(s, load=Load(torque=s.load.torque * (1 + x))), lines)).approach for x in (step, -step)
     )
-    return 2 * step * s.normal_force / (high - low)
+    return 2 * step * s.F_bn / (high - low)
 
 
 @pytest.mark.parametrize("pair", [SPUR, HELICAL], ids=["spur", "helical"])

@@ -102,7 +102,7 @@ def test_weber_banaschek_with_numbers():
     at = lines(SPUR)
     law = Hertz().compliance(at)
     assert_allclose(law.h, c / 2, rtol=1e-15)
-    (r1, r2), tl = (r.ravel() for r in at.radii), SPUR.tangent_length
+    (r1, r2), tl = (r.ravel() for r in at.radii), SPUR.meshing.tangent_length
     g1, g2 = SPUR.gears
     i, j = 0, at.u.size - 1
     u = at.u.ravel()
@@ -175,7 +175,7 @@ def test_both_teeth_deflect_in_series(pair, bending):
     (p, k) = np.argwhere(at.active)[0]
     heights = [
         np.hypot(g.base_radius, x) - g.root_radius
-        for g, x in zip(pair.gears, (at.u, pair.tangent_length - at.u), strict=True)
+        for g, x in zip(pair.gears, (at.u, pair.meshing.tangent_length - at.u), strict=True)
     ]
     for j in range(4):
         expected = sum(

@@ -281,7 +281,7 @@ def test_coupling_changes_the_sharing_of_the_load(kind):
     """Teeth that move each other share less freely: the sum is the same."""
     load = [simulated(kind, m).line_load for m in BODIES]
     force = [(q * q.segment_length).sum("segment").values for q in load]
-    total = scene(kind).normal_force
+    total = scene(kind).F_bn
     for f in force:
         assert_allclose(f.sum(axis=1), total, rtol=1e-9)
     assert np.abs(force[0] - force[1]).max() > 0.005 * total

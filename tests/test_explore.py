@@ -143,11 +143,11 @@ def test_the_load_map_carries_the_load(helix):
     solved = solve_scene(scene)
     image = flank_map(solved, (400, 200))
     pair = scene.pair
-    area = (pair.path_end - pair.path_start) * pair.face_width
+    area = (pair.meshing.path_end - pair.meshing.path_start) * pair.face_width
     # mean over a period of Σ q ℓ = ∫∫ q dy/cos β_b du/p_bt
-    force = np.nanmean(image) * area / (pair.base_pitch * np.cos(pair.base_helix_angle))
+    force = np.nanmean(image) * area / (pair.meshing.base_pitch * np.cos(pair.meshing.beta_b))
     # pixels and ends of lines: 1 %
-    assert_allclose(force, scene.normal_force, rtol=1e-2)
+    assert_allclose(force, scene.F_bn, rtol=1e-2)
 
 
 def test_density_is_one_in_total_and_a_peak_where_nothing_scatters():
@@ -162,7 +162,10 @@ def test_teeth_touch_where_contact_is_and_never_overlap(scene, phase):
     drawn = mesh(scene.pair)
     pinion, wheel = drawn.at(phase)
     contacts = drawn.contacts(phase)
-    assert len(contacts) in {int(scene.pair.transverse_contact_ratio), int(scene.pair.transverse_contact_ratio) + 1}
+    assert len(contacts) in {
+        int(scene.pair.meshing.transverse_contact_ratio),
+        int(scene.pair.meshing.transverse_contact_ratio) + 1,
+    }
     for point in contacts:
         for outlined in (pinion, wheel):
             # 16 points on a flank: the polygon leaves the involute by less than 1 % of the module

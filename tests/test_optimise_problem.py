@@ -49,8 +49,8 @@ def test_limited_quantities_are_those_of_the_pair_and_of_strength():
     scene = scene_of(STUDY, GOOD)
     values = constrained(scene, STUDY.constraints)
     assert values == {
-        "total_contact_ratio": scene.pair.total_contact_ratio,
-        "specific_sliding": scene.pair.largest_sliding,
+        "total_contact_ratio": scene.pair.meshing.total_contact_ratio,
+        "specific_sliding": scene.pair.meshing.largest_sliding,
         "contact_pressure": largest_pressure(solve_scene(scene)),
         "root_stress": max(root_stress(scene)),
     }
@@ -61,7 +61,7 @@ def test_a_broken_limit_is_named_and_measured():
     limits = {"total_contact_ratio": Limit(min=2.0), "specific_sliding": Limit(max=100.0)}
     study = replace(STUDY, constraints=limits)
     result = evaluate(study, GOOD)
-    ratio = scene_of(study, GOOD).pair.total_contact_ratio
+    ratio = scene_of(study, GOOD).pair.meshing.total_contact_ratio
     assert ratio < 2.0
     assert result.violation == pytest.approx((2.0 - ratio) / 2.0, rel=1e-14)
     assert result.reason == f"total_contact_ratio {ratio:.4g} below 2"

@@ -75,7 +75,7 @@ def test_derived_variables_mean_what_they_say():
     study = parse_study(tomllib.loads(SMALL))
     # spur: at the low end of the addendum ε_α = 1, which is less than the solver of scenes accepts by rounding alone
     low = scene_of(study, (2, 0, 4, 0, 0, 0)).pair
-    assert low.transverse_contact_ratio == pytest.approx(1.0, abs=1e-10)  # tolerance of the root search
+    assert low.meshing.transverse_contact_ratio == pytest.approx(1.0, abs=1e-10)  # tolerance of the root search
     assert scene_of(study, (2, 10, 4, 0, 0, 0)).pair.pinion.addendum == 1.0
     scene = scene_of(study, (2, 5, 4, 0, 3, 3))
     relief = scene.effect("tip_relief")

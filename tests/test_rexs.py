@@ -85,7 +85,7 @@ def test_the_real_stages_simulate(number):
     norm = norm_stiffness(scene.pair).mesh * scene.pair.face_width
     assert 1.8 < stiffness / norm < 2.6
     # δ ≈ F/k: the contact law is not linear, its secant lies below its tangent
-    ratio = float(dataset["transmission_error_mean"]) * stiffness / scene.tangential_force
+    ratio = float(dataset["transmission_error_mean"]) * stiffness / scene.F_bt
     assert 1 < ratio < 1.2
 
 

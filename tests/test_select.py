@@ -176,7 +176,7 @@ def test_axial_force_is_the_axial_part_of_the_normal_force(designs):
     force = designs.values("axial_force", places)
     for place, found in zip(places, force, strict=True):
         scene = designs.scene(int(place))
-        assert found == pytest.approx(scene.normal_force * math.sin(scene.pair.base_helix_angle), rel=1e-12)
+        assert found == pytest.approx(scene.F_bn * math.sin(scene.pair.meshing.beta_b), rel=1e-12)
     spur = select(designs, where=[parse_condition("helix_angle==0")])
     none = select(designs, where=[parse_condition("axial_force<=0")])
     assert_array_equal(spur.places, none.places)

@@ -27,8 +27,8 @@ def test_pressure_in_single_contact_is_that_of_two_cylinders():
     assert single.any()
     pressure = contact_pressure(solved.lines, solved.solution.force).max(axis=(1, 2))
     middle = solved.lines.u[..., 7].max(axis=1, where=solved.lines.active, initial=0.0)
-    rho1, rho2 = middle, scene.pair.tangent_length - middle
-    q = scene.normal_force / scene.pair.face_width
+    rho1, rho2 = middle, scene.pair.meshing.tangent_length - middle
+    q = scene.F_bn / scene.pair.face_width
     # Z_E of steel on steel in ISO 6336-2, for E = 206 GPa, ν = 0.3; the load of a spur pair is even over the face
     by_hand = 189.8117 * np.sqrt(q * (1 / rho1 + 1 / rho2))
     assert_allclose(pressure[single], by_hand[single], rtol=1e-6)
@@ -39,7 +39,9 @@ def test_pressure_belongs_to_the_half_width_of_the_hertz_law():
     pair, lines = solved.scene.pair, solved.lines
     nu, E = pair.material.nu, pair.material.E
     q = solved.line_load()
-    rho = lines.u * (pair.tangent_length - lines.u) / pair.tangent_length / math.cos(pair.base_helix_angle)
+    rho = (
+        lines.u * (pair.meshing.tangent_length - lines.u) / pair.meshing.tangent_length / math.cos(pair.meshing.beta_b)
+    )
     half_width = np.sqrt(8 * q * rho * (1 - nu**2) / (math.pi * E))
     loaded = q > 0
     # the strip carries the line load: π/2 · p · a_H = q
@@ -93,10 +95,10 @@ def test_pressure_is_that_of_the_forces_solved():
 def test_specific_sliding_is_that_of_the_velocities():
     pair = case(1).pair
     worst = 0.0
-    for u in (pair.path_start, pair.path_end):
+    for u in (pair.meshing.path_start, pair.meshing.path_end):
         # rolling velocities of pinion and wheel along the flank, for unit speed of the base circles
         v1 = u / pair.gears[0].base_radius
-        v2 = (pair.tangent_length - u) / pair.gears[1].base_radius
+        v2 = (pair.meshing.tangent_length - u) / pair.gears[1].base_radius
         worst = max(worst, abs((v1 - v2) / v1), abs((v1 - v2) / v2))
     assert sliding(case(1)) == pytest.approx(worst, rel=1e-12)
 

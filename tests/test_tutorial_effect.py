@@ -92,7 +92,7 @@ def test_a_tooth_is_simulated_as_its_closed_form_says():
     for i in alone:
         k = int(np.argmax(lines.length[i] > 0))
         h = [float(radius[i, k, 0]) - gear.root_radius for radius, gear in zip(lines.radii, gears, strict=True)]
-        expected = 1e3 * given.normal_force * sum(x**2 for x in h) / (1e3 * given.pair.face_width)
+        expected = 1e3 * given.F_bn * sum(x**2 for x in h) / (1e3 * given.pair.face_width)
         # Hertz adds some tenths of a per mille to a tooth this soft
         assert_allclose(result.transmission_error[i], expected, rtol=1e-3)
 

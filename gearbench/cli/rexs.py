@@ -182,7 +182,7 @@ def _row(document: RexsDocument, stage: Stage, torque: float | None, load_case: 
         "face_width": pair.face_width,
         "distance": pair.centre_distance,
         "torque": found.tables.get("load", {}).get("torque"),
-        "ε_α": pair.transverse_contact_ratio,
-        "ε_β": pair.overlap_ratio,
+        "ε_α": pair.meshing.transverse_contact_ratio,
+        "ε_β": pair.meshing.overlap_ratio,
         "notes": list(found.notes),
     }

@@ -24,7 +24,7 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
     if resolution.positions is not None:
         return uniform_phases(resolution.positions)
     kinks = [u for effect in scene.effects if isinstance(effect, GapEffect) for u in effect.kinks(scene.pair)]
-    transitions = (*scene.pair.transition_phases, *scene.pair.phases_at(kinks))
+    transitions = (*scene.pair.meshing.transition_phases, *scene.pair.meshing.phases_at(kinks))
     size = resolution.panel_size
     assert size is not None
     return gauss_phases(transitions, size)
@@ -55,15 +55,15 @@ def assemble(scene: Scene, lines: ContactLines) -> ContactProblem:
         unit = _typical_compression(a, h, scene)
     else:
         a = h = np.zeros(lines.shape)
-        unit = _even_deflection(factor, lines) * scene.normal_force
-    problem = scale_problem(lines, total_gap(scene, lines), factor, a, h, scene.normal_force, unit, coupled=coupled)
+        unit = _even_deflection(factor, lines) * scene.F_bn
+    problem = scale_problem(lines, total_gap(scene, lines), factor, a, h, scene.F_bn, unit, coupled=coupled)
     # a tooth of high order has more amplitudes than a contact line has segments
     return problem if coupled or factor.shape[-1] <= lines.shape[2] else reduce_rank(problem)
 
 
 def _typical_compression(a: NDArray, h: NDArray, scene: Scene) -> float:
     """Compression under the mean line load [mm]: unit of displacement where there is a law."""
-    line_load = scene.normal_force / scene.pair.face_width
+    line_load = scene.F_bn / scene.pair.face_width
     # a law driven beyond its validity still has the slope h of its continuation
     return line_load * max(float(np.mean(a - h * math.log(line_load))), float(np.mean(h)))
 

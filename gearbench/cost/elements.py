@@ -27,6 +27,7 @@ from gearbench.effects.gear_body import GearBody
 from gearbench.effects.tooth_bending import ToothBending, tooth_bending
 from gearbench.errors import GearbenchError
 from gearbench.geometry.action import ContactLines
+from gearbench.geometry.role import Role
 from gearbench.scene import Scene
 from gearbench.simulation import cycle_values
 from gearbench.validation.reference import finite_elements, meshed_flanks
@@ -244,4 +245,4 @@ def _with_flanks(scene: Scene, flanks: Sequence[FlankCompliance]) -> Scene:
 
 
 def _bodies(scene: Scene) -> list[Body]:
-    return [finite_elements(scene).body(scene.pair, k, scene.effects_by_name) for k in range(2)]
+    return [finite_elements(scene).body(scene.pair, role, scene.effects_by_name) for role in Role]

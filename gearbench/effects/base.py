@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,8 +125,8 @@ class ToothCompliance(ComplianceEffect):
     """An effect that adds smooth compliance to a tooth: a deflection that spreads over the whole flank."""
 
     @abstractmethod
-    def tooth_factor(self, pair: Pair, k: int, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
-        """Ψ (…, rank) [√(mm/N)] of a tooth of pinion (k = 0) or wheel (k = 1) by itself.
+    def tooth_factor(self, pair: Pair, role: Role, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
+        """Ψ (…, rank) [√(mm/N)] of a tooth of one of the gears by itself.
 
         A unit normal force at point b of its flank deflects point a by Ψ(a)·Ψ(b); ``height`` above the root circle,
         R − r_f, and ``y`` along the face width [mm].
@@ -134,7 +135,7 @@ class ToothCompliance(ComplianceEffect):
     def both_teeth(self, lines: ContactLines, beside: Effects) -> LowRank:
         """Factor of the teeth of pinion and wheel side by side, each by itself, (position, pair, segment, rank)."""
         heights = [radius - gear.root_radius for gear, radius in zip(lines.pair.gears, lines.radii, strict=True)]
-        parts = [self.tooth_factor(lines.pair, k, heights[k], lines.y, beside) for k in range(2)]
+        parts = [self.tooth_factor(lines.pair, role, heights[role], lines.y, beside) for role in Role]
         return LowRank(factor=np.concatenate(parts, axis=-1))
 
 

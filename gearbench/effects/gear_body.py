@@ -13,6 +13,7 @@ from gearbench.effects.teeth import require_bores, ring_flank, tooth_among
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 
@@ -71,18 +72,18 @@ class GearBody(ToothCompliance):
         from gearbench.compliance.flank import flank_factor
 
         neighbours = lines.shape[1] - 1 if self.coupled else 0
-        flanks = [ring_flank(lines.pair, k, _joint_order(beside), neighbours) for k in range(2)]
+        flanks = [ring_flank(lines.pair, role, _joint_order(beside), neighbours) for role in Role]
         return LowRank(factor=flank_factor(flanks, lines, coupled=self.coupled), coupled=self.coupled)
 
-    def tooth_factor(self, pair: Pair, k: int, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
+    def tooth_factor(self, pair: Pair, role: Role, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
         """Ψ of one tooth by itself; of rank 0 beside finite elements, which contain the body."""
         if _meshed(beside):
             return np.empty((*np.broadcast_shapes(np.shape(height), np.shape(y)), 0))
         if self.model == "ring":
-            return ring_flank(pair, k, _joint_order(beside), 0).factor(height, y)
+            return ring_flank(pair, role, _joint_order(beside), 0).factor(height, y)
         from gearbench.compliance.sainsot_velex import foundation_factor
 
-        gear, bore = pair.gears[k], require_bores(pair)[k]
+        gear, bore = pair.gears[role], require_bores(pair)[role]
         return foundation_factor(gear, pair.material.E, bore / 2, gear.root_radius + height)[..., None]
 
 

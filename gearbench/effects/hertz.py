@@ -42,7 +42,7 @@ class Hertz(ComplianceEffect):
         if self.law == "yang_sun":
             return LineLaw(a=np.full(lines.shape, c), h=np.zeros(lines.shape))
         # at an interference point ρ = 0 and the logarithm is infinite: no segment centre sees less than this
-        rho = np.maximum(lines.curvature_radius, 1e-9 * lines.pair.tangent_length)
+        rho = np.maximum(lines.curvature_radius, 1e-9 * lines.pair.meshing.tangent_length)
         t1, t2 = (gear.flank_depth(r) for gear, r in zip(lines.pair.gears, lines.radii, strict=True))
         # ln(2√(t1 t2)/a_H) = ½ ln(4 t1 t2 / (2cρ)) − ½ ln q, since a_H² = 2cρq
         a = c * (0.5 * np.log(2 * t1 * t2 / (c * rho)) - nu / (2 * (1 - nu)))

@@ -20,6 +20,7 @@ from gearbench.effects.relief import MICROMETRE, Gears, chosen
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, pair_indices
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 from gearbench.tolerances import Edition, FlankTolerances, gear_tolerances, shaft_parallelism
 
@@ -72,7 +73,7 @@ class ErrorMode:
     distribution: Distribution
     sign: int
     shape: Callable[..., NDArray]
-    gear: int
+    gear: Role
     tooth: int | None
 
     def gap(self, lines: ContactLines, along: Along, span: Range) -> NDArray:
@@ -167,27 +168,27 @@ class ManufacturingErrors(GapEffect):
             kind: ErrorKind | None = getattr(this, name)
             if kind is None:
                 continue
-            gears = (0,) if name in _OF_AXES else chosen(kind.gear)
+            gears = (Role.PINION,) if name in _OF_AXES else chosen(kind.gear)
             for gear in gears:
                 amplitude = kind.amplitude
                 if amplitude is None:
                     amplitude = this.class_amplitude(kind.tolerance or name, pair, gear)
-                label = name if name in _OF_AXES else f"{name}_{('pinion', 'wheel')[gear]}"
+                label = name if name in _OF_AXES else f"{name}_{gear.label}"
                 teeth = (None,) if kind.drawn == "gear" or name in _OF_AXES else tuple(pair_indices(pair).tolist())
                 for tooth in teeth:
                     full = label if tooth is None else f"{label}_tooth{tooth:+d}"
                     modes.append(ErrorMode(full, amplitude, kind.distribution, kind.sign, shape, gear, tooth))
         return tuple(modes)
 
-    def class_amplitude(self, tolerance: str, pair: Pair, gear: int) -> float:
+    def class_amplitude(self, tolerance: str, pair: Pair, role: Role) -> float:
         """Amplitude [µm] of the ISO class."""
         if tolerance not in _OF_AXES:
-            return getattr(self._flank(pair, gear), tolerance)
-        largest = max(self._flank(pair, i).helix_total for i in (0, 1))
+            return getattr(self._flank(pair, role), tolerance)
+        largest = max(self._flank(pair, i).helix_total for i in Role)
         return getattr(shaft_parallelism(largest, pair.face_width), tolerance)
 
-    def _flank(self, pair: Pair, gear: int) -> FlankTolerances:
-        return gear_tolerances(pair.gears[gear], self.iso_class or 0, self.edition, self.rounded)
+    def _flank(self, pair: Pair, role: Role) -> FlankTolerances:
+        return gear_tolerances(pair.gears[role], self.iso_class or 0, self.edition, self.rounded)
 
     def modes(self, lines: ContactLines) -> NDArray:
         """Gap of 1 µm of each error, (position, pair, segment, error) [mm]."""

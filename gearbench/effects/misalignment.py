@@ -42,7 +42,7 @@ class Misalignment(GapEffect):
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
-        alpha = lines.pair.working_pressure_angle
+        alpha = lines.pair.meshing.alpha_wt
         opening = self.inclination * math.sin(alpha) + self.deviation * math.cos(alpha)
-        normal = MICROMETRE * math.cos(lines.pair.base_helix_angle)
+        normal = MICROMETRE * math.cos(lines.pair.meshing.beta_b)
         return normal * opening * lines.y / lines.pair.face_width

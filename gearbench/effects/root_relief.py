@@ -47,7 +47,7 @@ class RootRelief(GapEffect):
     def check(self, pair: Pair, beside: Effects) -> None:
         """Refuse a relief longer than the active profile."""
         for i in chosen(self.gear):
-            start, end = pair.active_radii[i]
+            start, end = pair.meshing.active_radii[i]
             if self.length > end - start:
                 raise InputError("length", self.length, f"must be at most the active profile, {end - start:.4g} mm")
 
@@ -55,7 +55,7 @@ class RootRelief(GapEffect):
         """Gap [mm], (position, pair, segment)."""
         total = np.zeros(lines.shape)
         for i in chosen(self.gear):
-            start = lines.pair.active_radii[i][0]
+            start = lines.pair.meshing.active_radii[i][0]
             total += relief(lines.radii[i] - start, self.length, self.amount, self.shape)
         return total
 
@@ -63,4 +63,6 @@ class RootRelief(GapEffect):
         """Where the relief ends on the path of contact, u [mm]."""
         if self.amount == 0 or self.length == 0:
             return ()
-        return tuple(pair.path_coordinate(i, pair.active_radii[i][0] + self.length) for i in chosen(self.gear))
+        return tuple(
+            pair.meshing.path_coordinate(i, pair.meshing.active_radii[i][0] + self.length) for i in chosen(self.gear)
+        )

@@ -14,6 +14,7 @@ from gearbench.errors import InputError
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
 
 if TYPE_CHECKING:
     from fem_reference.section import Body
@@ -73,26 +74,28 @@ def solid_order(gear: Gear) -> tuple[int, int, int]:
 
 
 @lru_cache(maxsize=256)
-def solid_tooth(pair: Pair, k: int, order: tuple[int, int, int] | None) -> SolidTooth:
+def solid_tooth(pair: Pair, role: Role, order: tuple[int, int, int] | None) -> SolidTooth:
     """Solid tooth of pinion (k = 0) or wheel (k = 1)."""
     from gearbench.compliance.solid_tooth import SolidTooth
 
-    gear, material = pair.gears[k], pair.material
-    return SolidTooth(gear=gear, E=material.E, nu=material.nu, order=order or solid_order(gear), driven=k == 1)
+    gear, material = pair.gears[role], pair.material
+    return SolidTooth(
+        gear=gear, E=material.E, nu=material.nu, order=order or solid_order(gear), driven=role == Role.WHEEL
+    )
 
 
 @lru_cache(maxsize=256)
-def toothed_ring(pair: Pair, k: int, order: tuple[int, int, int] | None) -> ToothedRing:
+def toothed_ring(pair: Pair, role: Role, order: tuple[int, int, int] | None) -> ToothedRing:
     """Body of pinion (k = 0) or wheel (k = 1) as a ring, with solid teeth."""
     from gearbench.compliance.gear_body import ToothedRing
 
-    return ToothedRing(tooth=solid_tooth(pair, k, order), bore_radius=require_bores(pair)[k] / 2)
+    return ToothedRing(tooth=solid_tooth(pair, role, order), bore_radius=require_bores(pair)[role] / 2)
 
 
 @lru_cache(maxsize=256)
-def ring_flank(pair: Pair, k: int, order: tuple[int, int, int] | None, neighbours: int) -> FlankCompliance:
+def ring_flank(pair: Pair, role: Role, order: tuple[int, int, int] | None, neighbours: int) -> FlankCompliance:
     """Compliance that the body of pinion (k = 0) or wheel (k = 1) adds, see ``ToothedRing.flank``."""
-    return toothed_ring(pair, k, order).flank(neighbours)
+    return toothed_ring(pair, role, order).flank(neighbours)
 
 
 @lru_cache(maxsize=64)
@@ -109,19 +112,19 @@ def forget_fast_teeth() -> None:
         kept.cache_clear()
 
 
-def meshed_body(pair: Pair, k: int, *, on_body: bool, teeth: int | None = None) -> Body:
+def meshed_body(pair: Pair, role: Role, *, on_body: bool, teeth: int | None = None) -> Body:
     """Part of pinion (k = 0) or wheel (k = 1) that is meshed: a clamped tooth, or a sector of ``teeth`` on its body.
 
     ``teeth`` are by default those in contact at a time, and one more on either side.
     """
     from fem_reference.section import Body
 
-    gear = pair.gears[k]
+    gear = pair.gears[role]
     if not on_body:
         return Body(gear=gear)
-    wanted = teeth or 3 + 2 * int(np.ceil((pair.transverse_contact_ratio + pair.overlap_ratio) / 2))
+    wanted = teeth or 3 + 2 * int(np.ceil((pair.meshing.transverse_contact_ratio + pair.meshing.overlap_ratio) / 2))
     most = gear.teeth - 2 - (gear.teeth + 1) % 2
-    return Body(gear=gear, bore_radius=require_bores(pair)[k] / 2, teeth=min(wanted, most))
+    return Body(gear=gear, bore_radius=require_bores(pair)[role] / 2, teeth=min(wanted, most))
 
 
 def require_bores(pair: Pair) -> tuple[float, float]:

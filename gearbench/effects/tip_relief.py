@@ -63,4 +63,4 @@ class TipRelief(GapEffect):
         if self.amount == 0 or self.length == 0:
             return ()
         starts = [pair.gears[i].tip_radius - self.length for i in chosen(self.gear)]
-        return tuple(pair.path_coordinate(i, r) for i, r in zip(chosen(self.gear), starts, strict=True))
+        return tuple(pair.meshing.path_coordinate(i, r) for i, r in zip(chosen(self.gear), starts, strict=True))

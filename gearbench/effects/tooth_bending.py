@@ -17,6 +17,7 @@ from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 if TYPE_CHECKING:
@@ -118,7 +119,7 @@ class ToothBending(Tooth):
             return None
         from fem_reference.cache import entry
 
-        missing = sum(not entry(self.body(pair, k, beside), pair.material, self.accuracy).exists() for k in range(2))
+        missing = sum(not entry(self.body(pair, role, beside), pair.material, self.accuracy).exists() for role in Role)
         return missing * _SECONDS[_on_body(beside)] * (0.01 / self.accuracy) ** 0.5
 
     def compliance(self, lines: ContactLines, beside: Effects) -> LowRank:
@@ -128,28 +129,30 @@ class ToothBending(Tooth):
         from gearbench.compliance.flank import flank_factor
 
         coupled = self.meshed and _on_body(beside)
-        flanks = [self.flank(lines.pair, k, beside) for k in range(2)]
+        flanks = [self.flank(lines.pair, role, beside) for role in Role]
         return LowRank(factor=flank_factor(flanks, lines, coupled=coupled), coupled=coupled)
 
-    def tooth_factor(self, pair: Pair, k: int, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
+    def tooth_factor(self, pair: Pair, role: Role, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
         """Ψ of one tooth; see ``ToothCompliance``."""
         if self.model != "plate":
-            return self.flank(pair, k, beside).factor(height, y)
-        gear = pair.gears[k]
+            return self.flank(pair, role, beside).factor(height, y)
+        gear = pair.gears[role]
         factor = plate_tooth(gear, pair.material, self.order, self.fillet).factor(height, y)
         if self.load == "full":
             return factor
         return factor * normal_component(gear, height + gear.root_radius)[..., None]
 
-    def flank(self, pair: Pair, k: int, beside: Effects) -> FlankCompliance:
+    def flank(self, pair: Pair, role: Role, beside: Effects) -> FlankCompliance:
         """Compliance of the flank of pinion (k = 0) or wheel (k = 1), as a solid or by finite elements."""
         if self.model == "solid":
-            return solid_tooth(pair, k, self.solid_order).flank
-        return replace(meshed_flank(self.body(pair, k, beside), pair.material, self.accuracy), driven=k == 1)
+            return solid_tooth(pair, role, self.solid_order).flank
+        return replace(
+            meshed_flank(self.body(pair, role, beside), pair.material, self.accuracy), driven=role == Role.WHEEL
+        )
 
-    def body(self, pair: Pair, k: int, beside: Effects) -> Body:
+    def body(self, pair: Pair, role: Role, beside: Effects) -> Body:
         """Part of pinion (k = 0) or wheel (k = 1) that finite elements mesh."""
-        return meshed_body(pair, k, on_body=_on_body(beside), teeth=self.teeth)
+        return meshed_body(pair, role, on_body=_on_body(beside), teeth=self.teeth)
 
 
 def tooth_bending(effects: Effects, model: str) -> ToothBending | None:

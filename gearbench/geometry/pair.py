@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cached_property
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import Field
 from pydantic.dataclasses import dataclass
@@ -196,14 +196,6 @@ class Pair:
         """The two gears in mesh: path of contact, contact ratios, sliding."""
         return Meshing(gears=self.gears, centre_distance=self.centre_distance, face_width=self.face_width)
 
-    # <delegates: removed by the rename>
-    def __getattr__(self, name: str) -> Any:
-        new = {"working_pressure_angle": "alpha_wt", "base_helix_angle": "beta_b"}.get(name, name)
-        if new.startswith("_") or not hasattr(Meshing, new):
-            raise AttributeError(name)
-        return getattr(self.meshing, new)
-
-    # </delegates>
     def swapped(self) -> Pair:
         """The same pair with the wheel driving: pinion and wheel exchanged."""
         return replace(self, pinion=self.wheel, wheel=self.pinion)

@@ -53,7 +53,7 @@ def unit_contact_addendum(pair: Pair) -> float:
     def excess(addendum: float) -> float:
         tips = [g.pitch_radius + g.normal_module * (addendum + g.profile_shift) for g in pair.gears]
         rolls = [math.sqrt(max(r**2 - g.base_radius**2, 0.0)) for r, g in zip(tips, pair.gears, strict=True)]
-        return (sum(rolls) - pair.tangent_length) / pair.base_pitch - 1
+        return (sum(rolls) - pair.meshing.tangent_length) / pair.meshing.base_pitch - 1
 
     if excess(1.0) < 0 or excess(0.0) > 0:
         raise InputError("pair.addendum_fraction", "given", "no addendum up to 1 gives a transverse contact ratio of 1")

@@ -119,7 +119,7 @@ def _check_base(base: Mapping[str, Any], driven: Collection[str]) -> None:
     effects = as_table("base.effects", base.get("effects", {}))
     later = {path.split(".")[1]: {} for path in driven if path.startswith("effects.")}
     tables = {"pair": {}, "load": {}} | {name: table for name, table in base.items() if name not in ("name", "effects")}
-    tables |= {f"effects.{name}": table for name, table in (later | effects).items()}
+    tables |= {f"effects.{name}": table for name, table in {**later, **effects}.items()}
     try:
         kinds = [table_class(name) for name in tables]
     except InputError as error:

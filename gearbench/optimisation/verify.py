@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import GearbenchError, InputError
+from gearbench.geometry.role import Role
 from gearbench.optimisation.dataset import read_designs, read_names
 from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.engine import Threads
@@ -146,8 +147,8 @@ def _prepare(
         progress(f"finite elements of macro-geometry {i} of {len(first)}")
         pair = designs.scene(place).pair
         with suppress(GearbenchError):  # the design is then reported with this reason
-            for k in range(2):
-                reference.flank(pair, k, beside)
+            for role in Role:
+                reference.flank(pair, role, beside)
     return len(first)
 
 

@@ -91,9 +91,9 @@ class MeshCycle:
     def of(cls, scene: Scene, phases: Phases, approach: NDArray, stiffness: NDArray) -> MeshCycle:
         """From the normal approach δ_n [mm] and ∂F_n/∂δ_n [N/mm], (…, position).
 
-        δ = δ_n / cos β_b; k = ∂F_t/∂δ = ∂F_n/∂δ_n · cos²β_b.
+        δ = δ_n / cos β_b; k = ∂F_bt/∂δ = ∂F_bn/∂δ_n · cos²β_b.
         """
-        cos_b = math.cos(scene.pair.base_helix_angle)
+        cos_b = math.cos(scene.pair.meshing.beta_b)
         δ, k = MICROMETRES / cos_b * approach, cos_b**2 / MICROMETRES * stiffness
         return cls(phases=phases, transmission_error=δ, mesh_stiffness=k)
 

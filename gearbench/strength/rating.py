@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
 from gearbench.results.outputs import Solved
 from gearbench.scene import Scene
 from gearbench.strength.bending import RootBending
@@ -18,10 +19,10 @@ from gearbench.strength.bending import RootBending
 #: From the geometry alone.
 GEOMETRIC: Mapping[str, Callable[[Pair], float]] = MappingProxyType(
     {
-        "total_contact_ratio": lambda pair: pair.total_contact_ratio,
-        "transverse_contact_ratio": lambda pair: pair.transverse_contact_ratio,
-        "overlap_ratio": lambda pair: pair.overlap_ratio,
-        "specific_sliding": lambda pair: pair.largest_sliding,
+        "total_contact_ratio": lambda pair: pair.meshing.total_contact_ratio,
+        "transverse_contact_ratio": lambda pair: pair.meshing.transverse_contact_ratio,
+        "overlap_ratio": lambda pair: pair.meshing.overlap_ratio,
+        "specific_sliding": lambda pair: pair.meshing.largest_sliding,
     }
 )
 
@@ -33,7 +34,7 @@ def largest_pressure(solved: Solved) -> float:
 
 def root_stress(scene: Scene) -> tuple[float, float]:
     """Nominal root stress of pinion and wheel, ISO 6336-3:2019 method B [MPa]."""
-    pinion, wheel = (RootBending(pair=scene.pair, member=k).stress(scene.load.torque) for k in (0, 1))
+    pinion, wheel = (RootBending(pair=scene.pair, role=role).stress(scene.load.torque) for role in Role)
     return pinion, wheel
 
 
@@ -57,8 +58,8 @@ def contact_pressure(lines: ContactLines, force: NDArray) -> NDArray:
         Normal force on each segment [N], (position, pair, segment).
     """
     pair = lines.pair
-    T = pair.tangent_length
+    T = pair.meshing.tangent_length
     length = np.where(lines.active, lines.length, 1.0)[..., None]
     # at an interference point ρ = 0: no segment sees less than this
-    rho = np.maximum(lines.curvature_radius, 1e-9 * T / math.cos(pair.base_helix_angle))
+    rho = np.maximum(lines.curvature_radius, 1e-9 * T / math.cos(pair.meshing.beta_b))
     return np.sqrt(np.maximum(force, 0.0) / length * pair.material.plane_strain_modulus / (2 * math.pi * rho))

@@ -12,6 +12,7 @@ import numpy as np
 from gearbench.contact.assemble import mesh_phases, scene_lines
 from gearbench.cost.clock import timed, times, unseen
 from gearbench.errors import InputError
+from gearbench.geometry.role import Role
 from gearbench.results.provenance import provenance, run_provenance
 from gearbench.results.responses import described
 from gearbench.scene import Scene
@@ -72,10 +73,10 @@ def compare(scene: Scene, accuracy: float = 0.01) -> xr.Dataset:
 
 
 def _shapes(scene: Scene, reference: Scene) -> dict[str, tuple]:
-    found = [compare_shapes(scene, reference, k) for k in range(2)]
+    found = [compare_shapes(scene, reference, role) for role in Role]
     over = ("gear", "load_height", "load_place")
     criterion = np.array([each.mac for each in found])
-    lines = np.array([line_mac(scene, reference, k) for k in range(2)])
+    lines = np.array([line_mac(scene, reference, role) for role in Role])
     return {
         "load_radius": (("gear", "load_height"), np.array([each.loads.radius for each in found])),
         "load_position": (("load_place",), found[0].loads.y),

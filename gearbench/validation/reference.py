@@ -9,6 +9,7 @@ from gearbench.effects.base import Effect, ToothCompliance
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.tooth_bending import ToothBending, tooth_bending
 from gearbench.errors import InputError
+from gearbench.geometry.role import Role
 from gearbench.scene import Scene
 
 if TYPE_CHECKING:
@@ -54,4 +55,4 @@ def finite_elements(reference: Scene) -> ToothBending:
 def meshed_flanks(reference: Scene) -> tuple[FlankCompliance, FlankCompliance]:
     """Compliances of the flanks of pinion and wheel of a reference."""
     tooth, beside = finite_elements(reference), reference.effects_by_name
-    return tooth.flank(reference.pair, 0, beside), tooth.flank(reference.pair, 1, beside)
+    return tooth.flank(reference.pair, Role.PINION, beside), tooth.flank(reference.pair, Role.WHEEL, beside)

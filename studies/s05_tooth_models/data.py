@@ -18,6 +18,7 @@ from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.geometry.involute import inv, inverse_involute
 from gearbench.geometry.pair import Member, Pair
+from gearbench.geometry.role import Role
 from gearbench.scene import Load, Scene
 from gearbench.simulation import simulate
 from gearbench.validation.comparison import compliance_seconds
@@ -65,7 +66,7 @@ def draw(seed: int = SEED) -> Iterator[Scene]:
             scene = _scene(u)
         except (ValidationError, ValueError):
             continue
-        if scene.pair.transverse_contact_ratio >= 1.1:
+        if scene.pair.meshing.transverse_contact_ratio >= 1.1:
             yield scene
 
 
@@ -146,7 +147,7 @@ def _pair_errors(
         errors = cycle_errors(simulate(fast, outputs=OUTPUTS), exact)
         for name in ERRORS:
             found[name].append(float(errors[name][1]))
-        found["mac"].append(min(float(compare_shapes(fast, reference, k).mac.min()) for k in range(2)))
+        found["mac"].append(min(float(compare_shapes(fast, reference, role).mac.min()) for role in Role))
         found["seconds"].append(compliance_seconds(fast, 3))
     flanks = meshed_flanks(reference)
     return {name: np.array(column) for name, column in found.items()} | {

@@ -43,7 +43,7 @@ def scaling(repeats: int, *, quick: bool = False) -> xr.Dataset:
         add("segments", n, lambda s=cut: cycle_values(s))
     for factor in WIDTHS[:most]:
         wide = _wider(helical, factor)
-        add("pairs", wide.pair.total_contact_ratio, lambda s=wide: cycle_values(s))
+        add("pairs", wide.pair.meshing.total_contact_ratio, lambda s=wide: cycle_values(s))
     problem = prepare_scene(gear("55").scene(errors=True))
     unit = unit_samples("sobol", SAMPLES[-1], len(problem.names), 0)
     errors = problem.errors.draw(unit, problem.scene.pair)

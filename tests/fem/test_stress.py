@@ -21,6 +21,7 @@ from fem_reference.tooth_mesh import Cells, tooth_mesh
 from gearbench.compliance.flank import flank_polynomials
 from gearbench.geometry.action import contact_lines
 from gearbench.geometry.pair import Member, Pair
+from gearbench.geometry.role import Role
 from gearbench.strength.bending import RootBending
 
 PAIR = Pair(
@@ -66,7 +67,7 @@ def test_hoop_stress_at_a_bore_converges_with_the_order_of_the_strains(steel):
 
 def root_factor(pair: Pair, member: Literal[0, 1], body: Body, material, size: float = 0.06) -> float:
     """σ_F / (F_t / (b m)) of method B's load by plane strain."""
-    bending = RootBending(pair=pair, member=member)
+    bending = RootBending(pair=pair, role=member)
     strip = Strip(radius=bending.load_radius, half_width=0.05 * pair.normal_module)
     per_line_load = plane_root_stress(solve_strip(body, material, strip, size=size), material)
     return per_line_load * pair.normal_module / math.cos(math.radians(pair.pressure_angle))
@@ -89,7 +90,7 @@ def test_norm_is_within_a_few_percent_of_the_peak(teeth, shift, steel):
     )  # fmt: skip
     gear = pair.gears[0]
     found = root_factor(pair, 0, Body(gear=gear, bore_radius=gear.root_radius - 4, teeth=5), steel)
-    bending = RootBending(pair=pair, member=0)
+    bending = RootBending(pair=pair, role=Role.PINION)
     # asked for: 15 %; the norm's notch factor is a fit to photoelastic and boundary-element results
     assert found == pytest.approx(bending.form_factor * bending.stress_correction, rel=0.06)
 
@@ -124,7 +125,7 @@ def test_gear_does_not_care_whether_it_is_called_driven(steel):
     solution = solve_flank(mesh, steel, basis)
     driven = root_stress(solution, basis, steel, lines, force, driven=True)
     # seen from the wheel: the path of contact and the face run the other way
-    turned = replace(lines, pair=pair.swapped(), u=pair.tangent_length - lines.u, y=pair.face_width - lines.y)
+    turned = replace(lines, pair=pair.swapped(), u=pair.meshing.tangent_length - lines.u, y=pair.face_width - lines.y)
     driving = root_stress(solution, basis, steel, turned, force)
     assert_allclose(driven, driving, rtol=1e-9)
     assert driven[lines.active].min() > 0

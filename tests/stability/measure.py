@@ -39,7 +39,7 @@ def compare(scene: Scene, phases: tuple[float, ...]) -> Digits:
     """Digits of ``scene`` over the given phases."""
     lines = scene_lines(scene, np.array(phases))
     solution = solve(assemble(scene, lines))
-    F, found = scene.normal_force, []
+    F, found = scene.F_bn, []
     for p, tau in enumerate(phases):
         active = np.repeat(lines.active[p], lines.shape[2])
         force = solution.force[p].ravel()[active]

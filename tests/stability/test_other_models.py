@@ -43,7 +43,7 @@ def bored(scene: Scene) -> Scene:
 def test_solved(case, model):
     scene = bored(case.build())
     scene = replace(scene, effects=(*MODELS[model], *scene.effects[1:]))
-    edges = np.array(scene.pair.transition_phases)
+    edges = np.array(scene.pair.meshing.transition_phases)
     phases = np.unique(np.concatenate([[0.31, 0.77], edges, (edges + 1e-9) % 1.0]))
     s = solve(assemble(scene, scene_lines(scene, phases)))
     for values in (s.force, s.approach, s.stiffness):
