@@ -143,7 +143,7 @@ def _shared_factor(parts: Sequence[LowRank | Dense], lines: ContactLines) -> NDA
 
 
 def _without_negative(matrix: NDArray, lines: ContactLines) -> NDArray:
-    """A dense compliance on the lines that exist, (position, n, n), less what is negative in it."""
+    """A dense compliance on the lines that exist, (position, n, n), less its negative part."""
     active = np.repeat(lines.active, lines.shape[2], axis=1)
     value, vector = np.linalg.eigh(np.where(active[:, :, None] & active[:, None, :], matrix, 0.0))
     return gram(vector * np.sqrt(np.maximum(value, 0.0))[:, None, :])

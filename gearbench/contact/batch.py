@@ -3,7 +3,7 @@
 The gap of a sample is linear in its errors, e = e₀ + Σ_m ε_m e_m, and the compliance is the same for all samples. So
 everything that does not depend on the sample is made once: the factor of each position, reduced to its numerical rank;
 the products of its columns; the solution at the mean errors and its derivative with respect to each error, from which
-each sample starts (B1 of docs/theory.md). What is left is done by compiled kernels, chunk by chunk of samples, on as
+each sample starts (B1 of docs/theory.md). The rest is done by compiled kernels, chunk by chunk of samples, on as
 many threads as asked for. A sample's answer depends neither on the chunk it is in nor on the number of threads.
 """
 

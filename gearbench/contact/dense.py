@@ -10,7 +10,7 @@ from gearbench.contact.problem import ContactProblem, full_factor
 
 #: Steps in which the whole contact set may change; then one segment at a time.
 BOLD_STEPS = 30
-#: Linearisations of the contact law in ``polish``, each of which squares what is left of the residual.
+#: Linearisations of the contact law in ``polish``, each of which squares the residual.
 POLISH_STEPS = 4
 #: Force from which a contact law is linearised at least: its slope at zero is infinite.
 LEAST_FORCE = 1e-12

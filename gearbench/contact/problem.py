@@ -51,7 +51,7 @@ class ContactProblem:
 
 @dataclass(frozen=True, kw_only=True)
 class ContactSolution:
-    """What a position answers, with the residuals of the answer.
+    """Forces, approach and stiffness at each position, with the residuals of the solution.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def gram(factor: NDArray) -> NDArray:
 def pivoted_root(matrix: NDArray) -> NDArray:
     """L (block, n, rank) with L Lᵀ = H, of all H (block, n, n) at once, by Cholesky, the largest pivot first.
 
-    What is left out is smaller than 1e-14 of the largest diagonal element in every block (Higham, Accuracy and
+    The remainder is smaller than 1e-14 of the largest diagonal element in every block (Higham, Accuracy and
     Stability of Numerical Algorithms, §10.3).
     """
     count, n, _ = matrix.shape

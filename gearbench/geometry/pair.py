@@ -53,7 +53,7 @@ class Member:
 class Pair:
     """A pair of external gears, spur or helical.
 
-    The pinion drives. What the two do together is ``meshing``.
+    The pinion drives. Their contact is described by ``meshing``.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class Pair:
         Circumferential backlash j_wt at the working pitch circles, transverse [mm]; used to derive the profile shifts,
         derived itself where both are given. Its default is 0.
     pinion, wheel
-        The two gears. Profile shifts that are not given share what the centre distance asks for equally.
+        The two gears. Profile shifts that are not given share equally the sum that the centre distance asks for.
     material
         Of both gears.
 
@@ -129,7 +129,7 @@ class Pair:
 
     @property
     def members(self) -> tuple[Member, Member]:
-        """What is given of pinion and wheel."""
+        """Given data of pinion and wheel."""
         return self.pinion, self.wheel
 
     # -- sections, profile shifts, gears ------------------------------------------------------------------------------
