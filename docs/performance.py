@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbench.cost.figures import cheapest
 from gearbench.accuracy.knobs import with_resolution
 from gearbench.contact.assemble import mesh_phases
+from gearbench.cost.figures import cheapest
 from gearbench.results.netcdf import load
 from studies.report import table
 from studies.s07_accuracy_cost.data import ACCURACIES, MESHED, scenes
