@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from gearbench.cost.clock import most_megabytes, timed, times, unseen
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending
+from gearbench.effort.clock import most_megabytes, timed, times, unseen
 from gearbench.library.garambois2017 import case
 from gearbench.scene import Scene
 from gearbench.validation.comparison import smooth_compliance

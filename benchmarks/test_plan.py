@@ -11,7 +11,6 @@ from itertools import count
 
 import pytest
 
-from gearbench.cost.plan import SAMPLES, plan
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.end_relief import EndRelief
 from gearbench.effects.hertz import Hertz
@@ -20,6 +19,7 @@ from gearbench.effects.misalignment import Misalignment
 from gearbench.effects.profile_slope import ProfileSlope
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
+from gearbench.effort.plan import SAMPLES, plan
 from gearbench.library.garambois2017 import case, gear
 from gearbench.robustness.montecarlo import default_threads
 from gearbench.robustness.run import robust

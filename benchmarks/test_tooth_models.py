@@ -8,10 +8,10 @@ import pytest
 from benchmarks.pairs import paper_pair
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.solver import solve
-from gearbench.cost.clock import times, unseen
 from gearbench.effects.base import Effect
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.tooth_bending import ToothBending
+from gearbench.effort.clock import times, unseen
 from gearbench.library.garambois2017 import gear
 from gearbench.robustness.montecarlo import prepare_scene, respond
 from gearbench.scene import Resolution

@@ -15,7 +15,7 @@ import numpy as np
 
 from gearbench.accuracy.knobs import with_resolution
 from gearbench.contact.assemble import mesh_phases
-from gearbench.cost.figures import cheapest
+from gearbench.effort.figures import cheapest
 from gearbench.results.netcdf import load
 from studies.report import table
 from studies.s07_accuracy_cost.data import ACCURACIES, MESHED, scenes

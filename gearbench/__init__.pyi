@@ -1,9 +1,6 @@
 # The public names: the one list that __init__.py, type checkers and tests/test_api.py read.
 
 from .contact.solver import ConvergenceError as ConvergenceError
-from .cost.plan import Plan as Plan
-from .cost.plan import plan as plan
-from .cost.workprecision import cost as cost
 from .effects.base import ComplianceEffect as ComplianceEffect
 from .effects.base import Dense as Dense
 from .effects.base import Effect as Effect
@@ -24,6 +21,9 @@ from .effects.root_relief import RootRelief as RootRelief
 from .effects.tip_relief import TipRelief as TipRelief
 from .effects.tooth_bending import ToothBending as ToothBending
 from .effects.topography import Topography as Topography
+from .effort.plan import Plan as Plan
+from .effort.plan import plan as plan
+from .effort.workprecision import cost as cost
 from .errors import GearbenchError as GearbenchError
 from .errors import InputError as InputError
 from .exchange.rexs import load_rexs as load_rexs
@@ -49,9 +49,12 @@ from .plotting import draw_simulation as draw_simulation
 from .plotting import load_distribution as load_distribution
 from .plotting import order_spectrum as order_spectrum
 from .plotting import over_two_periods as over_two_periods
+from .results.cycle import MeshCycle as MeshCycle
 from .results.cycle import fourier as fourier
 from .results.netcdf import load as load
 from .results.netcdf import save as save
+from .results.quantities import Quantity as Quantity
+from .results.responses import Response as Response
 from .robustness.run import robust as robust
 from .scene import Load as Load
 from .scene import Resolution as Resolution

@@ -13,12 +13,12 @@ from gearbench.accuracy.choose import choose
 from gearbench.accuracy.knobs import KNOBS, POSITIONS, SOLID_ORDER, with_resolution
 from gearbench.accuracy.measure import FLOOR, relative_errors, scales
 from gearbench.contact.phases import gauss_phases
-from gearbench.cost.plan import plan
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.helix_slope import HelixSlope
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
+from gearbench.effort.plan import plan
 from gearbench.errors import InputError
 from gearbench.library.garambois2017 import case, gear
 from gearbench.robustness.run import robust

@@ -11,11 +11,11 @@ import pytest
 
 from gearbench.accuracy.knobs import GAUSS_POINTS, PLATE_ORDER, POSITIONS, SEGMENTS, Knob, with_resolution
 from gearbench.accuracy.measure import MEASURED
-from gearbench.cost import workprecision
-from gearbench.cost.clock import peak_megabytes
-from gearbench.cost.curves import as_dataset, knob_curve, observed_order
-from gearbench.cost.newton import newton_curves
-from gearbench.cost.samples import sample_curves
+from gearbench.effort import workprecision
+from gearbench.effort.clock import peak_megabytes
+from gearbench.effort.curves import as_dataset, knob_curve, observed_order
+from gearbench.effort.newton import newton_curves
+from gearbench.effort.samples import sample_curves
 from gearbench.library.garambois2017 import case, gear
 from gearbench.results.netcdf import load
 

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import pytest
 
-from gearbench.cost.plan import extrapolated, plan
 from gearbench.effects import tooth_bending
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending
+from gearbench.effort.plan import extrapolated, plan
 from gearbench.library.garambois2017 import case, gear
 from gearbench.scene import Resolution
 

@@ -37,7 +37,7 @@ SOFTEST = Response(
 
 @pytest.fixture
 def softest(monkeypatch):
-    monkeypatch.setattr(module, "_KNOWN", dict(module._KNOWN))
+    monkeypatch.setattr(module, "KNOWN", dict(module.KNOWN))
     register(SOFTEST)
 
 
@@ -77,15 +77,15 @@ def test_a_new_response_is_an_objective_and_a_limit():
 
 
 def test_responses_of_other_packages_come_by_entry_point(monkeypatch):
-    monkeypatch.setattr(module, "_KNOWN", dict(module._KNOWN))
+    monkeypatch.setattr(module, "KNOWN", dict(module.KNOWN))
     entry = importlib.metadata.EntryPoint(name="soft", value=f"{__name__}:SOFTEST", group=module.GROUP)
     monkeypatch.setattr(module, "entry_points", lambda group: [entry] if group == module.GROUP else [])
-    module._load_entry_points.cache_clear()
+    module.installed.cache_clear()
     try:
         assert split_statistic("mesh_stiffness_least_max") == ("mesh_stiffness_least", "max")
         assert responses()["mesh_stiffness_least"] is SOFTEST
     finally:
-        module._load_entry_points.cache_clear()
+        module.installed.cache_clear()
 
 
 def test_faults_of_declarations_and_names_are_named(scene):

@@ -1,4 +1,4 @@
-"""docs/tutorial_effect.md does what it says: the effects of another package are found, simulated and checked.
+"""docs/tutorial_effect.md does what it says: effects and responses of another package are found, used and checked.
 
 The package is tests/plugin: its files are those of the page, its dist-info is what pip makes of the entry points.
 """
@@ -18,8 +18,12 @@ from numpy.testing import assert_allclose
 import gearbench as gb
 from gearbench.doctor import examine
 from gearbench.effects import registry
+from gearbench.explore.catalogue import catalogue
+from gearbench.explore.stored import open_results
+from gearbench.results import responses
+from gearbench.results.cycle import Phases
 from gearbench.scene_file import scene_key
-from tests.pages import ROOT, blocks, follow
+from tests.pages import ROOT, blocks, follow, run_command
 
 PAGE = "tutorial_effect.md"
 PLUGIN = ROOT / "tests" / "plugin"
@@ -28,18 +32,27 @@ FILES = {
     for block in blocks(PAGE)
     if (match := re.match(r"# ([\w.]+)\n", block.text))
 }
-MODULES = ("waviness", "hinged_tooth")
+EFFECTS = ("waviness", "hinged_tooth")
+MODULES = (*EFFECTS, "stiffness_modulation")
+MODULATION = "mesh_stiffness_modulation"
 
 
 @pytest.fixture(autouse=True)
 def package(monkeypatch):
     """The other package, as pip installs it."""
     monkeypatch.syspath_prepend(PLUGIN)
-    registry.installed.cache_clear()
+    monkeypatch.setattr(responses, "KNOWN", dict(responses.KNOWN))
+    forget()
     yield
-    registry.installed.cache_clear()
+    forget()
     for module in MODULES:
         sys.modules.pop(module, None)
+
+
+def forget():
+    """Let both registries look for entry points again."""
+    registry.installed.cache_clear()
+    responses.installed.cache_clear()
 
 
 def tables(**effects):
@@ -68,7 +81,7 @@ def test_the_package_is_that_of_the_page():
 def test_the_registry_lists_effects_of_other_packages_and_those_of_gearbench_first():
     names = registry.effect_names()
     assert names[: len(registry.EFFECTS)] == tuple(registry.EFFECTS)
-    assert set(names[len(registry.EFFECTS) :]) == set(MODULES)
+    assert set(names[len(registry.EFFECTS) :]) == set(EFFECTS)
     found = {finding.what: finding.found for finding in examine()}
     assert found["effect waviness"] == "of wavy_gears 1.0"
 
@@ -97,10 +110,10 @@ def test_a_tooth_is_simulated_as_its_closed_form_says():
         assert_allclose(result.transmission_error[i], expected, rtol=1e-3)
 
 
-def test_robust_optimise_and_plan_take_them_too():
+def test_robust_optimise_plan_and_explorer_take_all_three(tmp_path):
     effects = {"hinged_tooth": {"stiffness": 2e6}, "hertz": {}, "waviness": {"amplitude": 0.5, "waves": 2}}
     errors = {"manufacturing_errors": {"preset": "garambois2017"}}
-    rough = gb.robust(scene(**effects, **errors), samples=8)
+    rough = gb.robust(scene(**effects, **errors), samples=8, responses=[MODULATION])
     smooth = gb.robust(scene(**{n: t for n, t in effects.items() if n != "waviness"}, **errors), samples=8)
     assert not np.allclose(rough.transmission_error_rms, smooth.transmission_error_rms, rtol=1e-6)
     assert {"hinged_tooth", "waviness"} <= {part.name for part in gb.plan(scene(**effects)).parts}
@@ -108,14 +121,35 @@ def test_robust_optimise_and_plan_take_them_too():
         {
             "base": tables(**effects),
             "variables": {"effects.waviness.waves": {"min": 1, "max": 3}},
-            "objectives": ["transmission_error_rms_mean"],
+            "objectives": ["transmission_error_rms_mean", f"{MODULATION}_mean"],
             "algorithm": {"population": 4, "generations": 1},
             "robustness": {"samples": 0},
         }
     )
-    front = gb.optimise(study, threads=1)
+    front = gb.optimise(study, directory=tmp_path / "front", threads=1)
     assert set(front["effects.waviness.waves"].values) <= {1, 2, 3}
     assert np.all(front["feasible"] == 1)
+    for design in range(front.sizes["design"]):
+        alone = gb.simulate(gb.design_scene(front, design), outputs=[MODULATION])
+        assert float(front[f"{MODULATION}_mean"][design]) == pytest.approx(float(alone[MODULATION]), rel=1e-9)
+    gb.save(rough, tmp_path / "rough.nc")
+    shown = catalogue(open_results([tmp_path / "front", tmp_path / "rough.nc"]))
+    column = next(column for column in shown.columns if column.name == f"{MODULATION}_mean")
+    assert column.title == "mean mod k [%]"
+    assert set(column.values) == {*front[f"{MODULATION}_mean"].values, float(rough[f"{MODULATION}_mean"])}
+
+
+def test_a_response_is_what_its_equation_says():
+    run = gb.simulate(scene(tooth_bending={}, hertz={}), outputs=["mesh_stiffness", MODULATION])
+    k = run.mesh_stiffness.values
+    assert float(run[MODULATION]) == pytest.approx(100 * (k.max() - k.min()) / (k.max() + k.min()), rel=1e-12)
+    assert run[MODULATION].attrs["units"] == "%"
+    # k = 1 + a cos 2πτ: a
+    tau = np.arange(8) / 8
+    phases = Phases(phase=tau, weight=np.full(8, 1 / 8), size=None)
+    curve = 1 + np.array([[0.1], [0.3]]) * np.cos(2 * np.pi * tau)
+    cycle = gb.MeshCycle(phases=phases, transmission_error=curve, mesh_stiffness=curve)
+    assert_allclose(responses.response(MODULATION).reduce(cycle), [10.0, 30.0], rtol=1e-12)
 
 
 def test_what_does_not_fit_is_refused():
@@ -144,11 +178,39 @@ def test_an_entry_point_that_leads_nowhere_is_one_line(line, fault, tmp_path, mo
     (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: noise\nVersion: 2.0\n")
     (folder / "entry_points.txt").write_text(f"[gearbench.effects]\n{line}\nhertz = waviness:Waviness\n")
     monkeypatch.syspath_prepend(tmp_path)
-    registry.installed.cache_clear()
+    forget()
     with pytest.raises(gb.InputError, match=fault):
         scene(hertz={}, noise={})
     assert scene(hertz={}).effect("hertz") == gb.Hertz()
     assert [finding.fine for finding in examine() if finding.what == "effect noise"] == [False]
+
+
+@pytest.mark.parametrize(
+    ("target", "fault"),
+    [
+        (
+            "nowhere:NOISE",
+            r"gearbench\.responses\.noise = nowhere:NOISE: cannot be imported: No module named 'nowhere'",
+        ),
+        ("stiffness_modulation:NOISE", "cannot be imported"),
+        ("stiffness_modulation:modulation", "must be a Response, or a sequence of them"),
+    ],
+)
+def test_a_response_that_leads_nowhere_is_one_line(target, fault, tmp_path, monkeypatch, capsys):
+    folder = tmp_path / "noise-2.0.dist-info"
+    folder.mkdir()
+    (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: noise\nVersion: 2.0\n")
+    (folder / "entry_points.txt").write_text(f"[gearbench.responses]\nnoise = {target}\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    forget()
+    with pytest.raises(gb.InputError, match=fault):
+        gb.simulate(scene(tooth_bending={}, hertz={}), outputs=[MODULATION])
+    file = ROOT / "examples" / "gear55_robust.toml"
+    assert run_command(f"gearbench robust {file} --samples 2 --response noise") == 2
+    printed = capsys.readouterr().err
+    assert re.search(fault, printed.replace("\n", " "))
+    assert "Traceback" not in printed
+    assert len(printed.strip().splitlines()) == 1
 
 
 def test_its_test_passes():
@@ -169,7 +231,7 @@ def test_the_commands_of_the_page_run(tmp_path, monkeypatch):
 
 
 def test_files_of_the_page_pass_the_checks_of_the_house(tmp_path):
-    for name in ("waviness.py", "hinged_tooth.py"):
+    for name in (f"{module}.py" for module in MODULES):
         (tmp_path / name).write_text(FILES[name], encoding="utf-8")
     options = ["--config", str(ROOT / "pyproject.toml"), "--no-cache"]
     for command in (["check"], ["format", "--check"]):

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench.cost.clock import unseen
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending
+from gearbench.effort.clock import unseen
 from gearbench.errors import InputError
 from gearbench.library.garambois2017 import case
 from gearbench.results.cycle import Phases

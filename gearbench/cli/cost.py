@@ -38,7 +38,7 @@ def cost(
     Example: gearbench cost examples/sc.toml -o cost
     """
     from gearbench.cli.options import plot_folder
-    from gearbench.cost.workprecision import cost as run
+    from gearbench.effort.workprecision import cost as run
     from gearbench.results.netcdf import save
     from gearbench.scene_file import load_scene
 
@@ -48,7 +48,7 @@ def cost(
 
     written: list[Path] = []
     if folder is not None:
-        from gearbench.cost.figures import draw_cost
+        from gearbench.effort.figures import draw_cost
 
         written = [save(dataset, folder / "cost.nc"), *draw_cost(dataset, folder)]
     if json:

@@ -13,7 +13,7 @@ def plan(scene: SceneFile, quiet: Quiet = False, verbose: Verbose = False, json:
     from dataclasses import asdict
 
     from gearbench.cli.summary import pair_line, print_mapping
-    from gearbench.cost.plan import plan as plan_of
+    from gearbench.effort.plan import plan as plan_of
     from gearbench.scene_file import load_scene
 
     loaded = load_scene(scene)

@@ -82,7 +82,7 @@ def register(*responses: Response) -> None:
         If another response has the name.
     """
     for each in responses:
-        if _KNOWN.setdefault(each.name, each) != each:
+        if KNOWN.setdefault(each.name, each) != each:
             raise InputError("response", each.name, "is declared already")
 
 
@@ -94,11 +94,11 @@ def response(name: str, key: str = "response") -> Response:
     InputError
         If there is none.
     """
-    if name not in _KNOWN:
-        _load_entry_points()
-    if name not in _KNOWN:
-        raise InputError(key, name, f"allowed: {', '.join(_KNOWN)}")
-    return _KNOWN[name]
+    if name not in KNOWN:
+        installed()
+    if name not in KNOWN:
+        raise InputError(key, name, f"allowed: {', '.join(KNOWN)}")
+    return KNOWN[name]
 
 
 def check_responses(names: Iterable[str]) -> None:
@@ -109,13 +109,13 @@ def check_responses(names: Iterable[str]) -> None:
 
 def responses() -> Mapping[str, Response]:
     """All responses by name, those of other packages included."""
-    _load_entry_points()
-    return MappingProxyType(_KNOWN)
+    installed()
+    return MappingProxyType(KNOWN)
 
 
 def is_response(name: str) -> bool:
     """Whether a response has the name."""
-    return name in _KNOWN or name in responses()
+    return name in KNOWN or name in responses()
 
 
 def split_statistic(name: str) -> tuple[str, str] | None:
@@ -168,10 +168,27 @@ def described(variables: Mapping[str, tuple[Any, Any]]) -> dict[str, tuple]:
 
 
 @cache
-def _load_entry_points() -> None:
+def installed() -> tuple[str, ...]:
+    """Register the responses of other packages, once; their names.
+
+    Raises
+    ------
+    InputError
+        If an entry point cannot be imported, or names something else.
+    """
+    all_found: list[Response] = []
     for entry in entry_points(group=GROUP):
-        found = entry.load()
-        register(*([found] if isinstance(found, Response) else found))
+        key = f"{GROUP}.{entry.name}"
+        try:
+            loaded = entry.load()
+        except (ImportError, AttributeError) as error:
+            raise InputError(key, entry.value, f"cannot be imported: {error}") from None
+        found = list(loaded) if isinstance(loaded, Iterable) else [loaded]
+        if not all(isinstance(each, Response) for each in found):
+            raise InputError(key, entry.value, "must be a Response, or a sequence of them")
+        all_found += found
+    register(*all_found)
+    return tuple(each.name for each in all_found)
 
 
 def _mean(curve: str) -> Callable[[MeshCycle], NDArray]:
@@ -211,7 +228,8 @@ _AMPLITUDES = tuple(
 )
 #: The numbers of a cycle that a simulation gives unless told otherwise.
 USUAL = tuple(name for name, *_ in _NUMBERS)
-_KNOWN: dict[str, Response] = {
+#: All responses by name, those of other packages once they are asked for.
+KNOWN: dict[str, Response] = {
     name: Response(name=name, quantity=Quantity(*words), reduce=reduce)
     for name, *words, reduce in (*_NUMBERS, *_AMPLITUDES)
 }

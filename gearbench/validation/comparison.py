@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearbench.contact.assemble import mesh_phases, scene_lines
-from gearbench.cost.clock import timed, times, unseen
+from gearbench.effort.clock import timed, times, unseen
 from gearbench.errors import InputError
 from gearbench.geometry.role import Role
 from gearbench.results.provenance import provenance, run_provenance

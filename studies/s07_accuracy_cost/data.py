@@ -10,11 +10,11 @@ import numpy as np
 
 from gearbench.accuracy.knobs import SOLID_ORDER, label, with_resolution
 from gearbench.accuracy.measure import MEASURED, relative_errors
-from gearbench.cost.curves import as_dataset, run
-from gearbench.cost.elements import Meshes, element_curves
-from gearbench.cost.workprecision import cost
 from gearbench.effects.base import Effect
 from gearbench.effects.tooth_bending import ToothBending
+from gearbench.effort.curves import as_dataset, run
+from gearbench.effort.elements import Meshes, element_curves
+from gearbench.effort.workprecision import cost
 from gearbench.library.garambois2017 import case, gear
 from gearbench.scene import Scene
 from gearbench.validation.reference import meshed_flanks

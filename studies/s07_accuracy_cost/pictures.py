@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbench.cost.figures import LEAST, STYLES, cheapest, work_precision_diagram
+from gearbench.effort.figures import LEAST, STYLES, cheapest, work_precision_diagram
 from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, new_figure, write_figure
 from studies.s07_accuracy_cost.data import MESHED
 from studies.s07_accuracy_cost.findings import TIMES, diagram, meshed, met, ratios, scaling_part

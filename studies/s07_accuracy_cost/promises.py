@@ -12,7 +12,6 @@ from pydantic import ValidationError
 from gearbench.accuracy.choose import choose
 from gearbench.accuracy.knobs import GAUSS_POINTS, SEGMENTS, SOLID_ORDER, with_order, with_resolution
 from gearbench.accuracy.measure import FLOOR, MEASURED, measured, relative_errors
-from gearbench.cost.clock import quickest, timed
 from gearbench.effects.base import Effect
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.helix_slope import HelixSlope
@@ -21,6 +20,7 @@ from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.effects.teeth import forget_fast_teeth
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
+from gearbench.effort.clock import quickest, timed
 from gearbench.errors import InputError
 from gearbench.results.outputs import Solved
 from gearbench.results.responses import response

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearbench.accuracy.knobs import with_resolution
-from gearbench.cost.clock import times
+from gearbench.effort.clock import times
 from gearbench.library.garambois2017 import case, gear
 from gearbench.robustness.montecarlo import default_threads, prepare_scene, respond
 from gearbench.robustness.sampling import unit_samples

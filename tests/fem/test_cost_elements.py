@@ -12,11 +12,11 @@ from fem_reference.refinement import MOST_UNKNOWNS, mesh_cells, unknowns
 from fem_reference.section import Body
 from fem_reference.tooth_mesh import tooth_mesh
 from gearbench.accuracy.knobs import with_resolution
-from gearbench.cost.apart import apart
-from gearbench.cost.clock import Cost
-from gearbench.cost.curves import Curve, Point, as_dataset
-from gearbench.cost.elements import ELEMENTS, Meshes, all_meshes, element_curves, with_blocks
 from gearbench.effects.tooth_bending import ToothBending
+from gearbench.effort.apart import apart
+from gearbench.effort.clock import Cost
+from gearbench.effort.curves import Curve, Point, as_dataset
+from gearbench.effort.elements import ELEMENTS, Meshes, all_meshes, element_curves, with_blocks
 from gearbench.errors import GearbenchError
 from gearbench.library.garambois2017 import case
 from gearbench.scene import Scene

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench import ComplianceEffect, ContactLines, LowRank
+from gearbench import ComplianceEffect, ContactLines, Effect, LowRank
 from gearbench.schema import STRICT
 
 
@@ -31,7 +32,7 @@ class HingedTooth(ComplianceEffect):
     example: ClassVar[dict[str, Any]] = {"stiffness": 2e6}
     conflicts: ClassVar[dict[str, str]] = {"tooth_bending": "which bends the same teeth"}
 
-    def compliance(self, lines: ContactLines) -> LowRank:
+    def compliance(self, lines: ContactLines, beside: Mapping[str, Effect]) -> LowRank:
         """One column for each of the two teeth, (position, pair, segment, 2) [√(mm/N)]."""
         heights = [radius - gear.root_radius for radius, gear in zip(lines.radii, lines.pair.gears, strict=True)]
         return LowRank(factor=np.stack(heights, axis=-1) / (self.stiffness * lines.pair.face_width) ** 0.5)

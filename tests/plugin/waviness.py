@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench import ContactLines, GapEffect, InputError, Pair
+from gearbench import ContactLines, Effect, GapEffect, InputError, Pair
 from gearbench.schema import STRICT
 
 
@@ -36,7 +37,7 @@ class Waviness(GapEffect):
     example: ClassVar[dict[str, Any]] = {"amplitude": 0.5, "waves": 4}
     conflicts: ClassVar[dict[str, str]] = {"topography": "which measures the waviness too"}
 
-    def check(self, pair: Pair) -> None:
+    def check(self, pair: Pair, beside: Mapping[str, Effect]) -> None:
         """Refuse waves shorter than a quarter of a module: no contact follows them."""
         most = int(4 * pair.face_width / pair.normal_module)
         if self.waves > most:

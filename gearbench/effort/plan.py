@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import mesh_phases, scene_lines
-from gearbench.cost.clock import peak_megabytes, quickest, unseen
 from gearbench.effects.base import ComplianceEffect, Effect, GapEffect, LowRank
+from gearbench.effort.clock import peak_megabytes, quickest, unseen
 from gearbench.geometry.action import ContactLines
 from gearbench.results.outputs import DEFAULT_OUTPUTS, Solved
 from gearbench.scene import Scene

@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 from gearbench.accuracy.knobs import FE_ACCURACY, label
 from gearbench.accuracy.measure import relative_errors
 from gearbench.compliance.flank import FlankCompliance, flank_factor
-from gearbench.cost.apart import apart
-from gearbench.cost.clock import Cost, medians, most_megabytes, timed
-from gearbench.cost.curves import Curve, Point, run
 from gearbench.effects.base import ComplianceEffect, Effects, LowRank
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.tooth_bending import ToothBending, tooth_bending
+from gearbench.effort.apart import apart
+from gearbench.effort.clock import Cost, medians, most_megabytes, timed
+from gearbench.effort.curves import Curve, Point, run
 from gearbench.errors import GearbenchError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.role import Role

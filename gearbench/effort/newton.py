@@ -15,8 +15,8 @@ from gearbench.accuracy.measure import measured, relative_errors
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.problem import ContactProblem
 from gearbench.contact.solver import newton, solve
-from gearbench.cost.clock import Cost, times
-from gearbench.cost.curves import Curve, Point, run
+from gearbench.effort.clock import Cost, times
+from gearbench.effort.curves import Curve, Point, run
 from gearbench.results.cycle import MeshCycle, Phases
 from gearbench.scene import Scene
 

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from gearbench.accuracy.knobs import Knob, label
 from gearbench.accuracy.measure import MEASURED, relative_errors
-from gearbench.cost.apart import apart
-from gearbench.cost.clock import Cost, measured, most_megabytes, timed, unseen
 from gearbench.effects.teeth import forget_fast_teeth
 from gearbench.effects.tooth_bending import tooth_bending
+from gearbench.effort.apart import apart
+from gearbench.effort.clock import Cost, measured, most_megabytes, timed, unseen
 from gearbench.results.quantities import QUANTITIES
 from gearbench.scene import Scene
 from gearbench.simulation import cycle_values

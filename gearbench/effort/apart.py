@@ -1,6 +1,6 @@
 """Work in a process of its own: it finds no finite elements kept, and its largest memory is its own.
 
-``python -m gearbench.cost.apart`` is that process: its orders come in as JSON, its answer is the last line printed.
+``python -m gearbench.effort.apart`` is that process: its orders come in as JSON, its answer is the last line printed.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def apart(work: Callable[..., Any], scene: Scene, *given: Any) -> Any:
         If it fails there; with its last line.
     """
     order = {"work": [work.__module__, work.__qualname__], "scene": scene.to_toml(), "given": given}
-    command = [sys.executable, "-m", "gearbench.cost.apart"]
+    command = [sys.executable, "-m", "gearbench.effort.apart"]
     done = subprocess.run(command, input=json.dumps(order), capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise GearbenchError(f"in a process of its own: {(done.stderr.strip() or 'no answer').splitlines()[-1]}")

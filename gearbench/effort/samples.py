@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from gearbench.accuracy.measure import relative_errors, scales
-from gearbench.cost.clock import measured
-from gearbench.cost.curves import Curve, Point
+from gearbench.effort.clock import measured
+from gearbench.effort.curves import Curve, Point
 from gearbench.robustness.montecarlo import prepare_scene, respond
 from gearbench.robustness.sampling import Sampler
 from gearbench.robustness.statistics import average_error

@@ -9,18 +9,18 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from gearbench.accuracy.knobs import KNOBS
-from gearbench.cost.clock import timed
-from gearbench.cost.curves import as_dataset, knob_curve
-from gearbench.cost.elements import Meshes, element_curves
-from gearbench.cost.newton import newton_curves
-from gearbench.cost.samples import sample_curves
+from gearbench.effort.clock import timed
+from gearbench.effort.curves import as_dataset, knob_curve
+from gearbench.effort.elements import Meshes, element_curves
+from gearbench.effort.newton import newton_curves
+from gearbench.effort.samples import sample_curves
 from gearbench.results.provenance import provenance
 from gearbench.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearbench.cost.curves import Curve
+    from gearbench.effort.curves import Curve
 
 #: Repeats of every timed run.
 REPEATS = 7
