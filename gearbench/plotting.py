@@ -135,13 +135,13 @@ def draw_simulation(dataset: xr.Dataset, folder: Path) -> list[Path]:
     """Write the plots of a simulation: STE and stiffness, load distribution, order spectra."""
     import matplotlib.pyplot as plt
 
-    name = _scene_name(dataset)
+    name = heading(dataset)
     figure, axes = plt.subplots(2, 1, figsize=(7.5, 6.5), sharex=True, layout="constrained")
     over_two_periods(dataset, "transmission_error", axes[0])
     over_two_periods(dataset, "mesh_stiffness", axes[1], ORANGE)
     axes[0].set_xlabel("")
     axes[0].set_title(
-        f"{name}: STE {float(dataset['transmission_error_mean']):.3g} µm in the mean, "
+        f"{name}\nSTE {float(dataset['transmission_error_mean']):.3g} µm in the mean, "
         f"{float(dataset['transmission_error_rms']):.3g} µm RMS"
     )
     axes[1].set_title(
@@ -151,7 +151,7 @@ def draw_simulation(dataset: xr.Dataset, folder: Path) -> list[Path]:
     written = [write_figure(figure, folder / "ste_and_stiffness.png")]
 
     axes = load_distribution(dataset)
-    axes.set_title(f"{name}: line load up to {float(dataset['line_load'].max()):.4g} N/mm")
+    axes.set_title(f"{name}\nline load up to {float(dataset['line_load'].max()):.4g} N/mm")
     written.append(write_figure(axes.get_figure(), folder / "load_distribution.png"))
 
     figure, both = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
@@ -163,7 +163,7 @@ def draw_simulation(dataset: xr.Dataset, folder: Path) -> list[Path]:
         axis.set_title(
             f"{dataset[variable].attrs['symbol']}: order {strongest} leads, {np.nanmax(amplitude):.3g} {units}"
         )
-    figure.suptitle(f"{name}: mesh orders")
+    figure.suptitle(f"{name}\nmesh orders")
     return [*written, write_figure(figure, folder / "order_spectrum.png")]
 
 
@@ -171,7 +171,7 @@ def draw_robust(dataset: xr.Dataset, folder: Path) -> list[Path]:
     """Write the plots of a robustness run: densities of the RMS values, and which error contributes how much."""
     import matplotlib.pyplot as plt
 
-    name = _scene_name(dataset)
+    name = heading(dataset)
     figure, axes = plt.subplots(1, 2, figsize=(10.5, 4.2), layout="constrained")
     density(dataset, "transmission_error_rms", axes[0])
     density(dataset, "mesh_stiffness_rms", axes[1], ORANGE)
@@ -179,20 +179,21 @@ def draw_robust(dataset: xr.Dataset, folder: Path) -> list[Path]:
         float(dataset[f"{v}_std"] / dataset[f"{v}_mean"]) for v in ("transmission_error_rms", "mesh_stiffness_rms")
     )
     figure.suptitle(
-        f"{name}: {dataset.sizes['sample']} error samples scatter RMS STE by {100 * ste:.0f} %, "
+        f"{name}\n{dataset.sizes['sample']} error samples scatter RMS STE by {100 * ste:.0f} %, "
         f"RMS stiffness by {100 * k:.0f} %"
     )
     written = [write_figure(figure, folder / "density.png")]
     axes = contributions(dataset)
     leading = dataset["error_name"].values[int(np.argmax(dataset["transmission_error_rms_first_order"].values))]
-    axes.set_title(f"{name}: {str(leading).replace('_', ' ')} contributes most to the scatter of STE")
+    axes.set_title(f"{name}\n{str(leading).replace('_', ' ')} contributes most to the scatter of STE")
     return [*written, write_figure(axes.get_figure(), folder / "contributions.png")]
 
 
-def _scene_name(dataset: xr.Dataset) -> str:
+def heading(dataset: xr.Dataset) -> str:
+    """Name of the scene and support of its teeth, which titles begin with."""
     import tomllib
 
-    return tomllib.loads(dataset.attrs["scene"]).get("name") or "scene"
+    return f"{tomllib.loads(dataset.attrs['scene']).get('name') or 'scene'}, support: {dataset.attrs['support']}"
 
 
 def write_figure(figure: Any, path: Path) -> Path:

@@ -69,7 +69,7 @@ def depth(gear: Gear, radius: float) -> float:
 def test_weber_banaschek_is_the_printed_formula(pair, q):
     """PHYSICS eq. typed as printed, 30 digits, with curvature radii and depths from the geometry of the flanks."""
     at = lines(pair)
-    law = Hertz(law="weber_banaschek").compliance(at)
+    law = Hertz(law="weber_banaschek").compliance(at, {})
     beta_b = math.asin(math.sin(math.radians(pair.helix_angle)) * math.cos(math.radians(20)))
     for index in np.ndindex(at.shape):
         if not at.active[index[:2]]:
@@ -100,7 +100,7 @@ def test_weber_banaschek_with_numbers():
     assert compression(np.array([q]), np.array([a]), np.array([c / 2]))[0] == pytest.approx(2.204233e-3, rel=1e-6)
     # and the effect's coefficients have that form: difference of two places is that of their logarithms
     at = lines(SPUR)
-    law = Hertz().compliance(at)
+    law = Hertz().compliance(at, {})
     assert_allclose(law.h, c / 2, rtol=1e-15)
     (r1, r2), tl = (r.ravel() for r in at.radii), SPUR.meshing.tangent_length
     g1, g2 = SPUR.gears
@@ -159,7 +159,7 @@ def test_a_contact_at_the_interference_point_stays_finite():
     pair = Pair(
         normal_module=3.0, face_width=24.0, centre_distance=141.0, pinion=Member(teeth=14), wheel=Member(teeth=80)
     )
-    law = Hertz().compliance(replace(lines(pair), u=np.zeros(lines(pair).shape)))
+    law = Hertz().compliance(replace(lines(pair), u=np.zeros(lines(pair).shape)), {})
     assert np.all(np.isfinite(law.a) & (law.a > 0))
 
 
@@ -169,7 +169,7 @@ def test_a_contact_at_the_interference_point_stays_finite():
 def test_both_teeth_deflect_in_series(pair, bending):
     """Ψ Ψᵀ is the plate of the pinion plus the plate of the wheel, at heights above each root."""
     at = lines(pair)
-    psi = bending.compliance(at).factor
+    psi = bending.compliance(at, {}).factor
     order, material = bending.order, pair.material
     teeth = [plate_tooth(g, material, order, bending.fillet) for g in pair.gears]
     (p, k) = np.argwhere(at.active)[0]
@@ -210,7 +210,7 @@ def test_load_component_of_a_helical_tooth():
 
 def test_load_component_stiffens_the_tooth():
     at = lines(HELICAL)
-    full, part = (ToothBending(load=x).compliance(at).factor for x in ("full", "component"))
+    full, part = (ToothBending(load=x).compliance(at, {}).factor for x in ("full", "component"))
     ratio = np.sum(part**2, axis=-1) / np.sum(full**2, axis=-1)
     assert np.all((ratio > 0.7) & (ratio < 1))
 

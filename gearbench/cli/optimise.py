@@ -128,10 +128,13 @@ def _print_front(dataset: xr.Dataset) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from gearbench.optimisation.designs import Designs
+
     on_front = dataset["on_front"].values.nonzero()[0]
     front = dataset.isel(design=on_front[dataset["objective"].values[on_front, 0].argsort(kind="stable")])
     names = [str(name) for name in front["variable"].values]
-    table = Table(title="front", title_justify="left", title_style="bold", box=None, pad_edge=False)
+    held = Designs(dataset).support(on_front)
+    table = Table(title=f"front, support: {held}", title_justify="left", title_style="bold", box=None, pad_edge=False)
     headings = [name.replace(".", ".\n").replace("_", "_\n") for name in names]
     headings += [_heading(i, str(label)) for i, label in enumerate(front["objective_name"].values)]
     for heading in headings:

@@ -125,10 +125,12 @@ def _print_list(selection: Selection, top: int) -> None:
     if len(selection.places) == 0:
         print("no design is left")
         return
+    support = selection.designs.support(selection.places[:top])
     columns = selection.table(top)
     names = ["design", "score", *map(str, selection.designs.dataset["variable"].values), *selection.ranking]
     names = list(dict.fromkeys(names))
-    table = Table(title=f"by {ranking_text(selection)}", title_justify="left", title_style="bold", box=None)
+    title = f"by {ranking_text(selection)}, support: {support}"
+    table = Table(title=title, title_justify="left", title_style="bold", box=None)
     for name in names:
         short = heading(selection, name).removeprefix("pair.").removeprefix("effects.")
         table.add_column("\n".join(re.split(r"[._ ]", short)), justify="right", no_wrap=True)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, new_figure, write_figure
+from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, heading, new_figure, write_figure
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,14 +52,11 @@ def work_precision_diagram(dataset: xr.Dataset, axes: Axes, *, across: str = "pr
 
 def draw_cost(dataset: xr.Dataset, folder: Path) -> list[Path]:
     """Write ``work_precision.png``: error against time, and against memory."""
-    import tomllib
-
-    name = tomllib.loads(dataset.attrs["scene"]).get("name") or "scene"
     figure, ((left, right),) = new_figure(1, 2, (12, 5), sharey=True)
     work_precision_diagram(dataset, left)
     work_precision_diagram(dataset, right, across="megabytes")
     left.set_ylabel("largest relative error [–]")
-    figure.suptitle(f"{name}: {finding(dataset)}")
+    figure.suptitle(f"{heading(dataset)}\n{finding(dataset)}")
     right.legend(frameon=False, fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
     return [write_figure(figure, folder / "work_precision.png")]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -17,6 +17,7 @@ from gearbench.optimisation.dataset import read_designs, read_names
 from gearbench.optimisation.problem import scene_of
 from gearbench.optimisation.study import OptimisationStudy
 from gearbench.optimisation.study_file import parse_study
+from gearbench.results.provenance import support
 from gearbench.results.quantities import QUANTITIES
 from gearbench.scene import Scene
 
@@ -120,6 +121,10 @@ class Designs:
         """Unit of a quantity, "" where it has none."""
         unit = QUANTITIES[name].units if name in OF_SCENE else self.dataset[name].attrs.get("units", "")
         return "" if unit == "1" else unit
+
+    def support(self, rows: Iterable[int]) -> str:
+        """Support of the teeth of the designs at ``rows``."""
+        return " or ".join(sorted({support(self.scene(int(row))) for row in rows}))
 
 
 def design_scene(dataset: xr.Dataset, design: int) -> Scene:

@@ -190,5 +190,5 @@ def _attrs(study: OptimisationStudy, reference: OptimisationStudy, models: int, 
     given = {"study": study.to_toml(), "study_sha256": study.digest, "macro_geometries": models}
     given["variables"] = ", ".join(variable.name for variable in study.variables)
     effects = reference.base["effects"]
-    given["support"] = "gear_body" if GearBody.name in effects else "clamped"
+    given["support"] = "finite_elements" if GearBody.name in effects else "clamped"
     return given | effects[ToothBending.name] | run_provenance(wall_time=wall_time)

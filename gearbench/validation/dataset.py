@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 TEXTS = {
     "scene": "scene_toml",
     "scene_sha256": "scene_sha256",
+    "support": "support",
     "reference_scene": "reference_scene_toml",
     "reference_solver": "reference_solver",
     "reference_element": "reference_element",
