@@ -235,7 +235,7 @@ def test_gaps_add():
     class Step(GapEffect):
         name: ClassVar[str] = "step"
 
-        def gap(self, lines: ContactLines, beside: Effects) -> NDArray:
+        def gap(self, lines: ContactLines) -> NDArray:
             return np.full(lines.shape, 5e-3)
 
     near, far = solution(scene(WINKLER), SINGLE), solution(scene(WINKLER, Step()), SINGLE)
