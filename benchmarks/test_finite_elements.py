@@ -35,10 +35,10 @@ def flank(scene: Scene, bore: float | None, accuracy: float) -> list[float]:
     return [cost.seconds, most_megabytes(), float(found.error)]
 
 
-@pytest.mark.parametrize("what", TARGETS)
-def test_flank_of_pair_1(benchmark, what):
+@pytest.mark.parametrize("target_name", TARGETS)
+def test_flank_of_pair_1(benchmark, target_name):
     pytest.importorskip("gmsh", exc_type=ImportError)
-    bore, accuracy, target = TARGETS[what]
+    bore, accuracy, target = TARGETS[target_name]
     answers = []
 
     def apart() -> None:
@@ -52,7 +52,7 @@ def test_flank_of_pair_1(benchmark, what):
         "target_s": target, "inside_the_process_s": seconds, "megabytes": answers[0][1], "error": answers[0][2],
         "times_the_solid_tooth": seconds / fast,
     }  # fmt: skip
-    print(f"\n{what}: {seconds:.2f} s, {answers[0][1]:.0f} MB, × {seconds / fast:.0f} the solid tooth")
+    print(f"\n{target_name}: {seconds:.2f} s, {answers[0][1]:.0f} MB, × {seconds / fast:.0f} the solid tooth")
 
 
 def test_report_on_both_pairs_of_the_paper(benchmark, tmp_path, monkeypatch):

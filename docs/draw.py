@@ -98,9 +98,9 @@ def plane_of_action(axis: Axes) -> None:
             axis.plot(u, y, color=LINE, lw=3)
             middle = len(u) // 2
             inside = u[middle] < pair.meshing.path_end - 1.5
-            place = {"xytext": (10 if inside else -10, 0), "textcoords": "offset points", "va": "center"}
+            position = {"xytext": (10 if inside else -10, 0), "textcoords": "offset points", "va": "center"}
             side = "left" if inside else "right"
-            axis.annotate(f"k = {k}", (u[middle], y[middle]), ha=side, fontsize=11, color=LINE, **place)
+            axis.annotate(f"k = {k}", (u[middle], y[middle]), ha=side, fontsize=11, color=LINE, **position)
     at = 0.5 * pair.face_width
     start = pair.meshing.path_start + 0.12 * size[0]
     axis.annotate("", (start + 0.2 * size[0], 0.9 * at), (start, 0.9 * at), arrowprops={"arrowstyle": "-|>", "lw": 1.5})

@@ -75,10 +75,10 @@ def print_front(dataset: xr.Dataset) -> None:
         f"\nsmall optimisation: {dataset.sizes['design']} gears evaluated in {dataset.attrs['wall_time_s']:.0f} s, "
         f"{int(dataset['feasible'].sum())} feasible, {found.sizes['design']} on the front"
     )
-    places = np.unique(np.linspace(0, found.sizes["design"] - 1, 6).round().astype(int))
+    numbers = np.unique(np.linspace(0, found.sizes["design"] - 1, 6).round().astype(int))
     rows = []
-    for place in places:
-        gear_found = found.isel(design=place)
+    for number in numbers:
+        gear_found = found.isel(design=number)
         k, ste = gear_found["objective"].values
         name = f"z {int(gear_found['teeth'])}, β {float(gear_found['helix_angle']):g}°"
         crowning, relief = (float(gear_found[v]) for v in ("crowning", "relief"))

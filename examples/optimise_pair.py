@@ -10,7 +10,7 @@ tables["algorithm"] |= {"population": 8, "generations": 2}
 tables["robustness"] |= {"samples": 16}
 front = optimise(parse_study(tables), directory="front")
 
-best = select(open_designs("front"), rank={"mesh_stiffness_rms_mean": 1.0}).places[0]
+best = select(open_designs("front"), rank={"mesh_stiffness_rms_mean": 1.0}).numbers[0]
 scene = design_scene(front, int(best))
 result = simulate(scene)
 gear = scene.pair.gears[0]

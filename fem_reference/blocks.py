@@ -180,12 +180,12 @@ class Blocks:
                 self.geo.mesh.setTransfiniteCurve(tag, cells + 1, *spacing)
         return self._curves[key]
 
-    def _flank_point(self, d: int, side: Side, R: float, what: str) -> int:
+    def _flank_point(self, d: int, side: Side, R: float, part: str) -> int:
         theta = d * self.body.pitch_angle + side * float(self.body.gear.half_angle(R))
-        if what == "root" and self.body.pitch_angle - 2 * float(self.body.gear.half_angle(R)) <= 1e-9:
+        if part == "root" and self.body.pitch_angle - 2 * float(self.body.gear.half_angle(R)) <= 1e-9:
             # fully rounded root: the fillets of neighbouring teeth meet in one point
             return self._point(("meet", self._tooth(d if side > 0 else d - 1)), R, theta)
-        return self._point((what, self._tooth(d), side), R, theta)
+        return self._point((part, self._tooth(d), side), R, theta)
 
     def _bore_point(self, d: int, side: Side) -> int:
         body = self.body
@@ -195,21 +195,21 @@ class Blocks:
     def _tips(self, d: int) -> list[int]:
         return [self._flank_point(d, side, self.body.gear.tip_radius, "tip") for side in (Side.RIGHT, Side.LEFT)]
 
-    def _spline(self, what: str, d: int, side: Side, curve: tuple[NDArray, NDArray], ends: tuple, cells: int) -> int:
+    def _spline(self, part: str, d: int, side: Side, curve: tuple[NDArray, NDArray], ends: tuple, cells: int) -> int:
         # the load ends at form circle and tip: cells get smaller towards both
         ratio = FILLET_GRADING ** (1 / max(cells - 1, 1))
-        spacing = {"flank": ("Bump", FLANK_BUMP), "fillet": ("Progression", ratio)}.get(what, ("Progression", 1.0))
+        spacing = {"flank": ("Bump", FLANK_BUMP), "fillet": ("Progression", ratio)}.get(part, ("Progression", 1.0))
 
         def make() -> int:
             """Spline through the points of the curve, turned to its tooth."""
             shift = d * self.body.pitch_angle
             inner = [
-                self._point((what, self._tooth(d), side, i), float(R), shift + side * float(psi))
+                self._point((part, self._tooth(d), side, i), float(R), shift + side * float(psi))
                 for i, (R, psi) in enumerate(zip(*curve, strict=True))
             ][1:-1]
             return self.geo.addSpline([ends[0], *inner, ends[1]])
 
-        return self._curve((what, self._tooth(d), side), cells, make, spacing)
+        return self._curve((part, self._tooth(d), side), cells, make, spacing)
 
     def _flank(self, d: int, side: Side, low: float, form: float, foot: int, cells: int) -> list:
         """Fillet from radius ``low`` and involute up to the tip."""
@@ -236,16 +236,16 @@ class Blocks:
         return tag, on_tooth("tip", d)
 
     def _arc(
-        self, what: str, d: int, start: int, end: int, R: float, cells: int, spacing: tuple[str, float] | None = None
+        self, part: str, d: int, start: int, end: int, R: float, cells: int, spacing: tuple[str, float] | None = None
     ) -> int:
         if spacing is None:
-            across = what in ("tip", "clamp", "bore", "row")
-            spacing = self._towards_flank(cells, reverse=what == "tip") if across else ("Progression", 1.0)
+            across = part in ("tip", "clamp", "bore", "row")
+            spacing = self._towards_flank(cells, reverse=part == "tip") if across else ("Progression", 1.0)
         make = lambda: self.geo.addCircleArc(start, self._point(("centre",), 0.0, 0.0), end)  # noqa: E731
-        return self._curve((what, self._tooth(d), R), cells, make, spacing)
+        return self._curve((part, self._tooth(d), R), cells, make, spacing)
 
-    def _line(self, what: str, d: int, start: int, end: int, cells: int) -> int:
-        key = (what, self._tooth(d))
+    def _line(self, part: str, d: int, start: int, end: int, cells: int) -> int:
+        key = (part, self._tooth(d))
         return self._curve(key, cells, lambda: self.geo.addLine(start, end), self._towards_flank(cells))
 
     def _towards_flank(self, cells: int, *, reverse: bool = False) -> tuple[str, float]:

@@ -1,6 +1,6 @@
 """Computed compliances kept on disk, under a hash of everything that determines them.
 
-One file per result, written beside its place and moved into it: readers and concurrent writers see a whole file or
+One file per result, written under a temporary name and renamed: readers and concurrent writers see a whole file or
 none. An entry that cannot be read, or whose checksum is wrong, is computed anew and replaced.
 """
 
@@ -71,8 +71,8 @@ def entry(
 
 def digest(body: Body, material: Material, *settings: Any) -> str:
     """Hash of geometry, material, accuracy and other settings, program and library versions."""
-    what = {"body": asdict(body), "material": asdict(material), "settings": settings, "code": code_version()}
-    return hashlib.sha256(json.dumps(what, sort_keys=True, default=repr).encode()).hexdigest()[:32]
+    inputs = {"body": asdict(body), "material": asdict(material), "settings": settings, "code": code_version()}
+    return hashlib.sha256(json.dumps(inputs, sort_keys=True, default=repr).encode()).hexdigest()[:32]
 
 
 @cache

@@ -77,8 +77,8 @@ def explain(error: OSError) -> str:
         packages.append(named)
     if not packages:
         return f"gmsh cannot be loaded: {error}"
-    what = found.group(1) if found else "a shared library"
-    return f"gmsh needs {what}, which is missing: apt-get install {' '.join(packages)}"
+    library = found.group(1) if found else "a shared library"
+    return f"gmsh needs {library}, which is missing: apt-get install {' '.join(packages)}"
 
 
 @contextmanager

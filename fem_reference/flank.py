@@ -1,4 +1,4 @@
-"""The loaded flank: places, normals and the points below them on the centre line of the tooth.
+"""The loaded flank: points, normals and the points below them on the centre line of the tooth.
 
 Flank coordinates are the radius R, from form circle to tip circle, and y = 0…b across the face width. Forces act along
 the inward normal of the right flank, the line of action; displacements are measured along it.

@@ -123,7 +123,7 @@ class Body:
         radius[0], radius[-1] = gear.form_radius, gear.tip_radius
         return radius, gear.half_angle(radius)
 
-    # -- exact places of boundary nodes -------------------------------------------------------------------------------
+    # -- exact positions of boundary nodes -----------------------------------------------------------------------------
     def snap(self, boundary: str, R: NDArray, theta: NDArray, ends: tuple[NDArray, NDArray] | None = None) -> tuple:
         """Move points (R, θ) that belong to a named boundary exactly onto it.
 

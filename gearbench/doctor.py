@@ -20,7 +20,7 @@ from gearbench.errors import InputError
 class Finding:
     """One thing looked at: its name, what was found, whether that is fine, whether it is needed, and the remedy."""
 
-    what: str
+    name: str
     found: str
     fine: bool
     needed: bool = True

@@ -91,7 +91,7 @@ def load_distribution(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
     assert figure is not None
     extend = "max" if load.max() > 1.01 * top else "neither"
     figure.colorbar(drawn, ax=axes, label="line load q [N/mm]", extend=extend)
-    axes.set(xlabel="place on the path of contact u [mm]", ylabel="place along the face width y [mm]")
+    axes.set(xlabel="position on the path of contact u [mm]", ylabel="position along the face width y [mm]")
     return axes
 
 
@@ -117,14 +117,14 @@ def contributions(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
     """Share of each error in the variance of STE and stiffness, with one standard error; what is left interacts."""
     axes = _axes(axes, (7.0, 4.5))
     names = [str(name).replace("_", " ") for name in dataset["error_name"].values] + ["interactions"]
-    place = np.arange(len(names))
+    position = np.arange(len(names))
     for shift, (name, colour) in enumerate((("transmission_error_rms", BLUE), ("mesh_stiffness_rms", ORANGE))):
         alone = 100 * dataset[f"{name}_first_order"].values
         share = np.append(alone, max(0.0, 100 - alone.sum()))
         error = np.append(100 * dataset[f"{name}_first_order_standard_error"].values, np.nan)
         label = dataset[name].attrs["symbol"]
-        axes.barh(place + 0.4 * shift - 0.2, share, 0.38, xerr=error, color=colour, ecolor=GREY, label=label)
-    axes.set_yticks(place, names)
+        axes.barh(position + 0.4 * shift - 0.2, share, 0.38, xerr=error, color=colour, ecolor=GREY, label=label)
+    axes.set_yticks(position, names)
     axes.invert_yaxis()
     axes.set_xlabel("share of the variance, first order [%]")
     axes.legend(frameon=False)

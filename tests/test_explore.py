@@ -194,10 +194,10 @@ def test_curves_come_first_where_the_scatter_takes_long(monkeypatch):
     from bokeh.document import Document
 
     from gearbench.explore import live
-    from gearbench.explore.controls import places
+    from gearbench.explore.controls import positions
 
     session = live.Session(designs := catalogue([stored(12)]), Document())
-    moved = {name: place["value"] for name, place in places(designs.scene(3)).items()} | {"crowning": 4.5}
+    moved = {name: position["value"] for name, position in positions(designs.scene(3)).items()} | {"crowning": 4.5}
     monkeypatch.setattr(session, "slow", False)
     (whole,) = session.answers(3, moved)
     monkeypatch.setattr(session, "slow", True)

@@ -58,7 +58,7 @@ def examine(monkeypatch):
         for text in requirements:
             own["Requires-Dist"] = text
         monkeypatch.setattr(doctor, "metadata", lambda _: own)
-        return {finding.what: finding for finding in doctor.examine()}
+        return {finding.name: finding for finding in doctor.examine()}
 
     return call
 
@@ -83,5 +83,5 @@ def test_doctor_says_so_where_gearbench_is_not_installed(examine, monkeypatch):
         raise doctor.PackageNotFoundError(name)
 
     monkeypatch.setattr(doctor, "metadata", missing)
-    found = {finding.what: finding for finding in doctor.examine()}
+    found = {finding.name: finding for finding in doctor.examine()}
     assert not found["gearbench"].fine

@@ -82,7 +82,7 @@ def test_the_registry_lists_effects_of_other_packages_and_those_of_gearbench_fir
     names = registry.effect_names()
     assert names[: len(registry.EFFECTS)] == tuple(registry.EFFECTS)
     assert set(names[len(registry.EFFECTS) :]) == set(EFFECTS)
-    found = {finding.what: finding.found for finding in examine()}
+    found = {finding.name: finding.found for finding in examine()}
     assert found["effect waviness"] == "of wavy_gears 1.0"
 
 
@@ -182,7 +182,7 @@ def test_an_entry_point_that_leads_nowhere_is_one_line(line, fault, tmp_path, mo
     with pytest.raises(gb.InputError, match=fault):
         scene(hertz={}, noise={})
     assert scene(hertz={}).effect("hertz") == gb.Hertz()
-    assert [finding.fine for finding in examine() if finding.what == "effect noise"] == [False]
+    assert [finding.fine for finding in examine() if finding.name == "effect noise"] == [False]
 
 
 @pytest.mark.parametrize(

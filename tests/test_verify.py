@@ -81,7 +81,7 @@ def test_the_same_compliance_moves_nothing(designs, plate_for_finite_elements):
 
 
 def test_one_model_for_each_macro_geometry(designs, plate_for_finite_elements):
-    found = verify(designs, places=np.flatnonzero(designs.dataset["feasible"].values).tolist(), threads=1)
+    found = verify(designs, numbers=np.flatnonzero(designs.dataset["feasible"].values).tolist(), threads=1)
     names = ("teeth", "addendum", "pair.helix_angle")
     pairs = {tuple(float(found[name][i]) for name in names) for i in range(found.sizes["design"])}
     assert found.attrs["macro_geometries"] == len(pairs) < found.sizes["design"]
@@ -90,9 +90,9 @@ def test_one_model_for_each_macro_geometry(designs, plate_for_finite_elements):
 
 def test_finite_elements_as_in_a_robust_scene(designs, tmp_path, monkeypatch):
     monkeypatch.setenv("GEARBENCH_CACHE", str(tmp_path))
-    place = int(np.flatnonzero(designs.dataset["on_front"].values)[0])
-    found = verify(designs, places=[place], accuracy=0.1)
-    scene = designs.scene(place)
+    number = int(np.flatnonzero(designs.dataset["on_front"].values)[0])
+    found = verify(designs, numbers=[number], accuracy=0.1)
+    scene = designs.scene(number)
     kept = tuple(effect for effect in scene.effects if effect.name != "tooth_bending")
     other = replace(scene, effects=(*kept, ToothBending(model="finite_elements", accuracy=0.1)))
     answer = robust(other, samples=8, seed=designs.study.robustness.seed)
@@ -100,7 +100,7 @@ def test_finite_elements_as_in_a_robust_scene(designs, tmp_path, monkeypatch):
         # the same sums in another order of the compliances
         assert_allclose(found["objective_verified"][0, i], answer[name], rtol=1e-9)
         assert_allclose(found[f"{name}_verified"][0], answer[name], rtol=1e-9)
-        shift = 100 * (float(answer[name]) / float(designs.dataset[name][place]) - 1)
+        shift = 100 * (float(answer[name]) / float(designs.dataset[name][number]) - 1)
         assert_allclose(found["shift"][0, i], shift, rtol=1e-6)  # a small difference of such numbers
     # the plate has another compliance: the answer is not the stored one
     assert np.all(np.abs(found["shift"]) > 0.01)
@@ -144,9 +144,9 @@ def test_what_cannot_be_replaced_is_refused(designs):
     with pytest.raises(InputError, match=r"variables\.fillet"):
         reference_study(parse_study(tables), 0.01)
     infeasible = int(np.flatnonzero(designs.dataset["feasible"].values == 0)[0])
-    for place in (-1, designs.dataset.sizes["design"], infeasible):
+    for number in (-1, designs.dataset.sizes["design"], infeasible):
         with pytest.raises(InputError, match="feasible design"):
-            verify(designs, places=[place])
+            verify(designs, numbers=[number])
 
 
 def test_a_design_without_answer_is_reported_with_its_reason(designs, plate_for_finite_elements, monkeypatch):
@@ -192,7 +192,7 @@ def test_command(stored, tmp_path, monkeypatch, run, plate_for_finite_elements):
     code, out, _ = run("verify", stored, "--json")
     assert code == 0
     answer = json.loads(out)
-    assert answer["place"] == found["place"].values.tolist()
+    assert answer["number"] == found["number"].values.tolist()
     # rounding of the correlation
     assert answer["rank_correlation"] == pytest.approx({str(name): 1.0 for name in found["objective_name"].values})
 

@@ -42,7 +42,7 @@ COVERS = "mean and RMS over the mesh cycle of transmission_error and mesh_stiffn
 FE_SHARE, ORDER_SHARE = 0.5, 0.6
 #: Rungs of the ladders that make a level about twice as fine, and where the search begins.
 DOUBLE, START = 2, 1
-#: Both knobs are turned where their contributions differ by less than this factor, by so many rungs at once at most.
+#: Both knobs are turned where their contributions differ by less than this factor, by at most that number of rungs.
 ALIKE, MOST_RUNGS = 2.0, 4
 #: Levels are tried that are guessed to be within so much of the budget, others within this share of the effort so far.
 NEAR, EXTRA = 1.5, 0.3
@@ -159,8 +159,8 @@ def _solid_order(scene: Scene, orders: tuple[Any, ...], evaluate: Evaluate, budg
     raise _unmet("the order of solid teeth", error)
 
 
-def _unmet(what: str, error: float) -> InputError:
-    return InputError("accuracy", "too small", f"{what} leaves an error of {100 * error:.2g} % at its finest")
+def _unmet(source: str, error: float) -> InputError:
+    return InputError("accuracy", "too small", f"{source} leaves an error of {100 * error:.2g} % at its finest")
 
 
 @dataclass(frozen=True, kw_only=True)

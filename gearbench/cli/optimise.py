@@ -139,8 +139,8 @@ def _print_front(dataset: xr.Dataset) -> None:
     headings += [_heading(i, str(label)) for i, label in enumerate(front["objective_name"].values)]
     for heading in headings:
         table.add_column(heading, justify="right")
-    for place in sorted({round(i * (len(on_front) - 1) / (SHOWN - 1)) for i in range(SHOWN)}):
-        row = front.isel(design=place)
+    for number in sorted({round(i * (len(on_front) - 1) / (SHOWN - 1)) for i in range(SHOWN)}):
+        row = front.isel(design=number)
         values = [f"{row[v].item():g}" if row[v].dtype.kind in "if" else str(row[v].item()) for v in names]
         table.add_row(*values, *(f"{x:.4g}" for x in row["objective"].values))
     Console(soft_wrap=True).print(table)

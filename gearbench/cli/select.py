@@ -122,10 +122,10 @@ def _print_list(selection: Selection, top: int) -> None:
 
     for condition, left in selection.steps:
         print(f"{left:7d}  {condition}")
-    if len(selection.places) == 0:
+    if len(selection.numbers) == 0:
         print("no design is left")
         return
-    support = selection.designs.support(selection.places[:top])
+    support = selection.designs.support(selection.numbers[:top])
     columns = selection.table(top)
     names = ["design", "score", *map(str, selection.designs.dataset["variable"].values), *selection.ranking]
     names = list(dict.fromkeys(names))

@@ -65,7 +65,7 @@ class ToothedRing:
         for inner, root, chain in zip(solid.classes, solid.root_classes, solid.chains, strict=True):
             at = solid.amplitudes(root)
             # from functions along the axis to polynomials in z of this class
-            place = np.concatenate([number[root[j % 2] // along, j] for j in range(count)])
+            position = np.concatenate([number[root[j % 2] // along, j] for j in range(count)])
             owner = np.concatenate([root[k % 2] for k in range(axis)])
             degree = np.concatenate([np.full(len(root[k % 2]), k) for k in range(axis)])
             column_owner = np.concatenate([root[j % 2] for j in range(count)])
@@ -75,9 +75,9 @@ class ToothedRing:
             K_ii = T.T @ solid.block(root, root) @ T
             rows = flank[:, solid.amplitudes(inner)]
             half = chain.half_solve(np.hstack([K_bi, rows.T]))
-            moved, loaded = half[:, : len(place)], half[:, len(place) :]
-            S[np.ix_(place, place)] = K_ii - moved.T @ moved
-            phi[:, place] += flank[:, at] @ T - loaded.T @ moved
+            moved, loaded = half[:, : len(position)], half[:, len(position) :]
+            S[np.ix_(position, position)] = K_ii - moved.T @ moved
+            phi[:, position] += flank[:, at] @ T - loaded.T @ moved
         # from the Ritz functions, orthonormal on [0, 1], to those orthonormal on the root
         scale = math.sqrt(self.root_arc * self.tooth.gear.face_width)
         return (S + S.T) / (2 * scale**2), phi / scale

@@ -127,10 +127,10 @@ class Solid:
 
     def _products(self, left: Class, a: int, k: NDArray, right: Class, b: int, l: NDArray) -> NDArray:
         """Blocks Σ Z[k, l] S between functions of parity ``a`` and ``b`` along the axis, (k, left, right)."""
-        S, Z, place = self.of_section, self.of_axis, np.ix_(left[a], right[b])
+        S, Z, position = self.of_section, self.of_axis, np.ix_(left[a], right[b])
         # functions of the same parity meet undifferentiated or both differentiated, others one and the other way
         used = ((0, 0), (1, 1)) if a == b else ((0, 1), (1, 0))
-        one, other = (Z[i, j, k, l][:, None, None] * S[i, j][place] for i, j in used)
+        one, other = (Z[i, j, k, l][:, None, None] * S[i, j][position] for i, j in used)
         one += other
         return one
 

@@ -1,4 +1,4 @@
-"""Pitch errors: teeth that stand before or behind their places, each by its own amount."""
+"""Pitch errors: teeth that stand before or behind their nominal positions, each by its own amount."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ class PitchErrors(GapEffect):
     Parameters
     ----------
     pinion, wheel
-        Deviation of each loaded flank from its place [µm], an arc of the pitch circle in the transverse plane, one for
-        each tooth; positive: material missing. Sums of the single pitch deviations f_pi, of ISO 1328-1.
+        Deviation of each loaded flank from its nominal position [µm], an arc of the pitch circle in the transverse
+        plane, one for each tooth; positive: material missing. Sums of the single pitch deviations f_pi, of ISO 1328-1.
     pinion_tooth, wheel_tooth
         Numbers of the teeth that the mesh cycle begins with.
     """

@@ -82,13 +82,13 @@ class Topography(GapEffect):
             if grid is None:
                 continue
             active = grid.coordinate_of(gear, np.array(ends))
-            for what, values, (low, high) in (
+            for axis, values, (low, high) in (
                 (grid.along, grid.coordinate, (float(active[0]), float(active[1]))),
                 ("face position", grid.face, (0.0, pair.face_width)),
             ):
                 covered = min(high, values[-1]) - max(low, values[0])
                 if len(values) > 1 and covered < (high - low) / 2:
-                    span = f"{what} {values[0]:g} to {values[-1]:g} mm"
+                    span = f"{axis} {values[0]:g} to {values[-1]:g} mm"
                     raise InputError(name, span, f"must cover half of the active flank, {low:.5g} to {high:.5g} mm")
 
     def gap(self, lines: ContactLines) -> NDArray:
@@ -101,11 +101,11 @@ class Topography(GapEffect):
 
     def kinks(self, pair: Pair) -> tuple[float, ...]:
         """Positions u [mm] of the rows of a coarse grid; the kinks of a fine one are too many to integrate between."""
-        places: list[float] = []
+        positions: list[float] = []
         for role, gear, grid in zip(Role, pair.gears, self.grids, strict=True):
             if grid is not None and len(grid.coordinate) <= _MOST_KINKS:
-                places += [pair.meshing.path_coordinate(role, float(radius)) for radius in grid.radii(gear)]
-        return tuple(u for u in places if pair.meshing.path_start < u < pair.meshing.path_end)
+                positions += [pair.meshing.path_coordinate(role, float(radius)) for radius in grid.radii(gear)]
+        return tuple(u for u in positions if pair.meshing.path_start < u < pair.meshing.path_end)
 
 
 #: Grids read so far by their SHA-256: an effect made anew from its tables needs no second look at the file.

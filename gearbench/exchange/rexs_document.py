@@ -255,8 +255,8 @@ def _document(path: Path, root: Element) -> RexsDocument:
     )
 
 
-def _id(element: Element, what: str) -> int:
+def _id(element: Element, kind: str) -> int:
     text = element.get("id") or ""
     if not text.isdecimal():
-        raise InputError(f"{what}.id", repr(text), "must be a whole number")
+        raise InputError(f"{kind}.id", repr(text), "must be a whole number")
     return int(text)

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 
 from gearbench.errors import GearbenchError, InputError
 from gearbench.explore.catalogue import Catalogue
-from gearbench.explore.controls import places, settings_of, sliders
+from gearbench.explore.controls import positions, settings_of, sliders
 from gearbench.explore.gear_data import densities, summary, tables
 from gearbench.explore.model import Picture, outline, picture, scattered
 from gearbench.explore.page import Page, answer_data, knee
@@ -97,12 +97,12 @@ class Session:
         scene, name = self._catalogue.scene(design), self._catalogue.name(design)
         known = self._stored.get(design)
         if known is not None:
-            yield self._as_stored(known, name, places(scene))
+            yield self._as_stored(known, name, positions(scene))
             return
         now, solved = outline(scene)
         if not (self.slow and now.unfinished):
             now = self._keep(design, self._finished(now, solved))
-        yield self._as_stored(now, name, places(scene))
+        yield self._as_stored(now, name, positions(scene))
         if now.unfinished:
             now = self._keep(design, self._finished(now, solved))
             yield answer_data(densities(now), densities(now), summary(name, now, now))

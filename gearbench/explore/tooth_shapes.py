@@ -75,8 +75,8 @@ def mesh(pair: Pair) -> Mesh:
     nearest = round((pair.meshing.pitch_point - first) / pair.meshing.base_pitch)
     u = first + nearest * pair.meshing.base_pitch
     outlines = []
-    for gear, place in ((pinion, u), (wheel, pair.meshing.tangent_length - u)):
-        centre = place / gear.base_radius - alpha - float(gear.involute_half_angle(gear.base_radius))
+    for gear, position in ((pinion, u), (wheel, pair.meshing.tangent_length - u)):
+        centre = position / gear.base_radius - alpha - float(gear.involute_half_angle(gear.base_radius))
         outlines.append(turn(outline(gear), centre))
     return Mesh(
         pinion=outlines[0],

@@ -27,12 +27,12 @@ class Archive:
     designs, results, first
         Each different gear once, its result, and the generation it was first asked for.
     asked
-        For each generation the places in ``designs`` of what was asked for.
+        For each generation the numbers in ``designs`` of what was asked for.
     evaluated, feasible_found, hypervolumes
         For each generation: designs not known before, feasible ones known so far, share of the box below
         ``reference_point`` that they dominate.
     front
-        Places of the designs that no other dominates.
+        Numbers of the designs that no other dominates.
     """
 
     study: OptimisationStudy
@@ -44,35 +44,35 @@ class Archive:
     feasible_found: list[int] = field(default_factory=list)
     hypervolumes: list[float] = field(default_factory=list)
     front: list[int] = field(default_factory=list)
-    _places: dict[Hashable, int] = field(default_factory=dict)
+    _numbers: dict[Hashable, int] = field(default_factory=dict)
     _reference: NDArray | None = None
 
-    def places(self, designs: Sequence[Design]) -> list[int]:
-        """Places of known designs."""
-        return [self._places[assignments(self.study, design)] for design in designs]
+    def numbers(self, designs: Sequence[Design]) -> list[int]:
+        """Numbers of known designs."""
+        return [self._numbers[assignments(self.study, design)] for design in designs]
 
     def unknown(self, designs: Sequence[Design]) -> list[Design]:
         """Those of ``designs`` that have no result yet, each different gear once."""
         found: dict[Hashable, Design] = {}
         for design in designs:
             found.setdefault(assignments(self.study, design), design)
-        return [design for gear, design in found.items() if gear not in self._places]
+        return [design for gear, design in found.items() if gear not in self._numbers]
 
     def add(self, designs: Sequence[Design], new: Mapping[Design, Evaluation]) -> list[Evaluation]:
         """Add a generation; ``new`` holds the results of the unknown designs. Returns the results of all of it."""
         generation, before = len(self.asked) + 1, len(self.designs)
         for design in self.unknown(designs):
-            self._places[assignments(self.study, design)] = len(self.designs)
+            self._numbers[assignments(self.study, design)] = len(self.designs)
             self.designs.append(design)
             self.results.append(new[design])
             self.first.append(generation)
-        places = self.places(designs)
-        self.asked.append(places)
+        numbers = self.numbers(designs)
+        self.asked.append(numbers)
         self.evaluated.append(len(self.designs) - before)
         feasible = [i for i in range(before, len(self.designs)) if self.results[i].feasible]
         self.feasible_found.append(len(feasible) + (self.feasible_found[-1] if self.feasible_found else 0))
         self._update_front(feasible)
-        return [self.results[place] for place in places]
+        return [self.results[number] for number in numbers]
 
     @property
     def reference_point(self) -> NDArray:

@@ -106,10 +106,10 @@ def parse_ranking(text: str) -> dict[str, float]:
         If it is none.
     """
     weights: dict[str, float] = {}
-    place = 0
-    while place < len(text):
-        found = _TERM.match(text, place)
-        if found is None or (place > 0 and not found[1]):
+    position = 0
+    while position < len(text):
+        found = _TERM.match(text, position)
+        if found is None or (position > 0 and not found[1]):
             break
         sign, factor, name = found.groups()
         weight = (-1.0 if sign == "-" else 1.0) * float(factor or 1.0)
@@ -118,8 +118,8 @@ def parse_ranking(text: str) -> dict[str, float]:
         if weight == 0 or not math.isfinite(weight):
             raise InputError("rank", text, f"the weight of {name} must be finite and not 0")
         weights[name] = weight
-        place = found.end()
-    if place < len(text) or not weights:
+        position = found.end()
+    if position < len(text) or not weights:
         raise InputError("rank", text, "must be NAME + 2*NAME + …, with a minus sign where more is better")
     return weights
 

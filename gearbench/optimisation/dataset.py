@@ -100,7 +100,7 @@ def front_dataset(archive: Archive, population: Sequence[Design], wall_time: flo
         row[: len(asked)] = asked
     found = {
         "on_front": ("design", np.isin(everything, archive.front).astype("int8")),
-        "in_population": ("design", np.isin(everything, archive.places(population)).astype("int8")),
+        "in_population": ("design", np.isin(everything, archive.numbers(population)).astype("int8")),
         "asked_design": (("generation", "member"), members),
         "asked": ("generation", [len(asked) for asked in archive.asked]),
         "evaluated": ("generation", archive.evaluated),

@@ -100,17 +100,17 @@ class Designs:
             raise InputError(key, name, f"could be {' or '.join(found)}")
         raise InputError(key, name, f"unknown quantity; known: {', '.join(self.names)}")
 
-    def values(self, name: str, places: NDArray) -> NDArray:
-        """Values of a quantity by its full name for the designs at ``places``; they must be gears."""
+    def values(self, name: str, numbers: NDArray) -> NDArray:
+        """Values of a quantity by its full name for the designs at ``numbers``; they must be gears."""
         if name not in OF_SCENE:
-            return self.dataset[name].values[places]
-        return np.array([OF_SCENE[name](self.scene(int(place))) for place in places], dtype=float)
+            return self.dataset[name].values[numbers]
+        return np.array([OF_SCENE[name](self.scene(int(number))) for number in numbers], dtype=float)
 
-    def scene(self, place: int) -> Scene:
-        """Scene of a design by its place in the dimension ``design``; kept."""
-        if place not in self._scenes:
-            self._scenes[place] = scene_of(self.study, self._codes[place])
-        return self._scenes[place]
+    def scene(self, number: int) -> Scene:
+        """Scene of a design by its number in the dimension ``design``; kept."""
+        if number not in self._scenes:
+            self._scenes[number] = scene_of(self.study, self._codes[number])
+        return self._scenes[number]
 
     @cached_property
     def _codes(self) -> Sequence[tuple[float, ...]]:
@@ -128,7 +128,7 @@ class Designs:
 
 
 def design_scene(dataset: xr.Dataset, design: int) -> Scene:
-    """The scene of a design of a stored optimisation, by its place in the dimension ``design``.
+    """The scene of a design of a stored optimisation, by its number in the dimension ``design``.
 
     Raises
     ------

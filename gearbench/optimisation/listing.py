@@ -27,7 +27,7 @@ def markdown_text(selection: Selection, top: int | None = None) -> str:
     designs, table = selection.designs, selection.table(top)
     lines = [f"# {designs.study.name or 'study'}: selected designs", ""]
     lines += [f"- {condition}: {left} designs left" for condition, left in selection.steps]
-    lines.append(f"- support of the teeth: {designs.support(selection.places[:top]) or '–'}")
+    lines.append(f"- support of the teeth: {designs.support(selection.numbers[:top]) or '–'}")
     lines += ["", f"Ranked by {ranking_text(selection)}, each from its best to its worst on the front.", ""]
     heads = [heading(selection, name) for name in table]
     lines.append("| " + " | ".join(map(_cell, heads)) + " |")

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 #: Attempts to breed designs that are not in the population yet, before a generation stays smaller.
 ATTEMPTS = 20
-#: Spread of the mutation: real variables as usual (Deb), places in a grid wider, or rounding would undo it.
+#: Spread of the mutation: real variables as usual (Deb), positions in a grid wider, or rounding would undo it.
 REAL_SPREAD, GRID_SPREAD = 20, 3
 
 

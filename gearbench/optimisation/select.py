@@ -41,7 +41,7 @@ class Resonance:
         return f"mesh frequency outside {low:g} to {high:g} Hz at {slow:g} to {fast:g} rpm, orders 1 to {self.orders}"
 
     def avoided(self, teeth: NDArray) -> NDArray:
-        """Whether a pinion with so many teeth stays outside at every speed and order."""
+        """Whether a pinion of that tooth count stays outside at every speed and order."""
         order = np.arange(1, self.orders + 1)
         low, high = (np.multiply.outer(np.asarray(teeth), order) * n / 60 for n in self.speed)
         return np.all((high < self.frequency[0]) | (low > self.frequency[1]), axis=-1)
@@ -55,10 +55,10 @@ class Selection:
     ----------
     designs
         All designs of the optimisation.
-    places
-        Places of those left in the dimension ``design``.
+    numbers
+        Numbers of those left in the dimension ``design``.
     score
-        Their scores, (place,): 0 is as good as the best of the front in every term, 1 as bad as its worst.
+        Their scores, (number,): 0 is as good as the best of the front in every term, 1 as bad as its worst.
     ranking
         Weight of each term of the score by the full name of its quantity.
     steps
@@ -66,7 +66,7 @@ class Selection:
     """
 
     designs: Designs
-    places: NDArray
+    numbers: NDArray
     score: NDArray
     ranking: Mapping[str, float]
     steps: tuple[tuple[str, int], ...]
@@ -80,9 +80,9 @@ class Selection:
 
     def table(self, top: int | None = None) -> dict[str, NDArray]:
         """Columns of the list by name: ``design``, ``score`` and the quantities of ``names``."""
-        places = self.places[:top]
-        columns = {"design": places, "score": self.score[:top]}
-        return columns | {name: self.designs.values(name, places) for name in self.names()}
+        numbers = self.numbers[:top]
+        columns = {"design": numbers, "score": self.score[:top]}
+        return columns | {name: self.designs.values(name, numbers) for name in self.names()}
 
 
 def open_designs(path: str | Path) -> Designs:
@@ -134,23 +134,23 @@ def select(
     InputError
         If a name is not known, or a condition cannot be applied to it.
     """
-    places = np.flatnonzero(designs.dataset["feasible"].values)
-    if places.size == 0:
+    numbers = np.flatnonzero(designs.dataset["feasible"].values)
+    if numbers.size == 0:
         raise InputError("", designs.study.name or "study", "has no feasible design")
     ranking = _ranking(designs, rank if rank is not None else _objectives(designs), worst_case)
     # what must be computed from the scene comes last, for the designs that are left
     found = [replace(c, name=designs.find("where", c.name)) for c in where]
     ordered = sorted(found, key=lambda c: c.name in OF_SCENE)
-    steps = [("feasible", len(places))]
+    steps = [("feasible", len(numbers))]
     for condition in ordered:
-        places = places[condition.holds(designs.values(condition.name, places))]
-        steps.append((str(condition), len(places)))
+        numbers = numbers[condition.holds(designs.values(condition.name, numbers))]
+        steps.append((str(condition), len(numbers)))
     for resonance in avoid:
-        places = places[resonance.avoided(designs.values("pinion_teeth", places))]
-        steps.append((str(resonance), len(places)))
-    score = _score(designs, places, ranking)
+        numbers = numbers[resonance.avoided(designs.values("pinion_teeth", numbers))]
+        steps.append((str(resonance), len(numbers)))
+    score = _score(designs, numbers, ranking)
     order = np.argsort(score, kind="stable")
-    return Selection(designs=designs, places=places[order], score=score[order], ranking=ranking, steps=tuple(steps))
+    return Selection(designs=designs, numbers=numbers[order], score=score[order], ranking=ranking, steps=tuple(steps))
 
 
 def _objectives(designs: Designs) -> dict[str, float]:
@@ -176,10 +176,10 @@ def _ranking(designs: Designs, rank: Mapping[str, float], worst_case: bool) -> d
     return full
 
 
-def _score(designs: Designs, places: NDArray, ranking: Mapping[str, float]) -> NDArray:
+def _score(designs: Designs, numbers: NDArray, ranking: Mapping[str, float]) -> NDArray:
     """Σ w (x − best)/(worst − best) / Σ|w|, best and worst on the front of the study; NaN counts as worst of all."""
     front = np.flatnonzero(designs.dataset["on_front"].values)
-    score = np.zeros(len(places))
+    score = np.zeros(len(numbers))
     for name, weight in ranking.items():
         on_front = designs.values(name, front).astype(float)
         on_front = on_front[np.isfinite(on_front)]
@@ -187,12 +187,12 @@ def _score(designs: Designs, places: NDArray, ranking: Mapping[str, float]) -> N
             raise InputError("rank", name, "is not known of any design on the front: were there samples?")
         spread = float(np.ptp(on_front)) or 1.0
         best = float(on_front.min() if weight > 0 else on_front.max())
-        score += weight * (designs.values(name, places).astype(float) - best) / spread
+        score += weight * (designs.values(name, numbers).astype(float) - best) / spread
     return np.where(np.isnan(score), np.inf, score / sum(map(abs, ranking.values())))
 
 
-def chosen_scene(designs: Designs, place: int) -> Scene:
-    """Scene of the chosen design, named after the study and its place.
+def chosen_scene(designs: Designs, number: int) -> Scene:
+    """Scene of the chosen design, named after the study and its number.
 
     Raises
     ------
@@ -200,8 +200,8 @@ def chosen_scene(designs: Designs, place: int) -> Scene:
         If there is no such design, or it is not feasible.
     """
     count = designs.dataset.sizes["design"]
-    if not 0 <= place < count:
-        raise InputError("export", place, f"must be the number of a design, 0 to {count - 1}")
-    if not designs.dataset["feasible"].values[place]:
-        raise InputError("export", place, f"is not feasible: {designs.dataset['reason'].values[place]}")
-    return replace(designs.scene(place), name=f"{designs.study.name or 'study'}, design {place}")
+    if not 0 <= number < count:
+        raise InputError("export", number, f"must be the number of a design, 0 to {count - 1}")
+    if not designs.dataset["feasible"].values[number]:
+        raise InputError("export", number, f"is not feasible: {designs.dataset['reason'].values[number]}")
+    return replace(designs.scene(number), name=f"{designs.study.name or 'study'}, design {number}")

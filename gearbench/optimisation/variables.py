@@ -90,11 +90,11 @@ class Variable:
         step = 1 if self.step is None and isinstance(low, int) and isinstance(high, int) else self.step
         if step is None:
             return None
-        places = range(math.floor((high - low) / step + 1e-9) + 1)
+        positions = range(math.floor((high - low) / step + 1e-9) + 1)
         if isinstance(low, int) and isinstance(step, int):
-            return tuple(low + i * step for i in places)
+            return tuple(low + i * step for i in positions)
         # the decimals written down, 0.3 and not 0.30000000000000004
-        return tuple(float(f"{low + i * step:.12g}") for i in places)
+        return tuple(float(f"{low + i * step:.12g}") for i in positions)
 
     @cached_property
     def kind(self) -> Literal["real", "ordered", "choice"]:
@@ -106,14 +106,14 @@ class Variable:
 
     @property
     def bounds(self) -> tuple[float, float] | tuple[int, int]:
-        """Least and greatest code: of the value itself where it is real, else of its place in the grid."""
+        """Least and greatest code: of the value itself where it is real, else of its position in the grid."""
         if self.grid is not None:
             return 0, len(self.grid) - 1
         low, high = self._range
         return float(low), float(high)
 
     def value(self, code: float) -> Value:
-        """Value of a code: the code itself, or the place in the grid."""
+        """Value of a code: the code itself, or the position in the grid."""
         return float(code) if self.grid is None else self.grid[int(code)]
 
     def given(self) -> dict[str, Any]:

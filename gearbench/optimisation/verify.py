@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 def verify(
     designs: Designs,
     *,
-    places: Sequence[int] | None = None,
+    numbers: Sequence[int] | None = None,
     accuracy: float = 0.01,
     threads: int | None = None,
     progress: Callable[[str], None] = lambda _: None,
@@ -46,8 +46,8 @@ def verify(
     ----------
     designs
         From ``gearbench.optimisation.select.open_designs``.
-    places
-        Which designs, by their places in the dimension ``design``; the front by default.
+    numbers
+        Which designs, by their numbers in the dimension ``design``; the front by default.
     accuracy
         Relative error of the compliance that the meshes are refined to.
     threads
@@ -69,7 +69,7 @@ def verify(
     """
     start = time.perf_counter()
     study = reference_study(designs.study, accuracy)
-    chosen = _places(designs, places)
+    chosen = _numbers(designs, numbers)
     dataset = designs.dataset
     arrays = {name: dataset[name].values[chosen] for name in read_names(designs.study)}
     found = [design for design, _ in read_designs(arrays, designs.study)]
@@ -114,17 +114,17 @@ def rank_correlation(a: NDArray, b: NDArray) -> float:
     return float(np.corrcoef(rankdata(a[known]), rankdata(b[known]))[0, 1])
 
 
-def _places(designs: Designs, places: Sequence[int] | None) -> NDArray:
+def _numbers(designs: Designs, numbers: Sequence[int] | None) -> NDArray:
     dataset = designs.dataset
-    if places is None:
+    if numbers is None:
         chosen = np.flatnonzero(dataset["on_front"].values)
         if chosen.size == 0:
             raise InputError("", designs.study.name or "study", "has no feasible design")
         return chosen[np.argsort(dataset["objective"].values[chosen, 0], kind="stable")]
-    chosen = np.array(places, dtype=int)
-    for place in chosen:
-        if not 0 <= place < dataset.sizes["design"] or not dataset["feasible"].values[place]:
-            raise InputError("design", int(place), "must be the number of a feasible design")
+    chosen = np.array(numbers, dtype=int)
+    for number in chosen:
+        if not 0 <= number < dataset.sizes["design"] or not dataset["feasible"].values[number]:
+            raise InputError("design", int(number), "must be the number of a feasible design")
     return chosen
 
 
@@ -139,13 +139,13 @@ def _prepare(
 
     Threads that meet the same unknown pair would each mesh it.
     """
-    first = {macro_geometry(study, design): int(place) for design, place in zip(found, chosen, strict=True)}
+    first = {macro_geometry(study, design): int(number) for design, number in zip(found, chosen, strict=True)}
     effects = study.base["effects"]
     beside = {GearBody.name: GearBody()} if GearBody.name in effects else {}
     reference = ToothBending(**effects[ToothBending.name])
-    for i, place in enumerate(first.values(), start=1):
+    for i, number in enumerate(first.values(), start=1):
         progress(f"finite elements of macro-geometry {i} of {len(first)}")
-        pair = designs.scene(place).pair
+        pair = designs.scene(number).pair
         with suppress(GearbenchError):  # the design is then reported with this reason
             for role in Role:
                 reference.flank(pair, role, beside)
@@ -168,7 +168,7 @@ def _dataset(designs: Designs, chosen: NDArray, results: Sequence[Evaluation]) -
     on_front[known] = non_dominated(verified[known])
     both = ("design", "objective_name")
     variables: dict[str, tuple] = {
-        "place": ("design", chosen),
+        "number": ("design", chosen),
         "objective_verified": (both, verified),
         "shift": (both, 100 * (verified / objective - 1)),
         "on_front_verified": ("design", on_front),

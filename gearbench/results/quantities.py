@@ -132,7 +132,7 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "feasible_found": Quantity("1", "", "feasible designs known so far"),
             "hypervolume": Quantity("1", "", "share of the box below the reference point that the front dominates"),
             "reference_point": Quantity("1", "", "reference point of the hypervolume"),
-            "place": Quantity("1", "", "index in the dimension design of the stored optimisation"),
+            "number": Quantity("1", "", "index in the dimension design of the stored optimisation"),
             "shift": Quantity("%", "", "change of the objective by the compliance of the reference"),
             "verified": Quantity("1", "", "whether the reference gave an answer"),
             "rank_correlation": Quantity("1", "", "rank correlation (Spearman) with both compliances"),

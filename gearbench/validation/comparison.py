@@ -41,7 +41,7 @@ def compare(scene: Scene, accuracy: float = 0.01) -> xr.Dataset:
     Returns
     -------
     Dataset with the dimensions ``model`` (fast, reference), ``position``, ``pair``, ``harmonic``, ``gear``,
-    ``load_height``, ``load_place``; both scenes as TOML in the attributes.
+    ``load_height``, ``load_face``; both scenes as TOML in the attributes.
 
     Raises
     ------
@@ -74,12 +74,12 @@ def compare(scene: Scene, accuracy: float = 0.01) -> xr.Dataset:
 
 def _shapes(scene: Scene, reference: Scene) -> dict[str, tuple]:
     found = [compare_shapes(scene, reference, role) for role in Role]
-    over = ("gear", "load_height", "load_place")
+    over = ("gear", "load_height", "load_face")
     criterion = np.array([each.mac for each in found])
     lines = np.array([line_mac(scene, reference, role) for role in Role])
     return {
         "load_radius": (("gear", "load_height"), np.array([each.loads.radius for each in found])),
-        "load_position": (("load_place",), found[0].loads.y),
+        "load_position": (("load_face",), found[0].loads.y),
         "mac": (over, criterion),
         "mac_worst": (("gear",), criterion.min(axis=(1, 2))),
         "mac_mean": (("gear",), criterion.mean(axis=(1, 2))),

@@ -62,10 +62,10 @@ def load_share_figure(dataset: xr.Dataset) -> Figure:
     """Share of one tooth pair from where it enters to where it leaves, and the difference of the two models."""
     figure, axes = new_figure(2, 1, (7.5, 5.2), sharex=True, height_ratios=(2, 1))
     upper, lower = axes[:, 0]
-    place, share = share_of_a_pair(dataset)
+    position, share = share_of_a_pair(dataset)
     for model, style in STYLES.items():
-        upper.plot(place, share[model], **style)
-    lower.plot(place, share["fast"] - share["reference"], color=ORANGE, lw=1.4)
+        upper.plot(position, share[model], **style)
+    lower.plot(position, share["fast"] - share["reference"], color=ORANGE, lw=1.4)
     lower.axhline(0, color=GREY, lw=0.8)
     upper.set(ylabel="share of the load X [%]", ylim=(0, None))
     lower.set(xlabel="progress of a tooth pair τ + k [mesh periods]", ylabel="difference [% of load]")
@@ -85,8 +85,8 @@ def share_of_a_pair(dataset: xr.Dataset) -> tuple[NDArray, dict[str, NDArray]]:
             loaded = (one > 0) | (other > 0)
             parts.append(np.array([x + index, 100 * one, 100 * other])[:, loaded])
     joined = np.concatenate(parts, axis=1)
-    place, *shares = joined[:, np.argsort(joined[0], kind="stable")]
-    return place, dict(zip(STYLES, shares, strict=True))
+    position, *shares = joined[:, np.argsort(joined[0], kind="stable")]
+    return position, dict(zip(STYLES, shares, strict=True))
 
 
 def harmonics_figure(dataset: xr.Dataset) -> Figure:
@@ -123,7 +123,7 @@ def mac_figure(dataset: xr.Dataset) -> Figure:
         for row, (name, colours, bottom, top, title) in enumerate(looks):
             axis = axes[row, k]
             drawn = axis.pcolormesh(y, radius, dataset[name].values[k], cmap=colours, vmin=bottom, vmax=top)
-            axis.set(xlabel="place of the load along the face width y [mm]", ylabel="radius of the load R [mm]")
+            axis.set(xlabel="position of the load along the face width y [mm]", ylabel="radius of the load R [mm]")
             axis.set_title(title, fontsize=10)
             if k == 1:
                 label = "MAC [–]" if name == "mac" else "deflection over\nthat of the reference [–]"

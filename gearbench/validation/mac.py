@@ -1,4 +1,4 @@
-"""Do two models deflect alike? Modal assurance criterion between deflection shapes, one for each place of a load.
+"""Do two models deflect alike? Modal assurance criterion between deflection shapes, one for each position of a load.
 
 The load stands in the middle of each of 6 × 9 equal cells of the active flank (height × face width); the deflection
 is taken in the middle of each of 12 × 17 cells, so that sums over the points are means over the flank.
@@ -18,7 +18,7 @@ from gearbench.geometry.role import Role
 from gearbench.scene import Scene
 from gearbench.validation.reference import smooth_effects
 
-#: Cells along height and face width: places of the load, and of the response.
+#: Cells along height and face width: positions of the load, and of the response.
 LOADS, RESPONSES = (6, 9), (12, 17)
 
 
@@ -36,13 +36,13 @@ def _unit(shapes: ArrayLike) -> NDArray:
 
 @dataclass(frozen=True, kw_only=True)
 class FlankGrid:
-    """Middles of equal cells of the active flank of one gear: radii [mm] (height,), places y [mm] (place,)."""
+    """Middles of equal cells of the active flank of one gear: radii [mm] (height,), positions y [mm] (position,)."""
 
     radius: NDArray
     y: NDArray
 
     def points(self, root_radius: float) -> tuple[NDArray, NDArray]:
-        """Height above the root circle and y of all points [mm], (height·place,) each."""
+        """Height above the root circle and y of all points [mm], (height·position,) each."""
         height, y = np.meshgrid(self.radius - root_radius, self.y, indexing="ij")
         return height.ravel(), y.ravel()
 
@@ -99,7 +99,7 @@ class ShapeComparison:
     loads
         Where the loads stand.
     mac, norm_ratio
-        Criterion, and ‖fast‖ / ‖reference‖, for each load, (height, place).
+        Criterion, and ‖fast‖ / ‖reference‖, for each load, (height, position).
     compliance_ratio
         The same ratio of all loads together (Frobenius norm): > 1 is softer than the reference.
     """

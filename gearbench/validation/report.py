@@ -112,7 +112,7 @@ def _section(i: int, name: str, one: xr.Dataset) -> str:
         "Share of the load that one tooth pair carries while it passes through the mesh.": (
             figures.load_share_figure(one)
         ),
-        "For each place of a unit load: agreement of the deflection shape over the flank, and its size.": (
+        "For each position of a unit load: agreement of the deflection shape over the flank, and its size.": (
             figures.mac_figure(one)
         ),
         "Wall times. Simulation: all mesh phases, the teeth being known.": figures.time_figure(one),
@@ -206,7 +206,7 @@ def _texts(one: xr.Dataset) -> str:
 
 
 def _method(dataset: xr.Dataset) -> str:
-    heights, places = (dataset.sizes[name] for name in ("load_height", "load_place"))
+    heights, positions = (dataset.sizes[name] for name in ("load_height", "load_face"))
     paragraphs = (
         "Reference: the same pair, load, gaps, contact law and mesh phases; every compliance but the contact law is "
         "replaced by that of three-dimensional finite elements, a clamped tooth or, where the scene models the gear "
@@ -214,8 +214,8 @@ def _method(dataset: xr.Dataset) -> str:
         "Errors are those of the fast model, (fast − reference) / reference. Peak-to-peak values include both sides of "
         "each jump. Load sharing: difference of the share of a tooth pair while it is in contact.",
         f"MAC = (aᵀb)² / ((aᵀa)(bᵀb)) of the deflections a, b of one flank, in the middle of {RESPONSES[0]} × "
-        f"{RESPONSES[1]} equal cells of its active part, under a unit load: at each of {heights} × {places} places, or "
-        "spread evenly over each contact line of the mesh cycle (the mean weighted with its length).",
+        f"{RESPONSES[1]} equal cells of its active part, under a unit load: at each of "
+        f"{heights} × {positions} positions, or spread evenly over each contact line of the mesh cycle (the mean weighted with its length).",
         "Times are wall times on this computer: medians of repeats after warm-up for the fast model; for the finite "
         "elements meshing, assembly and solution of all meshes, both gears.",
     )

@@ -58,7 +58,7 @@ def _gears(tool: int, found: xr.Dataset) -> xr.Dataset:
     columns: dict[str, Any] = {name: found[statistic].values[feasible] for name, statistic in _STATISTIC.items()}
     for name in ("teeth", "helix_angle", "total_contact_ratio", "specific_sliding", "contact_pressure", "root_stress"):
         columns[name] = found[name].values[feasible]
-    columns |= {"place": feasible, "on_front": found["on_front"].values[feasible]}
+    columns |= {"number": feasible, "on_front": found["on_front"].values[feasible]}
     shapes = [macro_and_micro(scene) for scene in scenes]
     columns |= {name: np.array([shape[name] for shape in shapes]) for name in shapes[0]}
     F = np.stack([columns["m_k"], columns["m_ste"]], axis=1)

@@ -57,7 +57,7 @@ def scaling(repeats: int, *, quick: bool = False) -> xr.Dataset:
 
 
 def _wider(scene: Scene, factor: float) -> Scene:
-    """A face so many times as wide, under as many times the torque: more pairs in contact, the same line load."""
+    """A face and a torque, both multiplied by one factor: more pairs in contact, the same line load."""
     pair = replace(scene.pair, face_width=factor * scene.pair.face_width)
     return replace(scene, pair=pair, load=replace(scene.load, torque=factor * scene.load.torque))
 
