@@ -215,7 +215,8 @@ def _method(dataset: xr.Dataset) -> str:
         "each jump. Load sharing: difference of the share of a tooth pair while it is in contact.",
         f"MAC = (aᵀb)² / ((aᵀa)(bᵀb)) of the deflections a, b of one flank, in the middle of {RESPONSES[0]} × "
         f"{RESPONSES[1]} equal cells of its active part, under a unit load: at each of "
-        f"{heights} × {positions} positions, or spread evenly over each contact line of the mesh cycle (the mean weighted with its length).",
+        f"{heights} × {positions} positions, or spread evenly over each contact line of the mesh cycle (the mean "
+        "weighted with its length).",
         "Times are wall times on this computer: medians of repeats after warm-up for the fast model; for the finite "
         "elements meshing, assembly and solution of all meshes, both gears.",
     )
