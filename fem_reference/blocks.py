@@ -62,7 +62,7 @@ class Blocks:
     geo
         ``gmsh.model.geo``.
     body, cells
-        What is meshed, how finely.
+        The body, and the fineness of its mesh.
     structured
         Transfinite blocks; otherwise only their outlines.
     """

@@ -27,7 +27,7 @@ from gearbench.compliance.flank import FlankCompliance
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
 
-#: What of the gearbench package determines a result.
+#: Sources of the gearbench package that determine a result.
 SOURCES = (
     *(f"geometry/{name}.py" for name in ("fillet", "gear", "involute", "material", "rack")),
     *(f"compliance/{name}.py" for name in ("bases", "flank", "local", "outline")),

@@ -86,7 +86,7 @@ def flank_load(tooth: ToothMesh, loads: Loads, d: int = 0) -> NDArray:
 def flank_compliance(tooth: ToothMesh, material: Material, order: tuple[int, int]) -> FlankCompliance:
     """Project the compliance of a meshed body onto polynomial loads of the given order, local part taken out.
 
-    What is left is the displacement of the flank surface less the compression of the half-space down to the centre
+    The remainder is the displacement of the flank surface less the compression of the half-space down to the centre
     line (``gearbench.compliance.local``); symmetric, and with the contact law it gives back the surface displacement.
     """
     gear = tooth.body.gear

@@ -252,7 +252,7 @@ def _upper_csr(row: NDArray, col: NDArray, blocks: NDArray, size: int) -> sp.csr
     key = key[first]
     indptr = np.searchsorted(key, np.arange(size + 1, dtype=np.int64) * size)
     full = sp.bsr_matrix((data, key % size, indptr), shape=(dim * size, dim * size)).tocsr()
-    # the diagonal block comes first in its block row: drop what lies below the diagonal
+    # the diagonal block comes first in its block row: drop the blocks below the diagonal
     keep = np.ones(full.nnz, dtype=bool)
     start = full.indptr[:-1].reshape(size, dim)
     for i in range(1, dim):

@@ -31,7 +31,7 @@ _LOCK = threading.RLock()
 
 
 class MissingDependencyError(ImportError):
-    """The finite element reference cannot run here; the message says what to install."""
+    """The finite element reference cannot run here; the message names the packages to install."""
 
 
 def missing_system_packages() -> tuple[str, ...]:

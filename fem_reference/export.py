@@ -90,7 +90,7 @@ def write_loaded_tooth(
     """
     tooth = tooth_mesh(Body(gear=pair.gears[gear]), cells, "hex27")
     line = line_load(pair, dataset, gear, position, cells)
-    scale = float(line.force.sum()) / total_force(tooth, line)  # what the edges of the flank cut off the strip
+    scale = float(line.force.sum()) / total_force(tooth, line)  # the edges of the flank cut the strip
     solution = solve_flank(tooth, pair.material, lambda R, y: scale * line(R, y))
     displacement = solution.u.reshape(-1, 3)
     tooth.write(path, displacement=displacement, von_mises=von_mises(tooth, pair.material, displacement))
@@ -132,7 +132,7 @@ def total_force(tooth: ToothMesh, line: LineLoad) -> float:
 
 
 def von_mises(tooth: ToothMesh, material: Material, displacement: NDArray) -> NDArray:
-    """Von Mises stress at the nodes, (node,) [N/mm²]: the mean of what the elements around a node have near it.
+    """Von Mises stress at the nodes, (node,) [N/mm²]: the mean of the values of the elements around a node.
 
     Each element gives the stress at its points of Gauss' rule of second order, where it is most accurate.
     """

@@ -48,7 +48,7 @@ class PlaneSolution:
     Parameters
     ----------
     body, strip
-        What was loaded.
+        The body loaded.
     space
         Displacement space (tri6).
     u

@@ -90,7 +90,7 @@ def refined_compliance(
     Raises
     ------
     AccuracyError
-        If the finest mesh allowed does not reach it; says what was reached.
+        If the finest mesh allowed does not reach it; names the accuracy reached.
     MeshingError, MissingDependencyError
         As in ``tooth_mesh``.
     """

@@ -21,7 +21,7 @@ from gearbench.geometry.role import Side
 
 @dataclass(frozen=True, kw_only=True)
 class Body:
-    """What is modelled of a gear.
+    """The part of a gear that is meshed.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class Body:
         Number of neighbouring teeth on the sector, odd, the loaded one in the middle; ``gear.teeth`` makes the
         whole gear.
     rest
-        What stands for the rest of the gear beyond the sector: "ring" (the body without teeth, coarse; the default),
+        Model of the rest of the gear beyond the sector: "ring" (the body without teeth, coarse; the default),
         or nothing, the cut faces being "clamped" or "free". Only the ring keeps the stiffness of the body: on five
         teeth of a solid gear clamped cuts are some 10 % too stiff, free ones half as stiff as they should be.
 

@@ -46,7 +46,7 @@ class ToothMesh:
     Parameters
     ----------
     body, cells, kind
-        What was asked for; ``kind`` is a 3D key of ``fem_reference.elasticity.ELEMENTS``.
+        The settings asked for; ``kind`` is a 3D key of ``fem_reference.elasticity.ELEMENTS``.
     mesh
         scikit-fem mesh [mm] in Cartesian coordinates: y axis = centre line of the loaded tooth at the front face,
         z = position across the face width. Named boundaries: "left_flank", "right_flank", "left_fillet",
@@ -111,7 +111,7 @@ def tooth_mesh(body: Body, cells: Cells, kind: str = "hex20") -> ToothMesh:
 
 
 def check_section(body: Body) -> None:
-    """Refuse a section that crosses itself, by name of what crosses.
+    """Refuse a section that crosses itself, by name of the curves that cross.
 
     The flanks are functions ψ(R), so the outline is simple exactly if 0 < ψ(R) everywhere and ψ ≤ π/z at the root.
     """

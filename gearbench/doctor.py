@@ -1,4 +1,4 @@
-"""What this machine has of what gearbench needs, and how to get what is missing."""
+"""The requirements of gearbench on this machine, and remedies for missing ones."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from gearbench.errors import InputError
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing looked at: its name, what was found, whether that is fine, whether it is needed, and the remedy."""
+    """One requirement: its name, the finding, whether that is fine, whether it is needed, and the remedy."""
 
     name: str
     found: str

@@ -28,7 +28,7 @@ def _shown(value: object) -> str:
 
 
 def pair_html(pair: Pair) -> str:
-    """Both gears, and what they make together."""
+    """Both gears, and the pair they make."""
     pinion, wheel = both = pair.gears
     gears = {
         "teeth z": (pinion.teeth, wheel.teeth),

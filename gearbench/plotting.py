@@ -114,7 +114,7 @@ def density(dataset: xr.Dataset, name: str, axes: Axes | None = None, colour: st
 
 
 def contributions(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
-    """Share of each error in the variance of STE and stiffness, with one standard error; what is left interacts."""
+    """Share of each error in the variance of STE and stiffness, with one standard error; the remainder interacts."""
     axes = _axes(axes, (7.0, 4.5))
     names = [str(name).replace("_", " ") for name in dataset["error_name"].values] + ["interactions"]
     position = np.arange(len(names))

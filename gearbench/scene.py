@@ -22,7 +22,7 @@ DEFAULT_GAUSS_POINTS = 8
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Load:
-    """What the pair carries.
+    """Load of the pair.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ class Scene:
     Raises
     ------
     InputError
-        If an effect appears twice, lacks what it requires, meets what it excludes, or does not fit the pair; or if
+        If an effect appears twice, lacks one it requires, meets one it excludes, or does not fit the pair; or if
         nothing adds compliance. Wrapped by pydantic's ``ValidationError``.
     """
 
@@ -147,7 +147,7 @@ class Scene:
         return self.F_bt / math.cos(self.pair.meshing.beta_b)
 
     def to_mapping(self) -> dict[str, Any]:
-        """The scene as nested tables, as in a file; what equals its default is left out."""
+        """The scene as nested tables, as in a file; defaults are left out."""
         tables = given(self)
         tables.pop("effects", None)
         tables["effects"] = {effect.name: given(effect) for effect in self.effects}

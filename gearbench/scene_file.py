@@ -52,7 +52,7 @@ def parse_scene(tables: Mapping[str, Any]) -> Scene:
     Raises
     ------
     InputError
-        Naming key, value and what is allowed.
+        Naming key, value and the values allowed.
     """
     parts = dict(tables)
     effects = as_table("effects", parts.pop("effects", {}))

@@ -1,7 +1,7 @@
 """Input classes as tables of keys: one reader for scenes, studies and documentation.
 
 An input class is a pydantic dataclass. Its fields are the keys of a TOML table, its numpy docstring says what they
-mean. Every fault in a table is one line that names key, value and what is allowed.
+mean. Every fault in a table is one line that names key, value and the values allowed.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Key:
         return found[1] if found else ""
 
     def fault(self, value: Any) -> str | None:
-        """What is wrong with the type of ``value``, None where nothing is; limits are not looked at."""
+        """The fault in the type of ``value``, None where there is none; limits are not looked at."""
         faults = _faults(TypeAdapter(self.hint, config=STRICT), value)
         return next((_message(fault) for fault in faults if fault["type"] not in _RANGE), None)
 
@@ -81,7 +81,7 @@ def keys(kind: type) -> dict[str, Key]:
 
 
 def parts(kind: type) -> tuple[str, dict[str, str]]:
-    """Text of a class's docstring before its parameters, and what it says of each of them."""
+    """Text of a class's docstring before its parameters, and its text on each of them."""
     text, _, rest = (inspect.getdoc(kind) or "").partition("\n\nParameters\n----------\n")
     meanings = {}
     for names, meaning in re.findall(
@@ -128,7 +128,7 @@ def read(kind: type[T], table: Any, key: str = "") -> T:
     Raises
     ------
     InputError
-        Naming key, value and what is allowed.
+        Naming key, value and the values allowed.
     """
     if isinstance(table, kind):
         return table
@@ -212,7 +212,7 @@ def _message(fault: Any) -> str:
 
 
 def _one_line(faults: list[Any], kind: type) -> InputError:
-    """The most telling fault of a validation, as one line: a misspelt key before what is missing for it."""
+    """The most telling fault of a validation, as one line: a misspelt key before the missing one."""
     fault = next((fault for fault in faults if fault["type"] in _UNKNOWN), faults[0])
     key = ".".join(str(part) for part in fault["loc"])
     cause = fault.get("ctx", {}).get("error")

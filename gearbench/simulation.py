@@ -31,7 +31,7 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
     Parameters
     ----------
     scene
-        What to simulate.
+        The scene to simulate.
     outputs
         Names of the variables to compute: from ``gearbench.results.outputs.OUTPUTS``, or any response.
 

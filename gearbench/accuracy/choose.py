@@ -1,4 +1,4 @@
-"""Choose the cheapest resolution that meets an accuracy, from what the scene itself answers to finer ones.
+"""Choose the cheapest resolution that meets an accuracy, from the scene's own answers to finer ones.
 
 Segments and Gauss points are turned up, whichever contributes more, from the coarsest levels on, until the answers of
 five levels agree: the present one, one and two rungs more segments (twice as many), and the same of Gauss points. Both
@@ -36,9 +36,9 @@ from gearbench.scene import Scene
 #: A scene → the numbers whose error is meant, see ``gearbench.accuracy.measure``.
 Evaluate = Callable[[Scene], NDArray]
 
-#: What an accuracy is that of, said with every result.
+#: The numbers that an accuracy is of, said with every result.
 COVERS = "mean and RMS over the mesh cycle of transmission_error and mesh_stiffness, over samples their means"
-#: Shares of the budget of what costs most, where a scene has it: finite elements, and the order of solid teeth.
+#: Shares of the budget of the dearest parts, where a scene has it: finite elements, and the order of solid teeth.
 FE_SHARE, ORDER_SHARE = 0.5, 0.6
 #: Rungs of the ladders that make a level about twice as fine, and where the search begins.
 DOUBLE, START = 2, 1
@@ -65,7 +65,7 @@ class Choice:
     requested, estimated
         Relative accuracy asked for, and the estimated error of these settings.
     settings
-        What was chosen, in words by knob.
+        The settings chosen, in words by knob.
     trials
         Number of trial runs.
     """
@@ -99,7 +99,7 @@ def choose(scene: Scene, evaluate: Evaluate, share: float = 1.0) -> Choice:
     evaluate
         Runs a scene of given resolution and returns the numbers that are to be accurate.
     share
-        Share of the accuracy that may be spent; the rest belongs to what the caller chooses.
+        Share of the accuracy that may be spent; the rest belongs to the caller's choices.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def choose(scene: Scene, evaluate: Evaluate, share: float = 1.0) -> Choice:
     """
     requested = scene.resolution.accuracy
     if requested is None:
-        raise InputError("resolution.accuracy", "missing", "is what the resolution is chosen for")
+        raise InputError("resolution.accuracy", "missing", "the resolution is chosen for it")
     budget, settings = share * requested, {}
     scene, spent = _finite_elements(with_resolution(scene), budget)
     if spent:
@@ -130,7 +130,7 @@ def choose(scene: Scene, evaluate: Evaluate, share: float = 1.0) -> Choice:
 
 
 def _finite_elements(scene: Scene, budget: float) -> tuple[Scene, float]:
-    """The scene with finite elements of the accuracy they must have, unless it gives another, and what they spend."""
+    """The scene with finite elements of the accuracy they must have, unless it gives another, and their share."""
     meshed = tooth_bending(scene.effects_by_name, "finite_elements")
     if meshed is None:
         return scene, 0.0
@@ -211,7 +211,7 @@ class _Grid:
             n, g = finer
 
     def _rungs(self, difference: float, budget: float) -> int:
-        """Rungs to climb at once: as many as errors of order 2 need to fall by half of what they must."""
+        """Rungs to climb at once: as many as errors of order 2 need for half of their fall."""
         return max(1, min(MOST_RUNGS, math.floor(math.log2(max(difference / budget, 1.0)))))
 
     def _limit(self, n: int, g: int) -> tuple[NDArray, float]:
@@ -231,7 +231,7 @@ class _Grid:
     def _cheapest(self, start: tuple[int, int], limit: NDArray, budget: float) -> tuple[int, int]:
         """The cheapest levels that differ from ``limit`` by no more than ``budget``, in the order of their cost.
 
-        What levels answer is guessed from those of as many segments and those of as many Gauss points as ``start``,
+        Answers of levels are guessed from those of as many segments and those of as many Gauss points as ``start``,
         both differences to ``start`` added. Levels whose guess is not near are tried only while that takes a small
         part of the effort so far: where contact is lost segment by segment, some of them happen to be good.
         """

@@ -1,6 +1,6 @@
 """The knobs that settle the numerical error of a simulation: their names, their levels, how to turn them.
 
-A knob never changes what is modelled: a plate stays a plate, a solid a solid. The order of the Ritz functions is a knob
+A knob never changes the model: a plate stays a plate, a solid a solid. The order of the Ritz functions is a knob
 of the choice of accuracy only where the scene leaves it to the program, which it does for the solid tooth.
 The work–precision of every registered knob is measured.
 """
@@ -35,9 +35,9 @@ class Knob:
     size
         The number of a level that the order refers to.
     prepares
-        Whether it settles what is set up once for a pair.
+        Whether it settles parts that are set up once for a pair.
     limit
-        Scenes that answer what the knob converges to, the last but one and the finest; its own two finest levels, which
+        Scenes that answer the limit of the knob, the last but one and the finest; its own two finest levels, which
         then are not tried, where it is not given.
     """
 
@@ -153,7 +153,7 @@ def _with_plate_order(scene: Scene, level: Any) -> Scene:
     return with_effect(scene, "tooth_bending", basis=None, order=level)
 
 
-#: What a finer plate would answer: never chosen for an accuracy, because the basis belongs to the model.
+#: Answers of a finer plate: never chosen for an accuracy, because the basis belongs to the model.
 PLATE_ORDER = Knob(
     name="plate order",
     levels=_plate_orders,

@@ -20,7 +20,7 @@ def measured(cycle: MeshCycle) -> NDArray:
 
 
 def scales(values: ArrayLike) -> NDArray:
-    """What errors are relative to, (…, 4): the values, fluctuations not below ``FLOOR`` of their mean."""
+    """Scales of relative errors, (…, 4): the values, fluctuations not below ``FLOOR`` of their mean."""
     v = np.abs(np.asarray(values, dtype=float))
     # the RMS of the stiffness is relative already, in percent
     least = np.stack([v[..., 0], FLOOR * v[..., 0], v[..., 2], np.full_like(v[..., 3], 100 * FLOOR)], axis=-1)

@@ -31,7 +31,7 @@ def cost(
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:
-    """What accuracy costs on SCENE: error and time of every level of every knob.
+    """Cost of accuracy on SCENE: error and time of every level of every knob.
 
     Where SCENE has finite elements, also of every finite element on several meshes, which takes some minutes.
 

@@ -21,7 +21,7 @@ StudyFile = Annotated[Path, typer.Argument(metavar="STUDY", help="Study file (TO
 Folder = Annotated[
     Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the generations and the front.")
 ]
-Resume = Annotated[bool, typer.Option("--resume", help="Continue what is in DIR.")]
+Resume = Annotated[bool, typer.Option("--resume", help="Continue the search in DIR.")]
 Scheduler = Annotated[
     str | None, typer.Option(metavar="ADDRESS|local:N", help="Evaluate on dask.distributed; threads by default.")
 ]

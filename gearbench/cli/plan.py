@@ -6,7 +6,7 @@ from gearbench.cli.options import Json, Quiet, SceneFile, Verbose
 
 
 def plan(scene: SceneFile, quiet: Quiet = False, verbose: Verbose = False, json: Json = False) -> None:
-    """What will run for SCENE, part by part, and what each part costs.
+    """Parts that will run for SCENE, and the cost of each.
 
     Example: gearbench plan examples/case1.toml
     """

@@ -81,9 +81,7 @@ def robust(
         for path in written:
             print(f"wrote {path}")
     if not dataset.attrs["complete"]:
-        print(
-            f"gearbench: interrupted after {done} of {wanted or 'more'} samples; what is done is kept", file=sys.stderr
-        )
+        print(f"gearbench: interrupted after {done} of {wanted or 'more'} samples; they are kept", file=sys.stderr)
         raise typer.Exit(130)
 
 

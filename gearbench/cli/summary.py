@@ -51,7 +51,7 @@ def pair_line(scene: Scene) -> str:
 
 
 def accuracy_line(dataset: xr.Dataset) -> str:
-    """What was chosen for an accuracy, and the error it leaves by estimate."""
+    """Settings chosen for an accuracy, and the error they leave by estimate."""
     attrs = dataset.attrs
     return (
         f"accuracy {100 * attrs['accuracy_requested']:.3g} %: {attrs['accuracy_settings']}; "

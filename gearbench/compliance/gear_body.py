@@ -26,7 +26,7 @@ from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.ring import Ring
 from gearbench.compliance.solid_tooth import SolidTooth
 
-#: Greatest n ψ of the harmonics counted, ψ the half-angle of a root: what is left falls like its square.
+#: Greatest n ψ of the harmonics counted, ψ the half-angle of a root: the remainder falls like its square.
 FINEST = 30.0
 
 

@@ -192,7 +192,7 @@ class Section:
 
 @lru_cache(maxsize=2)
 def _coefficients(screw: bool) -> tuple[NDArray, NDArray]:
-    """What λ and μ are multiplied with in the energy (S2).
+    """Factors of λ and μ in the energy (S2).
 
     Rows: (derivatives in z, fields, functions of s), each twice; columns: functions of x, twice.
     """

@@ -1,6 +1,6 @@
 """Tooth of a gear as a three-dimensional solid, clamped at its root circle, by the Ritz method.
 
-The load acts on the flank, along the line of action. What counts as deflection of the tooth is ``measured_at``:
+The load acts on the flank, along the line of action. The point at which the tooth deflects is ``measured_at``:
 
 - "smooth": the displacement of the loaded flank less the compression that a contact law already counts
   (``gearbench.compliance.local``). With a law of the Weber–Banaschek kind the sum is the displacement of the flank.
@@ -27,7 +27,7 @@ from gearbench.compliance.section import Section
 from gearbench.compliance.solid import Solid
 from gearbench.geometry.gear import Gear
 
-#: Eigenvalues of the compliance below this fraction of the largest are rounding, or what the basis cannot resolve.
+#: Eigenvalues of the compliance below this fraction of the largest are rounding, or beyond the basis.
 RANK_TOLERANCE = 1e-10
 
 

@@ -1,6 +1,6 @@
 """The two kinds of effect a scene may ask for: one adds compliance, the other adds gap. Composition is a sum.
 
-What an effect contributes is given on the segments of the contact lines, arrays (position, pair, segment); lengths in
+Contributions of an effect are given on the segments of the contact lines, arrays (position, pair, segment); lengths in
 mm, forces in N, normal to the flank. Positive gap = material missing.
 """
 
@@ -70,7 +70,7 @@ class Effect(ABC):
 
     #: Name of the table below ``[effects]``.
     name: ClassVar[str]
-    #: One line for ``gearbench plan`` and the documentation: what it adds.
+    #: One line for ``gearbench plan`` and the documentation: the term it adds.
     summary: ClassVar[str]
     #: Where the model comes from.
     source: ClassVar[str]

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.role import Role
 
-#: What is equally divided along the profile: roll length, as profiles are measured, or the radius.
+#: Coordinate that is equally divided along the profile: roll length, as profiles are measured, or the radius.
 Along = Literal["roll", "radius"]
-#: What counts as the profile: the active profile, the involute from form circle to tip, or the tooth from the root.
+#: Extent of the profile: the active profile, the involute from form circle to tip, or the tooth from the root.
 Range = Literal["active", "involute", "tooth"]
 
 

@@ -1,6 +1,6 @@
 """Deviations of a flank on a grid, as a measuring machine gives them: read from CSV or netCDF, interpolated.
 
-CSV: the first row names what runs down the first column, ``radius``, ``diameter`` or ``roll_length`` (√(R² − r_b²)),
+CSV: the first row names the coordinate of the first column, ``radius``, ``diameter`` or ``roll_length`` (√(R² − r_b²)),
 in mm, and holds the positions y [mm] across the face. Every further row holds one such coordinate and the deviations
 [µm]. Separated by commas, semicolons (then a decimal comma is understood) or tabs; # begins a line of remarks.
 NetCDF: one variable with the dimensions radius, diameter or roll_length, and face_position, with these coordinates in
@@ -33,7 +33,7 @@ class FlankGrid:
     Parameters
     ----------
     along
-        What ``coordinate`` is: one of ``ALONG``.
+        Kind of ``coordinate``: one of ``ALONG``.
     coordinate, face
         Increasing, (n,) and (m,) [mm].
     deviation

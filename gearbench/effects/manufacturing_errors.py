@@ -112,7 +112,7 @@ class ManufacturingErrors(GapEffect):
     along
         Whether profile errors are linear and parabolic in "roll" length or in the "radius".
     profile_range
-        What counts as the profile: the "active" profile, the "involute" from form circle to tip, or the "tooth" from
+        Extent of the profile: the "active" profile, the "involute" from form circle to tip, or the "tooth" from
         root circle to tip.
     profile_slope, profile_form, helix_slope, helix_form
         f_Hα, f_fα, f_Hβ, f_fβ of each gear.

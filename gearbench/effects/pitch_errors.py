@@ -28,7 +28,7 @@ class PitchErrors(GapEffect):
     Teeth are numbered from 0 in the order in which they come into mesh. The mesh cycle is the one that begins as
     ``pinion_tooth`` and ``wheel_tooth`` reach the start of the path of contact at y = 0; the pairs ahead of them have
     the numbers before theirs. A revolution is as many cycles, each with the next numbers. A single cycle is then not
-    periodic: its ends differ by what the next one begins with, and its mesh orders are not those of a revolution.
+    periodic: its ends differ by the step to the next one, and its mesh orders are not those of a revolution.
 
     Parameters
     ----------

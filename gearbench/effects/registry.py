@@ -53,7 +53,7 @@ def effect_class(name: str) -> type[Effect]:
     KeyError
         If there is no such effect.
     InputError
-        If what another package names so is no effect, or cannot be imported.
+        If the entry point of another package is no effect, or cannot be imported.
     """
     if name in EFFECTS:
         module, attribute = EFFECTS[name]

@@ -36,7 +36,7 @@ _SECONDS = 2.5, 10.0
 class ToothBending(Tooth):
     """Tooth as a plate or as a solid, by the Ritz method, or by finite elements; clamped at its root.
 
-    What lies below the root is the effect gear_body. Plate and solid stay as they are beside it; finite elements are
+    The body below the root is the effect gear_body. Plate and solid stay as they are beside it; finite elements are
     then those of several teeth on the body down to the bore.
 
     Parameters

@@ -39,9 +39,9 @@ class Topography(GapEffect):
     pinion, wheel
         File of each gear, relative to the scene file.
     positive
-        What a positive deviation means: material "missing", or "excess", as most measuring machines plot it.
+        Meaning of a positive deviation: material "missing", or "excess", as most measuring machines plot it.
     pinion_sha256, wheel_sha256
-        SHA-256 of the files; noted when they are read, so that the scene's hash depends on what is in them, and checked
+        SHA-256 of the files; noted when they are read, so that the scene's hash depends on their contents, and checked
         where given.
     """
 
@@ -68,7 +68,7 @@ class Topography(GapEffect):
             grid, digest = (None, None) if file is None else _read(name, file, known)
             object.__setattr__(self, f"{name}_sha256", digest)
             grids.append(grid)
-        # no field: what the grids hold is told by the hashes
+        # no field: the hashes tell the contents of the grids
         object.__setattr__(self, "_grids", tuple(grids))
 
     @property

@@ -19,7 +19,7 @@ from gearbench.scene import Scene
 
 
 def apart(work: Callable[..., Any], scene: Scene, *given: Any) -> Any:
-    """What ``work(scene, *given)`` answers in a process of its own; words, numbers and lists of them only.
+    """Answer of ``work(scene, *given)`` in a process of its own; words, numbers and lists of them only.
 
     Raises
     ------
@@ -35,7 +35,7 @@ def apart(work: Callable[..., Any], scene: Scene, *given: Any) -> Any:
 
 
 def main() -> None:
-    """Do what the standard input says, with nothing kept on disk."""
+    """Do the work that the standard input names, with nothing kept on disk."""
     import tomllib
 
     from gearbench.scene_file import parse_scene

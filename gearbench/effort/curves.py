@@ -1,4 +1,4 @@
-"""Work–precision curves: what the levels of one setting answer and cost, against what the setting converges to."""
+"""Work–precision curves: answers and costs of the levels of one setting, against the limit of the setting."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def run(scene: Scene, repeats: int, *, prepares: bool = False) -> tuple[NDArray,
 
 def finite_element_run(scene: Scene) -> dict[str, float]:
     """Cost of a run in a process of its own; memory is that beyond the libraries."""
-    import skfem  # noqa: F401  # what it takes to load is no part of the run
+    import skfem  # noqa: F401  # its loading is no part of the run
 
     from fem_reference.environment import import_gmsh
 

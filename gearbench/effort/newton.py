@@ -1,4 +1,4 @@
-"""What the tolerance of the contact solver costs: the answer after each of its Newton steps.
+"""Cost of the tolerance of the contact solver: the answer after each of its Newton steps.
 
 The solver runs to rounding and has no knob; here it is stopped early. The time of a run with fewer steps is not
 measured but follows from the share of the solver in a run: every step costs the same.

@@ -185,7 +185,7 @@ def _kept_on_disk(effect: Effect, trial: Trial) -> bool:
 
 
 def _set_up(effect: Effect, trial: Trial) -> float:
-    """Time [s] that the effect takes for a pair it has not seen, beyond what it takes each time."""
+    """Time [s] that the effect takes for a pair it has not seen, beyond the time it takes each time."""
     fresh = trial.unseen(5)
     first, again = (quickest([lambda: _contribution(effect, fresh)], 1)[0] for _ in range(2))
     return 0.0 if _kept_on_disk(effect, trial) else max(first - again, 0.0)

@@ -32,7 +32,7 @@ def cost(scene: Scene, repeats: int = REPEATS, seeds: int = 8, meshes: Meshes | 
     Parameters
     ----------
     scene
-        Its resolution is what the other settings are held at.
+        Its resolution is that of the other settings.
     repeats
         Timed runs of each setting; medians count.
     seeds

@@ -1,6 +1,6 @@
 """Gear pairs from REXS files: which stages there are, and a stage as a scene.
 
-What a scene needs and a file may leave out is either derived (profile shifts from the centre distance), or assumed and
+Values that a file leaves out are either derived (profile shifts from the centre distance), or assumed and
 said so (basic rack ISO 53 A, steel), or required (the rest). Flank modifications in the file are not read.
 """
 
@@ -23,7 +23,7 @@ from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from gearbench.schema import read
 
-#: What a stage is simulated with, unless its scene file is written and changed.
+#: Effects that a stage is simulated with, unless its scene file is written and changed.
 EFFECTS: dict[str, dict[str, Any]] = {
     "tooth_bending": {"model": "solid"},
     "hertz": {},
@@ -43,7 +43,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class StageScene:
-    """A stage as the tables of a scene file, and what was assumed, derived or left out for it."""
+    """A stage as the tables of a scene file, and notes on values assumed, derived or left out."""
 
     stage: Stage
     tables: dict[str, Any]
@@ -240,7 +240,7 @@ def _all_shifts(given: tuple[float | None, float | None], total: float) -> tuple
 
 
 def _member(gear: RexsGear, own: float | None, x: float) -> dict[str, Any]:
-    """Table of one gear; what the file leaves out is left to the defaults of the scene, ISO 53 A."""
+    """Table of one gear; values the file leaves out are left to the defaults of the scene, ISO 53 A."""
     sizes = {
         "profile_shift": own,
         "addendum": gear.addendum(x),

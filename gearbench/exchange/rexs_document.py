@@ -1,4 +1,4 @@
-"""REXS files, as XML or packed: what is in them, safely read. Source: REXS 1.0 to 1.7 (rexs.info).
+"""REXS files, as XML or packed: their contents, safely read. Source: REXS 1.0 to 1.7 (rexs.info).
 
 A model is a list of components with attributes, and of relations between them; a load spectrum may override attributes
 for its load cases. Document types are refused, and with them entity expansion; packed files that grow too much, too.
@@ -69,7 +69,7 @@ class RexsDocument:
     root
         The XML element ``model``.
     components, relations
-        What it holds.
+        Its contents.
     load_cases
         Load case of the first load spectrum → component → its element in that load case.
     """
@@ -127,7 +127,7 @@ class RexsDocument:
         return value * factor
 
     def require(self, component: Component, name: str, dimension: Dimension) -> float:
-        """As ``number``, for what must be there; lengths must be positive.
+        """As ``number``, for attributes that must be there; lengths must be positive.
 
         Raises
         ------
@@ -200,7 +200,7 @@ def _model(archive: zipfile.ZipFile) -> zipfile.ZipInfo:
 
 
 def parse_xml(file: IO[bytes]) -> Element:
-    """Root element, comments kept; what the header of a ZIP file says of its size is not relied on."""
+    """Root element, comments kept; the size in the header of a ZIP file is not relied on."""
     from defusedxml import DefusedXmlException
     from defusedxml.ElementTree import DefusedXMLParser
 

@@ -57,7 +57,7 @@ def read_gear(document: RexsDocument, component: Component) -> RexsGear:
     Raises
     ------
     InputError
-        Naming component and attribute: what is missing, no number, in an unknown unit, or different on both flanks.
+        Naming component and attribute: missing, no number, in an unknown unit, or different on both flanks.
     """
     if component.kind != "cylindrical_gear":
         raise InputError(component.label, component.kind, "must be an external cylindrical gear")

@@ -1,4 +1,4 @@
-"""All designs of all results, one below the other: what the page draws and filters."""
+"""All designs of all results, one below the other, as the page draws and filters them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gearbench.explore.columns import Column
 from gearbench.explore.stored import Stored
 from gearbench.scene import Scene
 
-#: What the front shows: across and up, their scatter, in the paper's order.
+#: Quantities of the front: across and up, their scatter, in the paper's order.
 ACROSS, UP = "mesh_stiffness_rms_mean", "transmission_error_rms_mean"
 SCATTER_ACROSS, SCATTER_UP = "mesh_stiffness_rms_std", "transmission_error_rms_std"
 
@@ -30,7 +30,7 @@ class Catalogue:
     number
         Number of each design in its file, (design,).
     columns
-        What is known of the designs, NaN where a result does not know it.
+        Quantities of the designs, NaN where a result does not have them.
     """
 
     results: tuple[Stored, ...]

@@ -54,7 +54,7 @@ def positions(scene: Scene) -> dict[str, dict[str, Any]]:
 
 
 def settings_of(scene: Scene, values: Mapping[str, Any]) -> Settings:
-    """What the sliders say; a slider that was not moved says exactly what the scene does.
+    """Values of the sliders; a slider that was not moved has exactly that of the scene.
 
     Raises
     ------

@@ -61,7 +61,7 @@ def _orders(amplitude: np.ndarray) -> dict[str, Any]:
 
 
 def _teeth(picture: Picture) -> Tables:
-    """Outlines at phase 0 about their own centres, and what turns them."""
+    """Outlines at phase 0 about their own centres, and their rotation."""
     drawn = mesh(picture.scene.pair)
     pitch_point = drawn.on_path(np.array([picture.scene.pair.meshing.pitch_point]))[0]
     half = 1.15 * max(g.tooth_height for g in picture.scene.pair.gears) + 0.15 * drawn.pitch

@@ -28,7 +28,7 @@ PATIENCE = 0.04
 class Session:
     """One open page.
 
-    The browser asks one question at a time, a design and what its sliders say, and gets one answer, because every
+    The browser asks one question at a time, a design and the values of its sliders, and gets one answer, because every
     message costs both sides a turn; two where the scatter over the errors takes long, and then the curves first.
     Computing happens on a thread beside the server. While it runs, a newer question replaces the one that waits: the
     page follows a moving slider at the speed of the model, and ends with the last value.
@@ -82,7 +82,7 @@ class Session:
         shown.set()
 
     def answers(self, design: Any, values: Mapping[str, Any] | None) -> Iterator[dict[str, Any]]:
-        """Answers to a question, one or two; what is wrong with it stands in the message of the last."""
+        """Answers to a question, one or two; its faults stand in the message of the last."""
         try:
             yield from self._picked(int(design)) if values is None else self._moved(int(design), values)
         except ValidationError as error:

@@ -1,4 +1,4 @@
-"""What is computed for a picked gear: curves over the mesh cycle, orders, load on the flank, scatter, tooth shapes.
+"""Results for a picked gear: curves over the mesh cycle, orders, load on the flank, scatter, tooth shapes.
 
 Nothing here knows of a page.
 """
@@ -62,7 +62,7 @@ class Picture:
     Parameters
     ----------
     scene
-        What was computed.
+        The results.
     transmission_error, mesh_stiffness
         STE [µm] and stiffness [N/µm] with every error at its mean.
     load
@@ -138,7 +138,7 @@ def _scatter(solved: Solved, samples: int) -> Scatter | None:
     scene = solved.scene
     if not isinstance(scene.effect("manufacturing_errors"), ManufacturingErrors):
         return None
-    # of what was solved: lines, gaps and compliance are the same
+    # of the solved scene: lines, gaps and compliance are the same
     problem = prepare_scene(scene, solved)
     answer, complete = respond(problem, problem.draw(samples, 0, "sobol"), default_threads())
     if not complete:

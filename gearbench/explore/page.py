@@ -21,7 +21,7 @@ from gearbench.explore.scripts import script, text_of
 
 
 class Page:
-    """The parts of the page, wired; what answers a pick is added by the caller.
+    """The parts of the page, wired; the answer to a pick is added by the caller.
 
     Every figure is a root of its own: Bokeh lays out a whole root where a label of an axis grows by a digit.
 
@@ -48,7 +48,7 @@ class Page:
         self._above, self.refresh, self.follow = self._designs()
 
     def listen(self, controls: Sequence[Any]) -> None:
-        """Show in the browser what comes in ``answer``; ``controls`` are the sliders that follow it."""
+        """Show ``answer`` in the browser; ``controls`` are the sliders that follow it."""
         gear = self.gear
         show = script("answer", answer=self.answer, sources=gear.now, before=gear.before, sliders=list(controls))
         self.answer.js_on_change("data", show)
@@ -120,7 +120,7 @@ def answer_data(
     message: str = "",
     controls: dict[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """Columns of an answer: tables to show and, after a pick, where the sliders stand; None leaves what is shown."""
+    """Columns of an answer: tables to show and, after a pick, where the sliders stand; None leaves those shown."""
     return {"now": [now], "before": [before], "summary": [text], "message": [message], "controls": [controls]}
 
 

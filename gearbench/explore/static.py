@@ -26,7 +26,7 @@ def html(catalogue: Catalogue, pictures: int = PICTURES) -> str:
     """The page as text.
 
     It holds all designs, and pictures of up to ``pictures`` designs spread over the fronts; of the others it shows
-    what is stored.
+    the stored values.
     """
     first = knee(catalogue)
     shown: dict[str, tuple[str, Tables]] = {}

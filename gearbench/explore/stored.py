@@ -1,4 +1,4 @@
-"""The results named on the command line: designs with what is known of them, and the scene of each."""
+"""The results named on the command line: designs with their quantities, and the scene of each."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Stored:
     label
         Name to show.
     columns
-        What is known of the designs, each (design,).
+        Quantities of the designs, each (design,).
     numbers
         Numbers of the designs in their file, (design,).
     scene

@@ -71,7 +71,7 @@ def mesh(pair: Pair) -> Mesh:
     pinion, wheel = pair.gears
     alpha = pair.meshing.alpha_wt
     first = pair.meshing.path_start + pair.face_width / 2 * math.tan(pair.meshing.beta_b)
-    # the tooth nearest the pitch point stands in the middle of what is drawn
+    # the tooth nearest the pitch point stands in the middle of the drawing
     nearest = round((pair.meshing.pitch_point - first) / pair.meshing.base_pitch)
     u = first + nearest * pair.meshing.base_pitch
     outlines = []

@@ -27,7 +27,7 @@ class Archive:
     designs, results, first
         Each different gear once, its result, and the generation it was first asked for.
     asked
-        For each generation the numbers in ``designs`` of what was asked for.
+        For each generation the numbers in ``designs`` of those asked for.
     evaluated, feasible_found, hypervolumes
         For each generation: designs not known before, feasible ones known so far, share of the box below
         ``reference_point`` that they dominate.

@@ -16,12 +16,12 @@ from gearbench.strength.rating import GEOMETRIC, UNDER_LOAD
 
 
 def check_limited(name: str) -> None:
-    """Refuse what cannot be limited.
+    """Refuse quantities that cannot be limited.
 
     Raises
     ------
     InputError
-        Naming what can: numbers of the geometry, of the strength, and responses of the scene as ``simulate`` has it.
+        Naming those that can: numbers of the geometry, of the strength, and responses as ``simulate`` has them.
     """
     if name not in GEOMETRIC and name not in UNDER_LOAD and not is_response(name):
         allowed = ", ".join([*GEOMETRIC, *UNDER_LOAD, *responses()])
@@ -33,7 +33,7 @@ def constrained(
 ) -> dict[str, float]:
     """Limited quantities of ``scene`` by name; NaN where they were not computed.
 
-    What the geometry does not give needs the scene solved: ``solved`` is called only for that, and only where the
+    Quantities beyond the geometry need the scene solved: ``solved`` is called only for that, and only where the
     geometric limits hold; by default the scene is solved here.
     """
     solved = solved or cache(partial(solve_scene, scene))

@@ -1,4 +1,4 @@
-"""What is known of the designs of a stored optimisation, by name: stored variables, and what follows from a scene."""
+"""Quantities of the designs of a stored optimisation, by name: stored ones, and those that follow from a scene."""
 
 from __future__ import annotations
 

@@ -21,14 +21,14 @@ TASKS = 8
 
 
 class Engine(ABC):
-    """Evaluates designs of a study; a context that holds what it needs."""
+    """Evaluates designs of a study; a context that holds its resources."""
 
     @abstractmethod
     def evaluate(self, study: OptimisationStudy, designs: Sequence[Design]) -> Iterator[tuple[Design, Evaluation]]:
         """Results of ``designs``, in any order, as they come."""
 
     def close(self) -> None:
-        """Release what it holds."""
+        """Release its resources."""
         return
 
     def __enter__(self) -> Engine:

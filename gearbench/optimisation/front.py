@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 def non_dominated(F: NDArray) -> NDArray:
     """Whether no other row of ``F`` (point, objective) is at least as good in all and better in one, (point,)."""
     keep = np.ones(len(F), dtype=bool)
-    order = np.lexsort(F.T[::-1])  # what dominates a point stands before it
+    order = np.lexsort(F.T[::-1])  # a point that dominates another stands before it
     front = np.empty((0, F.shape[1]))
     for i in order:
         keep[i] = not np.any(np.all(front <= F[i], axis=1) & np.any(front < F[i], axis=1))

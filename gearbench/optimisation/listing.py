@@ -23,7 +23,7 @@ def csv_text(selection: Selection, top: int | None = None) -> str:
 
 
 def markdown_text(selection: Selection, top: int | None = None) -> str:
-    """Heading, what was asked for, and a table of the designs, best first."""
+    """Heading, conditions, and a table of the designs, best first."""
     designs, table = selection.designs, selection.table(top)
     lines = [f"# {designs.study.name or 'study'}: selected designs", ""]
     lines += [f"- {condition}: {left} designs left" for condition, left in selection.steps]

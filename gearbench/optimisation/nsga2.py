@@ -1,6 +1,6 @@
 """NSGA-II with mixed variables (pymoo), asked for designs and told their results; it evaluates nothing itself.
 
-A search is determined by its study and by what it is told: asked and told again the same, it asks for the same designs.
+A search is determined by study and results: asked and told again the same, it asks for the same designs.
 That is how an interrupted run is continued.
 """
 
@@ -32,7 +32,7 @@ class Search:
     Parameters
     ----------
     study
-        What to optimise.
+        The study.
     """
 
     def __init__(self, study: OptimisationStudy) -> None:

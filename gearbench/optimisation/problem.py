@@ -34,7 +34,7 @@ NO_GEAR = 1e6
 
 @dataclass(frozen=True, kw_only=True)
 class Evaluation:
-    """What is known of a design.
+    """Results of a design.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def assignments(study: OptimisationStudy, design: Design) -> tuple[tuple[str, Va
 
 
 def macro_geometry(study: OptimisationStudy, design: Design) -> tuple[tuple[str, str], ...]:
-    """What the teeth's compliance depends on, as far as it varies: designs are computed in this order."""
+    """Variables of the teeth's compliance: designs are computed in this order."""
     return tuple((path, repr(value)) for path, value in assignments(study, design) if not path.startswith("effects."))
 
 

@@ -75,11 +75,11 @@ def optimise(
     Parameters
     ----------
     study
-        What to optimise, see ``gearbench.load_study``.
+        The study, see ``gearbench.load_study``.
     directory
         Where each generation is stored as it is finished, and the result at the end; nowhere by default.
     resume
-        Continue what is in ``directory``; the result equals that of a run without interruption.
+        Continue the search in ``directory``; the result equals that of a run without interruption.
     scheduler
         "local:N" or the address of a dask scheduler; threads of this process by default.
     threads

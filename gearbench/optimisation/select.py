@@ -138,7 +138,7 @@ def select(
     if numbers.size == 0:
         raise InputError("", designs.study.name or "study", "has no feasible design")
     ranking = _ranking(designs, rank if rank is not None else _objectives(designs), worst_case)
-    # what must be computed from the scene comes last, for the designs that are left
+    # quantities computed from the scene come last, for the designs that are left
     found = [replace(c, name=designs.find("where", c.name)) for c in where]
     ordered = sorted(found, key=lambda c: c.name in OF_SCENE)
     steps = [("feasible", len(numbers))]

@@ -37,7 +37,7 @@ class Store:
     study
         The study that is run.
     resume
-        Whether to continue what is there.
+        Whether to continue a search that is there.
 
     Raises
     ------
@@ -69,7 +69,7 @@ class Store:
         return self
 
     def __exit__(self, *_: object) -> None:
-        # what is being written is finished, also after an error elsewhere
+        # a write that has begun is finished, also after an error elsewhere
         try:
             self.flush()
         finally:
@@ -146,8 +146,8 @@ class Store:
         Raises
         ------
         OSError, InputError
-            If the disk is full or the folder is no longer writable, now or in the last call; what was committed before
-            is untouched.
+            If the disk is full or the folder is no longer writable, now or in the last call; generations committed
+            before are untouched.
         """
         self.flush()
         self._pending = self._writer.submit(self._write, generation, designs, results)
@@ -173,7 +173,7 @@ class Store:
 
 
 def _is_part(name: str) -> bool:
-    """Whether a file is what an interrupted write left behind."""
+    """Whether a file was left behind by an interrupted write."""
     return name.startswith(".") and name.endswith(".part")
 
 

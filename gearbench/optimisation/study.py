@@ -59,7 +59,7 @@ class Objective:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Limit:
-    """Least and greatest value a quantity may have; what is absent is not checked."""
+    """Least and greatest value a quantity may have; an absent one is not checked."""
 
     min: float | None = None
     max: float | None = None
@@ -129,11 +129,11 @@ class OptimisationStudy:
     name
         Free text.
     base
-        Tables of a scene, as in its file: what all designs share.
+        Tables of a scene, as in its file: common to all designs.
     variables
-        What may be changed.
+        The design variables.
     objectives
-        What is to be made small, one or more.
+        The objectives, to be minimised, one or more.
     constraints
         Limits by the name of the quantity, from ``gearbench.optimisation.constraints``.
     algorithm, robustness
@@ -176,7 +176,7 @@ class OptimisationStudy:
 
     @cached_property
     def statistics(self) -> tuple[str, ...]:
-        """Names of what is known of every feasible design: all statistics over the error samples of its responses."""
+        """Names of the statistics of every feasible design: all statistics over the error samples of its responses."""
         return statistics_of(self.responses)
 
     def values(self, design: Design) -> dict[str, Value]:

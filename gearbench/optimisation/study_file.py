@@ -1,4 +1,4 @@
-"""Studies from TOML files: every fault is one line naming file, key, value and what is allowed."""
+"""Studies from TOML files: every fault is one line naming file, key, value and the values allowed."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ def load_study(path: str | Path) -> OptimisationStudy:
 
 
 def parse_study(tables: Mapping[str, Any]) -> OptimisationStudy:
-    """Study from nested tables (as read from TOML), checked against what a scene may hold.
+    """Study from nested tables (as read from TOML), checked against the keys of a scene.
 
     Raises
     ------
     InputError
-        Naming key, value and what is allowed.
+        Naming key, value and the values allowed.
     """
     known = keys(OptimisationStudy)
     for key in tables:
@@ -61,7 +61,7 @@ def parse_study(tables: Mapping[str, Any]) -> OptimisationStudy:
 
 
 def check_study(study: OptimisationStudy) -> None:
-    """Check the keys of a study against what a scene may hold.
+    """Check the keys of a study against those of a scene.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Design variables: what an optimisation may change, and the values each may take."""
+"""Design variables of an optimisation, and the values each may take."""
 
 from __future__ import annotations
 

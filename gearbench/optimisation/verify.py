@@ -53,7 +53,7 @@ def verify(
     threads
         As in ``optimise``.
     progress
-        Called with one line about what is done next.
+        Called with one line about the next step.
 
     Returns
     -------
@@ -89,7 +89,7 @@ def reference_study(study: OptimisationStudy, accuracy: float) -> OptimisationSt
     Raises
     ------
     InputError
-        If it has no tooth bending, or a variable changes what is replaced.
+        If it has no tooth bending, or a variable changes the effect replaced.
     """
     effects: dict[str, Any] = deepcopy(dict(study.base.get("effects", {})))
     for variable in study.variables:

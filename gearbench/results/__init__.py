@@ -1,1 +1,1 @@
-"""Results: what a solved scene answers, under which names and units, where it comes from, and files of it."""
+"""Results: answers of a solved scene, their names, units, provenance and files."""

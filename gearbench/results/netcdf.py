@@ -31,7 +31,7 @@ def _netcdf(dataset: xr.Dataset) -> bytes:
     from xarray.backends.h5netcdf_ import H5NetCDFStore
 
     buffer: Any = BytesIO()
-    # what ``Dataset.to_netcdf`` does, with a lock of our own: looking for one it would import dask.distributed
+    # as ``Dataset.to_netcdf`` does, with a lock of our own: looking for one it would import dask.distributed
     store = H5NetCDFStore.open(buffer, mode="w", lock=False)
     try:
         dataset.dump_to_store(store)

@@ -1,4 +1,4 @@
-"""From a contact solution to the variables of a Dataset: what was asked for is computed, nothing else."""
+"""From a contact solution to the variables of a Dataset: those asked for, nothing else."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from gearbench.scene import Scene
 
 @dataclass(frozen=True, kw_only=True)
 class Solved:
-    """A scene solved on its contact lines: what outputs are made of."""
+    """A scene solved on its contact lines: the source of all outputs."""
 
     scene: Scene
     lines: ContactLines
@@ -64,7 +64,7 @@ OUTPUTS: Mapping[str, tuple[tuple[str, ...], Callable[[Solved], NDArray]]] = Map
     }
 )
 
-#: What ``simulate`` computes unless told otherwise.
+#: Outputs of ``simulate`` unless told otherwise.
 DEFAULT_OUTPUTS = (*(name for name in OUTPUTS if name not in {"load_share", "initial_gap"}), *USUAL)
 
 
@@ -82,7 +82,7 @@ def check_outputs(names: tuple[str, ...]) -> None:
     Raises
     ------
     InputError
-        Naming what is allowed.
+        Naming the values allowed.
     """
     for name in names:
         if name not in OUTPUTS and not is_response(name):

@@ -92,7 +92,7 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "simulation_seconds": Quantity("s", "t_S", "wall time of a simulation, the teeth being known"),
             "first_call_seconds": Quantity("s", "t_1", "wall time of the fast model's first simulation in its process"),
         },
-        "what accuracy costs": {
+        "cost of accuracy": {
             "setting_error": Quantity("1", "ε", "relative error that a setting leaves"),
             "setting_error_bar": Quantity("1", "Δε", "uncertainty of the reference of that error"),
             "seconds": Quantity("s", "t", "wall time of a run, median of repeats"),

@@ -133,7 +133,7 @@ def quantity(name: str) -> Quantity | None:
     """Unit, symbol and meaning of anything a Dataset may hold; None where the name is not known.
 
     Names that follow from others are understood: a statistic, its ``…_standard_error``, the ``…_first_order`` shares of
-    the errors in a variance, the relative ``…_error`` against a reference, and what is ``…_verified`` by one.
+    the errors in a variance, the relative ``…_error`` against a reference, and the value ``…_verified`` by one.
     """
     if name in QUANTITIES:
         return QUANTITIES[name]

@@ -126,7 +126,7 @@ def respond(
 ) -> tuple[Responses, bool]:
     """Responses ``names`` to the ``errors`` (sample, error) [µm], and whether all of them were computed.
 
-    An interruption (Ctrl-C) ends the run early; what was computed until then is returned. ``progress`` is called with
+    An interruption (Ctrl-C) ends the run early; the samples until then are returned. ``progress`` is called with
     the number of samples done so far.
     """
     done: list[Responses] = []

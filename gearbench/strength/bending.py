@@ -127,7 +127,7 @@ class RootBending:
     def stress(self, torque: float) -> float:
         """σ_F0 [MPa] under ``torque`` [N·m] on the pinion.
 
-        Y_DT = 1: what is below 1 needs gears of ISO class 4 or better with a trapezoidal load distribution.
+        Y_DT = 1: values below 1 need gears of ISO class 4 or better with a trapezoidal load distribution.
         """
         pinion = self.pair.gears[0]
         F_t = 1e3 * torque / pinion.pitch_radius

@@ -91,7 +91,7 @@ def _shapes(scene: Scene, reference: Scene) -> dict[str, tuple]:
 
 
 def _reference(reference: Scene) -> dict[str, tuple]:
-    """What the finite elements of both gears were."""
+    """Finite elements of both gears."""
     flanks = meshed_flanks(reference)
     of_gear: dict[str, list[Any]] = {
         "reference_error": [flank.error for flank in flanks],

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from fem_reference.tooth_mesh import ToothMesh
 
-#: Colours of the surface: the loaded flank, what is held, the rest.
+#: Colours of the surface: the loaded flank, the clamped surface, the rest.
 LOADED, HELD, OTHER = "#E69F00", "#0072B2", "#DDDDDD"
 #: Direction of the light.
 _LIGHT = np.array([-0.35, -0.6, 0.72])

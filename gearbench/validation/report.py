@@ -84,7 +84,7 @@ def render(dataset: xr.Dataset) -> str:
 
 
 def finding(one: xr.Dataset) -> str:
-    """What the comparison of a scene found, in a sentence."""
+    """Findings of the comparison of a scene, in a sentence."""
     errors = ", ".join(f"{label} {percent(float(one[f'{name}_error']))}" for label, name in _ERRORS.items())
     fast, slow = one["compliance_seconds"].values
     worst, mean, line = (float(one[name].min()) for name in ("mac_worst", "mac_mean", "line_mac_mean"))

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 #: Variables of the mesh cycle that are compared, and how many of their harmonics.
 CURVES = ("transmission_error", "mesh_stiffness")
 HARMONICS = 5
-#: What both sides are simulated for.
+#: Outputs of both sides.
 OUTPUTS = (*CURVES, "load_share", *(f"{name}_{part}" for name in CURVES for part in ("mean", "peak_to_peak")))
 
 

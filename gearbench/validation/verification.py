@@ -24,7 +24,7 @@ def heading(label: str) -> tuple[str, str]:
 
 
 def findings(dataset: xr.Dataset) -> list[str]:
-    """What the verification says, one line for each objective and one for the front."""
+    """Findings of the verification, one line for each objective and one for the front."""
     lines = []
     for i, label in enumerate(map(str, dataset["objective_name"].values)):
         shift, rho = dataset["shift"].values[:, i], float(dataset["rank_correlation"].values[i])
