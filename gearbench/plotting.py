@@ -78,12 +78,12 @@ def order_spectrum(dataset: xr.Dataset, name: str = "transmission_error", axes: 
 def load_distribution(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
     """Line load on the flank over the mesh cycle: path of contact across, face width up."""
     axes = _axes(axes, (7.0, 4.5))
-    present = dataset["segment_length"].values > 0
+    present = (dataset["segment_length"] > 0).all("segment").values
     # the lines of all pairs are one family, ordered by τ + k
     order = np.argsort((dataset["mesh_phase"].values[:, None] + dataset["pair_index"].values)[present])
     u, y, load = (dataset[name].values[present][order] for name in ("path_position", "face_position", "line_load"))
     # a line that just enters at a corner is short and heavily loaded: it must not hide the rest
-    weight = np.broadcast_to(dataset["segment_length"].values[present][order][:, None], load.shape)
+    weight = dataset["segment_length"].values[present][order]
     top = float(np.quantile(load, 0.99, weights=weight, method="inverted_cdf"))
     drawn = axes.pcolormesh(u, y, load, shading="gouraud", cmap="viridis", vmin=0, vmax=top)
     axes.plot(u.T, y.T, color="white", lw=0.4, alpha=0.4)

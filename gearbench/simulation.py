@@ -112,7 +112,7 @@ def dataset(solved: Solved, outputs: Sequence[str], start: float) -> xr.Dataset:
         coords |= {
             "path_position": (grid, lines.u),
             "face_position": (grid, lines.y),
-            "segment_length": (grid[:2], lines.length),
+            "segment_length": (grid, lines.length),
         }
     variables |= {
         "equilibrium_residual": ("position", solution.equilibrium),

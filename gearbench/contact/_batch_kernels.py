@@ -99,19 +99,47 @@ def log_law_finish(i, s, edge, kappa, h, mantissa, exponent, level, p, w):
 
 
 @njit(**_OPTIONS)
-def apply_laws(n, s, a, h, kappa, edge, p, w, rows, bits):
-    """Forces p and slopes w (n, lanes) of segments compressed by s, the law of each its own."""
+def open_cell(i, s, soft, t):
+    """Loaded part t of the cell of row i, and its compression where it is loaded as a whole, at least soft."""
+    half = 0.5 / soft
+    for j in range(LANES):
+        t[j] = min(max((s[i, j] + soft) * half, 0.0), 1.0)
+        s[i, j] = max(s[i, j], soft)
+
+
+@njit(**_OPTIONS)
+def close_cell(i, soft, t, p, w):
+    """Row i of p and w of cells of which only the part t is loaded."""
+    inverse = 1.0 / soft
+    for j in range(LANES):
+        w[i, j] = p[i, j] * t[j] * inverse if t[j] < 1.0 else w[i, j]
+        p[i, j] = p[i, j] * t[j] * t[j]
+
+
+@njit(**_OPTIONS)
+def log_law(i, s, h, kappa, edge, p, w, rows, bits):
+    """Row i of forces p and slopes w of the law with a logarithm."""
+    for j in range(LANES):
+        x = min(s[i, j], edge)
+        rows[0, j] = x if x > 1e-290 else 1e-290
+    split_exponent(bits[0], bits[1], bits[2])
+    log_law_start(kappa, rows[0], rows[1], rows[2], rows[3])
+    split_exponent(bits[0], bits[1], bits[2])
+    log_law_finish(i, s, edge, kappa, h, rows[1], rows[2], rows[3], p, w)
+
+
+@njit(**_OPTIONS)
+def apply_laws(n, s, a, h, kappa, edge, soft, p, w, rows, bits):
+    """Forces p and slopes w (n, lanes) of segments compressed by s, the law of each its own; uses s up."""
     for i in range(n):
+        if soft[i] > 0.0:
+            open_cell(i, s, soft[i], rows[4])
         if h[i] == 0.0:
             linear_law(i, s, a[i], p, w)
-            continue
-        for j in range(LANES):
-            x = min(s[i, j], edge[i])
-            rows[0, j] = x if x > 1e-290 else 1e-290
-        split_exponent(bits[0], bits[1], bits[2])
-        log_law_start(kappa[i], rows[0], rows[1], rows[2], rows[3])
-        split_exponent(bits[0], bits[1], bits[2])
-        log_law_finish(i, s, edge[i], kappa[i], h[i], rows[1], rows[2], rows[3], p, w)
+        else:
+            log_law(i, s, h[i], kappa[i], edge[i], p, w, rows, bits)
+        if soft[i] > 0.0:
+            close_cell(i, soft[i], rows[4], p, w)
 
 
 @njit(**_OPTIONS)
@@ -272,7 +300,7 @@ def solve_lanes(
         rows[7, j] = 0.0
     for iteration in range(limit):
         compress(first, ranks, gap, factor, q, delta, s)
-        apply_laws(n, s, law[0], law[1], law[2], law[3], p, w, rows, bits)
+        apply_laws(n, s, law[0], law[1], law[2], law[3], law[4], p, w, rows, bits)
         normal_equations(first, ranks, factor, product, q, p, w, grad, cross, hess, rows[4], rows[5])
         for j in range(LANES):
             rows[6, j] = abs(rows[4, j])

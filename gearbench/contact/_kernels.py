@@ -39,7 +39,22 @@ def law(s, a, h):
 
 
 @njit(cache=True, error_model="numpy")
-def derivatives(i, q, delta, gap, a, h, active, factor, block, force, grad, hess, cross):
+def cell_law(s, a, h, soft):
+    """``law`` as the mean over a cell along which the compression varies by ±soft (C5 of docs/theory.md)."""
+    if s <= -soft:
+        return 0.0, 0.0, 0.0
+    if soft == 0.0:
+        return law(s, a, h)
+    p0, _, e0 = law(soft, a, h)
+    if s >= soft:
+        p, w, e = law(s, a, h)
+        return p, w, e - e0 + 2.0 / 3.0 * soft * p0
+    t = (s + soft) / (2.0 * soft)
+    return p0 * t * t, p0 * t / soft, 2.0 / 3.0 * soft * p0 * t * t * t
+
+
+@njit(cache=True, error_model="numpy")
+def derivatives(i, q, delta, gap, a, h, soft, active, factor, block, force, grad, hess, cross):
     """Fill forces, gradient and Hessian blocks of J; return ∂J/∂δ, ∂²J/∂δ² and J."""
     rank = q.shape[1]
     total, slope, value = -1.0, 0.0, -delta
@@ -57,7 +72,7 @@ def derivatives(i, q, delta, gap, a, h, active, factor, block, force, grad, hess
         k, s = block[i, j], delta - gap[i, j]
         for c in range(rank):
             s -= factor[i, j, c] * q[k, c]
-        p, w, e = law(s, a[i, j], h[i, j])
+        p, w, e = cell_law(s, a[i, j], h[i, j], soft[i, j])
         force[i, j] = p
         total += p
         slope += w
@@ -122,7 +137,7 @@ def closing_direction(i, q, delta, gap, active, factor, block, grad, step_q):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def solve_position(i, gap, a, h, active, factor, block, force, work, hess, limit):
+def solve_position(i, gap, a, h, soft, active, factor, block, force, work, hess, limit):
     """Newton's method with line search on the convex J(q, δ) of position i.
 
     J = ½|q|² + Σ ∫P ds − δ. Fills force[i] and leaves the amplitudes in work[0]; returns δ, ∂F/∂δ and the number of
@@ -138,7 +153,7 @@ def solve_position(i, gap, a, h, active, factor, block, force, work, hess, limit
         for c in range(q.shape[1]):
             q[k, c] = 0.0
     stiffness, best, stalled, idle, iteration = 0.0, math.inf, 0, 0, 0
-    total, slope, value = derivatives(i, q, delta, gap, a, h, active, factor, block, force, grad, hess, cross)
+    total, slope, value = derivatives(i, q, delta, gap, a, h, soft, active, factor, block, force, grad, hess, cross)
     lowest = value
     while True:
         residual, size = abs(total), 1.0
@@ -166,7 +181,7 @@ def solve_position(i, gap, a, h, active, factor, block, force, work, hess, limit
                 for c in range(q.shape[1]):
                     trial[k, c] = q[k, c] + t * step_q[k, c]
             total, slope, value = derivatives(
-                i, trial, delta + t * step_d, gap, a, h, active, factor, block, force, grad, hess, cross
+                i, trial, delta + t * step_d, gap, a, h, soft, active, factor, block, force, grad, hess, cross
             )
             if value <= before + 1e-4 * t * descent + 1e-14 * (abs(before) + 1.0) or t <= 1e-12:
                 break
@@ -182,7 +197,7 @@ def solve_position(i, gap, a, h, active, factor, block, force, work, hess, limit
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def first_guess(gap, a, h, active, factor, block, blocks, modes, force, work, hess, limit, start, guess):
+def first_guess(gap, a, h, soft, active, factor, block, blocks, modes, force, work, hess, limit, start, guess):
     """Fill (q, δ) of every position at its own gap, and their derivatives with respect to the errors.
 
     Arrays as in ``gearbench.contact.batch.Batch``. With W = dP/ds on the loaded segments and C = [−Ψ 1],
@@ -192,7 +207,7 @@ def first_guess(gap, a, h, active, factor, block, blocks, modes, force, work, he
     errors = modes.shape[1]
     for t in range(gap.shape[0]):
         size = blocks[t] * rank
-        delta, _, _ = solve_position(t, gap, a, h, active, factor, block, force, work, hess, limit)
+        delta, _, _ = solve_position(t, gap, a, h, soft, active, factor, block, force, work, hess, limit)
         start[t, most] = delta
         matrix, right = np.zeros((size + 1, size + 1)), np.zeros((size + 1, errors))
         for c in range(size):
@@ -204,7 +219,7 @@ def first_guess(gap, a, h, active, factor, block, blocks, modes, force, work, he
             offset, s = block[t, j] * rank, delta - gap[t, j]
             for c in range(rank):
                 s -= factor[t, j, c] * start[t, offset + c]
-            w = law(s, a[t, j], h[t, j])[1]
+            w = cell_law(s, a[t, j], h[t, j], soft[t, j])[1]
             for c in range(rank):
                 for d in range(rank):
                     matrix[offset + c, offset + d] += w * factor[t, j, c] * factor[t, j, d]

@@ -15,6 +15,9 @@ from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.scene import Scene
 
+#: A gap that varies less than this along the contact lines is constant [mm].
+LEAST_VARIATION = 1e-10
+
 
 def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
     """Mesh phases τ and weights (position,) that the scene's resolution asks for."""
@@ -23,8 +26,8 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
         raise InputError("resolution.accuracy", resolution.accuracy, "is for simulate and robust; here give segments")
     if resolution.positions is not None:
         return uniform_phases(resolution.positions)
-    kinks = [u for effect in scene.effects if isinstance(effect, GapEffect) for u in effect.kinks(scene.pair)]
-    transitions = (*scene.pair.meshing.transition_phases, *scene.pair.meshing.phases_at(kinks))
+    meshing, (kinks, face) = scene.pair.meshing, _kinks(scene)
+    transitions = meshing.phases_at((meshing.path_start, meshing.path_end, *kinks), face)
     size = resolution.panel_size
     assert size is not None
     return gauss_phases(transitions, size)
@@ -32,7 +35,16 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
 
 def scene_lines(scene: Scene, mesh_phase: NDArray) -> ContactLines:
     """Contact lines of the scene at the given phases."""
-    return contact_lines(scene.pair, mesh_phase, scene.resolution.segments)
+    pair = scene.pair
+    sparse = contact_lines(pair, (np.arange(4) + 0.5) / 4, 8)
+    parting = bool(np.ptp(total_gap(scene, sparse), axis=2).max() > LEAST_VARIATION)
+    return contact_lines(pair, mesh_phase, scene.resolution.segments, *_kinks(scene), parting=parting)
+
+
+def _kinks(scene: Scene) -> tuple[list[float], list[float]]:
+    """Positions u and y [mm] at which the gap of a scene has a kink."""
+    gaps = [effect for effect in scene.effects if isinstance(effect, GapEffect)]
+    return [u for gap in gaps for u in gap.kinks(scene.pair)], [y for gap in gaps for y in gap.face_kinks(scene.pair)]
 
 
 def total_gap(scene: Scene, lines: ContactLines) -> NDArray:
@@ -56,7 +68,11 @@ def assemble(scene: Scene, lines: ContactLines) -> ContactProblem:
     else:
         a = h = np.zeros(lines.shape)
         unit = _even_deflection(factor, lines) * scene.F_bn
-    problem = scale_problem(lines, total_gap(scene, lines), factor, a, h, scene.F_bn, unit, coupled=coupled)
+    gap, soft = total_gap(scene, lines), np.zeros(lines.shape)
+    if laws and gap.any():
+        begin, end = (total_gap(scene, moved) for moved in lines.ends())
+        soft = np.abs(end - begin) / 2
+    problem = scale_problem(lines, gap, factor, a, h, soft, scene.F_bn, unit, coupled=coupled)
     # a tooth of high order has more amplitudes than a contact line has segments
     return problem if coupled or factor.shape[-1] <= lines.shape[2] else reduce_rank(problem)
 
@@ -92,24 +108,26 @@ def scale_problem(
     factor: NDArray,
     a: NDArray,
     h: NDArray,
+    soft: NDArray,
     force: float,
     scale: float,
     *,
     coupled: bool,
 ) -> ContactProblem:
-    """Dimensionless problem from gap [mm], Ψ [√(mm/N)] and the law's a, h [mm²/N], (position, pair, segment, …).
+    """Dimensionless problem from gap and its variation ``soft`` [mm], Ψ [√(mm/N)] and the law's a, h [mm²/N].
 
-    ``force`` [N] and ``scale`` [mm] become the units.
+    All arrays (position, pair, segment, …); ``force`` [N] and ``scale`` [mm] become the units.
     """
     positions, pairs, segments = lines.shape
     active = np.broadcast_to(lines.active[..., None], lines.shape)
-    length = np.where(active, lines.length[..., None], 1.0)
+    length = np.where(active, lines.length, 1.0)
     unit = force / scale
     flat = (positions, pairs * segments)
     return ContactProblem(
         gap=(gap / scale).reshape(flat),
         a=(unit / length * (a + h * np.log(length / force))).reshape(flat),
         h=(unit / length * h).reshape(flat),
+        soft=(soft / scale).reshape(flat),
         active=active.reshape(flat),
         factor=np.ascontiguousarray((factor * math.sqrt(unit)).reshape(*flat, -1)),
         block=np.zeros(flat[1], dtype=np.int64) if coupled else np.repeat(np.arange(pairs), segments),

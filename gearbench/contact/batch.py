@@ -42,7 +42,7 @@ class Batch:
     factor, product
         Ψ (position, n, rank) and the products of its columns, lower triangle row by row (position, n, rank(rank+1)/2).
     laws
-        a, h, ln-coefficient κ and the compression where the tangent takes over, (position, 4, n).
+        a, h, ln-coefficient κ, the compression where the tangent takes over, and soft, (position, 5, n).
     start, guess
         (q, δ) at the mean errors, (position, block·rank + 1), and their derivatives, (position, error, block·rank + 1).
     """
@@ -75,15 +75,15 @@ class Batch:
         return used
 
     @cached_property
-    def single_arrays(self) -> tuple[NDArray, NDArray, NDArray, NDArray]:
-        """a, h, active and block of the segments, (position, n), as the solver of single positions takes them."""
+    def single_arrays(self) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray]:
+        """a, h, soft, active and block of the segments, (position, n), as the solver of single positions takes them."""
         segment = np.arange(self.gap.shape[1])
         active = segment < self.count[:, None]
         last = np.arange(self.firsts.shape[1] - 1) >= self.blocks[:, None] - 1
         ends = np.where(last, segment.size, self.firsts[:, 1:])
         block = np.sum(segment[:, None] >= ends[:, None, :], axis=2)
-        a, h = (np.ascontiguousarray(self.laws[:, i]) for i in (0, 1))
-        return a, h, active, block
+        a, h, soft = (np.ascontiguousarray(self.laws[:, i]) for i in (0, 1, 4))
+        return a, h, soft, active, block
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,7 +126,7 @@ def prepare(problem: ContactProblem, modes: NDArray) -> Batch:
         modes=np.ascontiguousarray(np.swapaxes(pick(modes / problem.length_scale), 1, 2)),
         factor=factor,
         product=np.ascontiguousarray(factor[..., lower[0]] * factor[..., lower[1]]),
-        laws=kernel_coefficients(a, h),
+        laws=kernel_coefficients(a, h, pick(problem.soft)),
         start=np.empty(0),
         guess=np.empty(0),
     )
@@ -156,11 +156,11 @@ def _first_guess(batch: Batch) -> tuple[NDArray, NDArray]:
     positions, errors, _ = batch.modes.shape
     most = int(batch.blocks.max()) * batch.rank
     start, guess = np.zeros((positions, most + 1)), np.zeros((positions, errors, most + 1))
-    a, h, active, block = batch.single_arrays
+    a, h, soft, active, block = batch.single_arrays
     work, hess = scratch(int(batch.blocks.max()), batch.rank)
     force = np.zeros_like(batch.gap)
     first_guess(
-        batch.gap, a, h, active, batch.factor, block, batch.blocks, batch.modes, force, work, hess, MAX_STEPS,
+        batch.gap, a, h, soft, active, batch.factor, block, batch.blocks, batch.modes, force, work, hess, MAX_STEPS,
         start, guess,
     )  # fmt: skip
     return start, guess
@@ -218,14 +218,16 @@ def _rescue(batch: Batch, t: int, draw: NDArray) -> tuple[float, float]:
     """
     from gearbench.contact._kernels import solve_position
 
-    a, h, active, block = batch.single_arrays
+    a, h, soft, active, block = batch.single_arrays
     work, hess = scratch(int(batch.blocks.max()), batch.rank)
     gap = np.array(batch.gap)
     gap[t] += draw @ batch.modes[t]
     least = gap[t, active[t]].min()
     gap[t] -= least
     force = np.zeros_like(gap)
-    delta, stiffness, steps = solve_position(t, gap, a, h, active, batch.factor, block, force, work, hess, MAX_STEPS)
+    delta, stiffness, steps = solve_position(
+        t, gap, a, h, soft, active, batch.factor, block, force, work, hess, MAX_STEPS
+    )
     if steps >= MAX_STEPS:
         raise ConvergenceError(f"contact not solved: position {t}, {steps} Newton steps")
     return delta + least, stiffness

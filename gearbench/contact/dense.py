@@ -34,11 +34,12 @@ def polish(problem: ContactProblem, position: int, force: NDArray) -> tuple[NDAr
     many digits. Here the forces are the unknowns, the law is linearised at them, and nothing is divided by it.
     """
     active, psi = problem.active[position], full_factor(problem, position)
-    H, e, a, h = psi @ psi.T, *(x[position, active] for x in (problem.gap, problem.a, problem.h))
+    p = problem
+    H, e, a, h, soft = psi @ psi.T, *(x[position, active] for x in (p.gap, p.a, p.h, p.soft))
     P, delta, stiffness, steps = force[active], 0.0, 0.0, 0
     for _ in range(POLISH_STEPS):
         at = np.maximum(P, LEAST_FORCE)
-        g, rise = compression(at, a, h), slope(at, a, h)
+        g, rise = compression(at, a, h, soft), slope(at, a, h, soft)
         P, delta, stiffness, more = active_set(H + np.diag(rise), e + g - rise * at)
         steps += more
     whole = np.zeros_like(force)

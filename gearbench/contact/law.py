@@ -2,14 +2,17 @@
 
 With L = a/h − ln P the law reads g = h P L. Its slope h (L − 1) is zero at L = 1, where it says nothing about teeth any
 more: from L = 2 on (half-width of contact 0.6 times the depth of the tooth, far outside the law's validity) it goes on
-along its tangent, so that it stays monotone at any load. h = 0 is the linear law g = a P. The compiled kernels hold the
-same law (C5 of docs/theory.md).
+along its tangent, so that it stays monotone at any load. h = 0 is the linear law g = a P.
+
+A segment is a cell along which the initial gap, and so the compression s, varies by ±σ ("soft"). Where |s| < σ only the
+part t = (s + σ)/(2σ) of it is loaded, and P = P_σ t², P_σ = g⁻¹(σ): the mean of the law over the cell where it is
+linear, continuous with it at s = σ where it is not. The compiled kernels hold the same law (C5 of docs/theory.md).
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 #: L = a/h − ln P below which the law is continued by its tangent.
 TANGENT_FROM = 2.0
@@ -22,21 +25,43 @@ def tangent_force(a: NDArray, h: NDArray) -> NDArray:
         return np.where(logarithmic, np.exp(a / np.where(logarithmic, h, 1.0) - TANGENT_FROM), np.inf)
 
 
-def compression(P: NDArray, a: NDArray, h: NDArray) -> NDArray:
-    """g(P), of forces P ≥ 0."""
+def compression(P: NDArray, a: NDArray, h: NDArray, soft: ArrayLike = 0.0) -> NDArray:
+    """g(P), of forces P ≥ 0; −σ where P = 0."""
+    soft = np.broadcast_to(np.asarray(soft, dtype=float), np.shape(P))
+    part = soft > 0
+    if part.any():
+        whole = inverse(np.where(part, soft, 0.0), a, h)[0]
+        part = part & (whole > P)
+        t = np.sqrt(np.divide(P, whole, out=np.zeros_like(whole), where=part))
+        return np.where(part, soft * (2 * t - 1), compression(P, a, h))
     edge = tangent_force(a, h)
     with np.errstate(invalid="ignore"):
         low = np.minimum(P, edge)
         return low * (a - h * np.log(np.where(low > 0, low, 1.0))) + np.where(edge < P, h * (P - edge), 0.0)
 
 
-def slope(P: NDArray, a: NDArray, h: NDArray) -> NDArray:
+def slope(P: NDArray, a: NDArray, h: NDArray, soft: ArrayLike = 0.0) -> NDArray:
     """dg/dP of forces P > 0; the slope of the tangent is h."""
-    return np.where(h > 0, np.maximum(a - h * np.log(P) - h, h), a)
+    soft = np.broadcast_to(np.asarray(soft, dtype=float), np.shape(P))
+    whole = inverse(soft, a, h)[0]
+    return np.where(whole > P, soft / np.sqrt(P * whole), np.where(h > 0, np.maximum(a - h * np.log(P) - h, h), a))
 
 
-def inverse(s: NDArray, a: NDArray, h: NDArray) -> tuple[NDArray, NDArray, NDArray]:
-    """Force P = g⁻¹(s), slope dP/ds and energy ∫P ds of segments compressed by s; all zero for s ≤ 0."""
+def inverse(s: NDArray, a: NDArray, h: NDArray, soft: ArrayLike = 0.0) -> tuple[NDArray, NDArray, NDArray]:
+    """Force P = g⁻¹(s), slope dP/ds and energy ∫P ds of segments compressed by s; all zero for s ≤ −σ."""
+    soft = np.broadcast_to(np.asarray(soft, dtype=float), np.shape(s))
+    cell = soft > 0
+    if not cell.any():
+        return _inverse(s, a, h)
+    (P, w, e), (whole, _, energy) = _inverse(np.maximum(s, soft), a, h), _inverse(soft, a, h)
+    width = np.where(cell, 2 * soft, 1.0)
+    t = np.where(cell, np.clip((s + soft) / width, 0.0, 1.0), 1.0)
+    below = whole * soft * 2 / 3
+    return P * t**2, np.where(t < 1, 2 * P * t / width, w), np.where(t < 1, below * t**3, e - energy + below)
+
+
+def _inverse(s: NDArray, a: NDArray, h: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+    """P, dP/ds and ∫P ds of a single point."""
     from scipy.special import lambertw
 
     s = np.maximum(s, 0.0)
@@ -57,10 +82,10 @@ def inverse(s: NDArray, a: NDArray, h: NDArray) -> tuple[NDArray, NDArray, NDArr
     return p, w, np.where(linear, np.where(h == 0, s * s / (2 * straight), 0.0), e)
 
 
-def kernel_coefficients(a: NDArray, h: NDArray) -> NDArray:
-    """a, h, κ = a/h + ln h and the compression 2h P₀ where the tangent takes over, stacked on axis 1."""
+def kernel_coefficients(a: NDArray, h: NDArray, soft: NDArray) -> NDArray:
+    """a, h, κ = a/h + ln h, the compression 2h P₀ where the tangent takes over, and σ, stacked on axis 1."""
     logarithmic = h > 0
     ratio = np.where(logarithmic, a, 0.0) / np.where(logarithmic, h, 1.0)
     kappa = ratio + np.log(np.where(logarithmic, h, 1.0))
     edge = np.where(logarithmic, TANGENT_FROM * h * np.exp(np.minimum(ratio, 690.0) - TANGENT_FROM), np.inf)
-    return np.ascontiguousarray(np.stack([a, h, kappa, edge], axis=1))
+    return np.ascontiguousarray(np.stack([a, h, kappa, edge, soft], axis=1))

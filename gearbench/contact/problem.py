@@ -20,9 +20,9 @@ class ContactProblem:
 
     Parameters
     ----------
-    gap, a, h, active
-        (position, segment), segments of all pairs side by side; e, the coefficients of the law, and whether the
-        segment exists.
+    gap, a, h, soft, active
+        (position, segment), segments of all pairs side by side; e, the coefficients of the law, half the variation of
+        e along the segment, and whether the segment exists.
     factor
         Ψ, (position, segment, rank).
     block
@@ -40,6 +40,7 @@ class ContactProblem:
     gap: NDArray
     a: NDArray
     h: NDArray
+    soft: NDArray
     active: NDArray
     factor: NDArray
     block: NDArray

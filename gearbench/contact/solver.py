@@ -77,7 +77,7 @@ def newton(p: ContactProblem, limit: int = MAX_STEPS) -> tuple[NDArray, NDArray,
     # a loop in Python: a compiled one would save a quarter of a millisecond and cost most of a second of compilation
     for i in range(count):
         delta[i], stiffness[i], steps[i] = solve_position(
-            i, p.gap, p.a, p.h, p.active, p.factor, block, force, work, hess, limit
+            i, p.gap, p.a, p.h, p.soft, p.active, p.factor, block, force, work, hess, limit
         )
     return force, delta, stiffness, steps
 
@@ -112,5 +112,5 @@ def complementarity_residual(problem: ContactProblem, force: NDArray, delta: NDA
         mine = p.block == k
         shared[:, k] = np.einsum("pn,pnr->pr", force[:, mine], p.factor[:, mine])
     smooth = np.einsum("pnr,pnr->pn", p.factor, shared[:, p.block])
-    gap = smooth + compression(force, p.a, p.h) + p.gap - delta[:, None]
+    gap = smooth + compression(force, p.a, p.h, p.soft) + p.gap - delta[:, None]
     return np.max(np.abs(np.where(p.active, np.minimum(force, gap), 0.0)), axis=1)

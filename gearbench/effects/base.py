@@ -150,3 +150,7 @@ class GapEffect(Effect):
     def kinks(self, pair: Pair) -> tuple[float, ...]:
         """Positions u [mm] on the path of contact where the gap has a kink; none by default."""
         return ()
+
+    def face_kinks(self, pair: Pair) -> tuple[float, ...]:
+        """Positions y [mm] along the face where the gap has a kink; none by default."""
+        return ()

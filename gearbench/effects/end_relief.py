@@ -51,3 +51,7 @@ class EndRelief(GapEffect):
         """Gap [mm], (position, pair, segment)."""
         to_edge = np.minimum(lines.y, lines.pair.face_width - lines.y)
         return relief(to_edge, self.length, self.amount, self.shape)
+
+    def face_kinks(self, pair: Pair) -> tuple[float, ...]:
+        """Where either relief begins, y [mm]."""
+        return () if self.amount == 0 or self.length == 0 else (self.length, pair.face_width - self.length)

@@ -29,7 +29,7 @@ def flank_map(solved: Solved, size: tuple[int, int] = SIZE) -> NDArray:
     positions = (np.arange(up) + 0.5) / up * pair.face_width
     u = pair.meshing.path_start + (np.arange(across) + 0.5) / across * (pair.meshing.path_end - pair.meshing.path_start)
     along = np.array([np.interp(positions, *line) for line in zip(y, q, strict=True)])  # (line, up)
-    reached = (positions >= y[:, :1] - half[:, None]) & (positions <= y[:, -1:] + half[:, None])
+    reached = (positions >= y[:, :1] - half[:, :1]) & (positions <= y[:, -1:] + half[:, -1:])
     image = np.full((up, across), np.nan)
     for row, face in enumerate(positions):
         there = reached[:, row]

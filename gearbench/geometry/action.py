@@ -1,24 +1,38 @@
-"""Contact lines of all tooth pairs over a mesh cycle, cut into segments."""
+"""Contact lines of all tooth pairs over a mesh cycle, with the segments on them.
+
+A line is cut into panels where the gap has a kink: where a relief of the profile begins (at a u), where one of the end
+of the face does (at a y). Segments are the nodes and weights of a quadrature on each panel. Where the flanks touch all
+along the line these are Gauss points, and sums over them converge exponentially in their number. Where they may part
+the integrand has a kink at an unknown position, and equal cells, with the law averaged over each, are of second order
+(L1 of docs/theory.md).
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 
 import numpy as np
+from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 
 from gearbench.geometry.pair import Pair
+
+#: Segments that a panel has at least.
+FEWEST = 2
+#: Panels shorter than this part of the face width are rounding.
+SHORTEST = 1e-13
 
 
 @dataclass(frozen=True, kw_only=True)
 class ContactLines:
     """Segments of the contact lines in the base tangent plane: u along the path of contact, y along the face width.
 
-    Pair k at mesh phase τ touches along u = u_A + (τ + k) p_bt + y tan β_b, as far as u_A ≤ u ≤ u_E, 0 ≤ y ≤ b. The
-    part of a line inside that rectangle is cut into equal segments. All arrays are (position, pair, segment) unless
-    said otherwise; where a pair has no line its segments have zero length and lie at the middle of the rectangle.
+    Pair k at mesh phase τ touches along u = u_A + (τ + k) p_bt + y tan β_b, as far as u_A ≤ u ≤ u_E, 0 ≤ y ≤ b. All
+    arrays are (position, pair, segment) unless said otherwise; where a pair has no line its segments have zero length
+    and lie at the middle of the rectangle.
 
     Parameters
     ----------
@@ -29,9 +43,9 @@ class ContactLines:
     index
         Number k of each tooth pair, shape (pair,).
     u, y
-        Segment centres [mm].
+        Nodes, one a segment [mm].
     length
-        Length of each segment along the contact line, Δy / cos β_b [mm], shape (position, pair).
+        Length of each segment along the contact line, Δy / cos β_b [mm]: the weight of its node.
     """
 
     pair: Pair
@@ -50,11 +64,21 @@ class ContactLines:
     @property
     def active(self) -> NDArray:
         """Whether a pair has a contact line at a position, (position, pair)."""
-        return self.length > 0
+        return self.length[..., 0] > 0
+
+    def ends(self) -> tuple[ContactLines, ContactLines]:
+        """The lines with each node moved to the beginning, the end of its segment."""
+        meshing, b = self.pair.meshing, self.pair.face_width
+        half, tan_b = self.length * math.cos(meshing.beta_b) / 2, math.tan(meshing.beta_b)
+        moved = (np.clip(self.y + sign * half, 0.0, b) for sign in (-1, 1))
+        return tuple(
+            replace(self, y=y, u=np.clip(self.u + (y - self.y) * tan_b, meshing.path_start, meshing.path_end))
+            for y in moved
+        )
 
     @cached_property
     def radii(self) -> tuple[NDArray, NDArray]:
-        """Radii of the segment centres on pinion and wheel [mm]."""
+        """Radii of the nodes on pinion and wheel [mm]."""
         return self.pair.meshing.radii(self.u)
 
     @property
@@ -68,32 +92,102 @@ def pair_indices(pair: Pair) -> NDArray:
     return np.arange(-math.ceil(pair.meshing.overlap_ratio), math.floor(pair.meshing.transverse_contact_ratio) + 1)
 
 
-def contact_lines(pair: Pair, mesh_phase: ArrayLike, segments: int) -> ContactLines:
-    """Contact lines of ``pair`` at the phases ``mesh_phase`` (position,), each cut into ``segments`` segments."""
+def contact_lines(
+    pair: Pair,
+    mesh_phase: ArrayLike,
+    segments: int,
+    kinks: Iterable[float] = (),
+    face_kinks: Iterable[float] = (),
+    *,
+    parting: bool = False,
+) -> ContactLines:
+    """Contact lines of ``pair`` at the phases ``mesh_phase`` (position,), each with ``segments`` segments.
+
+    Parameters
+    ----------
+    kinks, face_kinks
+        Positions u on the path of contact and y along the face where the gap has a kink: ends of panels [mm].
+    parting
+        Whether flanks may part somewhere along a line: equal segments on each panel, not Gauss points.
+    """
     tau = np.atleast_1d(np.asarray(mesh_phase, dtype=float))
     meshing, b = pair.meshing, pair.face_width
-    u_a, u_e, tan_b, p_bt = meshing.path_start, meshing.path_end, math.tan(meshing.beta_b), meshing.base_pitch
+    u_a, u_e, tan_b = meshing.path_start, meshing.path_end, math.tan(meshing.beta_b)
+    cuts = sorted({u for u in kinks if u_a < u < u_e}), sorted({y for y in face_kinks if 0 < y < b})
     index = pair_indices(pair)
-
-    start = u_a + (tau[:, None] + index) * p_bt  # u at y = 0
-    if tan_b > 0:
-        low, high = np.clip((u_a - start) / tan_b, 0.0, b), np.clip((u_e - start) / tan_b, 0.0, b)
-    else:
-        inside = (start >= u_a) & (start <= u_e)
-        low, high = np.zeros_like(start), np.where(inside, b, 0.0)
-    width = high - low
+    start = u_a + (tau[:, None] + index) * meshing.base_pitch  # u at y = 0
+    edges = _panel_edges(pair, start, *cuts)
+    # the widest that a panel becomes while a line passes, whatever the phases asked for
+    passing = _panel_edges(pair, np.linspace(u_a - b * tan_b, u_e, 401), *cuts)
+    widest = np.diff(passing, axis=0).max(axis=1, initial=0.0)
+    y, width = _on_panels(edges, widest, segments, b, parting=parting)
     # a line shorter than rounding is no line
-    width = np.where(width > 1e-13 * b, width, 0.0)
-
-    fraction = (np.arange(segments) + 0.5) / segments
-    y = low[..., None] + width[..., None] * fraction
-    u = start[..., None] + y * tan_b
-    absent = width[..., None] == 0
+    absent = (edges[-1] - edges[0] <= SHORTEST * b)[..., None]
     return ContactLines(
         pair=pair,
         mesh_phase=tau,
         index=index,
-        u=np.where(absent, (u_a + u_e) / 2, np.clip(u, u_a, u_e)),
+        u=np.where(absent, (u_a + u_e) / 2, np.clip(start[..., None] + y * tan_b, u_a, u_e)),
         y=np.where(absent, b / 2, y),
-        length=width / segments / math.cos(meshing.beta_b),
+        length=np.where(absent, 0.0, width / math.cos(meshing.beta_b)),
     )
+
+
+def _panel_edges(pair: Pair, start: NDArray, kinks: Sequence[float], face_kinks: Sequence[float]) -> NDArray:
+    """Ends y of the panels, (edge, …), of lines that pass y = 0 at ``start`` (…) [mm]."""
+    u_a, u_e, tan_b = pair.meshing.path_start, pair.meshing.path_end, math.tan(pair.meshing.beta_b)
+    b = pair.face_width
+    if tan_b > 0:
+        low, high = np.clip((u_a - start) / tan_b, 0.0, b), np.clip((u_e - start) / tan_b, 0.0, b)
+        inside = [(u - start) / tan_b for u in kinks]
+    else:
+        low, inside = np.zeros_like(start), []
+        high = np.where((start >= u_a) & (start <= u_e), b, 0.0)
+    inside += [np.full_like(start, y) for y in face_kinks]
+    return np.sort(np.clip(np.stack([low, *inside, high]), low, high), axis=0)
+
+
+def _on_panels(
+    edges: NDArray, widest: NDArray, segments: int, face_width: float, *, parting: bool
+) -> tuple[NDArray, NDArray]:
+    """Nodes y and widths of the segments on the panels between ``edges``, (position, pair, segment) [mm].
+
+    How many segments a panel gets depends on which panels there are on a line, and nothing else: it stays the same
+    between two transitions of the mesh cycle, where the sums over the nodes are then as smooth as the integrals.
+    """
+    real = np.diff(edges, axis=0) > SHORTEST * face_width
+    y, width = np.zeros((2, *edges.shape[1:], segments))
+    for pattern in np.unique(real.reshape(len(real), -1), axis=1).T:
+        alike = np.all(real == pattern[:, None, None], axis=0)
+        panel = np.flatnonzero(pattern)
+        if not panel.size:
+            continue
+        if panel.size * FEWEST > segments:
+            counts, ends = [segments], np.stack([edges[0], edges[-1]])[:, alike]
+        else:
+            counts = _shares(segments, np.sqrt(widest[panel]))
+            ends = edges[np.append(panel, panel[-1] + 1)][:, alike]
+        rules = [_rule(count, parting) for count in counts]
+        half = [np.diff(pair_of_ends, axis=0).T / 2 for pair_of_ends in zip(ends[:-1], ends[1:], strict=True)]
+        parts = zip(ends[:-1], half, rules, strict=True)
+        y[alike] = np.concatenate([low[:, None] + h * (1 + node) for low, h, (node, _) in parts], axis=1)
+        width[alike] = np.concatenate([h * weight for h, (_, weight) in zip(half, rules, strict=True)], axis=1)
+    return y, width
+
+
+def _shares(segments: int, sizes: NDArray) -> list[int]:
+    """``segments`` shared among panels in proportion to ``sizes``, each at least ``FEWEST``."""
+    counts = np.maximum(FEWEST, np.floor(segments * sizes / sizes.sum())).astype(int)
+    while counts.sum() != segments:
+        owed = segments * sizes / sizes.sum() - counts
+        step = 1 if counts.sum() < segments else -1
+        counts[np.argmax(owed if step > 0 else np.where(counts > FEWEST, -owed, -np.inf))] += step
+    return counts.tolist()
+
+
+@lru_cache(maxsize=256)
+def _rule(count: int, parting: bool) -> tuple[NDArray, NDArray]:
+    """Nodes and weights on [−1, 1]: midpoints of equal cells, or Gauss–Legendre."""
+    if parting:
+        return (np.arange(count) + 0.5) * 2 / count - 1, np.full(count, 2 / count)
+    return legendre.leggauss(count)

@@ -151,11 +151,12 @@ class Meshing:
         """Mesh phases in [0, 1) at which a contact line begins, ends, or reaches the edge of a face; sorted."""
         return self.phases_at((self.path_start, self.path_end))
 
-    def phases_at(self, positions: Iterable[float]) -> tuple[float, ...]:
-        """Mesh phases in [0, 1) at which an end of the face (y = 0 or y = b) passes one of the ``positions`` u [mm]."""
+    def phases_at(self, positions: Iterable[float], face: Iterable[float] = ()) -> tuple[float, ...]:
+        """Mesh phases in [0, 1) at which an end of the face, or a y of ``face``, passes one of ``positions`` u [mm]."""
         turns = [(u - self.path_start) / self.base_pitch for u in positions]
+        lags = [0.0, self.overlap_ratio, *(self.overlap_ratio * y / self.face_width for y in face)]
         # twice, because −1e-17 % 1.0 is 1.0
-        return tuple(sorted({x % 1.0 % 1.0 for t in turns for x in (t, t - self.overlap_ratio)}))
+        return tuple(sorted({(t - lag) % 1.0 % 1.0 for t in turns for lag in lags}))
 
     # -- clearance and sliding ----------------------------------------------------------------------------------------
     @property

@@ -48,7 +48,7 @@ def contact_pressure(lines: ContactLines, force: NDArray) -> NDArray:
     """Largest pressure of each segment's Hertzian strip [MPa], (position, pair, segment); zero without contact.
 
     Line contact of two cylinders with their radii of curvature in the normal plane, p = √(q E*/(πρ)) with the line
-    load q, 1/E* = 2(1−ν²)/E and ρ = ``ContactLines.curvature_radius``; ρ and q are those of the middle of the segment.
+    load q, 1/E* = 2(1−ν²)/E and ρ = ``ContactLines.curvature_radius``; ρ and q are those of the node of the segment.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def contact_pressure(lines: ContactLines, force: NDArray) -> NDArray:
     """
     pair = lines.pair
     T = pair.meshing.tangent_length
-    length = np.where(lines.active, lines.length, 1.0)[..., None]
+    length = np.where(lines.length > 0, lines.length, 1.0)
     # at an interference point ρ = 0: no segment sees less than this
     rho = np.maximum(lines.curvature_radius, 1e-9 * T / math.cos(pair.meshing.beta_b))
     return np.sqrt(np.maximum(force, 0.0) / length * pair.material.plane_strain_modulus / (2 * math.pi * rho))

@@ -78,7 +78,8 @@ def response_factor(scene: Scene, role: Role) -> NDArray:
 def line_shapes(scene: Scene, role: Role, lines: ContactLines) -> NDArray:
     """The same under unit loads, spread evenly over one contact line each: (response, line), lines in contact only."""
     height = lines.radii[role][lines.active] - scene.pair.gears[role].root_radius
-    load = tooth_factor(scene, role, height, lines.y[lines.active]).mean(axis=1)
+    share = lines.length[lines.active] / lines.length[lines.active].sum(axis=1, keepdims=True)
+    load = np.einsum("ls,lsr->lr", share, tooth_factor(scene, role, height, lines.y[lines.active]))
     return response_factor(scene, role) @ load.T
 
 
@@ -87,7 +88,7 @@ def line_mac(fast: Scene, reference: Scene, role: Role) -> tuple[float, float]:
     phase, weight = mesh_phases(fast)
     lines = scene_lines(fast, phase)
     found = mac(*(line_shapes(scene, role, lines) for scene in (fast, reference)))
-    return float(found.min()), float(np.average(found, weights=(weight[:, None] * lines.length)[lines.active]))
+    return float(found.min()), float(np.average(found, weights=(weight[:, None] * lines.length.sum(axis=2))[lines.active]))
 
 
 @dataclass(frozen=True, kw_only=True)
