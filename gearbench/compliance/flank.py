@@ -22,6 +22,9 @@ from gearbench.geometry.gear import Gear
 if TYPE_CHECKING:
     from gearbench.geometry.action import ContactLines
 
+#: Directions of the compliance of a flank below this fraction of its greatest are not felt on the contact lines.
+NEGLIGIBLE = 1e-7
+
 
 def flank_polynomials(gear: Gear, order: tuple[int, int], R: NDArray, y: NDArray) -> NDArray:
     """Products of Legendre polynomials in R and y, orthonormal in dR dy on the flank, (…, p·q) [1/mm].
@@ -86,17 +89,26 @@ class FlankCompliance:
         across = self.gear.face_width - y if self.driven else y
         return flank_polynomials(self.gear, self.order, self.gear.root_radius + height, across)
 
-    def root(self, pairs: int = 1) -> NDArray:
-        """Square root (pair, p·q, rank) [√(mm/N)] of the block matrix C_{i−j} of teeth i of neighbouring ``pairs``."""
-        if pairs not in self._roots:
-            whole = np.block([[self.block(i - j) for j in range(pairs)] for i in range(pairs)])
-            value, vector = np.linalg.eigh(whole)
-            keep = value > self.rank_tolerance * value[-1]
-            self._roots[pairs] = (vector[:, keep] * np.sqrt(value[keep])).reshape(pairs, len(self.blocks[0]), -1)
-        return self._roots[pairs]
+    def root(self, pairs: int = 1, tolerance: float = 0.0) -> NDArray:
+        """Square root (pair, p·q, rank) [√(mm/N)] of the block matrix C_{i−j} of teeth i of neighbouring ``pairs``.
+
+        Directions below ``tolerance``, or ``rank_tolerance``, of the greatest compliance are left out.
+        """
+        least = max(tolerance, self.rank_tolerance)
+        if (pairs, least) not in self._roots:
+            basis = np.eye(len(self.block(0)))
+            if pairs > 1:  # what tooth 0 does not feel, its neighbours do not either: the matrix is not negative
+                value, vector = np.linalg.eigh(self.block(0))
+                basis = vector[:, value > 0.1 * least * value[-1]]
+            small = {d: basis.T @ self.block(d) @ basis for d in range(-pairs + 1, pairs)}
+            value, vector = np.linalg.eigh(np.block([[small[i - j] for j in range(pairs)] for i in range(pairs)]))
+            keep = value > least * value[-1]
+            half = (vector[:, keep] * np.sqrt(value[keep])).reshape(pairs, basis.shape[1], -1)
+            self._roots[pairs, least] = basis @ half
+        return self._roots[pairs, least]
 
     @cached_property
-    def _roots(self) -> dict[int, NDArray]:
+    def _roots(self) -> dict[tuple[int, float], NDArray]:
         return {}
 
     def factor(self, height: ArrayLike, y: ArrayLike, pair: int = 0, pairs: int = 1) -> NDArray:
@@ -116,11 +128,15 @@ def flank_factor(flanks: Sequence[FlankCompliance], lines: ContactLines, *, coup
 
     ``coupled``: columns are shared by all pairs, whose teeth move each other.
     """
-    roots = [flank.root(lines.shape[1] if coupled else 1) for flank in flanks]
+    pairs = lines.shape[1]
+    roots = [flank.root(pairs if coupled else 1, NEGLIGIBLE) for flank in flanks]
     ends = np.cumsum([0, *(root.shape[-1] for root in roots)])
-    # filled in place: the factor is megabytes, and a copy of it costs as much as the products
-    factor = np.empty((*lines.shape, ends[-1]))
-    for k, flank in enumerate(flanks):
-        shapes = flank.shapes(lines.radii[k] - flank.gear.root_radius, lines.y)
-        np.matmul(shapes, roots[k], out=factor[..., ends[k] : ends[k + 1]])
+    factor = np.zeros((*lines.shape, ends[-1]))
+    for pair in range(pairs):
+        here = lines.active[:, pair]
+        if not here.any():
+            continue
+        for k, (flank, root) in enumerate(zip(flanks, roots, strict=True)):
+            shapes = flank.shapes(lines.radii[k][here, pair] - flank.gear.root_radius, lines.y[here, pair])
+            factor[here, pair, :, ends[k] : ends[k + 1]] = shapes @ root[pair if coupled else 0]
     return factor

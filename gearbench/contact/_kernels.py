@@ -235,3 +235,43 @@ def first_guess(gap, a, h, soft, active, factor, block, blocks, modes, force, wo
             guess[t, m, most] = solution[size, m]
             for c in range(size):
                 guess[t, m, c] = solution[c, m]
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def pivoted_cholesky(matrix, weight, limit, root):
+    """Rows of the factors of all H (block, n, n), the largest pivot first; returns the greatest rank, rows behind are 0.
+
+    A block ends where Σ weight · diagonal of what is left is at most ``limit``. root (block, n, n).
+    """
+    blocks, n, _ = matrix.shape
+    left = np.empty(n)
+    most = 0
+    for b in range(blocks):
+        for i in range(n):
+            left[i] = matrix[b, i, i]
+        rank = n
+        for k in range(n):
+            rest, pivot, best = 0.0, 0, 0.0
+            for i in range(n):
+                share = left[i] * weight[b, i]
+                rest += share
+                if share > best:
+                    best, pivot = share, i
+            if rest <= limit or best <= 0.0:
+                rank = k
+                break
+            row = root[b, k]
+            for i in range(n):
+                row[i] = matrix[b, pivot, i]
+            for f in range(k):
+                t = root[b, f, pivot]
+                for i in range(n):
+                    row[i] -= t * root[b, f, i]
+            scale = 1.0 / math.sqrt(left[pivot])
+            for i in range(n):
+                row[i] *= scale
+                left[i] = max(left[i] - row[i] * row[i], 0.0)
+            left[pivot] = 0.0
+        root[b, rank:] = 0.0
+        most = max(most, rank)
+    return most

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.phases import gauss_phases, uniform_phases
-from gearbench.contact.problem import ContactProblem, gram, pivoted_root, reduce_rank
+from gearbench.contact.problem import TRUNCATION, ContactProblem, gram, reduce_rank, stiffness_of_law, truncated_root
 from gearbench.effects.base import ComplianceEffect, Dense, GapEffect, LineLaw, LowRank
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, contact_lines
@@ -53,28 +54,35 @@ def total_gap(scene: Scene, lines: ContactLines) -> NDArray:
     return sum(gaps[1:], gaps[0]) if gaps else np.zeros(lines.shape)
 
 
-def assemble(scene: Scene, lines: ContactLines) -> ContactProblem:
-    """Contact problem of ``scene`` on ``lines``: the sum over its effects."""
+def assemble(scene: Scene, lines: ContactLines, *, truncation: float = TRUNCATION) -> ContactProblem:
+    """Contact problem of ``scene`` on ``lines``: the sum over its effects.
+
+    ``truncation``: how much of the smooth compliance may be left out, see ``truncated_root``.
+    """
     beside = scene.effects_by_name
     parts = [effect.compliance(lines, beside) for effect in scene.effects if isinstance(effect, ComplianceEffect)]
     smooth = [part for part in parts if not isinstance(part, LineLaw)]
     laws = [part for part in parts if isinstance(part, LineLaw)]
     own = [part for part in smooth if isinstance(part, LowRank) and not part.coupled]
     coupled = not laws or len(own) < len(smooth)
-    factor = _shared_factor(smooth, lines) if coupled else _own_factor(own, lines)
+    factor = np.zeros((*lines.shape, 0)) if coupled else _own_factor(own, lines)
+    matrix = _shared_compliance(smooth, lines) if coupled else np.empty(0)
     if laws:
         a, h = sum((law.a for law in laws), np.zeros(lines.shape)), sum((law.h for law in laws), np.zeros(lines.shape))
         unit = _typical_compression(a, h, scene)
     else:
         a = h = np.zeros(lines.shape)
-        unit = _even_deflection(factor, lines) * scene.F_bn
+        unit = _even_deflection(matrix, lines) * scene.F_bn
     gap, soft = total_gap(scene, lines), np.zeros(lines.shape)
     if laws and gap.any():
         begin, end = (total_gap(scene, moved) for moved in lines.ends())
         soft = np.abs(end - begin) / 2
     problem = scale_problem(lines, gap, factor, a, h, soft, scene.F_bn, unit, coupled=coupled)
+    if coupled:
+        matrix *= problem.force / problem.length_scale
+        return replace(problem, factor=truncated_root(matrix, stiffness_of_law(problem), truncation))
     # a tooth of high order has more amplitudes than a contact line has segments
-    return problem if coupled or factor.shape[-1] <= lines.shape[2] else reduce_rank(problem)
+    return problem if factor.shape[-1] <= lines.shape[2] else reduce_rank(problem, truncation)
 
 
 def _typical_compression(a: NDArray, h: NDArray, scene: Scene) -> float:
@@ -84,8 +92,8 @@ def _typical_compression(a: NDArray, h: NDArray, scene: Scene) -> float:
     return line_load * max(float(np.mean(a - h * math.log(line_load))), float(np.mean(h)))
 
 
-def _even_deflection(factor: NDArray, lines: ContactLines) -> float:
-    """Mean deflection under a unit force shared evenly by all segments [mm/N].
+def _even_deflection(matrix: NDArray, lines: ContactLines) -> float:
+    """Mean deflection [mm/N] by H (position, n, n) under a unit force shared evenly by all segments.
 
     Raises
     ------
@@ -93,13 +101,11 @@ def _even_deflection(factor: NDArray, lines: ContactLines) -> float:
         If the compliance of the segments is not positive definite.
     """
     active = np.repeat(lines.active, lines.shape[2], axis=1)
-    flat = np.where(active[..., None], factor.reshape(*active.shape, -1), 0.0)
-    matrix = flat @ np.swapaxes(flat, 1, 2)
     greatest = np.linalg.norm(matrix, axis=(1, 2))[:, None]
     least = np.linalg.eigvalsh(matrix + np.eye(active.shape[1]) * np.where(active, 0.0, greatest)[:, None, :])[:, :1]
     if np.any(least <= 1e-13 * greatest):
         raise InputError("effects", "no contact law", "the compliance alone does not determine the loads: add hertz")
-    return float(np.mean((flat.sum(axis=1) ** 2).sum(axis=1) / active.sum(axis=1) ** 2))
+    return float(np.mean(matrix.sum(axis=(1, 2)) / active.sum(axis=1) ** 2))
 
 
 def scale_problem(
@@ -143,8 +149,8 @@ def _own_factor(parts: Sequence[LowRank], lines: ContactLines) -> NDArray:
     return np.concatenate([np.zeros((*lines.shape, 0)), *(part.factor for part in parts)], axis=-1)
 
 
-def _shared_factor(parts: Sequence[LowRank | Dense], lines: ContactLines) -> NDArray:
-    """Ψ of the sum of compliances through which pairs move each other, (position, pair, segment, rank)."""
+def _shared_compliance(parts: Sequence[LowRank | Dense], lines: ContactLines) -> NDArray:
+    """H of the sum of compliances through which pairs move each other, (position, n, n); zero where no line is."""
     positions, pairs, segments = lines.shape
     H = np.zeros((positions, pairs, segments, pairs, segments))
     whole = H.reshape(positions, pairs * segments, -1)
@@ -157,7 +163,8 @@ def _shared_factor(parts: Sequence[LowRank | Dense], lines: ContactLines) -> NDA
         else:
             H[:, pair, :, pair] += np.moveaxis(gram(part.factor), 1, 0)
     active = np.repeat(lines.active, segments, axis=1)
-    return pivoted_root(np.where(active[:, :, None] & active[:, None, :], whole, 0.0)).reshape(*lines.shape, -1)
+    whole *= active[:, :, None] & active[:, None, :]
+    return whole
 
 
 def _without_negative(matrix: NDArray, lines: ContactLines) -> NDArray:

@@ -44,7 +44,8 @@ def slope(P: NDArray, a: NDArray, h: NDArray, soft: ArrayLike = 0.0) -> NDArray:
     """dg/dP of forces P > 0; the slope of the tangent is h."""
     soft = np.broadcast_to(np.asarray(soft, dtype=float), np.shape(P))
     whole = inverse(soft, a, h)[0]
-    return np.where(whole > P, soft / np.sqrt(P * whole), np.where(h > 0, np.maximum(a - h * np.log(P) - h, h), a))
+    partly = whole > P
+    return np.where(partly, soft / np.sqrt(np.where(partly, P * whole, 1.0)), np.where(h > 0, np.maximum(a - h * np.log(P) - h, h), a))
 
 
 def inverse(s: NDArray, a: NDArray, h: NDArray, soft: ArrayLike = 0.0) -> tuple[NDArray, NDArray, NDArray]:

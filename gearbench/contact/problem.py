@@ -7,8 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-#: Columns of Ψ below this fraction of the largest singular value are dropped: H changes by its square, 1e-14.
-RANK_TOLERANCE = 1e-7
+from gearbench.contact.law import slope
+
+#: What a factor may leave out, trace of H over that of the law's slope: compliances change by less than this fraction.
+TRUNCATION = 1e-4
+#: Rounding: the same over the trace of H itself.
+RANK_TOLERANCE = 1e-14
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,8 +97,8 @@ def full_factor(problem: ContactProblem, position: int) -> NDArray:
     return wide.reshape(own.shape[0], -1)
 
 
-def reduce_rank(problem: ContactProblem) -> ContactProblem:
-    """The same problem with the factor of each position and block reduced to its numerical rank.
+def reduce_rank(problem: ContactProblem, truncation: float = 0.0) -> ContactProblem:
+    """The same problem with the factor of each position and block reduced to its numerical rank, or truncated.
 
     On the few segments of a contact line the smooth compliance has fewer independent columns than the tooth has Ritz
     functions: two for a spur pair with the paper's basis, six for a helical one.
@@ -102,9 +106,17 @@ def reduce_rank(problem: ContactProblem) -> ContactProblem:
     positions, segments, columns = problem.factor.shape
     if columns == 0:
         return problem
-    shape = (positions * problem.blocks, segments // problem.blocks, columns)
-    factor = np.where(problem.active[..., None], problem.factor, 0.0).reshape(shape)
-    return replace(problem, factor=pivoted_root(gram(factor)).reshape(positions, segments, -1))
+    shape = (positions * problem.blocks, segments // problem.blocks)
+    factor = np.where(problem.active[..., None], problem.factor, 0.0).reshape(*shape, columns)
+    root = truncated_root(gram(factor), stiffness_of_law(problem).reshape(shape), truncation)
+    return replace(problem, factor=root.reshape(positions, segments, -1))
+
+
+def stiffness_of_law(problem: ContactProblem) -> NDArray:
+    """dP/dg of the law of each existing segment under an even share of the load, (position, segment); 0 without law."""
+    share = 1 / np.maximum(problem.active.sum(axis=1), 1)
+    rise = slope(np.broadcast_to(share[:, None], problem.a.shape), problem.a, problem.h)
+    return np.where(problem.active & (rise > 0), 1 / np.where(rise > 0, rise, 1.0), 0.0)
 
 
 def gram(factor: NDArray) -> NDArray:
@@ -112,26 +124,20 @@ def gram(factor: NDArray) -> NDArray:
     return factor @ np.swapaxes(factor, -1, -2)
 
 
-def pivoted_root(matrix: NDArray) -> NDArray:
-    """L (block, n, rank) with L Lᵀ = H, of all H (block, n, n) at once, by Cholesky, the largest pivot first.
+def truncated_root(matrix: NDArray, stiffness: NDArray, truncation: float) -> NDArray:
+    """L (block, n, rank) with L Lᵀ ≈ H, of all H (block, n, n) at once, by Cholesky, the largest pivot first.
 
-    The remainder is smaller than 1e-14 of the largest diagonal element in every block (Higham, Accuracy and
-    Stability of Numerical Algorithms, §10.3).
+    ``stiffness`` (block, n) of the law beside H, A = diag(1/stiffness): what is left out, R = H − L Lᵀ ≥ 0, has
+    tr(A^{−½} R A^{−½}) ≤ ``truncation``, so that (1 − truncation)(H + A) ≤ L Lᵀ + A ≤ H + A: no deflection changes by
+    more than this fraction (T1 of docs/theory.md). Rounding, 1e-14 of the greatest trace of H, is always left out, and
+    nothing else where there is no law (Higham, Accuracy and Stability of Numerical Algorithms, §10.3).
     """
-    count, n, _ = matrix.shape
-    left = np.diagonal(matrix, axis1=1, axis2=2).copy()
-    floor = RANK_TOLERANCE**2 * float(left.max(initial=0.0))
-    L = np.zeros((count, n, n))
-    here = np.arange(count)
-    for k in range(n):
-        pivot = np.argmax(left, axis=1)
-        height = left[here, pivot]
-        alive = height > floor
-        if not alive.any():
-            return np.ascontiguousarray(L[..., :k])
-        column = matrix[here, :, pivot] - (L[..., :k] @ L[here, pivot, :k][..., None])[..., 0]
-        column *= np.where(alive, 1 / np.sqrt(np.where(alive, height, 1.0)), 0.0)[:, None]
-        L[..., k] = column
-        left = np.maximum(left - column**2, 0.0)
-        left[here, pivot] = 0.0
-    return L
+    from gearbench.contact._kernels import pivoted_cholesky
+
+    law = stiffness.any()
+    weight = np.ascontiguousarray(stiffness) if law else np.ones(stiffness.shape)
+    trace = np.einsum("pii,pi->p", matrix, weight).max(initial=0.0)
+    limit = max(truncation if law else 0.0, RANK_TOLERANCE * trace)
+    L = np.empty(matrix.shape)
+    rank = pivoted_cholesky(np.ascontiguousarray(matrix), weight, limit, L)
+    return np.ascontiguousarray(np.swapaxes(L[:, :rank], 1, 2))
