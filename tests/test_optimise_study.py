@@ -106,7 +106,7 @@ def test_limits_are_relative_and_finite():
 
 
 FAULTS = {
-    'objectives = ["noise"]': ("objectives.noise", "mesh_stiffness_rms_mean"),
+    'objectives = ["noise"]': ("objectives.noise", "mesh_stiffness_rms, "),
     "objectives = []": ("objectives", "at least one"),
     'objectives = ["mesh_stiffness_rms_mean", "mesh_stiffness_rms_mean"]': ("objectives", "given twice"),
     "objectives = [{ mesh_stiffness_rms_mean = -1.0 }]": ("objectives.mesh_stiffness_rms_mean", "greater than 0"),

@@ -24,7 +24,7 @@ from tests.validation_fakes import plates_for_finite_elements
 ERRORS = [
     f"{name}_{part}_error"
     for name in ("transmission_error", "mesh_stiffness")
-    for part in ("mean", "peak_to_peak", "harmonic")
+    for part in ("mean", "peak_to_peak", "amplitude")
 ]
 
 

@@ -9,12 +9,14 @@ import numpy as np
 from gearbench.compliance.plate import PlateTooth
 from gearbench.effects import tooth_bending
 from gearbench.effects.teeth import plate_tooth
+from gearbench.geometry.gear import Gear
 
 
 @dataclass(frozen=True)
 class PlateFlank:
     """Takes the place of ``FlankCompliance``: the paper's plate, ``softness`` times as compliant."""
 
+    gear: Gear
     plate: PlateTooth
     softness: float
     error: float = 0.005
@@ -38,6 +40,6 @@ def plates_for_finite_elements(monkeypatch, softness: float = 1.0) -> None:
     """Let the finite elements of this test be the paper's plate."""
 
     def flank(body, material, accuracy):
-        return PlateFlank(plate_tooth(body.gear, material, None, False), softness)
+        return PlateFlank(body.gear, plate_tooth(body.gear, material, None, False), softness)
 
     monkeypatch.setattr(tooth_bending, "meshed_flank", flank)
