@@ -18,6 +18,7 @@ from gearbench.results.outputs import DEFAULT_OUTPUTS, Solved, check_outputs, ou
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
 from gearbench.scene import Scene
+from gearbench.threads import single_threaded_blas
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -85,6 +86,7 @@ def solve_scene(scene: Scene) -> Solved:
     return solve_lines(scene, scene_lines(scene, phase), weight)
 
 
+@single_threaded_blas()
 def solve_lines(scene: Scene, lines: ContactLines, weight: NDArray) -> Solved:
     """As ``solve_scene``, on the contact lines and with the weights of their positions given, (position,)."""
     problem = assemble(scene, lines)

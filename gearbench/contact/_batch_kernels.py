@@ -10,6 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+#: Columns of a single block from which its Hessian is a product of matrices.
+PRODUCT_RANK = 12
 #: Samples solved side by side.
 LANES = 128
 
@@ -182,7 +184,10 @@ def compress(first, ranks, gap, factor, q, delta, s):
 
 @njit(**_OPTIONS)
 def normal_equations(first, ranks, factor, product, q, p, w, grad, cross, hess, total, slope):
-    """Gradient and Hessian of J(q, δ) per block; lower triangles of the Hessian stored row by row."""
+    """Gradient and Hessian of J(q, δ) per block; lower triangles of the Hessian stored row by row.
+
+    product (rank(rank+1)/2, n). A single block of many columns is left to BLAS.
+    """
     blocks, rank = first.size - 1, factor.shape[1]
     size = rank * (rank + 1) // 2
     for j in range(LANES):
@@ -192,6 +197,11 @@ def normal_equations(first, ranks, factor, product, q, p, w, grad, cross, hess, 
         for j in range(LANES):
             total[j] += p[i, j]
             slope[j] += w[i, j]
+    loops = blocks > 1 or ranks[0] < PRODUCT_RANK
+    if not loops:
+        w[first[1] :] = 0.0
+        most = ranks[0] * (ranks[0] + 1) // 2
+        np.dot(product[:most], w, hess[:most])
     for k in range(blocks):
         for c in range(rank):
             r = k * rank + c
@@ -204,12 +214,16 @@ def normal_equations(first, ranks, factor, product, q, p, w, grad, cross, hess, 
             add_combination(first[k], first[k + 1], factor, c, w, cross, r)
             for j in range(LANES):
                 grad[r, j] = q[r, j] - grad[r, j]
-            for d in range(c + 1):
+            for d in range(0 if loops else c, c + 1):
                 t = c * (c + 1) // 2 + d
                 one = 1.0 if c == d else 0.0
+                if not loops:
+                    for j in range(LANES):
+                        hess[t, j] += one
+                    continue
                 for j in range(LANES):
                     hess[k * size + t, j] = one
-                add_combination(first[k], first[k + 1], product, t, w, hess, k * size + t)
+                add_combination(first[k], first[k + 1], product.T, t, w, hess, k * size + t)
 
 
 @njit(**_OPTIONS)
@@ -221,9 +235,17 @@ def factorise(ranks, rank, hess, x, y):
             row, xr = k * size + c * (c + 1) // 2, k * rank + c
             for d in range(c + 1):
                 other = k * size + d * (d + 1) // 2
-                for f in range(d):
+                f = 0
+                while f + 3 <= d:
+                    a0, a1, a2, b0, b1, b2 = row + f, row + f + 1, row + f + 2, other + f, other + f + 1, other + f + 2
+                    for j in range(LANES):
+                        two = hess[a0, j] * hess[b0, j] + hess[a1, j] * hess[b1, j]
+                        hess[row + d, j] -= two + hess[a2, j] * hess[b2, j]
+                    f += 3
+                while f < d:
                     for j in range(LANES):
                         hess[row + d, j] -= hess[row + f, j] * hess[other + f, j]
+                    f += 1
                 if c == d:
                     for j in range(LANES):
                         hess[row + d, j] = 1.0 / np.sqrt(hess[row + d, j])

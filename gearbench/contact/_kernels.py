@@ -239,7 +239,7 @@ def first_guess(gap, a, h, soft, active, factor, block, blocks, modes, force, wo
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def pivoted_cholesky(matrix, weight, limit, root):
-    """Rows of the factors of all H (block, n, n), the largest pivot first; returns the greatest rank, rows behind are 0.
+    """Rows of the factors of all H (block, n, n), the largest pivot first, zero behind the rank; the greatest rank.
 
     A block ends where Σ weight · diagonal of what is left is at most ``limit``. root (block, n, n).
     """

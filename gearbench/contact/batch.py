@@ -40,7 +40,7 @@ class Batch:
     gap, modes
         e at the mean errors, (position, n), and the gap of each error, (position, error, n).
     factor, product
-        Ψ (position, n, rank) and the products of its columns, lower triangle row by row (position, n, rank(rank+1)/2).
+        Ψ (position, n, rank) and the products of its columns, lower triangle row by row (position, rank(rank+1)/2, n).
     laws
         a, h, ln-coefficient κ, the compression where the tangent takes over, and soft, (position, 5, n).
     start, guess
@@ -116,7 +116,6 @@ def prepare(problem: ContactProblem, modes: NDArray) -> Batch:
         return np.ascontiguousarray(np.take_along_axis(values, index, 1)[:, : count.max()])
 
     factor, a, h = pick(problem.factor), pick(problem.a), pick(problem.h)
-    lower = np.tril_indices(factor.shape[2])
     batch = Batch(
         problem=problem,
         count=count,
@@ -125,13 +124,24 @@ def prepare(problem: ContactProblem, modes: NDArray) -> Batch:
         gap=pick(problem.gap),
         modes=np.ascontiguousarray(np.swapaxes(pick(modes / problem.length_scale), 1, 2)),
         factor=factor,
-        product=np.ascontiguousarray(factor[..., lower[0]] * factor[..., lower[1]]),
+        product=_products(factor),
         laws=kernel_coefficients(a, h, pick(problem.soft)),
         start=np.empty(0),
         guess=np.empty(0),
     )
     start, guess = _first_guess(batch)
     return replace(batch, start=start, guess=guess)
+
+
+def _products(factor: NDArray) -> NDArray:
+    """Products of the columns of Ψ (position, n, rank), lower triangle row by row, (position, rank(rank+1)/2, n)."""
+    rows = np.ascontiguousarray(np.swapaxes(factor, 1, 2))
+    positions, rank, n = rows.shape
+    result = np.empty((positions, rank * (rank + 1) // 2, n))
+    for c in range(rank):
+        start = c * (c + 1) // 2
+        np.multiply(rows[:, c, None], rows[:, : c + 1], out=result[:, start : start + c + 1])
+    return result
 
 
 def _order(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray]:

@@ -13,6 +13,7 @@ from typing import Any
 from gearbench.errors import GearbenchError, InputError
 from gearbench.optimisation.problem import Evaluation, evaluate, macro_geometry
 from gearbench.optimisation.study import Design, OptimisationStudy
+from gearbench.threads import single_threaded_blas
 
 #: Module that local workers load as they begin.
 WORKER = "gearbench.optimisation.worker"
@@ -46,13 +47,14 @@ class Threads(Engine):
 
     def evaluate(self, study: OptimisationStudy, designs: Sequence[Design]) -> Iterator[tuple[Design, Evaluation]]:
         """See ``Engine``."""
-        pool = ThreadPoolExecutor(self._count)
-        try:
-            futures = {pool.submit(evaluate, study, design): design for design in by_geometry(study, designs)}
-            for future in as_completed(futures):
-                yield futures[future], future.result()
-        finally:
-            pool.shutdown(cancel_futures=True)
+        with single_threaded_blas():
+            pool = ThreadPoolExecutor(self._count)
+            try:
+                futures = {pool.submit(evaluate, study, design): design for design in by_geometry(study, designs)}
+                for future in as_completed(futures):
+                    yield futures[future], future.result()
+            finally:
+                pool.shutdown(cancel_futures=True)
 
 
 class Dask(Engine):

@@ -22,6 +22,7 @@ from gearbench.results.outputs import Solved
 from gearbench.results.responses import response
 from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.scene import Scene
+from gearbench.threads import single_threaded_blas
 
 if TYPE_CHECKING:
     pass
@@ -75,6 +76,7 @@ def prepare_scene(scene: Scene, solved: Solved | None = None) -> RobustProblem:
     return prepare_phases(scene, *mesh_phases(scene), solved)
 
 
+@single_threaded_blas()
 def prepare_phases(scene: Scene, phase: NDArray, weight: NDArray, solved: Solved | None = None) -> RobustProblem:
     """As ``prepare_scene``, at the mesh phases and weights given, (position,)."""
     errors = scene.effect("manufacturing_errors")
@@ -117,6 +119,7 @@ class Responses:
         return np.array([self.values[name] for name in MEASURED])
 
 
+@single_threaded_blas()
 def respond(
     problem: RobustProblem,
     errors: NDArray,

@@ -1,0 +1,67 @@
+"""BLAS is held to one thread while gearbench computes, and given back as it was."""
+
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
+
+import pytest
+from threadpoolctl import ThreadpoolController
+
+from gearbench import simulate
+from gearbench.library.garambois2017 import case
+from gearbench.scene import Resolution
+from gearbench.threads import single_threaded_blas
+
+
+def blas() -> ThreadpoolController:
+    return ThreadpoolController().select(internal_api="openblas")
+
+
+def threads() -> set[int]:
+    return {library["num_threads"] for library in blas().info()}
+
+
+@pytest.fixture(autouse=True)
+def two_threads():
+    """The user's own setting, which is not one thread."""
+    with blas().limit(limits=2):
+        yield
+        assert threads() == {2}
+
+
+def test_simulate_computes_on_one_thread(monkeypatch):
+    import gearbench.simulation as simulation
+
+    seen, assemble = [], simulation.assemble
+    monkeypatch.setattr(simulation, "assemble", lambda *a: (seen.append(threads()), assemble(*a))[1])
+    simulate(case(1, Resolution(positions=4)))
+    assert seen == [{1}]
+    assert threads() == {2}
+
+
+def test_errors_give_the_setting_back():
+    @single_threaded_blas()
+    def fails() -> None:
+        raise RuntimeError(str(threads()))
+
+    with pytest.raises(RuntimeError, match=r"\{1\}"):
+        fails()
+    assert threads() == {2}
+
+
+def test_computations_on_threads_end_in_any_order():
+    both, first_left = Barrier(2, timeout=30), Barrier(2, timeout=30)
+
+    def compute(leaves_first: bool) -> set[int]:
+        with single_threaded_blas():
+            both.wait()
+            if not leaves_first:
+                first_left.wait()
+            found = threads()
+        if leaves_first:
+            first_left.wait()
+        return found
+
+    with single_threaded_blas(), ThreadPoolExecutor(2) as pool:
+        assert list(pool.map(compute, (True, False))) == [{1}, {1}]
+        assert threads() == {1}
+    assert threads() == {2}
