@@ -35,7 +35,7 @@ class LineLoad:
     radius, y
         Segment centres on the flank of the mesh [mm], (segment,), y increasing.
     force, width
-        Normal force of each segment [N] and its extent in y [mm].
+        Normal force of each segment [N] and its extent in y [mm], (segment,).
     half_width
         Half width of the strip in R [mm].
     """
@@ -43,16 +43,19 @@ class LineLoad:
     radius: NDArray
     y: NDArray
     force: NDArray
-    width: float
+    width: NDArray
     half_width: float
 
     def __call__(self, R: NDArray, y: NDArray) -> NDArray:
         """Force per dR dy at the points, (…, 1) [N/mm²]: parabolic across the strip, uniform along each segment."""
-        segment = np.abs(y[..., None] - self.y).argmin(axis=-1)
-        inside = np.abs(y - self.y[segment]) <= 0.5 * self.width * (1 + 1e-9)
+        # the line is as long as its segments and centred on their mean; Gauss weights laid end to end part the nodes
+        ends = np.cumsum(np.append(0.0, self.width)) + np.average(self.y, weights=self.width) - self.width.sum() / 2
+        room = 1e-9 * self.width.sum()
+        inside = (y >= ends[0] - room) & (y <= ends[-1] + room)
+        segment = np.clip(np.searchsorted(ends, y) - 1, 0, len(self.y) - 1)
         xi = (R - np.interp(y, self.y, self.radius)) / self.half_width
         across = 0.75 / self.half_width * np.maximum(1 - xi**2, 0.0)
-        return np.where(inside, self.force[segment] / self.width * across, 0.0)[..., None]
+        return np.where(inside, self.force[segment] / self.width[segment] * across, 0.0)[..., None]
 
 
 def write_loaded_tooth(
@@ -116,10 +119,10 @@ def line_load(pair: Pair, dataset: xr.Dataset, gear: Role, position: int | None,
     radius = np.hypot(body.base_radius, u if gear == Role.PINION else pair.meshing.tangent_length - u)
     across = y if gear == Role.PINION else pair.face_width - y  # meshed is the driving gear's flank
     order = np.argsort(across)
-    width = float(dataset["segment_length"].values[position, tooth]) * np.cos(pair.meshing.beta_b)
+    width = dataset["segment_length"].values[position, tooth] * np.cos(pair.meshing.beta_b)
     half = (body.tip_radius - body.form_radius) / cells.flank
     return LineLoad(
-        radius=radius[order], y=across[order], force=force[position, tooth][order], width=width, half_width=half
+        radius=radius[order], y=across[order], force=force[position, tooth][order], width=width[order], half_width=half
     )
 
 

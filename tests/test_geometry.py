@@ -262,7 +262,7 @@ def test_mean_length_of_the_contact_lines(pair):
     """∫₀¹ Σ ℓ dτ = ε_α b / cos β_b: exact for the panel rule, as lengths are linear between transitions."""
     phase, weight = gauss_phases(pair.meshing.transition_phases, 2)
     lines = contact_lines(pair, phase, 7)
-    mean = weight @ (7 * lines.length.sum(axis=1))
+    mean = weight @ lines.length.sum(axis=(1, 2))
     exact = pair.meshing.transverse_contact_ratio * pair.face_width / math.cos(pair.meshing.beta_b)
     assert mean == pytest.approx(exact, rel=1e-12)
 
@@ -283,7 +283,7 @@ def test_a_hardly_helical_pair_is_a_spur_pair():
     hardly = replace(spur, helix_angle=0.01, centre_distance=spur.centre_distance)
     phase = np.array([0.1, 0.35, 0.85])
     a, b = (contact_lines(p, phase, 15) for p in (spur, hardly))
-    total = [15 * lines.length.sum(axis=1) for lines in (a, b)]
+    total = [lines.length.sum(axis=(1, 2)) for lines in (a, b)]
     assert_allclose(total[0], total[1], rtol=1e-6)
 
 

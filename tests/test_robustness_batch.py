@@ -95,16 +95,17 @@ def test_errors_a_thousand_times_the_deflection_are_solved():
         assert_allclose(solution.stiffness[:, i], single.stiffness, rtol=1e-6)
 
 
+@pytest.mark.parametrize("soft", [0.0, 0.5])
 @pytest.mark.parametrize("h", [0.0, 0.03, 2.0])
-def test_the_law_of_the_lanes_is_that_of_its_readable_twin(h):
+def test_the_law_of_the_lanes_is_that_of_its_readable_twin(h, soft):
     rng = np.random.default_rng(0)
     a = np.array([0.4, 1.0, 3.0]) + 8 * h
     s = np.concatenate([10.0 ** rng.uniform(-14, 3, (3, LANES - 2)), [[0.0, -1.0]] * 3], axis=1)
-    laws = kernel_coefficients(a[None], np.full((1, 3), h))[0]
+    laws = kernel_coefficients(a[None], np.full((1, 3), h), np.full((1, 3), soft))[0]
     p, w = np.empty_like(s), np.empty_like(s)
     rows = np.empty((9, LANES))
-    apply_laws(3, s, laws[0], laws[1], laws[2], laws[3], p, w, rows, rows.view(np.int64))
-    force, slope, _ = inverse(s, np.broadcast_to(a[:, None], s.shape), np.full(s.shape, h))
+    force, slope, _ = inverse(s, np.broadcast_to(a[:, None], s.shape), np.full(s.shape, h), soft)
+    apply_laws(3, s, laws[0], laws[1], laws[2], laws[3], laws[4], p, w, rows, rows.view(np.int64))
     # one Halley step from a guess good to 1e-4 leaves a few units of 1e-13
     assert_allclose(p, force, rtol=2e-12)
     assert_allclose(w, slope, rtol=2e-12)

@@ -100,10 +100,10 @@ def test_a_tooth_is_simulated_as_its_closed_form_says():
     result = gb.simulate(given)
     lines = gb.contact_lines(given.pair, result.mesh_phase.values, 1)
     gears = given.pair.gears
-    alone = np.flatnonzero((lines.length > 0).sum(axis=1) == 1)
+    alone = np.flatnonzero(lines.active.sum(axis=1) == 1)
     assert alone.size > 0
     for i in alone:
-        k = int(np.argmax(lines.length[i] > 0))
+        k = int(np.argmax(lines.active[i]))
         h = [float(radius[i, k, 0]) - gear.root_radius for radius, gear in zip(lines.radii, gears, strict=True)]
         expected = 1e3 * given.F_bn * sum(x**2 for x in h) / (1e3 * given.pair.face_width)
         # Hertz adds some tenths of a per mille to a tooth this soft

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gearbench.contact.phases import gauss_phases, uniform_phases
 from gearbench.contact.problem import TRUNCATION, ContactProblem, gram, reduce_rank, stiffness_of_law, truncated_root
-from gearbench.effects.base import ComplianceEffect, Dense, GapEffect, LineLaw, LowRank
+from gearbench.effects.base import ComplianceEffect, Dense, Effects, GapEffect, LineLaw, LowRank
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.scene import Scene
@@ -60,7 +60,7 @@ def assemble(scene: Scene, lines: ContactLines, *, truncation: float = TRUNCATIO
     ``truncation``: how much of the smooth compliance may be left out, see ``truncated_root``.
     """
     beside = scene.effects_by_name
-    parts = [effect.compliance(lines, beside) for effect in scene.effects if isinstance(effect, ComplianceEffect)]
+    parts = [_over_segments(effect, lines, beside) for effect in scene.effects if isinstance(effect, ComplianceEffect)]
     smooth = [part for part in parts if not isinstance(part, LineLaw)]
     laws = [part for part in parts if isinstance(part, LineLaw)]
     own = [part for part in smooth if isinstance(part, LowRank) and not part.coupled]
@@ -74,8 +74,8 @@ def assemble(scene: Scene, lines: ContactLines, *, truncation: float = TRUNCATIO
         a = h = np.zeros(lines.shape)
         unit = _even_deflection(matrix, lines) * scene.F_bn
     gap, soft = total_gap(scene, lines), np.zeros(lines.shape)
-    if laws and gap.any():
-        begin, end = (total_gap(scene, moved) for moved in lines.ends())
+    if laws and lines.cells:
+        begin, end = (total_gap(scene, lines.moved(share)) for share in (-1, 1))
         soft = np.abs(end - begin) / 2
     problem = scale_problem(lines, gap, factor, a, h, soft, scene.F_bn, unit, coupled=coupled)
     if coupled:
@@ -83,6 +83,16 @@ def assemble(scene: Scene, lines: ContactLines, *, truncation: float = TRUNCATIO
         return replace(problem, factor=truncated_root(matrix, stiffness_of_law(problem), truncation))
     # a tooth of high order has more amplitudes than a contact line has segments
     return problem if factor.shape[-1] <= lines.shape[2] else reduce_rank(problem, truncation)
+
+
+def _over_segments(effect: ComplianceEffect, lines: ContactLines, beside: Effects) -> LowRank | Dense | LineLaw:
+    """Compliance of an effect; Ψ as its mean over each cell, by two Gauss points: the load on a cell is spread."""
+    if not lines.cells:
+        return effect.compliance(lines, beside)
+    first, second = (effect.compliance(lines.moved(share), beside) for share in (-math.sqrt(1 / 3), math.sqrt(1 / 3)))
+    if isinstance(first, LowRank) and isinstance(second, LowRank):
+        return LowRank(factor=(first.factor + second.factor) / 2, coupled=first.coupled)
+    return effect.compliance(lines, beside)
 
 
 def _typical_compression(a: NDArray, h: NDArray, scene: Scene) -> float:

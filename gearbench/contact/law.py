@@ -45,7 +45,11 @@ def slope(P: NDArray, a: NDArray, h: NDArray, soft: ArrayLike = 0.0) -> NDArray:
     soft = np.broadcast_to(np.asarray(soft, dtype=float), np.shape(P))
     whole = inverse(soft, a, h)[0]
     partly = whole > P
-    return np.where(partly, soft / np.sqrt(np.where(partly, P * whole, 1.0)), np.where(h > 0, np.maximum(a - h * np.log(P) - h, h), a))
+    return np.where(
+        partly,
+        soft / np.sqrt(np.where(partly, P * whole, 1.0)),
+        np.where(h > 0, np.maximum(a - h * np.log(P) - h, h), a),
+    )
 
 
 def inverse(s: NDArray, a: NDArray, h: NDArray, soft: ArrayLike = 0.0) -> tuple[NDArray, NDArray, NDArray]:

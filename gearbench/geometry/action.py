@@ -3,8 +3,8 @@
 A line is cut into panels where the gap has a kink: where a relief of the profile begins (at a u), where one of the end
 of the face does (at a y). Segments are the nodes and weights of a quadrature on each panel. Where the flanks touch all
 along the line these are Gauss points, and sums over them converge exponentially in their number. Where they may part
-the integrand has a kink at an unknown position, and equal cells, with the law averaged over each, are of second order
-(L1 of docs/theory.md).
+the integrand has a kink at an unknown position, and equal cells are of second order, with compliance and law averaged
+over each (L1 of docs/theory.md).
 """
 
 from __future__ import annotations
@@ -46,6 +46,8 @@ class ContactLines:
         Nodes, one a segment [mm].
     length
         Length of each segment along the contact line, Δy / cos β_b [mm]: the weight of its node.
+    cells
+        Whether the segments are cells with their nodes in the middle; Gauss points otherwise.
     """
 
     pair: Pair
@@ -54,6 +56,7 @@ class ContactLines:
     u: NDArray
     y: NDArray
     length: NDArray
+    cells: bool = False
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -66,15 +69,13 @@ class ContactLines:
         """Whether a pair has a contact line at a position, (position, pair)."""
         return self.length[..., 0] > 0
 
-    def ends(self) -> tuple[ContactLines, ContactLines]:
-        """The lines with each node moved to the beginning, the end of its segment."""
-        meshing, b = self.pair.meshing, self.pair.face_width
+    def moved(self, share: float) -> ContactLines:
+        """The lines with each node moved by ``share`` of half its segment along the line: ±1 are the ends."""
+        meshing = self.pair.meshing
         half, tan_b = self.length * math.cos(meshing.beta_b) / 2, math.tan(meshing.beta_b)
-        moved = (np.clip(self.y + sign * half, 0.0, b) for sign in (-1, 1))
-        return tuple(
-            replace(self, y=y, u=np.clip(self.u + (y - self.y) * tan_b, meshing.path_start, meshing.path_end))
-            for y in moved
-        )
+        y = np.clip(self.y + share * half, 0.0, self.pair.face_width)
+        u = np.clip(self.u + (y - self.y) * tan_b, meshing.path_start, meshing.path_end)
+        return replace(self, u=u, y=y)
 
     @cached_property
     def radii(self) -> tuple[NDArray, NDArray]:
@@ -130,6 +131,7 @@ def contact_lines(
         u=np.where(absent, (u_a + u_e) / 2, np.clip(start[..., None] + y * tan_b, u_a, u_e)),
         y=np.where(absent, b / 2, y),
         length=np.where(absent, 0.0, width / math.cos(meshing.beta_b)),
+        cells=parting,
     )
 
 

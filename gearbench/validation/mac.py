@@ -88,7 +88,9 @@ def line_mac(fast: Scene, reference: Scene, role: Role) -> tuple[float, float]:
     phase, weight = mesh_phases(fast)
     lines = scene_lines(fast, phase)
     found = mac(*(line_shapes(scene, role, lines) for scene in (fast, reference)))
-    return float(found.min()), float(np.average(found, weights=(weight[:, None] * lines.length.sum(axis=2))[lines.active]))
+    return float(found.min()), float(
+        np.average(found, weights=(weight[:, None] * lines.length.sum(axis=2))[lines.active])
+    )
 
 
 @dataclass(frozen=True, kw_only=True)

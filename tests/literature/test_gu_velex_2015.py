@@ -31,7 +31,7 @@ def test_the_formula_is_a_parabolic_stiffness_integrated_over_the_contact_lines(
     phase, weight = gauss_phases(p.meshing.transition_phases, 24)
     lines = contact_lines(p, phase, 400)
     s = (lines.u - p.meshing.path_start) / (p.meshing.path_end - p.meshing.path_start)
-    stiffness = np.sum((1.15 - 0.45 * (2 * s - 1) ** 2) * lines.length[..., None], axis=(1, 2))
+    stiffness = np.sum((1.15 - 0.45 * (2 * s - 1) ** 2) * lines.length, axis=(1, 2))
     mean = weight @ stiffness
     n = np.arange(1, 9)
     ours = np.exp(-2j * np.pi * np.outer(n, phase)) @ (weight * stiffness) / mean

@@ -52,7 +52,7 @@ def no_law(spread: float) -> ContactProblem:
     factor = V * np.sqrt(np.geomspace(1.0, 1.0 / spread, n))
     zero = np.zeros((1, n))
     return ContactProblem(
-        gap=0.02 * rng.random((1, n)), a=zero, h=zero, active=np.ones((1, n), bool), factor=factor[None],
+        gap=0.02 * rng.random((1, n)), a=zero, h=zero, soft=zero, active=np.ones((1, n), bool), factor=factor[None],
         block=np.zeros(n, np.int64), blocks=1, force=1.0, length_scale=1.0, shape=(1, 1, n),
     )  # fmt: skip
 
@@ -63,7 +63,8 @@ def tied(gap: float) -> ContactProblem:
     e = np.where(np.arange(n) % 3 == 0, gap, 0.0)
     # the eight segments at zero share the load alone, δ = a/8: with gap = 1/8 the other four just touch
     return ContactProblem(
-        gap=e[None], a=np.ones((1, n)), h=np.zeros((1, n)), active=np.ones((1, n), bool), factor=np.zeros((1, n, 0)),
+        gap=e[None], a=np.ones((1, n)), h=np.zeros((1, n)), soft=np.zeros((1, n)), active=np.ones((1, n), bool),
+        factor=np.zeros((1, n, 0)),
         block=np.zeros(n, np.int64), blocks=1, force=1.0, length_scale=1.0, shape=(1, 1, n),
     )  # fmt: skip
 

@@ -78,7 +78,8 @@ def test_compliance_is_symmetric_positive_definite(case: HardCase):
         psi = full_factor(problem, p)
         compliance = psi @ psi.T
         loaded = force > 0
-        slope = law_slope(force[loaded], problem.a[p][active][loaded], problem.h[p][active][loaded])
+        fields = (x[p][active][loaded] for x in (problem.a, problem.h, problem.soft))
+        slope = law_slope(force[loaded], *fields)
         assert np.all(slope > 0)
         H = compliance[np.ix_(loaded, loaded)] + np.diag(slope)
         scale = 1 / np.sqrt(np.diagonal(H))
@@ -127,7 +128,7 @@ def test_continuous_in_the_phase(case: HardCase):
     (_, a), (_, b) = (answer(scene, (edge + d) % 1.0) for d in (-step, step))
     # δ of a pair that is about to lose its last line grows like the inverse of the length that is left
     left = scene_lines(scene, (edge - step) % 1.0).length, scene_lines(scene, (edge + step) % 1.0).length
-    reach = np.minimum(*(x.sum(axis=1) * scene.resolution.segments / pair.face_width for x in left))
+    reach = np.minimum(*(x.sum(axis=(1, 2)) / pair.face_width for x in left))
     most = np.maximum(np.abs(a.approach), np.abs(b.approach))
     shortest = np.minimum(reach, min(pair.meshing.overlap_ratio, 1.0))
     assert np.all(np.abs(a.approach - b.approach) <= 100 * step / shortest * most)

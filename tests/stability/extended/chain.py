@@ -10,11 +10,12 @@ import mpmath as mp
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.contact.assemble import scene_lines
 from gearbench.contact.problem import ContactProblem
 from gearbench.scene import Scene
 from tests.stability.extended.contact import Answer, contact, equal_approach
 from tests.stability.extended.effects import gap, line_law
-from tests.stability.extended.geometry import geometry, segments_at
+from tests.stability.extended.geometry import geometry, moved, segments_at
 from tests.stability.extended.numbers import DIGITS
 from tests.stability.extended.teeth import tooth_factor
 
@@ -30,12 +31,19 @@ def solve_scene(scene: Scene, tau: float, start: tuple[NDArray, float]) -> Answe
         laws = [line_law(scene, s) for s in found]
         # unit of force F, of displacement 1 mm: P' = P/F, ψ' = ψ √F, g = P'(a' − h' ln P')
         root = mp.sqrt(F)  # of the force, since forces are in units of F
-        psi = [[root * x for x in tooth_factor(scene, s)] for s in found]
+        cells = scene_lines(scene, np.array([tau])).cells
+        # Ψ as the mean over a cell, by two Gauss points
+        points = (-1 / mp.sqrt(3), 1 / mp.sqrt(3)) if cells else (mp.mpf(0),)
+        psi = []
+        for s in found:
+            rows = [tooth_factor(scene, moved(scene, s, x)) for x in points]
+            psi.append([root * mp.fsum(x) / len(rows) for x in zip(*rows, strict=True)])
+        soft = [abs(gap(scene, moved(scene, s, 1)) - gap(scene, moved(scene, s, -1))) / 2 * cells for s in found]
         h = [F / s.length * h for s, (_, h) in zip(found, laws, strict=True)]
         a = [F / s.length * (a + h * mp.log(s.length / F)) for s, (a, h) in zip(found, laws, strict=True)]
         e = [gap(scene, s) for s in found]
         begin = ([float(p / float(F)) for p in start[0]], start[1])
-        P, delta, k = contact([s.pair for s in found], psi, a, h, e, begin)
+        P, delta, k = contact([s.pair for s in found], psi, a, h, soft, e, begin)
         return Answer([F * p for p in P], delta, F * k)
 
 
@@ -44,9 +52,10 @@ def solve_problem(problem: ContactProblem, position: int, start: tuple[NDArray, 
     with mp.workdps(DIGITS):
         active = np.flatnonzero(problem.active[position])
         psi = [[mp.mpf(x) for x in problem.factor[position, i]] for i in active]
-        a, h, e = ([mp.mpf(x) for x in v[position, active]] for v in (problem.a, problem.h, problem.gap))
+        fields = problem.a, problem.h, problem.soft, problem.gap
+        a, h, soft, e = ([mp.mpf(x) for x in v[position, active]] for v in fields)
         block = [int(problem.block[i]) for i in active]
         if not (problem.a[position].any() or problem.h[position].any()):
             return equal_approach(psi, e, [i for i, p in enumerate(start[0]) if p > 0])
-        P, delta, k = contact(block, psi, a, h, e, ([float(p) for p in start[0]], start[1]))
+        P, delta, k = contact(block, psi, a, h, soft, e, ([float(p) for p in start[0]], start[1]))
         return Answer(P, delta, k)

@@ -37,6 +37,16 @@ def law(s: Number, a: Number, h: Number) -> tuple[Number, Number]:
     return s / (h * big), 1 / (h * (big - 1))
 
 
+def cell_law(s: Number, a: Number, h: Number, soft: Number) -> tuple[Number, Number]:
+    """The same over a cell along which the compression varies by ±soft."""
+    if s >= soft:
+        return law(s, a, h)
+    if s <= -soft:
+        return mp.mpf(0), mp.mpf(0)
+    t, whole = (s + soft) / (2 * soft), law(soft, a, h)[0]
+    return whole * t**2, whole * t / soft
+
+
 def reduced(block: list[int], psi: list[list[Number]]) -> list[list[Number]]:
     """Another square root of Ψ Ψᵀ where a tooth has more amplitudes than its contact line has segments."""
     members = {k: [i for i, b in enumerate(block) if b == k] for k in set(block)}
@@ -59,6 +69,7 @@ def contact(
     psi: list[list[Number]],
     a: list[Number],
     h: list[Number],
+    soft: list[Number],
     e: list[Number],
     start: tuple[list[float], float],
 ) -> tuple[list[Number], Number, Number]:
@@ -68,7 +79,8 @@ def contact(
     q = {k: [mp.fsum(start[0][i] * psi[i][c] for i in range(n) if block[i] == k) for c in range(rank)] for k in blocks}
     delta, residual = mp.mpf(start[1]), mp.inf
     for _ in range(80):
-        pairs = [law(delta - e[i] - mp.fdot(zip(psi[i], q[block[i]], strict=True)), a[i], h[i]) for i in range(n)]
+        s = [delta - e[i] - mp.fdot(zip(psi[i], q[block[i]], strict=True)) for i in range(n)]
+        pairs = [cell_law(s[i], a[i], h[i], soft[i]) for i in range(n)]
         total, slope = 1 - mp.fsum(p for p, _ in pairs), mp.fsum(w for _, w in pairs)
         steps = {}
         residual = abs(total)

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from itertools import pairwise
 from types import SimpleNamespace as Namespace
 
 import mpmath as mp
+import numpy as np
 
+from gearbench.contact.assemble import scene_lines
+from gearbench.geometry.action import SHORTEST
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.pair import Pair
 from gearbench.scene import Scene
@@ -103,21 +107,52 @@ def geometry(pair: Pair) -> Namespace:
 
 
 def segments_at(scene: Scene, tau: float) -> list[Namespace]:
-    """Segments of the contact lines at phase τ: tooth pair k, u, y, length along the line [mm]."""
+    """Segments of the contact lines at phase τ: tooth pair k, u, y, length along the line, their half in y [mm].
+
+    How many segments each panel has, and whether they are cells, is the program's choice and read from its lines.
+    """
     G = geometry(scene.pair)
-    tan_b, n = mp.tan(G.beta_b), scene.resolution.segments
+    tan_b, lines = mp.tan(G.beta_b), scene_lines(scene, np.array([tau]))
     found = []
-    first = -int(mp.ceil(G.b * tan_b / G.pitch)) - 1
-    for k in range(first, int((G.u_e - G.u_a) / G.pitch) + 2):
+    for k in range(-int(mp.ceil(G.b * tan_b / G.pitch)) - 1, int((G.u_e - G.u_a) / G.pitch) + 2):
         start = G.u_a + (mp.mpf(tau) + k) * G.pitch
         if tan_b > 0:
-            low, high = (min(max((u - start) / tan_b, mp.mpf(0)), G.b) for u in (G.u_a, G.u_e))
+            low, *inside, high = (
+                min(max((u - start) / tan_b, mp.mpf(0)), G.b) for u in (G.u_a, *relief_starts(scene), G.u_e)
+            )
         else:
-            low, high = mp.mpf(0), G.b if G.u_a <= start <= G.u_e else mp.mpf(0)
-        if high - low <= mp.mpf(1e-13) * G.b:
+            low, inside, high = mp.mpf(0), [], G.b if G.u_a <= start <= G.u_e else mp.mpf(0)
+        shortest = mp.mpf(SHORTEST) * G.b
+        if high - low <= shortest:
             continue
-        for i in range(n):
-            y = low + (high - low) * (i + mp.mpf(1) / 2) / n
-            u = start + y * tan_b
-            found.append(Namespace(pair=k, u=u, y=y, length=(high - low) / n / mp.cos(G.beta_b)))
+        edges = [low, *(y for y in inside if low < y < high), high]
+        if 2 * sum(b - a > shortest for a, b in pairwise(edges)) > scene.resolution.segments:
+            edges = [low, high]
+        nodes = lines.y[0, list(lines.index).index(k)]
+        for a, b in pairwise(edges):
+            n = int(np.sum((nodes > float(a)) & (nodes < float(b))))
+            if lines.cells:
+                rule = [(mp.mpf(2 * i + 1) / n - 1, mp.mpf(2) / n) for i in range(n)]
+            else:
+                rule = [(mp.mpf(x), mp.mpf(w)) for x, w in zip(*np.polynomial.legendre.leggauss(n), strict=True)]
+            for x, w in rule if n else []:
+                y, half = (a + b) / 2 + (b - a) / 2 * x, (b - a) / 4 * w
+                found.append(Namespace(pair=k, u=start + y * tan_b, y=y, length=2 * half / mp.cos(G.beta_b), half=half))
     return found
+
+
+def relief_starts(scene: Scene) -> list[Number]:
+    """Positions u where a tip relief begins, ascending [mm]."""
+    G, relief, found = geometry(scene.pair), scene.effect("tip_relief"), []
+    if relief is None or relief.amount == 0 or relief.length == 0:
+        return found
+    for i in {"both": (0, 1), "pinion": (0,), "wheel": (1,)}[relief.gear]:
+        rho = mp.sqrt((G.gears[i].r_a - mp.mpf(relief.length)) ** 2 - G.gears[i].r_b ** 2)
+        found.append(G.T - rho if i else rho)
+    return sorted(found)
+
+
+def moved(scene: Scene, s: Namespace, share: Number) -> Namespace:
+    """A segment with its node moved by ``share`` of its half."""
+    dy = share * s.half
+    return Namespace(pair=s.pair, u=s.u + dy * mp.tan(geometry(scene.pair).beta_b), y=s.y + dy)
