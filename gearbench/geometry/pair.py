@@ -37,6 +37,9 @@ class Member:
         Tip rounding ρ_f* of the generating rack [normal modules]; 0.38 or, where less fits, the full rounding.
     bore_diameter
         Bore of the gear body [mm]; only models of the body ask for it.
+    tip_rounding, tip_chamfer
+        Radius of the rounding, or height of the chamfer (at 45° to the flank), of the tip edge [mm]; a sharp edge
+        where both are absent.
     """
 
     teeth: Annotated[int, Field(ge=5, le=2000)]
@@ -45,6 +48,12 @@ class Member:
     profile_shift: Annotated[float, Field(ge=-3.0, le=3.0)] | None = None
     fillet_radius: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
     bore_diameter: Length | None = None
+    tip_rounding: Annotated[float, Field(gt=0.0, le=50.0)] | None = None
+    tip_chamfer: Annotated[float, Field(gt=0.0, le=50.0)] | None = None
+
+    def __post_init__(self) -> None:
+        if self.tip_rounding is not None and self.tip_chamfer is not None:
+            raise InputError("tip_chamfer", self.tip_chamfer, "conflicts with tip_rounding: give one of the two")
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -193,6 +202,8 @@ class Pair:
                 addendum=member.addendum,
                 dedendum=member.dedendum,
                 fillet_radius=fillet,
+                tip_rounding=member.tip_rounding or 0.0,
+                tip_chamfer=member.tip_chamfer or 0.0,
             )
         except InputError as error:
             raise error.within(name) from None
@@ -217,14 +228,14 @@ class Pair:
     def path_start(self) -> float:
         """u_A [mm]: the wheel's tip enters, unless the pinion's involute (fillet, undercut) starts later."""
         pinion, wheel = self.gears
-        tip = self.tangent_length - math.sqrt(wheel.tip_radius**2 - wheel.base_radius**2)
+        tip = self.tangent_length - math.sqrt(wheel.tip_form_radius**2 - wheel.base_radius**2)
         return max(tip, math.sqrt(max(pinion.form_radius**2 - pinion.base_radius**2, 0.0)))
 
     @cached_property
     def path_end(self) -> float:
         """u_E [mm]: the pinion's tip leaves, unless the wheel's involute ends earlier."""
         pinion, wheel = self.gears
-        tip = math.sqrt(pinion.tip_radius**2 - pinion.base_radius**2)
+        tip = math.sqrt(pinion.tip_form_radius**2 - pinion.base_radius**2)
         form = math.sqrt(max(wheel.form_radius**2 - wheel.base_radius**2, 0.0))
         return min(tip, self.tangent_length - form)
 
@@ -232,7 +243,7 @@ class Pair:
     def has_interference(self) -> tuple[bool, bool]:
         """Whether the fillet of pinion, wheel is reached by the mate's tip (contact below the form circle)."""
         pinion, wheel = self.gears
-        reach = [math.sqrt(g.tip_radius**2 - g.base_radius**2) for g in (wheel, pinion)]
+        reach = [math.sqrt(g.tip_form_radius**2 - g.base_radius**2) for g in (wheel, pinion)]
         form = [math.sqrt(max(g.form_radius**2 - g.base_radius**2, 0.0)) for g in (pinion, wheel)]
         room = 1e-12 * self.centre_distance
         at_pinion, at_wheel = (self.tangent_length - r < f - room for r, f in zip(reach, form, strict=True))

@@ -1,0 +1,219 @@
+"""Kinematic separation of two flanks in the transverse plane: how far they are apart, and where they touch first.
+
+Points of a gear keep their y when it turns about its axis: flanks of helical gears, too, approach each other section by
+section, each a pair of profiles at its own nominal coordinate u.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.geometry.pair import Pair
+from gearbench.geometry.profile import Modification, Profile, profile
+from gearbench.geometry.touching import Curve, Plane
+
+#: Nodes on a base pitch: cubic Hermite polynomials between them are good to 1e-10 mm and better.
+NODES = 200
+#: Length [base pitches] before and after the path of contact up to which separations are known.
+REACH = 0.45
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Touch:
+    """Where flanks touch first; arrays of one shape, those of both gears with a first axis (2,).
+
+    Parameters
+    ----------
+    gap
+        Separation along the line of action, transverse [mm]; infinite where they cannot touch.
+    rolls
+        Roll lengths of the touching point [mm], (2, …).
+    levers
+        Lever arms of the common normal over the base radii, (2, …).
+    radii
+        Radii of curvature of the profiles, transverse [mm], (2, …).
+    edge
+        Gear whose corner touches, 0 or 1; −1 where two smooth flanks do.
+    """
+
+    gap: NDArray
+    rolls: NDArray
+    levers: NDArray
+    radii: NDArray
+    edge: NDArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Separation:
+    """Separation of a pair of profiles as a function of the nominal coordinate u, in tables between its kinks.
+
+    Parameters
+    ----------
+    plane
+        Both profiles.
+    low, high
+        Range of u [mm].
+    step
+        Distance of nodes [mm].
+    """
+
+    plane: Plane
+    low: float
+    high: float
+    step: float
+
+    @cached_property
+    def curves(self) -> tuple[Curve, ...]:
+        """Every way of touching within the range."""
+        first, second = self.plane.profiles
+        found: list[Curve | None] = []
+        for piece in first.pieces:
+            for other in second.pieces:
+                low, high = self.plane.common_range(piece, other)
+                if low < high:
+                    found.append(self.plane.piece_on_piece(piece, other, self._nodes(low, high)))
+        for k, (own, mate) in enumerate(((first, second), (second, first))):
+            for roll, piece in own.corners:
+                # the path of contact ends at a corner, or passes it
+                far = REACH * self.step * NODES
+                v = self._nodes(roll - far, roll + far)
+                meetings = [
+                    at
+                    for other in mate.pieces
+                    for end in (other.low, other.high)
+                    for at in self.plane.meeting(k, roll, piece, end, other)
+                    if abs(at - roll) < far
+                ]
+                v = np.unique([*v, roll, *meetings])
+                found += [self.plane.corner_on_piece(k, roll, piece, other, v) for other in mate.pieces]
+        return tuple(curve for curve in found if curve is not None)
+
+    def _nodes(self, low: float, high: float) -> NDArray:
+        return np.linspace(low, high, max(5, math.ceil((high - low) / self.step) + 1))
+
+    @cached_property
+    def _pieces(self) -> list[tuple[float, float, Curve]]:
+        """Where which curve is the lowest: from u to u."""
+        curves = self.curves
+        ends = [x for c in curves for x in (c.u[0], c.u[-1]) if self.low <= x <= self.high]
+        grid = np.unique([*np.linspace(self.low, self.high, 4 * math.ceil((self.high - self.low) / self.step)), *ends])
+        values = np.stack([hermite(c, grid) for c in curves])
+        least = values.min(axis=0)
+        # of curves that agree, a smooth contact goes before an edge, and one that goes on before one that ends
+        order = np.array([c.edge >= 0 for c in curves])[:, None] * 1.0
+        near = values <= least + 1e-13 * self.plane.tangent_length
+        winner = np.argmin(np.where(near, order, np.inf), axis=0)
+        winner = np.where(np.isfinite(least), winner, -1)
+        pieces, start = [], grid[0]
+        for i in np.flatnonzero(np.diff(winner)):
+            a, b = winner[i], winner[i + 1]
+            at = self._crossing(a, b, grid[i], grid[i + 1])
+            if a >= 0:
+                pieces.append((start, at, curves[a]))
+            start = at
+        if winner[-1] >= 0:
+            pieces.append((start, grid[-1], curves[winner[-1]]))
+        return pieces
+
+    def _crossing(self, a: int, b: int, low: float, high: float) -> float:
+        """u between two nodes of the grid where curve b falls below curve a."""
+        if a < 0 or b < 0:
+            return high if a < 0 else low
+        first, second = self.curves[a], self.curves[b]
+        room = 1e-13 * self.plane.tangent_length
+        begin, end = second.u[:1], first.u[-1:]
+        # where one begins or ends on the other, they only touch there
+        if begin[0] > low and hermite(second, begin)[0] <= hermite(first, begin)[0] + room:
+            return float(begin[0])
+        if end[0] < high and hermite(first, end)[0] <= hermite(second, end)[0] + room:
+            return float(end[0])
+        low, high = max(low, begin[0]), min(high, end[0])
+        for _ in range(60):
+            middle = np.array([(low + high) / 2])
+            if hermite(first, middle)[0] <= hermite(second, middle)[0]:
+                low = float(middle[0])
+            else:
+                high = float(middle[0])
+        return (low + high) / 2
+
+    @cached_property
+    def kinks(self) -> tuple[float, ...]:
+        """u where the touching point changes from one part of a flank to another."""
+        return tuple(start for start, _, _ in self._pieces[1:])
+
+    @cached_property
+    def _table(self) -> tuple[NDArray, ...]:
+        """Nodes of all pieces one after another, each piece with its own nodes at both ends."""
+        columns = []
+        for start, end, c in self._pieces:
+            inner = c.u[(c.u > start) & (c.u < end)]
+            u = np.array([start, *inner, end])
+            rows = [np.stack([np.interp(u, c.u, row) for row in pair]) for pair in (c.rolls, c.levers, c.radii)]
+            columns.append((u, hermite(c, u), hermite_slope(c, u), *rows, np.full(len(u), c.edge)))
+        return tuple(np.concatenate(column, axis=-1) for column in zip(*columns, strict=True))
+
+    def __call__(self, u: NDArray) -> Touch:
+        """Where flanks touch first at the nominal coordinates u, and how far they are apart before."""
+        nodes, gap, slope, *rows, edge = self._table
+        i = np.clip(np.searchsorted(nodes, u, side="right") - 1, 0, len(nodes) - 2)
+        width = nodes[i + 1] - nodes[i]
+        t = np.where(width > 0, (u - nodes[i]) / np.where(width > 0, width, 1.0), 0.0)
+        value = _cubic(t, width, gap[i], gap[i + 1], slope[i], slope[i + 1])
+        rolls, levers, radii = (row[:, i] + t * (row[:, i + 1] - row[:, i]) for row in rows)
+        value = np.where((u >= nodes[0]) & (u <= nodes[-1]), value, np.inf)
+        return Touch(gap=value, rolls=rolls, levers=levers, radii=radii, edge=edge[i])
+
+    def reach(self, gap: float) -> tuple[float, float]:
+        """u before and after which flanks stay farther apart than ``gap`` [mm]."""
+        near = np.flatnonzero(self._table[1] <= gap)
+        nodes = self._table[0]
+        return nodes[max(near[0] - 1, 0)], nodes[min(near[-1] + 1, len(nodes) - 1)]
+
+
+def _cubic(t: NDArray, width: NDArray, y0: NDArray, y1: NDArray, d0: NDArray, d1: NDArray) -> NDArray:
+    """Hermite's cubic polynomial from values and derivatives at both ends."""
+    return y0 + t * (width * d0 + t * ((3 * (y1 - y0) - width * (2 * d0 + d1)) + t * (width * (d0 + d1) - 2 * (y1 - y0))))
+
+
+def _interval(c: Curve, u: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+    i = np.clip(np.searchsorted(c.u, u, side="right") - 1, 0, len(c.u) - 2)
+    width = c.u[i + 1] - c.u[i]
+    return i, width, (u - c.u[i]) / width
+
+
+def hermite(c: Curve, u: NDArray) -> NDArray:
+    """Separation of a curve at u [mm]; infinite beyond its ends."""
+    i, width, t = _interval(c, u)
+    value = _cubic(t, width, c.gap[i], c.gap[i + 1], c.slope[i], c.slope[i + 1])
+    return np.where((u >= c.u[0]) & (u <= c.u[-1]), value, np.inf)
+
+
+def hermite_slope(c: Curve, u: NDArray) -> NDArray:
+    """Derivative of a curve at u."""
+    i, width, t = _interval(c, u)
+    rise = (c.gap[i + 1] - c.gap[i]) / width
+    a, b = c.slope[i], c.slope[i + 1]
+    return a + t * (2 * (3 * rise - 2 * a - b) + 3 * t * (a + b - 2 * rise))
+
+
+@lru_cache(maxsize=128)
+def separation(pair: Pair, modifications: tuple[Modification, ...] = ()) -> Separation:
+    """Separation of the flanks of ``pair`` with the ``modifications`` of their profiles."""
+    first, second = (
+        profile(gear, tuple(m for m in modifications if m.gear == k)) for k, gear in enumerate(pair.gears)
+    )
+    reach = REACH * pair.base_pitch
+    return Separation(
+        plane=Plane(profiles=(first, second), tangent_length=pair.tangent_length),
+        low=pair.path_start - reach,
+        high=pair.path_end + reach,
+        step=pair.base_pitch / NODES,
+    )
+
+
+__all__ = ["Modification", "Profile", "Separation", "Touch", "separation"]
