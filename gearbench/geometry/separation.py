@@ -18,7 +18,7 @@ from gearbench.geometry.profile import Modification, Profile, profile
 from gearbench.geometry.touching import Curve, Plane
 
 #: Nodes on a base pitch: cubic Hermite polynomials between them are good to 1e-10 mm and better.
-NODES = 200
+NODES = 400
 #: Length [base pitches] before and after the path of contact up to which separations are known.
 REACH = 0.45
 
@@ -74,9 +74,8 @@ class Separation:
         found: list[Curve | None] = []
         for piece in first.pieces:
             for other in second.pieces:
-                low, high = self.plane.common_range(piece, other)
-                if low < high:
-                    found.append(self.plane.piece_on_piece(piece, other, self._nodes(low, high)))
+                roll = self.plane.common_nodes(piece, other, self.step)
+                found.append(self.plane.piece_on_piece(piece, other, roll))
         for k, (own, mate) in enumerate(((first, second), (second, first))):
             for roll, piece in own.corners:
                 # the path of contact ends at a corner, or passes it
@@ -101,7 +100,7 @@ class Separation:
         """Where which curve is the lowest: from u to u."""
         curves = self.curves
         ends = [x for c in curves for x in (c.u[0], c.u[-1]) if self.low <= x <= self.high]
-        grid = np.unique([*np.linspace(self.low, self.high, 4 * math.ceil((self.high - self.low) / self.step)), *ends])
+        grid = np.unique([*np.linspace(self.low, self.high, math.ceil((self.high - self.low) / self.step)), *ends])
         values = np.stack([hermite(c, grid) for c in curves])
         least = values.min(axis=0)
         # of curves that agree, a smooth contact goes before an edge, and one that goes on before one that ends
@@ -133,13 +132,18 @@ class Separation:
         if end[0] < high and hermite(first, end)[0] <= hermite(second, end)[0] + room:
             return float(end[0])
         low, high = max(low, begin[0]), min(high, end[0])
-        for _ in range(60):
-            middle = np.array([(low + high) / 2])
-            if hermite(first, middle)[0] <= hermite(second, middle)[0]:
-                low = float(middle[0])
-            else:
-                high = float(middle[0])
-        return (low + high) / 2
+        from scipy.optimize import brentq
+
+        if low >= high:
+            return low
+
+        def difference(u: float) -> float:
+            at = np.array([u])
+            return float(hermite(first, at)[0] - hermite(second, at)[0])
+
+        if difference(low) * difference(high) >= 0:
+            return low if abs(difference(low)) < abs(difference(high)) else high
+        return float(brentq(difference, low, high, xtol=1e-13))
 
     @cached_property
     def kinks(self) -> tuple[float, ...]:
@@ -147,37 +151,49 @@ class Separation:
         return tuple(start for start, _, _ in self._pieces[1:])
 
     @cached_property
-    def _table(self) -> tuple[NDArray, ...]:
-        """Nodes of all pieces one after another, each piece with its own nodes at both ends."""
-        columns = []
+    def _table(self) -> NDArray:
+        """A row for each interval between nodes: u, width, four coefficients of the separation, six values, six steps.
+
+        The intervals of each part end with its own ends.
+        """
+        rows, edges = [], []
         for start, end, c in self._pieces:
-            inner = c.u[(c.u > start) & (c.u < end)]
-            u = np.array([start, *inner, end])
-            rows = [np.stack([np.interp(u, c.u, row) for row in pair]) for pair in (c.rolls, c.levers, c.radii)]
-            columns.append((u, hermite(c, u), hermite_slope(c, u), *rows, np.full(len(u), c.edge)))
-        return tuple(np.concatenate(column, axis=-1) for column in zip(*columns, strict=True))
+            u = np.array([start, *c.u[(c.u > start) & (c.u < end)], end])
+            width = np.diff(u)
+            gap, slope = hermite(c, u), hermite_slope(c, u)
+            values = np.stack([np.interp(u, c.u, row) for pair in (c.rolls, c.levers, c.radii) for row in pair])
+            cubic = _coefficients(width, gap[:-1], gap[1:], slope[:-1], slope[1:])
+            rows.append(np.stack([u[:-1], width, *cubic, *values[:, :-1], *np.diff(values)], axis=-1))
+            edges.append(np.full(len(width), c.edge))
+        table = np.concatenate(rows)
+        return np.column_stack([table, np.concatenate(edges)])
 
     def __call__(self, u: NDArray) -> Touch:
         """Where flanks touch first at the nominal coordinates u, and how far they are apart before."""
-        nodes, gap, slope, *rows, edge = self._table
-        i = np.clip(np.searchsorted(nodes, u, side="right") - 1, 0, len(nodes) - 2)
-        width = nodes[i + 1] - nodes[i]
-        t = np.where(width > 0, (u - nodes[i]) / np.where(width > 0, width, 1.0), 0.0)
-        value = _cubic(t, width, gap[i], gap[i + 1], slope[i], slope[i + 1])
-        rolls, levers, radii = (row[:, i] + t * (row[:, i + 1] - row[:, i]) for row in rows)
-        value = np.where((u >= nodes[0]) & (u <= nodes[-1]), value, np.inf)
-        return Touch(gap=value, rolls=rolls, levers=levers, radii=radii, edge=edge[i])
+        table = self._table
+        u = np.asarray(u, dtype=float)
+        row = table[np.clip(np.searchsorted(table[:, 0], u, side="right") - 1, 0, len(table) - 1)]
+        row = np.moveaxis(row, -1, 0)
+        width = row[1]
+        t = (u - row[0]) / np.where(width > 0, width, 1.0)
+        gap = row[2] + t * (row[3] + t * (row[4] + t * row[5]))
+        values = row[6:12] + t * row[12:18]
+        # holes: where no point of one flank reaches the other
+        room = 1e-9 * self.step
+        gap = np.where((t >= -room) & (u <= row[0] + width + room), gap, np.inf)
+        return Touch(gap=gap, rolls=values[:2], levers=values[2:4], radii=values[4:], edge=row[18].astype(int))
 
     def reach(self, gap: float) -> tuple[float, float]:
         """u before and after which flanks stay farther apart than ``gap`` [mm]."""
-        near = np.flatnonzero(self._table[1] <= gap)
-        nodes = self._table[0]
-        return nodes[max(near[0] - 1, 0)], nodes[min(near[-1] + 1, len(nodes) - 1)]
+        near = np.flatnonzero(self._table[:, 2] <= gap)
+        last = self._table[near[-1]]
+        return float(self._table[max(near[0] - 1, 0), 0]), float(last[0] + last[1])
 
 
-def _cubic(t: NDArray, width: NDArray, y0: NDArray, y1: NDArray, d0: NDArray, d1: NDArray) -> NDArray:
-    """Hermite's cubic polynomial from values and derivatives at both ends."""
-    return y0 + t * (width * d0 + t * ((3 * (y1 - y0) - width * (2 * d0 + d1)) + t * (width * (d0 + d1) - 2 * (y1 - y0))))
+def _coefficients(width: NDArray, y0: NDArray, y1: NDArray, d0: NDArray, d1: NDArray) -> tuple[NDArray, ...]:
+    """Hermite's cubic polynomial of t = 0 … 1 from values and derivatives at both ends of intervals."""
+    rise = y1 - y0
+    return y0, width * d0, 3 * rise - width * (2 * d0 + d1), width * (d0 + d1) - 2 * rise
 
 
 def _interval(c: Curve, u: NDArray) -> tuple[NDArray, NDArray, NDArray]:
@@ -189,7 +205,8 @@ def _interval(c: Curve, u: NDArray) -> tuple[NDArray, NDArray, NDArray]:
 def hermite(c: Curve, u: NDArray) -> NDArray:
     """Separation of a curve at u [mm]; infinite beyond its ends."""
     i, width, t = _interval(c, u)
-    value = _cubic(t, width, c.gap[i], c.gap[i + 1], c.slope[i], c.slope[i + 1])
+    a, b, d, e = _coefficients(width, c.gap[i], c.gap[i + 1], c.slope[i], c.slope[i + 1])
+    value = a + t * (b + t * (d + t * e))
     return np.where((u >= c.u[0]) & (u <= c.u[-1]), value, np.inf)
 
 

@@ -111,10 +111,21 @@ class Plane:
         turn = math.atan2(y, x) - math.atan2(own.base_radius, length)
         return [roll - own.base_radius * (turn + sign * math.acos(cosine)) for sign in (-1, 1)]
 
-    def common_range(self, first: Piece, second: Piece) -> tuple[float, float]:
-        """Roll lengths of the pinion between which two smooth pieces touch."""
-        low, high = (float(self._partner(second, first, np.array([x]))[0]) for x in (second.high, second.low))
-        return max(low, first.low), min(high, first.high)
+    def common_nodes(self, first: Piece, second: Piece, step: float) -> NDArray:
+        """Roll lengths of the pinion at which two smooth pieces may touch, ends included, no farther than ``step``."""
+        roll = np.linspace(first.low, first.high, max(5, math.ceil((first.high - first.low) / step) + 1))
+        found = [roll]
+        for end in (second.low, second.high):
+            excess = self._partner(first, second, roll) - end
+            for i in np.flatnonzero(excess[:-1] * excess[1:] < 0):
+                (a, b), (fa, fb) = roll[i : i + 2], excess[i : i + 2]
+                for _ in range(12):  # secant: the function is all but linear
+                    if fa == fb:
+                        break
+                    a, b, fa = b, b - fb * (b - a) / (fb - fa), fb
+                    fb = float(self._partner(first, second, np.array([b]))[0]) - end
+                found.append(np.array([b]))
+        return np.unique(np.concatenate(found))
 
     def _partner(self, own: Piece, mate: Piece, roll: NDArray) -> NDArray:
         """Roll length at which a piece ``mate`` has a common normal with ``own`` at ``roll``, where both just touch."""
@@ -139,7 +150,8 @@ class Plane:
         """Two smooth pieces touching at the roll lengths ``roll`` of the pinion's."""
         T = self.tangent_length
         if first.is_involute and second.is_involute:
-            keep = np.full(roll.shape, True)
+            room = 1e-12 * T
+            keep = (T - roll >= second.low - room) & (T - roll <= second.high + room)
             both = np.stack([roll, T - roll])
             return self._curve(-1, both, both, np.ones_like(both), both, keep, edge=-1)
         x, y = self._wheel_centre
@@ -170,9 +182,10 @@ class Plane:
                 x[..., ::-1] for x in (u, gap, slope, rolls, levers, radii, keep)
             )
         # where u runs back, the point touched is one of greatest separation, not of least
-        good = keep & np.isfinite(gap) & (np.diff(u, append=np.inf) > 0)
+        good = keep & np.isfinite(gap) & (np.diff(u, append=np.inf) > -1e-12 * self.tangent_length)
         runs = np.split(np.arange(len(u)), np.flatnonzero(np.diff(good)) + 1)
         rising = max((run for run in runs if good[run[0]]), key=len, default=runs[0][:0])
+        rising = rising[np.diff(u[rising], prepend=-np.inf) > 1e-12 * self.tangent_length]
         if rising.size < 2:
             return None
         return Curve(
