@@ -46,7 +46,7 @@ class Solved:
     def line_load(self) -> NDArray:
         """Line load, (position, pair, segment) [N/mm]; zero where a pair has no contact line."""
         length = np.where(self.lines.active, self.lines.length, 1.0)
-        return self.solution.force / length[..., None]
+        return self.solution.force / length[..., None] / self.lines.lever
 
     def load_share(self) -> NDArray:
         """Share of each pair in the normal force, (position, pair)."""

@@ -13,6 +13,7 @@ from gearbench.contact.problem import ContactProblem, gram, pivoted_root, reduce
 from gearbench.effects.base import ComplianceEffect, Dense, GapEffect, LineLaw, LowRank
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, contact_lines
+from gearbench.geometry.separation import Separation, separation
 from gearbench.scene import Scene
 
 
@@ -24,6 +25,8 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
     if resolution.positions is not None:
         return uniform_phases(resolution.positions)
     kinks = [u for effect in scene.effects if isinstance(effect, GapEffect) for u in effect.kinks(scene.pair)]
+    if (flanks := flank_separation(scene)) is not None:
+        kinks += flanks.kinks
     transitions = (*scene.pair.transition_phases, *scene.pair.phases_at(kinks))
     size = resolution.panel_size
     assert size is not None
@@ -32,13 +35,32 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
 
 def scene_lines(scene: Scene, mesh_phase: NDArray) -> ContactLines:
     """Contact lines of the scene at the given phases."""
-    return contact_lines(scene.pair, mesh_phase, scene.resolution.segments)
+    segments, flanks = scene.resolution.segments, flank_separation(scene)
+    if flanks is None:
+        return contact_lines(scene.pair, mesh_phase, segments)
+    from gearbench.contact.reach import greatest_deflection
+
+    # lines reach as far as flanks can touch at all; the bound is one of load and compliance
+    return contact_lines(scene.pair, mesh_phase, segments, flanks, flanks.reach(greatest_deflection(scene)))
+
+
+def flank_separation(scene: Scene) -> Separation | None:
+    """Separation of the modified profiles, where the scene asks for contact off the line of action."""
+    if scene.effect("off_line_contact") is None:
+        return None
+    gaps = [effect for effect in scene.effects if isinstance(effect, GapEffect)]
+    return separation(scene.pair, tuple(m for effect in gaps for m in effect.modifications(scene.pair)))
 
 
 def total_gap(scene: Scene, lines: ContactLines) -> NDArray:
-    """Sum of the gaps of all effects, (position, pair, segment) [mm]."""
-    gaps = [effect.gap(lines) for effect in scene.effects if isinstance(effect, GapEffect)]
-    return sum(gaps[1:], gaps[0]) if gaps else np.zeros(lines.shape)
+    """Sum of the gaps of all effects, (position, pair, segment) [mm], along the line of action times cos β_b."""
+    total = np.zeros(lines.shape)
+    for effect in scene.effects:
+        if effect.name == "off_line_contact":
+            total += effect.gap(lines)
+        elif isinstance(effect, GapEffect) and not (lines.touch and effect.modifications(scene.pair)):
+            total += effect.gap(lines) / lines.lever
+    return total
 
 
 def assemble(scene: Scene, lines: ContactLines) -> ContactProblem:
@@ -55,9 +77,19 @@ def assemble(scene: Scene, lines: ContactLines) -> ContactProblem:
     else:
         a = h = np.zeros(lines.shape)
         unit = _even_deflection(factor, lines) * scene.normal_force
+    if lines.touch is not None:
+        factor, a, h = _by_lever(lines.touch.levers[0], factor, a, h)
     problem = scale_problem(lines, total_gap(scene, lines), factor, a, h, scene.normal_force, unit, coupled=coupled)
     # a tooth of high order has more amplitudes than a contact line has segments
     return problem if coupled or factor.shape[-1] <= lines.shape[2] else reduce_rank(problem)
+
+
+def _by_lever(w: NDArray, factor: NDArray, a: NDArray, h: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+    """Ψ, a and h in moments about the pinion's axis over its base radius in place of forces, P̃ = w P (T5).
+
+    With compressions s = w (δ − e) the equations keep their form, and their symmetry.
+    """
+    return factor / w[..., None], (a + h * np.log(w)) / w**2, h / w**2
 
 
 def _typical_compression(a: NDArray, h: NDArray, scene: Scene) -> float:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.profile import Modification
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,6 +124,10 @@ class GapEffect(Effect):
     @abstractmethod
     def gap(self, lines: ContactLines) -> NDArray:
         """Initial gap e normal to the flank, (position, pair, segment) [mm]."""
+
+    def modifications(self, pair: Pair) -> tuple[Modification, ...]:  # noqa: ARG002
+        """The gap as modifications of the profiles alone, where it is the same all over the face; none by default."""
+        return ()
 
     def kinks(self, pair: Pair) -> tuple[float, ...]:
         """Places u [mm] on the path of contact where the gap has a kink; none by default."""

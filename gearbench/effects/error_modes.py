@@ -34,8 +34,7 @@ def profile_coordinate(lines: ContactLines, gear: int, along: Along = "roll", sp
         return (radius - start) / (end - start)
     r_b = body.base_radius  # below the base circle there is no roll length: it counts from there
     first, last = (math.sqrt(max(r**2 - r_b**2, 0.0)) for r in (start, end))
-    roll = lines.u if gear == 0 else lines.pair.tangent_length - lines.u
-    return (roll - first) / (last - first)
+    return (lines.rolls[gear] - first) / (last - first)
 
 
 def profile_slope(lines: ContactLines, gear: int, along: Along, span: Range) -> NDArray:

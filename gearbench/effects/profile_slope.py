@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, ClassVar
 
 from numpy.typing import NDArray
@@ -12,6 +13,8 @@ from gearbench.effects.error_modes import profile_coordinate
 from gearbench.effects.relief import MICROMETRE, Amount
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.material import STRICT
+from gearbench.geometry.pair import Pair
+from gearbench.geometry.profile import Modification
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -39,3 +42,14 @@ class ProfileSlope(GapEffect):
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
         return MICROMETRE * (self.pinion * profile_coordinate(lines, 0) + self.wheel * profile_coordinate(lines, 1))
+
+    def modifications(self, pair: Pair) -> tuple[Modification, ...]:
+        """The same of each profile."""
+        found = []
+        for k, amount in enumerate((self.pinion, self.wheel)):
+            r_b = pair.gears[k].base_radius
+            low, high = (math.sqrt(max(r**2 - r_b**2, 0.0)) for r in pair.active_radii[k])
+            missing = amount * MICROMETRE / math.cos(pair.base_helix_angle)
+            shape = {"start": low, "length": high - low, "along": "roll", "one_sided": False}
+            found.append(Modification(gear=k, amount=missing, **shape))
+        return tuple(m for m in found if m.amount != 0)

@@ -12,6 +12,7 @@ EFFECTS: dict[str, tuple[str, str]] = {
     "tooth_foundation": ("gearbench.effects.tooth_foundation", "ToothFoundation"),
     "neighbour_teeth": ("gearbench.effects.neighbour_teeth", "NeighbourTeeth"),
     "fe_compliance": ("gearbench.effects.fe_compliance", "FeCompliance"),
+    "off_line_contact": ("gearbench.effects.off_line_contact", "OffLineContact"),
     "hertz": ("gearbench.effects.hertz", "Hertz"),
     "crowning": ("gearbench.effects.crowning", "Crowning"),
     "tip_relief": ("gearbench.effects.tip_relief", "TipRelief"),

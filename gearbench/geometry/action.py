@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.separation import Separation, Touch
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,6 +33,8 @@ class ContactLines:
         Segment centres [mm].
     length
         Length of each segment along the contact line, Δy / cos β_b [mm], shape (position, pair).
+    touch
+        Where flanks touch first, off the line of action too; absent where contact is taken to lie on it.
     """
 
     pair: Pair
@@ -40,6 +43,7 @@ class ContactLines:
     u: NDArray
     y: NDArray
     length: NDArray
+    touch: Touch | None = None
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -52,32 +56,59 @@ class ContactLines:
         """Whether a pair has a contact line at a position, (position, pair)."""
         return self.length > 0
 
+    @property
+    def rolls(self) -> tuple[NDArray, NDArray]:
+        """Roll lengths of the segment centres on pinion and wheel [mm]."""
+        if self.touch is not None:
+            return self.touch.rolls[0], self.touch.rolls[1]
+        return self.u, self.pair.tangent_length - self.u
+
     @cached_property
     def radii(self) -> tuple[NDArray, NDArray]:
         """Radii of the segment centres on pinion and wheel [mm]."""
-        pinion, wheel = self.pair.gears
-        return np.hypot(pinion.base_radius, self.u), np.hypot(wheel.base_radius, self.pair.tangent_length - self.u)
+        (first, second), (pinion, wheel) = self.rolls, self.pair.gears
+        return np.hypot(pinion.base_radius, first), np.hypot(wheel.base_radius, second)
+
+    @property
+    def lever(self) -> NDArray | float:
+        """Lever arm of the normal force about the pinion's axis over its base radius; 1 on the line of action."""
+        return 1.0 if self.touch is None else self.touch.levers[0]
 
     @property
     def curvature_radius(self) -> NDArray:
-        """Relative radius of curvature in the normal plane ρ = u (T₁T₂ − u) / (T₁T₂ cos β_b) [mm]."""
-        T = self.pair.tangent_length
-        return self.u * (T - self.u) / T / math.cos(self.pair.base_helix_angle)
+        """Relative radius of curvature in the normal plane [mm]; on the line of action u (T₁T₂ − u)/(T₁T₂ cos β_b)."""
+        first, second = self.rolls if self.touch is None else self.touch.radii
+        return first * second / (first + second) / math.cos(self.pair.base_helix_angle)
 
 
-def pair_indices(pair: Pair) -> NDArray:
-    """Numbers k of the tooth pairs that touch at some phase of the mesh cycle, (pair,)."""
-    return np.arange(-math.ceil(pair.overlap_ratio), math.floor(pair.transverse_contact_ratio) + 1)
+def pair_indices(pair: Pair, span: tuple[float, float] | None = None) -> NDArray:
+    """Numbers k of the tooth pairs that touch at some phase of the mesh cycle, (pair,).
+
+    ``span`` is the range of u [mm] within which they can, by default the path of contact.
+    """
+    before, after = (0.0, pair.transverse_contact_ratio) if span is None else (
+        (u - pair.path_start) / pair.base_pitch for u in span
+    )
+    return np.arange(math.floor(before) - math.ceil(pair.overlap_ratio), math.floor(after) + 1)
 
 
-def contact_lines(pair: Pair, mesh_phase: ArrayLike, segments: int) -> ContactLines:
-    """Contact lines of ``pair`` at the phases ``mesh_phase`` (position,), each cut into ``segments`` segments."""
+def contact_lines(
+    pair: Pair,
+    mesh_phase: ArrayLike,
+    segments: int,
+    separation: Separation | None = None,
+    span: tuple[float, float] | None = None,
+) -> ContactLines:
+    """Contact lines of ``pair`` at the phases ``mesh_phase`` (position,), each cut into ``segments`` segments.
+
+    With a ``separation`` lines reach over the range ``span`` of u [mm], beyond the path of contact.
+    """
     tau = np.atleast_1d(np.asarray(mesh_phase, dtype=float))
-    u_a, u_e, b = pair.path_start, pair.path_end, pair.face_width
-    tan_b, p_bt = math.tan(pair.base_helix_angle), pair.base_pitch
-    index = pair_indices(pair)
+    u_a, u_e = (pair.path_start, pair.path_end) if span is None else span
+    b, tan_b, p_bt = pair.face_width, math.tan(pair.base_helix_angle), pair.base_pitch
+    index = pair_indices(pair, span)
 
-    start = u_a + (tau[:, None] + index) * p_bt  # u at y = 0
+    start = pair.path_start + (tau[:, None] + index) * p_bt  # u at y = 0
     if tan_b > 0:
         low, high = np.clip((u_a - start) / tan_b, 0.0, b), np.clip((u_e - start) / tan_b, 0.0, b)
     else:
@@ -91,11 +122,17 @@ def contact_lines(pair: Pair, mesh_phase: ArrayLike, segments: int) -> ContactLi
     y = low[..., None] + width[..., None] * fraction
     u = start[..., None] + y * tan_b
     absent = width[..., None] == 0
+    u = np.where(absent, (u_a + u_e) / 2, np.clip(u, u_a, u_e))
+    touch = None
+    if separation is not None:
+        # without helix angle all segments of a line stand at the same u
+        touch = separation(u) if tan_b > 0 else separation(u[..., :1]).broadcast(segments)
     return ContactLines(
         pair=pair,
         mesh_phase=tau,
         index=index,
-        u=np.where(absent, (u_a + u_e) / 2, np.clip(u, u_a, u_e)),
+        u=u,
         y=np.where(absent, b / 2, y),
         length=width / segments / math.cos(pair.base_helix_angle),
+        touch=touch,
     )

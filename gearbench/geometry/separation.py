@@ -47,6 +47,14 @@ class Touch:
     radii: NDArray
     edge: NDArray
 
+    def broadcast(self, segments: int) -> Touch:
+        """The same for all ``segments`` of a line, from arrays with one value a line."""
+
+        def wide(x: NDArray) -> NDArray:
+            return np.broadcast_to(x, (*x.shape[:-1], segments))
+
+        return Touch(**{name: wide(value) for name, value in vars(self).items()})
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Separation:
