@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +42,10 @@ def scene_lines(scene: Scene, mesh_phase: NDArray) -> ContactLines:
     from gearbench.contact.reach import greatest_deflection
 
     # lines reach as far as flanks can touch at all; the bound is one of load and compliance
-    return contact_lines(scene.pair, mesh_phase, segments, flanks, flanks.reach(greatest_deflection(scene)))
+    lines = contact_lines(scene.pair, mesh_phase, segments, flanks, flanks.reach(greatest_deflection(scene)))
+    # half of what a line carries on the mean: pairs touch at their edges as they take or leave their load
+    mean = scene.normal_force * math.cos(scene.pair.base_helix_angle) / scene.pair.face_width
+    return replace(lines, typical_load=mean / (2 * max(scene.pair.transverse_contact_ratio, 1.0)))
 
 
 def flank_separation(scene: Scene) -> Separation | None:

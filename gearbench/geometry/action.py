@@ -35,6 +35,8 @@ class ContactLines:
         Length of each segment along the contact line, Δy / cos β_b [mm], shape (position, pair).
     touch
         Where flanks touch first, off the line of action too; absent where contact is taken to lie on it.
+    typical_load
+        Line load [N/mm] at which contact laws near an edge are made to agree in value and slope; needed with ``touch``.
     """
 
     pair: Pair
@@ -44,6 +46,7 @@ class ContactLines:
     y: NDArray
     length: NDArray
     touch: Touch | None = None
+    typical_load: float = 0.0
 
     @property
     def shape(self) -> tuple[int, int, int]:

@@ -37,6 +37,8 @@ class Touch:
         Lever arms of the common normal over the base radii, (2, …).
     radii
         Radii of curvature of the profiles, transverse [mm], (2, …).
+    tilt
+        Angle between the flank at the edge that touches and its mate's [rad]; zero where two smooth flanks touch.
     edge
         Gear whose corner touches, 0 or 1; −1 where two smooth flanks do.
     """
@@ -45,6 +47,7 @@ class Touch:
     rolls: NDArray
     levers: NDArray
     radii: NDArray
+    tilt: NDArray
     edge: NDArray
 
     def broadcast(self, segments: int) -> Touch:
@@ -160,7 +163,7 @@ class Separation:
 
     @cached_property
     def _table(self) -> NDArray:
-        """A row for each interval between nodes: u, width, four coefficients of the separation, six values, six steps.
+        """A row for each interval between nodes: u, width, four coefficients of the separation, seven values, seven steps.
 
         The intervals of each part end with its own ends.
         """
@@ -169,7 +172,7 @@ class Separation:
             u = np.array([start, *c.u[(c.u > start) & (c.u < end)], end])
             width = np.diff(u)
             gap, slope = hermite(c, u), hermite_slope(c, u)
-            values = np.stack([np.interp(u, c.u, row) for pair in (c.rolls, c.levers, c.radii) for row in pair])
+            values = np.stack([np.interp(u, c.u, row) for row in (*c.rolls, *c.levers, *c.radii, c.tilt)])
             cubic = _coefficients(width, gap[:-1], gap[1:], slope[:-1], slope[1:])
             rows.append(np.stack([u[:-1], width, *cubic, *values[:, :-1], *np.diff(values)], axis=-1))
             edges.append(np.full(len(width), c.edge))
@@ -185,11 +188,18 @@ class Separation:
         width = row[1]
         t = (u - row[0]) / np.where(width > 0, width, 1.0)
         gap = row[2] + t * (row[3] + t * (row[4] + t * row[5]))
-        values = row[6:12] + t * row[12:18]
+        values = row[6:13] + t * row[13:20]
         # holes: where no point of one flank reaches the other
         room = 1e-9 * self.step
         gap = np.where((t >= -room) & (u <= row[0] + width + room), gap, np.inf)
-        return Touch(gap=gap, rolls=values[:2], levers=values[2:4], radii=values[4:], edge=row[18].astype(int))
+        return Touch(
+            gap=gap,
+            rolls=values[:2],
+            levers=values[2:4],
+            radii=values[4:6],
+            tilt=values[6],
+            edge=row[20].astype(int),
+        )
 
     def reach(self, gap: float) -> tuple[float, float]:
         """u before and after which flanks stay farther apart than ``gap`` [mm]."""

@@ -38,6 +38,8 @@ class Curve:
         Lever arms of the common normal about pinion and wheel over their base radii, (2, node).
     radii
         Radii of curvature of both profiles there [mm], (2, node).
+    tilt
+        Angle between the normal of the common tangent and that of the flank at its corner [rad], (node,).
     edge
         0 or 1 where a corner of the pinion's or the wheel's profile touches, −1 where two smooth flanks do.
     """
@@ -48,6 +50,7 @@ class Curve:
     rolls: NDArray
     levers: NDArray
     radii: NDArray
+    tilt: NDArray
     edge: int
 
 
@@ -98,7 +101,8 @@ class Plane:
         lever = own_y * np.cos(theta) - own_x * np.sin(theta)
         levers = np.stack([lever / r_b, d_mate / r_m])
         radii = np.stack([own.curvature_radius(at), mate.curvature_radius(other)])
-        return self._curve(k, np.stack([v, v_mate]), np.stack([at, other]), levers, radii, keep, edge=k)
+        tilt = np.abs(theta - phi - own.normal(at)[0])
+        return self._curve(k, np.stack([v, v_mate]), np.stack([at, other]), levers, radii, keep, tilt=tilt, edge=k)
 
     def meeting(self, k: int, roll: float, own: Piece, other: float, mate: Piece) -> list[float]:
         """Rotations v of gear k at which its point of the roll length ``roll`` meets the mate's of ``other``."""
@@ -153,7 +157,7 @@ class Plane:
             room = 1e-12 * T
             keep = (T - roll >= second.low - room) & (T - roll <= second.high + room)
             both = np.stack([roll, T - roll])
-            return self._curve(-1, both, both, np.ones_like(both), both, keep, edge=-1)
+            return self._curve(-1, both, both, np.ones_like(both), both, keep)
         x, y = self._wheel_centre
         eps1, _, c1, d1, _, _ = first.normal(roll)
         other = self._partner(first, second, roll)
@@ -166,10 +170,19 @@ class Plane:
         v = np.stack([roll - first.base_radius * (theta - eps1), other - second.base_radius * (theta - eps2)])
         levers = np.stack([d1 / first.base_radius, d2 / second.base_radius])
         radii = np.stack([first.curvature_radius(roll), second.curvature_radius(other)])
-        return self._curve(-1, v, np.stack([roll, other]), levers, radii, keep, edge=-1)
+        return self._curve(-1, v, np.stack([roll, other]), levers, radii, keep)
 
     def _curve(
-        self, k: int, v: NDArray, rolls: NDArray, levers: NDArray, radii: NDArray, keep: NDArray, *, edge: int
+        self,
+        k: int,
+        v: NDArray,
+        rolls: NDArray,
+        levers: NDArray,
+        radii: NDArray,
+        keep: NDArray,
+        *,
+        tilt: NDArray | None = None,
+        edge: int = -1,
     ) -> Curve | None:
         """Curve from own and mate's values, those of the wheel first where k is 1; only its longest rising part."""
         if k == 1:
@@ -177,9 +190,10 @@ class Plane:
         u = (v[0] + self.tangent_length - v[1]) / 2
         gap = v[0] + v[1] - self.tangent_length
         slope = 2 * (levers[1] - levers[0]) / (levers[0] + levers[1])
+        tilt = np.zeros_like(u) if tilt is None else tilt
         if k == 1:  # its own rotation counts against u
-            u, gap, slope, rolls, levers, radii, keep = (
-                x[..., ::-1] for x in (u, gap, slope, rolls, levers, radii, keep)
+            u, gap, slope, rolls, levers, radii, tilt, keep = (
+                x[..., ::-1] for x in (u, gap, slope, rolls, levers, radii, tilt, keep)
             )
         # where u runs back, the point touched is one of greatest separation, not of least
         good = keep & np.isfinite(gap) & (np.diff(u, append=np.inf) > -1e-12 * self.tangent_length)
@@ -195,5 +209,6 @@ class Plane:
             rolls=rolls[:, rising],
             levers=levers[:, rising],
             radii=radii[:, rising],
+            tilt=tilt[rising],
             edge=edge,
         )
