@@ -14,6 +14,7 @@ from gearbench.geometry.pair import Pair
 from gearbench.geometry.profile import Modification
 
 _POINTS = 600
+_PRECISE = {"xatol": 1e-13}
 
 
 @dataclass(frozen=True)
@@ -97,6 +98,8 @@ def first_touch(pair: Pair, modifications: tuple[Modification, ...], v: float) -
         if values[i + 1] > best + 1e-3:
             continue
         for a, b in ((grid[i], grid[i + 1]), (grid[i + 1], grid[i + 2]), (grid[i], grid[i + 2])):
-            found = minimize_scalar(lambda x: float(separation(np.array(x))), bounds=(a, b), method="bounded", options={"xatol": 1e-13})
+            found = minimize_scalar(
+                lambda x: min(float(separation(np.array(x))), 1e3), bounds=(a, b), method="bounded", options=_PRECISE
+            )
             best = min(best, float(found.fun))
     return v - best / 2, best

@@ -25,10 +25,11 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
         raise InputError("resolution.accuracy", resolution.accuracy, "is for simulate and robust; here give segments")
     if resolution.positions is not None:
         return uniform_phases(resolution.positions)
-    kinks = [u for effect in scene.effects if isinstance(effect, GapEffect) for u in effect.kinks(scene.pair)]
     if (flanks := flank_separation(scene)) is not None:
-        kinks += flanks.kinks
-    transitions = (*scene.pair.transition_phases, *scene.pair.phases_at(kinks))
+        transitions = scene.pair.phases_at(flanks.kinks)
+    else:
+        kinks = [u for effect in scene.effects if isinstance(effect, GapEffect) for u in effect.kinks(scene.pair)]
+        transitions = (*scene.pair.transition_phases, *scene.pair.phases_at(kinks))
     size = resolution.panel_size
     assert size is not None
     return gauss_phases(transitions, size)
@@ -41,11 +42,11 @@ def scene_lines(scene: Scene, mesh_phase: NDArray) -> ContactLines:
         return contact_lines(scene.pair, mesh_phase, segments)
     from gearbench.contact.reach import greatest_deflection
 
-    # lines reach as far as flanks can touch at all; the bound is one of load and compliance
-    lines = contact_lines(scene.pair, mesh_phase, segments, flanks, flanks.reach(greatest_deflection(scene)))
     # half of what a line carries on the mean: pairs touch at their edges as they take or leave their load
     mean = scene.normal_force * math.cos(scene.pair.base_helix_angle) / scene.pair.face_width
-    return replace(lines, typical_load=mean / (2 * max(scene.pair.transverse_contact_ratio, 1.0)))
+    load = mean / (2 * max(scene.pair.transverse_contact_ratio, 1.0))
+    span = flanks.reach(greatest_deflection(scene, flanks, load))
+    return replace(contact_lines(scene.pair, mesh_phase, segments, flanks, span), typical_load=load)
 
 
 def flank_separation(scene: Scene) -> Separation | None:

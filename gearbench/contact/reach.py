@@ -1,32 +1,36 @@
-"""How far a pair deflects at most: flanks farther apart than that stay apart."""
+"""How far a pair deflects: flanks farther apart than that stay apart."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
 from gearbench.effects.base import GapEffect
+from gearbench.geometry.action import contact_lines
+from gearbench.geometry.separation import Separation
 from gearbench.scene import Scene
 
-#: Phases and segments of the estimate, and what is added for what they miss.
-_PHASES, _SEGMENTS, _MARGIN = 6, 5, 1.3
+#: Phases and segments of the estimate, what is added for what they miss, and how far its lines reach [base pitches].
+_PHASES, _SEGMENTS, _MARGIN, _REACH = 4, 5, 1.3, 0.3
 
 
-def greatest_deflection(scene: Scene) -> float:
-    """Bound on the approach of the gears along the line of action over a mesh cycle [mm].
+def greatest_deflection(scene: Scene, flanks: Separation, typical_load: float) -> float:
+    """Greatest approach of the gears along the line of action over a mesh cycle, with a margin [mm].
 
-    Contact kept on the line of action deflects more: every further point that may touch can only stiffen the pair.
-    Gaps of errors count with their range, so that a sample of them stays within the bound.
+    Solved at a few phases. Gaps other than the separation count with their range, so that samples of random errors
+    stay within it.
     """
     from gearbench.contact.assemble import assemble, total_gap
     from gearbench.contact.solver import solve
-    from gearbench.geometry.action import contact_lines
 
-    effects = tuple(effect for effect in scene.effects if effect.name != "off_line_contact")
-    plain = replace(scene, effects=effects)
-    lines = contact_lines(scene.pair, (np.arange(_PHASES) + 0.5) / _PHASES, _SEGMENTS)
-    deflection = float(solve(assemble(plain, lines)).approach.max())
-    if any(isinstance(effect, GapEffect) for effect in effects):
-        deflection += float(np.ptp(total_gap(plain, lines)[lines.active]))
-    return _MARGIN * deflection / np.cos(scene.pair.base_helix_angle)
+    room = _REACH * scene.pair.base_pitch
+    span = (scene.pair.path_start - room, scene.pair.path_end + room)
+    phase = (np.arange(_PHASES) + 0.5) / _PHASES
+    lines = replace(contact_lines(scene.pair, phase, _SEGMENTS, flanks, span), typical_load=typical_load)
+    deflection = float(solve(assemble(scene, lines)).approach.max())
+    if any(isinstance(effect, GapEffect) and not effect.modifications(scene.pair) for effect in scene.effects):
+        other = replace(scene, effects=tuple(e for e in scene.effects if e.name != "off_line_contact"))
+        deflection += float(np.ptp(total_gap(other, lines)[lines.active]))
+    return _MARGIN * deflection / math.cos(scene.pair.base_helix_angle)

@@ -67,6 +67,8 @@ class Separation:
     ----------
     plane
         Both profiles.
+    path
+        u at which the path of contact begins and ends [mm].
     low, high
         Range of u [mm].
     step
@@ -74,6 +76,7 @@ class Separation:
     """
 
     plane: Plane
+    path: tuple[float, float]
     low: float
     high: float
     step: float
@@ -158,8 +161,21 @@ class Separation:
 
     @cached_property
     def kinks(self) -> tuple[float, ...]:
-        """u where the touching point changes from one part of a flank to another."""
-        return tuple(start for start, _, _ in self._pieces[1:])
+        """u [mm] where the touching point changes from one part of a flank to another, no farther than load reaches.
+
+        The gap has no kink there, its curvature jumps. Neighbours that enclose the short contact of a corner are one.
+        """
+        base_pitch = self.step * NODES
+        room = 0.25 / REACH * (self.path[0] - self.low)
+        found: list[list[float]] = []
+        for start, _, _ in self._pieces[1:]:
+            if not self.path[0] - room < start < self.path[1] + room:
+                continue
+            if found and start - found[-1][-1] < 0.05 * base_pitch:
+                found[-1].append(start)
+            else:
+                found.append([start])
+        return tuple(sum(group) / len(group) for group in found)
 
     @cached_property
     def _table(self) -> NDArray:
@@ -245,6 +261,7 @@ def separation(pair: Pair, modifications: tuple[Modification, ...] = ()) -> Sepa
     reach = REACH * pair.base_pitch
     return Separation(
         plane=Plane(profiles=(first, second), tangent_length=pair.tangent_length),
+        path=(pair.path_start, pair.path_end),
         low=pair.path_start - reach,
         high=pair.path_end + reach,
         step=pair.base_pitch / NODES,

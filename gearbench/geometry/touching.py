@@ -22,6 +22,8 @@ from gearbench.geometry.profile import Piece, Profile
 
 #: Steps of Newton's method, each of them safe: the unknown point moves less than the other flank is curved.
 _STEPS = 40
+#: Part of a rounding that flanks touch before they are far apart, and nodes on it.
+_USED, _ARC_NODES = 0.3, 400
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -118,6 +120,8 @@ class Plane:
     def common_nodes(self, first: Piece, second: Piece, step: float) -> NDArray:
         """Roll lengths of the pinion at which two smooth pieces may touch, ends included, no farther than ``step``."""
         roll = np.linspace(first.low, first.high, max(5, math.ceil((first.high - first.low) / step) + 1))
+        if first.is_rounding or second.is_rounding:
+            roll = self._rounding_nodes(first, second)
         found = [roll]
         for end in (second.low, second.high):
             excess = self._partner(first, second, roll) - end
@@ -130,6 +134,12 @@ class Plane:
                     fb = float(self._partner(first, second, np.array([b]))[0]) - end
                 found.append(np.array([b]))
         return np.unique(np.concatenate(found))
+
+    def _rounding_nodes(self, first: Piece, second: Piece) -> NDArray:
+        """Roll lengths of the pinion where one of two pieces is a rounding: its normal turns fast, flanks tilt little."""
+        arc = first if first.is_rounding else second
+        roll = np.linspace(arc.low, arc.low + _USED * (arc.high - arc.low), _ARC_NODES)
+        return roll if arc is first else np.sort(self._partner(second, first, roll))
 
     def _partner(self, own: Piece, mate: Piece, roll: NDArray) -> NDArray:
         """Roll length at which a piece ``mate`` has a common normal with ``own`` at ``roll``, where both just touch."""
