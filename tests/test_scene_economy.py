@@ -47,6 +47,7 @@ TABLES: dict[str, dict[str, Any]] = {
     "fe_compliance": {"accuracy": 0.1},
     "tooth_foundation": {"order": [3, 3, 2]},
     "neighbour_teeth": {"order": [3, 3, 2]},
+    "off_line_contact": {},
     "hertz": {},
     "crowning": {"amount": 4.0},
     "tip_relief": {"amount": 6.0, "length": 0.9},

@@ -26,7 +26,10 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
     if resolution.positions is not None:
         return uniform_phases(resolution.positions)
     if (flanks := flank_separation(scene)) is not None:
-        transitions = scene.pair.phases_at(flanks.kinks)
+        from gearbench.contact.reach import greatest_deflection
+
+        # pairs take and leave their load, with a kink, where they are as far apart as the others are deflected
+        transitions = scene.pair.phases_at((*flanks.kinks, *flanks.reach(greatest_deflection(scene, flanks))))
     else:
         kinks = [u for effect in scene.effects if isinstance(effect, GapEffect) for u in effect.kinks(scene.pair)]
         transitions = (*scene.pair.transition_phases, *scene.pair.phases_at(kinks))
@@ -40,19 +43,19 @@ def scene_lines(scene: Scene, mesh_phase: NDArray) -> ContactLines:
     segments, flanks = scene.resolution.segments, flank_separation(scene)
     if flanks is None:
         return contact_lines(scene.pair, mesh_phase, segments)
-    from gearbench.contact.reach import greatest_deflection
+    from gearbench.contact.reach import MARGIN, greatest_deflection, typical_load
 
-    # half of what a line carries on the mean: pairs touch at their edges as they take or leave their load
-    mean = scene.normal_force * math.cos(scene.pair.base_helix_angle) / scene.pair.face_width
-    load = mean / (2 * max(scene.pair.transverse_contact_ratio, 1.0))
-    span = flanks.reach(greatest_deflection(scene, flanks, load))
-    return replace(contact_lines(scene.pair, mesh_phase, segments, flanks, span), typical_load=load)
+    span = flanks.reach(MARGIN * greatest_deflection(scene, flanks))
+    return replace(contact_lines(scene.pair, mesh_phase, segments, flanks, span), typical_load=typical_load(scene))
 
 
 def flank_separation(scene: Scene) -> Separation | None:
     """Separation of the modified profiles, where the scene asks for contact off the line of action."""
-    if scene.effect("off_line_contact") is None:
-        return None
+    return None if scene.effect("off_line_contact") is None else profile_separation(scene)
+
+
+def profile_separation(scene: Scene) -> Separation:
+    """Separation of the profiles with the scene's modifications of them."""
     gaps = [effect for effect in scene.effects if isinstance(effect, GapEffect)]
     return separation(scene.pair, tuple(m for effect in gaps for m in effect.modifications(scene.pair)))
 

@@ -12,14 +12,15 @@ from gearbench.geometry.action import contact_lines
 from gearbench.geometry.separation import Separation
 from gearbench.scene import Scene
 
-#: Phases and segments of the estimate, what is added for what they miss, and how far its lines reach [base pitches].
-_PHASES, _SEGMENTS, _MARGIN, _REACH = 4, 5, 1.3, 0.3
+#: Phases of the estimate and how far its lines reach [base pitches]; what is added for what they miss.
+_PHASES, _REACH = 4, 0.3
+MARGIN = 1.3
 
 
-def greatest_deflection(scene: Scene, flanks: Separation, typical_load: float) -> float:
-    """Greatest approach of the gears along the line of action over a mesh cycle, with a margin [mm].
+def greatest_deflection(scene: Scene, flanks: Separation) -> float:
+    """Greatest approach of the gears along the line of action over a mesh cycle [mm].
 
-    Solved at a few phases. Gaps other than the separation count with their range, so that samples of random errors
+    Solved at a few phases; lines that reach ``MARGIN`` times as far miss nothing. Gaps other than the separation count with their range, so that samples of random errors
     stay within it.
     """
     from gearbench.contact.assemble import assemble, total_gap
@@ -28,9 +29,15 @@ def greatest_deflection(scene: Scene, flanks: Separation, typical_load: float) -
     room = _REACH * scene.pair.base_pitch
     span = (scene.pair.path_start - room, scene.pair.path_end + room)
     phase = (np.arange(_PHASES) + 0.5) / _PHASES
-    lines = replace(contact_lines(scene.pair, phase, _SEGMENTS, flanks, span), typical_load=typical_load)
+    lines = replace(contact_lines(scene.pair, phase, scene.resolution.segments, flanks, span), typical_load=typical_load(scene))
     deflection = float(solve(assemble(scene, lines)).approach.max())
     if any(isinstance(effect, GapEffect) and not effect.modifications(scene.pair) for effect in scene.effects):
         other = replace(scene, effects=tuple(e for e in scene.effects if e.name != "off_line_contact"))
         deflection += float(np.ptp(total_gap(other, lines)[lines.active]))
-    return _MARGIN * deflection / math.cos(scene.pair.base_helix_angle)
+    return deflection / math.cos(scene.pair.base_helix_angle)
+
+
+def typical_load(scene: Scene) -> float:
+    """Half of what a line carries on the mean [N/mm]: pairs touch at their edges as they take or leave their load."""
+    mean = scene.normal_force * math.cos(scene.pair.base_helix_angle) / scene.pair.face_width
+    return mean / (2 * max(scene.pair.transverse_contact_ratio, 1.0))

@@ -12,6 +12,7 @@ from pydantic.dataclasses import dataclass
 from gearbench.effects.base import GapEffect
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.material import STRICT
+from gearbench.geometry.separation import separation
 
 #: Gap [base radii] of flanks of which no point reaches the other.
 _APART = 0.1
@@ -34,7 +35,7 @@ class OffLineContact(GapEffect):
     requires: ClassVar[dict[str, str]] = {"hertz": "pairs that begin to touch need a contact law"}
 
     def gap(self, lines: ContactLines) -> NDArray:
-        """Separation normal to the flank, (position, pair, segment) [mm]."""
-        assert lines.touch is not None, "lines of a scene with this effect know where flanks touch"
+        """Separation normal to the flank, (position, pair, segment) [mm]; of unmodified profiles on other lines."""
+        touch = lines.touch or separation(lines.pair)(lines.u)
         far = _APART * min(gear.base_radius for gear in lines.pair.gears)
-        return np.minimum(lines.touch.gap, far) * math.cos(lines.pair.base_helix_angle)
+        return np.minimum(touch.gap, far) * math.cos(lines.pair.base_helix_angle)
