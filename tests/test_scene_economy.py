@@ -75,6 +75,8 @@ def full_with(name: str) -> list[str]:
     """Every effect that can stand beside ``name`` and beside those taken before it, in the order of the registry."""
     taken = [name]
     for other in EFFECTS:
+        if other == "off_line_contact":  # its lines reach as far as all the others together deflect
+            continue
         if other not in taken and other not in HEAVY and compatible(other, taken):
             taken.append(other)
     return [n for n in EFFECTS if n in taken]

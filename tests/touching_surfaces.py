@@ -75,7 +75,7 @@ def first_touch(pair: Pair, modifications: tuple[Modification, ...], v: float) -
             other = new
             if done:
                 break
-        outside = (other < least - 1e-9) | (other > most + 1e-9) | (R < r_2)
+        outside = (other < least - 1e-9) | (other > most + 1e-9) | (r_2 > R)
         found = v + r_2 * (math.pi / 2 + mate.polar(other)[1] - angle) - T
         return np.where(outside, np.inf, found)
 

@@ -1,9 +1,10 @@
 """Free edge of a tooth's tip in the contact law: softer than a half-space, counted once.
 
 A contact law stands for the compression of a half-space, the tooth's own compliance for the rest, projected onto a few
-polynomials of R along the flank. Near the edge of the tip the flank is that of a wedge. What it is softer than a
-half-space, W(r, r₀), has a logarithm at the edge that these polynomials cannot follow: they hold Π W Π, and the law must
-add W − Π W Π (E4 of docs/theory.md). Whatever is smooth, such as how a wedge is held far away, drops out of it.
+polynomials of R along the flank. Near the edge of the tip the flank is that of a wedge. By how much it is softer than
+a half-space, W(r, r₀), has a logarithm at the edge that these polynomials cannot follow: they hold Π W Π, and the law
+must add W − Π W Π (E4 of docs/theory.md). Whatever is smooth, such as how a wedge is held far away, drops out of
+it.
 """
 
 from __future__ import annotations

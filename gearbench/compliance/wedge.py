@@ -102,13 +102,11 @@ def spread_table(angle: float, x: NDArray) -> NDArray:
 def _strips() -> NDArray:
     """Λ(σ): approaches less Hertz's own and less the separation at the edge, (angle, offset)."""
     hertz = 4 * (math.log(2) + 0.5)
-    return np.array(
-        [[strip_at_edge(a, s) - hertz - 4 * max(s, 0.0) ** 2 for s in _OFFSETS] for a in _ANGLES]
-    )
+    return np.array([[strip_at_edge(a, s) - hertz - 4 * max(s, 0.0) ** 2 for s in _OFFSETS] for a in _ANGLES])
 
 
 @lru_cache(maxsize=64)
-def _strip_table(angle: float):  # noqa: ANN202
+def _strip_table(angle: float):
     from scipy.interpolate import CubicSpline, PchipInterpolator
 
     angle = min(max(angle, _ANGLES[0]), _ANGLES[-1])

@@ -61,12 +61,11 @@ def profile_separation(scene: Scene) -> Separation:
 
 
 def total_gap(scene: Scene, lines: ContactLines) -> NDArray:
-    """Sum of the gaps of all effects, (position, pair, segment) [mm], along the line of action times cos β_b."""
+    """Sum of the gaps of all effects, (position, pair, segment) [mm], over the lever arms of the segments."""
     total = np.zeros(lines.shape)
     for effect in scene.effects:
-        if effect.name == "off_line_contact":
-            total += effect.gap(lines)
-        elif isinstance(effect, GapEffect) and not (lines.touch and effect.modifications(scene.pair)):
+        # modifications of the profiles alone are part of a separation
+        if isinstance(effect, GapEffect) and not (lines.touch and effect.modifications(scene.pair)):
             total += effect.gap(lines) / lines.lever
     return total
 

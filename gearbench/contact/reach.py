@@ -12,16 +12,17 @@ from gearbench.geometry.action import contact_lines
 from gearbench.geometry.separation import Separation
 from gearbench.scene import Scene
 
-#: Phases of the estimate and how far its lines reach [base pitches]; what is added for what they miss.
+#: Phases of the estimate and how far its lines reach [base pitches].
 _PHASES, _REACH = 4, 0.3
+#: How much farther the lines of a solution reach than this deflection.
 MARGIN = 1.3
 
 
 def greatest_deflection(scene: Scene, flanks: Separation) -> float:
     """Greatest approach of the gears along the line of action over a mesh cycle [mm].
 
-    Solved at a few phases; lines that reach ``MARGIN`` times as far miss nothing. Gaps other than the separation count with their range, so that samples of random errors
-    stay within it.
+    Solved at a few phases; lines that reach ``MARGIN`` times as far miss nothing. Gaps other than the separation count
+    with their range, so that samples of random errors stay within it.
     """
     from gearbench.contact.assemble import assemble, total_gap
     from gearbench.contact.solver import solve
@@ -29,7 +30,9 @@ def greatest_deflection(scene: Scene, flanks: Separation) -> float:
     room = _REACH * scene.pair.base_pitch
     span = (scene.pair.path_start - room, scene.pair.path_end + room)
     phase = (np.arange(_PHASES) + 0.5) / _PHASES
-    lines = replace(contact_lines(scene.pair, phase, scene.resolution.segments, flanks, span), typical_load=typical_load(scene))
+    lines = replace(
+        contact_lines(scene.pair, phase, scene.resolution.segments, flanks, span), typical_load=typical_load(scene)
+    )
     deflection = float(solve(assemble(scene, lines)).approach.max())
     if any(isinstance(effect, GapEffect) and not effect.modifications(scene.pair) for effect in scene.effects):
         other = replace(scene, effects=tuple(e for e in scene.effects if e.name != "off_line_contact"))

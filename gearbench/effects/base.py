@@ -125,7 +125,7 @@ class GapEffect(Effect):
     def gap(self, lines: ContactLines) -> NDArray:
         """Initial gap e normal to the flank, (position, pair, segment) [mm]."""
 
-    def modifications(self, pair: Pair) -> tuple[Modification, ...]:  # noqa: ARG002
+    def modifications(self, pair: Pair) -> tuple[Modification, ...]:
         """The gap as modifications of the profiles alone, where it is the same all over the face; none by default."""
         return ()
 

@@ -38,4 +38,5 @@ class OffLineContact(GapEffect):
         """Separation normal to the flank, (position, pair, segment) [mm]; of unmodified profiles on other lines."""
         touch = lines.touch or separation(lines.pair)(lines.u)
         far = _APART * min(gear.base_radius for gear in lines.pair.gears)
-        return np.minimum(touch.gap, far) * math.cos(lines.pair.base_helix_angle)
+        # turned by dv a gear moves along the common normal by its lever arm times dv
+        return np.minimum(touch.gap, far) * math.cos(lines.pair.base_helix_angle) * touch.levers[0]

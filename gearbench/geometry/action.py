@@ -89,8 +89,10 @@ def pair_indices(pair: Pair, span: tuple[float, float] | None = None) -> NDArray
 
     ``span`` is the range of u [mm] within which they can, by default the path of contact.
     """
-    before, after = (0.0, pair.transverse_contact_ratio) if span is None else (
-        (u - pair.path_start) / pair.base_pitch for u in span
+    before, after = (
+        (0.0, pair.transverse_contact_ratio)
+        if span is None
+        else ((u - pair.path_start) / pair.base_pitch for u in span)
     )
     return np.arange(math.floor(before) - math.ceil(pair.overlap_ratio), math.floor(after) + 1)
 

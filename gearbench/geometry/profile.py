@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -176,7 +177,7 @@ def profile(gear: Gear, modifications: tuple[Modification, ...] = ()) -> Profile
     kinks = sorted({k for m in modifications if (k := m.kink(r_b)) is not None and low < k < tip})
     edges = [low, *kinks, tip]
     pieces = []
-    for start, end in zip(edges[:-1], edges[1:], strict=True):
+    for start, end in pairwise(edges):
         middle = (start + end) / 2
         parts = tuple(m.deviation for m in modifications if m.amount != 0 and m.is_on(middle, r_b))
         pieces.append(Piece(low=start, high=end, base_radius=r_b, parts=parts))

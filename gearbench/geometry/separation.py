@@ -146,7 +146,7 @@ class Separation:
         if end[0] < high and hermite(first, end)[0] <= hermite(second, end)[0] + room:
             return float(end[0])
         low, high = max(low, begin[0]), min(high, end[0])
-        from scipy.optimize import brentq
+        from scipy.optimize import root_scalar
 
         if low >= high:
             return low
@@ -157,7 +157,7 @@ class Separation:
 
         if difference(low) * difference(high) >= 0:
             return low if abs(difference(low)) < abs(difference(high)) else high
-        return float(brentq(difference, low, high, xtol=1e-13))
+        return root_scalar(difference, bracket=(low, high), method="brentq", xtol=1e-13).root
 
     @cached_property
     def kinks(self) -> tuple[float, ...]:
@@ -179,7 +179,7 @@ class Separation:
 
     @cached_property
     def _table(self) -> NDArray:
-        """A row for each interval between nodes: u, width, four coefficients of the separation, seven values, seven steps.
+        """A row for each interval: u, width, four coefficients of the separation, seven values, seven steps.
 
         The intervals of each part end with its own ends.
         """
@@ -255,9 +255,7 @@ def hermite_slope(c: Curve, u: NDArray) -> NDArray:
 @lru_cache(maxsize=128)
 def separation(pair: Pair, modifications: tuple[Modification, ...] = ()) -> Separation:
     """Separation of the flanks of ``pair`` with the ``modifications`` of their profiles."""
-    first, second = (
-        profile(gear, tuple(m for m in modifications if m.gear == k)) for k, gear in enumerate(pair.gears)
-    )
+    first, second = (profile(gear, tuple(m for m in modifications if m.gear == k)) for k, gear in enumerate(pair.gears))
     reach = REACH * pair.base_pitch
     return Separation(
         plane=Plane(profiles=(first, second), tangent_length=pair.tangent_length),

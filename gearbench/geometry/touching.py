@@ -1,8 +1,8 @@
 """Curves of first touch of two flanks in the transverse plane: every way in which they can just touch.
 
-Each gear counts its rotation as a length v along the line of action: v_1 = u_1 from T1, v_2 = T1T2 − u_2 from T2, so that
-its point of roll length ℓ lies on the line of action at v = ℓ. Seen from itself each gear has its mate on the right,
-and both are treated alike. Where the flanks just touch (T3 of docs/theory.md),
+Each gear counts its rotation as a length v along the line of action: v_1 = u_1 from T1, v_2 = T1T2 − u_2 from T2, so
+that its point of roll length ℓ lies on the line of action at v = ℓ. Seen from itself each gear has its mate on the
+right, and both are treated alike. Where the flanks just touch (T3 of docs/theory.md),
 
     separation g = v_1 + v_2 − T1T2,      nominal coordinate u = (v_1 + T1T2 − v_2)/2,
 
@@ -136,7 +136,7 @@ class Plane:
         return np.unique(np.concatenate(found))
 
     def _rounding_nodes(self, first: Piece, second: Piece) -> NDArray:
-        """Roll lengths of the pinion where one of two pieces is a rounding: its normal turns fast, flanks tilt little."""
+        """Roll lengths of the pinion where one of two pieces is a rounding: its normal turns fast."""
         arc = first if first.is_rounding else second
         roll = np.linspace(arc.low, arc.low + _USED * (arc.high - arc.low), _ARC_NODES)
         return roll if arc is first else np.sort(self._partner(second, first, roll))
@@ -200,11 +200,11 @@ class Plane:
         u = (v[0] + self.tangent_length - v[1]) / 2
         gap = v[0] + v[1] - self.tangent_length
         slope = 2 * (levers[1] - levers[0]) / (levers[0] + levers[1])
-        tilt = np.zeros_like(u) if tilt is None else tilt
+        if tilt is None:
+            tilt = np.zeros_like(u)
         if k == 1:  # its own rotation counts against u
-            u, gap, slope, rolls, levers, radii, tilt, keep = (
-                x[..., ::-1] for x in (u, gap, slope, rolls, levers, radii, tilt, keep)
-            )
+            u, gap, slope, tilt, keep = u[::-1], gap[::-1], slope[::-1], tilt[::-1], keep[::-1]
+            rolls, levers, radii = rolls[:, ::-1], levers[:, ::-1], radii[:, ::-1]
         # where u runs back, the point touched is one of greatest separation, not of least
         good = keep & np.isfinite(gap) & (np.diff(u, append=np.inf) > -1e-12 * self.tangent_length)
         runs = np.split(np.arange(len(u)), np.flatnonzero(np.diff(good)) + 1)
