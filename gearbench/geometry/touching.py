@@ -200,10 +200,9 @@ class Plane:
         u = (v[0] + self.tangent_length - v[1]) / 2
         gap = v[0] + v[1] - self.tangent_length
         slope = 2 * (levers[1] - levers[0]) / (levers[0] + levers[1])
-        if tilt is None:
-            tilt = np.zeros_like(u)
+        angle = np.zeros_like(u) if tilt is None else tilt
         if k == 1:  # its own rotation counts against u
-            u, gap, slope, tilt, keep = u[::-1], gap[::-1], slope[::-1], tilt[::-1], keep[::-1]
+            u, gap, slope, angle, keep = u[::-1], gap[::-1], slope[::-1], angle[::-1], keep[::-1]
             rolls, levers, radii = rolls[:, ::-1], levers[:, ::-1], radii[:, ::-1]
         # where u runs back, the point touched is one of greatest separation, not of least
         good = keep & np.isfinite(gap) & (np.diff(u, append=np.inf) > -1e-12 * self.tangent_length)
@@ -219,6 +218,6 @@ class Plane:
             rolls=rolls[:, rising],
             levers=levers[:, rising],
             radii=radii[:, rising],
-            tilt=tilt[rising],
+            tilt=angle[rising],
             edge=edge,
         )
