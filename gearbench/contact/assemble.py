@@ -26,10 +26,13 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
     if resolution.positions is not None:
         return uniform_phases(resolution.positions)
     if (flanks := flank_separation(scene)) is not None:
-        from gearbench.contact.reach import greatest_deflection
+        changes = flanks.kinks
+        if not scene.pair.overlap_ratio:
+            from gearbench.contact.reach import greatest_deflection
 
-        # pairs take and leave their load, with a kink, where they are as far apart as the others are deflected
-        transitions = scene.pair.phases_at((*flanks.kinks, *flanks.reach(greatest_deflection(scene, flanks))))
+            # spur pairs take and leave their load, with a kink, where they are as far apart as the others are deflected
+            changes += flanks.reach(greatest_deflection(scene, flanks))
+        transitions = scene.pair.phases_at(changes)
     else:
         kinks = [u for effect in scene.effects if isinstance(effect, GapEffect) for u in effect.kinks(scene.pair)]
         transitions = (*scene.pair.transition_phases, *scene.pair.phases_at(kinks))

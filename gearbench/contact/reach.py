@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -12,24 +13,26 @@ from gearbench.geometry.action import contact_lines
 from gearbench.geometry.separation import Separation
 from gearbench.scene import Scene
 
-#: Phases of the estimate and how far its lines reach [base pitches].
-_PHASES, _REACH = 4, 0.3
+#: How far the lines of the estimate reach [base pitches].
+_REACH = 0.3
 #: How much farther the lines of a solution reach than this deflection.
 MARGIN = 1.3
 
 
+@lru_cache(maxsize=16)
 def greatest_deflection(scene: Scene, flanks: Separation) -> float:
     """Greatest approach of the gears along the line of action over a mesh cycle [mm].
 
-    Solved at a few phases; lines that reach ``MARGIN`` times as far miss nothing. Gaps other than the separation count
-    with their range, so that samples of random errors stay within it.
+    Solved amid the phases with fewest and with most pairs on the path; lines that reach ``MARGIN`` times as far miss
+    nothing. Gaps other than the separation count with their range, so that samples of random errors stay within it.
     """
     from gearbench.contact.assemble import assemble, total_gap
     from gearbench.contact.solver import solve
 
     room = _REACH * scene.pair.base_pitch
     span = (scene.pair.path_start - room, scene.pair.path_end + room)
-    phase = (np.arange(_PHASES) + 0.5) / _PHASES
+    most = scene.pair.transverse_contact_ratio % 1.0
+    phase = np.array([(1 + most) / 2, most / 2])
     lines = replace(
         contact_lines(scene.pair, phase, scene.resolution.segments, flanks, span), typical_load=typical_load(scene)
     )
