@@ -94,10 +94,12 @@ def first_touch(pair: Pair, modifications: tuple[Modification, ...], v: float) -
     if not np.isfinite(values).any():
         return v, math.inf
     best = float(values.min())
-    for i in np.flatnonzero((values[1:-1] <= values[:-2]) & (values[1:-1] <= values[2:]) & np.isfinite(values[1:-1])):
-        if values[i + 1] > best + 1e-3:
-            continue
-        for a, b in ((grid[i], grid[i + 1]), (grid[i + 1], grid[i + 2]), (grid[i], grid[i + 2])):
+    padded = np.concatenate([[np.inf], values, [np.inf]])
+    for i in np.flatnonzero((values <= padded[:-2]) & (values <= padded[2:]) & (values < best + 1e-3)):
+        left, right = grid[max(i - 1, 0)], grid[min(i + 1, len(grid) - 1)]
+        for a, b in ((left, grid[i]), (grid[i], right), (left, right)):
+            if a == b:
+                continue
             found = minimize_scalar(
                 lambda x: min(float(separation(np.array(x))), 1e3), bounds=(a, b), method="bounded", options=_PRECISE
             )
