@@ -48,7 +48,7 @@ def spread(angle: float, x: NDArray) -> NDArray:
 
 
 def strip_at_edge(angle: float, offset: float) -> float:
-    """Approach of a parabola pressed with unit load on a wedge near its edge, in units of c₁ q and half-widths a_H (E3).
+    """Approach of a parabola pressed on a wedge near its edge, in units of c₁ q and half-widths a_H (E3).
 
     The parabola (ξ + σ)²/(2ρ) has its vertex at the ``offset`` σ beyond the edge; the other body is a half-space. A
     strip far from the edge is Hertz's, with the approach 4 (ln 2 + ½) + W.

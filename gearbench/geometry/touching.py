@@ -7,7 +7,8 @@ right, and both are treated alike. Where the flanks just touch (T3 of docs/theor
     separation g = v_1 + v_2 − T1T2,      nominal coordinate u = (v_1 + T1T2 − v_2)/2,
 
 g being the relative rotation, shared equally by both gears, from where unmodified flanks would touch at u. The
-derivative along such a curve follows from the lever arms w r_b of the common normal: dg/du = 2 (w_2 − w_1)/(w_1 + w_2) (T4).
+derivative along such a curve follows from the lever arms w r_b of the common normal:
+dg/du = 2 (w_2 − w_1)/(w_1 + w_2) (T4).
 """
 
 from __future__ import annotations
