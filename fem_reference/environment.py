@@ -39,10 +39,11 @@ def missing_system_packages() -> tuple[str, ...]:
 
     Only the libraries themselves are tried, not gmsh.
     """
-    return tuple(package for library, package in LIBRARIES.items() if not _loads(library))
+    return tuple(package for library, package in LIBRARIES.items() if not loads(library))
 
 
-def _loads(library: str) -> bool:
+def loads(library: str) -> bool:
+    """Whether a shared library can be loaded."""
     try:
         ctypes.CDLL(library)
     except OSError:

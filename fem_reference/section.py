@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from gearbench.errors import InputError
 from gearbench.geometry.gear import Gear
+from gearbench.geometry.role import Side
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -146,7 +147,7 @@ class Body:
         )
         R = np.clip(R, low, high)
         psi = gear.half_angle(R)
-        return R, d * self.pitch_angle + (psi if name.startswith("right") else -psi)
+        return R, d * self.pitch_angle + (psi if name.startswith(Side.RIGHT.label) else -psi)
 
 
 def sorted_pair(a: NDArray, b: NDArray) -> tuple[NDArray, NDArray]:

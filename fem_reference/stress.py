@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 
-from fem_reference.compliance import FlankSolution
+from fem_reference.compliance import FlankSolution, Loads
 from fem_reference.elasticity import Lame, Space
-from fem_reference.flank import Legendre
 from fem_reference.plane import PlaneSolution
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.material import Material
@@ -62,7 +61,7 @@ def plane_root_stress(solution: PlaneSolution, material: Material) -> float:
 
 def root_stress(
     solution: FlankSolution,
-    basis: Legendre,
+    basis: Loads,
     material: Material,
     lines: ContactLines,
     force: NDArray,
@@ -85,7 +84,7 @@ def root_stress(
     """
     space = solution.tooth.space
     _, stress = surface_stress(space, solution.u, material, space.mesh.boundaries["right_fillet"])
-    R, y = lines.radii[int(driven)], basis.gear.face_width - lines.y if driven else lines.y
+    R, y = lines.radii[int(driven)], solution.tooth.body.gear.face_width - lines.y if driven else lines.y
     weight = np.einsum("pks,pksa->pka", force, basis(R, y))
     return np.array([[_largest(np.tensordot(a, stress, (0, 1))) for a in pairs] for pairs in weight])
 

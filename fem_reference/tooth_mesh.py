@@ -101,7 +101,7 @@ def tooth_mesh(body: Body, cells: Cells, kind: str = "hex20") -> ToothMesh:
     start = time.perf_counter()
     check_section(body)
     flat = _straight(body, cells, kind)
-    mesh = _screw(_quadratic(flat, body) if kind != "hex8" else flat, body)
+    mesh = screw(_quadratic(flat, body) if kind != "hex8" else flat, body)
     made = ToothMesh(body=body, cells=cells, kind=kind, mesh=mesh, seconds=0.0)
     try:
         _ = made.quality
@@ -311,7 +311,7 @@ def edges_of(mesh: Any, facets: NDArray) -> NDArray:
     return mesh.t2e[np.array(around)[local].T, element]
 
 
-def _screw(mesh: Any, body: Body) -> Any:
+def screw(mesh: Any, body: Body) -> Any:
     """Turn every section clockwise by z tan β / r."""
     x, y, z = mesh.doflocs
     turn = z * math.tan(body.gear.beta) / body.gear.pitch_radius

@@ -7,16 +7,30 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearbench.cycle import fourier, panels
 from gearbench.files import replacing
+from gearbench.results.cycle import fourier, panels
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 #: Okabe–Ito colours, safe for colour-blind readers.
 BLUE, ORANGE, GREEN, PURPLE, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "0.45"
 DPI = 150
+
+
+def new_figure(rows: int, columns: int, size: tuple[float, float], **more: Any) -> tuple[Figure, Any]:
+    """Figure outside pyplot, which needs no display and is nobody's current figure; axes (rows, columns)."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size, layout="constrained")
+    return figure, figure.subplots(rows, columns, squeeze=False, **more)
+
+
+def legend_below(figure: Figure, axis: Axes, columns: int) -> None:
+    """One legend for all axes, that of ``axis``, below them."""
+    figure.legend(*axis.get_legend_handles_labels(), loc="outside lower center", ncols=columns, frameon=False)
 
 
 def _axes(axes: Axes | None, size: tuple[float, float] = (7.0, 4.0)) -> Axes:
@@ -28,12 +42,17 @@ def _axes(axes: Axes | None, size: tuple[float, float] = (7.0, 4.0)) -> Axes:
     return plt.subplots(figsize=size, layout="constrained")[1]
 
 
+def plot_two_periods(axes: Axes, dataset: xr.Dataset, name: str, **style: Any) -> None:
+    """Plot a variable of the mesh cycle over two mesh periods, interrupted where it jumps."""
+    curves = panels(dataset, name)
+    x = np.concatenate([phase + period for period in (0, 1) for phase, _ in curves])
+    axes.plot(x, np.concatenate([values for _, values in curves] * 2), **style)
+
+
 def over_two_periods(dataset: xr.Dataset, name: str, axes: Axes | None = None, colour: str = BLUE) -> Axes:
     """A variable of the mesh cycle, "transmission_error" or "mesh_stiffness", over two mesh periods."""
     axes = _axes(axes)
-    curves = panels(dataset, name)
-    x = np.concatenate([phase + period for period in (0, 1) for phase, _ in curves])
-    axes.plot(x, np.concatenate([values for _, values in curves] * 2), color=colour, lw=1.6)
+    plot_two_periods(axes, dataset, name, color=colour, lw=1.6)
     axes.axvline(1.0, color=GREY, lw=0.8, ls=":")
     axes.set(xlim=(0, 2), xlabel="mesh phase τ [mesh periods]")
     axes.set_ylabel(f"{dataset[name].attrs['symbol']} [{dataset[name].attrs['units']}]")

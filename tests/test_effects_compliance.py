@@ -11,9 +11,10 @@ import pytest
 from numpy.testing import assert_allclose
 from pydantic import ValidationError
 
-from gearbench.contact.solver import compression
+from gearbench.contact.law import compression
 from gearbench.effects.hertz import Hertz
-from gearbench.effects.tooth_bending import ToothBending, normal_component, plate_tooth
+from gearbench.effects.teeth import plate_tooth
+from gearbench.effects.tooth_bending import ToothBending, normal_component
 from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
@@ -101,7 +102,7 @@ def test_weber_banaschek_with_numbers():
     at = lines(SPUR)
     law = Hertz().compliance(at)
     assert_allclose(law.h, c / 2, rtol=1e-15)
-    (r1, r2), tl = (r.ravel() for r in at.radii), SPUR.tangent_length
+    (r1, r2), tl = (r.ravel() for r in at.radii), SPUR.meshing.tangent_length
     g1, g2 = SPUR.gears
     i, j = 0, at.u.size - 1
     u = at.u.ravel()
@@ -138,7 +139,7 @@ def test_depth_of_a_helical_flank_is_measured_along_its_own_normal():
 
 @PAIRS
 def test_yang_sun_is_constant(pair):
-    law = Hertz(law="yang_sun").compliance(lines(pair))
+    law = Hertz(law="yang_sun").compliance(lines(pair), {})
     nu, E = pair.material.poisson_ratio, 1e3 * pair.material.youngs_modulus
     assert_allclose(law.a, 4 * (1 - nu**2) / (math.pi * E), rtol=1e-15)
     assert np.all(law.h == 0)
@@ -146,7 +147,7 @@ def test_yang_sun_is_constant(pair):
 
 def test_weber_banaschek_softens_less_than_linearly():
     """δ_H grows with the load, its secant compliance falls: a Hertzian contact stiffens."""
-    law = Hertz().compliance(lines(SPUR))
+    law = Hertz().compliance(lines(SPUR), {})
     q = np.geomspace(1, 1000, 20)
     g = compression(q, np.full(20, law.a.ravel()[0]), np.full(20, law.h.ravel()[0]))
     assert np.all(np.diff(g) > 0)
@@ -174,7 +175,7 @@ def test_both_teeth_deflect_in_series(pair, bending):
     (p, k) = np.argwhere(at.active)[0]
     heights = [
         np.hypot(g.base_radius, x) - g.root_radius
-        for g, x in zip(pair.gears, (at.u, pair.tangent_length - at.u), strict=True)
+        for g, x in zip(pair.gears, (at.u, pair.meshing.tangent_length - at.u), strict=True)
     ]
     for j in range(4):
         expected = sum(

@@ -7,19 +7,18 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench import Scene, simulate
+from gearbench import Scene, robust, simulate
 from gearbench.contact.assemble import mesh_phases, scene_lines
 from gearbench.contact.off_line import estimate
-from gearbench.cycle import fourier
 from gearbench.effects.crowning import Crowning
+from gearbench.effects.gear_body import GearBody
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
-from gearbench.effects.neighbour_teeth import NeighbourTeeth
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.geometry.pair import Member, Pair
-from gearbench.robustness.montecarlo import robust
+from gearbench.results.cycle import fourier
 from gearbench.scene import Load, Resolution
 from gearbench.simulation import solve_lines, solve_scene
 
@@ -40,7 +39,7 @@ def spur(*effects: object, torque: float = 100.0, helix: float = 0.0) -> Scene:
         pinion=Member(teeth=25, bore_diameter=25.0),
         wheel=Member(teeth=40, bore_diameter=40.0),
     )
-    basic = (ToothBending(model="solid"), NeighbourTeeth(), Hertz())
+    basic = (ToothBending(model="solid"), GearBody(), Hertz())
     resolution = Resolution(gauss_points=12, segments=15)
     return Scene(pair=pair, load=Load(torque=torque), effects=(*basic, *effects), resolution=resolution)
 
@@ -79,7 +78,7 @@ def test_transmission_error_is_continuous_over_the_cycle() -> None:
         phase = around + np.linspace(0.0, 0.2, 60)
         solved = solve_lines(scene, scene_lines(scene, phase % 1.0), np.full(60, 1 / 60))
         # 4.8 µm within a tenth of a cycle
-        assert np.abs(np.diff(solved.transmission_error)).max() < 0.5
+        assert np.abs(np.diff(solved.cycle.transmission_error)).max() < 0.5
 
 
 def test_stiffness_is_the_derivative_of_load_with_lever_arms_and_edges() -> None:
@@ -88,14 +87,14 @@ def test_stiffness_is_the_derivative_of_load_with_lever_arms_and_edges() -> None
     phase, weight = mesh_phases(scene)
     lines = scene_lines(scene, phase)
     here = solve_lines(scene, lines, weight)
-    force, d = scene.tangential_force, 1e-4
+    force, d = scene.F_bt, 1e-4
     up, down = (
         solve_lines(replace(scene, load=Load(torque=100.0 * (1 + sign * d))), lines, weight) for sign in (1, -1)
     )
-    slope = 2 * d * force / (up.transmission_error - down.transmission_error)
+    slope = 2 * d * force / (up.cycle.transmission_error - down.cycle.transmission_error)
     # phases at which a pair has just begun to touch have a kink nearby
-    assert_allclose(np.median(np.abs(slope / here.mesh_stiffness - 1)), 0.0, atol=1e-6)
-    assert_allclose(slope, here.mesh_stiffness, rtol=2e-3)
+    assert_allclose(np.median(np.abs(slope / here.cycle.mesh_stiffness - 1)), 0.0, atol=1e-6)
+    assert_allclose(slope, here.cycle.mesh_stiffness, rtol=2e-3)
 
 
 def test_moments_of_all_segments_balance_the_torque() -> None:
@@ -103,14 +102,14 @@ def test_moments_of_all_segments_balance_the_torque() -> None:
     scene = spur(OffLineContact(), helix=15.0)
     solved = solve_scene(scene)
     force = solved.line_load() * solved.lines.length[..., None]
-    assert_allclose((force * solved.lines.lever).sum(axis=(1, 2)), scene.normal_force, rtol=1e-12)
+    assert_allclose((force * solved.lines.lever).sum(axis=(1, 2)), scene.F_bn, rtol=1e-12)
     assert np.all(solved.line_load() >= 0)
     # the outermost segments are free: lines reach as far as load does
     loaded = solved.line_load() > 0
     u = solved.lines.u[loaded]
-    reach = 0.3 * scene.pair.base_pitch
-    assert scene.pair.path_start - reach < u.min() < scene.pair.path_start
-    assert scene.pair.path_end < u.max() < scene.pair.path_end + reach
+    reach = 0.3 * scene.pair.meshing.base_pitch
+    assert scene.pair.meshing.path_start - reach < u.min() < scene.pair.meshing.path_start
+    assert scene.pair.meshing.path_end < u.max() < scene.pair.meshing.path_end + reach
 
 
 def test_light_load_leaves_the_line_only_a_little() -> None:
@@ -118,7 +117,7 @@ def test_light_load_leaves_the_line_only_a_little() -> None:
     scene = spur(OffLineContact(), torque=0.1)
     solved = solve_scene(scene)
     u = solved.lines.u[solved.line_load() > 0]
-    assert u.max() - scene.pair.path_end < 0.02 * scene.pair.base_pitch
+    assert u.max() - scene.pair.meshing.path_end < 0.02 * scene.pair.meshing.base_pitch
 
 
 def test_crowning_and_random_errors_are_added_where_flanks_touch() -> None:

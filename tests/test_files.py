@@ -14,7 +14,7 @@ import xarray as xr
 
 from gearbench.errors import InputError
 from gearbench.files import replacing, write_bytes, write_text
-from gearbench.results import load, save
+from gearbench.results.netcdf import load, save
 from tests.explore_designs import EXAMPLES, front
 
 ROOT = Path(__file__).parents[1]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Member, Pair
 from gearbench.geometry.profile import Modification, profile
+from gearbench.geometry.role import Role
 from gearbench.geometry.separation import REACH, Separation, separation
 from tests.touching_surfaces import first_touch
 
@@ -23,8 +24,8 @@ def standard(**changes: float) -> Pair:
 def relieved(pair: Pair, amount: float, length: float, power: int = 1) -> tuple[Modification, ...]:
     """Tip relief of both gears [mm]."""
     return tuple(
-        Modification(gear=k, amount=amount, start=gear.tip_radius - length, length=length, power=power)
-        for k, gear in enumerate(pair.gears)
+        Modification(role=role, amount=amount, start=gear.tip_radius - length, length=length, power=power)
+        for role, gear in zip(Role, pair.gears, strict=True)
     )
 
 
@@ -52,20 +53,20 @@ def random_pair(rng: np.random.Generator) -> Pair:
 def random_modifications(pair: Pair, rng: np.random.Generator) -> tuple[Modification, ...]:
     """Relief of tips and roots, linear and parabolic, material in excess too, and leaning profiles."""
     found, m = [], pair.normal_module
-    for k, gear in enumerate(pair.gears):
-        start, end = pair.active_radii[k]
+    for role, gear in zip(Role, pair.gears, strict=True):
+        start, end = pair.meshing.active_radii[role]
         height, power = end - start, int(rng.integers(1, 3))
         if rng.random() < 0.6:
             length, amount = rng.uniform(0.1, 0.5) * height, rng.uniform(-1e-3, 5e-3) * m
             tip = gear.tip_radius - length
-            found.append(Modification(gear=k, amount=amount, start=tip, length=length, power=power))
+            found.append(Modification(role=role, amount=amount, start=tip, length=length, power=power))
         if rng.random() < 0.4:
             length, amount = rng.uniform(0.1, 0.4) * height, rng.uniform(-1e-3, 4e-3) * m
-            found.append(Modification(gear=k, amount=amount, start=start + length, length=-length, power=power))
+            found.append(Modification(role=role, amount=amount, start=start + length, length=-length, power=power))
         if rng.random() < 0.4:
             low, high = (math.sqrt(r**2 - gear.base_radius**2) for r in (start, end))
             amount, whole = rng.uniform(-3e-3, 3e-3) * m, {"along": "roll", "one_sided": False}
-            found.append(Modification(gear=k, amount=amount, start=low, length=high - low, **whole))
+            found.append(Modification(role=role, amount=amount, start=low, length=high - low, **whole))
     return tuple(found)
 
 
@@ -75,8 +76,8 @@ def against_search(pairs: int, seed: int) -> NDArray:
     for _ in range(pairs):
         pair = random_pair(rng)
         modifications = random_modifications(pair, rng)
-        flanks, p = separation(pair, modifications), pair.base_pitch
-        for v in rng.uniform(pair.path_start - 0.3 * p, pair.path_end + 0.3 * p, 4):
+        flanks, p = separation(pair, modifications), pair.meshing.base_pitch
+        for v in rng.uniform(pair.meshing.path_start - 0.3 * p, pair.meshing.path_end + 0.3 * p, 4):
             u, gap = first_touch(pair, modifications, v)
             # no load closes a fiftieth of the module
             if gap < 0.02 * pair.normal_module and abs(u - sum(flanks.path) / 2) < 0.25 * p + np.ptp(flanks.path) / 2:
@@ -111,12 +112,12 @@ def test_unmodified_flanks_touch_on_the_path_and_part_quadratically_beyond_it() 
     that belongs to it lies on the other side.
     """
     pair = standard()
-    flanks, T = separation(pair), pair.tangent_length
-    u = np.linspace(pair.path_start, pair.path_end, 50)
+    flanks, T = separation(pair), pair.meshing.tangent_length
+    u = np.linspace(pair.meshing.path_start, pair.meshing.path_end, 50)
     assert_allclose(flanks(u).gap, 0.0, atol=1e-13)
     assert_allclose(flanks(u).rolls, [u, T - u], atol=1e-12)
     assert_allclose(flanks(u).levers, 1.0, atol=1e-14)
-    for u_end, sign, k in ((pair.path_end, 1, 0), (pair.path_start, -1, 1)):
+    for u_end, sign, k in ((pair.meshing.path_end, 1, 0), (pair.meshing.path_start, -1, 1)):
         du = 1e-3
         own = u_end if k == 0 else T - u_end
         rho = own * (T - own) / T
@@ -132,9 +133,9 @@ def test_linear_relief_lowers_the_gap_by_the_square_of_its_slope() -> None:
     """
     pair = standard()
     start, length, amount = 26.2, 0.8, 5e-3
-    flanks = separation(pair, (Modification(gear=0, amount=amount, start=start, length=length),))
-    u = pair.path_coordinate(0, 26.7)
-    R, r_b, T = 26.7, pair.gears[0].base_radius, pair.tangent_length
+    flanks = separation(pair, (Modification(role=Role.PINION, amount=amount, start=start, length=length),))
+    u = pair.meshing.path_coordinate(Role.PINION, 26.7)
+    R, r_b, T = 26.7, pair.gears[0].base_radius, pair.meshing.tangent_length
     e = amount * (R - start) / length * (1 + amount / length * u / R / 2)
     # along the flank ds = ℓ dℓ/r_b, dR = (r_b/R) ds
     kappa, rho = amount / length * r_b / R, u * (T - u) / T
@@ -145,10 +146,12 @@ def test_separation_is_symmetric_under_exchange_of_the_gears() -> None:
     """With pinion and wheel exchanged u counts from the other end."""
     pair = standard(addendum=1.1)
     modifications = relieved(pair, 0.01, 0.7)[:1]
-    mirrored = tuple(Modification(gear=1, amount=m.amount, start=m.start, length=m.length) for m in modifications)
+    mirrored = tuple(
+        Modification(role=Role.WHEEL, amount=m.amount, start=m.start, length=m.length) for m in modifications
+    )
     flanks, other = separation(pair, modifications), separation(pair.swapped(), mirrored)
     u = np.linspace(flanks.low + 0.1, flanks.high - 0.1, 301)
-    one, two = flanks(u), other(pair.tangent_length - u)
+    one, two = flanks(u), other(pair.meshing.tangent_length - u)
     assert_allclose(one.gap, two.gap, atol=1e-11)
     touching = one.gap < 0.05
     assert_allclose(one.levers[:, touching], two.levers[::-1][:, touching], atol=1e-5)
@@ -159,7 +162,7 @@ def test_separation_is_continuous_with_its_derivative(power: int) -> None:
     """The least of smooth curves that touch each other: no step, and on convex flanks no kink."""
     pair = standard()
     flanks = separation(pair, relieved(pair, 0.01, 0.8, power))
-    u = np.linspace(pair.path_start - 1.0, pair.path_end + 1.0, 20001)
+    u = np.linspace(pair.meshing.path_start - 1.0, pair.meshing.path_end + 1.0, 20001)
     gap, h = flanks(u).gap, u[1] - u[0]
     assert np.abs(np.diff(gap)).max() < 0.1 * h
     # curvature is bounded by those of the flanks and of the tip relief
@@ -168,7 +171,7 @@ def test_separation_is_continuous_with_its_derivative(power: int) -> None:
 
 def test_rounded_tip_touches_later_than_a_sharp_one_and_becomes_it() -> None:
     """A rounding takes material away; as it shrinks the sharp edge is what is left."""
-    sharp, u = separation(standard()), standard().path_end + np.array([0.1, 0.3, 0.6])
+    sharp, u = separation(standard()), standard().meshing.path_end + np.array([0.1, 0.3, 0.6])
     gaps = [separation(standard(tip_rounding=radius))(u).gap for radius in (0.1, 0.01, 0.001)]
     assert np.all(gaps[0] > sharp(u).gap)
     distance = [np.abs(gap - sharp(u).gap).max() for gap in gaps]
@@ -209,8 +212,8 @@ def test_table_reaches_as_far_as_it_says() -> None:
     pair = standard()
     flanks = separation(pair)
     low, high = flanks.reach(0.01)
-    assert flanks.low < low < pair.path_start
-    assert pair.path_end < high < flanks.high
+    assert flanks.low < low < pair.meshing.path_start
+    assert pair.meshing.path_end < high < flanks.high
     assert at(flanks, low) >= 0.01 - 1e-3
     assert at(flanks, high) >= 0.01 - 1e-3
-    assert math.isinf(at(flanks, pair.path_end + 1.1 * REACH * pair.base_pitch))
+    assert math.isinf(at(flanks, pair.meshing.path_end + 1.1 * REACH * pair.meshing.base_pitch))

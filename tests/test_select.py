@@ -16,15 +16,15 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 from gearbench.errors import InputError
-from gearbench.optimise.conditions import Condition, parse_band, parse_condition, parse_ranking
-from gearbench.optimise.designs import Designs
-from gearbench.optimise.listing import csv_text, markdown_text
-from gearbench.optimise.run import optimise
-from gearbench.optimise.select import Resonance, chosen_scene, open_designs, select
-from gearbench.optimise.study import Algorithm, Robustness
-from gearbench.optimise.study_file import load_study, parse_study
-from gearbench.results import save
-from gearbench.robustness.montecarlo import robust
+from gearbench.optimisation.conditions import Condition, parse_band, parse_condition, parse_ranking
+from gearbench.optimisation.designs import Designs
+from gearbench.optimisation.listing import csv_text, markdown_text
+from gearbench.optimisation.run import optimise
+from gearbench.optimisation.select import Resonance, chosen_scene, open_designs, select
+from gearbench.optimisation.study import Algorithm, Robustness
+from gearbench.optimisation.study_file import load_study, parse_study
+from gearbench.results.netcdf import save
+from gearbench.robustness.run import robust
 from gearbench.scene_file import load_scene
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -176,7 +176,7 @@ def test_axial_force_is_the_axial_part_of_the_normal_force(designs):
     force = designs.values("axial_force", places)
     for place, found in zip(places, force, strict=True):
         scene = designs.scene(int(place))
-        assert found == pytest.approx(scene.normal_force * math.sin(scene.pair.base_helix_angle), rel=1e-12)
+        assert found == pytest.approx(scene.F_bn * math.sin(scene.pair.meshing.beta_b), rel=1e-12)
     spur = select(designs, where=[parse_condition("helix_angle==0")])
     none = select(designs, where=[parse_condition("axial_force<=0")])
     assert_array_equal(spur.places, none.places)

@@ -33,18 +33,18 @@ def cost(
 ) -> None:
     """What accuracy costs on SCENE: error and time of every level of every knob.
 
-    Where SCENE has fe_compliance, also of every finite element on several meshes, which takes some minutes.
+    Where SCENE has finite elements, also of every finite element on several meshes, which takes some minutes.
 
     Example: gearbench cost examples/sc.toml -o cost
     """
     from gearbench.cli.options import plot_folder
-    from gearbench.cost.workprecision import work_precision
-    from gearbench.results import save
+    from gearbench.cost.workprecision import cost as run
+    from gearbench.results.netcdf import save
     from gearbench.scene_file import load_scene
 
     loaded = load_scene(scene)
     folder = plot_folder(output)
-    dataset = work_precision(loaded, repeats)
+    dataset = run(loaded, repeats)
 
     written: list[Path] = []
     if folder is not None:

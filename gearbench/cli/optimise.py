@@ -15,7 +15,7 @@ from gearbench.cli.options import Json, Quiet, Threads, Verbose, shows_progress
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearbench.optimise.run import Progress
+    from gearbench.optimisation.run import Progress
 
 StudyFile = Annotated[Path, typer.Argument(metavar="STUDY", help="Study file (TOML).", show_default=False)]
 Folder = Annotated[
@@ -43,8 +43,8 @@ def optimise(
 
     Example: gearbench optimise examples/optimise_small.toml -o front
     """
-    from gearbench.optimise.run import optimise as run
-    from gearbench.optimise.study_file import load_study
+    from gearbench.optimisation.run import optimise as run
+    from gearbench.optimisation.study_file import load_study
 
     loaded = load_study(study)
     try:
@@ -145,12 +145,10 @@ def _print_front(dataset: xr.Dataset) -> None:
 
 def _heading(number: int, label: str) -> str:
     """Statistic, symbol and unit of an objective; a number where it is a weighted sum."""
-    from gearbench.quantities import QUANTITIES
+    from gearbench.results.responses import quantity
 
-    response, _, statistic = label.rpartition("_")
-    if response not in QUANTITIES:
-        return f"objective\n{number + 1}"
-    return f"{statistic} {QUANTITIES[response].symbol}\n{QUANTITIES[response].units}"
+    q = quantity(label)
+    return f"objective\n{number + 1}" if q is None else f"{q.symbol}\n{q.units}"
 
 
 def _reasons(dataset: xr.Dataset) -> tuple[list[str], list[int]]:

@@ -43,7 +43,8 @@ def pair_line(scene: Scene) -> str:
     kind = "spur" if pair.helix_angle == 0 else f"helical {pair.helix_angle:g}°"
     return (
         f"{scene.name or 'scene'}: {kind}, z {pair.pinion.teeth}/{pair.wheel.teeth}, m_n {pair.normal_module:g} mm, "
-        f"ε_α {pair.transverse_contact_ratio:.3f}, ε_β {pair.overlap_ratio:.3f}, {scene.load.torque:g} N·m"
+        f"ε_α {pair.meshing.transverse_contact_ratio:.3f}, ε_β {pair.meshing.overlap_ratio:.3f}, "
+        f"{scene.load.torque:g} N·m"
     )
 
 

@@ -51,9 +51,9 @@ def verify(
     Example: gearbench verify front -o verified.nc --plots plots
     """
     from gearbench.files import check_target, write_text
-    from gearbench.optimise.select import open_designs
-    from gearbench.optimise.verify import verify as run
-    from gearbench.results import save
+    from gearbench.optimisation.select import open_designs
+    from gearbench.optimisation.verify import verify as run
+    from gearbench.results.netcdf import save
     from gearbench.validation.verification import draw_verification, findings
     from gearbench.validation.verification import markdown as text
 

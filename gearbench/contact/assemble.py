@@ -25,17 +25,18 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
         raise InputError("resolution.accuracy", resolution.accuracy, "is for simulate and robust; here give segments")
     if resolution.positions is not None:
         return uniform_phases(resolution.positions)
+    meshing = scene.pair.meshing
     if (flanks := flank_separation(scene)) is not None:
         changes = flanks.kinks
-        if not scene.pair.overlap_ratio:
+        if not meshing.overlap_ratio:
             from gearbench.contact.reach import greatest_deflection
 
             # spur pairs take and leave their load, with a kink, where they are as far apart as the others are deflected
             changes += flanks.reach(greatest_deflection(scene, flanks))
-        transitions = scene.pair.phases_at(changes)
+        transitions = meshing.phases_at(changes)
     else:
         kinks = [u for effect in scene.effects if isinstance(effect, GapEffect) for u in effect.kinks(scene.pair)]
-        transitions = (*scene.pair.transition_phases, *scene.pair.phases_at(kinks))
+        transitions = (*meshing.transition_phases, *meshing.phases_at(kinks))
     size = resolution.panel_size
     assert size is not None
     return gauss_phases(transitions, size)
@@ -75,7 +76,8 @@ def total_gap(scene: Scene, lines: ContactLines) -> NDArray:
 
 def assemble(scene: Scene, lines: ContactLines) -> ContactProblem:
     """Contact problem of ``scene`` on ``lines``: the sum over its effects."""
-    parts = [effect.compliance(lines) for effect in scene.effects if isinstance(effect, ComplianceEffect)]
+    beside = scene.effects_by_name
+    parts = [effect.compliance(lines, beside) for effect in scene.effects if isinstance(effect, ComplianceEffect)]
     smooth = [part for part in parts if not isinstance(part, LineLaw)]
     laws = [part for part in parts if isinstance(part, LineLaw)]
     own = [part for part in smooth if isinstance(part, LowRank) and not part.coupled]
@@ -86,10 +88,10 @@ def assemble(scene: Scene, lines: ContactLines) -> ContactProblem:
         unit = _typical_compression(a, h, scene)
     else:
         a = h = np.zeros(lines.shape)
-        unit = _even_deflection(factor, lines) * scene.normal_force
+        unit = _even_deflection(factor, lines) * scene.F_bn
     if lines.touch is not None:
         factor, a, h = _by_lever(lines.touch.levers[0], factor, a, h)
-    problem = scale_problem(lines, total_gap(scene, lines), factor, a, h, scene.normal_force, unit, coupled=coupled)
+    problem = scale_problem(lines, total_gap(scene, lines), factor, a, h, scene.F_bn, unit, coupled=coupled)
     # a tooth of high order has more amplitudes than a contact line has segments
     return problem if coupled or factor.shape[-1] <= lines.shape[2] else reduce_rank(problem)
 
@@ -104,7 +106,7 @@ def _by_lever(w: NDArray, factor: NDArray, a: NDArray, h: NDArray) -> tuple[NDAr
 
 def _typical_compression(a: NDArray, h: NDArray, scene: Scene) -> float:
     """Compression under the mean line load [mm]: unit of displacement where there is a law."""
-    line_load = scene.normal_force / scene.pair.face_width
+    line_load = scene.F_bn / scene.pair.face_width
     # a law driven beyond its validity still has the slope h of its continuation
     return line_load * max(float(np.mean(a - h * math.log(line_load))), float(np.mean(h)))
 
@@ -184,7 +186,7 @@ def _shared_factor(parts: Sequence[LowRank | Dense], lines: ContactLines) -> NDA
 
 
 def _without_negative(matrix: NDArray, lines: ContactLines) -> NDArray:
-    """A dense compliance on the lines that exist, (position, n, n), less what is negative in it."""
+    """A dense compliance on the lines that exist, (position, n, n), less its negative part."""
     active = np.repeat(lines.active, lines.shape[2], axis=1)
     value, vector = np.linalg.eigh(np.where(active[:, :, None] & active[:, None, :], matrix, 0.0))
     return gram(vector * np.sqrt(np.maximum(value, 0.0))[:, None, :])

@@ -14,7 +14,7 @@ from gearbench.effects.base import GapEffect
 from gearbench.geometry.action import contact_lines
 
 if TYPE_CHECKING:
-    from gearbench.outputs import Solved
+    from gearbench.results.outputs import Solved
 
 #: How far beyond the path of contact the estimate looks [base pitches].
 _REACH = 0.3
@@ -46,13 +46,13 @@ def estimate(solved: Solved) -> Missed:
     alike and close no gaps. The bedding is solved once more with the gaps of flanks that touch first anywhere.
     """
     scene, pair = solved.scene, solved.scene.pair
-    room = _REACH * pair.base_pitch
+    room = _REACH * pair.meshing.base_pitch
     phase = (np.arange(_PHASES) + 0.5) / _PHASES
     flanks = profile_separation(scene)
-    wide = contact_lines(pair, phase, _SEGMENTS, flanks, (pair.path_start - room, pair.path_end + room))
+    wide = contact_lines(pair, phase, _SEGMENTS, flanks, (pair.meshing.path_start - room, pair.meshing.path_end + room))
     assert wide.touch is not None
     plain = contact_lines(pair, phase, _SEGMENTS)
-    cos_b = math.cos(pair.base_helix_angle)
+    cos_b = math.cos(pair.meshing.beta_b)
     exact = np.minimum(wide.touch.gap, room) * cos_b
     for effect in scene.effects:
         if isinstance(effect, GapEffect) and not effect.modifications(pair):
@@ -60,7 +60,7 @@ def estimate(solved: Solved) -> Missed:
     gaps, lengths = [total_gap(scene, plain), exact], [plain.length, wide.length]
     weight = [np.broadcast_to(n[..., None], g.shape).reshape(_PHASES, -1) for n, g in zip(lengths, gaps, strict=True)]
     gaps = [g.reshape(_PHASES, -1) for g in gaps]
-    delta, load = solved.solution.approach, scene.normal_force
+    delta, load = solved.solution.approach, scene.F_bn
     mean = float(delta @ solved.weight)
     rms = math.sqrt(float((delta - mean) ** 2 @ solved.weight))
     softest = load / mean / float(weight[0].sum(axis=1).mean())
@@ -68,7 +68,7 @@ def estimate(solved: Solved) -> Missed:
     for _ in range(20):
         c = max(softest, c * (float(_approach(gaps[0], weight[0], load / c).std()) / max(rms, 1e-3 * mean)))
     on_line, off_line = (_approach(g, w, load / c) for g, w in zip(gaps, weight, strict=True))
-    outside = ((wide.u < pair.path_start) | (wide.u > pair.path_end)).reshape(_PHASES, -1)
+    outside = ((wide.u < pair.meshing.path_start) | (wide.u > pair.meshing.path_end)).reshape(_PHASES, -1)
     carried = c * weight[1] * np.maximum(off_line[:, None] - gaps[1], 0.0)
     share = (carried * outside).sum(axis=1) / load
     return Missed(rms_ratio=float(on_line.std() / off_line.std()), share=float(share.max()))

@@ -29,9 +29,9 @@ def greatest_deflection(scene: Scene, flanks: Separation) -> float:
     from gearbench.contact.assemble import assemble, total_gap
     from gearbench.contact.solver import solve
 
-    room = _REACH * scene.pair.base_pitch
-    span = (scene.pair.path_start - room, scene.pair.path_end + room)
-    most = scene.pair.transverse_contact_ratio % 1.0
+    room = _REACH * scene.pair.meshing.base_pitch
+    span = (scene.pair.meshing.path_start - room, scene.pair.meshing.path_end + room)
+    most = scene.pair.meshing.transverse_contact_ratio % 1.0
     phase = np.array([(1 + most) / 2, most / 2])
     lines = replace(
         contact_lines(scene.pair, phase, scene.resolution.segments, flanks, span), typical_load=typical_load(scene)
@@ -40,10 +40,10 @@ def greatest_deflection(scene: Scene, flanks: Separation) -> float:
     if any(isinstance(effect, GapEffect) and not effect.modifications(scene.pair) for effect in scene.effects):
         other = replace(scene, effects=tuple(e for e in scene.effects if e.name != "off_line_contact"))
         deflection += float(np.ptp(total_gap(other, lines)[lines.active]))
-    return deflection / math.cos(scene.pair.base_helix_angle)
+    return deflection / math.cos(scene.pair.meshing.beta_b)
 
 
 def typical_load(scene: Scene) -> float:
     """Half of what a line carries on the mean [N/mm]: pairs touch at their edges as they take or leave their load."""
-    mean = scene.normal_force * math.cos(scene.pair.base_helix_angle) / scene.pair.face_width
-    return mean / (2 * max(scene.pair.transverse_contact_ratio, 1.0))
+    mean = scene.F_bn * math.cos(scene.pair.meshing.beta_b) / scene.pair.face_width
+    return mean / (2 * max(scene.pair.meshing.transverse_contact_ratio, 1.0))

@@ -1,1 +1,1 @@
-"""What accuracy costs: work–precision of every knob, measured on a scene."""
+"""What accuracy costs in time and memory: one clock, work–precision curves, the plan of a run."""

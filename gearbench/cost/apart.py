@@ -1,6 +1,6 @@
 """Work in a process of its own: it finds no finite elements kept, and its largest memory is its own.
 
-``python -m gearbench.cost.apart`` is that process: what to do comes in as JSON, the answer is the last line printed.
+``python -m gearbench.cost.apart`` is that process: its orders come in as JSON, its answer is the last line printed.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import os
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Callable
 from importlib import import_module
 from typing import Any
@@ -33,24 +32,6 @@ def apart(work: Callable[..., Any], scene: Scene, *given: Any) -> Any:
     if done.returncode != 0:
         raise GearbenchError(f"in a process of its own: {(done.stderr.strip() or 'no answer').splitlines()[-1]}")
     return json.loads(done.stdout.splitlines()[-1])
-
-
-def timed(work: Callable[[], Any]) -> tuple[Any, float, float]:
-    """The answer of ``work``, its wall time and its processor time [s]."""
-    wall, processor = time.perf_counter(), time.process_time()
-    answer = work()
-    return answer, time.perf_counter() - wall, time.process_time() - processor
-
-
-def most_megabytes() -> float:
-    """Largest memory that this process has taken so far [MB]."""
-    try:  # the largest resident set of this program; ru_maxrss may still be that of the one which started it
-        with open("/proc/self/status", encoding="ascii") as status:
-            return next(int(line.split()[1]) for line in status if line.startswith("VmHWM")) * 1024 / 1e6
-    except OSError:
-        import resource
-
-        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024) / 1e6
 
 
 def main() -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, write_figure
+from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, new_figure, write_figure
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -54,15 +54,13 @@ def draw_cost(dataset: xr.Dataset, folder: Path) -> list[Path]:
     """Write ``work_precision.png``: error against time, and against memory."""
     import tomllib
 
-    import matplotlib.pyplot as plt
-
     name = tomllib.loads(dataset.attrs["scene"]).get("name") or "scene"
-    figure, axes = plt.subplots(1, 2, figsize=(12, 5), sharey=True, layout="constrained")
-    work_precision_diagram(dataset, axes[0])
-    work_precision_diagram(dataset, axes[1], across="megabytes")
-    axes[0].set_ylabel("largest relative error [–]")
+    figure, ((left, right),) = new_figure(1, 2, (12, 5), sharey=True)
+    work_precision_diagram(dataset, left)
+    work_precision_diagram(dataset, right, across="megabytes")
+    left.set_ylabel("largest relative error [–]")
     figure.suptitle(f"{name}: {finding(dataset)}")
-    axes[1].legend(frameon=False, fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    right.legend(frameon=False, fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
     return [write_figure(figure, folder / "work_precision.png")]
 
 

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import ComplianceEffect, LineLaw
+from gearbench.effects.base import ComplianceEffect, Effects, LineLaw
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.gear import Gear
-from gearbench.geometry.material import STRICT
+from gearbench.geometry.role import Role
+from gearbench.schema import STRICT
 
 #: Polynomials of R in the compliance of solid teeth, unless a scene asks for a low order.
 FLANK_POLYNOMIALS = 5
@@ -41,33 +41,32 @@ class Hertz(ComplianceEffect):
     use: ClassVar[str] = "Always: without it the distribution of the load is not determined."
     example: ClassVar[dict[str, Any]] = {"law": "weber_banaschek"}
 
-    def compliance(self, lines: ContactLines) -> LineLaw:
+    def compliance(self, lines: ContactLines, beside: Effects) -> LineLaw:
         """Law of each segment, (position, pair, segment)."""
-        nu, E = lines.pair.material.nu, lines.pair.material.E
-        c = 4 * (1 - nu**2) / (math.pi * E)
+        nu, c = lines.pair.material.nu, 4 / (math.pi * lines.pair.material.plane_strain_modulus)
         if self.law == "yang_sun":
             return LineLaw(a=np.full(lines.shape, c), h=np.zeros(lines.shape))
         # at an interference point ρ = 0 and the logarithm is infinite: no segment centre sees less than this
-        rho = np.maximum(lines.curvature_radius, 1e-9 * lines.pair.tangent_length)
+        rho = np.maximum(lines.curvature_radius, 1e-9 * lines.pair.meshing.tangent_length)
         t1, t2 = (gear.flank_depth(r) for gear, r in zip(lines.pair.gears, lines.radii, strict=True))
         # ln(2√(t1 t2)/a_H) = ½ ln(4 t1 t2 / (2cρ)) − ½ ln q, since a_H² = 2cρq
         a = c * (0.5 * np.log(2 * t1 * t2 / (c * rho)) - nu / (2 * (1 - nu)))
         h = np.full(lines.shape, c / 2)
         if lines.touch is not None:
-            for k, gear in enumerate(lines.pair.gears):
-                softer = _edge(lines, k, gear, rho)
+            for role in Role:
+                softer = _edge(lines, role, rho)
                 a, h = a + softer[0], h + softer[1]
         return LineLaw(a=a, h=h)
 
 
-def _edge(lines: ContactLines, k: int, gear: Gear, rho: NDArray) -> tuple[NDArray, NDArray]:
-    """What a and h gain near the tip of gear k, (position, pair, segment) [mm²/N] (E4)."""
+def _edge(lines: ContactLines, role: Role, rho: NDArray) -> tuple[NDArray, NDArray]:
+    """What a and h gain near the tip of one of the gears, (position, pair, segment) [mm²/N] (E4)."""
     from gearbench.compliance.edge import edge_distance, edge_softening
 
-    touch, material = lines.touch, lines.pair.material
+    touch, material, gear = lines.touch, lines.pair.material, lines.pair.gears[role]
     assert touch is not None
     c = (1 - material.nu**2) / (math.pi * material.E)
-    roll = touch.rolls[k]
+    roll = touch.rolls[role]
     # corners where a relief begins are all but flat
-    tilt = np.where((touch.edge == k) & (edge_distance(gear, roll) < 1e-6 * gear.tip_radius), touch.tilt, 0.0)
+    tilt = np.where((touch.edge == role) & (edge_distance(gear, roll) < 1e-6 * gear.tip_radius), touch.tilt, 0.0)
     return edge_softening(gear, c, FLANK_POLYNOMIALS, roll, tilt, rho, lines.typical_load)

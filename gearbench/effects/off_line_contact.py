@@ -39,4 +39,4 @@ class OffLineContact(GapEffect):
         touch = lines.touch or separation(lines.pair)(lines.u)
         far = _APART * min(gear.base_radius for gear in lines.pair.gears)
         # turned by dv a gear moves along the common normal by its lever arm times dv
-        return np.minimum(touch.gap, far) * math.cos(lines.pair.base_helix_angle) * touch.levers[0]
+        return np.minimum(touch.gap, far) * math.cos(lines.pair.meshing.beta_b) * touch.levers[0]

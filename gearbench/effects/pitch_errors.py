@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import GapEffect
+from gearbench.effects.base import Effects, GapEffect
 from gearbench.effects.relief import MICROMETRE, Amount
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.material import STRICT
 from gearbench.geometry.pair import Pair
+from gearbench.schema import STRICT
 
 Deviations = tuple[Amount, ...]
 Tooth = Annotated[int, Field(ge=0)]
@@ -50,7 +50,7 @@ class PitchErrors(GapEffect):
     use: ClassVar[str] = "Where teeth differ from one another: pitch deviations, run-out."
     example: ClassVar[dict[str, Any]] = {"pinion": [0.0, 2.0, -1.0, 1.0, 0.0]}
 
-    def check(self, pair: Pair) -> None:
+    def check(self, pair: Pair, beside: Effects) -> None:
         """Refuse lists that do not have one deviation for each tooth."""
         if self.pinion is None and self.wheel is None:
             raise InputError("pinion", "missing", "deviations are required, here or for the wheel")

@@ -12,9 +12,10 @@ from gearbench.effects.base import GapEffect
 from gearbench.effects.error_modes import profile_coordinate
 from gearbench.effects.relief import MICROMETRE, Amount
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.material import STRICT
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.profile import Modification
+from gearbench.geometry.role import Role
+from gearbench.schema import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -41,15 +42,17 @@ class ProfileSlope(GapEffect):
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
-        return MICROMETRE * (self.pinion * profile_coordinate(lines, 0) + self.wheel * profile_coordinate(lines, 1))
+        return MICROMETRE * (
+            self.pinion * profile_coordinate(lines, Role.PINION) + self.wheel * profile_coordinate(lines, Role.WHEEL)
+        )
 
     def modifications(self, pair: Pair) -> tuple[Modification, ...]:
         """The same of each profile."""
         found = []
-        for k, amount in enumerate((self.pinion, self.wheel)):
-            r_b = pair.gears[k].base_radius
-            low, high = (math.sqrt(max(r**2 - r_b**2, 0.0)) for r in pair.active_radii[k])
-            missing = amount * MICROMETRE / math.cos(pair.base_helix_angle)
+        for role, amount in zip(Role, (self.pinion, self.wheel), strict=True):
+            r_b = pair.gears[role].base_radius
+            low, high = (math.sqrt(max(r**2 - r_b**2, 0.0)) for r in pair.meshing.active_radii[role])
+            missing = amount * MICROMETRE / math.cos(pair.meshing.beta_b)
             shape = {"start": low, "length": high - low, "along": "roll", "one_sided": False}
-            found.append(Modification(gear=k, amount=missing, **shape))
+            found.append(Modification(role=role, amount=missing, **shape))
         return tuple(m for m in found if m.amount != 0)

@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError
-from gearbench.explore.columns import Column, constraint_column, statistic_column, variable_column
-from gearbench.optimise.designs import Designs
-from gearbench.optimise.select import chosen_scene, open_designs
-from gearbench.optimise.study import RESPONSES, STATISTICS
-from gearbench.results import load
+from gearbench.explore.columns import Column, known_column, variable_column
+from gearbench.optimisation.designs import Designs
+from gearbench.optimisation.select import chosen_scene, open_designs
+from gearbench.optimisation.study import RESPONSES
+from gearbench.results.netcdf import load
+from gearbench.results.responses import is_response, statistics_of
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 
@@ -94,8 +95,8 @@ def of_designs(designs: Designs, file: str) -> Stored:
     if places.size == 0:
         raise InputError("", file, "has no feasible design")
     columns = [variable_column(v.name, v.paths, dataset[v.name].values[places]) for v in study.variables]
-    columns += [constraint_column(name, dataset[name].values[places]) for name in study.constraints]
-    columns += [statistic_column(name, dataset[name].values[places]) for name in STATISTICS]
+    columns += [known_column(name, "limit", dataset[name].values[places]) for name in study.constraints]
+    columns += [known_column(name, "statistic", dataset[name].values[places]) for name in study.statistics]
     label = study.name or file
     return Stored(label=label, columns=tuple(columns), places=places, scene=lambda place: chosen_scene(designs, place))
 
@@ -104,10 +105,10 @@ def of_run(dataset: xr.Dataset, file: str) -> Stored:
     """The one scene of a simulation or a robustness run."""
     scene = parse_scene(tomllib.loads(dataset.attrs["scene"]))
     columns = []
-    for name in STATISTICS:
-        response, statistic = name.rsplit("_", 1)
-        stored = dataset.get(name)
-        if stored is None and statistic == "mean":
-            stored = dataset[response].mean()
-        columns.append(statistic_column(name, np.array([np.nan if stored is None else float(stored)])))
+    for response in dict.fromkeys((*RESPONSES, *filter(is_response, map(str, dataset.data_vars)))):
+        for name in statistics_of([response]):
+            stored = dataset.get(name)
+            if stored is None and name == f"{response}_mean":
+                stored = dataset[response].mean()
+            columns.append(known_column(name, "statistic", np.array([np.nan if stored is None else float(stored)])))
     return Stored(label=scene.name or file, columns=tuple(columns), places=np.array([0]), scene=lambda _: scene)

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.geometry.gear import Gear
+from gearbench.geometry.role import Role
 
 #: e, e′ and e″ [mm, –, 1/mm] at roll lengths [mm].
 Deviation = tuple[NDArray, NDArray, NDArray]
@@ -28,8 +29,8 @@ class Modification:
 
     Parameters
     ----------
-    gear
-        0 pinion, 1 wheel.
+    role
+        The gear it is on.
     amount
         [mm].
     start, length
@@ -42,7 +43,7 @@ class Modification:
         Whether there is none where t < 0.
     """
 
-    gear: int
+    role: Role
     amount: float
     start: float
     length: float

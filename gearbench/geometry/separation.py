@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.profile import Modification, Profile, profile
+from gearbench.geometry.role import Role
 from gearbench.geometry.touching import Curve, Plane
 
 #: Nodes on a base pitch: cubic Hermite polynomials between them are good to 1e-10 mm and better.
@@ -265,14 +266,14 @@ def hermite_slope(c: Curve, u: NDArray) -> NDArray:
 @lru_cache(maxsize=128)
 def separation(pair: Pair, modifications: tuple[Modification, ...] = ()) -> Separation:
     """Separation of the flanks of ``pair`` with the ``modifications`` of their profiles."""
-    first, second = (profile(gear, tuple(m for m in modifications if m.gear == k)) for k, gear in enumerate(pair.gears))
-    reach = REACH * pair.base_pitch
+    first, second = (profile(pair.gears[role], tuple(m for m in modifications if m.role == role)) for role in Role)
+    reach = REACH * pair.meshing.base_pitch
     return Separation(
-        plane=Plane(profiles=(first, second), tangent_length=pair.tangent_length),
-        path=(pair.path_start, pair.path_end),
-        low=pair.path_start - reach,
-        high=pair.path_end + reach,
-        step=pair.base_pitch / NODES,
+        plane=Plane(profiles=(first, second), tangent_length=pair.meshing.tangent_length),
+        path=(pair.meshing.path_start, pair.meshing.path_end),
+        low=pair.meshing.path_start - reach,
+        high=pair.meshing.path_end + reach,
+        step=pair.meshing.base_pitch / NODES,
     )
 
 

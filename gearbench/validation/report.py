@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from gearbench.errors import InputError
 from gearbench.files import check_target, replacing
-from gearbench.results import save
+from gearbench.results.netcdf import save
 from gearbench.validation import figures
 from gearbench.validation.dataset import of_scene
 from gearbench.validation.figures import duration, percent
@@ -144,7 +144,7 @@ def _cycle_table(one: xr.Dataset) -> str:
         error = percent(float(one[f"{name}_error"]))
         rows.append([label, f"{fast:.4g} {units}", f"{reference:.4g} {units}", error])
     for word, name in (("STE", "transmission_error"), ("stiffness", "mesh_stiffness")):
-        harmonic, error = one[f"{name}_harmonic"], one[f"{name}_harmonic_error"].values
+        harmonic, error = one[f"{name}_amplitude"], one[f"{name}_amplitude_error"].values
         for n, (fast, reference) in enumerate(harmonic.values.T):
             units = harmonic.attrs["units"]
             label = f"harmonic {n + 1} of {word}"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, write_figure
-from gearbench.quantities import QUANTITIES
+from gearbench.results.responses import quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,10 +19,8 @@ _STYLES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (PURPLE, "D"))
 
 def heading(label: str) -> tuple[str, str]:
     """Short name and unit of an objective; the whole label without unit where it is a weighted sum."""
-    response, _, statistic = label.rpartition("_")
-    if response not in QUANTITIES:
-        return label.replace("_", " "), ""
-    return f"{statistic} {QUANTITIES[response].symbol}", QUANTITIES[response].units
+    q = quantity(label)
+    return (label.replace("_", " "), "") if q is None else (q.symbol, q.units)
 
 
 def findings(dataset: xr.Dataset) -> list[str]:

@@ -9,7 +9,7 @@ import pytest
 from gearbench.explore.catalogue import catalogue, fronts
 from gearbench.explore.settings import Settings
 from gearbench.explore.stored import open_results
-from gearbench.results import save
+from gearbench.results.netcdf import save
 from gearbench.scene_file import load_scene
 from tests.browser.changes import CHANGES, change_times
 from tests.browser.chromium import chromium, faults, missing, open_page, shot, wait
