@@ -5,17 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.phases import gauss_phases, uniform_phases
 from gearbench.contact.problem import ContactProblem, gram, pivoted_root, reduce_rank
+from gearbench.contact.solver import solve
 from gearbench.effects.base import ComplianceEffect, Dense, GapEffect, LineLaw, LowRank
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.geometry.separation import Separation, separation
 from gearbench.scene import Scene
+
+#: How far lines reach beyond the path of contact where the deflection is not known yet [base pitches].
+_REACH = 0.3
+#: How much farther the lines of a solution reach than flanks as far apart as the gears deflect.
+MARGIN = 1.3
 
 
 def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
@@ -29,8 +36,6 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
     if (flanks := flank_separation(scene)) is not None:
         changes = flanks.kinks
         if not meshing.overlap_ratio:
-            from gearbench.contact.reach import greatest_deflection
-
             # spur pairs take and leave their load, with a kink, where they are as far apart as the others are deflected
             changes += flanks.reach(greatest_deflection(scene, flanks))
         transitions = meshing.phases_at(changes)
@@ -47,8 +52,6 @@ def scene_lines(scene: Scene, mesh_phase: NDArray) -> ContactLines:
     segments, flanks = scene.resolution.segments, flank_separation(scene)
     if flanks is None:
         return contact_lines(scene.pair, mesh_phase, segments)
-    from gearbench.contact.reach import MARGIN, greatest_deflection, typical_load
-
     span = flanks.reach(MARGIN * greatest_deflection(scene, flanks))
     return replace(contact_lines(scene.pair, mesh_phase, segments, flanks, span), typical_load=typical_load(scene))
 
@@ -62,6 +65,33 @@ def profile_separation(scene: Scene) -> Separation:
     """Separation of the profiles with the scene's modifications of them."""
     gaps = [effect for effect in scene.effects if isinstance(effect, GapEffect)]
     return separation(scene.pair, tuple(m for effect in gaps for m in effect.modifications(scene.pair)))
+
+
+@lru_cache(maxsize=16)
+def greatest_deflection(scene: Scene, flanks: Separation) -> float:
+    """Greatest approach of the gears along the line of action over a mesh cycle [mm].
+
+    Solved amid the phases with fewest and with most pairs on the path; lines that reach ``MARGIN`` times as far miss
+    nothing. Gaps other than the separation count with their range, so that samples of random errors stay within it.
+    """
+    meshing = scene.pair.meshing
+    room = _REACH * meshing.base_pitch
+    span = (meshing.path_start - room, meshing.path_end + room)
+    most = meshing.transverse_contact_ratio % 1.0
+    lines = contact_lines(scene.pair, np.array([(1 + most) / 2, most / 2]), scene.resolution.segments, flanks, span)
+    lines = replace(lines, typical_load=typical_load(scene))
+    deflection = float(solve(assemble(scene, lines)).approach.max())
+    if any(isinstance(effect, GapEffect) and not effect.modifications(scene.pair) for effect in scene.effects):
+        other = replace(scene, effects=tuple(e for e in scene.effects if e.name != "off_line_contact"))
+        deflection += float(np.ptp(total_gap(other, lines)[lines.active]))
+    return deflection / math.cos(meshing.beta_b)
+
+
+def typical_load(scene: Scene) -> float:
+    """Half of what a line carries on the mean [N/mm]: pairs touch at their edges as they take or leave their load."""
+    meshing = scene.pair.meshing
+    mean = scene.F_bn * math.cos(meshing.beta_b) / scene.pair.face_width
+    return mean / (2 * max(meshing.transverse_contact_ratio, 1.0))
 
 
 def total_gap(scene: Scene, lines: ContactLines) -> NDArray:

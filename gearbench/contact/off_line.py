@@ -12,14 +12,17 @@ from numpy.typing import NDArray
 from gearbench.contact.assemble import profile_separation, total_gap
 from gearbench.effects.base import GapEffect
 from gearbench.geometry.action import contact_lines
+from gearbench.scene import Scene
 
 if TYPE_CHECKING:
-    from gearbench.results.outputs import Solved
+    import xarray as xr
 
 #: How far beyond the path of contact the estimate looks [base pitches].
 _REACH = 0.3
 #: Phases and segments of the estimate.
 _PHASES, _SEGMENTS = 96, 9
+#: Relative change of the RMS that is worth a line.
+_WORTH_SAYING = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,21 +41,20 @@ class Missed:
     share: float
 
 
-def estimate(solved: Solved) -> Missed:
-    """Estimate for a solution on the line of action, from separations and its own mean stiffness.
+def estimate(scene: Scene, mean: float, rms: float) -> Missed:
+    """Estimate from separations and the ``mean`` and ``rms`` of the STE [µm] of a solution on the line of action.
 
     Every line is a bedding of constant stiffness c per unit length under compressions δ − e, as in ISO 6336, such that
     the RMS of the STE on the line is that of the solution; the rest of its mean is the bodies', which move all teeth
     alike and close no gaps. The bedding is solved once more with the gaps of flanks that touch first anywhere.
     """
-    scene, pair = solved.scene, solved.scene.pair
-    room = _REACH * pair.meshing.base_pitch
+    pair, meshing = scene.pair, scene.pair.meshing
+    room = _REACH * meshing.base_pitch
     phase = (np.arange(_PHASES) + 0.5) / _PHASES
-    flanks = profile_separation(scene)
-    wide = contact_lines(pair, phase, _SEGMENTS, flanks, (pair.meshing.path_start - room, pair.meshing.path_end + room))
+    flanks, span = profile_separation(scene), (meshing.path_start - room, meshing.path_end + room)
+    plain, wide = contact_lines(pair, phase, _SEGMENTS), contact_lines(pair, phase, _SEGMENTS, flanks, span)
     assert wide.touch is not None
-    plain = contact_lines(pair, phase, _SEGMENTS)
-    cos_b = math.cos(pair.meshing.beta_b)
+    cos_b = math.cos(meshing.beta_b)
     exact = np.minimum(wide.touch.gap, room) * cos_b
     for effect in scene.effects:
         if isinstance(effect, GapEffect) and not effect.modifications(pair):
@@ -60,18 +62,36 @@ def estimate(solved: Solved) -> Missed:
     gaps, lengths = [total_gap(scene, plain), exact], [plain.length, wide.length]
     weight = [np.broadcast_to(n[..., None], g.shape).reshape(_PHASES, -1) for n, g in zip(lengths, gaps, strict=True)]
     gaps = [g.reshape(_PHASES, -1) for g in gaps]
-    delta, load = solved.solution.approach, scene.F_bn
-    mean = float(delta @ solved.weight)
-    rms = math.sqrt(float((delta - mean) ** 2 @ solved.weight))
+    mean, rms, load = mean * 1e-3 * cos_b, rms * 1e-3 * cos_b, scene.F_bn
     softest = load / mean / float(weight[0].sum(axis=1).mean())
     c = 2 * softest
     for _ in range(20):
         c = max(softest, c * (float(_approach(gaps[0], weight[0], load / c).std()) / max(rms, 1e-3 * mean)))
     on_line, off_line = (_approach(g, w, load / c) for g, w in zip(gaps, weight, strict=True))
-    outside = ((wide.u < pair.meshing.path_start) | (wide.u > pair.meshing.path_end)).reshape(_PHASES, -1)
+    outside = ((wide.u < meshing.path_start) | (wide.u > meshing.path_end)).reshape(_PHASES, -1)
     carried = c * weight[1] * np.maximum(off_line[:, None] - gaps[1], 0.0)
     share = (carried * outside).sum(axis=1) / load
     return Missed(rms_ratio=float(on_line.std() / off_line.std()), share=float(share.max()))
+
+
+def advice(scene: Scene, dataset: xr.Dataset) -> str | None:
+    """One line where a solution on the line of action misses more than 5 % of the RMS of the STE, by estimate.
+
+    None where the scene has the effect, cannot have it, or the Dataset lacks mean and RMS of the STE.
+    """
+    names = ("transmission_error_mean", "transmission_error_rms")
+    effects = scene.effects_by_name
+    if "off_line_contact" in effects or "hertz" not in effects or any(name not in dataset for name in names):
+        return None
+    mean, rms = (float(dataset[name]) for name in names)
+    # gaps without load: the mean need not be a deflection
+    if mean <= 0:
+        return None
+    excess = estimate(scene, mean, rms).rms_ratio - 1
+    if not abs(excess) > _WORTH_SAYING:
+        return None
+    size = f"{100 * abs(excess):.0f} % too {'large' if excess > 0 else 'small'}"
+    return f"RMS of STE may be {size}: add [effects.off_line_contact]"
 
 
 def _approach(gap: NDArray, weight: NDArray, load: float) -> NDArray:
