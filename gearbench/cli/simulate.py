@@ -25,6 +25,7 @@ def simulate(
     A stage of a REXS file: gearbench simulate gearbox.rexs --stage 2 -o stage2.nc
     """
     from gearbench.cli import summary
+    from gearbench.contact.off_line import advice
     from gearbench.files import check_target
     from gearbench.results.netcdf import save
     from gearbench.simulation import simulate as run
@@ -34,6 +35,9 @@ def simulate(
         check_target(output)
     folder = plot_folder(plots)
     dataset = run(with_accuracy(loaded, accuracy))
+    if (missed := advice(loaded, dataset)) is not None:
+        dataset.attrs["off_line_contact"] = missed
+        notes = (*notes, missed)
     written = [save(dataset, output)] if output is not None else []
     if folder is not None:
         from gearbench.plotting import draw_simulation

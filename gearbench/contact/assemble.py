@@ -5,19 +5,26 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.phases import gauss_phases, uniform_phases
 from gearbench.contact.problem import TRUNCATION, ContactProblem, gram, reduce_rank, stiffness_of_law, truncated_root
+from gearbench.contact.solver import solve
 from gearbench.effects.base import ComplianceEffect, Dense, Effects, GapEffect, LineLaw, LowRank
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, contact_lines
+from gearbench.geometry.separation import Separation, separation
 from gearbench.scene import Scene
 
 #: A gap that varies less than this along the contact lines is constant [mm].
 LEAST_VARIATION = 1e-10
+#: How far lines reach beyond the path of contact where the deflection is not known yet [base pitches].
+_REACH = 0.3
+#: How much farther the lines of a solution reach than flanks as far apart as the gears deflect.
+MARGIN = 1.3
 
 
 def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
@@ -27,8 +34,13 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
         raise InputError("resolution.accuracy", resolution.accuracy, "is for simulate and robust; here give segments")
     if resolution.positions is not None:
         return uniform_phases(resolution.positions)
-    meshing, (kinks, face) = scene.pair.meshing, _kinks(scene)
-    transitions = meshing.phases_at((meshing.path_start, meshing.path_end, *kinks), face)
+    meshing, flanks = scene.pair.meshing, flank_separation(scene)
+    kinks, face = _kinks(scene, flanks)
+    changes = tuple(kinks) if flanks is not None else (meshing.path_start, meshing.path_end, *kinks)
+    if flanks is not None and not meshing.overlap_ratio:
+        # spur pairs take and leave their load, with a kink, where they are as far apart as the others are deflected
+        changes += flanks.reach(greatest_deflection(scene, flanks))
+    transitions = meshing.phases_at(changes, face)
     size = resolution.panel_size
     assert size is not None
     return gauss_phases(transitions, size)
@@ -36,22 +48,83 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
 
 def scene_lines(scene: Scene, mesh_phase: NDArray) -> ContactLines:
     """Contact lines of the scene at the given phases."""
-    pair = scene.pair
-    sparse = contact_lines(pair, (np.arange(4) + 0.5) / 4, 8)
-    parting = bool(np.ptp(total_gap(scene, sparse), axis=2).max() > LEAST_VARIATION)
-    return contact_lines(pair, mesh_phase, scene.resolution.segments, *_kinks(scene), parting=parting)
+    flanks = flank_separation(scene)
+    if flanks is None:
+        return _lines(scene, mesh_phase)
+    span = flanks.reach(MARGIN * greatest_deflection(scene, flanks))
+    return _lines(scene, mesh_phase, flanks, span)
 
 
-def _kinks(scene: Scene) -> tuple[list[float], list[float]]:
-    """Positions u and y [mm] at which the gap of a scene has a kink."""
+def _lines(
+    scene: Scene, mesh_phase: NDArray, flanks: Separation | None = None, span: tuple[float, float] | None = None
+) -> ContactLines:
+    """Contact lines over the path of contact, or with the separation of the ``flanks`` over ``span``."""
+    pair, load = scene.pair, 0.0 if flanks is None else typical_load(scene)
+    sparse = replace(contact_lines(pair, (np.arange(4) + 0.5) / 4, 8, separation=flanks, span=span), typical_load=load)
+    gap = np.where(sparse.active[..., None], total_gap(scene, sparse), 0.0)
+    parting = bool(np.ptp(gap, axis=2).max() > LEAST_VARIATION)
+    kinks, face = _kinks(scene, flanks)
+    lines = contact_lines(
+        pair, mesh_phase, scene.resolution.segments, kinks, face, parting=parting, separation=flanks, span=span
+    )
+    return replace(lines, typical_load=load)
+
+
+def _kinks(scene: Scene, flanks: Separation | None) -> tuple[list[float], list[float]]:
+    """Positions u and y [mm] at which the gap of a scene has a kink; those of the profiles are the separation's."""
     gaps = [effect for effect in scene.effects if isinstance(effect, GapEffect)]
-    return [u for gap in gaps for u in gap.kinks(scene.pair)], [y for gap in gaps for y in gap.face_kinks(scene.pair)]
+    added = [gap for gap in gaps if flanks is None or not gap.modifications(scene.pair)]
+    own = [] if flanks is None else [float(u) for u in flanks.kinks]
+    return own + [u for gap in added for u in gap.kinks(scene.pair)], [
+        y for g in gaps for y in g.face_kinks(scene.pair)
+    ]
+
+
+def flank_separation(scene: Scene) -> Separation | None:
+    """Separation of the modified profiles, where the scene asks for contact off the line of action."""
+    return None if scene.effect("off_line_contact") is None else profile_separation(scene)
+
+
+def profile_separation(scene: Scene) -> Separation:
+    """Separation of the profiles with the scene's modifications of them."""
+    gaps = [effect for effect in scene.effects if isinstance(effect, GapEffect)]
+    return separation(scene.pair, tuple(m for effect in gaps for m in effect.modifications(scene.pair)))
+
+
+@lru_cache(maxsize=16)
+def greatest_deflection(scene: Scene, flanks: Separation) -> float:
+    """Greatest approach of the gears along the line of action over a mesh cycle [mm].
+
+    Solved amid the phases with fewest and with most pairs on the path; lines that reach ``MARGIN`` times as far miss
+    nothing. Gaps other than the separation count with their range, so that samples of random errors stay within it.
+    """
+    meshing = scene.pair.meshing
+    room = _REACH * meshing.base_pitch
+    span = (meshing.path_start - room, meshing.path_end + room)
+    most = meshing.transverse_contact_ratio % 1.0
+    lines = _lines(scene, np.array([(1 + most) / 2, most / 2]), flanks, span)
+    deflection = float(solve(assemble(scene, lines)).approach.max())
+    if any(isinstance(effect, GapEffect) and not effect.modifications(scene.pair) for effect in scene.effects):
+        other = replace(scene, effects=tuple(e for e in scene.effects if e.name != "off_line_contact"))
+        deflection += float(np.ptp(total_gap(other, lines)[lines.active]))
+    return deflection / math.cos(meshing.beta_b)
+
+
+def typical_load(scene: Scene) -> float:
+    """Half of what a line carries on the mean [N/mm]: pairs touch at their edges as they take or leave their load."""
+    meshing = scene.pair.meshing
+    mean = scene.F_bn * math.cos(meshing.beta_b) / scene.pair.face_width
+    return mean / (2 * max(meshing.transverse_contact_ratio, 1.0))
 
 
 def total_gap(scene: Scene, lines: ContactLines) -> NDArray:
-    """Sum of the gaps of all effects, (position, pair, segment) [mm]."""
-    gaps = [effect.gap(lines) for effect in scene.effects if isinstance(effect, GapEffect)]
-    return sum(gaps[1:], gaps[0]) if gaps else np.zeros(lines.shape)
+    """Sum of the gaps of all effects, (position, pair, segment) [mm], over the lever arms of the segments."""
+    total = np.zeros(lines.shape)
+    for effect in scene.effects:
+        # modifications of the profiles alone are part of a separation
+        if isinstance(effect, GapEffect) and not (lines.touch and effect.modifications(scene.pair)):
+            total += effect.gap(lines) / lines.lever
+    return total
 
 
 def assemble(scene: Scene, lines: ContactLines, *, truncation: float = TRUNCATION) -> ContactProblem:
@@ -77,6 +150,8 @@ def assemble(scene: Scene, lines: ContactLines, *, truncation: float = TRUNCATIO
     if laws and lines.cells:
         begin, end = (total_gap(scene, lines.moved(share)) for share in (-1, 1))
         soft = np.abs(end - begin) / 2
+    if lines.touch is not None:
+        factor, matrix, a, h = _by_lever(lines.touch.levers[0], factor, matrix, a, h)
     problem = scale_problem(lines, gap, factor, a, h, soft, scene.F_bn, unit, coupled=coupled)
     if coupled:
         matrix *= problem.force / problem.length_scale
@@ -93,6 +168,19 @@ def _over_segments(effect: ComplianceEffect, lines: ContactLines, beside: Effect
     if isinstance(first, LowRank) and isinstance(second, LowRank):
         return LowRank(factor=(first.factor + second.factor) / 2, coupled=first.coupled)
     return effect.compliance(lines, beside)
+
+
+def _by_lever(
+    w: NDArray, factor: NDArray, matrix: NDArray, a: NDArray, h: NDArray
+) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+    """Ψ, H, a and h in moments about the pinion's axis over its base radius in place of forces, P̃ = w P (T5).
+
+    With compressions s = w (δ − e) the equations keep their form, and their symmetry.
+    """
+    if matrix.size:
+        flat = w.reshape(len(w), -1)
+        matrix = matrix / (flat[:, :, None] * flat[:, None, :])
+    return factor / w[..., None], matrix, (a + h * np.log(w)) / w**2, h / w**2
 
 
 def _typical_compression(a: NDArray, h: NDArray, scene: Scene) -> float:

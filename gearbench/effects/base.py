@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.profile import Modification
 from gearbench.geometry.role import Role
 
 
@@ -146,6 +147,10 @@ class GapEffect(Effect):
     @abstractmethod
     def gap(self, lines: ContactLines) -> NDArray:
         """Initial gap e normal to the flank, (position, pair, segment) [mm]."""
+
+    def modifications(self, pair: Pair) -> tuple[Modification, ...]:
+        """The gap as modifications of the profiles alone, where it is the same all over the face; none by default."""
+        return ()
 
     def kinks(self, pair: Pair) -> tuple[float, ...]:
         """Positions u [mm] on the path of contact where the gap has a kink; none by default."""

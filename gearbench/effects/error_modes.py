@@ -35,8 +35,7 @@ def profile_coordinate(lines: ContactLines, role: Role, along: Along = "roll", s
         return (radius - start) / (end - start)
     r_b = body.base_radius  # below the base circle there is no roll length: it counts from there
     first, last = (math.sqrt(max(r**2 - r_b**2, 0.0)) for r in (start, end))
-    roll = lines.u if role == Role.PINION else lines.pair.meshing.tangent_length - lines.u
-    return (roll - first) / (last - first)
+    return (lines.rolls[role] - first) / (last - first)
 
 
 def profile_slope(lines: ContactLines, role: Role, along: Along, span: Range) -> NDArray:

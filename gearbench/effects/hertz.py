@@ -6,11 +6,16 @@ import math
 from typing import Any, ClassVar, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import ComplianceEffect, Effects, LineLaw
 from gearbench.geometry.action import ContactLines
+from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
+
+#: Polynomials of R in the compliance of solid teeth, unless a scene asks for a low order.
+FLANK_POLYNOMIALS = 5
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -46,4 +51,22 @@ class Hertz(ComplianceEffect):
         t1, t2 = (gear.flank_depth(r) for gear, r in zip(lines.pair.gears, lines.radii, strict=True))
         # ln(2√(t1 t2)/a_H) = ½ ln(4 t1 t2 / (2cρ)) − ½ ln q, since a_H² = 2cρq
         a = c * (0.5 * np.log(2 * t1 * t2 / (c * rho)) - nu / (2 * (1 - nu)))
-        return LineLaw(a=a, h=np.full(lines.shape, c / 2))
+        h = np.full(lines.shape, c / 2)
+        if lines.touch is not None:
+            for role in Role:
+                softer = _edge(lines, role, rho)
+                a, h = a + softer[0], h + softer[1]
+        return LineLaw(a=a, h=h)
+
+
+def _edge(lines: ContactLines, role: Role, rho: NDArray) -> tuple[NDArray, NDArray]:
+    """What a and h gain near the tip of one of the gears, (position, pair, segment) [mm²/N] (E4)."""
+    from gearbench.compliance.edge import edge_distance, edge_softening
+
+    touch, material, gear = lines.touch, lines.pair.material, lines.pair.gears[role]
+    assert touch is not None
+    c = (1 - material.nu**2) / (math.pi * material.E)
+    roll = touch.rolls[role]
+    # corners where a relief begins are all but flat
+    tilt = np.where((touch.edge == role) & (edge_distance(gear, roll) < 1e-6 * gear.tip_radius), touch.tilt, 0.0)
+    return edge_softening(gear, c, FLANK_POLYNOMIALS, roll, tilt, rho, lines.typical_load)

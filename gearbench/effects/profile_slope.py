@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, ClassVar
 
 from numpy.typing import NDArray
@@ -11,6 +12,8 @@ from gearbench.effects.base import GapEffect
 from gearbench.effects.error_modes import profile_coordinate
 from gearbench.effects.relief import MICROMETRE, Amount
 from gearbench.geometry.action import ContactLines
+from gearbench.geometry.pair import Pair
+from gearbench.geometry.profile import Modification
 from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
@@ -42,3 +45,14 @@ class ProfileSlope(GapEffect):
         return MICROMETRE * (
             self.pinion * profile_coordinate(lines, Role.PINION) + self.wheel * profile_coordinate(lines, Role.WHEEL)
         )
+
+    def modifications(self, pair: Pair) -> tuple[Modification, ...]:
+        """The same of each profile."""
+        found = []
+        for role, amount in zip(Role, (self.pinion, self.wheel), strict=True):
+            r_b = pair.gears[role].base_radius
+            low, high = (math.sqrt(max(r**2 - r_b**2, 0.0)) for r in pair.meshing.active_radii[role])
+            missing = amount * MICROMETRE / math.cos(pair.meshing.beta_b)
+            shape = {"start": low, "length": high - low, "along": "roll", "one_sided": False}
+            found.append(Modification(role=role, amount=missing, **shape))
+        return tuple(m for m in found if m.amount != 0)

@@ -13,6 +13,7 @@ from gearbench.errors import InputError
 EFFECTS: dict[str, tuple[str, str]] = {
     "tooth_bending": ("gearbench.effects.tooth_bending", "ToothBending"),
     "gear_body": ("gearbench.effects.gear_body", "GearBody"),
+    "off_line_contact": ("gearbench.effects.off_line_contact", "OffLineContact"),
     "hertz": ("gearbench.effects.hertz", "Hertz"),
     "crowning": ("gearbench.effects.crowning", "Crowning"),
     "tip_relief": ("gearbench.effects.tip_relief", "TipRelief"),

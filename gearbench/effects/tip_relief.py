@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -10,10 +11,11 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import Effects, GapEffect
-from gearbench.effects.relief import Gears, Shape, chosen, relief
+from gearbench.effects.relief import MICROMETRE, Gears, Shape, chosen, relief
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.profile import Modification
 from gearbench.schema import STRICT
 
 
@@ -57,6 +59,21 @@ class TipRelief(GapEffect):
         for i in chosen(self.gear):
             total += relief(lines.pair.gears[i].tip_radius - lines.radii[i], self.length, self.amount, self.shape)
         return total
+
+    def modifications(self, pair: Pair) -> tuple[Modification, ...]:
+        """The same of each profile."""
+        if self.amount == 0 or self.length == 0:
+            return ()
+        return tuple(
+            Modification(
+                role=i,
+                amount=self.amount * MICROMETRE / math.cos(pair.meshing.beta_b),
+                start=pair.gears[i].tip_radius - self.length,
+                length=self.length,
+                power=1 if self.shape == "linear" else 2,
+            )
+            for i in chosen(self.gear)
+        )
 
     def kinks(self, pair: Pair) -> tuple[float, ...]:
         """Where the relief begins on the path of contact, u [mm]."""

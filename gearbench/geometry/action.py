@@ -13,12 +13,14 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.separation import Separation, Touch
 
 #: Segments that a panel has at least.
 FEWEST = 2
@@ -48,6 +50,10 @@ class ContactLines:
         Length of each segment along the contact line, Δy / cos β_b [mm]: the weight of its node.
     cells
         Whether the segments are cells with their nodes in the middle; Gauss points otherwise.
+    separation
+        Of the flanks, off the line of action too; absent where contact is taken to lie on it.
+    typical_load
+        Line load [N/mm] at which contact laws near an edge agree in value and slope; needed with ``separation``.
     """
 
     pair: Pair
@@ -57,6 +63,8 @@ class ContactLines:
     y: NDArray
     length: NDArray
     cells: bool = False
+    separation: Separation | None = None
+    typical_load: float = 0.0
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -74,23 +82,61 @@ class ContactLines:
         meshing = self.pair.meshing
         half, tan_b = self.length * math.cos(meshing.beta_b) / 2, math.tan(meshing.beta_b)
         y = np.clip(self.y + share * half, 0.0, self.pair.face_width)
-        u = np.clip(self.u + (y - self.y) * tan_b, meshing.path_start, meshing.path_end)
+        u = self.u + (y - self.y) * tan_b
+        if self.separation is None:
+            u = np.clip(u, meshing.path_start, meshing.path_end)
         return replace(self, u=u, y=y)
+
+    @cached_property
+    def touch(self) -> Touch | None:
+        """Where flanks touch first; None where contact is taken to lie on the line of action."""
+        if self.separation is None:
+            return None
+        if self.pair.meshing.overlap_ratio > 0:
+            return self.separation(self.u)
+        # without helix angle all segments of a line stand at the same u
+        return self.separation(self.u[..., :1]).broadcast(self.shape[2])
+
+    @property
+    def rolls(self) -> tuple[NDArray, NDArray]:
+        """Roll lengths of the segment centres on pinion and wheel [mm]."""
+        if self.touch is not None:
+            return self.touch.rolls[0], self.touch.rolls[1]
+        return self.u, self.pair.meshing.tangent_length - self.u
 
     @cached_property
     def radii(self) -> tuple[NDArray, NDArray]:
         """Radii of the nodes on pinion and wheel [mm]."""
-        return self.pair.meshing.radii(self.u)
+        if self.touch is None:
+            return self.pair.meshing.radii(self.u)
+        (first, second), (pinion, wheel) = self.rolls, self.pair.gears
+        return np.hypot(pinion.base_radius, first), np.hypot(wheel.base_radius, second)
+
+    @property
+    def lever(self) -> NDArray | float:
+        """Lever arm of the normal force about the pinion's axis over its base radius; 1 on the line of action."""
+        return 1.0 if self.touch is None else self.touch.levers[0]
 
     @property
     def curvature_radius(self) -> NDArray:
         """Relative radius of curvature in the normal plane ρ [mm]."""
-        return self.pair.meshing.curvature_radius(self.u)
+        if self.touch is None:
+            return self.pair.meshing.curvature_radius(self.u)
+        first, second = self.touch.radii
+        return first * second / (first + second) / math.cos(self.pair.meshing.beta_b)
 
 
-def pair_indices(pair: Pair) -> NDArray:
-    """Numbers k of the tooth pairs that touch at some phase of the mesh cycle, (pair,)."""
-    return np.arange(-math.ceil(pair.meshing.overlap_ratio), math.floor(pair.meshing.transverse_contact_ratio) + 1)
+def pair_indices(pair: Pair, span: tuple[float, float] | None = None) -> NDArray:
+    """Numbers k of the tooth pairs that touch at some phase of the mesh cycle, (pair,).
+
+    ``span`` is the range of u [mm] within which they can, by default the path of contact.
+    """
+    meshing = pair.meshing
+    if span is None:
+        before, after = 0.0, meshing.transverse_contact_ratio
+    else:
+        before, after = ((u - meshing.path_start) / meshing.base_pitch for u in span)
+    return np.arange(math.floor(before) - math.ceil(meshing.overlap_ratio), math.floor(after) + 1)
 
 
 def contact_lines(
@@ -101,6 +147,8 @@ def contact_lines(
     face_kinks: Iterable[float] = (),
     *,
     parting: bool = False,
+    separation: Separation | None = None,
+    span: tuple[float, float] | None = None,
 ) -> ContactLines:
     """Contact lines of ``pair`` at the phases ``mesh_phase`` (position,), each with ``segments`` segments.
 
@@ -110,16 +158,19 @@ def contact_lines(
         Positions u on the path of contact and y along the face where the gap has a kink: ends of panels [mm].
     parting
         Whether flanks may part somewhere along a line: equal segments on each panel, not Gauss points.
+    separation, span
+        Of the flanks; with it lines reach over the range ``span`` of u [mm], beyond the path of contact.
     """
     tau = np.atleast_1d(np.asarray(mesh_phase, dtype=float))
     meshing, b = pair.meshing, pair.face_width
-    u_a, u_e, tan_b = meshing.path_start, meshing.path_end, math.tan(meshing.beta_b)
+    u_a, u_e = ends = (meshing.path_start, meshing.path_end) if span is None else span
+    tan_b = math.tan(meshing.beta_b)
     cuts = sorted({u for u in kinks if u_a < u < u_e}), sorted({y for y in face_kinks if 0 < y < b})
-    index = pair_indices(pair)
-    start = u_a + (tau[:, None] + index) * meshing.base_pitch  # u at y = 0
-    edges = _panel_edges(pair, start, *cuts)
+    index = pair_indices(pair, span)
+    start = meshing.path_start + (tau[:, None] + index) * meshing.base_pitch  # u at y = 0
+    edges = _panel_edges(pair, start, ends, *cuts)
     # the widest that a panel becomes while a line passes, whatever the phases asked for
-    passing = _panel_edges(pair, np.linspace(u_a - b * tan_b, u_e, 401), *cuts)
+    passing = _panel_edges(pair, np.linspace(u_a - b * tan_b, u_e, 401), ends, *cuts)
     widest = np.diff(passing, axis=0).max(axis=1, initial=0.0)
     y, width = _on_panels(edges, widest, segments, b, parting=parting)
     # a line shorter than rounding is no line
@@ -132,13 +183,15 @@ def contact_lines(
         y=np.where(absent, b / 2, y),
         length=np.where(absent, 0.0, width / math.cos(meshing.beta_b)),
         cells=parting,
+        separation=separation,
     )
 
 
-def _panel_edges(pair: Pair, start: NDArray, kinks: Sequence[float], face_kinks: Sequence[float]) -> NDArray:
-    """Ends y of the panels, (edge, …), of lines that pass y = 0 at ``start`` (…) [mm]."""
-    u_a, u_e, tan_b = pair.meshing.path_start, pair.meshing.path_end, math.tan(pair.meshing.beta_b)
-    b = pair.face_width
+def _panel_edges(
+    pair: Pair, start: NDArray, ends: tuple[float, float], kinks: Sequence[float], face_kinks: Sequence[float]
+) -> NDArray:
+    """Ends y of the panels, (edge, …), of lines between the ``ends`` in u that pass y = 0 at ``start`` (…) [mm]."""
+    (u_a, u_e), tan_b, b = ends, math.tan(pair.meshing.beta_b), pair.face_width
     if tan_b > 0:
         low, high = np.clip((u_a - start) / tan_b, 0.0, b), np.clip((u_e - start) / tan_b, 0.0, b)
         inside = [(u - start) / tan_b for u in kinks]
@@ -170,7 +223,7 @@ def _on_panels(
             counts = _shares(segments, np.sqrt(widest[panel]))
             ends = edges[np.append(panel, panel[-1] + 1)][:, alike]
         rules = [_rule(count, parting) for count in counts]
-        half = [np.diff(pair_of_ends, axis=0).T / 2 for pair_of_ends in zip(ends[:-1], ends[1:], strict=True)]
+        half = [np.diff(pair_of_ends, axis=0).T / 2 for pair_of_ends in pairwise(ends)]
         parts = zip(ends[:-1], half, rules, strict=True)
         y[alike] = np.concatenate([low[:, None] + h * (1 + node) for low, h, (node, _) in parts], axis=1)
         width[alike] = np.concatenate([h * weight for h, (_, weight) in zip(half, rules, strict=True)], axis=1)

@@ -31,6 +31,8 @@ class Gear(TransverseSection):
         b [mm].
     profile_shift, addendum, dedendum, fillet_radius
         x, h_a*, h_f* and ρ_f*, in normal modules.
+    tip_rounding, tip_chamfer
+        Radius of the rounding, height of the chamfer (at 45° to the flank) of the tip edge [mm].
 
     Raises
     ------
@@ -53,6 +55,8 @@ class Gear(TransverseSection):
     addendum: float
     dedendum: float
     fillet_radius: float
+    tip_rounding: float = 0.0
+    tip_chamfer: float = 0.0
 
     def __post_init__(self) -> None:
         if self.root_radius <= 0:
@@ -66,6 +70,9 @@ class Gear(TransverseSection):
         if self.tip_radius <= self.form_radius:
             below = f"tip radius {self.tip_radius:.4g} mm must exceed the form radius {self.form_radius:.4g} mm"
             raise InputError("addendum", self.addendum, f"{below} (no involute left)")
+        if self.tip_form_radius <= self.form_radius:
+            key = "tip_rounding" if self.tip_rounding else "tip_chamfer"
+            raise InputError(key, getattr(self, key), "must leave some of the involute")
         if self.involute_half_angle(self.tip_radius) <= 0:
             limit = (self.pointed_radius - self.pitch_radius) / self.normal_module - self.profile_shift
             raise InputError("addendum", self.addendum, f"pointed tip: must be below {limit:.4g}")
@@ -77,6 +84,15 @@ class Gear(TransverseSection):
     def tip_radius(self) -> float:
         """Tip radius r_a = r + m_n (h_a* + x) [mm] (G4)."""
         return self.pitch_radius + self.normal_module * (self.addendum + self.profile_shift)
+
+    @property
+    def tip_form_radius(self) -> float:
+        """Radius at which the involute ends: r_a, or where the rounding or the chamfer of the tip begins [mm]."""
+        if self.tip_rounding:
+            inner = max(self.tip_radius - self.tip_rounding, self.base_radius)
+            # the arc's centre lies on the tangent of the involute's last point, ρ below it
+            return math.hypot(math.sqrt(inner**2 - self.base_radius**2) + self.tip_rounding, self.base_radius)
+        return self.tip_radius - self.tip_chamfer
 
     @property
     def root_radius(self) -> float:

@@ -89,19 +89,21 @@ class Meshing:
     def path_start(self) -> float:
         """u_A [mm]: the wheel's tip enters, unless the pinion's involute (fillet, undercut) starts later."""
         pinion, wheel = self.gears
-        return max(self.tangent_length - _curvature(wheel, wheel.tip_radius), _curvature(pinion, pinion.form_radius))
+        tip = self.tangent_length - _curvature(wheel, wheel.tip_form_radius)
+        return max(tip, _curvature(pinion, pinion.form_radius))
 
     @cached_property
     def path_end(self) -> float:
         """u_E [mm]: the pinion's tip leaves, unless the wheel's involute ends earlier."""
         pinion, wheel = self.gears
-        return min(_curvature(pinion, pinion.tip_radius), self.tangent_length - _curvature(wheel, wheel.form_radius))
+        form = self.tangent_length - _curvature(wheel, wheel.form_radius)
+        return min(_curvature(pinion, pinion.tip_form_radius), form)
 
     @cached_property
     def has_interference(self) -> tuple[bool, bool]:
         """Whether the fillet of pinion, wheel is reached by the mate's tip (contact below the form circle)."""
         pinion, wheel = self.gears
-        tips = (_curvature(wheel, wheel.tip_radius), _curvature(pinion, pinion.tip_radius))
+        tips = (_curvature(wheel, wheel.tip_form_radius), _curvature(pinion, pinion.tip_form_radius))
         forms = (_curvature(pinion, pinion.form_radius), _curvature(wheel, wheel.form_radius))
         room = 1e-12 * abs(self.centre_distance)
         at_pinion, at_wheel = (self.tangent_length - t < f - room for t, f in zip(tips, forms, strict=True))

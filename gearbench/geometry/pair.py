@@ -39,6 +39,9 @@ class Member:
         Tip rounding ρ_f* of the generating rack [normal modules]; 0.38 or, where less fits, the full rounding.
     bore_diameter
         Bore of the gear body [mm]; only models of the body ask for it.
+    tip_rounding, tip_chamfer
+        Radius of the rounding, or height of the chamfer (at 45° to the flank), of the tip edge [mm]; a sharp edge
+        where both are absent.
     """
 
     teeth: Annotated[int, Field(ge=5, le=2000)]
@@ -47,6 +50,12 @@ class Member:
     profile_shift: Annotated[float, Field(ge=-3.0, le=3.0)] | None = None
     fillet_radius: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
     bore_diameter: Length | None = None
+    tip_rounding: Annotated[float, Field(gt=0.0, le=50.0)] | None = None
+    tip_chamfer: Annotated[float, Field(gt=0.0, le=50.0)] | None = None
+
+    def __post_init__(self) -> None:
+        if self.tip_rounding is not None and self.tip_chamfer is not None:
+            raise InputError("tip_chamfer", self.tip_chamfer, "conflicts with tip_rounding: give one of the two")
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -187,6 +196,8 @@ class Pair:
                 addendum=member.addendum,
                 dedendum=member.dedendum,
                 fillet_radius=fillet,
+                tip_rounding=member.tip_rounding or 0.0,
+                tip_chamfer=member.tip_chamfer or 0.0,
             )
         except InputError as error:
             raise error.within(role.label) from None

@@ -37,7 +37,7 @@ class Solved:
 
     def line_load(self) -> NDArray:
         """Line load, (position, pair, segment) [N/mm]; zero where a pair has no contact line."""
-        return self.solution.force / np.where(self.lines.length > 0, self.lines.length, 1.0)
+        return self.solution.force / np.where(self.lines.length > 0, self.lines.length, 1.0) / self.lines.lever
 
     def load_share(self) -> NDArray:
         """Share of each pair in the normal force, (position, pair)."""

@@ -85,7 +85,7 @@ def prepare_phases(scene: Scene, phase: NDArray, weight: NDArray, solved: Solved
     lines = solved.lines if solved else scene_lines(scene, phase)
     problem = solved.problem if solved else assemble(scene, lines)
     positions, pairs, segments = lines.shape
-    modes = errors.modes(lines).reshape(positions, pairs * segments, -1)
+    modes = (errors.modes(lines) / np.expand_dims(lines.lever, -1)).reshape(positions, pairs * segments, -1)
     phases = Phases(phase=phase, weight=weight, size=scene.resolution.panel_size)
     return RobustProblem(
         scene=scene, errors=errors, batch=prepare(problem, modes), mean=errors.mean(scene.pair), phases=phases

@@ -1,0 +1,89 @@
+"""Free edge of a tooth's tip in the contact law: softer than a half-space, counted once.
+
+A contact law stands for the compression of a half-space, the tooth's own compliance for the rest, projected onto a few
+polynomials of R along the flank. Near the edge of the tip the flank is that of a wedge. By how much it is softer than
+a half-space, W(r, r₀), has a logarithm at the edge that these polynomials cannot follow: they hold Π W Π, and the law
+must add W − Π W Π (E4 of docs/theory.md). Whatever is smooth, such as how a wedge is held far away, drops out of
+it.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.compliance.bases import gauss
+from gearbench.compliance.local import flank_functions
+from gearbench.compliance.wedge import softness, spread_table, strip_softening
+from gearbench.geometry.gear import Gear
+
+_POINTS = 40
+
+
+def tip_angle(gear: Gear) -> float:
+    """Angle [rad] of the tooth between its flank and its tip land, or between flank and chamfer (45°)."""
+    if gear.tip_chamfer:
+        return math.radians(135.0)
+    return math.pi / 2 + math.acos(gear.base_radius / gear.tip_radius)
+
+
+def edge_distance(gear: Gear, roll: NDArray) -> NDArray:
+    """Length [mm] of the flank from the roll length ℓ to its edge, that of a rounded tip before the rounding."""
+    end = gear.tip_radius if gear.tip_rounding else gear.tip_form_radius
+    return np.maximum(end**2 - gear.base_radius**2 - roll**2, 0.0) / (2 * gear.base_radius)
+
+
+@lru_cache(maxsize=64)
+def _projected(gear: Gear, count: int) -> NDArray:
+    """∬ φ_a W φ_b dR dR₀ over c₁, (count, count): W in the polynomials of the flank."""
+    r_b, angle = gear.base_radius, tip_angle(gear)
+    low, high = gear.form_radius, gear.tip_radius
+    length = float(edge_distance(gear, np.array(math.sqrt(max(low**2 - r_b**2, 0.0)))))
+    t, weight = gauss(_POINTS)
+    r = length * t**3
+    R = np.sqrt(gear.tip_form_radius**2 - 2 * r_b * r)
+    functions = flank_functions(count, R, low, high) * (weight * length * 3 * t**2 * r_b / R)[:, None]
+    W = spread_table(angle, np.log(r[:, None] / r)) - softness(angle) * (np.log(r)[:, None] + np.log(r))
+    return functions.T @ W @ functions
+
+
+def edge_softening(
+    gear: Gear, c: float, count: int, roll: NDArray, tilt: NDArray, rho: NDArray, line_load: float
+) -> tuple[NDArray, NDArray]:
+    """Coefficients a, h [mm²/N] of what the law q (a − h ln q) of a contact on ``gear`` gains near its tip.
+
+    Parameters
+    ----------
+    gear
+        The gear whose tip is meant.
+    c
+        c₁ = (1−ν²)/(πE) [mm²/N].
+    count
+        Number of polynomials of R in the tooth's own compliance.
+    roll
+        Roll length of the touching point [mm].
+    tilt
+        Angle [rad] between the flank at its edge and the mate's; zero where the flank itself touches.
+    rho
+        Relative radius of curvature [mm].
+    line_load
+        q [N/mm] at which value and slope of the law are exact.
+    """
+    angle = tip_angle(gear)
+    B, r = softness(angle), edge_distance(gear, roll)
+    low, high = gear.form_radius, gear.tip_radius
+    phi = flank_functions(count, np.hypot(gear.base_radius, roll), low, high)
+    held = np.einsum("...a,ab,...b->...", phi, _projected(gear, count), phi)
+    if gear.tip_rounding:
+        # the strip lies on the rounding: the edge is as far away as it would be without
+        return c * (-2 * B * np.log(np.maximum(r, 1e-6 * gear.tip_radius)) - held), np.zeros_like(r)
+    half_width = np.sqrt(8 * c * rho * line_load)
+    offset = np.where(tilt > 0, rho * tilt, -r) / half_width
+    value, slope = strip_softening(angle, offset)
+    per_load = c * (value - 2 * B * np.log(half_width) - held)
+    # ln q enters through the half-width, σ ~ q^{-1/2}
+    h = c * (B + offset * slope / 2)
+    return per_load + h * math.log(line_load), h

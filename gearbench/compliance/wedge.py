@@ -1,0 +1,130 @@
+"""Load on a face of an elastic wedge near its edge: how much softer than a half-space, and a Hertzian strip there.
+
+The normal displacement of the loaded face at r under a unit line load at r₀, both counted from the edge of a wedge of
+the angle 2α in plane strain, less that of a half-space, is by Mellin's transform (E1, E2 of docs/theory.md)
+
+    W(r, r₀) = c₁ [ω(ln r/r₀) − B ln(r r₀)],   c₁ = (1−ν²)/(πE),
+    ω(x) = ∫₀^∞ (cos ηx − 1) Δm(η)/η dη,   Δm = m − 2 coth πη,
+    m(η) = (cosh 2ηα − cos 2α)/(sinh 2ηα + η sin 2α) + (cosh 2ηα + cos 2α)/(sinh 2ηα − η sin 2α),
+    B = (π/2) [(1 − cos 2α)/(2α + sin 2α) + (1 + cos 2α)/(2α − sin 2α)] − 1.
+
+Source: Sneddon, Fourier Transforms, §48; Tranter 1948. B is that of Flamant's wedge loaded at its edge.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.compliance.bases import gauss
+
+#: Offsets σ of a parabola's vertex from the edge, in Hertzian half-widths, at which strips are computed.
+_OFFSETS = np.concatenate([-np.geomspace(12.0, 1.4, 9), np.linspace(-1.2, 1.2, 17), np.geomspace(1.4, 24.0, 11)])
+#: Angles between which strips are interpolated [rad].
+_ANGLES = np.radians([92.0, 105.0, 120.0, 140.0, 165.0])
+#: Of constant pressure on a strip: good to 0.01 c₁ q, a few nanometres.
+_ELEMENTS = 24
+
+
+def softness(angle: float) -> float:
+    """B of a wedge of the ``angle`` [rad]; 0 for a half-space."""
+    s, c = math.sin(angle), math.cos(angle)
+    return math.pi / 2 * ((1 - c) / (angle + s) + (1 + c) / (angle - s)) - 1
+
+
+def spread(angle: float, x: NDArray) -> NDArray:
+    """ω(x) of a wedge of the ``angle`` [rad]: zero at 0, −B |x| far away."""
+    eta, weight = gauss(160, 0.0, 40.0 / min(angle, math.pi))
+    s, c, z = math.sin(angle), math.cos(angle), eta * angle
+    # cosh and sinh over e^z, so that nothing overflows
+    cosh, sinh, one = (1 + np.exp(-2 * z)) / 2, (1 - np.exp(-2 * z)) / 2, np.exp(-z)
+    m = (cosh - c * one) / (sinh + eta * s * one) + (cosh + c * one) / (sinh - eta * s * one)
+    factor = (m - 2 / np.tanh(math.pi * eta)) / eta * weight
+    x = np.asarray(x, dtype=float)
+    return (np.cos(x[..., None] * eta) - 1) @ factor
+
+
+def strip_at_edge(angle: float, offset: float) -> float:
+    """Approach of a parabola pressed on a wedge near its edge, in units of c₁ q and half-widths a_H (E3).
+
+    The parabola (ξ + σ)²/(2ρ) has its vertex at the ``offset`` σ beyond the edge; the other body is a half-space. A
+    strip far from the edge is Hertz's, with the approach 4 (ln 2 + ½) + W.
+    """
+    near = max(0.0, -offset - 1.4)
+    far = max(-offset, 0.0) + (1.4 if offset < 0 else 1.4 / (1 + 1.5 * offset))
+    t = np.linspace(0.0, 1.0, _ELEMENTS + 1)
+    # elements crowd at both ends of the strip
+    edge = near + (far - near) * (1 - np.cos(math.pi * t)) / 2
+    width, middle = np.diff(edge), (edge[1:] + edge[:-1]) / 2
+
+    def log_integral(x: NDArray) -> NDArray:
+        return x * np.log(np.abs(np.where(x == 0, 1.0, x))) - x
+
+    d = middle[:, None] - edge
+    half_spaces = -4 * (log_integral(d[:, :-1]) - log_integral(d[:, 1:]))
+    B = softness(angle)
+    own = spread_table(angle, np.log(middle[:, None] / middle)) - B * np.log(middle)[:, None]
+    wedge = own * width - B * (log_integral(edge[1:]) - log_integral(edge[:-1]))
+    K, gap = half_spaces + wedge, 4 * (middle + offset) ** 2
+    active = np.full(len(width), True)
+    approach = 0.0
+    for _ in range(60):
+        n = int(active.sum())
+        system, right = np.zeros((n + 1, n + 1)), np.append(-gap[active], 1.0)
+        system[:n, :n], system[:n, n], system[n, :n] = K[np.ix_(active, active)], -1.0, width[active]
+        solution = np.linalg.solve(system, right)
+        pressure = np.zeros(len(width))
+        pressure[active], approach = solution[:n], float(solution[n])
+        wrong = active & (pressure < 0)
+        if not wrong.any():
+            wrong = ~active & (K @ pressure + gap < approach - 1e-12)
+            if not wrong.any():
+                break
+        active ^= wrong
+    return approach
+
+
+@lru_cache(maxsize=16)
+def _spread_nodes(angle: float) -> tuple[NDArray, NDArray]:
+    x = np.linspace(0.0, 14.0, 700)
+    return x, spread(angle, x)
+
+
+def spread_table(angle: float, x: NDArray) -> NDArray:
+    """ω(x), interpolated to 1e-4."""
+    return np.interp(np.abs(x), *_spread_nodes(angle))
+
+
+@lru_cache(maxsize=1)
+def _strips() -> NDArray:
+    """Λ(σ): approaches less Hertz's own and less the separation at the edge, (angle, offset)."""
+    hertz = 4 * (math.log(2) + 0.5)
+    return np.array([[strip_at_edge(a, s) - hertz - 4 * max(s, 0.0) ** 2 for s in _OFFSETS] for a in _ANGLES])
+
+
+@lru_cache(maxsize=64)
+def _strip_table(angle: float):
+    from scipy.interpolate import CubicSpline, PchipInterpolator
+
+    angle = min(max(angle, _ANGLES[0]), _ANGLES[-1])
+    return PchipInterpolator(_OFFSETS, CubicSpline(_ANGLES, _strips())(angle))
+
+
+def strip_softening(angle: float, offset: NDArray) -> tuple[NDArray, NDArray]:
+    """Λ(σ) and dΛ/dσ of a Hertzian strip at the ``offset`` σ [half-widths] beyond the edge of a wedge.
+
+    What a strip is pressed more than in a half-space, in units of c₁ q, lengths in half-widths. Farther than twelve
+    half-widths inside, where it no longer feels the size of the strip, W = −2B ln|σ|; beyond the greatest offset the
+    contact at the edge is self-similar, (4 + 2B) ln σ of an edge pressed in at an angle less what the strip has.
+    """
+    table, B = _strip_table(angle), softness(angle)
+    inside = np.minimum(offset, _OFFSETS[0])
+    clipped = np.clip(offset, _OFFSETS[0], _OFFSETS[-1])
+    value, slope = table(clipped), table(clipped, 1)
+    beyond = np.maximum(offset / _OFFSETS[-1], 1.0)
+    value = value - 2 * B * np.log(inside / _OFFSETS[0]) + (4 + 2 * B) * np.log(beyond)
+    slope = np.where(offset < _OFFSETS[0], -2 * B / inside, slope)
+    return value, np.where(offset > _OFFSETS[-1], (4 + 2 * B) / np.maximum(offset, 1.0), slope)

@@ -1,0 +1,42 @@
+"""Contact where flanks really touch: off the line of action, before and after the path of contact, at tips."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic.dataclasses import dataclass
+
+from gearbench.effects.base import GapEffect
+from gearbench.geometry.action import ContactLines
+from gearbench.geometry.material import STRICT
+from gearbench.geometry.separation import separation
+
+#: Gap [base radii] of flanks of which no point reaches the other.
+_APART = 0.1
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class OffLineContact(GapEffect):
+    """Exact kinematic separation of the flanks, tips included, for all pairs that may touch under load.
+
+    Without it contact is taken to lie on the line of action, and a pair to leave at the end of the path of contact.
+    Relief and other modifications of the profiles are part of the separation; whatever changes along the face is
+    added at the point that touches. Near the edge of a tip the contact law is softer (E4 of docs/theory.md).
+    """
+
+    name: ClassVar[str] = "off_line_contact"
+    summary: ClassVar[str] = "gap: exact separation of the flanks, before and after the path of contact too"
+    source: ClassVar[str] = "kinematics of involute and edge; elastic wedge"
+    use: ClassVar[str] = "Always, unless results are compared with models that keep contact on the line of action."
+    example: ClassVar[dict[str, Any]] = {}
+    requires: ClassVar[dict[str, str]] = {"hertz": "pairs that begin to touch need a contact law"}
+
+    def gap(self, lines: ContactLines) -> NDArray:
+        """Separation normal to the flank, (position, pair, segment) [mm]; of unmodified profiles on other lines."""
+        touch = lines.touch or separation(lines.pair)(lines.u)
+        far = _APART * min(gear.base_radius for gear in lines.pair.gears)
+        # turned by dv a gear moves along the common normal by its lever arm times dv
+        return np.minimum(touch.gap, far) * math.cos(lines.pair.meshing.beta_b) * touch.levers[0]

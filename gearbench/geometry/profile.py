@@ -1,0 +1,221 @@
+"""Transverse profile of a flank in its roll length: involute, modifications, tip edge or tip rounding.
+
+A point of the involute has the roll length ℓ: the length of the tangent from the base circle to it. Missing material
+e(ℓ) moves it along that tangent, so that the modified flank is the curve ℓ ↦ (ℓ − e, r_b) on tangents that turn by
+dℓ/r_b (T1 of docs/theory.md). Any flank can be written so: also the arc of a tip rounding.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.geometry.gear import Gear
+from gearbench.geometry.role import Role
+
+#: e, e′ and e″ [mm, –, 1/mm] at roll lengths [mm].
+Deviation = tuple[NDArray, NDArray, NDArray]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Modification:
+    """Missing material that is the same all over the face: e = amount · t^power, t = (x − start)/length.
+
+    Parameters
+    ----------
+    role
+        The gear it is on.
+    amount
+        [mm].
+    start, length
+        Of t [mm]; a negative length counts from the tip side towards the root.
+    power
+        1 or 2.
+    along
+        x is the radius or the roll length.
+    one_sided
+        Whether there is none where t < 0.
+    """
+
+    role: Role
+    amount: float
+    start: float
+    length: float
+    power: int = 1
+    along: Literal["radius", "roll"] = "radius"
+    one_sided: bool = True
+
+    def kink(self, base_radius: float) -> float | None:
+        """Roll length where it begins; None where it has no begin."""
+        if not self.one_sided:
+            return None
+        return self.start if self.along == "roll" else math.sqrt(max(self.start**2 - base_radius**2, 0.0))
+
+    def is_on(self, roll: float, base_radius: float) -> bool:
+        """Whether material is missing at a roll length."""
+        x = roll if self.along == "roll" else math.hypot(roll, base_radius)
+        return not self.one_sided or (x - self.start) / self.length > 0
+
+    def deviation(self, roll: NDArray, base_radius: float) -> Deviation:
+        """e, e′, e″, continued analytically beyond where it begins."""
+        if self.along == "roll":
+            x, dx, ddx = roll, np.ones_like(roll), np.zeros_like(roll)
+        else:
+            x = np.hypot(roll, base_radius)
+            dx, ddx = roll / x, base_radius**2 / x**3
+        t, dt, ddt = (x - self.start) / self.length, dx / self.length, ddx / self.length
+        if self.power == 1:
+            return self.amount * t, self.amount * dt, self.amount * ddt
+        return self.amount * t**2, 2 * self.amount * t * dt, 2 * self.amount * (dt**2 + t * ddt)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Piece:
+    """A smooth part of a profile between the roll lengths ``low`` and ``high``."""
+
+    low: float
+    high: float
+    base_radius: float
+    parts: tuple[Callable[[NDArray, float], Deviation], ...]
+    is_rounding: bool = False
+
+    @property
+    def is_involute(self) -> bool:
+        """Whether it is the unmodified involute."""
+        return not self.parts
+
+    def deviation(self, roll: NDArray) -> Deviation:
+        """e, e′, e″ at roll lengths; continued analytically beyond the piece."""
+        zero = np.zeros_like(roll)
+        e, de, dde = zero, zero, zero
+        for part in self.parts:
+            a, b, c = part(roll, self.base_radius)
+            e, de, dde = e + a, de + b, dde + c
+        return e, de, dde
+
+    def at_tangent_length(self, length: NDArray) -> NDArray:
+        """Roll length ℓ of the point ℓ − e(ℓ) = ``length`` along its tangent, by Newton's method."""
+        roll = np.array(length, dtype=float)
+        if self.is_involute:
+            return roll
+        for _ in range(30):
+            e, de, _ = self.deviation(roll)
+            step = (roll - e - length) / (1 - de)
+            roll -= step
+            if not np.any(np.abs(step) > 1e-15 * np.abs(length).max()):
+                break
+        return roll
+
+    def normal(self, roll: NDArray) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray, NDArray]:
+        """Normal line at ℓ in the frame of its tangent.
+
+        Returns ε (its angle to the tangent), dε/dℓ, its distances c along and d across itself from the centre to the
+        point (T2), and their derivatives.
+        """
+        r_b = self.base_radius
+        e, de, dde = self.deviation(roll)
+        length = roll - e
+        eps = np.arctan2(de * r_b, length)
+        d_eps = r_b * (dde * length - de * (1 - de)) / np.maximum(length**2 + (de * r_b) ** 2, 1e-300)
+        cos, sin = np.cos(eps), np.sin(eps)
+        c, d = length * cos + r_b * sin, r_b * cos - length * sin
+        return eps, d_eps, c, d, (1 - de) * cos + d * d_eps, -(1 - de) * sin - c * d_eps
+
+    def curvature_radius(self, roll: NDArray) -> NDArray:
+        """Radius of curvature of the modified profile [mm]."""
+        e, de, _ = self.deviation(roll)
+        d_eps = self.normal(roll)[1]
+        return np.hypot(de, (roll - e) / self.base_radius) / (1 / self.base_radius + d_eps)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Profile:
+    """Profile of one flank from its form circle to its tip.
+
+    Parameters
+    ----------
+    base_radius
+        r_b [mm].
+    pieces
+        From root to tip, each smooth.
+    has_edge
+        Whether it ends in an edge at the tip; a rounded one ends in the tip circle.
+    """
+
+    base_radius: float
+    pieces: tuple[Piece, ...]
+    has_edge: bool
+
+    @property
+    def low(self) -> float:
+        """Roll length at the form circle."""
+        return self.pieces[0].low
+
+    @property
+    def high(self) -> float:
+        """Roll length at the end of the last piece."""
+        return self.pieces[-1].high
+
+    @property
+    def corners(self) -> list[tuple[float, Piece]]:
+        """Roll lengths of its corners, kinks and both ends, with a piece that reaches each of them."""
+        inner = [(after.low, after) for after in self.pieces[1:] if not after.is_rounding]
+        ends = [(self.low, self.pieces[0])]
+        return [*ends, *inner, *([(self.high, self.pieces[-1])] if self.has_edge else [])]
+
+
+def profile(gear: Gear, modifications: tuple[Modification, ...] = ()) -> Profile:
+    """Profile of a flank of ``gear`` with the ``modifications`` on it (those meant for the other gear left out)."""
+    r_b = gear.base_radius
+    low = math.sqrt(max(gear.form_radius**2 - r_b**2, 0.0))
+    tip = math.sqrt(gear.tip_form_radius**2 - r_b**2)
+    kinks = sorted({k for m in modifications if (k := m.kink(r_b)) is not None and low < k < tip})
+    edges = [low, *kinks, tip]
+    pieces = []
+    for start, end in pairwise(edges):
+        middle = (start + end) / 2
+        parts = tuple(m.deviation for m in modifications if m.amount != 0 and m.is_on(middle, r_b))
+        pieces.append(Piece(low=start, high=end, base_radius=r_b, parts=parts))
+    last = pieces[-1]
+    if gear.tip_rounding:
+        arc = _Arc(base_radius=r_b, start=tip, radius=gear.tip_rounding)
+        end = arc.end(gear.tip_radius)
+        parts = (*last.parts, arc.deviation)
+        pieces.append(Piece(low=tip, high=end, base_radius=r_b, parts=parts, is_rounding=True))
+    elif last.parts:
+        # the edge lies on the tip circle, on the modified flank
+        high = float(last.at_tangent_length(np.array([tip]))[0])
+        pieces[-1] = Piece(low=last.low, high=high, base_radius=r_b, parts=last.parts)
+    return Profile(base_radius=r_b, pieces=tuple(pieces), has_edge=not gear.tip_rounding)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Arc:
+    """Arc of a tip rounding that leaves the involute at the roll length ``start`` without kink."""
+
+    base_radius: float
+    start: float
+    radius: float
+
+    def deviation(self, roll: NDArray, base_radius: float) -> Deviation:
+        """e, e′, e″: the arc's centre, seen from the tangent at ℓ, is (x, y)."""
+        r_b, inner = base_radius, self.start - self.radius
+        eta = (roll - self.start) / r_b
+        x, y = inner * np.cos(eta) + r_b * np.sin(eta), r_b * np.cos(eta) - inner * np.sin(eta)
+        D, dD, ddD = r_b - y, x / r_b, y / r_b**2
+        S = np.sqrt(np.maximum(self.radius**2 - D**2, 1e-12 * self.radius**2))
+        dS = -D * dD / S
+        ddS = -(dD**2 + D * ddD) / S - (D * dD) ** 2 / S**3
+        return roll - x - S, 1 - y / r_b - dS, x / r_b**2 - ddS
+
+    def end(self, tip_radius: float) -> float:
+        """Roll length where it meets the tip circle."""
+        r_b, inner = self.base_radius, self.start - self.radius
+        last = math.sqrt(tip_radius**2 - r_b**2)
+        return self.start + r_b * (math.atan2(r_b, inner) - math.atan2(r_b, last))

@@ -1,0 +1,280 @@
+"""Kinematic separation of two flanks in the transverse plane: how far they are apart, and where they touch first.
+
+Points of a gear keep their y when it turns about its axis: flanks of helical gears, too, approach each other section by
+section, each a pair of profiles at its own nominal coordinate u.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, lru_cache, partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.geometry.pair import Pair
+from gearbench.geometry.profile import Modification, Profile, profile
+from gearbench.geometry.role import Role
+from gearbench.geometry.touching import Curve, Plane
+
+#: Nodes on a base pitch: cubic Hermite polynomials between them are good to 1e-10 mm and better.
+NODES = 400
+#: Length [base pitches] before and after the path of contact up to which separations are known.
+REACH = 0.45
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Touch:
+    """Where flanks touch first; arrays of one shape, those of both gears with a first axis (2,).
+
+    Parameters
+    ----------
+    gap
+        Separation along the line of action, transverse [mm]; infinite where they cannot touch.
+    rolls
+        Roll lengths of the touching point [mm], (2, …).
+    levers
+        Lever arms of the common normal over the base radii, (2, …).
+    radii
+        Radii of curvature of the profiles, transverse [mm], (2, …).
+    tilt
+        Angle between the flank at the edge that touches and its mate's [rad]; zero where two smooth flanks touch.
+    edge
+        Gear whose corner touches, 0 or 1; −1 where two smooth flanks do.
+    """
+
+    gap: NDArray
+    rolls: NDArray
+    levers: NDArray
+    radii: NDArray
+    tilt: NDArray
+    edge: NDArray
+
+    def broadcast(self, segments: int) -> Touch:
+        """The same for all ``segments`` of a line, from arrays with one value a line."""
+
+        def wide(x: NDArray) -> NDArray:
+            return np.broadcast_to(x, (*x.shape[:-1], segments))
+
+        return Touch(**{name: wide(value) for name, value in vars(self).items()})
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Separation:
+    """Separation of a pair of profiles as a function of the nominal coordinate u, in tables between its kinks.
+
+    Parameters
+    ----------
+    plane
+        Both profiles.
+    path
+        u at which the path of contact begins and ends [mm].
+    low, high
+        Range of u [mm].
+    step
+        Distance of nodes [mm].
+    """
+
+    plane: Plane
+    path: tuple[float, float]
+    low: float
+    high: float
+    step: float
+
+    @cached_property
+    def curves(self) -> tuple[Curve, ...]:
+        """Every way of touching within the range."""
+        first, second = self.plane.profiles
+        found: list[Curve | None] = []
+        for piece in first.pieces:
+            for other in second.pieces:
+                roll = self.plane.common_nodes(piece, other, self.step)
+                found.append(self._resolved(partial(self.plane.piece_on_piece, piece, other), roll))
+        for k, (own, mate) in enumerate(((first, second), (second, first))):
+            for roll, piece in own.corners:
+                # the path of contact ends at a corner, or passes it
+                far = REACH * self.step * NODES
+                v = self._nodes(roll - far, roll + far)
+                meetings = [
+                    at
+                    for other in mate.pieces
+                    for end in (other.low, other.high)
+                    for at in self.plane.meeting(k, roll, piece, end, other)
+                    if abs(at - roll) < far
+                ]
+                v = np.unique([*v, roll, *meetings])
+                touch = self.plane.corner_on_piece
+                found += [self._resolved(partial(touch, k, roll, piece, other), v) for other in mate.pieces]
+        return tuple(curve for curve in found if curve is not None)
+
+    def _resolved(self, touch: Callable[[NDArray], Curve | None], nodes: NDArray) -> Curve | None:
+        """Curve through ``nodes``, sixteen times as many where flanks are sharply curved, near their base circles."""
+        curve = touch(nodes)
+        if curve is None or curve.radii.min() > 0.1 * self.plane.tangent_length:
+            return curve
+        index = np.arange(len(nodes))
+        return touch(np.interp(np.linspace(0, index[-1], 16 * index[-1] + 1), index, nodes))
+
+    def _nodes(self, low: float, high: float) -> NDArray:
+        return np.linspace(low, high, max(5, math.ceil((high - low) / self.step) + 1))
+
+    @cached_property
+    def _pieces(self) -> list[tuple[float, float, Curve]]:
+        """Where which curve is the lowest: from u to u."""
+        curves = self.curves
+        ends = [x for c in curves for x in (c.u[0], c.u[-1]) if self.low <= x <= self.high]
+        grid = np.unique([*np.linspace(self.low, self.high, math.ceil((self.high - self.low) / self.step)), *ends])
+        values = np.stack([hermite(c, grid) for c in curves])
+        least = values.min(axis=0)
+        # of curves that agree, a smooth contact goes before an edge, and one that goes on before one that ends
+        order = np.array([c.edge >= 0 for c in curves])[:, None] * 1.0
+        near = values <= least + 1e-13 * self.plane.tangent_length
+        winner = np.argmin(np.where(near, order, np.inf), axis=0)
+        winner = np.where(np.isfinite(least), winner, -1)
+        pieces, start = [], grid[0]
+        for i in np.flatnonzero(np.diff(winner)):
+            a, b = winner[i], winner[i + 1]
+            at = self._crossing(a, b, grid[i], grid[i + 1])
+            if a >= 0:
+                pieces.append((start, at, curves[a]))
+            start = at
+        if winner[-1] >= 0:
+            pieces.append((start, grid[-1], curves[winner[-1]]))
+        return pieces
+
+    def _crossing(self, a: int, b: int, low: float, high: float) -> float:
+        """u between two nodes of the grid where curve b falls below curve a."""
+        if a < 0 or b < 0:
+            return high if a < 0 else low
+        first, second = self.curves[a], self.curves[b]
+        room = 1e-13 * self.plane.tangent_length
+        begin, end = second.u[:1], first.u[-1:]
+        # where one begins or ends on the other, they only touch there
+        if begin[0] > low and hermite(second, begin)[0] <= hermite(first, begin)[0] + room:
+            return float(begin[0])
+        if end[0] < high and hermite(first, end)[0] <= hermite(second, end)[0] + room:
+            return float(end[0])
+        low, high = max(low, begin[0]), min(high, end[0])
+        from scipy.optimize import root_scalar
+
+        if low >= high:
+            return low
+
+        def difference(u: float) -> float:
+            at = np.array([u])
+            return float(hermite(first, at)[0] - hermite(second, at)[0])
+
+        if difference(low) * difference(high) >= 0:
+            return low if abs(difference(low)) < abs(difference(high)) else high
+        return root_scalar(difference, bracket=(low, high), method="brentq", xtol=1e-13).root
+
+    @cached_property
+    def kinks(self) -> tuple[float, ...]:
+        """u [mm] where the touching point changes from one part of a flank to another, no farther than load reaches.
+
+        The gap has no kink there, its curvature jumps. Neighbours that enclose the short contact of a corner are one.
+        """
+        base_pitch = self.step * NODES
+        room = 0.25 / REACH * (self.path[0] - self.low)
+        found: list[list[float]] = []
+        for start, _, _ in self._pieces[1:]:
+            if not self.path[0] - room < start < self.path[1] + room:
+                continue
+            if found and start - found[-1][-1] < 0.05 * base_pitch:
+                found[-1].append(start)
+            else:
+                found.append([start])
+        return tuple(sum(group) / len(group) for group in found)
+
+    @cached_property
+    def _table(self) -> NDArray:
+        """A row for each interval: u, width, four coefficients of the separation, seven values, seven steps.
+
+        The intervals of each part end with its own ends.
+        """
+        rows, edges = [], []
+        for start, end, c in self._pieces:
+            u = np.array([start, *c.u[(c.u > start) & (c.u < end)], end])
+            width = np.diff(u)
+            gap, slope = hermite(c, u), hermite_slope(c, u)
+            values = np.stack([np.interp(u, c.u, row) for row in (*c.rolls, *c.levers, *c.radii, c.tilt)])
+            cubic = _coefficients(width, gap[:-1], gap[1:], slope[:-1], slope[1:])
+            rows.append(np.stack([u[:-1], width, *cubic, *values[:, :-1], *np.diff(values)], axis=-1))
+            edges.append(np.full(len(width), c.edge))
+        table = np.concatenate(rows)
+        return np.column_stack([table, np.concatenate(edges)])
+
+    def __call__(self, u: NDArray) -> Touch:
+        """Where flanks touch first at the nominal coordinates u, and how far they are apart before."""
+        table = self._table
+        u = np.asarray(u, dtype=float)
+        row = table[np.clip(np.searchsorted(table[:, 0], u, side="right") - 1, 0, len(table) - 1)]
+        row = np.moveaxis(row, -1, 0)
+        width = row[1]
+        t = (u - row[0]) / np.where(width > 0, width, 1.0)
+        gap = row[2] + t * (row[3] + t * (row[4] + t * row[5]))
+        values = row[6:13] + t * row[13:20]
+        # holes: where no point of one flank reaches the other
+        room = 1e-9 * self.step
+        gap = np.where((t >= -room) & (u <= row[0] + width + room), gap, np.inf)
+        return Touch(
+            gap=gap,
+            rolls=values[:2],
+            levers=values[2:4],
+            radii=values[4:6],
+            tilt=values[6],
+            edge=row[20].astype(int),
+        )
+
+    def reach(self, gap: float) -> tuple[float, float]:
+        """u before and after which flanks stay farther apart than ``gap`` [mm]."""
+        near = np.flatnonzero(self._table[:, 2] <= gap)
+        last = self._table[near[-1]]
+        return float(self._table[max(near[0] - 1, 0), 0]), float(last[0] + last[1])
+
+
+def _coefficients(width: NDArray, y0: NDArray, y1: NDArray, d0: NDArray, d1: NDArray) -> tuple[NDArray, ...]:
+    """Hermite's cubic polynomial of t = 0 … 1 from values and derivatives at both ends of intervals."""
+    rise = y1 - y0
+    return y0, width * d0, 3 * rise - width * (2 * d0 + d1), width * (d0 + d1) - 2 * rise
+
+
+def _interval(c: Curve, u: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+    i = np.clip(np.searchsorted(c.u, u, side="right") - 1, 0, len(c.u) - 2)
+    width = c.u[i + 1] - c.u[i]
+    return i, width, (u - c.u[i]) / width
+
+
+def hermite(c: Curve, u: NDArray) -> NDArray:
+    """Separation of a curve at u [mm]; infinite beyond its ends."""
+    i, width, t = _interval(c, u)
+    a, b, d, e = _coefficients(width, c.gap[i], c.gap[i + 1], c.slope[i], c.slope[i + 1])
+    value = a + t * (b + t * (d + t * e))
+    return np.where((u >= c.u[0]) & (u <= c.u[-1]), value, np.inf)
+
+
+def hermite_slope(c: Curve, u: NDArray) -> NDArray:
+    """Derivative of a curve at u."""
+    i, width, t = _interval(c, u)
+    rise = (c.gap[i + 1] - c.gap[i]) / width
+    a, b = c.slope[i], c.slope[i + 1]
+    return a + t * (2 * (3 * rise - 2 * a - b) + 3 * t * (a + b - 2 * rise))
+
+
+@lru_cache(maxsize=128)
+def separation(pair: Pair, modifications: tuple[Modification, ...] = ()) -> Separation:
+    """Separation of the flanks of ``pair`` with the ``modifications`` of their profiles."""
+    first, second = (profile(pair.gears[role], tuple(m for m in modifications if m.role == role)) for role in Role)
+    reach = REACH * pair.meshing.base_pitch
+    return Separation(
+        plane=Plane(profiles=(first, second), tangent_length=pair.meshing.tangent_length),
+        path=(pair.meshing.path_start, pair.meshing.path_end),
+        low=pair.meshing.path_start - reach,
+        high=pair.meshing.path_end + reach,
+        step=pair.meshing.base_pitch / NODES,
+    )
+
+
+__all__ = ["Modification", "Profile", "Separation", "Touch", "separation"]

@@ -1,0 +1,224 @@
+"""Curves of first touch of two flanks in the transverse plane: every way in which they can just touch.
+
+Each gear counts its rotation as a length v along the line of action: v_1 = u_1 from T1, v_2 = T1T2 − u_2 from T2, so
+that its point of roll length ℓ lies on the line of action at v = ℓ. Seen from itself each gear has its mate on the
+right, and both are treated alike. Where the flanks just touch (T3 of docs/theory.md),
+
+    separation g = v_1 + v_2 − T1T2,      nominal coordinate u = (v_1 + T1T2 − v_2)/2,
+
+g being the relative rotation, shared equally by both gears, from where unmodified flanks would touch at u. The
+derivative along such a curve follows from the lever arms w r_b of the common normal:
+dg/du = 2 (w_2 − w_1)/(w_1 + w_2) (T4).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.geometry.profile import Piece, Profile
+
+#: Steps of Newton's method, each of them safe: the unknown point moves less than the other flank is curved.
+_STEPS = 40
+#: Part of a rounding that flanks touch before they are far apart, and nodes on it.
+_USED, _ARC_NODES = 0.3, 400
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Curve:
+    """One way of touching, as a function of the nominal coordinate; arrays (node,), u ascending.
+
+    Parameters
+    ----------
+    u, gap, slope
+        Nominal coordinate [mm], separation along the line of action [mm] and its derivative.
+    rolls
+        Roll lengths of the touching point on pinion and wheel [mm], (2, node).
+    levers
+        Lever arms of the common normal about pinion and wheel over their base radii, (2, node).
+    radii
+        Radii of curvature of both profiles there [mm], (2, node).
+    tilt
+        Angle between the normal of the common tangent and that of the flank at its corner [rad], (node,).
+    edge
+        0 or 1 where a corner of the pinion's or the wheel's profile touches, −1 where two smooth flanks do.
+    """
+
+    u: NDArray
+    gap: NDArray
+    slope: NDArray
+    rolls: NDArray
+    levers: NDArray
+    radii: NDArray
+    tilt: NDArray
+    edge: int
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Plane:
+    """Both profiles in the transverse plane.
+
+    Parameters
+    ----------
+    profiles
+        Of pinion and wheel.
+    tangent_length
+        T1 T2 [mm].
+    """
+
+    profiles: tuple[Profile, Profile]
+    tangent_length: float
+
+    @property
+    def _wheel_centre(self) -> tuple[float, float]:
+        """O2 seen from O1: x along the line of action."""
+        return self.tangent_length, self.profiles[0].base_radius + self.profiles[1].base_radius
+
+    def corner_on_piece(self, k: int, roll: float, own: Piece, mate: Piece, v: NDArray) -> Curve | None:
+        """A corner of gear k at the roll length ``roll`` on a piece of its mate's profile, at the rotations v of k."""
+        r_b, r_m = own.base_radius, mate.base_radius
+        x, y = self._wheel_centre
+        at = np.full_like(v, roll)
+        length = at - own.deviation(at)[0]
+        phi = (at - v) / r_b
+        cos, sin = np.cos(phi), np.sin(phi)
+        # from the corner's own centre, then from its mate's
+        own_x, own_y = length * cos - r_b * sin, length * sin + r_b * cos
+        w_x, w_y = own_x - x, own_y - y
+        squared = w_x**2 + w_y**2 - r_m**2
+        reached = (squared > 0) & (w_y < 0)
+        if not reached.any():
+            return None
+        tangent = np.sqrt(np.where(reached, squared, 1.0))
+        other = mate.at_tangent_length(tangent)
+        room = 1e-9 * self.tangent_length
+        keep = reached & (other >= mate.low - room) & (other <= mate.high + room)
+        chi = np.arctan2(-r_m, -tangent) - np.arctan2(w_y, w_x)
+        chi = (chi + math.pi) % (2 * math.pi) - math.pi
+        v_mate = other + r_m * chi
+        eps, _, _, d_mate, _, _ = mate.normal(other)
+        theta = eps - chi
+        lever = own_y * np.cos(theta) - own_x * np.sin(theta)
+        levers = np.stack([lever / r_b, d_mate / r_m])
+        radii = np.stack([own.curvature_radius(at), mate.curvature_radius(other)])
+        tilt = np.abs(theta - phi - own.normal(at)[0])
+        return self._curve(k, np.stack([v, v_mate]), np.stack([at, other]), levers, radii, keep, tilt=tilt, edge=k)
+
+    def meeting(self, k: int, roll: float, own: Piece, other: float, mate: Piece) -> list[float]:
+        """Rotations v of gear k at which its point of the roll length ``roll`` meets the mate's of ``other``."""
+        x, y = self._wheel_centre
+        length, far = (r - float(p.deviation(np.array(r))[0]) for r, p in ((roll, own), (other, mate)))
+        radius, distance = math.hypot(length, own.base_radius), math.hypot(x, y)
+        cosine = (radius**2 + distance**2 - far**2 - mate.base_radius**2) / (2 * radius * distance)
+        if abs(cosine) > 1:
+            return []
+        turn = math.atan2(y, x) - math.atan2(own.base_radius, length)
+        return [roll - own.base_radius * (turn + sign * math.acos(cosine)) for sign in (-1, 1)]
+
+    def common_nodes(self, first: Piece, second: Piece, step: float) -> NDArray:
+        """Roll lengths of the pinion at which two smooth pieces may touch, ends included, no farther than ``step``."""
+        roll = np.linspace(first.low, first.high, max(5, math.ceil((first.high - first.low) / step) + 1))
+        if first.is_rounding or second.is_rounding:
+            roll = self._rounding_nodes(first, second)
+        found = [roll]
+        for end in (second.low, second.high):
+            excess = self._partner(first, second, roll) - end
+            for i in np.flatnonzero(excess[:-1] * excess[1:] < 0):
+                (a, b), (fa, fb) = roll[i : i + 2], excess[i : i + 2]
+                for _ in range(12):  # secant: the function is all but linear
+                    if fa == fb:
+                        break
+                    a, b, fa = b, b - fb * (b - a) / (fb - fa), fb
+                    fb = float(self._partner(first, second, np.array([b]))[0]) - end
+                found.append(np.array([b]))
+        return np.unique(np.concatenate(found))
+
+    def _rounding_nodes(self, first: Piece, second: Piece) -> NDArray:
+        """Roll lengths of the pinion where one of two pieces is a rounding: its normal turns fast."""
+        arc = first if first.is_rounding else second
+        roll = np.linspace(arc.low, arc.low + _USED * (arc.high - arc.low), _ARC_NODES)
+        return roll if arc is first else np.sort(self._partner(second, first, roll))
+
+    def _partner(self, own: Piece, mate: Piece, roll: NDArray) -> NDArray:
+        """Roll length at which a piece ``mate`` has a common normal with ``own`` at ``roll``, where both just touch."""
+        x, y = self._wheel_centre
+        other = self.tangent_length - roll
+        if own.is_involute and mate.is_involute:
+            return other
+        _, _, c1, d1, _, _ = own.normal(roll)
+        # along the common normal the centres must be as far apart as is left by their distance across it
+        for _ in range(_STEPS):
+            _, _, c2, d2, dc2, dd2 = mate.normal(other)
+            across = d1 + d2
+            left = np.sqrt(np.maximum(x**2 + y**2 - across**2, 1e-6 * x**2))
+            step = (c1 + c2 - left) / (dc2 + across * dd2 / left)
+            step = np.clip(np.where(np.isfinite(step), step, 0.0), -0.05 * x, 0.05 * x)
+            other = other - step
+            if not np.any(np.abs(step) > 4e-16 * x):
+                break
+        return other
+
+    def piece_on_piece(self, first: Piece, second: Piece, roll: NDArray) -> Curve | None:
+        """Two smooth pieces touching at the roll lengths ``roll`` of the pinion's."""
+        T = self.tangent_length
+        if first.is_involute and second.is_involute:
+            room = 1e-12 * T
+            keep = (T - roll >= second.low - room) & (T - roll <= second.high + room)
+            both = np.stack([roll, T - roll])
+            return self._curve(-1, both, both, np.ones_like(both), both, keep)
+        x, y = self._wheel_centre
+        eps1, _, c1, d1, _, _ = first.normal(roll)
+        other = self._partner(first, second, roll)
+        eps2, _, c2, d2, _, _ = second.normal(other)
+        room = 1e-9 * T
+        keep = (np.abs(np.hypot(c1 + c2, d1 + d2) - math.hypot(x, y)) < 1e-12 * T) & (
+            (other >= second.low - room) & (other <= second.high + room)
+        )
+        theta = math.atan2(y, x) - np.arctan2(d1 + d2, c1 + c2)
+        v = np.stack([roll - first.base_radius * (theta - eps1), other - second.base_radius * (theta - eps2)])
+        levers = np.stack([d1 / first.base_radius, d2 / second.base_radius])
+        radii = np.stack([first.curvature_radius(roll), second.curvature_radius(other)])
+        return self._curve(-1, v, np.stack([roll, other]), levers, radii, keep)
+
+    def _curve(
+        self,
+        k: int,
+        v: NDArray,
+        rolls: NDArray,
+        levers: NDArray,
+        radii: NDArray,
+        keep: NDArray,
+        *,
+        tilt: NDArray | None = None,
+        edge: int = -1,
+    ) -> Curve | None:
+        """Curve from own and mate's values, those of the wheel first where k is 1; only its longest rising part."""
+        if k == 1:
+            v, rolls, levers, radii = v[::-1], rolls[::-1], levers[::-1], radii[::-1]
+        u = (v[0] + self.tangent_length - v[1]) / 2
+        gap = v[0] + v[1] - self.tangent_length
+        slope = 2 * (levers[1] - levers[0]) / (levers[0] + levers[1])
+        angle = np.zeros_like(u) if tilt is None else tilt
+        if k == 1:  # its own rotation counts against u
+            u, gap, slope, angle, keep = u[::-1], gap[::-1], slope[::-1], angle[::-1], keep[::-1]
+            rolls, levers, radii = rolls[:, ::-1], levers[:, ::-1], radii[:, ::-1]
+        # where u runs back, the point touched is one of greatest separation, not of least
+        good = keep & np.isfinite(gap) & (np.diff(u, append=np.inf) > -1e-12 * self.tangent_length)
+        runs = np.split(np.arange(len(u)), np.flatnonzero(np.diff(good)) + 1)
+        rising = max((run for run in runs if good[run[0]]), key=len, default=runs[0][:0])
+        rising = rising[np.diff(u[rising], prepend=-np.inf) > 1e-12 * self.tangent_length]
+        if rising.size < 2:
+            return None
+        return Curve(
+            u=u[rising],
+            gap=gap[rising],
+            slope=slope[rising],
+            rolls=rolls[:, rising],
+            levers=levers[:, rising],
+            radii=radii[:, rising],
+            tilt=angle[rising],
+            edge=edge,
+        )
