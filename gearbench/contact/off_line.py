@@ -52,19 +52,16 @@ def estimate(scene: Scene, mean: float, rms: float) -> Missed:
     room = _REACH * meshing.base_pitch
     phase = (np.arange(_PHASES) + 0.5) / _PHASES
     flanks, span = profile_separation(scene), (meshing.path_start - room, meshing.path_end + room)
-    plain, wide = (
-        contact_lines(pair, phase, _SEGMENTS),
-        contact_lines(pair, phase, _SEGMENTS, separation=flanks, span=span),
-    )
+    plain = contact_lines(pair, phase, _SEGMENTS)
+    wide = contact_lines(pair, phase, _SEGMENTS, separation=flanks, span=span)
     assert wide.touch is not None
     cos_b = math.cos(meshing.beta_b)
     exact = np.minimum(wide.touch.gap, room) * cos_b
     for effect in scene.effects:
         if isinstance(effect, GapEffect) and not effect.modifications(pair):
             exact = exact + effect.gap(wide)
-    gaps, lengths = [total_gap(scene, plain), exact], [plain.length, wide.length]
-    weight = [np.broadcast_to(n[..., None], g.shape).reshape(_PHASES, -1) for n, g in zip(lengths, gaps, strict=True)]
-    gaps = [g.reshape(_PHASES, -1) for g in gaps]
+    gaps = [gap.reshape(_PHASES, -1) for gap in (total_gap(scene, plain), exact)]
+    weight = [lines.length.reshape(_PHASES, -1) for lines in (plain, wide)]
     mean, rms, load = mean * 1e-3 * cos_b, rms * 1e-3 * cos_b, scene.F_bn
     softest = load / mean / float(weight[0].sum(axis=1).mean())
     c = 2 * softest
