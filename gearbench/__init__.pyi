@@ -59,6 +59,8 @@ from .scene import Scene as Scene
 from .scene_file import load_scene as load_scene
 from .scene_file import parse_scene as parse_scene
 from .simulation import simulate as simulate
+from .sweeps.figures import draw_sweep as draw_sweep
+from .sweeps.run import sweep as sweep
 from .validation.comparison import validate as validate
 
 __version__: str

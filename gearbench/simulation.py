@@ -124,7 +124,9 @@ def dataset(solved: Solved, outputs: Sequence[str], start: float, before: tuple[
         "complementarity_residual": (("position",), solution.complementarity),
         "newton_steps": (("position",), solution.iterations),
     }
-    variables = {name: ((*before, *dims)[-np.ndim(x) :] if np.ndim(x) else (), x) for name, (dims, x) in variables.items()}
+    variables = {
+        name: ((*before, *dims)[-np.ndim(x) :] if np.ndim(x) else (), x) for name, (dims, x) in variables.items()
+    }
     attrs = provenance(solved.scene, wall_time=time.perf_counter() - start)
     attrs["polished_positions"] = solution.polished  # solved once more, see ContactSolution
     return xr.Dataset(described(variables), coords=described(coords), attrs=attrs)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import fields, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -45,6 +46,9 @@ def solve_loads(problem: ContactProblem, forces: Sequence[float], threads: int =
     """
     parts = [_slice(problem, s) for s in _slices(len(problem.gap), threads)]
     chains = [_Chain(part) for part in parts]
+    if len(chains) == 1:
+        yield from map(chains[0].solve, forces)
+        return
     with ThreadPoolExecutor(len(parts)) as pool:
         for force in forces:
             yield _join(list(pool.map(lambda chain, force=force: chain.solve(force), chains)))
@@ -80,7 +84,7 @@ class _Chain:
 def _slices(positions: int, threads: int) -> list[slice]:
     count = max(1, min(threads, positions // LEAST_POSITIONS))
     edges = np.linspace(0, positions, count + 1).astype(int)
-    return [slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    return [slice(a, b) for a, b in pairwise(edges)]
 
 
 def _slice(problem: ContactProblem, part: slice) -> ContactProblem:

@@ -61,8 +61,9 @@ def axis(name: str, values: Sequence[float]) -> Axis:
     given = [float(value) for value in np.atleast_1d(np.asarray(values, dtype=float))]
     if not given or not all(map(math.isfinite, given)) or len(set(given)) < len(given):
         raise InputError(f"sweep.{name}", list(given), "must be one or more finite values, all different")
-    whole = [int(value) if value.is_integer() and key.fault(value) else value for value in sorted(given)]
-    return Axis(name=name, path=path, values=tuple(whole), unit=key.unit)
+    whole = not _numeric(key.hint, (float,))
+    numbers = tuple(int(value) if whole and value.is_integer() else value for value in sorted(given))
+    return Axis(name=name, path=path, values=numbers, unit=key.unit)
 
 
 def axes_of(swept: Mapping[str, Sequence[float]]) -> tuple[Axis, ...]:
@@ -87,9 +88,7 @@ def axes_of(swept: Mapping[str, Sequence[float]]) -> tuple[Axis, ...]:
 
 def grid(axes: Sequence[Axis]) -> list[dict[str, float]]:
     """Points of the grid of ``axes``, the last one fastest; each the values by dotted key."""
-    return [
-        dict(zip((each.path for each in axes), point, strict=True)) for point in product(*(a.values for a in axes))
-    ]
+    return [dict(zip((each.path for each in axes), point, strict=True)) for point in product(*(a.values for a in axes))]
 
 
 def scene_at(scene: Scene, point: Mapping[str, float]) -> Scene:
@@ -110,6 +109,6 @@ def scene_at(scene: Scene, point: Mapping[str, float]) -> Scene:
     return parse_scene(tables) if point else scene
 
 
-def _numeric(hint: Any) -> bool:
+def _numeric(hint: Any, kinds: tuple[type, ...] = (int, float)) -> bool:
     """Whether a key takes a number: its type, or one of a union."""
-    return hint in (int, float) or any(_numeric(each) for each in get_args(hint))
+    return hint in kinds or any(_numeric(each, kinds) for each in get_args(hint))

@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from gearbench.contact.loads import solve_loads, under
+from gearbench.contact.loads import solve_loads
 from gearbench.contact.problem import ContactSolution
 from gearbench.errors import InputError
-from gearbench.results.outputs import DEFAULT_OUTPUTS, Solved, check_outputs
+from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import is_response
 from gearbench.robustness.montecarlo import default_threads
 from gearbench.scene import Load, Scene
 from gearbench.schema import read
-from gearbench.sweeps.axes import TORQUE, axes_of, grid, scene_at
-from gearbench.sweeps.dataset import combined, loads_dataset, robust_loads_dataset, unfinished
-from gearbench.sweeps.shared import Assembled, Shared
+from gearbench.sweeps.axes import TORQUE, Axis, axes_of, grid, scene_at
+from gearbench.sweeps.dataset import combined, completed, loads_dataset, robust_loads_dataset
+from gearbench.sweeps.shared import Shared
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -80,59 +81,52 @@ def sweep(
     check_outputs(tuple(outputs))
     if samples < 0:
         raise InputError("samples", samples, "must be at least 0")
-    axes = axes_of({**(ranges or {}), **keys})
+    axes, count = axes_of({**(ranges or {}), **keys}), threads or default_threads()
+    dim, runs = _runs(scene, axes)
+    draws = {"samples": samples, "seed": seed, "sampler": sampler} if samples else {}
+    parts, complete = _solved(runs, count, progress, _reduction(dim, outputs, draws, count))
+    whole = combined(completed(parts, dim, runs, keep=any(each.path == TORQUE for each in axes)), axes)
+    own = draws | {"complete": int(complete), "swept": [each.path for each in axes]}
+    return whole.assign_attrs(provenance(scene, wall_time=time.perf_counter() - start) | own)
+
+
+def _reduction(dim: str, outputs: Sequence[str], draws: dict[str, Any], threads: int) -> Callable[..., xr.Dataset]:
+    """From a scene solved under several loads to their Dataset."""
+    if not draws:
+        return partial(loads_dataset, dim=dim, outputs=outputs)
+    asked = () if outputs is DEFAULT_OUTPUTS else tuple(filter(is_response, outputs))
+    return partial(robust_loads_dataset, dim=dim, more=asked, threads=threads, **draws)
+
+
+def _runs(scene: Scene, axes: Sequence[Axis]) -> tuple[str, list[list[Scene]]]:
+    """The dimension of the loads, and the scenes: for each point of the other keys one under each load."""
     torque = next((each for each in axes if each.path == TORQUE), None)
-    outer = [each for each in axes if each is not torque]
-    scenes = [scene_at(scene, point) for point in grid(outer)]
-    dim = torque.name if torque else "torque"
-    runs = [[replace(each, load=load) for load in _loads(each, torque and torque.values)] for each in scenes]
-    count = threads or default_threads()
-
-    def dataset(at: Assembled, run: Sequence[Scene], found: Sequence[ContactSolution]) -> xr.Dataset:
-        if not samples:
-            return loads_dataset(at, found, dim, outputs)
-        solved = [
-            Solved(scene=s, lines=at.lines, weight=at.weight, problem=under(at.problem, s.F_bn), solution=each)
-            for s, each in zip(run, found, strict=False)
-        ]
-        more = tuple(name for name in outputs if is_response(name) and outputs is not DEFAULT_OUTPUTS)
-        return robust_loads_dataset(solved, dim, samples, seed, sampler, count, more)
-
-    parts, complete = _solved(runs, count, progress, dataset)
-    parts = [unfinished(part, dim, len(runs[0])) for part in parts]
-    parts += [parts[0].where(False)] * (len(runs) - len(parts))
+    scenes = [scene_at(scene, point) for point in grid([each for each in axes if each is not torque])]
     if torque is None:
-        parts = [part.isel({dim: 0}, drop=True) for part in parts]
-    attrs: dict[str, Any] = {**provenance(scene, wall_time=time.perf_counter() - start), "complete": int(complete)}
-    attrs |= {"swept": [each.path for each in axes]}
-    attrs |= {"samples": samples, "seed": seed, "sampler": sampler} if samples else {}
-    return combined(parts, axes).assign_attrs(attrs)
-
-
-def _loads(scene: Scene, torques: Sequence[float] | None) -> Iterator[Load]:
-    """The scene's own load, or those of ``torques``."""
-    for torque in torques or ():
-        yield read(Load, {"torque": torque}, "load")
-    if torques is None:
-        yield scene.load
+        return "torque", [[each] for each in scenes]
+    loads = [read(Load, {"torque": value}, "load") for value in torque.values]
+    return torque.name, [[replace(each, load=load) for load in loads] for each in scenes]
 
 
 def _solved(
-    runs: Sequence[Sequence[Scene]], threads: int, progress: Callable[[int, int], None], dataset: Callable[..., Any]
+    runs: Sequence[Sequence[Scene]], threads: int, progress: Callable[[int, int], None], reduce: Callable[..., Any]
 ) -> tuple[list[xr.Dataset], bool]:
     """Datasets of the runs, each one scene under several loads; and whether all were finished."""
-    shared, done, parts, found = Shared(), 0, [], []
-    try:
-        for run in runs:
-            found = []
+    shared, parts, done = Shared(), [], 0
+    for run in runs:
+        found: list[ContactSolution] = []
+        at = None
+        try:
             at = shared.assembled(run[0])
             for solution in solve_loads(at.problem, [scene.F_bn for scene in run], threads):
                 found.append(solution)
-                done += 1
-                progress(done, sum(map(len, runs)))
-            parts.append(dataset(at, run, found))
-    except KeyboardInterrupt:
-        if not parts and not found:
-            raise
-        return [*parts, *([dataset(at, run, found)] if found else [])], False
+                progress(done + len(found), sum(map(len, runs)))
+            parts.append(reduce(at, run, found))
+        except KeyboardInterrupt:
+            if at is not None and found:
+                parts.append(reduce(at, run, found))
+            if not parts:
+                raise
+            return parts, False
+        done += len(run)
     return parts, True
