@@ -15,6 +15,8 @@ from gearbench.contact.solver import Guess, solve
 
 #: Positions that a thread takes at least: fewer are not worth handing over.
 LEAST_POSITIONS = 8
+#: Solutions that the next one is extrapolated from: more gain nothing where segments lose contact.
+KNOWN = 4
 
 
 def under(problem: ContactProblem, force: float) -> ContactProblem:
@@ -36,8 +38,8 @@ def under(problem: ContactProblem, force: float) -> ContactProblem:
 def solve_loads(problem: ContactProblem, forces: Sequence[float], threads: int = 1) -> Iterator[ContactSolution]:
     """Solutions of ``problem`` under each of the normal ``forces`` [N], quickest where these are in order.
 
-    The amplitudes and the approach hardly depend on the load in these units; they are extrapolated in 1/F, which the
-    gaps are linear in. The solutions do not depend on where they start from, beyond rounding.
+    The amplitudes and the approach hardly depend on the load in these units; they are extrapolated in ln F, which the
+    law's level is linear in. The solutions do not depend on where they start from, beyond rounding.
 
     Raises
     ------
@@ -62,14 +64,14 @@ class _Chain:
         self._known: list[tuple[float, Guess]] = []
 
     def solve(self, force: float) -> ContactSolution:
-        x = self._problem.force / force
+        x = math.log(force / self._problem.force)
         guess = self._extrapolated(x)
         solution = solve(under(self._problem, force), guess)
-        self._known = [*self._known, (x, guess)][-3:]
+        self._known = [*self._known, (x, guess)][-KNOWN:]
         return solution
 
     def _extrapolated(self, x: float) -> Guess:
-        """The polynomial through the last three solutions (Lagrange), at x = F_reference/F."""
+        """The polynomial through the last solutions (Lagrange), at x = ln F."""
         known = [(at, guess) for i, (at, guess) in enumerate(self._known) if at not in [y for y, _ in self._known[:i]]]
         if not known:
             return Guess.nothing(self._problem)
