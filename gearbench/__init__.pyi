@@ -9,6 +9,7 @@ from .effects.base import LineLaw as LineLaw
 from .effects.base import LowRank as LowRank
 from .effects.crowning import Crowning as Crowning
 from .effects.end_relief import EndRelief as EndRelief
+from .effects.flank_twist import FlankTwist as FlankTwist
 from .effects.gear_body import GearBody as GearBody
 from .effects.helix_slope import HelixSlope as HelixSlope
 from .effects.hertz import Hertz as Hertz
@@ -16,6 +17,7 @@ from .effects.manufacturing_errors import ErrorKind as ErrorKind
 from .effects.manufacturing_errors import ManufacturingErrors as ManufacturingErrors
 from .effects.misalignment import Misalignment as Misalignment
 from .effects.pitch_errors import PitchErrors as PitchErrors
+from .effects.profile_crowning import ProfileCrowning as ProfileCrowning
 from .effects.profile_slope import ProfileSlope as ProfileSlope
 from .effects.root_relief import RootRelief as RootRelief
 from .effects.tip_relief import TipRelief as TipRelief
@@ -62,6 +64,8 @@ from .scene import Scene as Scene
 from .scene_file import load_scene as load_scene
 from .scene_file import parse_scene as parse_scene
 from .simulation import simulate as simulate
+from .sweeps.figures import draw_sweep as draw_sweep
+from .sweeps.run import sweep as sweep
 from .validation.comparison import validate as validate
 
 __version__: str

@@ -96,8 +96,12 @@ def solve_lines(scene: Scene, lines: ContactLines, weight: NDArray) -> Solved:
     return Solved(scene=scene, lines=lines, weight=weight, problem=problem, solution=solution)
 
 
-def dataset(solved: Solved, outputs: Sequence[str], start: float) -> xr.Dataset:
-    """Dataset of the ``outputs`` of a solved scene; ``start`` is when its computation began (``perf_counter``)."""
+def dataset(solved: Solved, outputs: Sequence[str], start: float, before: tuple[str, ...] = ()) -> xr.Dataset:
+    """Dataset of the ``outputs`` of a solved scene; ``start`` is when its computation began (``perf_counter``).
+
+    ``before`` names the dimensions that the arrays of its solution have before the position: what follows from the
+    solution has them too.
+    """
     import xarray as xr
 
     lines, solution = solved.lines, solved.solution
@@ -117,10 +121,13 @@ def dataset(solved: Solved, outputs: Sequence[str], start: float) -> xr.Dataset:
             "segment_length": (grid, lines.length),
         }
     variables |= {
-        "equilibrium_residual": ("position", solution.equilibrium),
-        "minimum_force": ("position", solution.least_force),
-        "complementarity_residual": ("position", solution.complementarity),
-        "newton_steps": ("position", solution.iterations),
+        "equilibrium_residual": (("position",), solution.equilibrium),
+        "minimum_force": (("position",), solution.least_force),
+        "complementarity_residual": (("position",), solution.complementarity),
+        "newton_steps": (("position",), solution.iterations),
+    }
+    variables = {
+        name: ((*before, *dims)[-np.ndim(x) :] if np.ndim(x) else (), x) for name, (dims, x) in variables.items()
     }
     attrs = provenance(solved.scene, wall_time=time.perf_counter() - start)
     attrs["polished_positions"] = solution.polished  # solved once more, see ContactSolution

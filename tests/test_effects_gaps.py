@@ -15,9 +15,11 @@ from gearbench.contact.assemble import total_gap
 from gearbench.effects.base import GapEffect
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.end_relief import EndRelief
+from gearbench.effects.flank_twist import FlankTwist
 from gearbench.effects.helix_slope import HelixSlope
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.misalignment import Misalignment
+from gearbench.effects.profile_crowning import ProfileCrowning
 from gearbench.effects.profile_slope import ProfileSlope
 from gearbench.effects.root_relief import RootRelief
 from gearbench.effects.tip_relief import TipRelief
@@ -99,6 +101,32 @@ def test_profile_slope_is_full_at_each_tip(pair):
         assert gap(ProfileSlope(wheel=7.0), pair, u, 0.0) == pytest.approx(wheel, abs=1e-12)
 
 
+@PAIRS
+def test_profile_crowning_is_full_at_both_ends_of_the_active_profile(pair):
+    u_a, u_e = pair.meshing.path_start, pair.meshing.path_end
+    for t, share in ((0.0, 1.0), (0.5, 0.0), (1.0, 1.0), (0.75, 0.25), (0.25, 0.25)):
+        u = u_a + t * (u_e - u_a)
+        for amounts in ({"pinion": 6.0}, {"wheel": 6.0}):
+            assert gap(ProfileCrowning(**amounts), pair, u, 3.0) == pytest.approx(6 * share, abs=1e-12)
+
+
+@PAIRS
+@pytest.mark.parametrize("name", ["pinion", "wheel"])
+def test_flank_twist_is_a_profile_slope_that_changes_over_the_face(pair, name):
+    """S_α of ISO 21771-1: slope of the transverse profile at y = b less that at y = 0."""
+    ends = pair.meshing.active_radii[("pinion", "wheel").index(name)]
+    root, tip = (on(pair, ("pinion", "wheel").index(name), r) for r in ends)
+    twist = FlankTwist(**{name: 8.0})
+
+    def slope(y: float) -> float:
+        return gap(twist, pair, tip, y) - gap(twist, pair, root, y)
+
+    assert slope(B) - slope(0.0) == pytest.approx(8.0, rel=1e-12)
+    assert slope(0.75 * B) == pytest.approx(2.0, rel=1e-12)
+    assert gap(twist, pair, tip, B) == pytest.approx(2.0, rel=1e-12)
+    assert gap(twist, pair, (root + tip) / 2, 0.3 * B) == pytest.approx(0.0, abs=1e-12)
+
+
 def test_profile_slope_is_linear_in_roll_angle():
     """As a profile inspection draws it: deviation over the roll angle tan α_R of the gear."""
     r_b = HELICAL.gears[1].base_radius
@@ -159,6 +187,7 @@ def every(x: float) -> list[GapEffect]:
         RootRelief(amount=x, length=0.7),
         EndRelief(amount=x, length=2.0),
         ProfileSlope(pinion=x, wheel=0.5 * x),
+        ProfileCrowning(pinion=x, wheel=0.5 * x),
         HelixSlope(pinion=x, wheel=0.5 * x),
         Misalignment(inclination=x, deviation=0.5 * x),
     ]
@@ -190,7 +219,7 @@ def test_both_gears_are_the_sum_of_each(pair):
         )
         assert_allclose(both, pinion + wheel, atol=1e-19)
         assert not np.allclose(pinion, wheel)
-    for kind in (ProfileSlope, HelixSlope):
+    for kind in (ProfileSlope, ProfileCrowning, FlankTwist, HelixSlope):
         pinion, wheel, both = (
             kind(**k).gap(lines(pair)) for k in ({"pinion": 3}, {"wheel": 4}, {"pinion": 3, "wheel": 4})
         )

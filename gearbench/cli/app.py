@@ -18,6 +18,7 @@ from gearbench.cli.rexs import rexs
 from gearbench.cli.robust import robust
 from gearbench.cli.select import select
 from gearbench.cli.simulate import simulate
+from gearbench.cli.sweep import sweep
 from gearbench.cli.validate import validate
 from gearbench.cli.verify import verify
 from gearbench.errors import GearbenchError, InputError
@@ -32,7 +33,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Static transmission error and mesh stiffness of involute gear pairs, and how robust they are.",
 )
-for command in (simulate, robust, optimise, select, explore, verify, validate, plan, cost, rexs, doctor):
+for command in (simulate, sweep, robust, optimise, select, explore, verify, validate, plan, cost, rexs, doctor):
     app.command()(command)
 
 

@@ -88,7 +88,7 @@ def derivatives(i, q, delta, gap, a, h, soft, active, factor, block, force, grad
     return total, slope, value
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"})
 def newton_direction(total, slope, grad, hess, cross, x, step_q):
     """Newton step of δ and ∂F/∂δ, by eliminating the amplitudes of each block (C6); fills the step of q.
 
@@ -137,21 +137,22 @@ def closing_direction(i, q, delta, gap, active, factor, block, grad, step_q):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def solve_position(i, gap, a, h, soft, active, factor, block, force, work, hess, limit):
+def solve_position(i, gap, a, h, soft, active, factor, block, force, work, hess, limit, delta=-math.inf):
     """Newton's method with line search on the convex J(q, δ) of position i.
 
     J = ½|q|² + Σ ∫P ds − δ. Fills force[i] and leaves the amplitudes in work[0]; returns δ, ∂F/∂δ and the number of
-    steps, at most ``limit``. work, six arrays (block, rank), and hess (block, rank, rank) are scratch.
+    steps, at most ``limit``. work, six arrays (block, rank), and hess (block, rank, rank) are scratch. A finite
+    ``delta`` is a first guess of δ, and work[0] then one of the amplitudes.
     """
     q, trial, step_q, x, grad, cross = work
-    delta = -math.inf
-    for j in range(gap.shape[1]):
-        if active[i, j]:
-            delta = max(delta, gap[i, j])
-    delta += 1.0
-    for k in range(q.shape[0]):
-        for c in range(q.shape[1]):
-            q[k, c] = 0.0
+    if delta == -math.inf:
+        for j in range(gap.shape[1]):
+            if active[i, j]:
+                delta = max(delta, gap[i, j])
+        delta += 1.0
+        for k in range(q.shape[0]):
+            for c in range(q.shape[1]):
+                q[k, c] = 0.0
     stiffness, best, stalled, idle, iteration = 0.0, math.inf, 0, 0, 0
     total, slope, value = derivatives(i, q, delta, gap, a, h, soft, active, factor, block, force, grad, hess, cross)
     lowest = value

@@ -127,6 +127,15 @@ def total_gap(scene: Scene, lines: ContactLines) -> NDArray:
     return total
 
 
+def gap_and_variation(scene: Scene, lines: ContactLines) -> tuple[NDArray, NDArray]:
+    """Total gap at the nodes, and half of its variation over the cells a contact law is averaged over [mm]."""
+    soft = np.zeros(lines.shape)
+    if lines.cells and any(isinstance(effect, ComplianceEffect) and effect.name == "hertz" for effect in scene.effects):
+        begin, end = (total_gap(scene, lines.moved(share)) for share in (-1, 1))
+        soft = np.abs(end - begin) / 2
+    return total_gap(scene, lines), soft
+
+
 def assemble(scene: Scene, lines: ContactLines, *, truncation: float = TRUNCATION) -> ContactProblem:
     """Contact problem of ``scene`` on ``lines``: the sum over its effects.
 
@@ -146,10 +155,7 @@ def assemble(scene: Scene, lines: ContactLines, *, truncation: float = TRUNCATIO
     else:
         a = h = np.zeros(lines.shape)
         unit = _even_deflection(matrix, lines) * scene.F_bn
-    gap, soft = total_gap(scene, lines), np.zeros(lines.shape)
-    if laws and lines.cells:
-        begin, end = (total_gap(scene, lines.moved(share)) for share in (-1, 1))
-        soft = np.abs(end - begin) / 2
+    gap, soft = gap_and_variation(scene, lines)
     if lines.touch is not None:
         factor, matrix, a, h = _by_lever(lines.touch.levers[0], factor, matrix, a, h)
     problem = scale_problem(lines, gap, factor, a, h, soft, scene.F_bn, unit, coupled=coupled)

@@ -7,8 +7,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.law import slope
-
 #: What a factor may leave out, trace of H over that of the law's slope: compliances change by less than this fraction.
 TRUNCATION = 1e-4
 #: Rounding: the same over the trace of H itself.
@@ -113,9 +111,8 @@ def reduce_rank(problem: ContactProblem, truncation: float = 0.0) -> ContactProb
 
 
 def stiffness_of_law(problem: ContactProblem) -> NDArray:
-    """dP/dg of the law of each existing segment under an even share of the load, (position, segment); 0 without law."""
-    share = 1 / np.maximum(problem.active.sum(axis=1), 1)
-    rise = slope(np.broadcast_to(share[:, None], problem.a.shape), problem.a, problem.h)
+    """Greatest dP/dg of the law of each existing segment under any load, (position, segment); 0 without law."""
+    rise = np.where(problem.h > 0, problem.h, problem.a)
     return np.where(problem.active & (rise > 0), 1 / np.where(rise > 0, rise, 1.0), 0.0)
 
 

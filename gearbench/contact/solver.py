@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import math
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,31 @@ class ConvergenceError(GearbenchError):
     """The contact problem was not solved to the residual it must have."""
 
 
-def solve(problem: ContactProblem) -> ContactSolution:
+@dataclass(frozen=True, kw_only=True)
+class Guess:
+    """Where Newton's method begins; the arrays hold the solution afterwards.
+
+    Parameters
+    ----------
+    q
+        Amplitudes, (position, block, rank).
+    delta
+        Approach δ [``length_scale``], (position,); −∞: from nothing.
+    """
+
+    q: NDArray
+    delta: NDArray
+
+    @classmethod
+    def nothing(cls, problem: ContactProblem) -> Guess:
+        """No guess at all."""
+        positions = len(problem.gap)
+        return cls(
+            q=np.zeros((positions, problem.blocks, problem.factor.shape[2])), delta=np.full(positions, -math.inf)
+        )
+
+
+def solve(problem: ContactProblem, guess: Guess | None = None) -> ContactSolution:
     """Solve ``problem`` by the structured Newton method, or, where there is no contact law, by a dense active set.
 
     The unknowns are the amplitudes q of the smooth compliance and the approach δ; each force follows from its own law,
@@ -40,7 +65,10 @@ def solve(problem: ContactProblem) -> ContactSolution:
     least = np.min(np.where(problem.active, problem.gap, np.inf), axis=1)
     p = replace(problem, gap=problem.gap - least[:, None])
     if p.a.any() or p.h.any():
-        force, delta, stiffness, steps = newton(p)
+        guess = guess or Guess.nothing(p)
+        guess.delta[:] -= least
+        force, delta, stiffness, steps = newton(p, guess=guess)
+        guess.delta[:] = delta + least
     else:
         force, delta, stiffness, steps = solve_dense(p)
     residual = _residual(p, force, delta)
@@ -62,10 +90,12 @@ def solve(problem: ContactProblem) -> ContactSolution:
     )
 
 
-def newton(p: ContactProblem, limit: int = MAX_STEPS) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+def newton(
+    p: ContactProblem, limit: int = MAX_STEPS, guess: Guess | None = None
+) -> tuple[NDArray, NDArray, NDArray, NDArray]:
     """Forces (position, segment), δ, ∂F/∂δ and the numbers of steps, dimensionless, after at most ``limit`` steps.
 
-    The smallest gap of each position must be zero.
+    The smallest gap of each position must be zero. The amplitudes of ``guess`` become those of the solution.
     """
     from gearbench.contact._kernels import solve_position
 
@@ -74,11 +104,14 @@ def newton(p: ContactProblem, limit: int = MAX_STEPS) -> tuple[NDArray, NDArray,
     delta, stiffness = np.empty(count), np.empty(count)
     block = np.ascontiguousarray(np.broadcast_to(p.block, p.gap.shape))
     work, hess = scratch(p.blocks, p.factor.shape[2])
+    guess = guess or Guess.nothing(p)
     # a loop in Python: a compiled one would save a quarter of a millisecond and cost most of a second of compilation
     for i in range(count):
+        work[0][:] = guess.q[i]
         delta[i], stiffness[i], steps[i] = solve_position(
-            i, p.gap, p.a, p.h, p.soft, p.active, p.factor, block, force, work, hess, limit
+            i, p.gap, p.a, p.h, p.soft, p.active, p.factor, block, force, work, hess, limit, guess.delta[i]
         )
+        guess.q[i] = work[0]
     return force, delta, stiffness, steps
 
 

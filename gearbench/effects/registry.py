@@ -20,6 +20,8 @@ EFFECTS: dict[str, tuple[str, str]] = {
     "root_relief": ("gearbench.effects.root_relief", "RootRelief"),
     "end_relief": ("gearbench.effects.end_relief", "EndRelief"),
     "profile_slope": ("gearbench.effects.profile_slope", "ProfileSlope"),
+    "profile_crowning": ("gearbench.effects.profile_crowning", "ProfileCrowning"),
+    "flank_twist": ("gearbench.effects.flank_twist", "FlankTwist"),
     "helix_slope": ("gearbench.effects.helix_slope", "HelixSlope"),
     "manufacturing_errors": ("gearbench.effects.manufacturing_errors", "ManufacturingErrors"),
     "topography": ("gearbench.effects.topography", "Topography"),

@@ -25,7 +25,16 @@ if TYPE_CHECKING:
     import xarray as xr
 
 #: Effects that a designer gives the flanks; errors and measured flanks are none.
-MODIFICATIONS = ("crowning", "tip_relief", "root_relief", "end_relief", "profile_slope", "helix_slope")
+MODIFICATIONS = (
+    "crowning",
+    "tip_relief",
+    "root_relief",
+    "end_relief",
+    "profile_crowning",
+    "flank_twist",
+    "profile_slope",
+    "helix_slope",
+)
 
 
 def axial_force(scene: Scene) -> float:

@@ -21,7 +21,10 @@ from gearbench.scene import Scene
 
 @dataclass(frozen=True, kw_only=True)
 class Solved:
-    """A scene solved on its contact lines: the source of all outputs."""
+    """A scene solved on its contact lines: the source of all outputs.
+
+    The arrays of the solution may have dimensions before the position; so have the outputs that follow from it.
+    """
 
     scene: Scene
     lines: ContactLines
@@ -41,7 +44,7 @@ class Solved:
 
     def load_share(self) -> NDArray:
         """Share of each pair in the normal force, (position, pair)."""
-        return self.solution.force.sum(axis=2) / self.solution.force.sum(axis=(1, 2))[:, None]
+        return self.solution.force.sum(axis=-1) / self.solution.force.sum(axis=(-2, -1))[..., None]
 
     def initial_gap(self) -> NDArray:
         """Initial gap e, (position, pair, segment) [µm]."""

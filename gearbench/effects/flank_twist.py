@@ -1,0 +1,45 @@
+"""Flank twist: a profile slope that changes over the face width."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from numpy.typing import NDArray
+from pydantic.dataclasses import dataclass
+
+from gearbench.effects.base import GapEffect
+from gearbench.effects.error_modes import profile_coordinate
+from gearbench.effects.relief import MICROMETRE, Amount
+from gearbench.geometry.action import ContactLines
+from gearbench.geometry.role import Role
+from gearbench.schema import STRICT
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class FlankTwist(GapEffect):
+    """Flank twist S_α of each gear: e = S_α (y/b − ½) (t − ½).
+
+    t counts from 0 to 1 over the roll length of the active profile. The profile slope at y is S_α (y/b − ½); S_α is
+    its value at y = b less that at y = 0. At mid-face and at the middle of the profile nothing is missing. Positive:
+    material missing at the tip at y = b and at the root at y = 0, in excess at the two other corners.
+
+    Parameters
+    ----------
+    pinion, wheel
+        S_α, change of the profile slope over the face width [µm].
+    """
+
+    pinion: Amount = 0.0
+    wheel: Amount = 0.0
+
+    name: ClassVar[str] = "flank_twist"
+    summary: ClassVar[str] = "gap: profile slope of each gear that changes linearly over the face width"
+    source: ClassVar[str] = "ISO 21771-1 S_α"
+    use: ClassVar[str] = "The twist that generating grinding leaves on a crowned helical flank, or a wanted bias."
+    example: ClassVar[dict[str, Any]] = {"pinion": 6.0}
+
+    def gap(self, lines: ContactLines) -> NDArray:
+        """Gap [mm], (position, pair, segment)."""
+        t1, t2 = (profile_coordinate(lines, role) for role in Role)
+        slope = self.pinion * (t1 - 0.5) + self.wheel * (t2 - 0.5)
+        return MICROMETRE * (lines.y / lines.pair.face_width - 0.5) * slope

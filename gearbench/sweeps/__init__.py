@@ -1,0 +1,1 @@
+"""A scene over ranges of its keys: loads above all."""

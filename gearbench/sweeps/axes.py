@@ -1,0 +1,114 @@
+"""Keys of a scene that are swept, and the scenes at the points of their grid."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any, get_args
+
+import numpy as np
+
+from gearbench.errors import InputError
+from gearbench.scene import Scene
+from gearbench.scene_file import TABLES, parse_scene, scene_key
+from gearbench.schema import keys
+
+#: Dotted key of the torque: its values share all but the solutions.
+TORQUE = "load.torque"
+#: Points of a grid at most.
+MOST_POINTS = 100_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Axis:
+    """A key that is swept.
+
+    Parameters
+    ----------
+    name
+        As given, and as the dimension of the Dataset is called: a dotted key, or the last part of one of ``[load]``,
+        ``[pair]`` or ``[resolution]``.
+    path
+        The dotted key.
+    values
+        Its values, ascending, in the unit of the key.
+    unit
+        Unit of the key, "" where it has none.
+    """
+
+    name: str
+    path: str
+    values: tuple[float, ...]
+    unit: str
+
+
+def axis(name: str, values: Sequence[float]) -> Axis:
+    """Axis of the numeric key ``name``; whole numbers where the key takes no others.
+
+    Raises
+    ------
+    InputError
+        If there is no such key, it is no number, or ``values`` are none, not finite, or not all different.
+    """
+    path = name
+    if "." not in name:
+        path = next((f"{table}.{name}" for table, kind in TABLES.items() if name in keys(kind)), name)
+    key = scene_key(path)
+    if key is None or not _numeric(key.hint):
+        raise InputError("sweep", name, 'must be a numeric key of a scene, e.g. "torque" or "effects.crowning.amount"')
+    given = [float(value) for value in np.atleast_1d(np.asarray(values, dtype=float))]
+    if not given or not all(map(math.isfinite, given)) or len(set(given)) < len(given):
+        raise InputError(f"sweep.{name}", list(given), "must be one or more finite values, all different")
+    whole = not _numeric(key.hint, (float,))
+    numbers = tuple(int(value) if whole and value.is_integer() else value for value in sorted(given))
+    return Axis(name=name, path=path, values=numbers, unit=key.unit)
+
+
+def axes_of(swept: Mapping[str, Sequence[float]]) -> tuple[Axis, ...]:
+    """The axes of a sweep in the order given.
+
+    Raises
+    ------
+    InputError
+        As ``axis``; if there is none, a key is given twice, or the grid has more than 100 000 points.
+    """
+    found = tuple(axis(name, values) for name, values in swept.items())
+    if not found:
+        raise InputError("sweep", "no key", "must sweep at least one, e.g. torque=[100, 200]")
+    paths = [each.path for each in found]
+    for each in found:
+        if paths.count(each.path) > 1:
+            raise InputError("sweep", each.name, "is swept twice")
+    if (points := math.prod(len(each.values) for each in found)) > MOST_POINTS:
+        raise InputError("sweep", points, f"points of the grid: at most {MOST_POINTS}")
+    return found
+
+
+def grid(axes: Sequence[Axis]) -> list[dict[str, float]]:
+    """Points of the grid of ``axes``, the last one fastest; each the values by dotted key."""
+    return [dict(zip((each.path for each in axes), point, strict=True)) for point in product(*(a.values for a in axes))]
+
+
+def scene_at(scene: Scene, point: Mapping[str, float]) -> Scene:
+    """``scene`` with the values of ``point`` at its dotted keys.
+
+    Raises
+    ------
+    InputError
+        Where a value is not allowed.
+    """
+    tables: dict[str, Any] = scene.to_mapping()
+    for path, value in point.items():
+        *parents, last = path.split(".")
+        table = tables
+        for part in parents:
+            table = table.setdefault(part, {})
+        table[last] = value
+    return parse_scene(tables) if point else scene
+
+
+def _numeric(hint: Any, kinds: tuple[type, ...] = (int, float)) -> bool:
+    """Whether a key takes a number: its type, or one of a union."""
+    return hint in kinds or any(_numeric(each, kinds) for each in get_args(hint))

@@ -1,0 +1,107 @@
+"""Figures of a load range: Harris map, orders over the torque, peak-to-peak transmission error and its least."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearbench.plotting import BLUE, GREY, ORANGE, legend_below, new_figure, write_figure
+from gearbench.results.cycle import panels
+from gearbench.scene import Scene
+from gearbench.scene_file import parse_scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+#: Curves of a Harris map, and orders shown over the torque, at most.
+CURVES, ORDERS = 8, 5
+
+
+def harris_map(dataset: xr.Dataset, axes: Axes, *, about_mean: bool = False) -> Axes:
+    """STE over the roll angle of the pinion at several torques, as in Harris 1958, over two mesh periods.
+
+    ``about_mean``: less its mean at each torque.
+    """
+    from matplotlib import colormaps
+
+    scene = _scene(dataset)
+    gear, meshing = scene.pair.gears[0], scene.pair.meshing
+    period, first = 360.0 / gear.teeth, math.degrees(meshing.path_start / gear.base_radius)
+    loads = dataset["torque"].values
+    for i in np.unique(np.linspace(0, len(loads) - 1, min(CURVES, len(loads))).round().astype(int)):
+        one = dataset.isel(torque=i)
+        curves = panels(one, "transmission_error")
+        x = np.concatenate([phase + turn for turn in (0, 1) for phase, _ in curves])
+        y = np.concatenate([values for _, values in curves] * 2)
+        y = y - float(one["transmission_error_mean"]) if about_mean else y
+        colour = colormaps["viridis"](0.9 * i / max(len(loads) - 1, 1))
+        axes.plot(first + period * x, y, color=colour, lw=1.4, label=f"{loads[i]:g} N·m")
+    roll = math.degrees(meshing.pitch_point / gear.base_radius)
+    if first <= roll <= first + 2 * period:
+        axes.axvline(roll, color=GREY, lw=0.8, ls=":")
+        axes.annotate("C", (roll, 1.01), xycoords=("data", "axes fraction"), ha="center", color=GREY, fontsize=8)
+    label = "δ less its mean [µm]" if about_mean else "δ [µm]"
+    axes.set(xlabel="roll angle of the pinion [°]", ylabel=label, xlim=(first, first + 2 * period))
+    return axes
+
+
+def orders_over_torque(dataset: xr.Dataset, axes: Axes) -> Axes:
+    """Amplitudes of the first mesh orders of STE over the torque."""
+    amplitude = dataset["transmission_error_amplitude"].transpose("harmonic", "torque").values
+    for n, values in enumerate(amplitude[:ORDERS], start=1):
+        axes.plot(dataset["torque"], values, marker=".", lw=1.4, color=f"C{n - 1}", label=f"order {n}")
+    axes.set(xlabel="torque on the pinion [N·m]", ylabel="amplitude of δ [µm]", yscale="log")
+    top = np.nanmax(amplitude)
+    axes.set_ylim(max(np.nanmin(amplitude[:ORDERS]) / 1.5, 1e-4 * top), 1.5 * top)
+    return axes
+
+
+def peak_to_peak_over_torque(dataset: xr.Dataset, axes: Axes) -> Axes:
+    """Peak-to-peak STE over the torque, its least marked."""
+    load, values = dataset["torque"].values, dataset["transmission_error_peak_to_peak"].values
+    axes.plot(load, values, color=BLUE, marker=".", lw=1.6)
+    least = int(np.nanargmin(values))
+    axes.plot(load[least], values[least], "o", color=ORANGE, ms=8, mfc="none", mew=2)
+    text = f"{values[least]:.3g} µm at {load[least]:g} N·m"
+    side, shift = ("left", 10) if least < len(load) / 2 else ("right", -10)
+    axes.annotate(text, (load[least], values[least]), (shift, -5), textcoords="offset points", ha=side, color=ORANGE)
+    axes.set(xlabel="torque on the pinion [N·m]", ylabel="peak-to-peak δ [µm]", ylim=(0, 1.08 * np.nanmax(values)))
+    return axes
+
+
+def draw_sweep(dataset: xr.Dataset, folder: Path) -> list[Path]:
+    """Write the figures of a load range; those of the first value of any other key that is swept."""
+    whole = dataset.isel({str(dim): 0 for dim in dataset.dims if dim != "torque" and dim in _swept(dataset)})
+    name = _scene(dataset).name or "scene"
+    load, ptp = dataset["torque"].values, whole["transmission_error_peak_to_peak"].values
+    least = int(np.nanargmin(ptp))
+    where = "at the lower end of" if least == 0 else "at the upper end of" if least == len(load) - 1 else "within"
+    figure, ((axes, beside),) = new_figure(1, 2, (11.0, 5.0))
+    harris_map(whole, axes)
+    harris_map(whole, beside, about_mean=True)
+    figure.suptitle(f"{name}: STE under {load[0]:g} to {load[-1]:g} N·m")
+    legend_below(figure, axes, CURVES)
+    written = [write_figure(figure, folder / "harris_map.png")]
+    figure, ((axes,),) = new_figure(1, 1, (7.5, 4.2))
+    peak_to_peak_over_torque(whole, axes)
+    axes.set_title(f"{name}: peak-to-peak STE is least {where} the range of torques")
+    written.append(write_figure(figure, folder / "peak_to_peak_over_torque.png"))
+    figure, ((axes,),) = new_figure(1, 1, (7.5, 4.6))
+    orders_over_torque(whole, axes)
+    axes.set_title(f"{name}: mesh orders of STE over the torque")
+    legend_below(figure, axes, ORDERS)
+    return [*written, write_figure(figure, folder / "orders_over_torque.png")]
+
+
+def _swept(dataset: xr.Dataset) -> set[str]:
+    """Dimensions that are swept keys: those with values of their own."""
+    return {str(dim) for dim in dataset.dims if dim in dataset.coords} - {"harmonic", "error_name"}
+
+
+def _scene(dataset: xr.Dataset) -> Scene:
+    return parse_scene(tomllib.loads(dataset.attrs["scene"]))

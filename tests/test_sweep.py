@@ -1,0 +1,194 @@
+"""Sweeps: equal to single runs at every point, and what people may do wrong in asking for them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import gearbench.contact.assemble
+from gearbench import load_scene, robust, simulate, sweep
+from gearbench.contact.loads import solve_loads
+from gearbench.contact.problem import ContactProblem
+from gearbench.errors import InputError
+from gearbench.scene import Load, Scene
+from gearbench.scene_file import parse_scene
+from gearbench.sweeps import shared
+from gearbench.sweeps.ranges import parse_range, parse_setting
+from tests.test_architecture import ROOT
+
+AMOUNT = "effects.tip_relief.amount"
+#: How the contact was solved, not what came out.
+HOW = {"newton_steps", "equilibrium_residual", "complementarity_residual", "minimum_force"}
+
+
+def example(name: str = "case2") -> Scene:
+    return load_scene(ROOT / "examples" / f"{name}.toml")
+
+
+def with_tables(scene: Scene, **effects: dict) -> Scene:
+    tables = scene.to_mapping()
+    return parse_scene({**tables, "effects": {**tables["effects"], **effects}})
+
+
+def assert_equal(point, single):
+    for name in set(single.data_vars) - HOW:
+        found, wanted = point[name], single[name]
+        if "position" in found.dims:
+            found = found.isel(position=slice(single.sizes["position"]))
+        # rounding of the solver, relative to the largest value
+        np.testing.assert_allclose(found.values, wanted.values, rtol=0, atol=1e-12 * abs(wanted.values).max())
+
+
+RELIEVED = with_tables(example(), tip_relief={"amount": 20.0, "length": 0.6}, crowning={"amount": 8.0})
+
+
+@pytest.mark.parametrize("scene", [example("case1"), RELIEVED], ids=["spur", "relieved helical"])
+def test_torques_equal_single_runs(scene):
+    torques = [0.02 * scene.load.torque, 0.3 * scene.load.torque, scene.load.torque, 3 * scene.load.torque]
+    dataset = sweep(scene, torque=torques, threads=2)
+    assert dataset.attrs["complete"] == 1
+    assert dataset["line_load"].dims == ("torque", "position", "pair", "segment")
+    for torque in torques:
+        single = simulate(replace(scene, load=Load(torque=torque)))
+        assert_equal(dataset.sel(torque=torque), single)
+
+
+def test_without_a_contact_law_too():
+    x = np.linspace(0, 1, 25)
+    root = np.linalg.cholesky(np.exp(-(np.subtract.outer(x, x) ** 2) / 0.01) + 1e-2 * np.eye(25))
+    none = np.zeros((1, 25))
+    alone = np.zeros(25, dtype=np.int64)
+    problem = ContactProblem(
+        gap=(0.7 * x)[None], a=none, h=none, active=none == 0, factor=root[None], block=alone, blocks=1,
+        force=1.0, length_scale=1.0, shape=(1, 1, 25),
+    )  # fmt: skip
+    for solution, force in zip(solve_loads(problem, [0.5, 2.0]), [0.5, 2.0], strict=True):
+        P = solution.force.ravel()
+        gap = root @ root.T @ P + 0.7 * x - solution.approach
+        assert P.sum() == pytest.approx(force, rel=1e-12)
+        np.testing.assert_allclose(np.minimum(P, gap), 0.0, atol=1e-11)
+        assert 0 < np.count_nonzero(P) < 25
+
+
+def test_gaps_kinks_and_gears_equal_single_runs():
+    amounts, lengths, teeth = [5.0, 25.0], [0.4, 0.6], [17, 18]
+    keys = {"effects.tip_relief.amount": amounts, "effects.tip_relief.length": lengths, "pair.pinion.teeth": teeth}
+    dataset = sweep(RELIEVED, keys, torque=[100.0, 230.0])
+    assert dataset["transmission_error_rms"].dims == (*keys, "torque")
+    # the phases follow the beginning of the relief
+    assert "effects.tip_relief.length" in dataset["mesh_phase"].dims
+    for amount, length, z, torque in [(5.0, 0.4, 17, 100.0), (25.0, 0.6, 18, 230.0), (25.0, 0.4, 18, 100.0)]:
+        point = dataset.sel(dict(zip(keys, (amount, length, z), strict=True)), drop=True).sel(torque=torque)
+        tables = RELIEVED.to_mapping()
+        tables["effects"]["tip_relief"] |= {"amount": amount, "length": length}
+        tables["pair"]["pinion"]["teeth"] = z
+        single = simulate(parse_scene({**tables, "load": {"torque": torque}}))
+        present = point["pair_index"].isin(single["pair_index"])
+        assert_equal(point.isel(pair=np.flatnonzero(present)), single)
+        assert float(point["phase_weight"].sum()) == pytest.approx(1.0, abs=1e-14)
+
+
+def test_the_compliance_is_made_once(monkeypatch):
+    calls = []
+
+    def counted(scene, lines):
+        calls.append(scene)
+        return gearbench.contact.assemble.assemble(scene, lines)
+
+    monkeypatch.setattr(shared, "assemble", counted)
+    sweep(RELIEVED, {"effects.crowning.amount": [0.0, 4.0, 8.0]}, torque=[50.0, 100.0])
+    assert len(calls) == 1
+    sweep(RELIEVED, {"segments": [10, 15]}, torque=[50.0, 100.0])
+    assert len(calls) == 3
+
+
+def test_samples_equal_robust():
+    scene = example("gear55_robust")
+    dataset = sweep(scene, torque=[5.0, 10.0], samples=32, seed=3)
+    single = robust(replace(scene, load=Load(torque=5.0)), samples=32, seed=3)
+    for name in ("transmission_error_rms", "mesh_stiffness_rms", "transmission_error_rms_mean"):
+        np.testing.assert_allclose(dataset[name].sel(torque=5.0), single[name], rtol=1e-12)
+
+
+def test_an_interrupted_sweep_keeps_what_is_done():
+    def stop(done: int, of: int) -> None:
+        assert of == 6
+        if done == 4:
+            raise KeyboardInterrupt
+
+    dataset = sweep(RELIEVED, {"effects.crowning.amount": [2.0, 8.0]}, torque=[50.0, 100.0, 150.0], progress=stop)
+    done = dataset["transmission_error_mean"].notnull()
+    assert dataset.attrs["complete"] == 0
+    assert done.values.tolist() == [[True, True, True], [True, False, False]]
+    whole = sweep(RELIEVED, {"effects.crowning.amount": [2.0, 8.0]}, torque=[50.0, 100.0, 150.0])
+    kept = dataset["transmission_error_mean"].where(done, whole["transmission_error_mean"])
+    np.testing.assert_allclose(kept, whole["transmission_error_mean"], rtol=1e-12)
+
+
+def test_an_unmodified_pair_scales_with_the_load():
+    # without gaps and with a constant contact law contact is linear
+    scene = with_tables(example(), hertz={"law": "yang_sun"})
+    dataset = sweep(scene, torque=[10.0, 100.0])
+    ste = dataset["transmission_error"]
+    np.testing.assert_allclose(ste.sel(torque=100.0), 10 * ste.sel(torque=10.0), rtol=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({}, "sweep = no key: must sweep at least one"),
+        ({"name": [1.0]}, "sweep = name: must be a numeric key"),
+        ({"effects.hertz.law": [1.0]}, "sweep = effects.hertz.law: must be a numeric key"),
+        ({"effects.no_such.amount": [1.0]}, "sweep = effects.no_such.amount: must be a numeric key"),
+        ({"torque": []}, "sweep.torque = []: must be one or more finite values"),
+        ({"torque": [1.0, 1.0]}, "all different"),
+        ({"torque": [float("nan")]}, "finite"),
+        ({"torque": [0.0]}, "load.torque = 0.0: must be greater than 0"),
+        ({"torque": [1.0], "load.torque": [2.0]}, "torque: is swept twice"),
+        ({"pair.pinion.teeth": [17.5]}, "pair.pinion.teeth = 17.5: must be a valid integer"),
+        ({"effects.root_relief.amount": [1.0]}, "effects.root_relief.length = missing: is required"),
+    ],
+)
+def test_bad_input_is_one_line(keys, message):
+    with pytest.raises(InputError) as caught:
+        sweep(example(), keys)
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_ranges_as_people_write_them():
+    assert parse_range("torque", "20:300:20") == [20.0 * n for n in range(1, 16)]
+    assert parse_range("torque", "0:1:0.1")[-1] == pytest.approx(1.0)
+    assert parse_range("torque", "1:2:0.3") == pytest.approx([1.0, 1.3, 1.6, 1.9])
+    assert parse_setting("effects.crowning.amount=0,4") == ("effects.crowning.amount", [0.0, 4.0])
+
+
+@pytest.mark.parametrize("text", ["", "20:300", "a", "1:2:0", "2:1:1", "1:inf:1", "0:1:1e-9"])
+def test_what_is_no_range_is_one_line(text):
+    with pytest.raises(InputError, match=r"^torque = "):
+        parse_range("torque", text)
+
+
+def test_every_modification_has_a_torque_of_least_error_that_it_was_designed_for():
+    """Claims 3 and 4 of Benatar, Handschuh, Kahraman and Talbot 2019, measured on helical pairs."""
+    tables = {
+        "pair": {
+            "normal_module": 3.0, "helix_angle": 8.0, "face_width": 24.0, "centre_distance": 90.885,
+            "pinion": {"teeth": 24}, "wheel": {"teeth": 36},
+        },
+        "load": {"torque": 150.0},
+        "effects": {"tooth_bending": {"model": "solid"}, "hertz": {}, "tip_relief": {"amount": 20.0, "length": 1.6}},
+    }  # fmt: skip
+    amounts, torques = [10.0, 15.0, 20.0, 30.0], np.arange(20.0, 500.0, 8.0)
+    outputs = ["transmission_error_peak_to_peak", "transmission_error_mean"]
+    dataset = sweep(parse_scene(tables), {AMOUNT: amounts}, torque=torques, outputs=outputs)
+    least = dataset[outputs[0]].idxmin("torque").values
+    assert np.all((least > torques[0]) & (least < torques[-1]))
+    # a relief is designed for the torque under which the teeth deflect in proportion to it; torques in steps of 8 N·m
+    deflection = np.array([float(dataset[outputs[1]].isel({AMOUNT: i}).sel(torque=t)) for i, t in enumerate(least)])
+    np.testing.assert_allclose(deflection / amounts, np.mean(deflection / amounts), rtol=0.04)
+    # and each is the best of them at its own torque
+    at_its_own = dataset[outputs[0]].sel(torque=least)
+    assert at_its_own.argmin(AMOUNT).values.tolist() == [0, 1, 2, 3]
