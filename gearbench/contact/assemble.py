@@ -130,7 +130,7 @@ def total_gap(scene: Scene, lines: ContactLines) -> NDArray:
 def gap_and_variation(scene: Scene, lines: ContactLines) -> tuple[NDArray, NDArray]:
     """Total gap at the nodes, and half of its variation over the cells a contact law is averaged over [mm]."""
     soft = np.zeros(lines.shape)
-    if lines.cells and any(isinstance(effect, ComplianceEffect) and effect.name == "hertz" for effect in scene.effects):
+    if lines.cells:
         begin, end = (total_gap(scene, lines.moved(share)) for share in (-1, 1))
         soft = np.abs(end - begin) / 2
     return total_gap(scene, lines), soft
@@ -155,7 +155,7 @@ def assemble(scene: Scene, lines: ContactLines, *, truncation: float = TRUNCATIO
     else:
         a = h = np.zeros(lines.shape)
         unit = _even_deflection(matrix, lines) * scene.F_bn
-    gap, soft = gap_and_variation(scene, lines)
+    gap, soft = gap_and_variation(scene, lines) if laws else (total_gap(scene, lines), np.zeros(lines.shape))
     if lines.touch is not None:
         factor, matrix, a, h = _by_lever(lines.touch.levers[0], factor, matrix, a, h)
     problem = scale_problem(lines, gap, factor, a, h, soft, scene.F_bn, unit, coupled=coupled)

@@ -53,5 +53,6 @@ class Shared:
         # in the units of the problem that is known; its load is set when it is solved
         gap, soft = (x.reshape(known.problem.gap.shape) for x in gap_and_variation(scene, known.lines))
         scale = known.problem.length_scale
+        soft = soft if known.problem.a.any() else np.zeros_like(soft)  # without a law there is nothing to average
         problem = replace(known.problem, gap=np.ascontiguousarray(gap / scale), soft=np.ascontiguousarray(soft / scale))
         return replace(known, scene=scene, weight=weight, problem=problem)
