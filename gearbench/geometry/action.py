@@ -13,6 +13,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -170,7 +171,7 @@ def _on_panels(
             counts = _shares(segments, np.sqrt(widest[panel]))
             ends = edges[np.append(panel, panel[-1] + 1)][:, alike]
         rules = [_rule(count, parting) for count in counts]
-        half = [np.diff(pair_of_ends, axis=0).T / 2 for pair_of_ends in zip(ends[:-1], ends[1:], strict=True)]
+        half = [np.diff(pair_of_ends, axis=0).T / 2 for pair_of_ends in pairwise(ends)]
         parts = zip(ends[:-1], half, rules, strict=True)
         y[alike] = np.concatenate([low[:, None] + h * (1 + node) for low, h, (node, _) in parts], axis=1)
         width[alike] = np.concatenate([h * weight for h, (_, weight) in zip(half, rules, strict=True)], axis=1)
