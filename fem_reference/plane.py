@@ -181,7 +181,7 @@ def _size_field(gmsh: Any, patches: Sequence[Patch], module: float, size: float,
     field, numbers = gmsh.model.mesh.field, []
     for patch in patches:
         x, y, radius, fine = (value / module for value in (patch.x, patch.y, patch.radius, patch.size))
-        distance = f"Sqrt((x-{x:.12g})^2+(y-{y:.12g})^2)"
+        distance = f"Sqrt((x-({x:.12g}))^2+(y-({y:.12g}))^2)"
         reach = f"{min(fine, size):.6g}+{growth:.6g}*Max(0,{distance}-{radius:.6g})"
         far = f"{size:.6g}+0.25*Max(0,{distance}-4)"
         numbers.append(field.add("MathEval"))
