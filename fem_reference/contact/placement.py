@@ -30,7 +30,7 @@ class Touch:
     pair
         Number k of the tooth pair.
     gap
-        Least separation along the line of action from the conjugate position, r_b1 Δφ [mm].
+        Least separation along the line of action from where the pinion stands, r_b1 Δφ [mm].
     radii
         Radii of the touching points on pinion and wheel [mm].
     """
@@ -42,7 +42,7 @@ class Touch:
 
 @dataclass(frozen=True, kw_only=True)
 class Placement:
-    """A pair of spur gears at a mesh phase, unmodified flanks in conjugate position.
+    """A pair of spur gears at a mesh phase, unmodified flanks in conjugate position but for ``advance``.
 
     Parameters
     ----------
@@ -52,11 +52,14 @@ class Placement:
         Mesh phase τ.
     profiles
         Right flanks of both gears, modified.
+    advance
+        By how much the pinion is turned ahead of the conjugate position, r_b1 φ [mm].
     """
 
     pair: Pair
     phase: float
     profiles: tuple[Profile, Profile]
+    advance: float = 0.0
 
     def path_position(self, k: int) -> float:
         """u = u_A + (τ + k) p_bt [mm] of tooth pair k."""
@@ -87,6 +90,8 @@ class Placement:
     def placed(self, role: Role, xy: NDArray) -> NDArray:
         """Points (2, n) of a gear's own frame where the gears stand."""
         angle = self.rotations[role]
+        if role == Role.PINION:
+            angle += self.advance / self.pair.gears[0].base_radius
         cos, sin = math.cos(angle), math.sin(angle)
         turned = np.array([[cos, sin], [-sin, cos]]) @ xy
         return turned if role == Role.PINION else np.array([[0.0], [self.pair.centre_distance]]) - turned
