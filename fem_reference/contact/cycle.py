@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -41,8 +41,8 @@ def contact_cycle(
 ) -> xr.Dataset:
     """Mesh cycle of a spur pair by contact finite elements in plane strain, on the whole bodies held at their bores.
 
-    Nothing is assumed of where flanks touch or how they give: tips, flanks and fillets of all near tooth pairs may
-    touch, frictionless. The compliance effects of the scene are not used; its gaps are cut from the flanks.
+    Tips, flanks and fillets of all near tooth pairs may touch, frictionless. The compliance effects of the scene are
+    not used; its gaps are cut from the flanks.
 
     Parameters
     ----------
@@ -53,12 +53,9 @@ def contact_cycle(
     torques
         Torques on the pinion [N·m], rising, in place of the scene's; they become the dimension ``torque``.
     width_factor
-        Factor on the deflections that stands for the free faces: 1 is plane strain; narrow teeth deflect some 3 %
-        more.
-    settings
-        How each phase is computed.
-    workers
-        Phases computed at a time.
+        Factor on the deflections for the free faces: 1 is plane strain; narrow teeth deflect some 3 % more.
+    settings, workers
+        How each phase is computed, and how many at a time.
 
     Returns
     -------
@@ -75,36 +72,59 @@ def contact_cycle(
         If it does not solve a phase.
     """
     start = time.perf_counter()
-    if scene.pair.helix_angle:
-        raise InputError("pair.helix_angle", scene.pair.helix_angle, "must be 0: contact is computed in plane strain")
-    require_bores(scene.pair)
     loads = tuple(torques) if torques is not None else (scene.load.torque,)
-    if not loads or not all(a < b for a, b in pairwise((0.0, *loads))):
-        raise InputError("torques", list(loads), "must be positive and rise")
-    settings = settings or Settings()
+    _check(scene, loads)
     phase, weight = uniform_phases(phases)
-    checked = np.unique(np.linspace(0, phases - 1, _CHECKED + 2).astype(int)[1:-1])
-    coarse = replace(settings, fineness=settings.fineness.halved())
-    soft = replace(settings, penalty=settings.penalty / 2)
-    jobs = [(float(tau), settings) for tau in phase]
-    jobs += [(float(phase[i]), other) for i in checked for other in (coarse, soft)]
-    gaps = tuple(effect for effect in scene.effects if isinstance(effect, GapEffect))
-    with ThreadPoolExecutor(workers) as pool:
-        found = list(pool.map(lambda job: solve_phase(scene.pair, gaps, job[0], loads, job[1]), jobs))
+    found, checks = _solved(scene, phase, loads, settings or Settings(), workers)
     q = np.array([each.approach for each in found]).T * width_factor
-    fine, check = q[:, :phases], q[:, phases:].reshape(len(loads), len(checked), 2)
-    uncertainty = MICROMETRES * np.abs(check - fine[:, checked, None]).max(axis=1).sum(axis=-1)
-    k = np.array([each.stiffness for each in found[:phases]]).T / width_factor
-    cycle = MeshCycle.of(scene, Phases(phase=phase, weight=weight, size=None), fine, k)
-    names, share, radius = _of_pairs(found[:phases])
+    k = np.array([each.stiffness for each in found]).T / width_factor
+    cycle = MeshCycle.of(scene, Phases(phase=phase, weight=weight, size=None), q, k)
+    names, share, radius = _of_pairs(found)
+    error = [
+        np.abs(np.array([each.approach for each in changed]).T * width_factor - q[:, checks.at]).max(axis=1)
+        for changed in (checks.coarser, checks.softer)
+    ]
+    of_pairs = {"load_share": share, "contact_radius": radius}
     attrs = {
         **provenance(scene, wall_time=time.perf_counter() - start),
         "support": "finite_elements",
         "method": f"contact finite elements, plane strain, CalculiX {version()}",
         "width_factor": width_factor,
     }
-    of_pairs = {"load_share": share, "contact_radius": radius}
-    return _dataset(cycle, of_pairs, names, uncertainty, loads, torques is None).assign_attrs(attrs)
+    return _dataset(cycle, of_pairs, names, MICROMETRES * sum(error), loads, torques is None).assign_attrs(attrs)
+
+
+def _check(scene: Scene, loads: Sequence[float]) -> None:
+    if scene.pair.helix_angle:
+        raise InputError("pair.helix_angle", scene.pair.helix_angle, "must be 0: contact is computed in plane strain")
+    require_bores(scene.pair)
+    if not loads or not all(a < b for a, b in pairwise((0.0, *loads))):
+        raise InputError("torques", list(loads), "must be positive and rise")
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Checks:
+    """Some phases once more, at the numbers ``at``: with a coarser mesh, and with a softer contact."""
+
+    at: NDArray
+    coarser: list[PhaseResult]
+    softer: list[PhaseResult]
+
+
+def _solved(
+    scene: Scene, phase: NDArray, loads: tuple[float, ...], settings: Settings, workers: int
+) -> tuple[list[PhaseResult], _Checks]:
+    """All phases, and what tells their error."""
+    at = np.unique(np.linspace(0, len(phase) - 1, _CHECKED + 2).astype(int)[1:-1])
+    coarser = replace(settings, fineness=settings.fineness.halved())
+    softer = replace(settings, penalty=settings.penalty / 2)
+    jobs = [(float(tau), settings) for tau in phase]
+    jobs += [(float(phase[i]), other) for other in (coarser, softer) for i in at]
+    gaps = tuple(effect for effect in scene.effects if isinstance(effect, GapEffect))
+    with ThreadPoolExecutor(workers) as pool:
+        found = list(pool.map(lambda job: solve_phase(scene.pair, gaps, job[0], loads, job[1]), jobs))
+    n, m = len(phase), len(phase) + len(at)
+    return found[:n], _Checks(at=at, coarser=found[n:m], softer=found[m:])
 
 
 def _of_pairs(found: Sequence[PhaseResult]) -> tuple[NDArray, NDArray, NDArray]:
