@@ -80,10 +80,8 @@ def contact_cycle(
     k = np.array([each.stiffness for each in found]).T / width_factor
     cycle = MeshCycle.of(scene, Phases(phase=phase, weight=weight, size=None), q, k)
     names, share, radius = _of_pairs(found)
-    error = [
-        np.abs(np.array([each.approach for each in changed]).T * width_factor - q[:, checks.at]).max(axis=1)
-        for changed in (checks.coarser, checks.softer)
-    ]
+    changed = [np.array([each.approach for each in some]).T * width_factor for some in (checks.coarser, checks.softer)]
+    error = MICROMETRES * np.sum([np.abs(other - q[:, checks.at]).max(axis=1) for other in changed], axis=0)
     of_pairs = {"load_share": share, "contact_radius": radius}
     attrs = {
         **provenance(scene, wall_time=time.perf_counter() - start),
@@ -91,7 +89,7 @@ def contact_cycle(
         "method": f"contact finite elements, plane strain, CalculiX {version()}",
         "width_factor": width_factor,
     }
-    return _dataset(cycle, of_pairs, names, MICROMETRES * sum(error), loads, torques is None).assign_attrs(attrs)
+    return _dataset(cycle, of_pairs, names, error, loads, torques is None).assign_attrs(attrs)
 
 
 def _check(scene: Scene, loads: Sequence[float]) -> None:
