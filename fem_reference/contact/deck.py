@@ -7,7 +7,7 @@ and the stretch φ²/2 that they neglect below 1e-6.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from fem_reference.contact.mesh import GearMesh
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,12 +32,14 @@ def deck(
     steps: Sequence[Load],
     *,
     penalty: float,
+    slaves: Mapping[int, Role],
     large_displacements: bool = False,
     thickness: float = 1.0,
 ) -> str:
     """The input file: plane strain of the given thickness [mm], frictionless face-to-face contact of every pair.
 
-    ``penalty``: pressure per overclosure [MPa/mm].
+    ``penalty``: pressure per overclosure [MPa/mm]; ``slaves``: of each tooth pair the gear whose faces look for those
+    of its mate. It must be the one whose corner may touch: a corner that presses on the middle of a face is not found.
     """
     shift = meshes[0].points.shape[1]
     start = [0, shift]
@@ -58,13 +61,13 @@ def deck(
     text += [f"*SOLID SECTION, ELSET={name}, MATERIAL=STEEL\n{thickness}" for name in ("PINION", "WHEEL")]
     text += surfaces
     text += ["*SURFACE INTERACTION, NAME=PENALTY\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR", f"{penalty:.8g}"]
-    for k in meshes[0].surfaces:
+    for k, slave in slaves.items():
         text.append("*CONTACT PAIR, INTERACTION=PENALTY, TYPE=SURFACE TO SURFACE")
-        text.append(f"PINION{_letter(k)}, WHEEL{_letter(k)}")
+        text.append(f"{slave.name}{_letter(k)}, {slave.mate.name}{_letter(k)}")
     text += _rotation(meshes[0], q, pair.gears[0].base_radius)
     text += ["*BOUNDARY", "WHEELBORE, 1, 2", f"{q}, 2, 3"]
-    for number, step in enumerate(steps):
-        text += _step(step, q, large_displacements, list(meshes[0].surfaces), first=number == 0)
+    for step in steps:
+        text += _step(step, q, large_displacements, slaves)
     return "\n".join(text) + "\n"
 
 
@@ -99,7 +102,7 @@ def _rotation(pinion: GearMesh, q: int, base_radius: float) -> list[str]:
     return text
 
 
-def _step(step: Load, q: int, large: bool, pairs: Sequence[int], *, first: bool) -> list[str]:
+def _step(step: Load, q: int, large: bool, slaves: Mapping[int, Role]) -> list[str]:
     text = [f"*STEP, INC=100{', NLGEOM' if large else ''}", "*STATIC", "1., 1., 1e-4, 1."]
     text += ["*BOUNDARY, OP=NEW", "WHEELBORE, 1, 2", f"{q}, 2, 3"]
     if step.rotation is not None:
@@ -107,6 +110,6 @@ def _step(step: Load, q: int, large: bool, pairs: Sequence[int], *, first: bool)
     else:
         text += ["*CLOAD, OP=NEW", f"{q}, 1, {step.force:.10g}"]
     text += ["*NODE PRINT, NSET=ROTATION", "U, RF"]
-    for k in pairs:
-        text += [f"*CONTACT PRINT, SLAVE=PINION{_letter(k)}, MASTER=WHEEL{_letter(k)}", "CF"]
+    for k, slave in slaves.items():
+        text += [f"*CONTACT PRINT, SLAVE={slave.name}{_letter(k)}, MASTER={slave.mate.name}{_letter(k)}", "CF"]
     return [*text, "*END STEP"]

@@ -118,8 +118,19 @@ def _solve(
     steps = [Load(force=factor * force) for force in forces for factor in (1.0, 1 + INCREMENT)]
     width = math.sqrt(4 * load * pair.normal_module * 3 / (math.pi * pair.material.plane_strain_modulus / 2))
     penalty = settings.penalty * _PENALTY * pair.material.plane_strain_modulus / 2 / width
-    text = deck(pair, meshes, steps, penalty=penalty, large_displacements=settings.large_displacements, thickness=b)
     pairs = [touch.pair for touch in near]
+    # the gear whose tip is nearer along the path of contact
+    before = {k: placement.path_position(k) < (pair.meshing.path_start + pair.meshing.path_end) / 2 for k in pairs}
+    slaves = {k: Role.WHEEL if early else Role.PINION for k, early in before.items()}
+    text = deck(
+        pair,
+        meshes,
+        steps,
+        penalty=penalty,
+        slaves=slaves,
+        large_displacements=settings.large_displacements,
+        thickness=b,
+    )
     done = run(text, pairs)
     at, beyond = done[::2], done[1::2]
     total = [sum(step.moment.values()) for step in at]

@@ -110,7 +110,9 @@ def test_bore_of_the_pinion_turns_as_one_body():
     touches = [touch for touch in placement.touches() if touch.gap < 0.05]
     coarse = Fineness(contact=2.0, size=0.8, growth=0.8)
     pinion, wheel = (gear_mesh(placement, role, touches, 100.0, coarse) for role in Role)
-    lines = deck(PAIR, (pinion, wheel), [Load(force=1.0)], penalty=1e6).splitlines()
+    lines = deck(
+        PAIR, (pinion, wheel), [Load(force=1.0)], penalty=1e6, slaves=dict.fromkeys(pinion.surfaces, Role.PINION)
+    ).splitlines()
     q = pinion.points.shape[1] + wheel.points.shape[1] + 1
     moved = np.zeros((2, pinion.points.shape[1]))
     for line in lines:
