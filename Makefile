@@ -40,6 +40,7 @@ docs-tables: $(STAMP)
 	$(BIN)/python -m docs.generate
 
 # Shared libraries that gmsh loads: named, and installed where this is possible without asking anyone.
+# CalculiX too, for contact by finite elements; nothing else needs it, and its tests are skipped without it.
 system-libraries: $(STAMP)
 	@missing="$$($(BIN)/python -c 'from fem_reference.environment import missing_system_packages as m; print(*m())')"; \
 	if [ -n "$$missing" ]; then \
@@ -50,6 +51,10 @@ system-libraries: $(STAMP)
 	    echo "install them with: sudo apt-get install $$missing"; exit 1; \
 	  fi; \
 	fi
+	@command -v ccx >/dev/null || \
+	  { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && \
+	    DEBIAN_FRONTEND=noninteractive apt-get install -y -qq calculix-ccx; } || \
+	  echo "contact by finite elements needs CalculiX: sudo apt-get install calculix-ccx"
 
 # Chromium for the tests of the explorer; without it they are skipped and say so.
 browser:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -121,17 +122,38 @@ def _pressure(points: Points, body: Body, strip: Strip) -> NDArray:
 
 def plane_mesh(body: Body, strip: Strip, size: float) -> Any:
     """Curved triangles of the section, boundary nodes on the exact curves, fine at the strip."""
+    at = Flank(body.gear).position(np.array([strip.radius]), np.zeros(1))[0, :2]
+    return section_mesh(body, [Patch(x=at[0], y=at[1], radius=1.5 * strip.half_width, size=strip.half_width / 6)], size)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Patch:
+    """Where the triangles are to be fine: within ``radius`` of a point (x, y), of edge length ``size`` [mm]."""
+
+    x: float
+    y: float
+    radius: float
+    size: float
+
+
+def section_mesh(body: Body, patches: Sequence[Patch], size: float, growth: float = 0.15) -> Any:
+    """Curved triangles of the section, boundary nodes on the exact curves, fine in the patches.
+
+    ``size`` of the triangles elsewhere, in normal modules; they grow towards it by ``growth`` per distance.
+
+    Raises
+    ------
+    MeshingError
+        If the section cannot be meshed.
+    """
     check_section(body)
-    gear = body.gear
-    m = gear.normal_module
+    m = body.gear.normal_module
     with gmsh_model("section") as gmsh:
         try:
             blocks = Blocks(gmsh.model.geo, body, Cells(thickness=8, flank=8, fillet=8, width=1), structured=False)
             blocks.build()
             gmsh.model.geo.synchronize()
-            _size_field(
-                gmsh, Flank(gear).position(np.array([strip.radius]), np.zeros(1))[0] / m, strip.half_width / m, size
-            )
+            _size_field(gmsh, patches, m, size, growth)
             gmsh.model.mesh.generate(2)
             points, elements, edges = _harvest(gmsh, blocks)
         except Exception as error:  # gmsh raises bare Exceptions
@@ -154,17 +176,18 @@ def plane_mesh(body: Body, strip: Strip, size: float) -> Any:
     return replace(curved, doflocs=positions).with_boundaries(boundaries)
 
 
-def _size_field(gmsh: Any, at: NDArray, half_width: float, size: float) -> None:
-    """Triangles of a/6 at the strip growing to ``size`` away from it (and, on a rim, further towards the bore)."""
-    x, y, _ = at
-    fine = min(half_width / 6, size)
-    distance = f"Sqrt((x-{x:.12g})^2+(y-{y:.12g})^2)"
-    reach = f"{fine:.6g}+0.15*Max(0,{distance}-{1.5 * half_width:.6g})"
-    far = f"{size:.6g}+0.25*Max(0,{distance}-4)"
-    field = gmsh.model.mesh.field
-    number = field.add("MathEval")
-    field.setString(number, "F", f"Min({reach},{far})")
-    field.setAsBackgroundMesh(number)
+def _size_field(gmsh: Any, patches: Sequence[Patch], module: float, size: float, growth: float) -> None:
+    """Triangles of the size of the patches growing to ``size`` away from them (on a rim, further to the bore)."""
+    field, numbers = gmsh.model.mesh.field, []
+    for patch in patches:
+        x, y, radius, fine = (value / module for value in (patch.x, patch.y, patch.radius, patch.size))
+        distance = f"Sqrt((x-({x:.12g}))^2+(y-({y:.12g}))^2)"
+        reach = f"{min(fine, size):.6g}+{growth:.6g}*Max(0,{distance}-{radius:.6g})"
+        far = f"{size:.6g}+0.25*Max(0,{distance}-4)"
+        numbers.append(field.add("MathEval"))
+        field.setString(numbers[-1], "F", f"Min({reach},{far})")
+    field.setNumbers(least := field.add("Min"), "FieldsList", numbers)
+    field.setAsBackgroundMesh(least)
     for option in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints", "MeshSizeFromCurvature"):
         gmsh.option.setNumber(f"Mesh.{option}", 0)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
+import shutil
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, metadata, version
 from importlib.util import find_spec
@@ -28,11 +29,10 @@ class Finding:
 
 
 def examine() -> list[Finding]:
-    """All findings: Python, packages, effects of other packages, shared libraries, processors, compiled kernels."""
+    """All findings: Python, packages, effects of other packages, shared libraries, processors, CalculiX, kernels."""
     found = _packages() + _effects() + _shared_libraries()
     found.append(Finding("processors", f"{os.cpu_count()}", True))
-    found.append(_kernel_cache())
-    return found
+    return [*found, _calculix(), _kernel_cache()]
 
 
 def _packages() -> list[Finding]:
@@ -86,6 +86,14 @@ def _shared_libraries() -> list[Finding]:
     missing = missing_system_packages()
     found = "all there" if not missing else f"missing: {' '.join(missing)}"
     return [Finding("libraries for gmsh", found, not missing, remedy=f"apt-get install {' '.join(missing)}")]
+
+
+def _calculix() -> Finding:
+    """CalculiX, which only contact by finite elements needs."""
+    found = shutil.which("ccx")
+    return Finding(
+        "CalculiX", found or "not installed", found is not None, needed=False, remedy="apt-get install calculix-ccx"
+    )
 
 
 def _kernel_cache() -> Finding:

@@ -1,0 +1,116 @@
+"""Run CalculiX on an input deck and read what it printed."""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from fem_reference.environment import MissingDependencyError
+
+_NUMBER = re.compile(r"[-+]?(?:\d+\.\d*(?:E[-+]\d+)?|nan)", re.IGNORECASE)
+
+
+class ContactError(RuntimeError):
+    """CalculiX did not solve the contact; the message holds its last words."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StepResult:
+    """What one load step printed.
+
+    Parameters
+    ----------
+    rotation
+        q = r_b1 φ of the pinion [mm].
+    force
+        Tooth pair → (F_x, F_y) of the contact [N].
+    moment
+        Tooth pair → moment of its contact about the pinion's axis, without sign [N mm].
+    centre
+        Tooth pair → middle of its contact area (x, y) [mm]; NaN where the flanks do not touch.
+    """
+
+    rotation: float
+    force: dict[int, tuple[float, float]]
+    moment: dict[int, float]
+    centre: dict[int, tuple[float, float]]
+
+
+def executable() -> str:
+    """Path of CalculiX.
+
+    Raises
+    ------
+    MissingDependencyError
+        If it is not there; names the Debian package.
+    """
+    found = shutil.which("ccx")
+    if found is None:
+        raise MissingDependencyError("CalculiX (ccx) is not installed: apt-get install calculix-ccx")
+    return found
+
+
+@cache
+def version() -> str:
+    """Version of CalculiX, such as "2.20"."""
+    # ccx -v ends with a code that is not zero
+    out = subprocess.run([executable(), "-v"], capture_output=True, text=True, check=False, timeout=60).stdout
+    found = re.search(r"\d+\.\d+", out)
+    return found.group() if found else "unknown"
+
+
+def run(text: str, pairs: Sequence[int], *, threads: int = 1) -> list[StepResult]:
+    """Results of the load steps of a deck, in order.
+
+    Raises
+    ------
+    ContactError
+        If CalculiX gives up.
+    MissingDependencyError
+        If it is not there.
+    """
+    with tempfile.TemporaryDirectory(prefix="gearbench-ccx-") as folder:
+        Path(folder, "pair.inp").write_text(text, encoding="ascii")
+        environment = {**os.environ, "OMP_NUM_THREADS": str(threads), "CCX_NPROC_STIFFNESS": str(threads)}
+        done = subprocess.run(
+            [executable(), "pair"], cwd=folder, env=environment, capture_output=True, text=True, check=False
+        )
+        printed = Path(folder, "pair.dat")
+        found = read(printed.read_text(encoding="ascii", errors="replace") if printed.exists() else "", pairs)
+    if len(found) < text.count("*END STEP"):
+        words = [line.strip() for line in done.stdout.splitlines() if "error" in line.lower()]
+        raise ContactError(
+            f"CalculiX stopped in load step {len(found) + 1}: {' '.join(words[-3:]) or 'no reason given'}"
+        )
+    return found
+
+
+def read(printed: str, pairs: Sequence[int]) -> list[StepResult]:
+    """Load steps in the text that CalculiX printed (.dat)."""
+    steps = []
+    for part in re.split(r"displacements \(vx,vy,vz\)", printed)[1:]:
+        blocks = part.split("statistics for slave set")
+        if len(blocks) != len(pairs) + 1:
+            break
+        rotation = _numbers(blocks[0].splitlines()[2])[0]
+        force, moment, centre = {}, {}, {}
+        for k, block in zip(pairs, blocks[1:], strict=True):
+            lines = [line for line in block.splitlines() if line.strip()]
+            total, middle = _numbers(lines[2]), _numbers(lines[4])
+            touching = abs(total[5]) > 0
+            force[k], moment[k] = (total[0], total[1]), abs(total[5])
+            centre[k] = (middle[0], middle[1]) if touching else (math.nan, math.nan)
+        steps.append(StepResult(rotation=rotation, force=force, moment=moment, centre=centre))
+    return steps
+
+
+def _numbers(line: str) -> list[float]:
+    return [float(text) for text in _NUMBER.findall(line)]

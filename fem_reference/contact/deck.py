@@ -1,0 +1,115 @@
+"""Input of CalculiX for two sections in contact.
+
+The unknown rotation of the pinion is degree of freedom 1 of a node of its own: q = r_b1 φ [mm], along the line of
+action, so that the force on it is F_bt. The nodes of the pinion's bore follow by linear equations; φ is below 1e-3,
+and the stretch φ²/2 that they neglect below 1e-6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem_reference.contact.mesh import GearMesh
+from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
+
+
+@dataclass(frozen=True, kw_only=True)
+class Load:
+    """One load step: the force F_bt [N], or else the rotation q [mm] of the pinion."""
+
+    force: float | None = None
+    rotation: float | None = None
+
+
+def deck(
+    pair: Pair,
+    meshes: tuple[GearMesh, GearMesh],
+    steps: Sequence[Load],
+    *,
+    penalty: float,
+    slaves: Mapping[int, Role],
+    large_displacements: bool = False,
+    thickness: float = 1.0,
+) -> str:
+    """The input file: plane strain of the given thickness [mm], frictionless face-to-face contact of every pair.
+
+    ``penalty``: pressure per overclosure [MPa/mm]; ``slaves``: of each tooth pair the gear whose faces look for those
+    of its mate. It must be the one whose corner may touch: a corner that presses on the middle of a face is not found.
+    """
+    shift = meshes[0].points.shape[1]
+    start = [0, shift]
+    q = shift + meshes[1].points.shape[1] + 1
+    text = ["*NODE, NSET=ALL", *_nodes(meshes), f"{q}, 0., 0., 0."]
+    count = 0
+    surfaces: list[str] = []
+    for name, mesh, first in zip(("PINION", "WHEEL"), meshes, start, strict=True):
+        numbers = np.arange(mesh.triangles.shape[1]) + count + 1
+        text.append(f"*ELEMENT, TYPE=CPE6, ELSET={name}")
+        text += _rows(np.vstack([numbers, mesh.triangles + first + 1]))
+        text += [f"*NSET, NSET={name}BORE", *_list(mesh.bore + first + 1)]
+        for k, edges in mesh.surfaces.items():
+            surfaces.append(f"*SURFACE, NAME={name}{_letter(k)}, TYPE=ELEMENT")
+            surfaces += [f"{numbers[t]}, S{edge + 1}" for t, edge in edges]
+        count += len(numbers)
+    text += [f"*NSET, NSET=ROTATION\n{q}"]
+    text += ["*MATERIAL, NAME=STEEL\n*ELASTIC", f"{1e3 * pair.material.youngs_modulus}, {pair.material.poisson_ratio}"]
+    text += [f"*SOLID SECTION, ELSET={name}, MATERIAL=STEEL\n{thickness}" for name in ("PINION", "WHEEL")]
+    text += surfaces
+    text += ["*SURFACE INTERACTION, NAME=PENALTY\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR", f"{penalty:.8g}"]
+    for k, slave in slaves.items():
+        text.append("*CONTACT PAIR, INTERACTION=PENALTY, TYPE=SURFACE TO SURFACE")
+        text.append(f"{slave.name}{_letter(k)}, {slave.mate.name}{_letter(k)}")
+    text += _rotation(meshes[0], q, pair.gears[0].base_radius)
+    text += ["*BOUNDARY", "WHEELBORE, 1, 2", f"{q}, 2, 3"]
+    for step in steps:
+        text += _step(step, q, large_displacements, slaves)
+    return "\n".join(text) + "\n"
+
+
+def _nodes(meshes: Sequence[GearMesh]) -> list[str]:
+    xy = np.concatenate([mesh.points for mesh in meshes], axis=1).T
+    return [f"{i}, {x:.12g}, {y:.12g}, 0." for i, (x, y) in enumerate(xy, start=1)]
+
+
+def _rows(columns: NDArray) -> list[str]:
+    return [", ".join(map(str, row)) for row in columns.T.tolist()]
+
+
+def _list(numbers: NDArray) -> list[str]:
+    return [", ".join(map(str, numbers[i : i + 12].tolist())) + "," for i in range(0, len(numbers), 12)]
+
+
+def _letter(k: int) -> str:
+    """Suffix of the surfaces of pair k."""
+    return f"P{k}" if k >= 0 else f"M{-k}"
+
+
+def _rotation(pinion: GearMesh, q: int, base_radius: float) -> list[str]:
+    """Bore nodes of the pinion turn clockwise by φ = q / r_b: u = (y, −x) q / r_b."""
+    text = ["*EQUATION"]
+    for node in pinion.bore:
+        x, y = pinion.points[:, node]
+        for dof, lever in ((1, y), (2, -x)):
+            if abs(lever) > 1e-12 * base_radius:
+                text.append(f"2\n{node + 1}, {dof}, 1., {q}, 1, {-lever / base_radius:.14g}")
+            else:
+                text.append(f"1\n{node + 1}, {dof}, 1.")
+    return text
+
+
+def _step(step: Load, q: int, large: bool, slaves: Mapping[int, Role]) -> list[str]:
+    text = [f"*STEP, INC=100{', NLGEOM' if large else ''}", "*STATIC", "1., 1., 1e-4, 1."]
+    text += ["*BOUNDARY, OP=NEW", "WHEELBORE, 1, 2", f"{q}, 2, 3"]
+    if step.rotation is not None:
+        text.append(f"{q}, 1, 1, {step.rotation:.10g}")
+    else:
+        text += ["*CLOAD, OP=NEW", f"{q}, 1, {step.force:.10g}"]
+    text += ["*NODE PRINT, NSET=ROTATION", "U, RF"]
+    for k, slave in slaves.items():
+        text += [f"*CONTACT PRINT, SLAVE={slave.name}{_letter(k)}, MASTER={slave.mate.name}{_letter(k)}", "CF"]
+    return [*text, "*END STEP"]

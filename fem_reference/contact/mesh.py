@@ -1,0 +1,140 @@
+"""Sections of both gears in curved triangles where they stand, fine where flanks may touch."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem_reference.contact.placement import Placement, Touch
+from fem_reference.plane import Patch, section_mesh
+from fem_reference.section import Body, on_tooth
+from gearbench.geometry.role import Role
+
+#: Teeth on the sector, where the gear has more.
+_TEETH = 7
+#: Boundaries of a tooth that may touch.
+_TOUCHING = ("right_fillet", "right_flank", "tip")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fineness:
+    """How fine the mesh is.
+
+    Parameters
+    ----------
+    contact
+        Edge length where flanks touch, in half-widths of Hertz's contact strip.
+    size
+        Edge length away from it, in normal modules.
+    growth
+        How fast it grows between the two, per distance.
+    """
+
+    contact: float = 0.35
+    size: float = 0.35
+    growth: float = 0.4
+
+    def halved(self) -> Fineness:
+        """Half as many elements: edges √2 longer."""
+        return Fineness(contact=self.contact * math.sqrt(2), size=self.size * math.sqrt(2), growth=self.growth * 1.2)
+
+
+@dataclass(frozen=True, kw_only=True)
+class GearMesh:
+    """Section of one gear where it stands.
+
+    Parameters
+    ----------
+    points
+        (2, node) [mm].
+    triangles
+        Nodes of the quadratic triangles, corners counter-clockwise, then the middles of the edges, (6, triangle).
+    bore
+        Nodes of the bore.
+    surfaces
+        Tooth pair → (triangle, edge number 0 … 2) of the edges that may touch.
+    """
+
+    points: NDArray
+    triangles: NDArray
+    bore: NDArray
+    surfaces: dict[int, NDArray]
+
+
+def half_width(placement: Placement, touch: Touch, line_load: float) -> float:
+    """Half-width of Hertz's contact strip a = √(4 q ρ / π E*) [mm] under a line load q [N/mm]."""
+    pair = placement.pair
+    rho = [math.sqrt(max(r**2 - g.base_radius**2, 0.0)) for r, g in zip(touch.radii, pair.gears, strict=True)]
+    least = 0.05 * pair.normal_module
+    rho = [max(r, least) for r in rho]
+    return math.sqrt(4 * line_load * (rho[0] * rho[1] / sum(rho)) / (math.pi * pair.material.plane_strain_modulus / 2))
+
+
+def gear_mesh(
+    placement: Placement, role: Role, touches: Sequence[Touch], line_load: float, fineness: Fineness
+) -> GearMesh:
+    """Mesh of one gear, modified flanks included.
+
+    ``line_load`` [N/mm]: what a pair carries, for the size of the elements where flanks touch.
+
+    Raises
+    ------
+    MeshingError
+        If the section cannot be meshed.
+    """
+    pair = placement.pair
+    gear, bore = pair.gears[role], (pair.pinion, pair.wheel)[role].bore_diameter
+    assert bore is not None, "contact_cycle asks for bores"
+    teeth = _TEETH if gear.teeth >= _TEETH + 2 else gear.teeth
+    body = Body(gear=gear, bore_radius=bore / 2, teeth=teeth)
+    tooth = {touch.pair: placement.tooth(role, touch.pair) for touch in touches}
+    patches = []
+    for touch in touches:
+        R, a = touch.radii[role], half_width(placement, touch, line_load)
+        angle = float(gear.half_angle(min(R, gear.tip_radius))) + tooth[touch.pair] * body.pitch_angle
+        x, y = R * math.sin(angle), R * math.cos(angle)
+        patches.append(Patch(x=x, y=y, radius=2 * a, size=fineness.contact * a))
+    mesh = section_mesh(body, patches, fineness.size, fineness.growth)
+    points, boundaries = mesh.doflocs.copy(), mesh.boundaries
+    triangles, edges_of = _triangles(mesh)
+    surfaces = {}
+    for k, d in tooth.items():
+        there = [boundaries[name] for part in _TOUCHING if (name := on_tooth(part, d)) in boundaries]
+        facets = np.concatenate(there)
+        surfaces[k] = np.array([(mesh.f2t[0, f], edges_of[int(f)]) for f in facets])
+        _modify(placement, role, k, points, triangles, mesh, boundaries[on_tooth("right_flank", d)])
+    middle = mesh.dofs.facet_dofs[0][boundaries["bore"]]
+    held = np.union1d(mesh.facets[:, boundaries["bore"]].ravel(), middle)
+    return GearMesh(points=placement.placed(role, points), triangles=triangles, bore=held, surfaces=surfaces)
+
+
+def _triangles(mesh: object) -> tuple[NDArray, dict[int, int]]:
+    """Triangles in CalculiX's order, and of each boundary facet the number of its edge in its triangle."""
+    t, dofs = mesh.t.copy(), mesh.dofs  # type: ignore[attr-defined]
+    t2f = mesh.t2f.copy()  # type: ignore[attr-defined]
+    x, y = mesh.doflocs[:, t]  # type: ignore[attr-defined]
+    clockwise = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0]) < 0
+    corners = np.where(clockwise, t[[0, 2, 1]], t)
+    # skfem's edges join corners 01, 12, 02
+    facets = np.where(clockwise, t2f[[2, 1, 0]], t2f)
+    number = {int(f): i for i in range(3) for f in facets[i]}
+    boundary = set(mesh.boundary_facets().tolist())  # type: ignore[attr-defined]
+    return np.vstack([corners, dofs.facet_dofs[0][facets]]), {f: i for f, i in number.items() if f in boundary}
+
+
+def _modify(
+    placement: Placement, role: Role, k: int, points: NDArray, triangles: NDArray, mesh: object, flank: NDArray
+) -> None:
+    """Move the nodes of a flank by the material that is missing there, along its normal."""
+    middle = mesh.dofs.facet_dofs[0][flank]  # type: ignore[attr-defined]
+    nodes = np.union1d(mesh.facets[:, flank].ravel(), middle)  # type: ignore[attr-defined]
+    gear = placement.pair.gears[role]
+    R, theta = np.hypot(*points[:, nodes]), np.arctan2(*points[:, nodes])
+    theta = (
+        theta - placement.profiles[role].missing(np.clip(R, gear.form_radius, gear.tip_radius), k) / gear.base_radius
+    )
+    points[:, nodes] = R * np.array([np.sin(theta), np.cos(theta)])

@@ -1,0 +1,137 @@
+"""Two gears turned as rigid bodies to a mesh phase: where their flanks come closest.
+
+The pinion's centre is the origin, the wheel's lies at (0, a'). Each gear's own frame has its tooth 0 on +y and its
+loaded flanks on the right; the wheel's frame is turned by 180°. Angles are clockwise from +y of the own frame.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem_reference.contact.profile import Profile
+from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
+
+#: Points on each profile where the separation is looked for.
+_POINTS = 4000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Touch:
+    """Where the flanks of a tooth pair come closest as the pinion alone turns.
+
+    Parameters
+    ----------
+    pair
+        Number k of the tooth pair.
+    gap
+        Least separation along the line of action from where the pinion stands, r_b1 Δφ [mm].
+    radii
+        Radii of the touching points on pinion and wheel [mm].
+    """
+
+    pair: int
+    gap: float
+    radii: tuple[float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Placement:
+    """A pair of spur gears at a mesh phase, unmodified flanks in conjugate position but for ``advance``.
+
+    Parameters
+    ----------
+    pair
+        The gear pair.
+    phase
+        Mesh phase τ.
+    profiles
+        Right flanks of both gears, modified.
+    advance
+        By how much the pinion is turned ahead of the conjugate position, r_b1 φ [mm].
+    """
+
+    pair: Pair
+    phase: float
+    profiles: tuple[Profile, Profile]
+    advance: float = 0.0
+
+    def path_position(self, k: int) -> float:
+        """u = u_A + (τ + k) p_bt [mm] of tooth pair k."""
+        meshing = self.pair.meshing
+        return meshing.path_start + (self.phase + k) * meshing.base_pitch
+
+    @cached_property
+    def central(self) -> int:
+        """The tooth pair nearest to the middle of the path of contact: tooth 0 of both gears."""
+        meshing = self.pair.meshing
+        return round((meshing.path_end - meshing.path_start) / 2 / meshing.base_pitch - self.phase)
+
+    @cached_property
+    def rotations(self) -> tuple[float, float]:
+        """Angles of the teeth 0 of both gears in their frames [rad]: θ = ρ/r_b − α_wt − (ψ + inv α) ."""
+        meshing = self.pair.meshing
+        u = self.path_position(self.central)
+        angles = []
+        for gear, rho in zip(self.pair.gears, (u, meshing.tangent_length - u), strict=True):
+            at_base = float(gear.involute_half_angle(gear.base_radius))
+            angles.append(rho / gear.base_radius - meshing.alpha_wt - at_base)
+        return angles[0], angles[1]
+
+    def tooth(self, role: Role, k: int) -> int:
+        """Number of the tooth of pair k on a gear, counted clockwise in its frame."""
+        return (k - self.central) * (1 if role == Role.PINION else -1)
+
+    def placed(self, role: Role, xy: NDArray) -> NDArray:
+        """Points (2, n) of a gear's own frame where the gears stand."""
+        angle = self.rotations[role]
+        if role == Role.PINION:
+            angle += self.advance / self.pair.gears[0].base_radius
+        cos, sin = math.cos(angle), math.sin(angle)
+        turned = np.array([[cos, sin], [-sin, cos]]) @ xy
+        return turned if role == Role.PINION else np.array([[0.0], [self.pair.centre_distance]]) - turned
+
+    def touch(self, k: int) -> Touch:
+        """Where pair k touches first, by search over the whole profiles, tips included."""
+        on = [self._outline(role, k) for role in Role]
+        (r1, a1), (r2, a2) = (_polar(xy) for xy in on)
+        order = np.argsort(r2)
+        inside = (r1 >= r2.min()) & (r1 <= r2.max())
+        if not inside.any():
+            return Touch(pair=k, gap=math.inf, radii=(float(r1.max()), float(r2.min())))
+        gap = np.interp(r1[inside], r2[order], a2[order]) - a1[inside]
+        # the wheel's corner lies between two points of the pinion
+        i, corner = int(np.argmin(gap)), int(np.argmin(r2))
+        least, radius = float(gap[i]), float(r1[inside][i])
+        if r1.min() <= r2[corner] <= r1.max():
+            up = np.argsort(r1)
+            at_corner = float(a2[corner] - np.interp(r2[corner], r1[up], a1[up]))
+            if at_corner < least:
+                least, radius = at_corner, float(r2[corner])
+        angle = float(np.interp(radius, r2[order], a2[order]))
+        point = np.array([radius * math.sin(angle), radius * math.cos(angle)])
+        mate = math.hypot(point[0], point[1] - self.pair.centre_distance)
+        return Touch(pair=k, gap=self.pair.gears[0].base_radius * least, radii=(radius, mate))
+
+    def touches(self) -> list[Touch]:
+        """Touches of all pairs that come near one another: within a base pitch of the path of contact."""
+        meshing = self.pair.meshing
+        first = math.floor((meshing.path_start - self.path_position(0)) / meshing.base_pitch)
+        last = math.ceil((meshing.path_end - self.path_position(0)) / meshing.base_pitch)
+        return [self.touch(k) for k in range(first, last + 1)]
+
+    def _outline(self, role: Role, k: int) -> NDArray:
+        gear, d = self.pair.gears[role], self.tooth(role, k)
+        # from the form circle: the fillets are not meant to touch
+        R = np.linspace(gear.form_radius, gear.tip_radius, _POINTS)
+        angle = self.profiles[role].angle(R, k) + 2 * math.pi * d / gear.teeth
+        return self.placed(role, np.array([R * np.sin(angle), R * np.cos(angle)]))
+
+
+def _polar(xy: NDArray) -> tuple[NDArray, NDArray]:
+    return np.hypot(xy[0], xy[1]), np.arctan2(xy[0], xy[1])

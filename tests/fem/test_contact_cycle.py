@@ -1,0 +1,192 @@
+"""Contact finite elements: kinematics and meshes by closed forms, a solved phase by theory."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fem_reference.contact import calculix
+from fem_reference.contact.cycle import contact_cycle
+from fem_reference.contact.deck import Load, deck
+from fem_reference.contact.mesh import Fineness, gear_mesh
+from fem_reference.contact.phase import Settings, solve_phase
+from fem_reference.contact.placement import Placement
+from fem_reference.contact.profile import Profile
+from fem_reference.environment import MissingDependencyError
+from gearbench.effects.base import GapEffect
+from gearbench.effects.tip_relief import TipRelief
+from gearbench.errors import InputError
+from gearbench.geometry.pair import Member, Pair
+from gearbench.geometry.role import Role
+from studies.s08_contact.data import scene
+
+PAIR = Pair(
+    normal_module=2.0,
+    face_width=20.0,
+    centre_distance=65.0,
+    pinion=Member(teeth=25, bore_diameter=25.0),
+    wheel=Member(teeth=40, bore_diameter=40.0),
+)
+SHIFTED = Pair(
+    normal_module=1.0,
+    pressure_angle=22.5,
+    face_width=8.0,
+    centre_distance=30.4,
+    pinion=Member(teeth=17, profile_shift=0.3, bore_diameter=8.0),
+    wheel=Member(teeth=43, bore_diameter=20.0),
+)
+
+
+def placed(pair: Pair, phase: float, *gaps: GapEffect) -> Placement:
+    pinion, wheel = (Profile(pair=pair, role=role, effects=gaps) for role in Role)
+    return Placement(pair=pair, phase=phase, profiles=(pinion, wheel))
+
+
+@pytest.mark.parametrize("pair", [PAIR, SHIFTED])
+@pytest.mark.parametrize("phase", [0.05, 0.35, 0.8])
+def test_unmodified_flanks_touch_on_the_line_of_action(pair, phase):
+    placement = placed(pair, phase)
+    meshing = pair.meshing
+    inside = [k for k in range(3) if meshing.path_start < placement.path_position(k) < meshing.path_end]
+    assert inside
+    for k in inside:
+        touch = placement.touch(k)
+        assert abs(touch.gap) < 2e-7  # interpolation between 4000 points
+        u = np.array(placement.path_position(k))
+        # where flanks are conjugate the least separation is flat: s²/2ρ
+        np.testing.assert_allclose(touch.radii, [float(R) for R in meshing.radii(u)], atol=2e-3)
+
+
+def test_beyond_the_path_the_corner_comes_near_with_zero_slope():
+    meshing = PAIR.meshing
+    end = meshing.transverse_contact_ratio
+    gaps = [placed(PAIR, end + x - 1).touch(1) for x in (0.01, 0.02)]
+    assert gaps[0].gap > 0
+    assert gaps[1].gap / gaps[0].gap == pytest.approx(4.0, rel=0.1)
+    assert gaps[0].radii[0] == pytest.approx(PAIR.gears[0].tip_radius, abs=1e-9)
+
+
+def test_linear_relief_moves_the_first_touch():
+    relief = TipRelief(amount=10.0, length=1.0, gear="pinion")
+    placement = placed(PAIR, 0.55, relief)
+    u = placement.path_position(1)
+    R = float(np.hypot(PAIR.gears[0].base_radius, u))
+    e = 0.01 * (R - PAIR.gears[0].tip_radius + 1.0)
+    # along the involute ds = u du / r_b, and R dR = u du
+    kappa = 0.01 * PAIR.gears[0].base_radius / R
+    rho = float(PAIR.meshing.curvature_radius(np.array(u)))
+    assert placement.touch(1).gap == pytest.approx(e - kappa**2 * rho / 2, rel=2e-3)
+    assert placement.touch(1).gap < e
+
+
+def test_mesh_lies_on_the_flank_that_was_made():
+    relief = TipRelief(amount=20.0, length=1.0)
+    placement = placed(PAIR, 0.3, relief)
+    touches = [touch for touch in placement.touches() if touch.gap < 0.05]
+    mesh = gear_mesh(placement, Role.PINION, touches, 100.0, Fineness(contact=1.0, size=0.5, growth=0.6))
+    x, y = mesh.points[:, mesh.triangles[:3]]
+    assert np.all((x[1] - x[0]) * (y[2] - y[0]) > (x[2] - x[0]) * (y[1] - y[0]))
+    start, end = mesh.points[:, mesh.triangles[[0, 1, 2]]], mesh.points[:, mesh.triangles[[1, 2, 0]]]
+    bow = np.linalg.norm(mesh.points[:, mesh.triangles[3:]] - (start + end) / 2, axis=0)
+    assert (bow / np.linalg.norm(end - start, axis=0)).max() < 0.2  # each middle belongs to its edge
+    gear, profile = PAIR.gears[0], placement.profiles[0]
+    for k, edges in mesh.surfaces.items():
+        t, e = edges.T
+        nodes = np.unique([mesh.triangles[e, t], mesh.triangles[(e + 1) % 3, t], mesh.triangles[3 + e, t]])
+        R, angle = np.hypot(*mesh.points[:, nodes]), np.arctan2(*mesh.points[:, nodes])
+        on_flank = (gear.form_radius + 1e-6 < R) & (gear.tip_radius - 1e-6 > R)
+        centre = placement.rotations[0] + 2 * np.pi / gear.teeth * placement.tooth(Role.PINION, k)
+        made = profile.angle(R[on_flank], k)
+        np.testing.assert_allclose(angle[on_flank] - centre, made, atol=1e-9)
+        assert on_flank.sum() > 10
+        assert profile.missing(R[on_flank], k).max() > 0.01
+
+
+def test_bore_of_the_pinion_turns_as_one_body():
+    placement = placed(PAIR, 0.3)
+    touches = [touch for touch in placement.touches() if touch.gap < 0.05]
+    coarse = Fineness(contact=2.0, size=0.8, growth=0.8)
+    pinion, wheel = (gear_mesh(placement, role, touches, 100.0, coarse) for role in Role)
+    lines = deck(
+        PAIR, (pinion, wheel), [Load(force=1.0)], penalty=1e6, slaves=dict.fromkeys(pinion.surfaces, Role.PINION)
+    ).splitlines()
+    q = pinion.points.shape[1] + wheel.points.shape[1] + 1
+    moved = np.zeros((2, pinion.points.shape[1]))
+    for line in lines:
+        parts = line.split(",")
+        if len(parts) == 6 and parts[3].strip() == str(q):
+            moved[int(parts[1]) - 1, int(parts[0]) - 1] = -float(parts[5])
+    x, y = pinion.points[:, pinion.bore]
+    np.testing.assert_allclose(moved[:, pinion.bore], np.array([y, -x]) / PAIR.gears[0].base_radius, atol=1e-12)
+    assert np.count_nonzero(np.abs(moved).sum(axis=0)) == len(pinion.bore)
+    assert np.allclose(np.hypot(x, y), 12.5)
+
+
+PRINTED = """
+ displacements (vx,vy,vz) for set ROTATION and time  0.1000000E+01
+
+     18544  9.707483E-03  0.000000E+00  0.000000E+00
+
+ forces (fx,fy,fz) for set ROTATION and time  0.1000000E+01
+
+     18544 -1.833200E-12  0.000000E+00  0.000000E+00
+
+
+ statistics for slave set PINIONP0, master set WHEELP0 and time  0.1000000E+01
+
+   total surface force (fx,fy,fz) and moment about the origin (mx,my,mz)
+
+   -1.935225E+03 -7.059036E+02  1.832088E-16  1.416820E-06 -3.877113E-06  4.839123E+04
+
+   center of gravity and mean normal
+
+   -3.084538E+00  2.388100E+01  5.289601E-14  9.394598E-01  3.426522E-01  1.978575E-18
+"""
+
+
+def test_what_calculix_prints_is_read():
+    (step,) = calculix.read(PRINTED, [0])
+    assert step.rotation == 9.707483e-3
+    assert step.force == {0: (-1935.225, -705.9036)}
+    assert step.moment == {0: 48391.23}
+    assert step.centre == {0: (-3.084538, 23.881)}
+    assert calculix.read(PRINTED, [0, 1]) == []
+
+
+def test_calculix_that_is_not_installed_is_named(monkeypatch):
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    with pytest.raises(MissingDependencyError, match="apt-get install calculix-ccx"):
+        calculix.executable()
+
+
+def test_bad_input_is_refused():
+    spur = scene()
+    helical = replace(spur, pair=replace(spur.pair, helix_angle=1.0, centre_distance=65.1))
+    with pytest.raises(InputError, match="plane strain"):
+        contact_cycle(helical)
+    with pytest.raises(InputError, match="rise"):
+        contact_cycle(spur, torques=(100.0, 50.0))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX (ccx) is not installed")
+def test_a_phase_with_contact_on_the_line(tmp_path, monkeypatch):
+    """Within the double contact nothing happens off the line: the 3D teeth with contact on the line are right there."""
+    monkeypatch.setenv("GEARBENCH_CACHE", str(tmp_path))
+    coarse = Settings(fineness=Fineness(contact=0.5, size=0.5, growth=0.5))
+    found = solve_phase(PAIR, (), 0.3, (100.0,), coarse)
+    # solid teeth on their bodies, 9.93 µm, less the free faces (1.0278)
+    assert 1e3 * found.approach[0] == pytest.approx(9.93 / 1.0278, rel=0.01)
+    assert sum(share[0] for share in found.share.values()) == pytest.approx(1.0)
+    for k in (0, 1):
+        u = PAIR.meshing.path_start + (0.3 + k) * PAIR.meshing.base_pitch
+        assert found.radius[k][0] == pytest.approx(np.hypot(PAIR.gears[0].base_radius, u), abs=0.02)
+    # forces add to the torque: the stiffness is that of a law that hardens a little
+    mean = 1e5 / PAIR.gears[0].base_radius / found.approach[0]
+    assert 1.0 < found.stiffness[0] / mean < 1.15
+    assert len(list(tmp_path.glob("contact-*.json"))) == 1
+    monkeypatch.setattr("fem_reference.contact.phase.run", None)
+    assert solve_phase(PAIR, (), 0.3, (100.0,), coarse) == found
