@@ -18,11 +18,12 @@ _PUBLIC = {
     "robust": "gearbench.robustness.montecarlo",
 }
 
-__all__ = ["Scene", "__version__", "load_rexs", "load_scene", "optimise", "robust", "simulate"]
+__all__ = ["Scene", "__version__", "load_rexs", "load_scene", "optimise", "response", "robust", "simulate"]
 
 if TYPE_CHECKING:
     from gearbench.exchange.rexs import load_rexs
     from gearbench.optimise.run import optimise
+    from gearbench.response.analysis import response
     from gearbench.robustness.montecarlo import robust
     from gearbench.scene import Scene
     from gearbench.scene_file import load_scene
@@ -30,8 +31,8 @@ if TYPE_CHECKING:
 
 
 def __getattr__(name: str) -> Any:
-    if name == "optimise":  # a package, and the function too
-        return import_module("gearbench.optimise")
+    if name in ("optimise", "response"):  # packages, and the functions too
+        return import_module(f"gearbench.{name}")
     if name in _PUBLIC:
         return getattr(import_module(_PUBLIC[name]), name)
     raise AttributeError(f"module 'gearbench' has no attribute {name!r}")

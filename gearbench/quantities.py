@@ -83,6 +83,28 @@ QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
         "compliance_error_bar": Quantity("1", "Δε_C", "uncertainty of the reference of that error"),
         "compliance_order": Quantity("1", "p_C", "observed order of convergence of the flank compliance"),
         "unknowns": Quantity("1", "N", "unknowns of the larger of both meshes"),
+        # over speed
+        "speed": Quantity("1/min", "n", "speed of the pinion"),
+        "harmonic": Quantity("1", "n", "order of the mesh frequency"),
+        "mesh_frequency": Quantity("Hz", "f_z", "mesh frequency"),
+        "dynamic_transmission_error_amplitude": Quantity(
+            "µm", "x_n", "amplitude of a dynamic transmission error order"
+        ),
+        "dynamic_transmission_error_phase": Quantity("rad", "arg x_n", "phase of a dynamic transmission error order"),
+        "dynamic_transmission_error_rms": Quantity("µm", "RMS x", "RMS of the fluctuating dynamic transmission error"),
+        "mesh_force_amplitude": Quantity("N", "f_n", "amplitude of a mesh force order, along the line of action"),
+        "mesh_force_phase": Quantity("rad", "arg f_n", "phase of a mesh force order"),
+        "mesh_force_rms": Quantity("N", "RMS f", "RMS of the fluctuating mesh force"),
+        "mesh_force_mean": Quantity("N", "F_bt", "mean mesh force"),
+        "dynamic_factor": Quantity("1", "max f/F_bt", "largest over mean mesh force"),
+        "contact_kept": Quantity("1", "f > 0", "whether the flanks never part"),
+        "floquet_multiplier": Quantity("1", "max |μ|", "largest Floquet multiplier; stable where below 1"),
+        "bearing_force_amplitude": Quantity("N", "B_n", "amplitude of a bearing force order"),
+        "bearing_force_phase": Quantity("rad", "arg B_n", "phase of a bearing force order"),
+        "branches": Quantity("1", "–", "periodic responses at a speed, stable or not"),
+        "natural_frequency": Quantity("Hz", "f_r", "natural frequency with the mean mesh stiffness"),
+        "mode_participation": Quantity("1", "–", "share of a mode in the static compliance at a mesh"),
+        "critical_speed": Quantity("1/min", "n_E", "speed at which an order of the mesh frequency meets a mode"),
         # random errors
         "error": Quantity("µm", "ε", "manufacturing error drawn"),
         # how well the contact is solved

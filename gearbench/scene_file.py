@@ -13,7 +13,7 @@ from typing import Any, TypeVar, get_args, get_type_hints
 from pydantic import TypeAdapter, ValidationError
 
 from gearbench.effects.base import Effect
-from gearbench.effects.files import files_in
+from gearbench.effects.files import content, files_in, in_folder
 from gearbench.effects.registry import EFFECTS, effect_class
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
@@ -85,11 +85,26 @@ def parse_scene(tables: Mapping[str, Any]) -> Scene:
     for name, kind in _TABLES.items():
         if name in parts:
             parts[name] = _parse_table(name, kind, parts[name])
+    if "system" in parts:
+        from gearbench.system.schema import System
+
+        parts["system"] = system = _parse_table("system", System, parts["system"])
+        parts["further"] = tuple(_further(mesh.scene, number) for number, mesh in enumerate(system.meshes))
     parts["effects"] = tuple(_parse_effect(name, table) for name, table in effects.items())
     try:
         return Scene(**parts)
     except ValidationError as error:
         raise _one_line(error, Scene) from None
+
+
+def _further(name: str, number: int) -> Scene:
+    """Scene of a further mesh, in a file beside the scene file."""
+    key = f"system.meshes.{number}.scene"
+    content(key, name)
+    scene = load_scene(in_folder(name))
+    if scene.system is not None:
+        raise InputError(key, name, "must be a scene without [system]")
+    return scene
 
 
 def _parse_table(key: str, kind: type[T], table: Any) -> T:
@@ -141,6 +156,8 @@ def _one_line(error: ValidationError, kind: type) -> InputError:
 def _keys(kind: type, path: tuple[int | str, ...]) -> list[str]:
     """Keys of the table at ``path`` below an input class."""
     for part in path:
-        hint = get_type_hints(kind)[str(part)]
+        if isinstance(part, int):  # of a list, whose items the hint before it names
+            continue
+        hint = get_type_hints(kind)[part]
         kind = next(t for t in (hint, *get_args(hint)) if isinstance(t, type) and is_dataclass(t))
     return [field.name for field in fields(kind)]

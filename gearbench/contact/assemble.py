@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gearbench.contact.phases import gauss_phases, uniform_phases
 from gearbench.contact.problem import ContactProblem, gram, pivoted_root, reduce_rank
-from gearbench.effects.base import ComplianceEffect, Dense, GapEffect, LineLaw, LowRank
+from gearbench.effects.base import ComplianceEffect, Dense, Effect, GapEffect, LineLaw, LowRank
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.scene import Scene
@@ -23,7 +23,7 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
         raise InputError("resolution.accuracy", resolution.accuracy, "is for simulate and robust; here give segments")
     if resolution.positions is not None:
         return uniform_phases(resolution.positions)
-    kinks = [u for effect in scene.effects if isinstance(effect, GapEffect) for u in effect.kinks(scene.pair)]
+    kinks = [u for effect in scene.acting_effects if isinstance(effect, GapEffect) for u in effect.kinks(scene.pair)]
     transitions = (*scene.pair.transition_phases, *scene.pair.phases_at(kinks))
     size = resolution.panel_size
     assert size is not None
@@ -35,15 +35,17 @@ def scene_lines(scene: Scene, mesh_phase: NDArray) -> ContactLines:
     return contact_lines(scene.pair, mesh_phase, scene.resolution.segments)
 
 
-def total_gap(scene: Scene, lines: ContactLines) -> NDArray:
-    """Sum of the gaps of all effects, (position, pair, segment) [mm]."""
-    gaps = [effect.gap(lines) for effect in scene.effects if isinstance(effect, GapEffect)]
+def total_gap(scene: Scene, lines: ContactLines, effects: Sequence[Effect] | None = None) -> NDArray:
+    """Sum of the gaps of all effects, (position, pair, segment) [mm]; of other ``effects`` where given."""
+    acting = scene.acting_effects if effects is None else effects
+    gaps = [effect.gap(lines) for effect in acting if isinstance(effect, GapEffect)]
     return sum(gaps[1:], gaps[0]) if gaps else np.zeros(lines.shape)
 
 
-def assemble(scene: Scene, lines: ContactLines) -> ContactProblem:
-    """Contact problem of ``scene`` on ``lines``: the sum over its effects."""
-    parts = [effect.compliance(lines) for effect in scene.effects if isinstance(effect, ComplianceEffect)]
+def assemble(scene: Scene, lines: ContactLines, effects: Sequence[Effect] | None = None) -> ContactProblem:
+    """Contact problem of ``scene`` on ``lines``: the sum over its effects, or over other ``effects`` where given."""
+    acting = scene.acting_effects if effects is None else effects
+    parts = [effect.compliance(lines) for effect in acting if isinstance(effect, ComplianceEffect)]
     smooth = [part for part in parts if not isinstance(part, LineLaw)]
     laws = [part for part in parts if isinstance(part, LineLaw)]
     own = [part for part in smooth if isinstance(part, LowRank) and not part.coupled]
@@ -55,7 +57,9 @@ def assemble(scene: Scene, lines: ContactLines) -> ContactProblem:
     else:
         a = h = np.zeros(lines.shape)
         unit = _even_deflection(factor, lines) * scene.normal_force
-    problem = scale_problem(lines, total_gap(scene, lines), factor, a, h, scene.normal_force, unit, coupled=coupled)
+    problem = scale_problem(
+        lines, total_gap(scene, lines, acting), factor, a, h, scene.normal_force, unit, coupled=coupled
+    )
     # a tooth of high order has more amplitudes than a contact line has segments
     return problem if coupled or factor.shape[-1] <= lines.shape[2] else reduce_rank(problem)
 

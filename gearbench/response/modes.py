@@ -46,14 +46,13 @@ class Modes:
     def _between(self, left: NDArray, right: NDArray, omega: NDArray) -> NDArray:
         """Receptance (…, left, right) at ω > 0 between rows of modes; dampers joined to it by their forces."""
         g = self._dynamic(omega)
-        direct = np.einsum("ar,...r,br->...ab", left, g, right)
+        direct = (left * g[..., None, :]) @ right.T
         rows, constants = self.dampers
         if not len(constants):
             return direct
-        own = np.einsum("ar,...r,br->...ab", rows, g, rows)
+        own = (rows * g[..., None, :]) @ rows.T
         own[..., range(len(constants)), range(len(constants))] += 1 / (1j * omega[..., None] * constants)
-        to = np.einsum("ar,...r,br->...ab", left, g, rows)
-        back = np.einsum("ar,...r,br->...ab", rows, g, right)
+        to, back = (left * g[..., None, :]) @ rows.T, (rows * g[..., None, :]) @ right.T
         return direct - to @ np.linalg.solve(own, back)
 
     def at_meshes(self, omega: NDArray) -> NDArray:

@@ -169,6 +169,11 @@ class Gearbox:
         """Mesh frequency over the frequency of rotation of the first pinion."""
         return abs(self._rates[self.seats[(mesh, 0)][0]]) * self.pairs[mesh].pinion.teeth
 
+    def phase(self, mesh: str) -> float:
+        """Mesh phase of a mesh when that of the scene's own pair is zero [mesh periods] (D8)."""
+        given = {item.name: item.phase for item in self.system.meshes}.get(mesh)
+        return given if given is not None else 0.0
+
     def shaft_rate(self, number: int) -> float:
         """Speed of a shaft over that of the first pinion."""
         return abs(self._rates.get(number, 0.0))

@@ -69,14 +69,19 @@ def steel_disc(radius: float, hole: float, width: float) -> tuple[float, float, 
     return m, m * squares / 2, m * (squares / 4 + width**2 / 12)
 
 
-def shafts_at_rest(box: Gearbox) -> tuple[Settled, ...]:
-    """Each shaft in its bearings under the mean forces of its meshes and its other loads."""
+def shafts_at_rest(box: Gearbox, mesh: str = "", own: tuple[NDArray, NDArray] | None = None) -> tuple[Settled, ...]:
+    """Each shaft in its bearings under the mean forces of its meshes and its other loads.
+
+    ``own`` are the loads of one ``mesh`` on the nodes of its pinion's and its wheel's shaft, (size,); forces are spread
+    evenly over the face otherwise.
+    """
     settled = []
     for number, model in enumerate(box.models):
         load = external_load(model)
-        for (mesh, gear), (here, _) in box.seats.items():
+        for (name, gear), (here, _) in box.seats.items():
             if here == number:
-                load = load + box.force(mesh) * box.wrench(mesh, gear, model)
+                given = own is not None and name == mesh
+                load = load + (own[gear] if own and given else box.force(name) * box.wrench(name, gear, model))
         settled.append(Settled(model=model, load=load))
     return tuple(settled)
 
