@@ -94,13 +94,22 @@ def _tangent(system: System, point: NDArray, before: NDArray) -> NDArray:
 def _correct(system: System, guess: NDArray, tangent: NDArray) -> tuple[NDArray | None, int]:
     """Solution in the plane through the guess across the tangent, and the steps it took; None where there is none."""
     point = guess
+    residual, J, along = system(point[:-1], point[-1])
+    full = np.append(residual, tangent @ (point - guess))
     for count in range(NEWTON):
-        residual, J, along = system(point[:-1], point[-1])
-        full = np.append(residual, tangent @ (point - guess))
+        size = np.linalg.norm(full)
         if np.abs(full).max() <= TOLERANCE:
             return point, count
         try:
-            point = point - np.linalg.solve(np.vstack([np.column_stack([J, along]), tangent]), full)
+            move = np.linalg.solve(np.vstack([np.column_stack([J, along]), tangent]), full)
         except np.linalg.LinAlgError:
             return None, count
+        # flanks that part or touch at a step of the period bend the residual: shorter steps, if need be
+        for share in (1.0, 0.5, 0.25, 0.1, 0.03):
+            trial = point - share * move
+            residual, J, along = system(trial[:-1], trial[-1])
+            full = np.append(residual, tangent @ (trial - guess))
+            if np.linalg.norm(full) < size:
+                break
+        point = trial
     return None, NEWTON

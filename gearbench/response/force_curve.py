@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble, scene_lines, total_gap
 from gearbench.contact.solver import solve
-from gearbench.response.cycle import MeshCycle
+from gearbench.response.cycle import MeshCycle, mean_stiffness
 
+#: Rounding of the corner where flanks touch, over the mean deflection: some hundredths of a micrometre.
+ROUNDING = 0.01
 #: Forces over the mean force at which the contact is solved.
 LEVELS = (0.003, 0.01, 0.03, 0.08, 0.16, 0.3, 0.5, 0.75, 1.0, 1.4, 2.0, 3.0, 5.0)
 
@@ -30,12 +32,15 @@ class ForceCurve:
         Play along the line of action [mm].
     mirrored
         Phase (phase,), fraction and all, at which the back flanks stand as the drive flanks do.
+    rounding
+        ε [mm]: the corner where F begins is rounded within ± ε, as rough flanks round it.
     """
 
     knots: NDArray
     coefficients: NDArray
     backlash: float
     mirrored: NDArray
+    rounding: float
 
     @property
     def steps(self) -> int:
@@ -55,13 +60,14 @@ class ForceCurve:
 
     def _drive(self, x: NDArray, phase: NDArray) -> tuple[NDArray, NDArray]:
         knots = self.knots[phase]
-        level = (x[..., None] > knots).sum(axis=-1) - 1
-        at = np.maximum(level, 0)
-        d = x - np.take_along_axis(np.broadcast_to(knots, (*x.shape, knots.shape[-1])), at[..., None], -1)[..., 0]
-        c3, c2, c1, c0 = np.moveaxis(self.coefficients[phase, at], -1, 0)
-        touching = level >= 0
-        force = np.where(touching, ((c3 * d + c2) * d + c1) * d + c0, 0.0)
-        return force, np.where(touching, (3 * c3 * d + 2 * c2) * d + c1, 0.0)
+        # the corner where flanks touch is rounded: d → (d + ε)²/4ε within ±ε, else max(d, 0)
+        d, eps = x - knots[:, 0], self.rounding
+        into = np.clip((d + eps) / (2 * eps), 0.0, 1.0)
+        d = np.where(d < eps, eps * into**2, d)
+        level = np.maximum((d[..., None] > knots - knots[:, :1]).sum(axis=-1) - 1, 0)
+        d = d - (knots[np.arange(len(phase)), level] - knots[:, 0])
+        c3, c2, c1, c0 = np.moveaxis(self.coefficients[phase, level], -1, 0)
+        return ((c3 * d + c2) * d + c1) * d + c0, into * ((3 * c3 * d + 2 * c2) * d + c1)
 
 
 def force_curve(cycle: MeshCycle, steps: int) -> ForceCurve:
@@ -97,4 +103,5 @@ def force_curve(cycle: MeshCycle, steps: int) -> ForceCurve:
         coefficients=coefficients,
         backlash=pair.actual_backlash * math.cos(pair.working_pressure_angle),
         mirrored=((2 * centred - phase) * steps) % steps,
+        rounding=ROUNDING * scene.tangential_force / mean_stiffness(cycle),
     )

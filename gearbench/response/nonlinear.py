@@ -174,7 +174,7 @@ def solution_curve(oscillator: Oscillator) -> tuple[NDArray, NDArray]:
 def at_speeds(
     oscillator: Oscillator, z: NDArray, parameter: NDArray, speeds: NDArray
 ) -> tuple[NDArray, NDArray, NDArray]:
-    """Stable solutions (sweep, speed, n), their multipliers (sweep, speed), and how many solutions there are (speed,)."""
+    """Stable solutions (sweep, speed, n), their multipliers (sweep, speed), and the number of all of them (speed,)."""
     low, high = oscillator.speeds
     found = np.full((2, len(speeds), z.shape[1]), np.nan)
     growth = np.full((2, len(speeds)), np.nan)
