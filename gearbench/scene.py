@@ -166,7 +166,9 @@ class Scene:
         """The shafts of the system and how the pairs mesh on them, ``gearbench.system.gearbox.Gearbox``."""
         from gearbench.system.gearbox import Gearbox
 
-        return Gearbox(system=self.system, pairs=self.pairs, torque=self.load.torque)
+        meshes = zip(self.system.meshes, self.further, strict=True)
+        wished = {mesh.name: scene.load.torque for mesh, scene in meshes}
+        return Gearbox(system=self.system, pairs=self.pairs, torque=self.load.torque, wished=wished)
 
     def shaft_effects(self, own: Any = None) -> tuple[Effect, ...]:
         """Effects of the shafts, their bearings at rest under ``own``: see ``effects.shafts.system_effects``."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -29,6 +29,8 @@ class Gearbox:
         Name of each mesh → its pair; "" is the scene's own, and comes first.
     torque
         On the pinion of the scene's own pair [N·m].
+    wished
+        Torque on the pinion of each further mesh, where the shafts leave a choice [N·m].
 
     Raises
     ------
@@ -39,6 +41,7 @@ class Gearbox:
     system: System
     pairs: Mapping[str, Pair]
     torque: float
+    wished: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -138,7 +141,7 @@ class Gearbox:
     def torques(self) -> dict[str, float]:
         """Torque on the pinion of each mesh [N·m], from the balance of the shafts that no coupling drives.
 
-        Where that leaves a choice, as in split paths, the torques are as even as they can be.
+        Where that leaves a choice, as in split paths, they are as near as can be to those wished.
         """
         others = [name for name in self.pairs if name]
         rows, known = [], []
@@ -155,7 +158,8 @@ class Gearbox:
         found: dict[str, float] = {"": self.torque}
         if others:
             A, b = np.array(rows).reshape(-1, len(others)), np.array(known)
-            T = np.linalg.lstsq(A, b, rcond=None)[0] if len(b) else np.zeros(len(others))
+            T = np.array([self.wished.get(name, 0.0) for name in others])
+            T = T + (np.linalg.lstsq(A, b - A @ T, rcond=None)[0] if len(b) else 0.0)
             if not np.allclose(A @ T, b, atol=1e-9 * self.torque) or np.any(T <= 0):
                 raise InputError("system.meshes", "torques do not balance", "each mesh's pinion must drive its wheel")
             found |= dict(zip(others, (float(t) for t in T), strict=True))

@@ -16,7 +16,7 @@ from gearbench.system.beam import Beam
 from gearbench.system.schema import Disc, Shaft
 
 #: Elements across the face of a gear.
-FACE_ELEMENTS = 8
+FACE_ELEMENTS = 12
 #: Nodes closer than this share of the shaft's length are one.
 _SAME = 1e-9
 #: t/mm³ in 1 g/cm³, t·mm² in 1 kg·m², t in 1 kg, mm in 1 m.
