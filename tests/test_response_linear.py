@@ -162,15 +162,15 @@ def test_limits_of_slow_and_fast():
     assert_allclose(x[:, 0, 1:], transfer * constant.error[0, 1:], rtol=1e-12, atol=1e-18)
 
 
-@pytest.mark.parametrize("panel", [None, 8])
+@pytest.mark.parametrize("panel", [None, 12])
 def test_orders_of_known_waves(panel):
     from gearbench.contact.phases import gauss_phases, uniform_phases
 
-    phase, _ = uniform_phases(64) if panel is None else gauss_phases([0.0, 0.35, 0.8], 8)
+    phase, _ = uniform_phases(64) if panel is None else gauss_phases([0.0, 0.35, 0.8], 12)
     y = 3 + 2 * np.cos(2 * np.pi * phase + 0.4) + 0.5 * np.sin(4 * np.pi * phase)
     expected = np.zeros(12, complex)
     expected[:3] = 3, np.exp(0.4j), -0.25j
-    assert_allclose(order_rows(phase, 11, panel) @ y, expected, atol=1e-12 if panel is None else 1e-6)
+    assert_allclose(order_rows(phase, 11, panel) @ y, expected, atol=1e-12 if panel is None else 1e-7)
 
 
 def test_uniform_phases_must_resolve_the_orders():
@@ -215,7 +215,10 @@ def split(phase, angle):
 
 
 def test_two_equal_opposite_meshes_cancel(tmp_path):
-    """In phase, wheels on opposite sides press a pinion from both: its bearings feel nothing, to 1e-12 of one mesh."""
+    """In phase, wheels on opposite sides press a pinion from both: its bearings feel nothing.
+
+    1e-11 is what the two contact solutions leave; from equal ones the forces cancel to 1e-12, see below.
+    """
     import tomli_w
 
     from gearbench.scene_file import load_scene
@@ -230,8 +233,32 @@ def test_two_equal_opposite_meshes_cancel(tmp_path):
         chosen = data["bearing_force_amplitude"].sel(mesh="pair", bearing=["input 1", "input 2"])
         forces[name] = chosen.sel(direction=["x", "y"]).max(["speed", "bearing", "direction"]).values
     # half a period apart the odd orders add, the even ones cancel
-    assert forces["together"].max() < 1e-12 * forces["apart"].max()
+    assert forces["together"].max() < 1e-11 * forces["apart"].max()
     assert forces["apart"][1::2].max() < 1e-9 * forces["apart"].max()
+
+
+def test_equal_opposite_forces_cancel_to_rounding():
+    """A pinion on a spring between two wheels that only it couples: alike on both sides it does not move."""
+    k, H = 4e5, 8
+    a = np.array([[-1.0, 1.0, 0.0], [1.0, 0.0, 1.0]])
+    system = Mechanics(
+        mass=np.diag([1e-3, 2e-3, 2e-3]),
+        stiffness=np.diag([3e5, 0.0, 0.0]),
+        damping=(np.zeros((0, 3)), np.zeros(0)),
+        mesh=a,
+        bearing=np.array([[[3e5, 0, 0], [0, 0, 0], [0, 0, 0]]]),
+        bearing_names=("one",),
+    )
+    found = modes(system, np.array([k, k]), 0.04)
+    one = excitation(k, [4e4, 1e4j], [4e-3, 1e-3, 2e-4j], 2000.0, H)
+    both = Excitation(
+        stiffness=np.repeat(one.stiffness, 2, 0), error=np.repeat(one.error, 2, 0), force=np.array([2000.0, 2000.0])
+    )
+    omega = np.array([0.3, 0.8]) * found.frequency[-1]
+    x, f = solve(both, receptances(found, np.arange(2), omega, H), np.array([k, k]))
+    reach = found.at_bearings(omega[:, None] * np.arange(1, H + 1))
+    felt = [np.einsum("snbm,smn->sbn", reach * part, (f - k * x)[..., 1:]) for part in (1, np.array([1, 0]))]
+    assert np.abs(felt[0]).max() < 1e-12 * np.abs(felt[1]).max()
 
 
 def test_dataset_of_a_pair_on_shafts():

@@ -115,7 +115,7 @@ def over_speed(model: Model, speeds: NDArray, harmonics: int) -> Variables:
         "mesh_force_amplitude": (("speed", "mesh", "harmonic"), waves.amplitude(force)),
         "mesh_force_phase": (("speed", "mesh", "harmonic"), waves.phase(force)),
         "mesh_force_rms": (("speed", "mesh"), waves.rms(force)),
-        "mesh_force_mean": (("mesh",), mean),
+        "mean_force": (("mesh",), mean),
         "dynamic_factor": (("speed", "mesh"), over_time.max(axis=-1) / mean),
         "contact_kept": (("speed", "mesh"), ~(over_time.min(axis=-1) <= 0)),
         "floquet_multiplier": (("speed", "mesh"), stability),

@@ -222,7 +222,7 @@ def _dataset(
         "mesh_force_amplitude": ((*dims, "harmonic"), waves.amplitude(force)[:, :, None]),
         "mesh_force_phase": ((*dims, "harmonic"), waves.phase(force)[:, :, None]),
         "mesh_force_rms": (dims, waves.rms(force)[:, :, None]),
-        "mesh_force_mean": (("mesh",), mean),
+        "mean_force": (("mesh",), mean),
         "dynamic_factor": (dims, (over_time.max(axis=-1) / mean)[:, :, None]),
         "contact_kept": (dims, ~(over_time.min(axis=-1) <= 0)[:, :, None]),
         "floquet_multiplier": (dims, growth[:, :, None]),
