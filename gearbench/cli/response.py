@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from numpy.typing import NDArray
 
+    from gearbench.scene import Scene
+
 Speed = Annotated[
     str,
     typer.Option("--speed", metavar="A:B[:N]", help="Speed of the pinion [1/min]: one, or N (200) from A to B."),
@@ -49,7 +51,7 @@ def response(
     from gearbench.results import save
 
     speeds = parse_speeds(speed)
-    loaded, remarks = load_any(scene, stage, torque, load_case)
+    loaded, remarks = _load(scene, stage, torque, load_case)
     for target in (output, sound):
         if target is not None:
             check_target(target)
@@ -77,6 +79,17 @@ def response(
     summary.print_table(summary.pair_line(loaded), list(_rows(dataset)))
     for line in (*(f"note: {note}" for note in notes), *(f"wrote {path}" for path in written)):
         print(line)
+
+
+def _load(path: Path, stage: str | None, torque: float | None, load_case: int | None) -> tuple[Scene, tuple[str, ...]]:
+    """Scene of a file; of a REXS file with its shafts."""
+    from gearbench.exchange.rexs_document import is_rexs, read_rexs
+
+    if not is_rexs(path):
+        return load_any(path, stage, torque, load_case)
+    from gearbench.exchange.rexs_system import system_scene
+
+    return system_scene(read_rexs(path), stage, torque=torque, load_case=load_case)
 
 
 def parse_speeds(text: str) -> NDArray:

@@ -51,6 +51,8 @@ class Rolling:
         Axial displacement of the outer ring against what it carries [µm].
     inner_conformity, outer_conformity
         Groove radii over the ball diameter.
+    floating
+        Whether its outer ring slides in the housing, so that it carries no axial load.
     """
 
     kind: Literal["deep_groove_ball", "angular_contact_ball", "cylindrical_roller", "tapered_roller"]
@@ -68,6 +70,7 @@ class Rolling:
     preload: Annotated[float, Field(ge=0.0, le=1000.0)] = 0.0
     inner_conformity: Annotated[float, Field(gt=0.5, le=0.7)] = 0.52
     outer_conformity: Annotated[float, Field(gt=0.5, le=0.7)] = 0.53
+    floating: bool = False
 
     def __post_init__(self) -> None:
         missing = self.element_diameter is None or self.pitch_diameter is None
@@ -143,7 +146,9 @@ class Rolling:
 
     def force(self, q: NDArray) -> tuple[NDArray, NDArray]:
         """Force (5,) [N, N·mm] that moves the inner ring by q (5,) [mm, rad], and its derivative (5, 5)."""
-        return self._balls(q) if self.is_ball else self._rollers(q)
+        held = np.array([1, 1, not self.floating, 1, 1], dtype=float)
+        F, K = self._balls(held * q) if self.is_ball else self._rollers(held * q)
+        return held * F, held[:, None] * K * held
 
     def _around(self) -> tuple[NDArray, NDArray, NDArray]:
         """cos θ, sin θ of the elements, and rows (Z, 5) of φ_θ = φ_y cos θ − φ_x sin θ."""
