@@ -39,7 +39,8 @@ def _keys(owner: type) -> Iterator[tuple[str, str, str, str, type | None]]:
         nested = next(
             (a for a in (hints[name], *get_args(hints[name])) if isinstance(a, type) and is_dataclass(a)), None
         )
-        default = "required" if field.default is MISSING else "–" if field.default is None else _code(field.default)
+        absent = field.default in (None, ()) or is_dataclass(field.default)
+        default = "required" if field.default is MISSING else "–" if absent else _code(field.default)
         yield name, meanings[name], default, "a table" if nested else _allowed(schema["properties"][name]), nested
 
 

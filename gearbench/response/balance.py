@@ -53,9 +53,9 @@ def convolution(stiffness: NDArray) -> NDArray:
 
 def _real_rows(values: NDArray, axis: int = -1) -> NDArray:
     """Orders 0 … H (complex) as x_0, Re x̂_1, Im x̂_1, … along an axis."""
-    values = np.moveaxis(values, axis, 0)
-    out = np.empty((2 * len(values) - 1, *values.shape[1:]))
-    out[0], out[1::2], out[2::2] = values[0].real, values[1:].real, values[1:].imag
+    z = np.moveaxis(np.asarray(values, dtype=complex), axis, 0)
+    out = np.empty((2 * len(z) - 1, *z.shape[1:]))
+    out[0], out[1::2], out[2::2] = z[0].real, z[1:].real, z[1:].imag
     return np.moveaxis(out, 0, axis)
 
 

@@ -70,12 +70,15 @@ def _campbell(figure: Any, one: xr.Dataset) -> None:
     axes = figure.subplots()
     speed, frequency = one["speed"].values, one["mesh_frequency"].values
     force = one["mesh_force_amplitude"].values
-    floor = max(force.max() * 1e-4, 1e-300)
-    for k, order in enumerate(one["harmonic"].values):
-        dots = axes.scatter(
-            speed, order * frequency, c=np.log10(np.maximum(force[:, k], floor)), s=4, vmin=np.log10(floor),
-            vmax=np.log10(max(force.max(), floor * 10)), cmap="viridis",
-        )  # fmt: skip
+    floor = max(np.nanmax(force, initial=0.0) * 1e-4, 1e-300)
+    orders = one["harmonic"].values
+    dots = axes.scatter(
+        np.repeat(speed, len(orders)),
+        np.multiply.outer(frequency, orders),
+        c=np.log10(np.maximum(np.nan_to_num(force), floor)),
+        s=4,
+        cmap="viridis",
+    )
     figure.colorbar(dots, ax=axes, label="log₁₀ of the mesh force [N]")
     natural = one["natural_frequency"].values[one["mode_participation"].values > SHOWN]
     for f in natural:

@@ -142,29 +142,31 @@ def scatter(
     if len(group.meshes) > 1:
         raise InputError("system.meshes", "of the same mesh frequency", "scatter is for a pair of its own frequency")
     cycles = sample_cycles(model, harmonics, samples=samples, seed=seed, sampler=sampler, threads=workers)
-    rms = np.zeros(samples)
-    table = np.empty((len(speeds), len(PERCENTILES)))
-    moments = np.empty((3, len(speeds)))
+    over_speed, overall = _statistics(model, group, cycles, speeds, workers)
+    per_sample = (overall.mean(), overall.std(ddof=1), overall.max())
+    variables = over_speed | {"mesh_force_rms_overall": (("sample",), overall)}
+    for name, value in zip(("mean", "std", "max"), per_sample, strict=True):
+        variables[f"mesh_force_{name}"] = ((), np.asarray(value))
+    described = {name: (d, v, QUANTITIES[name].attrs) for name, (d, v) in variables.items()}
+    coords = {"speed": ("speed", speeds, QUANTITIES["speed"].attrs), "percentile": list(PERCENTILES)}
+    attrs = provenance(scene, wall_time=time.perf_counter() - start, seed=seed)
+    return xr.Dataset(described, coords=coords, attrs=attrs)
+
+
+def _statistics(
+    model: Model, group: Group, cycles: SampleCycles, speeds: NDArray, workers: int
+) -> tuple[dict[str, tuple[tuple[str, ...], NDArray]], NDArray]:
+    """Variables over speed, and of each sample its RMS over all speeds (sample,) [N]."""
+    squares = np.zeros(len(cycles.error))
+    table, moments = np.empty((len(speeds), len(PERCENTILES))), np.empty((3, len(speeds)))
     # block by block of speeds: memory does not grow with speeds times samples
     for first in range(0, len(speeds), 4 * workers):
         here = np.arange(first, min(first + 4 * workers, len(speeds)))
         for k, values in zip(here, force_rms(model, group, cycles, speeds[here], workers), strict=True):
-            rms += values**2 / len(speeds)
+            squares += values**2 / len(speeds)
             table[k] = np.percentile(values, PERCENTILES)
             moments[:, k] = values.mean(), values.std(ddof=1), values.max()
-    overall = np.sqrt(rms)
     variables = {
-        "mesh_force_percentile": (("speed", "percentile"), table),
-        "mesh_force_rms_mean": (("speed",), moments[0]),
-        "mesh_force_rms_std": (("speed",), moments[1]),
-        "mesh_force_rms_max": (("speed",), moments[2]),
-        "mesh_force_rms_overall": (("sample",), overall),
-        "mesh_force_mean": ((), np.asarray(overall.mean())),
-        "mesh_force_std": ((), np.asarray(overall.std(ddof=1))),
-        "mesh_force_max": ((), np.asarray(overall.max())),
+        f"mesh_force_rms_{name}": (("speed",), m) for name, m in zip(("mean", "std", "max"), moments, strict=True)
     }
-    described = {name: (d, v, QUANTITIES[name].attrs) for name, (d, v) in variables.items()}
-    coords = {"speed": ("speed", speeds, QUANTITIES["speed"].attrs), "percentile": list(PERCENTILES)}
-    return xr.Dataset(
-        described, coords=coords, attrs=provenance(scene, wall_time=time.perf_counter() - start, seed=seed)
-    )
+    return variables | {"mesh_force_percentile": (("speed", "percentile"), table)}, np.sqrt(squares)

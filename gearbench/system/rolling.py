@@ -7,7 +7,7 @@ those of the elastic energy of the contacts (S5), (S6).
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -222,7 +222,7 @@ def _hertz_point(D_w: float, curving: float, conformity: float) -> float:
         K, E = ellipk(m), ellipe(m)
         return ((kappa**2 + 1) * E - 2 * K) / ((kappa**2 - 1) * E) - difference
 
-    kappa = float(brentq(excess, 1 + 1e-6, 1e4, xtol=1e-13, rtol=1e-14))
+    kappa: Any = brentq(excess, 1 + 1e-6, 1e4, xtol=1e-13)
     m = 1 - kappa**-2
     shift = 2 * ellipk(m) / math.pi * (math.pi / (2 * kappa**2 * ellipe(m))) ** (1 / 3)
     # δ = shift · (Σρ/2) · [3 Q · 2(1−ν²)/E / (2 Σρ)]^(2/3)
