@@ -68,7 +68,7 @@ class SeatedGear:
         return twist(self.model, self.nodes, self.torque_from)
 
     def factor(self, lines: ContactLines) -> NDArray:
-        """Ψ (position, pair, segment, rank) [√(mm/N)]: bending and push with bearings, twist over the face (S9)."""
+        """Ψ (position, pair, segment, rank) [√(mm/N)]: bending and push with bearings, twist over the face (W9)."""
         here = self._here
         G = self.settled.compliance[np.ix_(here, here)].copy()
         G[5::6, 5::6] += self._spin
@@ -79,7 +79,7 @@ class SeatedGear:
         return self.rows(lines)[..., here] @ (scale[:, None] * vectors[:, keep] * np.sqrt(values[keep]))
 
     def rest(self, own: NDArray) -> NDArray:
-        """Motion (size,) of the nodes in which the load ``own`` (size,) of the flanks has no part (S10)."""
+        """Motion (size,) of the nodes in which the load ``own`` (size,) of the flanks has no part (W10)."""
         return self.settled.motion - self.settled.compliance @ own
 
     def loaded(self, own: NDArray) -> NDArray:

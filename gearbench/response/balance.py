@@ -55,7 +55,7 @@ def _real_rows(values: NDArray, axis: int = -1) -> NDArray:
     """Orders 0 … H (complex) as x_0, Re x̂_1, Im x̂_1, … along an axis."""
     z = np.moveaxis(np.asarray(values, dtype=complex), axis, 0)
     out = np.empty((2 * len(z) - 1, *z.shape[1:]))
-    out[0], out[1::2], out[2::2] = z[0].real, z[1:].real, z[1:].imag
+    out[0], out[1::2], out[2::2] = np.real(z[0]), np.real(z[1:]), np.imag(z[1:])
     return np.moveaxis(out, 0, axis)
 
 
@@ -83,8 +83,8 @@ def block_rows(h: NDArray) -> NDArray:
     for n in range(H):
         a, b = 2 * n + 1, 2 * n + 2
         block = h[..., n, :, :]
-        out[..., :, a, :, a] = out[..., :, b, :, b] = block.real
-        out[..., :, a, :, b], out[..., :, b, :, a] = -block.imag, block.imag
+        out[..., :, a, :, a] = out[..., :, b, :, b] = np.real(block)
+        out[..., :, a, :, b], out[..., :, b, :, a] = -np.imag(block), np.imag(block)
     return out
 
 

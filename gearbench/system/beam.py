@@ -48,7 +48,7 @@ class Beam:
         return math.pi / 4 * (D**2 - d**2), math.pi / 64 * (D**4 - d**4), kappa
 
     def stiffness(self) -> NDArray:
-        """Exact static stiffness (12, 12), from the flexibility of the element held at its start (S1)."""
+        """Exact static stiffness (12, 12), from the flexibility of the element held at its start (W1)."""
         free = np.linalg.inv(self._flexibility(np.array([1.0]))[0])
         carry = _carry(self.length)
         K = np.empty((12, 12))
@@ -61,7 +61,7 @@ class Beam:
         return float(self._flexibility(np.array([1.0]))[0, 5, 5])
 
     def shapes(self, s: ArrayLike) -> NDArray:
-        """Motion (…, 6, 12) at s ∈ [0, 1] of the unloaded element per motion of its ends: exact in statics (S2)."""
+        """Motion (…, 6, 12) at s ∈ [0, 1] of the unloaded element per motion of its ends: exact in statics (W2)."""
         t = np.asarray(s, dtype=float)
         L = self.length
         rigid = np.swapaxes(_carry(t * L), -1, -2)

@@ -1,4 +1,4 @@
-"""A mesh in the frame of the shafts: where its forces act and in which direction (S7).
+"""A mesh in the frame of the shafts: where its forces act and in which direction (W7).
 
 The frame: z along the shafts, x and y across, right-handed. Seen along z a clockwise rotation is positive.
 """

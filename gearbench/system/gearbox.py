@@ -183,7 +183,7 @@ class Gearbox:
         return abs(self._rates.get(number, 0.0))
 
     def wrench(self, mesh: str, gear: int, model: ShaftModel) -> NDArray:
-        """Row (size,) of the model's motions: work of a unit transverse force spread evenly over the face (S8)."""
+        """Row (size,) of the model's motions: work of a unit transverse force spread evenly over the face (W8)."""
         frame = self.frames[mesh]
         b = frame.pair.face_width
         node, weight = np.polynomial.legendre.leggauss(32)

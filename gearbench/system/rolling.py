@@ -1,7 +1,7 @@
 """Rolling bearings from their inner or catalogue dimensions: loads on balls and rollers. Source: ISO/TS 16281:2008.
 
 The inner ring moves by q = (u_x, u_y, u_z, φ_x, φ_y) against the outer one; forces on it and their derivatives are
-those of the elastic energy of the contacts (S5), (S6).
+those of the elastic energy of the contacts (W5), (W6).
 """
 
 from __future__ import annotations
@@ -202,7 +202,7 @@ class Rolling:
 
     @property
     def point_stiffness(self) -> float:
-        """c_P of a ball between both raceways, Q = c_P δ^1.5 [N/mm^1.5] (S5)."""
+        """c_P of a ball between both raceways, Q = c_P δ^1.5 [N/mm^1.5] (W5)."""
         gamma = self.D_w * math.cos(self.alpha) / self.D_pw
         rings = ((gamma / (1 - gamma), self.inner_conformity), (-gamma / (1 + gamma), self.outer_conformity))
         return sum(_hertz_point(self.D_w, g, f) ** (-2 / 3) for g, f in rings) ** -1.5

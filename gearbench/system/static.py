@@ -1,4 +1,4 @@
-"""Shafts at rest under their loads: the point where bearings settle, and the compliance about it (S3), (S4)."""
+"""Shafts at rest under their loads: the point where bearings settle, and the compliance about it (W3), (W4)."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ class Settled:
 
     @cached_property
     def compliance(self) -> NDArray:
-        """Motions per load (size, size) about this point; zero for the spin (S3).
+        """Motions per load (size, size) about this point; zero for the spin (W3).
 
         Raises
         ------
@@ -162,7 +162,7 @@ def external_load(model: ShaftModel) -> NDArray:
 
 
 def twist(model: ShaftModel, nodes: NDArray, reference: float) -> NDArray:
-    """Compliance (n, n) [rad/(N·mm)] of the spin of neighbouring ``nodes``, held at one of them (S4).
+    """Compliance (n, n) [rad/(N·mm)] of the spin of neighbouring ``nodes``, held at one of them (W4).
 
     All torque of the gear passes the section nearest to ``reference`` [mm]: an end of the face, on the side where the
     torque comes from, unless it comes from within.
