@@ -1,6 +1,6 @@
 """Computed compliances kept on disk, under a hash of everything that determines them.
 
-One file per result, written beside its place and moved into it: readers and concurrent writers see a whole file or
+One file per result, written under a temporary name and renamed: readers and concurrent writers see a whole file or
 none. An entry that cannot be read, or whose checksum is wrong, is computed anew and replaced.
 """
 
@@ -21,16 +21,16 @@ from typing import Any
 
 import numpy as np
 
-from fem_reference.compliance import FlankCompliance, Separation
 from fem_reference.refinement import default_order, refined_compliance
 from fem_reference.section import Body
+from gearbench.compliance.flank import FlankCompliance
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
 
 #: What of the gearbench package determines a result.
-_SOURCES = (
+SOURCES = (
     *(f"geometry/{name}.py" for name in ("fillet", "gear", "involute", "material", "rack")),
-    *(f"compliance/{name}.py" for name in ("bases", "local")),
+    *(f"compliance/{name}.py" for name in ("bases", "flank", "local", "outline")),
 )
 
 
@@ -48,14 +48,13 @@ def cached_compliance(
     material: Material,
     accuracy: float = 0.01,
     order: tuple[int, int] | None = None,
-    separation: Separation = "half_space",
 ) -> FlankCompliance:
     """Like ``refined_compliance``, from the cache where the same was computed before."""
-    path = entry(body, material, accuracy, order, separation)
-    found = _load(path, body.gear)
+    path = entry(body, material, accuracy, order)
+    found = load(path, body.gear)
     if found is None:
-        found = refined_compliance(body, material, accuracy, order, separation)
-        _store(path, found)
+        found = refined_compliance(body, material, accuracy, order)
+        store(path, found)
     return found
 
 
@@ -64,17 +63,16 @@ def entry(
     material: Material,
     accuracy: float = 0.01,
     order: tuple[int, int] | None = None,
-    separation: Separation = "half_space",
 ) -> Path:
     """File of ``cached_compliance``; it exists once the same was computed."""
-    key = digest(body, material, accuracy, order or default_order(body.gear), separation)
+    key = digest(body, material, accuracy, order or default_order(body.gear))
     return cache_folder() / f"flank-{key}.npz"
 
 
 def digest(body: Body, material: Material, *settings: Any) -> str:
     """Hash of geometry, material, accuracy and other settings, program and library versions."""
-    what = {"body": asdict(body), "material": asdict(material), "settings": settings, "code": code_version()}
-    return hashlib.sha256(json.dumps(what, sort_keys=True, default=repr).encode()).hexdigest()[:32]
+    inputs = {"body": asdict(body), "material": asdict(material), "settings": settings, "code": code_version()}
+    return hashlib.sha256(json.dumps(inputs, sort_keys=True, default=repr).encode()).hexdigest()[:32]
 
 
 @cache
@@ -83,7 +81,7 @@ def code_version() -> str:
     import gearbench.geometry
 
     package = Path(next(iter(gearbench.geometry.__path__))).parent
-    sources = [*Path(__file__).parent.glob("*.py"), *(package / name for name in _SOURCES)]
+    sources = [*Path(__file__).parent.glob("*.py"), *(package / name for name in SOURCES)]
     total = hashlib.sha256()
     for source in sorted(sources):
         total.update(source.name.encode() + source.read_bytes())
@@ -96,7 +94,7 @@ def code_version() -> str:
 
 
 def _payload(result: FlankCompliance) -> dict[str, Any]:
-    meta = {"order": list(result.order), "error": result.error, "attrs": result.attrs}
+    meta = {"order": list(result.order), "error": result.error, "attrs": dict(result.attrs)}
     text = json.dumps(meta, sort_keys=True)
     blocks = np.ascontiguousarray(result.blocks)
     return {"blocks": blocks, "meta": np.array(text), "checksum": np.array(_checksum(blocks, text))}
@@ -106,7 +104,7 @@ def _checksum(blocks: np.ndarray, meta: str) -> str:
     return hashlib.sha256(blocks.tobytes() + meta.encode()).hexdigest()
 
 
-def _store(path: Path, result: FlankCompliance) -> None:
+def store(path: Path, result: FlankCompliance) -> None:
     """Write atomically; a cache that cannot be written costs only time, so it warns."""
     buffer = io.BytesIO()
     np.savez(buffer, **_payload(result))
@@ -123,7 +121,7 @@ def _store(path: Path, result: FlankCompliance) -> None:
         warnings.warn(f"cannot keep the result in {path.parent}: {error}", stacklevel=3)
 
 
-def _load(path: Path, gear: Gear) -> FlankCompliance | None:
+def load(path: Path, gear: Gear) -> FlankCompliance | None:
     """Return the entry, or None if there is none that is whole."""
     try:
         with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as stored:

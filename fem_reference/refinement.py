@@ -19,9 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem_reference.blocks import Cells
-from fem_reference.compliance import FlankCompliance, Separation, flank_compliance
+from fem_reference.compliance import flank_compliance
 from fem_reference.section import Body
 from fem_reference.tooth_mesh import ToothMesh, tooth_mesh
+from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.local import waves_across
 from gearbench.errors import GearbenchError
 from gearbench.geometry.gear import Gear
@@ -83,7 +84,6 @@ def refined_compliance(
     material: Material,
     accuracy: float = 0.01,
     order: tuple[int, int] | None = None,
-    separation: Separation = "half_space",
 ) -> FlankCompliance:
     """Compliance of a flank to a relative ``accuracy`` (Frobenius norm), with its estimated error.
 
@@ -104,7 +104,7 @@ def refined_compliance(
         cells = mesh_cells(body, m)
         if unknowns(body, cells) > MOST_UNKNOWNS:
             break
-        found.append(flank_compliance(_mesh(body, cells), material, order, separation))
+        found.append(flank_compliance(_mesh(body, cells), material, order))
         _LOG.info("mesh %d: %d unknowns, %.1f s so far", m, found[-1].attrs["unknowns"], time.perf_counter() - start)
         if len(found) == 1:
             continue

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from gearbench.errors import InputError
 from gearbench.geometry.gear import Gear
+from gearbench.geometry.role import Side
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,7 +123,7 @@ class Body:
         radius[0], radius[-1] = gear.form_radius, gear.tip_radius
         return radius, gear.half_angle(radius)
 
-    # -- exact places of boundary nodes -------------------------------------------------------------------------------
+    # -- exact positions of boundary nodes -----------------------------------------------------------------------------
     def snap(self, boundary: str, R: NDArray, theta: NDArray, ends: tuple[NDArray, NDArray] | None = None) -> tuple:
         """Move points (R, θ) that belong to a named boundary exactly onto it.
 
@@ -146,7 +147,7 @@ class Body:
         )
         R = np.clip(R, low, high)
         psi = gear.half_angle(R)
-        return R, d * self.pitch_angle + (psi if name.startswith("right") else -psi)
+        return R, d * self.pitch_angle + (psi if name.startswith(Side.RIGHT.label) else -psi)
 
 
 def sorted_pair(a: NDArray, b: NDArray) -> tuple[NDArray, NDArray]:

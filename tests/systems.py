@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from gearbench.response.balance import Excitation
+from gearbench.dynamics.balance import Excitation
 from gearbench.scene_file import parse_scene
 from gearbench.system.mechanics import Mechanics
 

@@ -9,9 +9,9 @@ import xarray as xr
 from scipy.io import wavfile
 
 from gearbench.cli.response import parse_speeds
+from gearbench.dynamics.analysis import response
+from gearbench.dynamics.sound import RATE, run_up
 from gearbench.errors import InputError
-from gearbench.response.analysis import response
-from gearbench.response.sound import RATE, run_up
 from tests.systems import shafts, spur_scene
 
 

@@ -7,12 +7,11 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import mathieu_a, mathieu_b
 
+from gearbench.dynamics.analysis import response
+from gearbench.dynamics.balance import Excitation, receptances, solve
+from gearbench.dynamics.modes import modes
+from gearbench.dynamics.stability import multipliers
 from gearbench.errors import InputError
-from gearbench.response.analysis import response
-from gearbench.response.balance import Excitation, receptances, solve
-from gearbench.response.modes import modes
-from gearbench.response.spectrum import order_rows
-from gearbench.response.stability import multipliers
 from gearbench.system.mechanics import Mechanics
 from tests.systems import excitation, series, shafts, spur_scene, wheels
 
@@ -162,20 +161,9 @@ def test_limits_of_slow_and_fast():
     assert_allclose(x[:, 0, 1:], transfer * constant.error[0, 1:], rtol=1e-12, atol=1e-18)
 
 
-@pytest.mark.parametrize("panel", [None, 12])
-def test_orders_of_known_waves(panel):
-    from gearbench.contact.phases import gauss_phases, uniform_phases
-
-    phase, _ = uniform_phases(64) if panel is None else gauss_phases([0.0, 0.35, 0.8], 12)
-    y = 3 + 2 * np.cos(2 * np.pi * phase + 0.4) + 0.5 * np.sin(4 * np.pi * phase)
-    expected = np.zeros(12, complex)
-    expected[:3] = 3, np.exp(0.4j), -0.25j
-    assert_allclose(order_rows(phase, 11, panel) @ y, expected, atol=1e-12 if panel is None else 1e-7)
-
-
 def test_uniform_phases_must_resolve_the_orders():
     with pytest.raises(InputError, match="must be more than 40"):
-        order_rows(np.arange(32) / 32, 20, None)
+        response(spur_scene({}, segments=15, positions=32), speed=1000.0, harmonics=20)
 
 
 def split(phase, angle):
@@ -270,7 +258,7 @@ def test_dataset_of_a_pair_on_shafts():
     assert all(data[name].attrs["units"] for name in data.data_vars)
     # below all modes the bearings share what the pinion feels: nothing, as the mesh force does not vary
     slow = response(scene, speed=0.5, harmonics=3)
-    assert float(slow["mesh_force_rms"].max()) < 1e-3 * scene.tangential_force
+    assert float(slow["mesh_force_rms"].max()) < 1e-3 * scene.F_bt
 
 
 @pytest.mark.parametrize(

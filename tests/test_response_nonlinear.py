@@ -7,11 +7,11 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
-from gearbench.response.analysis import response
-from gearbench.response.continuation import follow
-from gearbench.response.force_curve import force_curve
-from gearbench.response.model import Model
-from gearbench.response.nonlinear import Oscillator, at_speeds, nonlinear_response, solution_curve
+from gearbench.dynamics.analysis import response
+from gearbench.dynamics.continuation import follow
+from gearbench.dynamics.force_curve import force_curve
+from gearbench.dynamics.model import Model
+from gearbench.dynamics.nonlinear import Oscillator, at_speeds, nonlinear_response, solution_curve
 from gearbench.scene_file import parse_scene
 
 #: Spur rig gears of Kahraman and Blankenship, 50/50, with play.

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from gearbench.dynamics.balance import Excitation, solve
+from gearbench.dynamics.model import Model
+from gearbench.dynamics.scatter import force_rms, robust_response, sample_cycles
+from gearbench.dynamics.waves import rms
 from gearbench.errors import InputError
-from gearbench.response.balance import Excitation, solve
-from gearbench.response.model import Model
-from gearbench.response.scatter import force_rms, sample_cycles, scatter
-from gearbench.response.waves import rms
 from tests.systems import spur_scene
 
 ERRORS = {"hertz": {}, "tooth_bending": {"basis": "paper"}, "manufacturing_errors": {"preset": "garambois2017"}}
@@ -43,7 +43,7 @@ def test_statistics_are_those_of_the_samples():
     model = Model(scene=scene())
     cycles = sample_cycles(model, 10, samples=64, seed=0, sampler="sobol", threads=2)
     values = np.array(force_rms(model, model.groups[0], cycles, SPEEDS, 1))
-    data = scatter(scene(), speed=SPEEDS, samples=64)
+    data = robust_response(scene(), speed=SPEEDS, samples=64)
     assert_allclose(data["mesh_force_percentile"].sel(percentile=50.0), np.median(values, axis=1), rtol=1e-9)
     assert_allclose(data["mesh_force_rms_std"], values.std(axis=1, ddof=1), rtol=1e-9)
     overall = np.sqrt((values**2).mean(axis=0))
@@ -53,4 +53,4 @@ def test_statistics_are_those_of_the_samples():
 
 def test_scene_without_errors_is_refused():
     with pytest.raises(InputError, match="manufacturing_errors"):
-        scatter(spur_scene({}), speed=1000.0)
+        robust_response(spur_scene({}), speed=1000.0)

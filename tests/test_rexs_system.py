@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from gearbench.dynamics.analysis import response
 from gearbench.errors import InputError
 from gearbench.exchange.rexs_document import read_rexs
 from gearbench.exchange.rexs_system import system_scene
-from gearbench.response.analysis import response
 
 SEW = Path(__file__).parent / "data" / "sew_3_stage_cylindrical_gearbox_1.0.rexs"
 

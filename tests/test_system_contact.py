@@ -99,7 +99,7 @@ def test_face_load_factor_follows_the_exact_beam(gear):
         if exact.min() >= 0:
             break
         on &= exact > 0
-    exact *= scene.normal_force / (exact.sum() * b / n)
+    exact *= scene.F_bn / (exact.sum() * b / n)
     assert_allclose(q.max() / q.mean(), exact.max() / exact.mean(), rtol=2e-3)
     assert q.max() / q.mean() > 1.02
 
@@ -196,7 +196,7 @@ def test_scene_without_system_imports_none_of_it():
 
     code = (
         "import sys, gearbench; gearbench.simulate(gearbench.load_scene('examples/sc.toml'));"
-        "print([m for m in sys.modules if m.startswith(('gearbench.system', 'gearbench.response'))])"
+        "print([m for m in sys.modules if m.startswith(('gearbench.system', 'gearbench.dynamics'))])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
@@ -210,7 +210,7 @@ def test_mean_force_balances_on_bearings():
     from gearbench.effects.shafts import flank_loads
 
     pinion, wheel = flank_loads(gears, solved.lines, solved.solution.force, weight)
-    n = scene.gearbox.frames[""].direction * scene.tangential_force
+    n = scene.gearbox.frames[""].direction * scene.F_bt
     for load, sign in ((pinion, -1), (wheel, 1)):
         assert_allclose(load.reshape(-1, 6)[:, :3].sum(axis=0), sign * n, rtol=1e-9, atol=1e-6)
     assert_allclose(pinion[5::6].sum(), -1e3 * scene.load.torque, rtol=1e-9)

@@ -37,6 +37,6 @@ def _print_findings(findings: list[Finding]) -> None:
     console = Console(soft_wrap=True)
     for finding in findings:
         mark = "[green]ok  [/]" if finding.fine else "[red]miss[/]" if finding.needed else "[yellow]none[/]"
-        console.print(f"{mark} {finding.what}: {finding.found}", highlight=False)
+        console.print(f"{mark} {finding.name}: {finding.found}", highlight=False)
         if not finding.fine and finding.remedy:
             console.print(f"       {finding.remedy}", highlight=False)

@@ -57,7 +57,7 @@ def with_accuracy(scene: Scene, text: str | None) -> Scene:
 
     from gearbench.errors import InputError
     from gearbench.scene import Resolution
-    from gearbench.scene_file import validate
+    from gearbench.schema import read
 
     if text is None:
         return scene
@@ -67,7 +67,7 @@ def with_accuracy(scene: Scene, text: str | None) -> Scene:
         raise InputError("accuracy", text, "must be a number such as 0.01 or 1%") from None
     if replace(scene.resolution, accuracy=None) != Resolution():
         raise InputError("accuracy", text, "conflicts with the scene's [resolution]: give one of the two")
-    return replace(scene, resolution=validate(Resolution, {"accuracy": value}))
+    return replace(scene, resolution=read(Resolution, {"accuracy": value}))
 
 
 def plot_folder(folder: Path | None) -> Path | None:

@@ -13,11 +13,11 @@ def plan(scene: SceneFile, quiet: Quiet = False, verbose: Verbose = False, json:
     from dataclasses import asdict
 
     from gearbench.cli.summary import pair_line, print_mapping
-    from gearbench.plan import make_plan
+    from gearbench.effort.plan import plan as plan_of
     from gearbench.scene_file import load_scene
 
     loaded = load_scene(scene)
-    made = make_plan(loaded)
+    made = plan_of(loaded)
     if json:
         print_mapping({"name": loaded.name, "scene_sha256": loaded.digest, **asdict(made)})
         return

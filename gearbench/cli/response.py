@@ -48,7 +48,7 @@ def response(
     """
     from gearbench.cli import summary
     from gearbench.files import check_target
-    from gearbench.results import save
+    from gearbench.results.netcdf import save
 
     speeds = parse_speeds(speed)
     loaded, remarks = _load(scene, stage, torque, load_case)
@@ -57,17 +57,17 @@ def response(
             check_target(target)
     folder = plot_folder(plots)
     if nonlinear:
-        from gearbench.response.nonlinear import nonlinear_response as run
+        from gearbench.dynamics.nonlinear import nonlinear_response as run
     else:
-        from gearbench.response.analysis import response as run
+        from gearbench.dynamics.analysis import response as run
     dataset = run(loaded, speed=speeds, harmonics=harmonics)
     written = [save(dataset, output)] if output is not None else []
     if folder is not None:
-        from gearbench.response.figures import draw_response
+        from gearbench.dynamics.figures import draw_response
 
         written += draw_response(dataset, folder)
     if sound is not None:
-        from gearbench.response.sound import write_run_up
+        from gearbench.dynamics.sound import write_run_up
 
         written.append(write_run_up(dataset, sound))
     notes = [*remarks, *filter(None, dataset.attrs["notes"].split("\n"))]

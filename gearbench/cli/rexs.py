@@ -90,7 +90,7 @@ def rexs(
     if write is not None:
         from gearbench.exchange.rexs import find_stage
         from gearbench.exchange.rexs_results import write_results
-        from gearbench.results import load
+        from gearbench.results.netcdf import load
 
         files.append(write_results(document, find_stage(document, stage), load(write[0]), write[1]))
     if not files:
@@ -182,7 +182,7 @@ def _row(document: RexsDocument, stage: Stage, torque: float | None, load_case: 
         "face_width": pair.face_width,
         "distance": pair.centre_distance,
         "torque": found.tables.get("load", {}).get("torque"),
-        "ε_α": pair.transverse_contact_ratio,
-        "ε_β": pair.overlap_ratio,
+        "ε_α": pair.meshing.transverse_contact_ratio,
+        "ε_β": pair.meshing.overlap_ratio,
         "notes": list(found.notes),
     }

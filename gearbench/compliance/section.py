@@ -81,7 +81,7 @@ class Section:
         Whether the root moves: before the functions that are zero at the root come Legendre polynomials of θ, constant
         along R (S6), so that the whole tooth follows its root without strain across.
     outline
-        Quadrature along the height with so many points on a panel, where there is one better than of ``half_width``.
+        Quadrature along the height, by points on a panel, where there is one better than of ``half_width``.
     """
 
     height: float

@@ -9,8 +9,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.effects.base import ComplianceEffect, Effect, GapEffect, LowRank
+from gearbench.effects.base import ComplianceEffect, Effect, Effects, GapEffect, LowRank
 from gearbench.geometry.action import ContactLines
+from gearbench.geometry.role import Role
 from gearbench.system.gearbox import Gearbox
 from gearbench.system.mechanics import shafts_at_rest
 from gearbench.system.shaft_model import ShaftModel
@@ -22,11 +23,11 @@ _RANK = 1e-14
 
 @dataclass(frozen=True, kw_only=True)
 class SeatedGear:
-    """Pinion (0) or wheel (1) of a mesh on its shaft: the shaft at rest, and the rows that its flank reads."""
+    """A gear of a mesh on its shaft: the shaft at rest, and the rows that its flank reads."""
 
     box: Gearbox
     mesh: str
-    gear: int
+    role: Role
     settled: Settled
 
     @property
@@ -37,7 +38,7 @@ class SeatedGear:
     @property
     def nodes(self) -> NDArray:
         """Nodes of the shaft under its face."""
-        seat = self.box.seats[(self.mesh, self.gear)][1]
+        seat = self.box.seats[(self.mesh, self.role)][1]
         half = self.box.pairs[self.mesh].face_width / 2
         first, last = (self.model.node(seat.position + s * half) for s in (-1, 1))
         return np.arange(first, last + 1)
@@ -45,7 +46,7 @@ class SeatedGear:
     @property
     def torque_from(self) -> float:
         """Position on the shaft where the torque of this gear comes from or goes to [mm]."""
-        shaft, own = self.model.shaft, self.box.seats[(self.mesh, self.gear)][1]
+        shaft, own = self.model.shaft, self.box.seats[(self.mesh, self.role)][1]
         if shaft.coupling is not None:
             return shaft.coupling.position
         others = [seat.position for seat in shaft.gears if seat is not own]
@@ -54,8 +55,8 @@ class SeatedGear:
     def rows(self, lines: ContactLines) -> NDArray:
         """Motions of all nodes → deflection normal to the flank, (position, pair, segment, size)."""
         frame = self.box.frames[self.mesh]
-        wrench = math.cos(frame.pair.base_helix_angle) * frame.wrench(self.gear, lines.u)
-        return self.model.rows(frame.position(self.gear, lines.y), wrench)
+        wrench = math.cos(frame.pair.meshing.beta_b) * frame.wrench(self.role, lines.u)
+        return self.model.rows(frame.position(self.role, lines.y), wrench)
 
     @property
     def _here(self) -> NDArray:
@@ -106,7 +107,7 @@ class Shafts(ComplianceEffect):
     summary: ClassVar[str] = "compliance: shafts and bearings, the seats of the gears as beams across their faces"
     source: ClassVar[str] = "Timoshenko beams, ISO/TS 16281"
 
-    def compliance(self, lines: ContactLines, beside: object = None) -> LowRank:
+    def compliance(self, lines: ContactLines, beside: Effects) -> LowRank:
         """Factor of both shafts side by side, shared by all pairs, (position, pair, segment, rank)."""
         return LowRank(factor=np.concatenate([gear.factor(lines) for gear in self.gears], axis=-1), coupled=True)
 
@@ -168,12 +169,12 @@ def system_effects(box: Gearbox, mesh: str = "", own: tuple[NDArray, NDArray] | 
     """
     settled = shafts_at_rest(box, mesh, own)
     pinion, wheel = (
-        SeatedGear(box=box, mesh=mesh, gear=gear, settled=settled[box.seats[(mesh, gear)][0]]) for gear in range(2)
+        SeatedGear(box=box, mesh=mesh, role=role, settled=settled[box.seats[(mesh, role)][0]]) for role in Role
     )
     effects: tuple[Effect, ...] = (Shafts(gears=(pinion, wheel)),)
     shafts = [gear.model.shaft for gear in (pinion, wheel)]
     linear = all(bearing.is_linear for shaft in shafts for bearing in shaft.bearings)
     if linear and all(len(shaft.gears) == 1 and not shaft.loads for shaft in shafts):
         return effects
-    loads = own or tuple(box.force(mesh) * box.wrench(mesh, gear.gear, gear.model) for gear in (pinion, wheel))
+    loads = own or tuple(box.force(mesh) * box.wrench(mesh, gear.role, gear.model) for gear in (pinion, wheel))
     return (*effects, ShaftMotion(gears=(pinion, wheel), motions=(pinion.rest(loads[0]), wheel.rest(loads[1]))))

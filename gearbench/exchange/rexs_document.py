@@ -175,7 +175,7 @@ def _parse(path: Path) -> Element:
         if path.stat().st_size > LARGEST:
             raise InputError("", f"{path.stat().st_size} bytes", f"must be at most {LARGEST} bytes")
         with path.open("rb") as file:
-            return _xml(file)
+            return parse_xml(file)
     try:
         with zipfile.ZipFile(path) as archive:
             member = _model(archive)
@@ -184,7 +184,7 @@ def _parse(path: Path) -> Element:
                 allowed = f"must be at most {LARGEST} bytes and {LARGEST_RATIO} times its packed size"
                 raise InputError("", f"unpacks from {packed} to {size} bytes", allowed)
             with archive.open(member) as file:
-                return _xml(file)
+                return parse_xml(file)
     except (zipfile.BadZipFile, RuntimeError, NotImplementedError) as error:
         raise InputError("", "not a ZIP file", f"must be a packed REXS file ({error})") from None
 
@@ -199,7 +199,7 @@ def _model(archive: zipfile.ZipFile) -> zipfile.ZipInfo:
     return models[0]
 
 
-def _xml(file: IO[bytes]) -> Element:
+def parse_xml(file: IO[bytes]) -> Element:
     """Root element, comments kept; what the header of a ZIP file says of its size is not relied on."""
     from defusedxml import DefusedXmlException
     from defusedxml.ElementTree import DefusedXMLParser
@@ -255,8 +255,8 @@ def _document(path: Path, root: Element) -> RexsDocument:
     )
 
 
-def _id(element: Element, what: str) -> int:
+def _id(element: Element, kind: str) -> int:
     text = element.get("id") or ""
     if not text.isdecimal():
-        raise InputError(f"{what}.id", repr(text), "must be a whole number")
+        raise InputError(f"{kind}.id", repr(text), "must be a whole number")
     return int(text)

@@ -16,7 +16,7 @@ from gearbench.exchange.rexs_gear import read_gear, read_material
 from gearbench.exchange.rexs_torque import check_case, drives
 from gearbench.exchange.rexs_units import LENGTH, SPEED, Dimension
 from gearbench.scene import Scene
-from gearbench.scene_file import validate
+from gearbench.schema import read
 from gearbench.system.schema import System
 
 FORCE = Dimension("kN", {"N": 1e-3, "kN": 1.0})
@@ -58,7 +58,7 @@ def system_scene(
     scene = scene_of(document, found)
     try:
         tables, notes = _tables(document, own, others, load_case)
-        system = validate(System, tables)
+        system = read(System, tables)
     except InputError as error:
         raise error.in_file(str(document.path)) from None
     scenes = tuple(scene_of(document, one) for one in further)

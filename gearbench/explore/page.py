@@ -153,9 +153,9 @@ def pick_data(catalogue: Catalogue, design: int) -> dict[str, Any]:
 
 def knee(catalogue: Catalogue) -> int:
     """The design on a front that is nearest the best of both objectives, each from its least to its greatest value."""
-    places = fronts(catalogue)
-    score = np.zeros(len(places))
+    numbers = fronts(catalogue)
+    score = np.zeros(len(numbers))
     for name in (ACROSS, UP):
-        values = catalogue.column(name).values[places]
+        values = catalogue.column(name).values[numbers]
         score += (values - values.min()) / (np.ptp(values) or 1.0)
-    return int(places[np.argmin(score)])
+    return int(numbers[np.argmin(score)])

@@ -10,7 +10,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.errors import InputError
-from gearbench.geometry.material import STRICT
+from gearbench.schema import STRICT
 from gearbench.system.rolling import Rolling
 
 #: N/mm in 1 N/µm, and N·mm in 1 N·m.

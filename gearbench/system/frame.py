@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,7 +47,7 @@ class MeshFrame:
     @property
     def direction(self) -> NDArray:
         """Force on the wheel per unit of transverse force along the line of action, (3,)."""
-        return np.array([*self._line, -self.along * math.tan(self.pair.base_helix_angle)])
+        return np.array([*self._line, -self.along * math.tan(self.pair.meshing.beta_b)])
 
     @property
     def _axes(self) -> tuple[NDArray, NDArray]:
@@ -56,27 +57,27 @@ class MeshFrame:
     @property
     def _line(self) -> NDArray:
         x, y = self._axes
-        alpha = self.pair.working_pressure_angle
+        alpha = self.pair.meshing.alpha_wt
         return math.sin(alpha) * x + math.cos(alpha) * y
 
-    def wrench(self, gear: int, u: ArrayLike) -> NDArray:
-        """Force and moment (…, 6) about the axis of pinion (0) or wheel (1), its section moving with the flank.
+    def wrench(self, role: Role, u: ArrayLike) -> NDArray:
+        """Force and moment (…, 6) about the axis of one of the gears, its section moving with the flank.
 
         Per unit of transverse force, at the contact point u on the path of contact; signs as on the wheel for the
         wheel, reversed for the pinion: the work of both is the deflection along the line of action.
         """
         x, y = self._axes
-        alpha, r_b = self.pair.working_pressure_angle, self.pair.gears[0].base_radius
+        alpha, r_b = self.pair.meshing.alpha_wt, self.pair.gears[0].base_radius
         foot = r_b * (math.cos(alpha) * x - math.sin(alpha) * y)
         point = foot + np.asarray(u, dtype=float)[..., None] * self._line
-        if gear == 1:
+        if role == Role.WHEEL:
             point = point - self.pair.centre_distance * x
         n = self.direction
         px, py = point[..., 0], point[..., 1]
         moment = np.stack([py * n[2], -px * n[2], px * n[1] - py * n[0]], axis=-1)
         both = np.concatenate([np.broadcast_to(n, moment.shape), moment], axis=-1)
-        return both if gear == 1 else -both
+        return both if role == Role.WHEEL else -both
 
-    def position(self, gear: int, y: ArrayLike) -> NDArray:
-        """Position on the shaft of pinion (0) or wheel (1) [mm] of the face coordinate y [mm]."""
-        return self.middle[gear] + self.along * (np.asarray(y, dtype=float) - self.pair.face_width / 2)
+    def position(self, role: Role, y: ArrayLike) -> NDArray:
+        """Position on the shaft of one of the gears [mm] of the face coordinate y [mm]."""
+        return self.middle[role] + self.along * (np.asarray(y, dtype=float) - self.pair.face_width / 2)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
 from gearbench.system.frame import MeshFrame
 from gearbench.system.schema import Seat, System
 from gearbench.system.shaft_model import Face, ShaftModel
@@ -49,10 +50,10 @@ class Gearbox:
         return tuple(self.pairs)
 
     @cached_property
-    def seats(self) -> dict[tuple[str, int], tuple[int, Seat]]:
-        """(mesh, 0 for pinion or 1 for wheel) → number of its shaft, and its seat there."""
+    def seats(self) -> dict[tuple[str, Role], tuple[int, Seat]]:
+        """(mesh, gear) → number of its shaft, and its seat there."""
         return {
-            (seat.mesh, 0 if seat.gear == "pinion" else 1): (number, seat)
+            (seat.mesh, Role[seat.gear.upper()]): (number, seat)
             for number, shaft in enumerate(self.system.shafts)
             for seat in shaft.gears
         }
@@ -60,12 +61,12 @@ class Gearbox:
     @cached_property
     def _rates(self) -> dict[int, float]:
         """Speed of each shaft over that of the first pinion, with its sense."""
-        first = self.seats[("", 0)][0]
+        first = self.seats[("", Role.PINION)][0]
         rates = {first: 1.0}
         for mesh, one, two in self._walk(first):
             pair = self.pairs[mesh]
             ratio = -pair.pinion.teeth / pair.wheel.teeth
-            p, w = self.seats[(mesh, 0)][0], self.seats[(mesh, 1)][0]
+            p, w = self.seats[(mesh, Role.PINION)][0], self.seats[(mesh, Role.WHEEL)][0]
             known, new = (p, w) if p == one else (w, p)
             rate = rates[known] * (ratio if known == p else 1 / ratio)
             if not math.isclose(rates.setdefault(new, rate), rate, rel_tol=1e-9):
@@ -77,11 +78,11 @@ class Gearbox:
     def axes(self) -> dict[int, NDArray]:
         """Axis (2,) of each shaft in the transverse plane [mm]."""
         given = {k: np.array(s.axis) for k, s in enumerate(self.system.shafts) if s.axis is not None}
-        first = self.seats[("", 0)][0]
+        first = self.seats[("", Role.PINION)][0]
         axes = {first: given.get(first, np.zeros(2))}
         for mesh, one, two in self._walk(first):
             a = self.pairs[mesh].centre_distance
-            step = a if self.seats[(mesh, 0)][0] == one else -a
+            step = a if self.seats[(mesh, Role.PINION)][0] == one else -a
             axes.setdefault(two, given.get(two, axes[one] + np.array([step, 0.0])))
             distance = float(np.linalg.norm(axes[two] - axes[one]))
             if not math.isclose(distance, a, rel_tol=1e-4):
@@ -94,7 +95,7 @@ class Gearbox:
         known, left, order = {first}, list(self.pairs), []
         while left:
             for mesh in left:
-                ends = [self.seats[(mesh, gear)][0] for gear in range(2)]
+                ends = [self.seats[(mesh, role)][0] for role in Role]
                 if ends[0] == ends[1]:
                     raise InputError("system.shafts", f"both gears of a mesh {mesh!r} on one shaft", "must be on two")
                 if ends[0] in known or ends[1] in known:
@@ -114,7 +115,7 @@ class Gearbox:
         hands = {"": self.system.hand} | {mesh.name: mesh.hand for mesh in self.system.meshes}
         frames = {}
         for mesh, pair in self.pairs.items():
-            (p, pinion), (w, wheel) = self.seats[(mesh, 0)], self.seats[(mesh, 1)]
+            (p, pinion), (w, wheel) = self.seats[(mesh, Role.PINION)], self.seats[(mesh, Role.WHEEL)]
             way = self.axes[w] - self.axes[p]
             frames[mesh] = MeshFrame(
                 pair=pair,
@@ -149,10 +150,10 @@ class Gearbox:
             if shaft.coupling is not None or len(shaft.gears) < 2:
                 continue
             factor = dict.fromkeys(self.pairs, 0.0)
-            for (mesh, gear), (here, _) in self.seats.items():
+            for (mesh, role), (here, _) in self.seats.items():
                 if here == number:
                     pair = self.pairs[mesh]
-                    factor[mesh] += pair.wheel.teeth / pair.pinion.teeth if gear == 1 else -1.0
+                    factor[mesh] += pair.wheel.teeth / pair.pinion.teeth if role == Role.WHEEL else -1.0
             rows.append([factor[name] for name in others])
             known.append(-factor[""] * self.torque)
         found: dict[str, float] = {"": self.torque}
@@ -171,7 +172,7 @@ class Gearbox:
 
     def mesh_rate(self, mesh: str) -> float:
         """Mesh frequency over the frequency of rotation of the first pinion."""
-        return abs(self._rates[self.seats[(mesh, 0)][0]]) * self.pairs[mesh].pinion.teeth
+        return abs(self._rates[self.seats[(mesh, Role.PINION)][0]]) * self.pairs[mesh].pinion.teeth
 
     def phase(self, mesh: str) -> float:
         """Mesh phase of a mesh when that of the scene's own pair is zero [mesh periods] (D8)."""
@@ -182,11 +183,11 @@ class Gearbox:
         """Speed of a shaft over that of the first pinion."""
         return abs(self._rates.get(number, 0.0))
 
-    def wrench(self, mesh: str, gear: int, model: ShaftModel) -> NDArray:
+    def wrench(self, mesh: str, role: Role, model: ShaftModel) -> NDArray:
         """Row (size,) of the model's motions: work of a unit transverse force spread evenly over the face (W8)."""
         frame = self.frames[mesh]
         b = frame.pair.face_width
         node, weight = np.polynomial.legendre.leggauss(32)
         y = b * (node + 1) / 2
-        rows = model.rows(frame.position(gear, y), frame.wrench(gear, np.full(len(y), frame.pair.pitch_point)))
+        rows = model.rows(frame.position(role, y), frame.wrench(role, np.full(len(y), frame.pair.meshing.pitch_point)))
         return weight / 2 @ rows

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
 from gearbench.system.gearbox import Gearbox
 from gearbench.system.schema import Disc, Seat, System
 from gearbench.system.shaft_model import DENSITY, INERTIA, METRE, ShaftModel, add_disc
@@ -78,10 +79,10 @@ def shafts_at_rest(box: Gearbox, mesh: str = "", own: tuple[NDArray, NDArray] | 
     settled = []
     for number, model in enumerate(box.models):
         load = external_load(model)
-        for (name, gear), (here, _) in box.seats.items():
+        for (name, role), (here, _) in box.seats.items():
             if here == number:
                 given = own is not None and name == mesh
-                load = load + (own[gear] if own and given else box.force(name) * box.wrench(name, gear, model))
+                load = load + (own[role] if own and given else box.force(name) * box.wrench(name, role, model))
         settled.append(Settled(model=model, load=load))
     return tuple(settled)
 
@@ -119,9 +120,9 @@ def mechanics(box: Gearbox, settled: tuple[Settled, ...]) -> Mechanics:
         M[spin, spin] += coupling.inertia * INERTIA
     mesh = np.zeros((len(box.names), n))
     for k, name in enumerate(box.names):
-        for gear in range(2):
-            number = box.seats[(name, gear)][0]
-            mesh[k, starts[number] : starts[number + 1]] += box.wrench(name, gear, models[number])
+        for role in Role:
+            number = box.seats[(name, role)][0]
+            mesh[k, starts[number] : starts[number + 1]] += box.wrench(name, role, models[number])
     for k, name in enumerate(names):
         if names.index(name) != k:
             raise InputError("system.shafts.bearings.name", name, "given twice: each name at most once")
@@ -138,17 +139,17 @@ def mechanics(box: Gearbox, settled: tuple[Settled, ...]) -> Mechanics:
 def _mass(box: Gearbox, number: int, model: ShaftModel) -> NDArray:
     """Mass of a shaft with its gears, each gear once even if it meshes twice."""
     M, seen = model.mass.copy(), []
-    for (mesh, gear), (here, seat) in box.seats.items():
-        known = (seat.position, box.pairs[mesh].gears[gear].teeth)
+    for (mesh, role), (here, seat) in box.seats.items():
+        known = (seat.position, box.pairs[mesh].gears[role].teeth)
         if here == number and known not in seen:
             seen.append(known)
-            disc = _gear_disc(box.pairs, mesh, gear, seat, model)
+            disc = _gear_disc(box.pairs, mesh, role, seat, model)
             add_disc(M, 6 * model.node(seat.position), disc)
     return M
 
 
-def _gear_disc(pairs: Mapping[str, Pair], mesh: str, gear: int, seat: Seat, model: ShaftModel) -> Disc:
-    body, width = pairs[mesh].gears[gear], pairs[mesh].face_width
+def _gear_disc(pairs: Mapping[str, Pair], mesh: str, role: Role, seat: Seat, model: ShaftModel) -> Disc:
+    body, width = pairs[mesh].gears[role], pairs[mesh].face_width
     at = int(np.clip(np.searchsorted(model.nodes, seat.position) - 1, 0, len(model.beams) - 1))
     hole = min(model.beams[at].diameter[1] / 2, body.pitch_radius)
     m, axial, across = steel_disc(body.pitch_radius, hole, width)

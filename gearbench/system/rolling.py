@@ -15,7 +15,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.errors import InputError
-from gearbench.geometry.material import STRICT
+from gearbench.schema import STRICT
 
 Dimension = Annotated[float, Field(gt=0.0, le=5000.0)]
 #: Laminae of a roller (the norm asks for at least 30), and its line contact stiffness per length^(8/9).

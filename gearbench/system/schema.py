@@ -8,7 +8,8 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.errors import InputError
-from gearbench.geometry.material import STRICT, Material
+from gearbench.geometry.material import Material
+from gearbench.schema import STRICT
 from gearbench.system.bearing import Bearing
 
 Position = Annotated[float, Field(ge=0.0, le=50000.0)]

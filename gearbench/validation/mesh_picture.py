@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.effects.fe_compliance import FeCompliance
-from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
+from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from gearbench.validation.reference import finite_elements
 
@@ -25,12 +25,13 @@ LOADED, HELD, OTHER = "#E69F00", "#0072B2", "#DDDDDD"
 _LIGHT = np.array([-0.35, -0.6, 0.72])
 
 
-def finest_mesh(effect: FeCompliance, pair: Pair, k: int, meshes: int, element: str) -> ToothMesh:
-    """The last of the ``meshes`` that the compliance of pinion (k = 0) or wheel (k = 1) was refined over."""
+def finest_mesh(reference: Scene, role: Role, meshes: int, element: str) -> ToothMesh:
+    """The last of the ``meshes`` that the compliance of one gear was refined over."""
     from fem_reference.refinement import FAMILY, FINE_FAMILY, RIM_FAMILY, mesh_cells
     from fem_reference.tooth_mesh import tooth_mesh
 
-    body = effect.body(pair, k)
+    effect = finite_elements(reference)
+    body = effect.body(reference.pair, role, reference.effects_by_name)
     family = RIM_FAMILY if body.bore_radius is not None else FAMILY if effect.accuracy >= 0.005 else FINE_FAMILY
     return tooth_mesh(body, mesh_cells(body, family[meshes - 1]), element)
 
@@ -85,11 +86,11 @@ def mesh_figure(dataset: xr.Dataset) -> Figure:
 
     reference = parse_scene(tomllib.loads(dataset.attrs["reference_scene"]))
     figure = Figure(figsize=(9.5, 4.8))
-    for k, name in enumerate(dataset["gear"].values):
-        found = dataset.isel(gear=k)
+    for role, name in zip(Role, dataset["gear"].values, strict=True):
+        found = dataset.isel(gear=int(role))
         meshes = int(found["reference_meshes"])
-        tooth = finest_mesh(finite_elements(reference), reference.pair, k, meshes, dataset.attrs["reference_element"])
-        axes = figure.add_subplot(1, 2, k + 1, projection="3d")
+        tooth = finest_mesh(reference, role, meshes, dataset.attrs["reference_element"])
+        axes = figure.add_subplot(1, 2, role + 1, projection="3d")
         draw_mesh(tooth, axes)
         unknowns, error = int(found["reference_unknowns"]), float(found["reference_error"])
         axes.set_title(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gearbench.cycle import fourier
+from gearbench.results.cycle import fourier
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,8 +41,8 @@ def cycle_errors(fast: xr.Dataset, reference: xr.Dataset) -> dict[str, tuple]:
             found[f"{name}_{part}"] = (("model",), np.array([a, b]))
             found[f"{name}_{part}_error"] = ((), relative_error(a, b))
         a, b = (fourier(side, name, HARMONICS) for side in sides)
-        found[f"{name}_harmonic"] = (("model", "harmonic"), np.array([a, b]))
-        found[f"{name}_harmonic_error"] = (("harmonic",), relative_error(a, b, np.full(HARMONICS, b.max())))
+        found[f"{name}_amplitude"] = (("model", "harmonic"), np.array([a, b]))
+        found[f"{name}_amplitude_error"] = (("harmonic",), relative_error(a, b, np.full(HARMONICS, b.max())))
     shares = fast["load_share"].values, reference["load_share"].values
     largest, rms = load_share_error(*shares, fast["phase_weight"].values)
     return found | {"load_share_error_max": ((), largest), "load_share_error_rms": ((), rms)}

@@ -9,8 +9,8 @@ import math
 import numpy as np
 from numpy.testing import assert_allclose
 
-from gearbench.response.analysis import response
-from gearbench.response.modes import modes
+from gearbench.dynamics.analysis import response
+from gearbench.dynamics.modes import modes
 from gearbench.scene_file import parse_scene
 from tests.systems import wheels
 

@@ -1,0 +1,1 @@
+"""What accuracy costs in time and memory: one clock, work–precision curves, the plan of a run."""

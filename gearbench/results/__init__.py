@@ -1,0 +1,1 @@
+"""Results: what a solved scene answers, under which names and units, where it comes from, and files of it."""
