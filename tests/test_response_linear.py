@@ -1,5 +1,7 @@
 """Harmonic balance against time integration, Mathieu's tongues, limits, and meshes that cancel."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -12,7 +14,10 @@ from gearbench.dynamics.balance import Excitation, receptances, solve
 from gearbench.dynamics.modes import modes
 from gearbench.dynamics.stability import multipliers
 from gearbench.errors import InputError
+from gearbench.schema import read
+from gearbench.system.gearbox import Gearbox
 from gearbench.system.mechanics import Mechanics
+from gearbench.system.schema import System
 from tests.systems import excitation, series, shafts, spur_scene, wheels
 
 ONE = np.array([0])
@@ -162,7 +167,7 @@ def test_limits_of_slow_and_fast():
 
 
 def test_uniform_phases_must_resolve_the_orders():
-    with pytest.raises(InputError, match="must be more than 40"):
+    with pytest.raises(InputError, match="must be more than 80 for 40 orders"):
         response(spur_scene({}, segments=15, positions=32), speed=1000.0, harmonics=20)
 
 
@@ -202,11 +207,17 @@ def split(phase, angle):
     }  # fmt: skip
 
 
-def test_two_equal_opposite_meshes_cancel(tmp_path):
-    """In phase, wheels on opposite sides press a pinion from both: its bearings feel nothing.
-
-    1e-11 is what the two contact solutions leave; from equal ones the forces cancel to 1e-12, see below.
-    """
+@pytest.mark.parametrize(
+    "limit",
+    [
+        1e-11,
+        pytest.param(
+            1e-12, marks=pytest.mark.xfail(strict=True, reason="rounding of contact, matrices and modes leaves 3e-12")
+        ),
+    ],
+)
+def test_two_equal_opposite_meshes_cancel(tmp_path, limit):
+    """In phase, wheels on opposite sides press a pinion from both: its bearings feel nothing."""
     import tomli_w
 
     from gearbench.scene_file import load_scene
@@ -221,8 +232,25 @@ def test_two_equal_opposite_meshes_cancel(tmp_path):
         chosen = data["bearing_force_amplitude"].sel(mesh="pair", bearing=["input 1", "input 2"])
         forces[name] = chosen.sel(direction=["x", "y"]).max(["speed", "bearing", "direction"]).values
     # half a period apart the odd orders add, the even ones cancel
-    assert forces["together"].max() < 1e-11 * forces["apart"].max()
+    assert forces["together"].max() < limit * forces["apart"].max()
     assert forces["apart"][1::2].max() < 1e-9 * forces["apart"].max()
+
+
+@pytest.mark.parametrize(("planet", "phase"), [(42, 0.35), (84, 0.70), (0.5, 0.5), (1, 0.0)])
+def test_phases_of_meshes_on_a_shared_pinion(planet, phase):
+    """A sun of 21 teeth: a planet at 42 of 120 tooth pitches is 0.35 of a period ahead or behind."""
+    z = 21 if planet < 2 else 120
+    pair = spur_scene().pair
+    pair = replace(pair, pinion=replace(pair.pinion, teeth=21), centre_distance=3 * 61 / 2)
+    angle, a = 2 * np.pi * planet / z, pair.centre_distance
+    tables = split(None, 0)
+    tables["shafts"][1]["axis"], tables["shafts"][2]["axis"] = [a, 0.0], [a * np.cos(angle), a * np.sin(angle)]
+    del tables["meshes"][0]["phase"]
+    for rotation, expected in (("counterclockwise", phase), ("clockwise", -phase % 1)):
+        box = Gearbox(
+            system=read(System, tables | {"rotation": rotation}), pairs={"": pair, "left": pair}, torque=100.0
+        )
+        assert_allclose(np.exp(2j * np.pi * box.phase("left")), np.exp(2j * np.pi * expected), atol=1e-12)
 
 
 def test_equal_opposite_forces_cancel_to_rounding():

@@ -23,8 +23,8 @@ class MeshFrame:
     ----------
     pair
         The pair; its pinion drives.
-    angle
-        Direction from the pinion's axis to the wheel's, from x towards y [rad].
+    across
+        Unit vector (x, y) from the pinion's axis to the wheel's.
     turn
         +1 where the pinion turns clockwise, −1 otherwise.
     hand
@@ -34,7 +34,7 @@ class MeshFrame:
     """
 
     pair: Pair
-    angle: float
+    across: tuple[float, float]
     turn: int
     hand: int
     middle: tuple[float, float]
@@ -51,8 +51,17 @@ class MeshFrame:
 
     @property
     def _axes(self) -> tuple[NDArray, NDArray]:
-        c, s = math.cos(self.angle), math.sin(self.angle)
+        c, s = self.across
         return np.array([c, s]), self.turn * np.array([-s, c])
+
+    def foot(self, role: Role) -> float:
+        """Direction from the axis of a gear to where the line of action touches its base circle [rad].
+
+        Counted in the gear's own direction of rotation.
+        """
+        x, y = self.across
+        towards_wheel = self.turn * math.atan2(y, x) - self.pair.meshing.alpha_wt
+        return towards_wheel if role == Role.PINION else math.pi - towards_wheel
 
     @property
     def _line(self) -> NDArray:

@@ -117,9 +117,10 @@ class Gearbox:
         for mesh, pair in self.pairs.items():
             (p, pinion), (w, wheel) = self.seats[(mesh, Role.PINION)], self.seats[(mesh, Role.WHEEL)]
             way = self.axes[w] - self.axes[p]
+            x, y = way / np.linalg.norm(way)
             frames[mesh] = MeshFrame(
                 pair=pair,
-                angle=math.atan2(way[1], way[0]),
+                across=(float(x), float(y)),
                 turn=clockwise if self._rates[p] > 0 else -clockwise,
                 hand=1 if hands[mesh] == "right" else -1,
                 middle=(pinion.position, wheel.position),
@@ -177,7 +178,25 @@ class Gearbox:
     def phase(self, mesh: str) -> float:
         """Mesh phase of a mesh when that of the scene's own pair is zero [mesh periods] (D8)."""
         given = {item.name: item.phase for item in self.system.meshes}.get(mesh)
-        return given if given is not None else 0.0
+        if given is not None or not mesh:
+            return given or 0.0
+        for role in Role:
+            (here, own), (there, other) = self.seats[("", role)], self.seats[(mesh, role)]
+            teeth = (self.pairs[name].gears[role].teeth for name in ("", mesh))
+            if here == there and own.position == other.position and len(set(teeth)) == 1:
+                return self._shared_gear_phase(role, mesh)
+        return 0.0
+
+    def _shared_gear_phase(self, role: Role, mesh: str) -> float:
+        """Mesh phase of a mesh that shares one of the gears of the scene's own pair: its flanks pass both lines."""
+        first, second = self.frames[""], self.frames[mesh]
+        one, two = first.pair.meshing, second.pair.meshing
+        turned = first.pair.gears[role].teeth * (second.foot(role) - first.foot(role)) / (2 * math.pi)
+        starts = one.path_start - two.path_start
+        if role == Role.WHEEL:
+            # the flank's distance from the wheel's own interference point shrinks as the wheel turns
+            starts += two.tangent_length - one.tangent_length
+        return (starts / one.base_pitch - turned) % 1.0
 
     def shaft_rate(self, number: int) -> float:
         """Speed of a shaft over that of the first pinion."""

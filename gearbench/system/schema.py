@@ -197,7 +197,8 @@ class Mesh:
     hand
         Of its pinion's helix.
     phase
-        Mesh phase when that of this scene's pair is zero [mesh periods]; derived where both share a gear.
+        Mesh phase when that of this scene's pair is zero [mesh periods]. Where absent: from tooth numbers and positions
+        of the axes if both share their pinion or their wheel, else 0.
     """
 
     name: Annotated[str, Field(min_length=1)]
