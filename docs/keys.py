@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import MISSING
+from dataclasses import MISSING, is_dataclass
 from itertools import groupby
 from typing import Any
 
@@ -60,7 +60,8 @@ def toml_value(value: object) -> str:
 
 
 def _default(value: object) -> str:
-    return "required" if value is MISSING else "–" if value is None else f"`{toml_value(value)}`"
+    absent = value in (None, ()) or is_dataclass(value)
+    return "required" if value is MISSING else "–" if absent else f"`{toml_value(value)}`"
 
 
 def _markdown(text: str) -> str:

@@ -1,6 +1,9 @@
 # The public names: the one list that __init__.py, type checkers and tests/test_api.py read.
 
 from .contact.solver import ConvergenceError as ConvergenceError
+from .dynamics.analysis import response as response
+from .dynamics.nonlinear import nonlinear_response as nonlinear_response
+from .dynamics.scatter import robust_response as robust_response
 from .effects.base import ComplianceEffect as ComplianceEffect
 from .effects.base import Dense as Dense
 from .effects.base import Effect as Effect

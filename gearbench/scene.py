@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+from functools import cached_property
 from types import MappingProxyType
 from typing import Annotated, Any
 
@@ -94,6 +95,10 @@ class Scene:
         The gear pair, its load, and the resolution.
     effects
         The effects to simulate, each kind at most once, in any order.
+    system
+        ``gearbench.system.schema.System``: what the pair is built into, where the scene says so.
+    further
+        Scenes of the further meshes of the system, in their order.
 
     Raises
     ------
@@ -107,6 +112,9 @@ class Scene:
     load: Load
     effects: tuple[Effect, ...]
     resolution: Resolution = Resolution()
+    # Any, because scenes without a system do not import its classes
+    system: Any = None
+    further: tuple[Any, ...] = ()
 
     def __post_init__(self) -> None:
         names = [effect.name for effect in self.effects]
@@ -136,6 +144,43 @@ class Scene:
         """The effect called ``name``, or None where the scene does not ask for it."""
         return self.effects_by_name.get(name)
 
+    @cached_property
+    def acting_effects(self) -> tuple[Effect, ...]:
+        """The effects, and what the shafts of the system add to them.
+
+        Raises
+        ------
+        InputError
+            If the shafts do not fit the pair, or their bearings do not hold them.
+        """
+        return self.effects if not self.has_shafts else (*self.effects, *self.shaft_effects())
+
+    @property
+    def has_shafts(self) -> bool:
+        """Whether the pair sits on elastic shafts."""
+        return self.system is not None and bool(self.system.shafts)
+
+    @property
+    def pairs(self) -> dict[str, Pair]:
+        """Name of each mesh of the system → its pair; the scene's own has none."""
+        names = () if self.system is None else (mesh.name for mesh in self.system.meshes)
+        return {"": self.pair} | {name: scene.pair for name, scene in zip(names, self.further, strict=True)}
+
+    @cached_property
+    def gearbox(self) -> Any:
+        """The shafts of the system and how the pairs mesh on them, ``gearbench.system.gearbox.Gearbox``."""
+        from gearbench.system.gearbox import Gearbox
+
+        meshes = zip(self.system.meshes, self.further, strict=True)
+        wished = {mesh.name: scene.load.torque for mesh, scene in meshes}
+        return Gearbox(system=self.system, pairs=self.pairs, torque=self.load.torque, wished=wished)
+
+    def shaft_effects(self, own: Any = None) -> tuple[Effect, ...]:
+        """Effects of the shafts, their bearings at rest under ``own``: see ``effects.shafts.system_effects``."""
+        from gearbench.effects.shafts import system_effects
+
+        return system_effects(self.gearbox, own=own)
+
     @property
     def F_bt(self) -> float:
         """F_bt = T / r_b1, transverse, along the line of action [N]."""
@@ -150,6 +195,7 @@ class Scene:
         """The scene as nested tables, as in a file; defaults are left out."""
         tables = given(self)
         tables.pop("effects", None)
+        tables.pop("further", None)
         tables["effects"] = {effect.name: given(effect) for effect in self.effects}
         return tables
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from gearbench.effects.files import files_in
+from gearbench.effects.files import content, files_in, in_folder
 from gearbench.effects.registry import RENAMED, effect_class, effect_names
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
@@ -57,9 +57,22 @@ def parse_scene(tables: Mapping[str, Any]) -> Scene:
     parts = dict(tables)
     effects = as_table("effects", parts.pop("effects", {}))
     parts |= {name: read(kind, parts[name], name) for name, kind in TABLES.items() if name in parts}
+    if "system" in parts:
+        parts["system"] = system = read(table_class("system"), parts["system"], "system")
+        parts["further"] = tuple(_further(mesh.scene, number) for number, mesh in enumerate(system.meshes))
     at = [f"effects.{name}" for name in effects]
     read_effects = [read(table_class(key), table, key) for key, table in zip(at, effects.values(), strict=True)]
     return make(Scene, **parts, effects=tuple(read_effects))
+
+
+def _further(name: str, number: int) -> Scene:
+    """Scene of a further mesh, in a file beside the scene file."""
+    key = f"system.meshes.{number}.scene"
+    content(key, name)
+    scene = load_scene(in_folder(name))
+    if scene.system is not None:
+        raise InputError(key, name, "must be a scene without [system]")
+    return scene
 
 
 def table_class(table: str) -> type:
@@ -77,8 +90,12 @@ def table_class(table: str) -> type:
         if name not in effect_names():
             raise InputError(table, "unknown effect", f"allowed: {', '.join(effect_names())}")
         return effect_class(name)
+    if table == "system":
+        from gearbench.system.schema import System
+
+        return System
     if table not in TABLES:
-        raise InputError(table, "unknown key", f"allowed: {', '.join((*TABLES, 'effects'))}")
+        raise InputError(table, "unknown key", f"allowed: {', '.join((*TABLES, 'effects', 'system'))}")
     return TABLES[table]
 
 

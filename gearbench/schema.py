@@ -10,7 +10,7 @@ import inspect
 import json
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import MISSING, dataclass, fields, is_dataclass
 from functools import cache
 from pathlib import Path
@@ -74,10 +74,17 @@ def keys(kind: type) -> dict[str, Key]:
     for field in fields(kind):
         hint, default = hints[field.name], field.default
         default = default if field.default_factory is MISSING else field.default_factory()
-        table = next((t for t in (hint, *get_args(hint)) if isinstance(t, type) and is_dataclass(t)), None)
+        table = next((t for t in _within(hint) if isinstance(t, type) and is_dataclass(t)), None)
         meaning = meanings.get(field.name, "")
         found[field.name] = Key(name=field.name, hint=hint, default=default, meaning=meaning, table=table)
     return found
+
+
+def _within(hint: Any) -> Iterator[Any]:
+    """A type and those that it is made of."""
+    yield hint
+    for part in get_args(hint):
+        yield from _within(part)
 
 
 def parts(kind: type) -> tuple[str, dict[str, str]]:
@@ -222,6 +229,8 @@ def _one_line(faults: list[Any], kind: type) -> InputError:
         return InputError(key, "missing", "is required")
     if fault["type"] in _UNKNOWN:
         for part in fault["loc"][:-1]:
+            if isinstance(part, int):  # of a list, whose items the key before it names
+                continue
             kind = keys(kind)[str(part)].table or kind
         return InputError(key, "unknown key", f"allowed: {', '.join(keys(kind))}")
     return InputError(key, repr(fault["input"]), _message(fault))

@@ -89,9 +89,14 @@ def solve_scene(scene: Scene) -> Solved:
 @single_threaded_blas()
 def solve_lines(scene: Scene, lines: ContactLines, weight: NDArray) -> Solved:
     """As ``solve_scene``, on the contact lines and with the weights of their positions given, (position,)."""
-    problem = assemble(scene, lines)
     _LOG.debug("contact problem: %d positions, %d pairs, %d segments", *lines.shape)
-    solution = solve(problem)
+    if scene.has_shafts:
+        from gearbench.contact.bearings import settle
+
+        problem, solution, _ = settle(scene, scene.shaft_effects, lines, weight)
+    else:
+        problem = assemble(scene, lines)
+        solution = solve(problem)
     _LOG.debug("solved in at most %d Newton steps a position", solution.iterations.max(initial=0))
     return Solved(scene=scene, lines=lines, weight=weight, problem=problem, solution=solution)
 

@@ -14,6 +14,7 @@ from gearbench.cli.doctor import doctor
 from gearbench.cli.explore import explore
 from gearbench.cli.optimise import optimise
 from gearbench.cli.plan import plan
+from gearbench.cli.response import response
 from gearbench.cli.rexs import rexs
 from gearbench.cli.robust import robust
 from gearbench.cli.select import select
@@ -33,7 +34,21 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Static transmission error and mesh stiffness of involute gear pairs, and how robust they are.",
 )
-for command in (simulate, sweep, robust, optimise, select, explore, verify, validate, plan, cost, rexs, doctor):
+for command in (
+    simulate,
+    sweep,
+    response,
+    robust,
+    optimise,
+    select,
+    explore,
+    verify,
+    validate,
+    plan,
+    cost,
+    rexs,
+    doctor,
+):
     app.command()(command)
 
 

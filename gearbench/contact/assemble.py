@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gearbench.contact.phases import gauss_phases, uniform_phases
 from gearbench.contact.problem import TRUNCATION, ContactProblem, gram, reduce_rank, stiffness_of_law, truncated_root
 from gearbench.contact.solver import solve
-from gearbench.effects.base import ComplianceEffect, Dense, Effects, GapEffect, LineLaw, LowRank
+from gearbench.effects.base import ComplianceEffect, Dense, Effect, Effects, GapEffect, LineLaw, LowRank
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.geometry.separation import Separation, separation
@@ -72,12 +72,11 @@ def _lines(
 
 def _kinks(scene: Scene, flanks: Separation | None) -> tuple[list[float], list[float]]:
     """Positions u and y [mm] at which the gap of a scene has a kink; those of the profiles are the separation's."""
-    gaps = [effect for effect in scene.effects if isinstance(effect, GapEffect)]
+    gaps = [effect for effect in scene.acting_effects if isinstance(effect, GapEffect)]
     added = [gap for gap in gaps if flanks is None or not gap.modifications(scene.pair)]
     own = [] if flanks is None else [float(u) for u in flanks.kinks]
-    return own + [u for gap in added for u in gap.kinks(scene.pair)], [
-        y for g in gaps for y in g.face_kinks(scene.pair)
-    ]
+    face = [y for gap in gaps for y in gap.face_kinks(scene.pair)]
+    return own + [u for gap in added for u in gap.kinks(scene.pair)], face
 
 
 def flank_separation(scene: Scene) -> Separation | None:
@@ -117,32 +116,40 @@ def typical_load(scene: Scene) -> float:
     return mean / (2 * max(meshing.transverse_contact_ratio, 1.0))
 
 
-def total_gap(scene: Scene, lines: ContactLines) -> NDArray:
-    """Sum of the gaps of all effects, (position, pair, segment) [mm], over the lever arms of the segments."""
+def total_gap(scene: Scene, lines: ContactLines, effects: Sequence[Effect] | None = None) -> NDArray:
+    """Sum of the gaps of all effects, (position, pair, segment) [mm], over the lever arms of the segments.
+
+    Of other ``effects`` than those that act in the scene, where given.
+    """
     total = np.zeros(lines.shape)
-    for effect in scene.effects:
+    for effect in scene.acting_effects if effects is None else effects:
         # modifications of the profiles alone are part of a separation
         if isinstance(effect, GapEffect) and not (lines.touch and effect.modifications(scene.pair)):
             total += effect.gap(lines) / lines.lever
     return total
 
 
-def gap_and_variation(scene: Scene, lines: ContactLines) -> tuple[NDArray, NDArray]:
+def gap_and_variation(
+    scene: Scene, lines: ContactLines, effects: Sequence[Effect] | None = None
+) -> tuple[NDArray, NDArray]:
     """Total gap at the nodes, and half of its variation over the cells a contact law is averaged over [mm]."""
     soft = np.zeros(lines.shape)
     if lines.cells:
-        begin, end = (total_gap(scene, lines.moved(share)) for share in (-1, 1))
+        begin, end = (total_gap(scene, lines.moved(share), effects) for share in (-1, 1))
         soft = np.abs(end - begin) / 2
-    return total_gap(scene, lines), soft
+    return total_gap(scene, lines, effects), soft
 
 
-def assemble(scene: Scene, lines: ContactLines, *, truncation: float = TRUNCATION) -> ContactProblem:
-    """Contact problem of ``scene`` on ``lines``: the sum over its effects.
+def assemble(
+    scene: Scene, lines: ContactLines, effects: Sequence[Effect] | None = None, *, truncation: float = TRUNCATION
+) -> ContactProblem:
+    """Contact problem of ``scene`` on ``lines``: the sum over its effects, or over other ``effects`` where given.
 
     ``truncation``: how much of the smooth compliance may be left out, see ``truncated_root``.
     """
-    beside = scene.effects_by_name
-    parts = [_over_segments(effect, lines, beside) for effect in scene.effects if isinstance(effect, ComplianceEffect)]
+    acting = scene.acting_effects if effects is None else effects
+    beside = {effect.name: effect for effect in acting}
+    parts = [_over_segments(effect, lines, beside) for effect in acting if isinstance(effect, ComplianceEffect)]
     smooth = [part for part in parts if not isinstance(part, LineLaw)]
     laws = [part for part in parts if isinstance(part, LineLaw)]
     own = [part for part in smooth if isinstance(part, LowRank) and not part.coupled]
@@ -155,7 +162,9 @@ def assemble(scene: Scene, lines: ContactLines, *, truncation: float = TRUNCATIO
     else:
         a = h = np.zeros(lines.shape)
         unit = _even_deflection(matrix, lines) * scene.F_bn
-    gap, soft = gap_and_variation(scene, lines) if laws else (total_gap(scene, lines), np.zeros(lines.shape))
+    gap, soft = gap_and_variation(scene, lines, acting)
+    if not laws:
+        soft = np.zeros(lines.shape)
     if lines.touch is not None:
         factor, matrix, a, h = _by_lever(lines.touch.levers[0], factor, matrix, a, h)
     problem = scale_problem(lines, gap, factor, a, h, soft, scene.F_bn, unit, coupled=coupled)

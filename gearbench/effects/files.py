@@ -26,6 +26,11 @@ def files_in(folder: Path) -> Iterator[None]:
         _folder.reset(token)
 
 
+def in_folder(name: str) -> Path:
+    """Path of a file that a scene names."""
+    return _folder.get() / name
+
+
 def content(key: str, name: str) -> tuple[bytes, str]:
     """Bytes of a file and their SHA-256.
 
@@ -34,7 +39,7 @@ def content(key: str, name: str) -> tuple[bytes, str]:
     InputError
         Keyed ``key``, if it cannot be read or is too large.
     """
-    path = _folder.get() / name
+    path = in_folder(name)
     try:
         if path.stat().st_size > LARGEST:
             raise InputError(key, name, f"must be at most {LARGEST // 1_000_000} MB")

@@ -135,7 +135,7 @@ def coefficients(phases: Phases, values: NDArray, orders: int = HARMONICS) -> ND
     On Gauss panels the polynomials of the panels are integrated; uniform phases give orders below half their number,
     NaN above.
     """
-    return values @ _fourier_matrix(phases, orders).T
+    return values @ fourier_matrix(phases, orders).T
 
 
 def panels(dataset: xr.Dataset, name: str, points: int = 40) -> list[tuple[NDArray, NDArray]]:
@@ -149,18 +149,20 @@ def fourier(dataset: xr.Dataset, name: str, orders: int = HARMONICS) -> NDArray:
 
 
 @lru_cache(maxsize=16)
-def _fourier_matrix(phases: Phases, orders: int) -> NDArray:
-    """Values → coefficients, (harmonic, position)."""
+def fourier_matrix(phases: Phases, orders: int) -> NDArray:
+    """Values at the phases → complex Fourier coefficients of the orders 1 … ``orders``, (harmonic, position)."""
     n, x = np.arange(1, orders + 1), phases.phase
     if phases.size is None:
         wave = np.exp(-2j * np.pi * np.outer(n, x)) / len(x)
         return np.where(2 * n[:, None] < len(x), wave, np.nan)
-    # exact to rounding even where one panel is the whole cycle
-    t, w = legendre.leggauss(phases.size + 4 * orders + 16)
-    (start, end), values = phases.edges.T[:, :, None], _interpolation(phases.size, t)
-    τ = (start + end) / 2 + (end - start) / 2 * t
-    wave = np.exp(-2j * np.pi * n[:, None, None] * τ) * ((end - start) / 2 * w)
-    return (wave @ values).reshape(orders, -1)
+    from scipy.special import spherical_jn
+
+    half, middle = np.diff(phases.edges).ravel() / 2, phases.edges.mean(axis=1)
+    k = np.arange(phases.size)
+    # ∫ P_k(s) e^{−iωs} ds over [−1, 1] = 2 (−i)^k j_k(ω)
+    waves = 2 * (-1j) ** k * spherical_jn(k, 2 * np.pi * np.multiply.outer(n, half)[..., None])
+    waves *= (half * np.exp(-2j * np.pi * np.multiply.outer(n, middle)))[..., None]
+    return (waves @ _legendre(phases.size)).reshape(orders, -1)
 
 
 def _on_panels(phases: Phases, values: NDArray, points: int) -> NDArray:
@@ -170,10 +172,12 @@ def _on_panels(phases: Phases, values: NDArray, points: int) -> NDArray:
     return by_panel @ _interpolation(phases.size, np.linspace(-1, 1, points)).T
 
 
+def _legendre(size: int) -> NDArray:
+    """Values at ``size`` Gauss points → Legendre coefficients of their polynomial; exact by the Gauss rule itself."""
+    nodes, w = legendre.leggauss(size)
+    return (2 * np.arange(size)[:, None] + 1) / 2 * legendre.legvander(nodes, size - 1).T * w
+
+
 def _interpolation(size: int, t: NDArray) -> NDArray:
     """Values at ``size`` Gauss points → those of their polynomial at t in [−1, 1], (point, size)."""
-    nodes, w = legendre.leggauss(size)
-    k = np.arange(size)
-    # the Legendre coefficients of the interpolating polynomial are exact by the Gauss rule itself
-    project = (2 * k[:, None] + 1) / 2 * legendre.legvander(nodes, size - 1).T * w
-    return legendre.legvander(t, size - 1) @ project
+    return legendre.legvander(t, size - 1) @ _legendre(size)

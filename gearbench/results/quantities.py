@@ -104,6 +104,44 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "compliance_order": Quantity("1", "p_C", "observed order of convergence of the flank compliance"),
             "unknowns": Quantity("1", "N", "unknowns of the larger of both meshes"),
         },
+        "over speed": {
+            "speed": Quantity("1/min", "n", "speed of the pinion"),
+            "mesh_frequency": Quantity("Hz", "f_z", "mesh frequency"),
+            "dynamic_transmission_error_amplitude": Quantity(
+                "µm", "x_n", "amplitude of an order of the dynamic transmission error"
+            ),
+            "dynamic_transmission_error_phase": Quantity(
+                "rad", "arg x_n", "phase of an order of the dynamic transmission error"
+            ),
+            "dynamic_transmission_error_rms": Quantity(
+                "µm", "RMS x", "RMS of the fluctuating dynamic transmission error"
+            ),
+            "mesh_force_amplitude": Quantity("N", "f_n", "amplitude of a mesh force order, along the line of action"),
+            "mesh_force_phase": Quantity("rad", "arg f_n", "phase of a mesh force order"),
+            "mesh_force_rms": Quantity("N", "RMS f", "RMS of the fluctuating mesh force"),
+            "mean_force": Quantity("N", "F_bt", "mean mesh force along the line of action"),
+            "mesh_force_percentile": Quantity(
+                "N", "RMS f", "percentile of the RMS of the mesh force over error samples"
+            ),
+            "mesh_force_rms_mean": Quantity("N", "mean RMS f", "mean of the RMS of the mesh force over error samples"),
+            "mesh_force_rms_std": Quantity(
+                "N", "σ RMS f", "standard deviation of the RMS of the mesh force over samples"
+            ),
+            "mesh_force_rms_max": Quantity("N", "max RMS f", "largest RMS of the mesh force of all error samples"),
+            "mesh_force_rms_overall": Quantity("N", "RMS f", "RMS of the mesh force over the range of speeds"),
+            "mesh_force_mean": Quantity("N", "m_f", "mean over the samples of the RMS of the mesh force over speed"),
+            "mesh_force_std": Quantity("N", "σ_f", "standard deviation of the RMS of the mesh force over speed"),
+            "mesh_force_max": Quantity("N", "M_f", "largest RMS of the mesh force over speed of all samples"),
+            "dynamic_factor": Quantity("1", "max f/F_bt", "largest over mean mesh force"),
+            "contact_kept": Quantity("1", "f > 0", "whether the flanks never part"),
+            "floquet_multiplier": Quantity("1", "max |μ|", "largest Floquet multiplier; stable where below 1"),
+            "bearing_force_amplitude": Quantity("N", "B_n", "amplitude of a bearing force order"),
+            "bearing_force_phase": Quantity("rad", "arg B_n", "phase of a bearing force order"),
+            "branches": Quantity("1", "–", "periodic responses at a speed, stable or not"),
+            "natural_frequency": Quantity("Hz", "f_r", "natural frequency with the mean mesh stiffness"),
+            "mode_participation": Quantity("1", "–", "share of a mode in the static compliance at a mesh"),
+            "critical_speed": Quantity("1/min", "n_E", "speed at which an order of the mesh frequency meets a mode"),
+        },
         "random errors": {
             "error": Quantity("µm", "ε", "manufacturing error drawn"),
         },

@@ -1,0 +1,134 @@
+"""``gearbench response``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gearbench.cli.options import Json, Output, Plots, Quiet, Verbose, plot_folder
+from gearbench.cli.rexs import AnyFile, LoadCase, StageName, Torque, load_any
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    import xarray as xr
+    from numpy.typing import NDArray
+
+    from gearbench.scene import Scene
+
+Speed = Annotated[
+    str,
+    typer.Option("--speed", metavar="A:B[:N]", help="Speed of the pinion [1/min]: one, or N (200) from A to B."),
+]
+Harmonics = Annotated[int, typer.Option(metavar="H", help="Orders of the mesh frequency.")]
+Sound = Annotated[Path | None, typer.Option("--sound", metavar="OUT.wav", help="Write a run-up of 10 s as sound.")]
+Nonlinear = Annotated[bool, typer.Option("--nonlinear", help="With loss of contact, up and down in speed.")]
+
+
+def response(
+    scene: AnyFile,
+    speed: Speed,
+    output: Output = None,
+    plots: Plots = None,
+    harmonics: Harmonics = 10,
+    nonlinear: Nonlinear = False,
+    sound: Sound = None,
+    stage: StageName = None,
+    torque: Torque = None,
+    load_case: LoadCase = None,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    json: Json = False,
+) -> None:
+    """Dynamic transmission error, mesh and bearing forces of SCENE, which has [system], over speed.
+
+    Example: gearbench response examples/shafts.toml --speed 500:6000 -o response.nc --plots plots
+    """
+    from gearbench.cli import summary
+    from gearbench.files import check_target
+    from gearbench.results.netcdf import save
+
+    speeds = parse_speeds(speed)
+    loaded, remarks = _load(scene, stage, torque, load_case)
+    for target in (output, sound):
+        if target is not None:
+            check_target(target)
+    folder = plot_folder(plots)
+    if nonlinear:
+        from gearbench.dynamics.nonlinear import nonlinear_response as run
+    else:
+        from gearbench.dynamics.analysis import response as run
+    dataset = run(loaded, speed=speeds, harmonics=harmonics)
+    written = [save(dataset, output)] if output is not None else []
+    if folder is not None:
+        from gearbench.dynamics.figures import draw_response
+
+        written += draw_response(dataset, folder)
+    if sound is not None:
+        from gearbench.dynamics.sound import write_run_up
+
+        written.append(write_run_up(dataset, sound))
+    notes = [*remarks, *filter(None, dataset.attrs["notes"].split("\n"))]
+    if json:
+        summary.print_json(loaded, dataset, files=[str(path) for path in written], notes=notes)
+        return
+    if quiet:
+        return
+    summary.print_table(summary.pair_line(loaded), list(_rows(dataset)))
+    for line in (*(f"note: {note}" for note in notes), *(f"wrote {path}" for path in written)):
+        print(line)
+
+
+def _load(path: Path, stage: str | None, torque: float | None, load_case: int | None) -> tuple[Scene, tuple[str, ...]]:
+    """Scene of a file; of a REXS file with its shafts."""
+    from gearbench.exchange.rexs_document import is_rexs, read_rexs
+
+    if not is_rexs(path):
+        return load_any(path, stage, torque, load_case)
+    from gearbench.exchange.rexs_system import system_scene
+
+    return system_scene(read_rexs(path), stage, torque=torque, load_case=load_case)
+
+
+def parse_speeds(text: str) -> NDArray:
+    """Speeds from "3000", "500:6000" (200 of them) or "500:6000:50".
+
+    Raises
+    ------
+    InputError
+        If it is none of these.
+    """
+    import numpy as np
+
+    from gearbench.errors import InputError
+
+    try:
+        parts = [float(part) for part in text.split(":")]
+        count = int(parts[2]) if len(parts) == 3 else 200
+        if len(parts) > 3 or (len(parts) == 3 and count != parts[2]) or not all(np.isfinite(parts)):
+            raise ValueError
+    except (ValueError, OverflowError):
+        raise InputError("--speed", text, "must be a speed, A:B, or A:B:N with N speeds [1/min]") from None
+    if len(parts) == 1:
+        return np.array(parts)
+    if not (0 < parts[0] < parts[1] and 2 <= count <= 100_000):
+        raise InputError("--speed", text, "must rise from above 0, with 2 to 100 000 speeds")
+    return np.linspace(parts[0], parts[1], count)
+
+
+def _rows(dataset: xr.Dataset) -> Iterator[tuple[str, str, str]]:
+    """Rows of the printed table."""
+    import numpy as np
+
+    for mesh in dataset["mesh"].values:
+        one = dataset.sel(mesh=mesh)
+        factor = one["dynamic_factor"].values
+        if np.isnan(factor).all():
+            continue
+        at = int(np.nanargmax(factor))
+        yield f"mesh {mesh}: largest dynamic factor", f"{factor[at]:.3f}", "1"
+        yield "  at a speed of", f"{float(dataset['speed'][at]):.5g}", "1/min"
+        yield "  RMS of the mesh force there", f"{float(one['mesh_force_rms'][at]):.4g}", "N"
+    yield "computing time", f"{1e3 * dataset.attrs['wall_time_s']:.0f}", "ms"

@@ -1,0 +1,214 @@
+"""Dynamic response of a scene over speed."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gearbench.dynamics import waves
+from gearbench.dynamics.balance import solve
+from gearbench.dynamics.model import Group, Model
+from gearbench.dynamics.stability import multipliers
+from gearbench.errors import InputError
+from gearbench.results.provenance import provenance
+from gearbench.results.responses import described
+from gearbench.scene import Scene
+from gearbench.system.mechanics import DIRECTIONS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_LOG = logging.getLogger(__name__)
+
+#: Orders of the mesh frequency unless told otherwise, and the most of them.
+HARMONICS, MOST = 10, 200
+#: Multipliers beyond 1 by this much are rounding.
+GROWTH = 1e-6
+#: Modes with a smaller share in the compliance at the meshes are not looked for in the notes.
+NOTED = 0.02
+
+Variables = dict[str, tuple[tuple[str, ...], NDArray]]
+
+
+def response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS) -> xr.Dataset:
+    """Dynamic transmission error, mesh and bearing forces of ``scene`` over speed, by harmonic balance.
+
+    Stiffness and transmission error vary over the mesh cycle as the contact answers under the mean force; the system of
+    shafts, bearings and inertias is linear about its rest. Where flanks part, see the variable ``contact_kept``.
+
+    Parameters
+    ----------
+    scene
+        With ``[system]``.
+    speed
+        Of the pinion [1/min], one or several.
+    harmonics
+        Orders of the mesh frequency.
+
+    Returns
+    -------
+    Dataset with the dimensions ``speed``, ``mesh``, ``harmonic``, ``bearing``, ``direction``, ``mode``; names and units
+    as in ``gearbench.results``; what a reader must know of it, one line each, in the attribute ``notes``.
+
+    Raises
+    ------
+    InputError
+        If there is no system, it does not hold together, or speeds and harmonics cannot be computed.
+    """
+    start = time.perf_counter()
+    speeds = check_speeds(speed)
+    if not 1 <= harmonics <= MOST:
+        raise InputError("harmonics", harmonics, f"must be 1 to {MOST}")
+    model = Model(scene=scene)
+    variables = over_speed(model, speeds, harmonics)
+    variables |= modal_variables(model, speeds, harmonics)
+    return _dataset(model, speeds, harmonics, variables, notes(model, speeds, harmonics, variables), start)
+
+
+def check_speeds(speed: ArrayLike) -> NDArray:
+    """Speeds (speed,) [1/min].
+
+    Raises
+    ------
+    InputError
+        Unless all are positive and finite.
+    """
+    speeds = np.atleast_1d(np.asarray(speed, dtype=float))
+    if speeds.ndim != 1 or not len(speeds):
+        raise InputError("speed", str(speeds.shape), "must be one number or a list")
+    for value in speeds:
+        if not (np.isfinite(value) and value > 0):
+            raise InputError("speed", float(value), "must be positive [1/min]")
+    return speeds
+
+
+def over_speed(model: Model, speeds: NDArray, harmonics: int) -> Variables:
+    """Variables of the Dataset that depend on speed."""
+    meshes, bearings = len(model.names), len(model.mechanics.bearing_names)
+    te = np.zeros((len(speeds), meshes, harmonics + 1), dtype=complex)
+    force, stability = np.zeros_like(te), np.zeros((len(speeds), meshes))
+    shaken = np.zeros((len(speeds), meshes, bearings, 3, harmonics + 1), dtype=complex)
+    for group in model.groups:
+        excitation = model.excitation(group, harmonics)
+        mine = group.meshes
+        h = model.receptances(group, speeds, harmonics)
+        te[:, mine], force[:, mine] = solve(excitation, h, model.stiffness[mine])
+        stiffness = waves.curve(excitation.stiffness, max(256, 16 * harmonics))
+        found = multipliers(model.modes, mine, model.omega(group, speeds), stiffness[None])
+        stability[:, mine] = found[:, None]
+        if bearings:
+            shaken[:, mine[0], ..., 1:] = bearing_forces(model, group, speeds, te, force)
+    # where it grows there is no steady response to speak of
+    grows = stability > 1 + GROWTH
+    te[grows], force[grows], shaken[grows] = np.nan, np.nan, np.nan
+    over_time = waves.curve(force, waves.points(harmonics))
+    mean = model.force
+    variables: Variables = {
+        "dynamic_transmission_error_amplitude": (("speed", "mesh", "harmonic"), 1e3 * waves.amplitude(te)),
+        "dynamic_transmission_error_phase": (("speed", "mesh", "harmonic"), waves.phase(te)),
+        "dynamic_transmission_error_rms": (("speed", "mesh"), 1e3 * waves.rms(te)),
+        "mesh_force_amplitude": (("speed", "mesh", "harmonic"), waves.amplitude(force)),
+        "mesh_force_phase": (("speed", "mesh", "harmonic"), waves.phase(force)),
+        "mesh_force_rms": (("speed", "mesh"), waves.rms(force)),
+        "mean_force": (("mesh",), mean),
+        "dynamic_factor": (("speed", "mesh"), over_time.max(axis=-1) / mean),
+        "contact_kept": (("speed", "mesh"), ~(over_time.min(axis=-1) <= 0)),
+        "floquet_multiplier": (("speed", "mesh"), stability),
+    }
+    if bearings:
+        dims = ("speed", "mesh", "bearing", "direction", "harmonic")
+        variables["bearing_force_amplitude"] = (dims, waves.amplitude(shaken))
+        variables["bearing_force_phase"] = (dims, waves.phase(shaken))
+    return variables
+
+
+def bearing_forces(model: Model, group: Group, speeds: NDArray, te: NDArray, force: NDArray) -> NDArray:
+    """Orders 1 … H of the forces on the bearings (speed, bearing, 3, harmonic) that a group of meshes causes [N]."""
+    mine, harmonics = group.meshes, te.shape[-1] - 1
+    n = np.arange(1, harmonics + 1)
+    reach = model.modes.at_bearings(model.omega(group, speeds)[:, None] * n)[..., mine]
+    # the springs k̄ are in the modes already
+    push = force[:, mine, 1:] - model.stiffness[mine][:, None] * te[:, mine, 1:]
+    found = np.einsum("snbm,smn->sbn", reach, push)
+    return found.reshape(len(speeds), -1, 3, harmonics)
+
+
+def modal_variables(model: Model, speeds: NDArray, harmonics: int) -> Variables:
+    """Elastic modes up to the highest frequency that is excited, and the speeds at which orders meet them."""
+    modes = model.modes
+    highest = max(float(model.omega(group, speeds).max()) for group in model.groups) * harmonics
+    here = np.flatnonzero((modes.frequency > 0) & (modes.frequency <= 1.2 * highest))
+    f = modes.frequency[here] / (2 * np.pi)
+    rate = np.empty(len(model.names))
+    for group in model.groups:
+        rate[group.meshes] = group.rate
+    n = np.arange(1, harmonics + 1)
+    return {
+        "natural_frequency": (("mode",), f),
+        "mode_participation": (("mesh", "mode"), modes.participation[:, here]),
+        "critical_speed": (("mesh", "mode", "harmonic"), 60 * f[:, None] / (rate[:, None, None] * n)),
+    }
+
+
+def notes(model: Model, speeds: NDArray, harmonics: int, variables: Variables) -> list[str]:
+    """What a reader of the result must know, one line each."""
+    lines = []
+    kept, growth = variables["contact_kept"][1], variables["floquet_multiplier"][1]
+    for mesh, name in enumerate(model.names):
+        for where, text in (
+            (growth[:, mesh] > 1 + GROWTH, "parametric instability: no steady linear response"),
+            (~kept[:, mesh], "flanks part: the linear response is no longer theirs, see nonlinear"),
+        ):
+            if where.any():
+                lines.append(f"mesh {name}: {text} at {spans(speeds, where)} 1/min")
+    modes = model.modes
+    for group in model.groups:
+        slowest = float(model.omega(group, speeds).min())
+        share = modes.participation[group.meshes].max(axis=0)
+        beyond = np.flatnonzero((share > NOTED) & (modes.frequency > harmonics * slowest))
+        if len(beyond):
+            f = modes.frequency[beyond[0]] / (2 * np.pi)
+            speed = 60 * f / group.rate / harmonics
+            name = model.names[group.meshes[0]]
+            lines.append(
+                f"mesh {name}: below {speed:.4g} 1/min the mode at {f:.4g} Hz is excited by orders above {harmonics} "
+                "only, which are not computed: raise harmonics"
+            )
+    return lines
+
+
+def spans(speeds: NDArray, true: NDArray) -> str:
+    """Ranges of speed where something holds, "900, 1200 to 1350"."""
+    order = np.argsort(speeds)
+    s, t = speeds[order], np.concatenate([[False], true[order], [False]])
+    edges = np.flatnonzero(np.diff(t.astype(int)))
+    ranges = zip(edges[::2], edges[1::2] - 1, strict=True)
+    return ", ".join(f"{s[a]:.5g}" if a == b else f"{s[a]:.5g} to {s[b]:.5g}" for a, b in ranges)
+
+
+def _dataset(
+    model: Model, speeds: NDArray, harmonics: int, variables: Variables, lines: Sequence[str], start: float
+) -> xr.Dataset:
+    import xarray as xr
+
+    rates = np.empty(len(model.names))
+    for group in model.groups:
+        rates[group.meshes] = group.rate
+    coords: dict[str, Any] = {
+        "mesh": ("mesh", list(model.names)),
+        "speed": ("speed", speeds),
+        "harmonic": ("harmonic", np.arange(1, harmonics + 1)),
+        "mesh_frequency": (("speed", "mesh"), speeds[:, None] / 60 * rates),
+    }
+    if model.mechanics.bearing_names:
+        coords["bearing"] = ("bearing", list(model.mechanics.bearing_names))
+        coords["direction"] = ("direction", list(DIRECTIONS))
+    attrs = provenance(model.scene, wall_time=time.perf_counter() - start)
+    for line in lines:
+        _LOG.info("%s", line)
+    return xr.Dataset(described(variables), coords=described(coords), attrs=attrs | {"notes": "\n".join(lines)})

@@ -1,0 +1,86 @@
+"""Pictures of a response: force over speed, orders over speed, Campbell diagram."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Modes with a smaller share in the compliance of a mesh are not drawn.
+SHOWN = 0.01
+
+
+def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
+    """PNG plots of a response, one set for each mesh.
+
+    ``force_…`` the dynamic factor and the RMS of the mesh force over speed, ``orders_…`` the amplitude of every order
+    over speed, ``campbell_…`` orders and natural frequencies over speed, coloured by the mesh force.
+    """
+    written = []
+    for mesh in dataset["mesh"].values:
+        one = dataset.sel(mesh=mesh)
+        for name, draw in (("force", _force), ("orders", _orders), ("campbell", _campbell)):
+            if name != "force" and dataset.sizes["speed"] < 2:
+                continue
+            path = folder / f"{name}_{mesh}.png"
+            _figure(draw, one, path)
+            written.append(path)
+    return written
+
+
+def _figure(draw: Any, one: xr.Dataset, path: Path) -> None:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8, 4.8), layout="constrained")
+    FigureCanvasAgg(figure)
+    draw(figure, one)
+    figure.savefig(path, dpi=120)
+
+
+def _force(figure: Any, one: xr.Dataset) -> None:
+    axes = figure.subplots()
+    speed = one["speed"]
+    kept = one["contact_kept"].values
+    axes.plot(speed, one["dynamic_factor"], color="C0", label="largest mesh force over mean")
+    if not kept.all():
+        axes.plot(speed[~kept], one["dynamic_factor"].values[~kept], ".", color="C3", label="flanks part")
+    axes.set(xlabel="speed of the pinion [1/min]", ylabel="dynamic factor", title="Mesh force over speed")
+    other = axes.twinx()
+    other.plot(speed, one["mesh_force_rms"], color="C1", linewidth=0.8, label="RMS of the mesh force")
+    other.set_ylabel("RMS of the mesh force [N]")
+    lines = [*axes.get_lines(), *other.get_lines()]
+    axes.legend(lines, [str(line.get_label()) for line in lines])
+
+
+def _orders(figure: Any, one: xr.Dataset) -> None:
+    """Waterfall: one curve for each order, the RMS of all of them above."""
+    axes = figure.subplots()
+    for order in one["harmonic"].values[:8]:
+        axes.semilogy(one["speed"], one["mesh_force_amplitude"].sel(harmonic=order), label=f"order {order}")
+    axes.set(xlabel="speed of the pinion [1/min]", ylabel="mesh force [N]", title="Orders of the mesh frequency")
+    axes.legend(ncols=4, fontsize="small")
+
+
+def _campbell(figure: Any, one: xr.Dataset) -> None:
+    axes = figure.subplots()
+    speed, frequency = one["speed"].values, one["mesh_frequency"].values
+    force = one["mesh_force_amplitude"].values
+    floor = max(np.nanmax(force, initial=0.0) * 1e-4, 1e-300)
+    orders = one["harmonic"].values
+    dots = axes.scatter(
+        np.repeat(speed, len(orders)),
+        np.multiply.outer(frequency, orders),
+        c=np.log10(np.maximum(np.nan_to_num(force), floor)),
+        s=4,
+        cmap="viridis",
+    )
+    figure.colorbar(dots, ax=axes, label="log₁₀ of the mesh force [N]")
+    natural = one["natural_frequency"].values[one["mode_participation"].values > SHOWN]
+    for f in natural:
+        axes.axhline(f, color="C3", linewidth=0.8)
+    axes.set(xlabel="speed of the pinion [1/min]", ylabel="frequency [Hz]", title="Campbell diagram")

@@ -1,0 +1,118 @@
+"""Modes of the system with its mean mesh stiffness, and what they make of a force at the meshes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.errors import InputError
+from gearbench.system.mechanics import Mechanics
+
+
+@dataclass(frozen=True, kw_only=True)
+class Modes:
+    """Receptances of the system whose meshes are springs of their mean stiffness (D4).
+
+    Parameters
+    ----------
+    frequency
+        ω_r (mode,) [rad/s], ascending; 0 for rigid bodies.
+    damping_ratio
+        ζ of every mode.
+    mesh
+        a_m · φ_r (mesh, mode).
+    bearing
+        Force on the bearings per mode (bearing, 3, mode).
+    dampers
+        Rows of the viscous dampers per mode (d, mode), and their constants [N·s/mm].
+    stiffness
+        Mean mesh stiffnesses (mesh,) [N/mm].
+    """
+
+    frequency: NDArray
+    damping_ratio: float
+    mesh: NDArray
+    bearing: NDArray
+    dampers: tuple[NDArray, NDArray]
+    stiffness: NDArray
+
+    def _dynamic(self, omega: NDArray) -> NDArray:
+        """1/(ω_r² − ω² + 2iζω_rω), (…, mode)."""
+        w, r = omega[..., None], self.frequency
+        return 1 / (r**2 - w**2 + 2j * self.damping_ratio * r * w)
+
+    def _between(self, left: NDArray, right: NDArray, omega: NDArray) -> NDArray:
+        """Receptance (…, left, right) at ω > 0 between rows of modes; dampers joined to it by their forces."""
+        g = self._dynamic(omega)
+        direct = (left * g[..., None, :]) @ right.T
+        rows, constants = self.dampers
+        if not len(constants):
+            return direct
+        own = (rows * g[..., None, :]) @ rows.T
+        own[..., range(len(constants)), range(len(constants))] += 1 / (1j * omega[..., None] * constants)
+        to, back = (left * g[..., None, :]) @ rows.T, (rows * g[..., None, :]) @ right.T
+        return direct - to @ np.linalg.solve(own, back)
+
+    def at_meshes(self, omega: NDArray) -> NDArray:
+        """ĥ_c: relative motion at each mesh, with its sign turned, per force at each, (…, mesh, mesh) [mm/N]."""
+        return self._between(self.mesh, self.mesh, omega)
+
+    def at_bearings(self, omega: NDArray) -> NDArray:
+        """Force on the bearings (…, bearing·3, mesh) per force at each mesh."""
+        return self._between(self.bearing.reshape(-1, len(self.frequency)), self.mesh, omega)
+
+    @property
+    def participation(self) -> NDArray:
+        """Share (mesh, mode) of each mode in the static compliance at each mesh; 0 for rigid bodies."""
+        safe = np.where(self.frequency > 0, self.frequency, np.inf)
+        share = self.mesh**2 / safe**2
+        return share / np.maximum(share.sum(axis=1, keepdims=True), 1e-300)
+
+
+def modes(mechanics: Mechanics, stiffness: NDArray, damping_ratio: float) -> Modes:
+    """Modes of M, K + Σ k̄_m a_m a_mᵀ.
+
+    Parameters
+    ----------
+    mechanics
+        The system, its meshes cut.
+    stiffness
+        k̄ (mesh,) [N/mm].
+    damping_ratio
+        ζ.
+
+    Raises
+    ------
+    InputError
+        If a part without mass can move.
+    """
+    from scipy.linalg import LinAlgError, eigh
+
+    a, k = mechanics.mesh, np.asarray(stiffness, dtype=float)
+    K = mechanics.stiffness + (a.T * k) @ a
+    # mm and rad, t and t·mm² side by side: scaled to unit mass
+    scale = np.diag(mechanics.mass)
+    if np.any(scale <= 0):
+        raise InputError("system", "a part without mass", "every shaft and gear must have inertia")
+    d = 1 / np.sqrt(scale)
+    try:
+        values, vectors = eigh(K * d[:, None] * d, mechanics.mass * d[:, None] * d)
+    except LinAlgError:
+        raise InputError("system", "mass matrix not positive", "every shaft and gear must have inertia") from None
+    # rounding makes a rigid body's ω² of either sign
+    values = np.where(np.abs(values) < 1e-11 * values[-1], 0.0, values)
+    rows = d[:, None] * vectors
+    rigid = values == 0
+    mesh = a @ rows
+    # a rigid body does not move against its mate: no mesh would hold it otherwise
+    mesh[:, rigid] = 0.0
+    return Modes(
+        frequency=np.sqrt(values),
+        damping_ratio=damping_ratio,
+        mesh=mesh,
+        bearing=mechanics.bearing @ rows,
+        dampers=(mechanics.damping[0] @ rows, mechanics.damping[1]),
+        stiffness=k,
+    )

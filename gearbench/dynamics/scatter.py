@@ -1,0 +1,171 @@
+"""Scatter of the response over random manufacturing errors: percentiles of the mesh force over speed."""
+
+from __future__ import annotations
+
+import math
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gearbench.contact.batch import chunks, on_threads, prepare, solve_one_chunk
+from gearbench.dynamics.analysis import HARMONICS, check_speeds
+from gearbench.dynamics.balance import convolution, real
+from gearbench.dynamics.model import Group, Model
+from gearbench.effects.manufacturing_errors import ManufacturingErrors
+from gearbench.errors import InputError
+from gearbench.results.provenance import provenance
+from gearbench.results.responses import described
+from gearbench.robustness.montecarlo import SAMPLES, default_threads
+from gearbench.robustness.sampling import Sampler, unit_samples
+from gearbench.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Percentiles of the mesh force at each speed.
+PERCENTILES = (5.0, 25.0, 50.0, 75.0, 95.0, 99.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SampleCycles:
+    """Orders of stiffness (sample, 2H + 1) [N/mm] and transmission error (sample, H + 1) [mm] of error samples."""
+
+    stiffness: NDArray
+    error: NDArray
+
+
+def sample_cycles(
+    model: Model, harmonics: int, *, samples: int, seed: int, sampler: Sampler, threads: int
+) -> SampleCycles:
+    """Contact of the scene's own pair under random errors, shafts displaced as by its mean load.
+
+    Raises
+    ------
+    InputError
+        If the scene has no random errors.
+    """
+    from gearbench.contact.assemble import assemble
+
+    cycle = model.cycles[0]
+    errors = cycle.scene.effect("manufacturing_errors")
+    if not isinstance(errors, ManufacturingErrors):
+        raise InputError("effects", "no manufacturing_errors", "scatter needs [effects.manufacturing_errors]")
+    lines, pair = cycle.lines, cycle.scene.pair
+    positions, pairs, segments = lines.shape
+    gaps = errors.modes(lines).reshape(positions, pairs * segments, -1)
+    batch = prepare(assemble(cycle.scene, lines, cycle.effects), gaps)
+    drawn = errors.draw(unit_samples(sampler, samples, gaps.shape[-1], seed), pair) - errors.mean(pair)
+    cos_b, rows = math.cos(pair.meshing.beta_b), cycle.rows(2 * harmonics)
+    stiffness, error = [], []
+    for solution in on_threads(lambda chunk: solve_one_chunk(batch, chunk), chunks(drawn), threads):
+        stiffness.append(cos_b**2 * solution.stiffness.T @ rows.T)
+        error.append(solution.approach.T @ rows[: harmonics + 1].T / cos_b)
+    return SampleCycles(stiffness=np.concatenate(stiffness)[:samples], error=np.concatenate(error)[:samples])
+
+
+def force_rms(model: Model, group: Group, cycles: SampleCycles, speed: NDArray, threads: int) -> list[NDArray]:
+    """RMS of the mesh force (sample,) [N] at each speed, by harmonic balance (D5).
+
+    The matrix of a sample, K, is made once; a speed adds its dynamic stiffness to the diagonal blocks.
+    """
+    K = convolution(cycles.stiffness)
+    drive = np.einsum("sab,sb->sa", K, real(cycles.error))
+    harmonics = cycles.error.shape[-1] - 1
+    mesh = group.meshes[0]
+    h = model.receptances(group, speed, harmonics)[:, :, 0, 0]
+    dynamic = 1 / h - model.stiffness[mesh]
+    a = np.arange(harmonics) * 2 + 1
+
+    def one(at: int) -> NDArray:
+        A, D = K.copy(), dynamic[at]
+        A[:, a, a] += D.real
+        A[:, a + 1, a + 1] += D.real
+        A[:, a, a + 1] -= D.imag
+        A[:, a + 1, a] += D.imag
+        x = np.linalg.solve(A, drive[..., None])[..., 0]
+        # K x − K δ = −D x: the force
+        squares = np.abs(D) ** 2 * (x[:, a] ** 2 + x[:, a + 1] ** 2)
+        return np.sqrt(2 * squares.sum(axis=1))
+
+    with ThreadPoolExecutor(threads) as pool:
+        return list(pool.map(one, range(len(speed))))
+
+
+def robust_response(
+    scene: Scene,
+    *,
+    speed: ArrayLike,
+    samples: int = SAMPLES,
+    seed: int = 0,
+    sampler: Sampler = "sobol",
+    harmonics: int = HARMONICS,
+    threads: int | None = None,
+) -> xr.Dataset:
+    """Mesh force over speed under random manufacturing errors.
+
+    Parameters
+    ----------
+    scene
+        With ``[system]`` and the effect ``manufacturing_errors``.
+    speed
+        Of the pinion [1/min].
+    samples, seed, sampler
+        As ``robust``.
+    harmonics
+        Orders of the mesh frequency.
+    threads
+        As many as there are processors by default.
+
+    Returns
+    -------
+    Dataset with ``mesh_force_percentile`` (speed, percentile), mean, standard deviation and maximum of the RMS of the
+    mesh force at each speed, and of each sample its RMS over all speeds, ``mesh_force_rms_overall`` (sample,), whose
+    ``mesh_force_mean``, ``…_std`` and ``…_max`` over the samples are objectives.
+
+    Raises
+    ------
+    InputError
+        If the scene has no system or no random errors, or a second mesh shares the mesh frequency.
+    """
+    import xarray as xr
+
+    start = time.perf_counter()
+    speeds = check_speeds(speed)
+    if samples < 2:
+        raise InputError("samples", samples, "must be at least 2")
+    model, workers = Model(scene=scene), threads or default_threads()
+    group = model.groups[0]
+    if len(group.meshes) > 1:
+        raise InputError("system.meshes", "of the same mesh frequency", "scatter is for a pair of its own frequency")
+    cycles = sample_cycles(model, harmonics, samples=samples, seed=seed, sampler=sampler, threads=workers)
+    over_speed, overall = _statistics(model, group, cycles, speeds, workers)
+    per_sample = (overall.mean(), overall.std(ddof=1), overall.max())
+    variables = over_speed | {"mesh_force_rms_overall": (("sample",), overall)}
+    for name, value in zip(("mean", "std", "max"), per_sample, strict=True):
+        variables[f"mesh_force_{name}"] = ((), np.asarray(value))
+    coords = {"speed": ("speed", speeds), "percentile": ("percentile", list(PERCENTILES))}
+    attrs = provenance(scene, wall_time=time.perf_counter() - start, seed=seed)
+    return xr.Dataset(described(variables), coords=described(coords), attrs=attrs)
+
+
+def _statistics(
+    model: Model, group: Group, cycles: SampleCycles, speeds: NDArray, workers: int
+) -> tuple[dict[str, tuple[tuple[str, ...], NDArray]], NDArray]:
+    """Variables over speed, and of each sample its RMS over all speeds (sample,) [N]."""
+    squares = np.zeros(len(cycles.error))
+    table, moments = np.empty((len(speeds), len(PERCENTILES))), np.empty((3, len(speeds)))
+    # block by block of speeds: memory does not grow with speeds times samples
+    for first in range(0, len(speeds), 4 * workers):
+        here = np.arange(first, min(first + 4 * workers, len(speeds)))
+        for k, values in zip(here, force_rms(model, group, cycles, speeds[here], workers), strict=True):
+            squares += values**2 / len(speeds)
+            table[k] = np.percentile(values, PERCENTILES)
+            moments[:, k] = values.mean(), values.std(ddof=1), values.max()
+    variables = {
+        f"mesh_force_rms_{name}": (("speed",), m) for name, m in zip(("mean", "std", "max"), moments, strict=True)
+    }
+    return variables | {"mesh_force_percentile": (("speed", "percentile"), table)}, np.sqrt(squares)

@@ -1,0 +1,180 @@
+"""Shafts and bearings in the contact: the flanks move with the sections of their shafts. Present with ``[system]``."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.effects.base import ComplianceEffect, Effect, Effects, GapEffect, LowRank
+from gearbench.geometry.action import ContactLines
+from gearbench.geometry.role import Role
+from gearbench.system.gearbox import Gearbox
+from gearbench.system.mechanics import shafts_at_rest
+from gearbench.system.shaft_model import ShaftModel
+from gearbench.system.static import Settled, twist
+
+#: Eigenvalues of a seat's compliance below this fraction of the largest are dropped.
+_RANK = 1e-14
+
+
+@dataclass(frozen=True, kw_only=True)
+class SeatedGear:
+    """A gear of a mesh on its shaft: the shaft at rest, and the rows that its flank reads."""
+
+    box: Gearbox
+    mesh: str
+    role: Role
+    settled: Settled
+
+    @property
+    def model(self) -> ShaftModel:
+        """Beam model of its shaft."""
+        return self.settled.model
+
+    @property
+    def nodes(self) -> NDArray:
+        """Nodes of the shaft under its face."""
+        seat = self.box.seats[(self.mesh, self.role)][1]
+        half = self.box.pairs[self.mesh].face_width / 2
+        first, last = (self.model.node(seat.position + s * half) for s in (-1, 1))
+        return np.arange(first, last + 1)
+
+    @property
+    def torque_from(self) -> float:
+        """Position on the shaft where the torque of this gear comes from or goes to [mm]."""
+        shaft, own = self.model.shaft, self.box.seats[(self.mesh, self.role)][1]
+        if shaft.coupling is not None:
+            return shaft.coupling.position
+        others = [seat.position for seat in shaft.gears if seat is not own]
+        return float(np.mean(others)) if others else 0.0
+
+    def rows(self, lines: ContactLines) -> NDArray:
+        """Motions of all nodes → deflection normal to the flank, (position, pair, segment, size)."""
+        frame = self.box.frames[self.mesh]
+        wrench = math.cos(frame.pair.meshing.beta_b) * frame.wrench(self.role, lines.u)
+        return self.model.rows(frame.position(self.role, lines.y), wrench)
+
+    @property
+    def _here(self) -> NDArray:
+        """Motions of the nodes under the face."""
+        return (6 * self.nodes[:, None] + np.arange(6)).ravel()
+
+    @property
+    def _spin(self) -> NDArray:
+        """Compliance of the spin of the nodes under the face."""
+        return twist(self.model, self.nodes, self.torque_from)
+
+    def factor(self, lines: ContactLines) -> NDArray:
+        """Ψ (position, pair, segment, rank) [√(mm/N)]: bending and push with bearings, twist over the face (W9)."""
+        here = self._here
+        G = self.settled.compliance[np.ix_(here, here)].copy()
+        G[5::6, 5::6] += self._spin
+        # mm and rad side by side: radians over the half face width
+        scale = np.tile([1, 1, 1, *([2 / lines.pair.face_width] * 3)], len(self.nodes))
+        values, vectors = np.linalg.eigh(G / scale[:, None] / scale)
+        keep = values > _RANK * values[-1]
+        return self.rows(lines)[..., here] @ (scale[:, None] * vectors[:, keep] * np.sqrt(values[keep]))
+
+    def rest(self, own: NDArray) -> NDArray:
+        """Motion (size,) of the nodes in which the load ``own`` (size,) of the flanks has no part (W10)."""
+        return self.settled.motion - self.settled.compliance @ own
+
+    def loaded(self, own: NDArray) -> NDArray:
+        """Motion (size,) of the nodes under all loads, those of the flanks ``own`` (size,); spin of the face's only."""
+        motion = self.settled.motion.copy()
+        spin = self._here[5::6]
+        motion[spin] += self._spin @ own[spin]
+        return motion
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shafts(ComplianceEffect):
+    """Bending, twist and push of both shafts under the load of the flanks, about the rest of their bearings.
+
+    Parameters
+    ----------
+    gears
+        Pinion and wheel on their shafts.
+    """
+
+    gears: tuple[SeatedGear, SeatedGear]
+
+    name: ClassVar[str] = "shafts"
+    summary: ClassVar[str] = "compliance: shafts and bearings, the seats of the gears as beams across their faces"
+    source: ClassVar[str] = "Timoshenko beams, ISO/TS 16281"
+
+    def compliance(self, lines: ContactLines, beside: Effects) -> LowRank:
+        """Factor of both shafts side by side, shared by all pairs, (position, pair, segment, rank)."""
+        return LowRank(factor=np.concatenate([gear.factor(lines) for gear in self.gears], axis=-1), coupled=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShaftMotion(GapEffect):
+    """Shafts displaced by what does not depend on the flanks: other loads, play and curves of bearings.
+
+    Parameters
+    ----------
+    gears
+        Pinion and wheel on their shafts.
+    motions
+        Of the nodes of each shaft (size,) [mm, rad].
+    """
+
+    gears: tuple[SeatedGear, SeatedGear]
+    motions: tuple[NDArray, NDArray]
+
+    name: ClassVar[str] = "shaft_motion"
+    summary: ClassVar[str] = "gap: shafts bent by other loads, and bearings whose stiffness depends on load"
+    source: ClassVar[str] = "Timoshenko beams, ISO/TS 16281"
+
+    def gap(self, lines: ContactLines) -> NDArray:
+        """Gap [mm], (position, pair, segment)."""
+        parts = [gear.rows(lines) @ motion for gear, motion in zip(self.gears, self.motions, strict=True)]
+        return parts[0] + parts[1]
+
+
+def flank_loads(
+    gears: tuple[SeatedGear, SeatedGear], lines: ContactLines, force: NDArray, weight: NDArray
+) -> tuple[NDArray, NDArray]:
+    """Mean load (size,) of the flank forces (position, pair, segment) [N] on the nodes of each gear's shaft."""
+    mean = weight[:, None, None] * force
+    pinion, wheel = (np.einsum("pks,pksn->n", mean, gear.rows(lines)) for gear in gears)
+    return pinion, wheel
+
+
+def system_effects(box: Gearbox, mesh: str = "", own: tuple[NDArray, NDArray] | None = None) -> tuple[Effect, ...]:
+    """Add to the contact of a mesh that its gears sit on the shafts of ``box``.
+
+    Parameters
+    ----------
+    box
+        The shafts.
+    mesh
+        Name of the mesh.
+    own
+        Load of its flanks on the nodes of both shafts (size,), that bearings settle under; spread evenly where absent.
+
+    Returns
+    -------
+    ``Shafts``, and ``ShaftMotion`` where there is more than the flanks' load on linear bearings.
+
+    Raises
+    ------
+    InputError
+        If the shafts and pairs do not fit, or the bearings do not hold a shaft.
+    """
+    settled = shafts_at_rest(box, mesh, own)
+    pinion, wheel = (
+        SeatedGear(box=box, mesh=mesh, role=role, settled=settled[box.seats[(mesh, role)][0]]) for role in Role
+    )
+    effects: tuple[Effect, ...] = (Shafts(gears=(pinion, wheel)),)
+    shafts = [gear.model.shaft for gear in (pinion, wheel)]
+    linear = all(bearing.is_linear for shaft in shafts for bearing in shaft.bearings)
+    if linear and all(len(shaft.gears) == 1 and not shaft.loads for shaft in shafts):
+        return effects
+    loads = own or tuple(box.force(mesh) * box.wrench(mesh, gear.role, gear.model) for gear in (pinion, wheel))
+    return (*effects, ShaftMotion(gears=(pinion, wheel), motions=(pinion.rest(loads[0]), wheel.rest(loads[1]))))

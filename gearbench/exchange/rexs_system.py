@@ -1,0 +1,206 @@
+"""Shafts and bearings of a REXS file around one of its stages, the other stages meshing on the same shafts."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.errors import InputError
+from gearbench.exchange.rexs import Stage, find_stage, scene_of, stage_scene, stages
+from gearbench.exchange.rexs_document import Component, RexsDocument, children
+from gearbench.exchange.rexs_gear import read_gear, read_material
+from gearbench.exchange.rexs_torque import check_case, drives
+from gearbench.exchange.rexs_units import LENGTH, SPEED, Dimension
+from gearbench.scene import Scene
+from gearbench.schema import read
+from gearbench.system.schema import System
+
+FORCE = Dimension("kN", {"N": 1e-3, "kN": 1.0})
+STIFFNESS = Dimension("N/µm", {"N/m": 1e-6, "N/mm": 1e-3, "N/mum": 1.0, "N/µm": 1.0})
+#: Stiffness [N/µm] from which a bearing is called rigid by its file, not measured.
+_RIGID = 1e6
+#: Type of bearing in the file → kind of rolling bearing.
+_KINDS = {
+    "radial_grooved_ball_bearing": "deep_groove_ball",
+    "radial_roller_bearing": "cylindrical_roller",
+    "cylindrical_roller_bearing": "cylindrical_roller",
+    "angular_contact_ball_bearing": "angular_contact_ball",
+    "taper_roller_bearing": "tapered_roller",
+    "tapered_roller_bearing": "tapered_roller",
+}
+
+
+def system_scene(
+    document: RexsDocument, stage: str | int | None = None, *, torque: float | None = None, load_case: int | None = None
+) -> tuple[Scene, tuple[str, ...]]:
+    """Scene of a stage on its shafts, with the other stages of the file as further meshes; and what was assumed.
+
+    Parameters
+    ----------
+    document
+        The file.
+    stage, torque, load_case
+        As ``load_rexs``.
+
+    Raises
+    ------
+    InputError
+        Naming file, component and attribute.
+    """
+    own = find_stage(document, stage)
+    others = [other for other in stages(document) if other.number != own.number]
+    found = stage_scene(document, own, torque=torque, load_case=load_case)
+    further = [stage_scene(document, other, load_case=load_case) for other in others]
+    scene = scene_of(document, found)
+    try:
+        tables, notes = _tables(document, own, others, load_case)
+        system = read(System, tables)
+    except InputError as error:
+        raise error.in_file(str(document.path)) from None
+    scenes = tuple(scene_of(document, one) for one in further)
+    return replace(scene, system=system, further=scenes), (*found.notes, *notes)
+
+
+def _tables(
+    document: RexsDocument, own: Stage, others: list[Stage], load_case: int | None
+) -> tuple[dict[str, Any], list[str]]:
+    """Tables of ``[system]``, and notes."""
+    case, notes = check_case(document, load_case), []
+    driven = drives(document, case)
+    meshes = [("", own), *((f"stage {other.number}", other) for other in others)]
+    shafts: dict[int, dict[str, Any]] = {}
+    hands: dict[str, str] = {}
+    for name, stage in meshes:
+        drive = driven.get(stage.component.id)
+        pair = stage.gears[::-1] if drive is not None and drive.gear == stage.gears[1].id else stage.gears
+        middle = _common_middle(document, pair)
+        hands[name] = "left" if read_gear(document, pair[0]).helix_angle < 0 else "right"
+        for gear, role in zip(pair, ("pinion", "wheel"), strict=True):
+            owner = _shaft_of(document, gear)
+            if owner.id not in shafts:
+                shafts[owner.id] = _shaft(document, owner, notes)
+            position = middle - float(_vector(document, owner, "support_vector")[0])
+            shafts[owner.id]["gears"].append({"gear": role, "mesh": name, "position": position})
+    first = stages(document)[0]
+    flips = abs(first.number - own.number) % 2
+    clockwise = _clockwise(document, case) != bool(flips)
+    tables = {
+        "rotation": "clockwise" if clockwise else "counterclockwise",
+        "hand": hands[""],
+        "shafts": list(shafts.values()),
+        "meshes": [
+            {"name": name, "scene": f"{document.path.name} stage {stage.number}", "hand": hands[name]}
+            for name, stage in meshes[1:]
+        ],
+    }
+    return tables, notes
+
+
+def _common_middle(document: RexsDocument, pair: tuple[Component, ...]) -> float:
+    """Middle of the face that both gears share, along the axes of the gearbox [mm]."""
+    spans = []
+    for gear in pair:
+        at = float(_vector(document, gear, "support_vector")[0])
+        half = document.require(gear, "face_width", LENGTH) / 2
+        spans.append((at - half, at + half))
+    return (max(a for a, _ in spans) + min(b for _, b in spans)) / 2
+
+
+def _shaft_of(document: RexsDocument, gear: Component) -> Component:
+    owners = [c for c in document.related("assembly", "part", gear.id, "assembly") if c.kind == "shaft"]
+    if len(owners) != 1:
+        raise InputError(gear.label, f"on {len(owners)} shafts", "must be on one")
+    return owners[0]
+
+
+def _shaft(document: RexsDocument, shaft: Component, notes: list[str]) -> dict[str, Any]:
+    """Table of a shaft, gears not on it yet."""
+    pieces = [c for c in document.related("assembly", "assembly", shaft.id, "part") if c.kind == "shaft_section"]
+    if not pieces:
+        raise InputError(shaft.label, "no shaft_section", "must have sections")
+    pieces.sort(key=lambda piece: document.number(piece, "u_coordinate_on_shaft", LENGTH) or 0.0)
+    support = _vector(document, shaft, "support_vector")
+    material = read_material(document, shaft)
+    table: dict[str, Any] = {
+        "name": f"{shaft.name or shaft.label}",
+        "axis": [float(support[1]), float(support[2])],
+        "sections": [_section(document, piece) for piece in pieces],
+        "gears": [],
+        "bearings": [
+            _bearing(document, bearing, notes)
+            for bearing in document.related("side", "inner_part", shaft.id, "assembly")
+        ],
+    }
+    if material is not None:
+        table["material"] = {"youngs_modulus": material[0], "poisson_ratio": material[1]}
+    for load in document.related("assembly", "assembly", shaft.id, "part"):
+        if load.kind == "external_load":
+            table["coupling"] = {"position": document.require(load, "u_coordinate_on_shaft", LENGTH)}
+    return table
+
+
+def _section(document: RexsDocument, piece: Component) -> dict[str, float]:
+    start, end = (document.require(piece, f"outer_diameter_{side}", LENGTH) for side in ("begin", "end"))
+    bore = document.number(piece, "inner_diameter_begin", LENGTH) or 0.0
+    length = document.require(piece, "length", LENGTH)
+    return {"length": length, "diameter": start, "end_diameter": end, "bore": bore}
+
+
+def _bearing(document: RexsDocument, bearing: Component, notes: list[str]) -> dict[str, Any]:
+    """Table of a bearing: its stiffness where the file has a finite one, else its catalogue dimensions."""
+    table: dict[str, Any] = {
+        "name": bearing.name or bearing.label,
+        "position": document.require(bearing, "u_coordinate_on_shaft_inner_side", LENGTH),
+    }
+    radial = document.number(bearing, "radial_stiffness", STIFFNESS)
+    if radial is not None and 0 < radial < _RIGID:
+        axial = document.number(bearing, "axial_stiffness", STIFFNESS) or 0.0
+        return table | {"radial_stiffness": radial, "axial_stiffness": axial}
+    text = document.text(bearing, "bearing_type")
+    kind = _KINDS.get(text[0] if text else "")
+    if kind is None:
+        allowed = f"must be one of {', '.join(_KINDS)}, or have a radial_stiffness below {_RIGID:g} N/µm"
+        raise InputError(f"{bearing.label}.bearing_type", text[0] if text else "missing", allowed)
+    absorbs = document.text(bearing, "axial_force_absorption")
+    rolling: dict[str, Any] = {
+        "kind": kind,
+        "bore": document.require(bearing, "inner_diameter", LENGTH),
+        "outside": document.require(bearing, "outer_diameter", LENGTH),
+        "width": document.require(bearing, "width", LENGTH),
+        "clearance": 1e3 * (document.number(bearing, "radial_backlash", LENGTH) or 0.0),
+        "floating": absorbs is not None and absorbs[0] == "no_direction",
+    }
+    capacity = document.number(bearing, "static_capacity", FORCE)
+    if capacity is not None:
+        rolling["static_capacity"] = capacity
+    notes.append(f"{table['name']}: stiffness from its catalogue dimensions, not in the file")
+    return table | {"rolling": rolling}
+
+
+def _vector(document: RexsDocument, component: Component, name: str) -> NDArray:
+    """A vector attribute [mm]."""
+    for attribute in children(component.element, "attribute"):
+        if attribute.get("id") == name:
+            text = [item.text for array in children(attribute, "array") for item in children(array, "c")]
+            factor = LENGTH.factor(attribute.get("unit") or "mm")
+            try:
+                values = np.array([float(item or "") for item in text])
+            except ValueError:
+                values = np.array([math.nan])
+            if factor is None or len(values) != 3 or not np.isfinite(values).all():
+                raise InputError(f"{component.label}.{name}", text, "must be three lengths")
+            return factor * values
+    raise InputError(f"{component.label}.{name}", "missing", "is required for shafts")
+
+
+def _clockwise(document: RexsDocument, case: int | None) -> bool:
+    """Whether the shaft whose speed is given turns clockwise, seen along the axes."""
+    for shaft in document.of_kind("shaft"):
+        speed = document.number(shaft, "rotational_speed", SPEED, case)
+        if speed:
+            return speed > 0
+    return True

@@ -1,0 +1,1 @@
+"""Shafts, bearings and inertias around a gear pair. Nothing of this is imported by a scene without ``[system]``."""

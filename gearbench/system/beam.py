@@ -1,0 +1,110 @@
+"""Timoshenko beam elements of circular section, exact in statics.
+
+Source: Przemieniecki, Theory of Matrix Structural Analysis (1968), §5.6, §11.3; shear coefficient by Cowper (1966).
+Each end moves by (u_x, u_y, u_z, φ_x, φ_y, φ_z): z along the axis; mm, rad, N, N·mm, masses in tonnes (N·s²/mm).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial.legendre import leggauss
+from numpy.typing import ArrayLike, NDArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class Beam:
+    """A piece of shaft, hollow or not, of constant or linearly tapering section.
+
+    Parameters
+    ----------
+    length
+        L [mm].
+    diameter, bore
+        Outer and inner diameter at both ends (2,) [mm].
+    E, G, nu
+        Moduli [N/mm²] and Poisson's ratio.
+    density
+        ρ [t/mm³].
+    """
+
+    length: float
+    diameter: tuple[float, float]
+    bore: tuple[float, float]
+    E: float
+    G: float
+    nu: float
+    density: float
+
+    def section(self, s: ArrayLike) -> tuple[NDArray, NDArray, NDArray]:
+        """Area A [mm²], second moment I [mm⁴] and shear coefficient κ at s = z/L ∈ [0, 1]."""
+        t = np.asarray(s, dtype=float)
+        D, d = ((1 - t) * start + t * end for start, end in (self.diameter, self.bore))
+        m2 = (d / D) ** 2
+        nu = self.nu
+        kappa = 6 * (1 + nu) * (1 + m2) ** 2 / ((7 + 6 * nu) * (1 + m2) ** 2 + (20 + 12 * nu) * m2)
+        return math.pi / 4 * (D**2 - d**2), math.pi / 64 * (D**4 - d**4), kappa
+
+    def stiffness(self) -> NDArray:
+        """Exact static stiffness (12, 12), from the flexibility of the element held at its start (W1)."""
+        free = np.linalg.inv(self._flexibility(np.array([1.0]))[0])
+        carry = _carry(self.length)
+        K = np.empty((12, 12))
+        K[6:, 6:], K[:6, 6:] = free, -carry @ free
+        K[6:, :6], K[:6, :6] = K[:6, 6:].T, carry @ free @ carry.T
+        return (K + K.T) / 2
+
+    def twist(self) -> float:
+        """Rotation of one end against the other per torque [rad/(N·mm)]."""
+        return float(self._flexibility(np.array([1.0]))[0, 5, 5])
+
+    def shapes(self, s: ArrayLike) -> NDArray:
+        """Motion (…, 6, 12) at s ∈ [0, 1] of the unloaded element per motion of its ends: exact in statics (W2)."""
+        t = np.asarray(s, dtype=float)
+        L = self.length
+        rigid = np.swapaxes(_carry(t * L), -1, -2)
+        # forces at the far end that produce its motion relative to the rigid one, times the flexibility up to s
+        bent = self._flexibility(t) @ np.linalg.inv(self._flexibility(np.array([1.0]))[0])
+        return np.concatenate([rigid - bent @ _carry(L).T, bent], axis=-1)
+
+    def mass(self) -> NDArray:
+        """Consistent mass (12, 12), rotary inertia included."""
+        node, weight = leggauss(6)
+        s = (node + 1) / 2
+        A, I, _ = self.section(s)
+        per_length = self.density * np.stack([A, A, A, I, I, 2 * I], axis=-1)
+        N = self.shapes(s)
+        M = np.einsum("g,gia,gi,gib->ab", weight / 2 * self.length, N, per_length, N)
+        return (M + M.T) / 2
+
+    def _flexibility(self, s: NDArray) -> NDArray:
+        """Motion (…, 6, 6) at s of the element held at its start, per force and moment at its far end."""
+        L, node, weight = self.length, *leggauss(12)
+        t = s[..., None] * (node + 1) / 2
+        w = s[..., None] * weight / 2 * L
+        A, I, kappa = self.section(t)
+        z, x = t * L, s[..., None] * L
+        over_ei, shear = w / (self.E * I), w / (kappa * self.G * A)
+        # M = M_L + Q (L − z); a curvature at z moves the section x by (x − z)
+        arm, lever = L - z, x - z
+        uq, um = (over_ei * lever * arm + shear).sum(-1), (over_ei * lever).sum(-1)
+        fq, fm = (over_ei * arm).sum(-1), over_ei.sum(-1)
+        F = np.zeros((*s.shape, 6, 6))
+        # u_x with φ_y, and u_y with −φ_x
+        for u, phi, sign in ((0, 4, 1.0), (1, 3, -1.0)):
+            F[..., u, u], F[..., u, phi] = uq, sign * um
+            F[..., phi, u], F[..., phi, phi] = sign * fq, fm
+        F[..., 2, 2] = (w / (self.E * A)).sum(-1)
+        F[..., 5, 5] = (w / (2 * self.G * I)).sum(-1)
+        return F
+
+
+def _carry(distance: ArrayLike) -> NDArray:
+    """Force and moment at the start (…, 6, 6) per force and moment at the distance z; its transpose moves rigidly."""
+    z = np.asarray(distance, dtype=float)
+    T = np.zeros((*z.shape, 6, 6))
+    T[..., range(6), range(6)] = 1.0
+    T[..., 3, 1], T[..., 4, 0] = -z, z
+    return T

@@ -1,0 +1,92 @@
+"""A mesh in the frame of the shafts: where its forces act and in which direction (W7).
+
+The frame: z along the shafts, x and y across, right-handed. Seen along z a clockwise rotation is positive.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeshFrame:
+    """How a pair stands between its shafts.
+
+    Parameters
+    ----------
+    pair
+        The pair; its pinion drives.
+    across
+        Unit vector (x, y) from the pinion's axis to the wheel's.
+    turn
+        +1 where the pinion turns clockwise, −1 otherwise.
+    hand
+        +1 for a right-handed pinion (and for spur gears), −1 for a left-handed one.
+    middle
+        Middles of the faces of pinion and wheel on their shafts [mm].
+    """
+
+    pair: Pair
+    across: tuple[float, float]
+    turn: int
+    hand: int
+    middle: tuple[float, float]
+
+    @property
+    def along(self) -> int:
+        """+1 where the pair's face coordinate y counts like the shafts' positions, −1 otherwise."""
+        return self.turn * self.hand
+
+    @property
+    def direction(self) -> NDArray:
+        """Force on the wheel per unit of transverse force along the line of action, (3,)."""
+        return np.array([*self._line, -self.along * math.tan(self.pair.meshing.beta_b)])
+
+    @property
+    def _axes(self) -> tuple[NDArray, NDArray]:
+        c, s = self.across
+        return np.array([c, s]), self.turn * np.array([-s, c])
+
+    def foot(self, role: Role) -> float:
+        """Direction from the axis of a gear to where the line of action touches its base circle [rad].
+
+        Counted in the gear's own direction of rotation.
+        """
+        x, y = self.across
+        towards_wheel = self.turn * math.atan2(y, x) - self.pair.meshing.alpha_wt
+        return towards_wheel if role == Role.PINION else math.pi - towards_wheel
+
+    @property
+    def _line(self) -> NDArray:
+        x, y = self._axes
+        alpha = self.pair.meshing.alpha_wt
+        return math.sin(alpha) * x + math.cos(alpha) * y
+
+    def wrench(self, role: Role, u: ArrayLike) -> NDArray:
+        """Force and moment (…, 6) about the axis of one of the gears, its section moving with the flank.
+
+        Per unit of transverse force, at the contact point u on the path of contact; signs as on the wheel for the
+        wheel, reversed for the pinion: the work of both is the deflection along the line of action.
+        """
+        x, y = self._axes
+        alpha, r_b = self.pair.meshing.alpha_wt, self.pair.gears[0].base_radius
+        foot = r_b * (math.cos(alpha) * x - math.sin(alpha) * y)
+        point = foot + np.asarray(u, dtype=float)[..., None] * self._line
+        if role == Role.WHEEL:
+            point = point - self.pair.centre_distance * x
+        n = self.direction
+        px, py = point[..., 0], point[..., 1]
+        moment = np.stack([py * n[2], -px * n[2], px * n[1] - py * n[0]], axis=-1)
+        both = np.concatenate([np.broadcast_to(n, moment.shape), moment], axis=-1)
+        return both if role == Role.WHEEL else -both
+
+    def position(self, role: Role, y: ArrayLike) -> NDArray:
+        """Position on the shaft of one of the gears [mm] of the face coordinate y [mm]."""
+        return self.middle[role] + self.along * (np.asarray(y, dtype=float) - self.pair.face_width / 2)

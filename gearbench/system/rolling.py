@@ -1,0 +1,229 @@
+"""Rolling bearings from their inner or catalogue dimensions: loads on balls and rollers. Source: ISO/TS 16281:2008.
+
+The inner ring moves by q = (u_x, u_y, u_z, φ_x, φ_y) against the outer one; forces on it and their derivatives are
+those of the elastic energy of the contacts (W5), (W6).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from gearbench.errors import InputError
+from gearbench.schema import STRICT
+
+Dimension = Annotated[float, Field(gt=0.0, le=5000.0)]
+#: Laminae of a roller (the norm asks for at least 30), and its line contact stiffness per length^(8/9).
+LAMINAE, LINE_CONTACT = 40, 35948.0
+#: Static capacity [N] over i Z D_w² of radial ball bearings: f_0 of ISO 76 in the middle of its table.
+_BALL_CAPACITY = 13.5
+#: Moduli of bearing steel in the norm [N/mm²].
+_E, _NU = 207e3, 0.3
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Rolling:
+    """A rolling bearing by its dimensions; inner dimensions that are not given are estimated from the catalogue's.
+
+    Parameters
+    ----------
+    kind
+        "deep_groove_ball", "angular_contact_ball", "cylindrical_roller" or "tapered_roller".
+    bore, outside, width
+        d, D and B of the catalogue [mm].
+    static_capacity
+        C_0r of the catalogue [kN]: number of balls, where that is not given.
+    elements, element_diameter, pitch_diameter, roller_length
+        Z, D_w, D_pw and effective length L_we [mm].
+    contact_angle
+        α_0 [°]; 0 where it carries no axial load by it.
+    carries
+        Axial direction of the shaft's push that a bearing with contact angle carries: "forward" is towards greater
+        positions on the shaft.
+    clearance
+        Radial clearance s [µm] as mounted; negative is preload.
+    preload
+        Axial displacement of the outer ring against what it carries [µm].
+    inner_conformity, outer_conformity
+        Groove radii over the ball diameter.
+    floating
+        Whether its outer ring slides in the housing, so that it carries no axial load.
+    """
+
+    kind: Literal["deep_groove_ball", "angular_contact_ball", "cylindrical_roller", "tapered_roller"]
+    bore: Dimension | None = None
+    outside: Dimension | None = None
+    width: Dimension | None = None
+    static_capacity: Annotated[float, Field(gt=0.0)] | None = None
+    elements: Annotated[int, Field(ge=3, le=500)] | None = None
+    element_diameter: Dimension | None = None
+    pitch_diameter: Dimension | None = None
+    roller_length: Dimension | None = None
+    contact_angle: Annotated[float, Field(ge=0.0, le=60.0)] | None = None
+    carries: Literal["forward", "backward"] = "forward"
+    clearance: Annotated[float, Field(ge=-100.0, le=1000.0)] = 0.0
+    preload: Annotated[float, Field(ge=0.0, le=1000.0)] = 0.0
+    inner_conformity: Annotated[float, Field(gt=0.5, le=0.7)] = 0.52
+    outer_conformity: Annotated[float, Field(gt=0.5, le=0.7)] = 0.53
+    floating: bool = False
+
+    def __post_init__(self) -> None:
+        missing = self.element_diameter is None or self.pitch_diameter is None
+        if missing and (self.bore is None or self.outside is None):
+            allowed = "give element_diameter and pitch_diameter, or bore and outside"
+            raise InputError("pitch_diameter", "missing", allowed)
+        if self.bore is not None and self.outside is not None and self.bore >= self.outside:
+            raise InputError("bore", self.bore, f"must be less than outside, {self.outside:g} mm")
+        if not self.is_ball and self.roller_length is None and self.width is None:
+            raise InputError("roller_length", "missing", "give roller_length, or the width of the bearing")
+        if self.D_w >= self.D_pw:
+            raise InputError("element_diameter", self.D_w, f"must be less than pitch_diameter, {self.D_pw:g} mm")
+        if self.angled and self.alpha == 0:
+            raise InputError("contact_angle", 0.0, f"must be above 0 for {self.kind}")
+
+    @property
+    def is_ball(self) -> bool:
+        """Point contacts."""
+        return self.kind.endswith("ball")
+
+    @property
+    def angled(self) -> bool:
+        """Whether it carries axial load in one direction only."""
+        return self.kind in ("angular_contact_ball", "tapered_roller")
+
+    @property
+    def D_w(self) -> float:
+        """Diameter of balls or rollers [mm]: given, or the share of the ring's section usual for the kind."""
+        if self.element_diameter is not None:
+            return self.element_diameter
+        outside, bore = self._rings
+        share = {"deep_groove_ball": 0.30, "angular_contact_ball": 0.30}.get(self.kind, 0.27)
+        return share * (outside - bore)
+
+    @property
+    def D_pw(self) -> float:
+        """Pitch diameter [mm]: given, or the middle of the rings."""
+        if self.pitch_diameter is not None:
+            return self.pitch_diameter
+        outside, bore = self._rings
+        return (outside + bore) / 2
+
+    @property
+    def _rings(self) -> tuple[float, float]:
+        # given wherever an inner dimension is not: __post_init__ has seen to it
+        return self.outside or 0.0, self.bore or 0.0
+
+    @property
+    def alpha(self) -> float:
+        """Nominal contact angle α_0 [rad]."""
+        default = {"angular_contact_ball": 40.0, "tapered_roller": 14.0}.get(self.kind, 0.0)
+        return math.radians(default if self.contact_angle is None else self.contact_angle)
+
+    @property
+    def Z(self) -> int:
+        """Number of balls or rollers: given, or from the static capacity (balls), or the cage's usual gap."""
+        if self.elements is not None:
+            return self.elements
+        if self.is_ball and self.static_capacity is not None:
+            return max(3, round(1e3 * self.static_capacity / (_BALL_CAPACITY * self.D_w**2 * math.cos(self.alpha))))
+        gap = 1.5 if self.is_ball else 1.2
+        return max(3, int(math.pi * self.D_pw / (gap * self.D_w)))
+
+    @property
+    def L_we(self) -> float:
+        """Effective roller length [mm]: given, or 0.7 of the bearing's width."""
+        return self.roller_length if self.roller_length is not None else 0.7 * (self.width or 0.0)
+
+    @property
+    def points(self) -> int:
+        """Contacts counted: balls, or rollers times laminae."""
+        return self.Z if self.is_ball else self.Z * LAMINAE
+
+    def force(self, q: NDArray) -> tuple[NDArray, NDArray]:
+        """Force (5,) [N, N·mm] that moves the inner ring by q (5,) [mm, rad], and its derivative (5, 5)."""
+        held = np.array([1, 1, not self.floating, 1, 1], dtype=float)
+        F, K = self._balls(held * q) if self.is_ball else self._rollers(held * q)
+        return held * F, held[:, None] * K * held
+
+    def _around(self) -> tuple[NDArray, NDArray, NDArray]:
+        """cos θ, sin θ of the elements, and rows (Z, 5) of φ_θ = φ_y cos θ − φ_x sin θ."""
+        theta = 2 * math.pi * np.arange(self.Z) / self.Z
+        c, s = np.cos(theta), np.sin(theta)
+        turn = np.zeros((self.Z, 5))
+        turn[:, 3], turn[:, 4] = -s, c
+        return c, s, turn
+
+    def _balls(self, q: NDArray) -> tuple[NDArray, NDArray]:
+        sign = 1.0 if self.carries == "forward" else -1.0
+        r_i, r_e = self.inner_conformity * self.D_w, self.outer_conformity * self.D_w
+        A = r_i + r_e - self.D_w
+        R = self.D_pw / 2 + (r_i - self.D_w / 2) * math.cos(self.alpha)
+        c, s, turn = self._around()
+        B = np.zeros((self.Z, 2, 5))
+        B[:, 0, 0], B[:, 0, 1] = c, s
+        B[:, 1] = -R * turn
+        B[:, 1, 2] = 1.0
+        start = [
+            A * math.cos(self.alpha) - self.clearance / 2e3,
+            sign * (A * math.sin(self.alpha) + self.preload / 1e3),
+        ]
+        d = B @ q + np.array(start)
+        length = np.linalg.norm(d, axis=1)
+        n, deep = d / length[:, None], np.maximum(length - A, 0.0)
+        c_p = self.point_stiffness
+        Q, slope = c_p * deep**1.5, 1.5 * c_p * np.sqrt(deep)
+        nn = n[:, :, None] * n[:, None, :]
+        inner = slope[:, None, None] * nn + (Q / length)[:, None, None] * (np.eye(2) - nn)
+        force = np.einsum("z,zi,zia->a", Q, n, B)
+        return force, np.einsum("zia,zij,zjb->ab", B, inner, B)
+
+    def _rollers(self, q: NDArray) -> tuple[NDArray, NDArray]:
+        sign = 1.0 if self.carries == "forward" else -1.0
+        cos_a, sin_a = math.cos(self.alpha), sign * math.sin(self.alpha)
+        c, s, turn = self._around()
+        x = self.L_we * ((np.arange(LAMINAE) + 0.5) / LAMINAE - 0.5)
+        p_r, p_z = (self.D_pw - self.D_w * cos_a) / 2 - x * sin_a, x * cos_a
+        rows = np.zeros((self.Z, LAMINAE, 5))
+        rows[..., 0], rows[..., 1], rows[..., 2] = cos_a * c[:, None], cos_a * s[:, None], sin_a
+        rows += (cos_a * p_z - sin_a * p_r)[:, None] * turn[:, None, :]
+        # logarithmic profile of the norm, on both raceways
+        profile = 0.00035 * self.D_w * np.log(1 / (1 - (2 * x / self.L_we) ** 2))
+        deep = rows @ q - self.clearance / 2e3 * cos_a + self.preload / 1e3 * abs(sin_a) - 2 * profile
+        deep = np.maximum(deep, 0.0)
+        c_s = LINE_CONTACT * self.L_we ** (8 / 9) / LAMINAE
+        load, slope = c_s * deep ** (10 / 9), np.where(deep > 0, c_s * 10 / 9 * deep ** (1 / 9), 0.0)
+        force = np.einsum("zk,zka->a", load, rows)
+        return force, np.einsum("zka,zk,zkb->ab", rows, slope, rows)
+
+    @property
+    def point_stiffness(self) -> float:
+        """c_P of a ball between both raceways, Q = c_P δ^1.5 [N/mm^1.5] (W5)."""
+        gamma = self.D_w * math.cos(self.alpha) / self.D_pw
+        rings = ((gamma / (1 - gamma), self.inner_conformity), (-gamma / (1 + gamma), self.outer_conformity))
+        return sum(_hertz_point(self.D_w, g, f) ** (-2 / 3) for g, f in rings) ** -1.5
+
+
+def _hertz_point(D_w: float, curving: float, conformity: float) -> float:
+    """Q/δ^1.5 of a ball in a groove whose other radius of curvature is D_w/(2·curving). Source: Hertz; Harris ch. 6."""
+    from scipy.optimize import brentq
+    from scipy.special import ellipe, ellipk
+
+    groove = 1 / (2 * conformity)
+    total = 2 / D_w * (2 + curving - groove)
+    difference = (curving + groove) / (2 + curving - groove)
+
+    def excess(kappa: float) -> float:
+        m = 1 - kappa**-2
+        K, E = ellipk(m), ellipe(m)
+        return ((kappa**2 + 1) * E - 2 * K) / ((kappa**2 - 1) * E) - difference
+
+    kappa: Any = brentq(excess, 1 + 1e-6, 1e4, xtol=1e-13)
+    m = 1 - kappa**-2
+    shift = 2 * ellipk(m) / math.pi * (math.pi / (2 * kappa**2 * ellipe(m))) ** (1 / 3)
+    # δ = shift · (Σρ/2) · [3 Q · 2(1−ν²)/E / (2 Σρ)]^(2/3)
+    return (shift * total / 2) ** -1.5 * total * _E / (3 * (1 - _NU**2))

@@ -1,0 +1,273 @@
+"""``[system]`` of a scene: shafts with their gears, bearings and loads, inertias, damping, further meshes."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from gearbench.errors import InputError
+from gearbench.geometry.material import Material
+from gearbench.schema import STRICT
+from gearbench.system.bearing import Bearing
+
+Position = Annotated[float, Field(ge=0.0, le=50000.0)]
+Size = Annotated[float, Field(gt=0.0, le=20000.0)]
+Inertia = Annotated[float, Field(ge=0.0, le=1e9)]
+Vector = tuple[float, float, float]
+Hand = Literal["right", "left"]
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Section:
+    """A piece of a shaft, from the end of the piece before it.
+
+    Parameters
+    ----------
+    length, diameter
+        [mm].
+    end_diameter
+        Where it tapers [mm]; as ``diameter`` where absent.
+    bore
+        Inner diameter [mm].
+    """
+
+    length: Size
+    diameter: Size
+    end_diameter: Size | None = None
+    bore: Annotated[float, Field(ge=0.0)] = 0.0
+
+    def __post_init__(self) -> None:
+        least = min(self.diameter, self.end_diameter or self.diameter)
+        if self.bore >= least:
+            raise InputError("bore", self.bore, f"must be less than the diameter, {least:g} mm")
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Seat:
+    """A gear on a shaft; over its face the shaft bends and twists under the load of its teeth.
+
+    Parameters
+    ----------
+    gear
+        "pinion" (it drives) or "wheel".
+    mesh
+        Name of a further mesh; this scene's own pair where absent.
+    position
+        Middle of the face, from the start of the shaft [mm].
+    diameter
+        Of the shaft where it carries this gear [mm], e.g. about the root circle of a pinion cut into its shaft; that of
+        the sections where absent.
+    mass, inertia, transverse_inertia
+        Of the gear body without shaft [kg, kg·m² about the axis and about a diameter]; of a steel disc from the shaft
+        to the reference circle where absent.
+    """
+
+    gear: Literal["pinion", "wheel"]
+    mesh: str = ""
+    position: Position
+    diameter: Size | None = None
+    mass: Inertia | None = None
+    inertia: Inertia | None = None
+    transverse_inertia: Inertia | None = None
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Coupling:
+    """Where torque enters or leaves a shaft: motor or load.
+
+    Parameters
+    ----------
+    position
+        On the shaft [mm].
+    inertia
+        Of motor or load [kg·m²]; nothing turns with the shaft where absent.
+    torsional_stiffness
+        Between shaft and inertia [N·m/rad]; rigid where absent.
+    """
+
+    position: Position
+    inertia: Inertia = 0.0
+    torsional_stiffness: Annotated[float, Field(gt=0.0, le=1e12)] | None = None
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Load:
+    """A constant load on a shaft, of a belt, say, or a weight.
+
+    Parameters
+    ----------
+    position
+        On the shaft [mm].
+    force
+        (x, y, axial) [N]: x from pinion to wheel of this scene's pair, axial towards greater positions.
+    moment
+        About the same axes [N·m]; none about the axis of the shaft.
+    """
+
+    position: Position
+    force: Vector = (0.0, 0.0, 0.0)
+    moment: Vector = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if self.moment[2]:
+            raise InputError("moment", list(self.moment), "torque enters by the coupling and the meshes: the last is 0")
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Disc:
+    """A rigid disc on a shaft.
+
+    Parameters
+    ----------
+    position
+        On the shaft [mm].
+    mass
+        [kg].
+    inertia, transverse_inertia
+        About the axis and about a diameter [kg·m²].
+    """
+
+    position: Position
+    mass: Inertia = 0.0
+    inertia: Inertia = 0.0
+    transverse_inertia: Inertia = 0.0
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Shaft:
+    """A shaft; positions count from its start, in the direction of increasing axial coordinate, alike on all shafts.
+
+    Parameters
+    ----------
+    name
+        How results and messages call it.
+    sections
+        Pieces, from its start.
+    axis
+        (x, y) of its axis in the transverse plane [mm], seen along increasing positions, x to the right, y down; from
+        the centre distances where absent: each mesh along x.
+    gears, bearings, loads, discs
+        What it carries, and what carries it.
+    coupling
+        Where torque enters or leaves; at the start of the shaft where a single gear needs one and none is given.
+    material, density
+        Steel, 7.85 g/cm³, where absent.
+    """
+
+    name: str
+    sections: Annotated[tuple[Section, ...], Field(min_length=1)]
+    axis: tuple[float, float] | None = None
+    gears: tuple[Seat, ...] = ()
+    bearings: tuple[Bearing, ...] = ()
+    loads: tuple[Load, ...] = ()
+    discs: tuple[Disc, ...] = ()
+    coupling: Coupling | None = None
+    material: Material = Material()
+    density: Annotated[float, Field(gt=0.0, le=30.0)] = 7.85
+
+    def __post_init__(self) -> None:
+        for key in ("gears", "bearings", "loads", "discs"):
+            for number, item in enumerate(getattr(self, key)):
+                if item.position > self.length:
+                    raise self._beyond(f"{key}.{number}.position", item.position)
+        if self.coupling is not None and self.coupling.position > self.length:
+            raise self._beyond("coupling.position", self.coupling.position)
+
+    def _beyond(self, key: str, value: float) -> InputError:
+        return InputError(key, value, f"must lie on the shaft, 0 to {self.length:g} mm")
+
+    @property
+    def length(self) -> float:
+        """Length of all sections [mm]."""
+        return sum(section.length for section in self.sections)
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Mesh:
+    """A further mesh on the same shafts, computed from a scene of its own.
+
+    Parameters
+    ----------
+    name
+        How seats and results call it.
+    scene
+        Its scene file, without ``[system]``; its torque is replaced by that which the shafts carry to it.
+    hand
+        Of its pinion's helix.
+    phase
+        Mesh phase when that of this scene's pair is zero [mesh periods]. Where absent: from tooth numbers and positions
+        of the axes if both share their pinion or their wheel, else 0.
+    """
+
+    name: Annotated[str, Field(min_length=1)]
+    scene: str
+    hand: Hand = "right"
+    phase: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Wheel:
+    """A gear as a rigid wheel that only turns, where no shafts are given.
+
+    Parameters
+    ----------
+    inertia
+        With what turns with it [kg·m²]; of a steel disc up to the reference circle where absent.
+    """
+
+    inertia: Annotated[float, Field(gt=0.0)] | None = None
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class System:
+    """What the pair is built into. Without shafts: two rigid wheels that only turn.
+
+    Parameters
+    ----------
+    damping_ratio
+        Of every mode of the system with its mean mesh stiffness.
+    rotation
+        Of this scene's pinion, seen along increasing positions on the shafts.
+    hand
+        Of this scene's pinion's helix.
+    shafts
+        All of them, each gear on one.
+    meshes
+        Further meshes on the same shafts.
+    pinion, wheel
+        Inertias where no shafts are given.
+    """
+
+    damping_ratio: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.05
+    rotation: Literal["clockwise", "counterclockwise"] = "clockwise"
+    hand: Hand = "right"
+    shafts: tuple[Shaft, ...] = ()
+    meshes: tuple[Mesh, ...] = ()
+    pinion: Wheel = Wheel()
+    wheel: Wheel = Wheel()
+
+    def __post_init__(self) -> None:
+        for key, items in (("shafts", self.shafts), ("meshes", self.meshes)):
+            names = [item.name for item in items]
+            for number, name in enumerate(names):
+                if names.index(name) != number:
+                    raise InputError(f"{key}.{number}.name", name, "given twice: each name at most once")
+        if not self.shafts:
+            if self.meshes:
+                raise InputError("meshes", "given", "need the shafts that carry them: [[system.shafts]]")
+            return
+        for key in ("pinion", "wheel"):
+            if getattr(self, key) != Wheel():
+                raise InputError(key, "given", "conflicts with shafts: their gears have the inertia")
+        seats = [(seat.mesh, seat.gear) for shaft in self.shafts for seat in shaft.gears]
+        wanted = [(name, gear) for name in ("", *(m.name for m in self.meshes)) for gear in ("pinion", "wheel")]
+        for seat in seats:
+            if seat not in wanted:
+                raise InputError("shafts.gears.mesh", seat[0], f"must be one of {[m.name for m in self.meshes]}")
+        for mesh, gear in wanted:
+            count = seats.count((mesh, gear))
+            if count != 1:
+                of = f" of mesh {mesh!r}" if mesh else ""
+                raise InputError("shafts", f"{gear}{of} on {count} shafts", "must be on one")

@@ -1,0 +1,162 @@
+"""A shaft as a chain of beam elements: nodes, stiffness, mass, and the rows that read or load any of its sections."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.errors import InputError
+from gearbench.system.beam import Beam
+from gearbench.system.schema import Disc, Shaft
+
+#: Elements across the face of a gear.
+FACE_ELEMENTS = 12
+#: Nodes closer than this share of the shaft's length are one.
+_SAME = 1e-9
+#: t/mm³ in 1 g/cm³, t·mm² in 1 kg·m², t in 1 kg, mm in 1 m.
+DENSITY, INERTIA, MASS, METRE = 1e-9, 1e3, 1e-3, 1e3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Face:
+    """The stretch of a shaft that carries a gear: from start to end [mm], with its diameter where it has its own."""
+
+    start: float
+    end: float
+    diameter: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShaftModel:
+    """Beam model of a shaft; motions (6 of each node, node by node) as in ``beam``.
+
+    Parameters
+    ----------
+    shaft
+        What it is made of.
+    faces
+        Stretches that carry gears.
+    """
+
+    shaft: Shaft
+    faces: tuple[Face, ...]
+
+    def __post_init__(self) -> None:
+        room = 1e-6 * self.shaft.length
+        for face in self.faces:
+            if face.start < -room or face.end > self.shaft.length + room:
+                reach = f"its face reaches from {face.start:.6g} to {face.end:.6g} mm"
+                allowed = f"must lie on the shaft, 0 to {self.shaft.length:g} mm"
+                raise InputError(f"system.shafts.{self.shaft.name}.gears", reach, allowed)
+
+    @cached_property
+    def nodes(self) -> NDArray:
+        """Positions of the nodes [mm], ascending."""
+        shaft = self.shaft
+        ends = np.cumsum([0.0, *(section.length for section in shaft.sections)])
+        marks = [*ends, *(item.position for item in (*shaft.bearings, *shaft.loads, *shaft.discs))]
+        if shaft.coupling is not None:
+            marks.append(shaft.coupling.position)
+        for face in self.faces:
+            marks += [*np.linspace(face.start, face.end, FACE_ELEMENTS + 1)]
+        marks = np.unique(np.clip(marks, 0.0, shaft.length))
+        keep = np.concatenate([[True], np.diff(marks) > _SAME * shaft.length])
+        coarse = marks[keep]
+        fine = [coarse[:1]]
+        for a, b in pairwise(coarse):
+            # elements no longer than their diameter: modes of shafts to some ten kHz
+            count = math.ceil((b - a) / self._diameters(a, b)[0][0] - 1e-9)
+            fine.append(np.linspace(a, b, max(count, 1) + 1)[1:])
+        return np.concatenate(fine)
+
+    def _diameters(self, a: float, b: float) -> tuple[tuple[float, float], float]:
+        """Outer diameters at both ends of a stretch that lies within one section, and its bore [mm]."""
+        middle, start = (a + b) / 2, 0.0
+        for section in self.shaft.sections:
+            if middle <= start + section.length or section is self.shaft.sections[-1]:
+                end = section.end_diameter or section.diameter
+                slope = (end - section.diameter) / section.length
+                outer = (section.diameter + slope * (a - start), section.diameter + slope * (b - start))
+                for face in self.faces:
+                    if face.diameter is not None and face.start < middle < face.end:
+                        outer = (face.diameter, face.diameter)
+                return outer, section.bore
+            start += section.length
+        raise AssertionError("a shaft has sections")
+
+    @cached_property
+    def beams(self) -> tuple[Beam, ...]:
+        """Elements between the nodes."""
+        material, found = self.shaft.material, []
+        for a, b in pairwise(self.nodes):
+            outer, bore = self._diameters(a, b)
+            if bore >= min(outer):
+                raise InputError(f"system.shafts.{self.shaft.name}.gears.diameter", min(outer), f"above bore {bore:g}")
+            found.append(
+                Beam(
+                    length=float(b - a),
+                    diameter=outer,
+                    bore=(bore, bore),
+                    E=material.E,
+                    G=material.G,
+                    nu=material.nu,
+                    density=self.shaft.density * DENSITY,
+                )
+            )
+        return tuple(found)
+
+    @property
+    def size(self) -> int:
+        """Number of motions."""
+        return 6 * len(self.nodes)
+
+    def node(self, position: float) -> int:
+        """Node at a position that was asked for by a bearing, load, disc, coupling or end of a face."""
+        return int(np.argmin(np.abs(self.nodes - position)))
+
+    @cached_property
+    def stiffness(self) -> NDArray:
+        """Of the free shaft (size, size)."""
+        return self._sum([beam.stiffness() for beam in self.beams])
+
+    @cached_property
+    def mass(self) -> NDArray:
+        """Of the shaft and its discs (size, size) [t, t·mm²]."""
+        M = self._sum([beam.mass() for beam in self.beams])
+        for disc in self.shaft.discs:
+            add_disc(M, 6 * self.node(disc.position), disc)
+        return M
+
+    def _sum(self, parts: Sequence[NDArray]) -> NDArray:
+        total = np.zeros((self.size, self.size))
+        for k, part in enumerate(parts):
+            total[6 * k : 6 * k + 12, 6 * k : 6 * k + 12] += part
+        return total
+
+    def rows(self, position: NDArray, wrench: NDArray) -> NDArray:
+        """Work (…, size) that wrenches (…, 6) (force, moment) at positions (…,) do on the motions of the nodes.
+
+        Within an element its static shapes are used: a row reads the motion there, and its transpose loads it.
+        """
+        z, w = np.broadcast_arrays(np.asarray(position, dtype=float)[..., None], wrench)
+        z, w, shape = z[..., 0].ravel(), w.reshape(-1, 6), w.shape[:-1]
+        element = np.clip(np.searchsorted(self.nodes, z, side="right") - 1, 0, len(self.beams) - 1)
+        out = np.zeros((len(z), self.size))
+        for k in np.unique(element):
+            here = np.flatnonzero(element == k)
+            N = self.beams[k].shapes((z[here] - self.nodes[k]) / self.beams[k].length)
+            out[here, 6 * k : 6 * k + 12] = np.einsum("pi,pia->pa", w[here], N)
+        return out.reshape(*shape, self.size)
+
+
+def add_disc(M: NDArray, at: int, disc: Disc) -> None:
+    """Add a rigid disc to the mass matrix, at the node whose motions begin at ``at``."""
+    m, axial, across = disc.mass * MASS, disc.inertia * INERTIA, disc.transverse_inertia * INERTIA
+    for k, value in enumerate((m, m, m, across, across, axial)):
+        M[at + k, at + k] += value

@@ -1,0 +1,56 @@
+"""Scatter of the mesh force: each sample is the response of its own scene; statistics; refusals."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from gearbench.dynamics.balance import Excitation, solve
+from gearbench.dynamics.model import Model
+from gearbench.dynamics.scatter import force_rms, robust_response, sample_cycles
+from gearbench.dynamics.waves import rms
+from gearbench.errors import InputError
+from tests.systems import spur_scene
+
+ERRORS = {"hertz": {}, "tooth_bending": {"basis": "paper"}, "manufacturing_errors": {"preset": "garambois2017"}}
+SPEEDS = np.array([800.0, 2500.0, 6000.0])
+
+
+def scene(helix=0.0):
+    return spur_scene({"damping_ratio": 0.05}, helix=helix, effects=ERRORS, segments=12, gauss_points=6)
+
+
+def test_each_sample_is_solved_as_by_itself():
+    model = Model(scene=scene())
+    cycles = sample_cycles(model, 8, samples=5, seed=3, sampler="sobol", threads=1)
+    found = force_rms(model, model.groups[0], cycles, SPEEDS, 1)
+    h = model.receptances(model.groups[0], SPEEDS, 8)
+    for i in range(5):
+        one = Excitation(stiffness=cycles.stiffness[i : i + 1], error=cycles.error[i : i + 1], force=model.force)
+        _, force = solve(one, h, model.stiffness)
+        assert_allclose([values[i] for values in found], rms(force)[:, 0], rtol=1e-9)
+
+
+def test_samples_are_those_of_robust():
+    """The orders of a sample give the RMS of its transmission error that ``robust`` finds."""
+    from gearbench import robust
+
+    cycles = sample_cycles(Model(scene=scene(20.0)), 60, samples=4, seed=1, sampler="sobol", threads=1)
+    data = robust(scene(20.0), samples=4, seed=1)
+    assert_allclose(1e3 * rms(cycles.error), data["transmission_error_rms"], rtol=1e-3)  # orders above 60
+
+
+def test_statistics_are_those_of_the_samples():
+    model = Model(scene=scene())
+    cycles = sample_cycles(model, 10, samples=64, seed=0, sampler="sobol", threads=2)
+    values = np.array(force_rms(model, model.groups[0], cycles, SPEEDS, 1))
+    data = robust_response(scene(), speed=SPEEDS, samples=64)
+    assert_allclose(data["mesh_force_percentile"].sel(percentile=50.0), np.median(values, axis=1), rtol=1e-9)
+    assert_allclose(data["mesh_force_rms_std"], values.std(axis=1, ddof=1), rtol=1e-9)
+    overall = np.sqrt((values**2).mean(axis=0))
+    for name, number in (("mean", overall.mean()), ("std", overall.std(ddof=1)), ("max", overall.max())):
+        assert_allclose(float(data[f"mesh_force_{name}"]), number, rtol=1e-9)
+
+
+def test_scene_without_errors_is_refused():
+    with pytest.raises(InputError, match="manufacturing_errors"):
+        robust_response(spur_scene({}), speed=1000.0)

@@ -1,0 +1,104 @@
+"""Bearings against the closed forms of their norm, and forces that are the derivative of an energy."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from gearbench.system.bearing import Bearing, Curve
+from gearbench.system.rolling import LAMINAE, LINE_CONTACT, Rolling
+
+BALL = Rolling(kind="deep_groove_ball", elements=9, element_diameter=7.938, pitch_diameter=38.5)
+ANGULAR = Rolling(
+    kind="angular_contact_ball", elements=14, element_diameter=10.0, pitch_diameter=60.0, contact_angle=30.0
+)
+ROLLER = Rolling(kind="cylindrical_roller", elements=13, element_diameter=8.0, pitch_diameter=40.0, roller_length=9.0)
+TAPER = Rolling(
+    kind="tapered_roller",
+    elements=16,
+    element_diameter=7.0,
+    pitch_diameter=45.0,
+    roller_length=11.0,
+    contact_angle=15.0,
+)
+
+
+@pytest.mark.parametrize("bearing", [BALL, ANGULAR, ROLLER, TAPER])
+def test_stiffness_is_the_derivative_of_the_force(bearing):
+    q, h = np.array([0.012, 0.004, 0.006, 2e-4, -1e-4]), 1e-7
+    numeric = np.array([(bearing.force(q + h * e)[0] - bearing.force(q - h * e)[0]) / (2 * h) for e in np.eye(5)]).T
+    _, K = bearing.force(q)
+    assert_allclose(K, K.T, rtol=1e-10, atol=1e-10 * np.abs(K).max())
+    assert_allclose(K, numeric, rtol=1e-5, atol=1e-7 * np.abs(K).max())
+
+
+def test_axial_load_of_angular_contact_bearing():
+    """All balls alike: F_a = Z Q sin α with cos α/cos α_0 = A/(A + δ) (ISO/TS 16281, Harris §7)."""
+    A, Z = (0.52 + 0.53 - 1) * 10.0, 14
+    u = 0.03
+    length = math.hypot(A * math.cos(math.radians(30)), A * math.sin(math.radians(30)) + u)
+    sine = (A * math.sin(math.radians(30)) + u) / length
+    expected = Z * ANGULAR.point_stiffness * (length - A) ** 1.5 * sine
+    assert_allclose(ANGULAR.force(np.array([0, 0, u, 0, 0]))[0], [0, 0, expected, 0, 0], rtol=1e-10, atol=1e-6)
+
+
+def test_radial_load_of_ball_bearing_is_stribecks():
+    """Without clearance F_r = Z Q_max / 4.37 for many balls (Stribeck 4.37 for point contact)."""
+    many = Rolling(kind="deep_groove_ball", elements=300, element_diameter=8.0, pitch_diameter=1000.0)
+    u = 1e-4  # small against the groove, so that contact angles stay zero
+    F = many.force(np.array([u, 0, 0, 0, 0]))[0][0]
+    assert_allclose(300 * many.point_stiffness * u**1.5 / F, 4.37, rtol=2e-3)
+
+
+def test_radial_load_of_roller_bearing():
+    """Sum over rollers and laminae with the norm's profile, written out."""
+    u, Z, L, D = 0.02, 13, 9.0, 8.0
+    x = L * ((np.arange(LAMINAE) + 0.5) / LAMINAE - 0.5)
+    profile = 2 * 0.00035 * D * np.log(1 / (1 - (2 * x / L) ** 2))
+    angle = 2 * np.pi * np.arange(Z) / Z
+    deep = np.maximum(u * np.cos(angle)[:, None] - profile, 0)
+    Q = LINE_CONTACT * L ** (8 / 9) / LAMINAE * (deep ** (10 / 9)).sum(axis=1)
+    assert_allclose(ROLLER.force(np.array([u, 0, 0, 0, 0]))[0][0], (Q * np.cos(angle)).sum(), rtol=1e-12)
+
+
+def test_hertz_of_a_ball_between_planes():
+    """Curvature alike in both directions: Q = (4/3) E* √R δ^1.5, 1/E* = 2(1−ν²)/E for two bodies alike."""
+    from gearbench.system.rolling import _E, _NU, _hertz_point
+
+    # a groove that is almost flat: its curvature is 1e-3 of the ball's
+    R = 5.0
+    expected = 4 / 3 * _E / (2 * (1 - _NU**2)) * math.sqrt(R)
+    assert_allclose(_hertz_point(2 * R, 0.0, 500.0), expected, rtol=1e-3)
+
+
+def test_catalogue_finds_the_balls_of_known_bearings():
+    """6205: 9 balls of 7.94 mm; 6305: 7 of 11.51 mm; 6308: 8 of 15.08 mm."""
+    for bore, outside, capacity, balls in ((25.0, 52.0, 7.8, 9), (25.0, 62.0, 11.4, 7), (40.0, 90.0, 25.0, 8)):
+        known = Rolling(kind="deep_groove_ball", bore=bore, outside=outside, static_capacity=capacity)
+        assert balls == known.Z
+
+
+def test_curve_is_linear_between_its_points_and_beyond():
+    bearing = Bearing(position=0.0, radial_curve=Curve(deflection=(10.0, 20.0), load=(100.0, 400.0)))
+    for micrometres, load in ((5.0, 50.0), (15.0, 250.0), (30.0, 700.0)):
+        F, K = bearing.force(micrometres / 1e3 * np.array([0.6, 0.8, 0, 0, 0]))
+        assert_allclose(F[:2], load * np.array([0.6, 0.8]), rtol=1e-12)
+        e = np.array([0.6, 0.8])
+        slope = 10e3 if micrometres < 10 else 30e3
+        assert_allclose(K[:2, :2] @ e, slope * e, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("table", "match"),
+    [
+        ({}, "give one of rolling, matrix"),
+        ({"radial_stiffness": 1.0, "rolling": BALL}, "give one of rolling, matrix"),
+        ({"radial_stiffness": 1.0, "radial_curve": Curve(deflection=(1.0,), load=(1.0,))}, "conflicts"),
+        ({"matrix": ((1.0, 0.0), (0.0, 1.0))}, "5 × 5"),
+        ({"matrix": tuple(map(tuple, -np.eye(5)))}, "no negative eigenvalue"),
+    ],
+)
+def test_bearings_that_say_too_much_or_too_little(table, match):
+    with pytest.raises(Exception, match=match):
+        Bearing(position=0.0, **table)
