@@ -267,14 +267,17 @@ def _shared_compliance(parts: Sequence[LowRank | Dense], lines: ContactLines) ->
     positions, pairs, segments = lines.shape
     H = np.zeros((positions, pairs, segments, pairs, segments))
     whole = H.reshape(positions, pairs * segments, -1)
-    pair = np.arange(pairs)
+    position, pair = np.nonzero(lines.active)
     for part in parts:
         if isinstance(part, Dense):
             whole += _without_negative(part.matrix, lines)
         elif part.coupled:
-            whole += gram(part.factor.reshape(*whole.shape[:2], -1))
+            factor = part.factor.reshape(*whole.shape[:2], -1)
+            for pattern in np.unique(lines.active, axis=0):  # of lines that exist, so that the others cost nothing
+                alike, rows = np.all(lines.active == pattern, axis=1), np.repeat(pattern, segments)
+                whole[np.ix_(alike, rows, rows)] += gram(factor[np.ix_(alike, rows)])
         else:
-            H[:, pair, :, pair] += np.moveaxis(gram(part.factor), 1, 0)
+            H[position, pair, :, pair] += gram(part.factor[position, pair])
     active = np.repeat(lines.active, segments, axis=1)
     whole *= active[:, :, None] & active[:, None, :]
     return whole

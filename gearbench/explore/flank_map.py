@@ -13,8 +13,15 @@ from gearbench.results.outputs import Solved
 SIZE = (72, 48)
 
 
+def flank_range(solved: Solved) -> tuple[float, float]:
+    """u [mm] between which a map is drawn: the path of contact, or as far as lines reach beyond it."""
+    lines, meshing = solved.lines, solved.scene.pair.meshing
+    u = lines.u[lines.active]
+    return min(meshing.path_start, float(u.min())), max(meshing.path_end, float(u.max()))
+
+
 def flank_map(solved: Solved, size: tuple[int, int] = SIZE) -> NDArray:
-    """Line load over the rectangle u_A … u_E, 0 … b, (up, across) [N/mm]; NaN where no line was computed near.
+    """Line load over the rectangle of ``flank_range`` and 0 … b, (up, across) [N/mm]; NaN where no line is near.
 
     At fixed y the line of phase τ + k stands at u = u_A + (τ + k) p_bt + y tan β_b: interpolated along each line in y,
     then between lines in u.
@@ -27,7 +34,8 @@ def flank_map(solved: Solved, size: tuple[int, int] = SIZE) -> NDArray:
     half = lines.length[active][order] * math.cos(pair.meshing.beta_b) / 2
     across, up = size
     positions = (np.arange(up) + 0.5) / up * pair.face_width
-    u = pair.meshing.path_start + (np.arange(across) + 0.5) / across * (pair.meshing.path_end - pair.meshing.path_start)
+    first, last = flank_range(solved)
+    u = first + (np.arange(across) + 0.5) / across * (last - first)
     along = np.array([np.interp(positions, *line) for line in zip(y, q, strict=True)])  # (line, up)
     reached = (positions >= y[:, :1] - half[:, :1]) & (positions <= y[:, -1:] + half[:, -1:])
     image = np.full((up, across), np.nan)

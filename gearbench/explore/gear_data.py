@@ -30,9 +30,9 @@ def tables(picture: Picture, *, teeth: bool = True) -> Tables:
     }
     image = {
         "image": [picture.load.astype("float32")],
-        "x": [pair.meshing.path_start],
+        "x": [picture.load_range[0]],
         "y": [0.0],
-        "dw": [pair.meshing.path_end - pair.meshing.path_start],
+        "dw": [picture.load_range[1] - picture.load_range[0]],
         "dh": [pair.face_width],
         "top": [float(np.nanquantile(picture.load, 0.99))],
     }

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import GearbenchError
-from gearbench.explore.flank_map import flank_map
+from gearbench.explore.flank_map import flank_map, flank_range
 from gearbench.results.cycle import coefficients, curves
 from gearbench.results.outputs import Solved
 from gearbench.results.responses import response
@@ -67,6 +67,8 @@ class Picture:
         STE [µm] and stiffness [N/µm] with every error at its mean.
     load
         Line load on the flank, see ``flank_map`` [N/mm].
+    load_range
+        u [mm] from which to which it is drawn.
     scatter
         None where the scene has no random errors, or it is not computed yet.
     seconds
@@ -77,6 +79,7 @@ class Picture:
     transmission_error: Cycle
     mesh_stiffness: Cycle
     load: NDArray
+    load_range: tuple[float, float]
     scatter: Scatter | None
     seconds: float
 
@@ -110,6 +113,7 @@ def outline(scene: Scene) -> tuple[Picture, Solved]:
         transmission_error=_cycle(solved, "transmission_error"),
         mesh_stiffness=_cycle(solved, "mesh_stiffness"),
         load=flank_map(solved),
+        load_range=flank_range(solved),
         scatter=None,
         seconds=time.perf_counter() - start,
     )
