@@ -135,3 +135,41 @@ def _solve_splu(upper: sp.csr_matrix, rhs: NDArray) -> NDArray:
     if np.any(factor.U.diagonal() <= 0):
         raise SingularSystemError("SuperLU: the stiffness matrix is not positive definite")
     return factor.solve(rhs)
+
+
+def schur_complement(upper: sp.csr_matrix, load: sp.csr_matrix, kept: NDArray, solver: str | None = None) -> NDArray:
+    """Condense [[K, F], [Fᵀ, 0]] to the unknowns ``kept`` and the columns of F: (kept + loads, kept + loads), dense.
+
+    ``upper`` is the upper triangle of K, indices sorted.
+
+    Raises
+    ------
+    SingularSystemError
+        If K without the unknowns kept is not positive definite.
+    """
+    n, m = load.shape
+    whole = sp.block_array([[upper, load], [None, sp.csr_array((m, m))]], format="csr")
+    size = n + m
+    keep = np.zeros(size, dtype=np.int32)
+    keep[kept], keep[n:] = 1, 1
+    order = np.argsort(np.concatenate([np.argsort(np.argsort(kept)), np.arange(len(kept), len(kept) + m)]))
+    with _LOCK:
+        module, library = _pardiso(), _library()
+        # Pardiso wants all diagonal entries to be there
+        whole = sp.csr_matrix(whole + sp.diags_array(np.append(np.zeros(n), np.full(m, 1e-300)), format="csr"))
+        whole.sort_indices()
+        perm, library.perm = library.perm, keep
+        library.iparm[35] = 1
+        library.set_phase(12)
+        try:
+            S = library._call_pardiso(whole, np.zeros((keep.sum(), keep.sum()), order="F"))
+        except module.pardiso_wrapper.PyPardisoError as error:
+            raise SingularSystemError(f"MKL Pardiso: {error}") from None
+        finally:
+            library.iparm[35] = 0
+            library.set_phase(-1)
+            library._call_pardiso(sp.csr_matrix(np.eye(1)), np.zeros((1, 1), order="F"))
+            library.perm = perm
+    back = np.empty_like(order)
+    back[order] = np.arange(len(order))
+    return S[back][:, back]
