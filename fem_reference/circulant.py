@@ -18,66 +18,74 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from fem_reference.axis import Axis
 from fem_reference.sector import Section
 from fem_reference.solver import schur_complement
+from gearbench.compliance.bases import axis_functions, gauss, legendre_functions
+from gearbench.compliance.solid import axis_integrals
 from gearbench.geometry.material import Material
 
 
-def tensor_stiffness(section: Section, axis: Axis, material: Material) -> sp.csr_matrix:
-    """Upper triangle of A₀₀⊗M + A₀₁⊗G + A₀₁ᵀ⊗Gᵀ + A₁₁⊗S on the nodes that are not held; functions of the axis fastest."""
-    A00, A01, A11 = section.stiffness(material)
+def tensor_stiffness(section: Section, count: int, material: Material) -> sp.csr_matrix:
+    """Upper triangle of A₀₀⊗M + A₀₁⊗G + A₁₀⊗Gᵀ + A₁₁⊗S on the nodes that are not held, M = ∫hh, G = ∫hh′, S = ∫h′h′.
+
+    Degree of freedom = count·(that of the section) + function along the axis.
+    """
+    b = section.body.gear.face_width
+    integrals = axis_integrals(count) * np.array([[b, 1.0], [1.0, 1 / b]])[:, :, None, None]
+    parts = section.stiffness(material)
     free = section.free
-    A00, A01, A10, A11 = (A[free][:, free].tocsr() for A in (A00, A01, A01.T.tocsr(), A11))
-    M, G, S = axis.products
-    H = G.T.tocsr()
-    for matrix in (A00, A01, A10, A11, M, G, S, H):
-        matrix.sort_indices()
-    n, size = A00.shape[0], axis.size
-    row = np.repeat(np.arange(n), np.diff(A00.indptr))
-    upper = A00.indices >= row
-    row, col = row[upper], A00.indices[upper]
-    parts = [A.data[upper] for A in (A00, A01, A10, A11)]
-    degree, deg = np.bincount(row, minlength=n), np.diff(M.indptr)
-    first = np.concatenate([[0], np.cumsum(degree)])
-    rows = degree[:, None] * deg  # entries of row (i, a)
-    start = np.concatenate([[0], np.cumsum(rows.ravel())])
-    data, indices = np.empty(start[-1]), np.empty(start[-1], dtype=np.int32)
+    parts = [A[free][:, free].tocsr() for A in (parts[0], parts[1], parts[1].T.tocsr(), parts[2])]
+    for A in parts:
+        A.sort_indices()
+    n = parts[0].shape[0]
+    row = np.repeat(np.arange(n), np.diff(parts[0].indptr))
+    upper = parts[0].indices >= row
+    row, col = row[upper], parts[0].indices[upper]
+    values = np.stack([A.data[upper] for A in parts])
+    of_axis = integrals.reshape(4, count, count)
+    band = [np.flatnonzero(of_axis[:, a].any(axis=0)) for a in range(count)]
+    number = np.bincount(row, minlength=n)
+    first = np.concatenate([[0], np.cumsum(number)])
+    entries = number[:, None] * np.array([len(b) for b in band])
+    start = np.concatenate([[0], np.cumsum(entries.ravel())])
+    data, indices = np.zeros(start[-1]), np.zeros(start[-1], dtype=np.int32)
     within = np.arange(len(row)) - first[row]
-    for a in range(size):
-        part = slice(M.indptr[a], M.indptr[a + 1])
-        target = start[row * size + a] + within * deg[a]
-        target = (target[:, None] + np.arange(deg[a])).ravel()
-        block = sum(A[:, None] * Y.data[part] for A, Y in zip(parts, (M, G, H, S), strict=True))
-        indices[target] = (col[:, None] * size + M.indices[part]).ravel()
-        data[target] = np.ravel(block)
-    made = sp.csr_matrix((data, indices, start), shape=(n * size, n * size))
-    keep = indices >= np.repeat(np.arange(n * size, dtype=np.int32), np.diff(start))
-    count = np.concatenate([[0], np.cumsum(keep)])
-    return sp.csr_matrix((data[keep], indices[keep], count[start]), shape=made.shape)
+    for a in range(count):
+        target = (start[row * count + a] + within * len(band[a]))[:, None] + np.arange(len(band[a]))
+        data[target] = values.T @ of_axis[:, a, band[a]]
+        indices[target] = col[:, None] * count + band[a]
+    keep = (indices >= np.repeat(np.arange(n * count), np.diff(start))) & (data != 0)
+    kept = np.concatenate([[0], np.cumsum(keep)])
+    return sp.csr_matrix((data[keep], indices[keep], kept[start]), shape=(n * count, n * count))
 
 
-def flank_blocks(section: Section, axis: Axis, material: Material, order: tuple[int, int], n: int) -> tuple[NDArray, dict[str, Any]]:
+def flank_blocks(
+    section: Section, count: int, material: Material, order: tuple[int, int], n: int
+) -> tuple[NDArray, dict[str, Any]]:
     """C_d, d = −n … n, (2n+1, p·q, p·q) [mm/N] under polynomial loads on the right flank."""
     t0 = time.perf_counter()
-    K = tensor_stiffness(section, axis, material)
-    p, q = order
-    load = np.kron(section.flank_load(p)[section.free], axis.load(q))
+    K = tensor_stiffness(section, count, material)
+    load = sp.csr_matrix(np.kron(section.flank_load(order[0])[section.free], axis_load(section.body.gear.face_width, count, order[1])))
     t1 = time.perf_counter()
-    size = axis.size
     if section.body.bore_radius is None:
-        S = schur_complement(K, sp.csr_matrix(load), np.zeros(0, dtype=int))
+        S = schur_complement(K, load, np.zeros(0, dtype=int))
         return -S[None], {"assembly": t1 - t0, "schur": time.perf_counter() - t1, "unknowns": K.shape[0], "nnz": K.nnz}
-    number = np.full(3 * len(section.positions), -1)
-    number[section.free] = np.arange(np.count_nonzero(section.free))
+    number = np.where(section.free, np.cumsum(section.free) - 1, -1)
     faces = []
     for sign in (-1, 1):
         dofs = number[(3 * section.side(sign)[:, None] + np.arange(3)).ravel()]
-        faces.append((dofs[dofs >= 0][:, None] * size + np.arange(size)).ravel())
-    S = schur_complement(K, sp.csr_matrix(load), np.concatenate(faces))
+        faces.append((dofs[dofs >= 0][:, None] * count + np.arange(count)).ravel())
+    S = schur_complement(K, load, np.concatenate(faces))
     t2 = time.perf_counter()
     found, waves = circulant_compliance(S, len(faces[0]), section.body.gear.teeth, n)
-    return found, {"assembly": t1 - t0, "schur": t2 - t1, "waves": time.perf_counter() - t2, "n_waves": waves, "unknowns": K.shape[0], "nnz": K.nnz, "face": len(faces[0])}
+    return found, {"assembly": round(t1 - t0,2), "schur": round(t2 - t1,2), "waves": round(time.perf_counter() - t2,2), "n_waves": waves, "unknowns": K.shape[0], "nnz": K.nnz, "face": len(faces[0])}
+
+
+def axis_load(b: float, count: int, q: int) -> NDArray:
+    """∫ h_a φ_j dy of the functions along the axis and q orthonormal Legendre functions, (count, q)."""
+    eta, weight = gauss((count + q) // 2 + 1)
+    found = math.sqrt(b) * axis_functions(count, eta)[0].T @ (weight[:, None] * legendre_functions(q, eta))
+    return np.where(np.abs(found) > 1e-14 * np.abs(found).max(), found, 0.0)
 
 
 def circulant_compliance(S: NDArray, face: int, z: int, n: int) -> tuple[NDArray, int]:
