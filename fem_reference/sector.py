@@ -20,7 +20,7 @@ import scipy.sparse as sp
 from numpy.polynomial import Chebyshev, legendre
 from numpy.typing import NDArray
 
-from fem_reference.section import Body
+from fem_reference.section import Body, check_section
 from gearbench.compliance.bases import gauss
 from gearbench.compliance.local import flank_functions
 from gearbench.geometry.gear import Gear
@@ -30,68 +30,48 @@ from gearbench.geometry.material import Material, lame
 Map = Callable[[NDArray, NDArray], tuple[NDArray, ...]]
 
 
-@dataclass(frozen=True)
-class Curve:
-    """A function of one variable with its derivative, as a Chebyshev series on [low, high]."""
-
-    series: Chebyshev
-
-    @classmethod
-    def through(cls, function: Callable[[NDArray], NDArray], low: float, high: float, degree: int = 40) -> Curve:
-        """Interpolation of a smooth function."""
-        return cls(Chebyshev.interpolate(function, degree, domain=[low, high]))
-
-    def __call__(self, x: NDArray) -> tuple[NDArray, NDArray]:
-        """Value and slope."""
-        return self.series(x), self.series.deriv()(x)
-
-
 @dataclass(frozen=True, kw_only=True)
 class Outline:
-    """Outline of a tooth and of the root beside it, ψ over the chord c = √(R² − r_f²) on the fillet, smooth in c."""
+    """Outline of a tooth: the fillet over its parameter φ (0 at the root circle), ψ(R) above the junction.
+
+    Parameters
+    ----------
+    gear
+        The gear.
+    """
 
     gear: Gear
 
     @cached_property
-    def _fillet(self) -> Curve:
-        gear = self.gear
-        end = math.sqrt(gear.form_radius**2 - gear.root_radius**2)
-        return Curve.through(lambda c: gear.half_angle(np.hypot(gear.root_radius, np.minimum(c, end))), 0.0, end)
+    def _series(self) -> tuple[Chebyshev, Chebyshev]:
+        """c = √(R² − r_f²) and ψ over φ: both analytic, unlike ψ(R), which starts with a root."""
+        fillet, r_f = self.gear.fillet, self.gear.root_radius
+        chord = lambda phi: np.sqrt(np.maximum(fillet.radius(phi) ** 2 - r_f**2, 0.0))  # noqa: E731
+        span = [0.0, fillet.phi_end]
+        return Chebyshev.interpolate(chord, 60, span), Chebyshev.interpolate(fillet.half_angle, 60, span)
 
-    @cached_property
-    def foot(self) -> float:
-        """ψ where the fillet meets the root circle [rad]."""
-        return float(self._fillet(np.zeros(1))[0][0])
-
-    @cached_property
-    def chord(self) -> float:
-        """c of the point, coming from the root circle, where the fillet is as steep as 45° [mm]."""
-        c = np.linspace(0.0, self._fillet.series.domain[1], 4001)[1:]
-        slope = self._fillet(c)[1] * (self.gear.root_radius**2 + c**2) / c
-        return float(c[np.argmax(slope > -1.0)]) if np.any(slope > -1.0) else float(c[-1])
+    def fillet(self, phi: NDArray) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+        """R, ψ, dR/dφ and dψ/dφ."""
+        chord, psi = self._series
+        c = chord(phi)
+        R = np.hypot(self.gear.root_radius, c)
+        return R, psi(phi), c * chord.deriv()(phi) / R, psi.deriv()(phi)
 
     @cached_property
     def junction(self) -> float:
-        """Its radius [mm]."""
-        return math.hypot(self.gear.root_radius, self.chord)
+        """φ of the first point above the root circle where the fillet is as steep as 45°; above it ψ(R) is taken."""
+        phi = np.linspace(0.0, float(self.gear.fillet.parameter(self.gear.form_radius)), 4001)[1:]
+        R, _, R_phi, psi_phi = self.fillet(phi)
+        steep = -psi_phi * R < R_phi
+        return float(phi[np.argmax(steep)] if steep.any() else phi[-1])
 
     def half_angle(self, R: NDArray) -> tuple[NDArray, NDArray]:
         """ψ and dψ/dR from the junction to the tip circle."""
         gear = self.gear
-        c = np.sqrt(np.maximum(R**2 - gear.root_radius**2, 1e-300))
-        psi, slope = self._fillet(c)
+        _, psi, R_phi, psi_phi = self.fillet(gear.fillet.parameter(R))
         tan = np.sqrt(np.maximum(R**2 - gear.base_radius**2, 0.0)) / gear.base_radius
-        on_flank = gear.form_radius <= R
-        return (
-            np.where(on_flank, gear.involute_half_angle(R), psi),
-            np.where(on_flank, -tan / R, slope * R / c),
-        )
-
-    def root(self, c: NDArray) -> tuple[NDArray, ...]:
-        """R, ψ, dR/dc, dψ/dc on the fillet below the junction."""
-        psi, slope = self._fillet(c)
-        R = np.hypot(self.gear.root_radius, c)
-        return R, psi, c / R, slope
+        flank = gear.form_radius <= R
+        return np.where(flank, gear.involute_half_angle(R), psi), np.where(flank, -tan / R, psi_phi / R_phi)
 
 
 #: θ and its derivative, upper end of R and its derivative, at x in [0, 1] across a column.
@@ -128,14 +108,14 @@ def _level(start: float, end: float, top: float) -> Column:
 
 def _foot(outline: Outline, side: int, end: float) -> Column:
     """The column below the lower fillet, which ends at the angle ``end``."""
-    chord = outline.chord
-    start = float(outline.root(np.array([chord]))[1][0])
-    stretch = (end - start) / (outline.foot - start)
+    phi = outline.junction
+    start, foot = (float(outline.fillet(np.array(x))[1]) for x in (phi, 0.0))
+    stretch = (end - start) / (foot - start)
 
     def at(x: NDArray) -> tuple[NDArray, ...]:
-        c, slope = (chord * (1 - x), -chord) if side > 0 else (chord * x, chord)
-        top, psi, top_c, psi_c = outline.root(c)
-        return side * (start + stretch * (psi - start)), side * stretch * psi_c * slope, top, top_c * slope
+        top, psi, R_phi, psi_phi = outline.fillet(phi * (1 - x if side > 0 else x))
+        turn = -side * phi
+        return side * (start + stretch * (psi - start)), side * stretch * psi_phi * turn, top, R_phi * turn
 
     return at
 
@@ -159,46 +139,48 @@ class Grain:
     degree: int
     flank: tuple[float, ...] = (0.0, 0.15, 0.55, 0.9, 1.0)
     fillet: tuple[float, ...] = (0.0, 0.6, 1.0)
-    across: tuple[float, ...] = (-1.0, 0.0, 1.0)
+    across: tuple[float, ...] = (-1.0, -0.6, 0.6, 1.0)
     rim: float = 1.2
     growth: float = 2.5
 
 
-def quadrilaterals(body: Body, grain: Grain) -> list[Map]:
-    """Maps of all quadrilaterals of a sector, or of a tooth alone, from [0, 1]² to (R, θ).
+def quadrilaterals(body: Body, grain: Grain) -> tuple[list[Map], list[Map]]:
+    """Maps from [0, 1]² to (R, θ): those next to the loaded flank, from the root upwards, and all others.
 
     Raises
     ------
     MeshingError
         If the flanks or the fillets of neighbouring teeth cross.
     """
+    check_section(body)
     gear, outline = body.gear, Outline(gear=body.gear)
-    junction, form = outline.junction, gear.form_radius
-    radii = [junction + f * (form - junction) for f in grain.fillet]
-    radii += [form + f * (gear.tip_radius - form) for f in grain.flank[1:]]
-    strips = list(pairwise(grain.across))
-    tooth = [_on_tooth(outline, s, R) for R in pairwise(radii) for s in strips]
-    psi = float(outline.half_angle(np.array([junction]))[0][0])
-    columns = [_level(a * psi, b * psi, junction) for a, b in strips]
-    end, half = outline.foot, 0.5 * body.pitch_angle
+    low, psi, _, _ = (float(x) for x in outline.fillet(np.array(outline.junction)))
+    high, strips = gear.form_radius, list(pairwise(grain.across))
+    flank = [high + f * (gear.tip_radius - high) for f in grain.flank]
+    rows = [(low + f * (high - low), low + g * (high - low)) for f, g in pairwise(grain.fillet) if high > low]
+    loaded = [_on_tooth(outline, strips[-1], R) for R in pairwise(flank)]
+    others = [_on_tooth(outline, s, R) for R in pairwise(flank) for s in strips[:-1]]
+    others += [_on_tooth(outline, s, R) for R in rows for s in strips]
+    columns = [_level(a * psi, b * psi, low) for a, b in strips]
+    end, half = float(outline.fillet(np.array(0.0))[1]), 0.5 * body.pitch_angle
     if body.bore_radius is None:
         columns += [_foot(outline, side, end) for side in (-1, 1)]
-        return tooth + [_in_column(column, gear.root_radius) for column in columns]
+        return loaded, others + [_in_column(column, gear.root_radius) for column in columns]
     if half - end > LEAST_LAND * half:
         columns += [_level(end, half, gear.root_radius), _level(-half, -end, gear.root_radius)]
     else:
         end = half
     columns += [_foot(outline, side, end) for side in (-1, 1)]
-    layers = _layers(body, grain)
-    rim = [_in_column(column, layers[0]) for column in columns]
-    return tooth + rim + [_in_column(column, low, high) for column in columns for high, low in pairwise(layers)]
+    layers = layer_radii(body, grain)
+    others += [_in_column(column, layers[0]) for column in columns]
+    return loaded, others + [_in_column(column, R, top) for column in columns for top, R in pairwise(layers)]
 
 
 #: A root circle left between two fillets that is shorter than this share of the pitch is closed.
 LEAST_LAND = 2e-3
 
 
-def _layers(body: Body, grain: Grain) -> list[float]:
+def layer_radii(body: Body, grain: Grain) -> list[float]:
     """Radii from the lower end of the row below the teeth down to the bore."""
     bore, top = body.bore_radius or 0.0, body.gear.root_radius
     depth, step, radii = top - bore, grain.rim * body.gear.normal_module, []
@@ -225,8 +207,9 @@ class Section:
 
     @cached_property
     def maps(self) -> list[Map]:
-        """The quadrilaterals."""
-        return quadrilaterals(self.body, self.grain)
+        """The quadrilaterals, those next to the loaded flank first."""
+        loaded, others = quadrilaterals(self.body, self.grain)
+        return loaded + others
 
     @cached_property
     def _numbering(self) -> tuple[NDArray, NDArray]:
@@ -323,12 +306,8 @@ class Section:
         points, weights = gauss(n + count // 2 + 4)
         value, _ = lagrange(n, points)
         out = np.zeros((3 * len(self.positions), count))
-        strips = len(self.grain.across) - 1
-        first = (len(self.grain.fillet) - 1) * strips
-        for row in range(len(self.grain.flank) - 1):
-            e = first + row * strips + strips - 1
-            R, *_ = self.maps[e](np.ones_like(points), points)
-            height = (self.grain.flank[row + 1] - self.grain.flank[row]) * (gear.tip_radius - gear.form_radius)
+        for e in range(len(self.grain.flank) - 1):
+            R, _, _, height, _, _ = self.maps[e](np.ones_like(points), points)
             f = flank_functions(count, R, gear.form_radius, gear.tip_radius) * (height * weights)[:, None]
             cos = np.minimum(gear.base_radius / R, 1.0)
             normal = np.stack([
