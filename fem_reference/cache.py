@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from fem_reference.compliance import FlankCompliance, Separation
+from fem_reference.compliance import FlankCompliance
 from fem_reference.refinement import default_order, refined_compliance
 from fem_reference.section import Body
 from gearbench.geometry.gear import Gear
@@ -30,7 +30,7 @@ from gearbench.geometry.material import Material
 #: What of the gearbench package determines a result.
 _SOURCES = (
     *(f"geometry/{name}.py" for name in ("fillet", "gear", "involute", "material", "rack")),
-    *(f"compliance/{name}.py" for name in ("bases", "local")),
+    *(f"compliance/{name}.py" for name in ("bases", "local", "solid")),
 )
 
 
@@ -48,13 +48,12 @@ def cached_compliance(
     material: Material,
     accuracy: float = 0.01,
     order: tuple[int, int] | None = None,
-    separation: Separation = "half_space",
 ) -> FlankCompliance:
     """Like ``refined_compliance``, from the cache where the same was computed before."""
-    path = entry(body, material, accuracy, order, separation)
+    path = entry(body, material, accuracy, order)
     found = _load(path, body.gear)
     if found is None:
-        found = refined_compliance(body, material, accuracy, order, separation)
+        found = refined_compliance(body, material, accuracy, order)
         _store(path, found)
     return found
 
@@ -64,10 +63,9 @@ def entry(
     material: Material,
     accuracy: float = 0.01,
     order: tuple[int, int] | None = None,
-    separation: Separation = "half_space",
 ) -> Path:
     """File of ``cached_compliance``; it exists once the same was computed."""
-    key = digest(body, material, accuracy, order or default_order(body.gear), separation)
+    key = digest(body, material, accuracy, order or default_order(body.gear))
     return cache_folder() / f"flank-{key}.npz"
 
 

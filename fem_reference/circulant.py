@@ -9,13 +9,11 @@ are the mean of all waves, so that C_d = (1/z) Σ_k e^{idφ} Ĉ(φ).
 from __future__ import annotations
 
 import math
-import time
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 from scipy.linalg import cho_factor, cho_solve
 
 from fem_reference.sector import Section
@@ -59,26 +57,30 @@ def tensor_stiffness(section: Section, count: int, material: Material) -> sp.csr
     return sp.csr_matrix((data[keep], indices[keep], kept[start]), shape=(n * count, n * count))
 
 
-def flank_blocks(
-    section: Section, count: int, material: Material, order: tuple[int, int], n: int
-) -> tuple[NDArray, dict[str, Any]]:
-    """C_d, d = −n … n, (2n+1, p·q, p·q) [mm/N] under polynomial loads on the right flank."""
-    t0 = time.perf_counter()
-    K = tensor_stiffness(section, count, material)
-    load = sp.csr_matrix(np.kron(section.flank_load(order[0])[section.free], axis_load(section.body.gear.face_width, count, order[1])))
-    t1 = time.perf_counter()
+def flank_blocks(section: Section, count: int, material: Material, order: tuple[int, int], n: int) -> NDArray:
+    """C_d, d = −n … n, (2n+1, p·q, p·q) [mm/N] of the surface under polynomial loads on the right flank.
+
+    Parameters
+    ----------
+    section
+        The section of a sector with its body, or of a tooth alone (n = 0).
+    count
+        Number of functions along the axis.
+    order
+        Numbers p, q of polynomials of the loads along height and face width.
+    """
+    gear = section.body.gear
+    stiffness = tensor_stiffness(section, count, material)
+    along = axis_load(gear.face_width, count, order[1])
+    load = sp.csr_matrix(sp.kron(section.flank_load(order[0])[section.free], along))
     if section.body.bore_radius is None:
-        S = schur_complement(K, load, np.zeros(0, dtype=int))
-        return -S[None], {"assembly": t1 - t0, "schur": time.perf_counter() - t1, "unknowns": K.shape[0], "nnz": K.nnz}
+        return -schur_complement(stiffness, load, np.zeros(0, dtype=np.int64))[None]
     number = np.where(section.free, np.cumsum(section.free) - 1, -1)
     faces = []
     for sign in (-1, 1):
         dofs = number[(3 * section.side(sign)[:, None] + np.arange(3)).ravel()]
         faces.append((dofs[dofs >= 0][:, None] * count + np.arange(count)).ravel())
-    S = schur_complement(K, load, np.concatenate(faces))
-    t2 = time.perf_counter()
-    found, waves = circulant_compliance(S, len(faces[0]), section.body.gear.teeth, n)
-    return found, {"assembly": round(t1 - t0,2), "schur": round(t2 - t1,2), "waves": round(time.perf_counter() - t2,2), "n_waves": waves, "unknowns": K.shape[0], "nnz": K.nnz, "face": len(faces[0])}
+    return circulant_compliance(schur_complement(stiffness, load, np.concatenate(faces)), len(faces[0]), gear.teeth, n)
 
 
 def axis_load(b: float, count: int, q: int) -> NDArray:
@@ -88,27 +90,23 @@ def axis_load(b: float, count: int, q: int) -> NDArray:
     return np.where(np.abs(found) > 1e-14 * np.abs(found).max(), found, 0.0)
 
 
-def circulant_compliance(S: NDArray, face: int, z: int, n: int) -> tuple[NDArray, int]:
-    """C_d from the condensed sector S, ordered left face, right face, loads."""
+def circulant_compliance(S: NDArray, face: int, z: int, n: int) -> NDArray:
+    """C_d, d = −n … n, from the condensed sector S: left face, right face, loads."""
     L, R, F = slice(0, face), slice(face, 2 * face), slice(2 * face, None)
-    diagonal = S[L, L] + S[R, R]
-    waves = wave_numbers(z)
-    found = []
+    diagonal, waves, found = S[L, L] + S[R, R], wave_numbers(z), []
     for k in waves:
         turn = np.exp(2j * math.pi * k / z)
         A = diagonal + turn * S[L, R] + np.conj(turn) * S[R, L]
         B = S[L, F] + np.conj(turn) * S[R, F]
-        found.append(-S[F, F] + B.conj().T @ cho_solve(cho_factor(A, lower=True), B))
-    values = np.array(found)
-    if len(waves) < z // 2 + 1:
-        from scipy.interpolate import CubicSpline
-
-        x = np.log(waves[1:])
-        values = np.concatenate([values[:1], CubicSpline(x, values[1:], bc_type="natural")(np.log(np.arange(1, z // 2 + 1)))])
-    k = np.arange(z // 2 + 1)
+        found.append(B.conj().T @ cho_solve(cho_factor(A, lower=True, overwrite_a=True), B) - S[F, F])
+    k, values = np.arange(z // 2 + 1), np.array(found)
+    if len(waves) < len(k):
+        # smooth in log k beyond the first few: those left out are interpolated
+        smooth = CubicSpline(np.log(waves[1:]), values[1:], bc_type="natural")
+        values = np.concatenate([values[:1], smooth(np.log(k[1:]))])
     weight = np.where((k == 0) | (2 * k == z), 1.0, 2.0) / z
     phase = np.exp(2j * math.pi * np.outer(np.arange(-n, n + 1), k) / z)
-    return np.einsum("dk,kab->dab", phase * weight, values).real, len(waves)
+    return np.tensordot(phase * weight, values, 1).real
 
 
 def wave_numbers(z: int, dense: int = 12, growth: float = 1.15) -> NDArray:

@@ -297,7 +297,10 @@ class Section:
         dofs = (3 * self.nodes[:, :, None] + np.arange(3)).reshape(len(self.maps), -1)
         size = 3 * len(self.positions)
         row, col = np.repeat(dofs, dofs.shape[1], axis=1).ravel(), np.tile(dofs, dofs.shape[1]).ravel()
-        made = [sp.coo_array((np.array(b).ravel(), (row, col)), shape=(size, size)).tocsr() for b in zip(*blocks, strict=True)]
+        made = [
+            sp.coo_array((np.array(b).ravel(), (row, col)), shape=(size, size)).tocsr()
+            for b in zip(*blocks, strict=True)
+        ]
         return made[0], made[1], made[2]
 
     def flank_load(self, count: int) -> NDArray:
@@ -310,10 +313,14 @@ class Section:
             R, _, _, height, _, _ = self.maps[e](np.ones_like(points), points)
             f = flank_functions(count, R, gear.form_radius, gear.tip_radius) * (height * weights)[:, None]
             cos = np.minimum(gear.base_radius / R, 1.0)
-            normal = np.stack([
-                -np.sqrt(1 - cos**2) * math.cos(gear.beta_b), -cos * math.cos(gear.beta_b),
-                np.full_like(R, math.sin(gear.beta_b)),
-            ], axis=-1)
+            normal = np.stack(
+                [
+                    -np.sqrt(1 - cos**2) * math.cos(gear.beta_b),
+                    -cos * math.cos(gear.beta_b),
+                    np.full_like(R, math.sin(gear.beta_b)),
+                ],
+                axis=-1,
+            )
             force = np.einsum("pj,pc,pk->jck", value, normal, f)
             nodes = self.nodes[e].reshape(n + 1, n + 1)[:, -1]
             np.add.at(out, (3 * nodes[:, None] + np.arange(3)), force)

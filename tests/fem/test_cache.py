@@ -26,7 +26,7 @@ def counted(monkeypatch):
     """A stand-in for the FE computation that counts its calls."""
     calls = []
 
-    def compute(body, material, accuracy, order, separation):
+    def compute(body, material, accuracy, order):
         calls.append(accuracy)
         blocks = np.full((1, 4, 4), accuracy) + np.eye(4)
         return FlankCompliance(

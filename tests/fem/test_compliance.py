@@ -12,7 +12,7 @@ from fem_reference.compliance import flank_compliance, flank_load, solve_flank
 from fem_reference.flank import Legendre, patch_grid
 from fem_reference.locate import OutsideError, interior_points
 from fem_reference.plane import Strip, solve_strip
-from fem_reference.refinement import AccuracyError, mesh_cells, refined_compliance, unknowns
+from fem_reference.mesh_family import mesh_cells, unknowns
 from fem_reference.section import Body
 from fem_reference.tooth_mesh import Cells, tooth_mesh
 from tests.gears import standard_gear

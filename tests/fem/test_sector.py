@@ -65,12 +65,18 @@ def exact_area(body: Body) -> float:
     gear = body.gear
     phi = np.linspace(0.0, float(gear.fillet.parameter(gear.form_radius)), 2001)
     R = np.concatenate([gear.fillet.radius(phi), np.linspace(gear.form_radius, gear.tip_radius, 2001)])
-    psi = np.concatenate([gear.fillet.half_angle(phi), gear.involute_half_angle(np.linspace(gear.form_radius, gear.tip_radius, 2001))])
+    psi = np.concatenate(
+        [gear.fillet.half_angle(phi), gear.involute_half_angle(np.linspace(gear.form_radius, gear.tip_radius, 2001))]
+    )
     tooth = float(np.trapezoid(psi, R**2))
-    return tooth + (0.0 if body.bore_radius is None else math.pi / gear.teeth * (gear.root_radius**2 - body.bore_radius**2))
+    return tooth + (
+        0.0 if body.bore_radius is None else math.pi / gear.teeth * (gear.root_radius**2 - body.bore_radius**2)
+    )
 
 
-@pytest.mark.parametrize("gear", [standard_gear(), standard_gear(9), standard_gear(25, helix=30.0), standard_gear(fillet=0.0)])
+@pytest.mark.parametrize(
+    "gear", [standard_gear(), standard_gear(9), standard_gear(25, helix=30.0), standard_gear(fillet=0.0)]
+)
 def test_outline_and_its_slopes_are_those_of_the_gear(gear):
     outline = Outline(gear=gear)
     start = float(outline.fillet(np.array(outline.junction))[0])
@@ -79,7 +85,9 @@ def test_outline_and_its_slopes_are_those_of_the_gear(gear):
     assert_allclose(psi, gear.half_angle(R), atol=1e-9)
     h = 1e-6 * gear.normal_module
     away = np.abs(R - gear.form_radius) > 0.02 * gear.normal_module  # the slope has a kink or a root there
-    assert_allclose(slope[away], ((gear.half_angle(R + h) - gear.half_angle(R - h)) / (2 * h))[away], atol=1e-5 / gear.normal_module)
+    assert_allclose(
+        slope[away], ((gear.half_angle(R + h) - gear.half_angle(R - h)) / (2 * h))[away], atol=1e-5 / gear.normal_module
+    )
 
 
 def test_lagrange_polynomials_of_the_lobatto_points():
