@@ -1,4 +1,4 @@
-"""Compliance of the flanks of a whole gear from one sector: a block-circulant system, one wave around the gear at a time.
+"""Compliance of the flanks of a whole gear from one sector: a block-circulant system, solved wave by wave.
 
 All sectors of a gear are alike. The sector is condensed to its two cut faces and to the loads on its flank (S, one
 factorisation). Where the displacements of sector j are e^{ijφ} times those of sector 0, φ = 2πk/z, the right face is

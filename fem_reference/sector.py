@@ -112,7 +112,7 @@ def _foot(outline: Outline, side: int, end: float) -> Column:
     start, foot = (float(outline.fillet(np.array(x))[1]) for x in (phi, 0.0))
     stretch = (end - start) / (foot - start)
 
-    def at(x: NDArray) -> tuple[NDArray, ...]:
+    def at(x: NDArray) -> tuple[NDArray, NDArray, NDArray, NDArray]:
         top, psi, R_phi, psi_phi = outline.fillet(phi * (1 - x if side > 0 else x))
         turn = -side * phi
         return side * (start + stretch * (psi - start)), side * stretch * psi_phi * turn, top, R_phi * turn
@@ -239,12 +239,15 @@ class Section:
         found = [at(s, t) for at in self.maps]
         return np.array([R_t * theta_s - R_s * theta_t for _, _, R_s, R_t, theta_s, theta_t in found])
 
+    @property
+    def held_radius(self) -> float:
+        """Radius of the bore, or of the root circle of a tooth alone [mm]."""
+        return self.body.bore_radius or self.body.gear.root_radius
+
     @cached_property
     def held(self) -> NDArray:
-        """Nodes at the bore, or at the root circle of a tooth alone."""
-        gear = self.body.gear
-        radius = gear.root_radius if self.body.bore_radius is None else self.body.bore_radius
-        return np.flatnonzero(self.positions[:, 0] < radius + 1e-7 * gear.normal_module)
+        """Nodes on it, which do not move."""
+        return np.flatnonzero(self.positions[:, 0] < self.held_radius + 1e-7 * self.body.gear.normal_module)
 
     @cached_property
     def free(self) -> NDArray:

@@ -147,7 +147,7 @@ def schur_complement(upper: sp.csr_matrix, load: sp.csr_matrix, kept: NDArray, s
     SingularSystemError
         If K without the unknowns kept is not positive definite.
     """
-    n, m = load.shape
+    n, m = np.shape(load)
     chosen = np.concatenate([kept, np.arange(n, n + m)])
     # Pardiso wants all entries of the diagonal to be there
     corner = sp.diags_array(np.full(m, np.finfo(float).tiny))
@@ -158,7 +158,7 @@ def schur_complement(upper: sp.csr_matrix, load: sp.csr_matrix, kept: NDArray, s
         number = np.searchsorted(np.sort(chosen), chosen)
         return S[np.ix_(number, number)]
     inner = np.setdiff1d(np.arange(n), kept)
-    full = whole + sp.triu(whole, 1).T
+    full = sp.csr_matrix(whole + sp.triu(whole, 1).T)
     coupling = full[inner][:, chosen].toarray()
     inside = sp.csr_matrix(sp.triu(full[inner][:, inner], format="csr"))
     return full[chosen][:, chosen].toarray() - coupling.T @ solve(inside, coupling, "splu").x
@@ -171,7 +171,7 @@ def _schur_pardiso(whole: sp.csr_matrix, chosen: NDArray) -> NDArray:
         raise ImportError("pypardiso is not installed, or its MKL library cannot be loaded")
     with _LOCK:
         library = _library()
-        before, library.perm = library.perm, np.zeros(whole.shape[0], dtype=np.int32)
+        before, library.perm = library.perm, np.zeros(len(whole.indptr) - 1, dtype=np.int32)
         library.perm[chosen] = 1
         library.iparm[35] = 1
         library.set_phase(12)

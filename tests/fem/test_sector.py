@@ -24,8 +24,9 @@ def random_gears(count: int, seed: int = 5) -> list[Gear]:
         alpha, dedendum = rng.uniform(14.5, 28.0), rng.uniform(1.0, 1.7)
         keys = {
             "teeth": teeth, "normal_module": math.exp(rng.uniform(math.log(0.1), math.log(50.0))),
-            "pressure_angle": alpha, "helix_angle": rng.choice([0.0, rng.uniform(0, 45)]), "profile_shift": rng.uniform(-0.8, 1.0),
-            "addendum": rng.uniform(0.5, 1.5), "dedendum": dedendum, "fillet_radius": rng.choice([0.0, rng.uniform(0, 0.5)]),
+            "pressure_angle": alpha, "helix_angle": rng.choice([0.0, rng.uniform(0, 45)]), "dedendum": dedendum,
+            "profile_shift": rng.uniform(-0.8, 1.0), "addendum": rng.uniform(0.5, 1.5),
+            "fillet_radius": rng.choice([0.0, rng.uniform(0, 0.5)]),
         }  # fmt: skip
         try:
             gear = Gear(face_width=keys["normal_module"] * rng.uniform(1, 30), **keys)
@@ -42,10 +43,11 @@ def bodies(gear: Gear, rng: np.random.Generator) -> list[Body]:
     return [Body(gear=gear), *(Body(gear=gear, bore_radius=bore) for bore in (rim, deep) if bore > 0)]
 
 
-def test_no_quadrilateral_of_a_thousand_random_gears_is_turned_inside_out():
+@pytest.mark.parametrize("count", [60, pytest.param(1000, marks=pytest.mark.slow)])
+def test_no_quadrilateral_of_random_gears_is_turned_inside_out(count):
     rng, least = np.random.default_rng(1), math.inf
-    gears = random_gears(1000)
-    assert sum(gear.is_undercut for gear in gears) > 50
+    gears = random_gears(count)
+    assert sum(gear.is_undercut for gear in gears) > 0.05 * count
     for gear in gears:
         for body in bodies(gear, rng):
             section = Section(body=body, grain=Grain(degree=3))
