@@ -147,7 +147,7 @@ def schur_complement(upper: sp.csr_matrix, load: sp.csr_matrix, kept: NDArray, s
     SingularSystemError
         If K without the unknowns kept is not positive definite.
     """
-    n, m = np.shape(load)
+    n, m = len(upper.indptr) - 1, load.get_shape()[1]
     chosen = np.concatenate([kept, np.arange(n, n + m)])
     # Pardiso wants all entries of the diagonal to be there
     corner = sp.diags_array(np.full(m, np.finfo(float).tiny))

@@ -133,8 +133,8 @@ def test_memory_is_bounded_by_the_entries_of_the_matrix(steel):
             assert 1.0 < (level.memory - 150e6) / (120 * entries) < 3.5
 
 
-def test_stiffness_of_the_whole_body_is_that_of_torsion(steel):
-    """A wide, even load on every tooth twists the body: the sum of all C_d is what the wave k = 0 says."""
+def test_the_body_winds_up_at_least_like_a_plain_annulus(steel):
+    """An even load on every tooth, the sum of all C_d, twists the body; its teeth only add to that."""
     gear = SPUR.gear
     z = gear.teeth
     level = Level(body=SPUR, number=3, waves=1)
