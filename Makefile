@@ -11,7 +11,7 @@ export MPLBACKEND ?= agg
 .PHONY: demo test test-all lint bench studies docs docs-tables clean system-libraries browser
 
 demo: $(STAMP)
-	$(BIN)/python -m studies.demo out/demo
+	$(BIN)/python -m examples.demo out/demo
 
 test: $(STAMP) system-libraries
 	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile

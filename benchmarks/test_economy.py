@@ -15,16 +15,15 @@ from gearbench.contact.solver import solve
 from gearbench.effects.base import GapEffect
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.end_relief import EndRelief
+from gearbench.effects.gear_body import GearBody
 from gearbench.effects.helix_slope import HelixSlope
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.effects.misalignment import Misalignment
-from gearbench.effects.neighbour_teeth import NeighbourTeeth
 from gearbench.effects.profile_slope import ProfileSlope
 from gearbench.effects.root_relief import RootRelief
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
-from gearbench.effects.tooth_foundation import ToothFoundation
 from gearbench.geometry.action import contact_lines
 from gearbench.library.garambois2017 import case
 from gearbench.scene import Resolution, Scene
@@ -39,8 +38,8 @@ BORED = replace(
 EFFECTS = {
     "tooth_bending": ToothBending(),
     "tooth_bending, solid": ToothBending(model="solid"),
-    "tooth_foundation": ToothFoundation(),
-    "neighbour_teeth": NeighbourTeeth(),
+    "gear_body, uncoupled": GearBody(coupled=False),
+    "gear_body": GearBody(),
     "crowning": Crowning(amount=4.0),
     "tip_relief": TipRelief(amount=6.0, length=0.5),
     "root_relief": RootRelief(amount=3.0, length=0.3),
@@ -50,7 +49,7 @@ EFFECTS = {
     "manufacturing_errors": ManufacturingErrors(preset="garambois2017"),
     "misalignment": Misalignment(inclination=4.0, deviation=6.0),
 }
-TOGETHER = tuple(e for n, e in EFFECTS.items() if n not in {"tooth_bending, solid", "neighbour_teeth"})
+TOGETHER = tuple(e for n, e in EFFECTS.items() if n not in {"tooth_bending, solid", "gear_body"})
 
 
 def scene(*effects) -> Scene:
@@ -74,7 +73,7 @@ def test_an_effect_alone(benchmark, name):
     added = seconds(lambda: solve_scene(one)) - seconds(lambda: solve_scene(bare))
     lines = scene_lines(one, mesh_phases(one)[0])
     effect = one.effects[1]
-    own = seconds(lambda: effect.gap(lines) if hasattr(effect, "gap") else effect.compliance(lines))
+    own = seconds(lambda: effect.gap(lines) if hasattr(effect, "gap") else effect.compliance(lines, {}))
     benchmark.extra_info |= {"adds_us": 1e6 * added, "its_own_term_us": 1e6 * own}
     print(f"\n{name}: adds {1e6 * added:.0f} µs, its own term {1e6 * own:.0f} µs")
     benchmark(solve_scene, one)
@@ -85,7 +84,8 @@ def test_all_together_cost_the_sum(benchmark):
     full = scene(*TOGETHER)
     lines = scene_lines(full, mesh_phases(full)[0])
     alone = sum(
-        seconds(lambda e=e: e.gap(lines) if hasattr(e, "gap") else e.compliance(lines)) for e in (Hertz(), *TOGETHER)
+        seconds(lambda e=e: e.gap(lines) if hasattr(e, "gap") else e.compliance(lines, {}))
+        for e in (Hertz(), *TOGETHER)
     )
     assembled = seconds(lambda: assemble(full, lines))
     benchmark.extra_info |= {"sum_of_terms_us": 1e6 * alone, "assembled_us": 1e6 * assembled}
@@ -110,13 +110,13 @@ def test_the_time_of_a_dropped_gap_is_gone(benchmark, name):
     benchmark(total_gap, rest, lines)
 
 
-@pytest.mark.parametrize("name", ["tooth_bending", "tooth_foundation"])
+@pytest.mark.parametrize("name", ["tooth_bending", "gear_body, uncoupled"])
 def test_the_time_of_a_dropped_compliance_is_gone(benchmark, name):
     """Assembling takes less without it, by its own term at least."""
-    other = {"tooth_bending": (), "tooth_foundation": (EFFECTS["tooth_bending"],)}[name]
+    other = {"tooth_bending": (), "gear_body, uncoupled": (EFFECTS["tooth_bending"],)}[name]
     full, rest = scene(*other, EFFECTS[name]), scene(*other)
     lines, effect = scene_lines(full, mesh_phases(full)[0]), EFFECTS[name]
-    works = (lambda: effect.compliance(lines), lambda: assemble(full, lines), lambda: assemble(rest, lines))
+    works = (lambda: effect.compliance(lines, {}), lambda: assemble(full, lines), lambda: assemble(rest, lines))
     own, whole, left = np.min([[seconds(work, 5) for work in works] for _ in range(20)], axis=0)
     benchmark.extra_info |= {"own_us": 1e6 * own, "saved_us": 1e6 * (whole - left)}
     print(f"\n{name}: its own term {1e6 * own:.0f} µs, saved {1e6 * (whole - left):.0f} µs")
@@ -126,13 +126,13 @@ def test_the_time_of_a_dropped_compliance_is_gone(benchmark, name):
 
 def by_hand() -> ContactSolution:
     """What a scene with nothing but Weber–Banaschek's law comes to, written for this one case."""
-    pair, force = BORED, BASE.normal_force
+    pair, force = BORED, BASE.F_bn
     tau = (np.arange(64) + 0.5) / 64
     lines = contact_lines(pair, tau, 15)
     nu, E = pair.material.nu, pair.material.E
     c = 4 * (1 - nu**2) / (math.pi * E)
-    T = pair.tangent_length
-    rho = np.maximum(lines.u * (T - lines.u) / T / math.cos(pair.base_helix_angle), 1e-9 * T)
+    T = pair.meshing.tangent_length
+    rho = np.maximum(lines.u * (T - lines.u) / T / math.cos(pair.meshing.beta_b), 1e-9 * T)
     t1, t2 = (gear.flank_depth(radius) for gear, radius in zip(pair.gears, lines.radii, strict=True))
     a = c * (0.5 * np.log(2 * t1 * t2 / (c * rho)) - nu / (2 * (1 - nu)))
     h = np.full(lines.shape, c / 2)

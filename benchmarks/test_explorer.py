@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.pairs import paper_pair
 from gearbench.effects.base import Effect
-from gearbench.effects.neighbour_teeth import NeighbourTeeth
+from gearbench.effects.gear_body import GearBody
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.explore.model import picture
 from gearbench.explore.settings import Settings
@@ -17,7 +17,7 @@ from tests.browser.chromium import chromium, missing, open_page
 TEETH: dict[str, tuple[Effect, ...]] = {
     "plate": (ToothBending(basis="paper"),),
     "solid": (ToothBending(model="solid"),),
-    "solid and ring": (ToothBending(model="solid"), NeighbourTeeth()),
+    "solid and ring": (ToothBending(model="solid"), GearBody()),
 }
 
 

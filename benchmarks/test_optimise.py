@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from gearbench.optimise import load_study
-from gearbench.optimise.engine import Dask, Engine, Threads
-from gearbench.optimise.study import Design, OptimisationStudy
+from gearbench import load_study
+from gearbench.optimisation.engine import Dask, Engine, Threads
+from gearbench.optimisation.study import Design, OptimisationStudy
 
 STUDY = Path(__file__).parents[1] / "examples" / "optimise_tool3.toml"
 DESIGNS = 400

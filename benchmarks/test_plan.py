@@ -19,9 +19,10 @@ from gearbench.effects.misalignment import Misalignment
 from gearbench.effects.profile_slope import ProfileSlope
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
+from gearbench.effort.plan import SAMPLES, plan
 from gearbench.library.garambois2017 import case, gear
-from gearbench.plan import SAMPLES, make_plan
-from gearbench.robustness.montecarlo import default_threads, robust
+from gearbench.robustness.montecarlo import default_threads
+from gearbench.robustness.run import robust
 from gearbench.scene import Resolution, Scene
 from gearbench.simulation import simulate
 
@@ -89,7 +90,7 @@ def megabytes(scene: Scene) -> float:
 def test_simulate_costs_what_the_plan_says(benchmark, name):
     scene = SCENES[name]
     simulate(scene)
-    made = benchmark.pedantic(make_plan, args=(scene,), rounds=1)
+    made = benchmark.pedantic(plan, args=(scene,), rounds=1)
     measured, memory = min(thread_seconds(fresh(scene)) for _ in range(5)), megabytes(fresh(scene))
     benchmark.extra_info |= {"seconds": made.seconds / measured, "megabytes": made.megabytes / memory}
     print(f"\n{name}: predicted {1e3 * made.seconds:.2f} ms, measured {1e3 * measured:.2f} ms; ", end="")
@@ -103,7 +104,7 @@ def test_simulate_costs_what_the_plan_says(benchmark, name):
 def test_robust_costs_what_the_plan_says(benchmark, name, positions):
     scene = gear(name).scene(errors=True, resolution=Resolution(positions=positions))
     robust(scene, samples=8)
-    made = benchmark.pedantic(make_plan, args=(scene,), rounds=1)
+    made = benchmark.pedantic(plan, args=(scene,), rounds=1)
     threads, runs = default_threads(), []
     for _ in range(3):
         start = time.process_time()

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
-from gearbench.contact.problem import ContactProblem
-from gearbench.contact.reference import full_factor
+from gearbench.contact.problem import ContactProblem, full_factor
 from gearbench.library.garambois2017 import case, gear
 from gearbench.robustness.montecarlo import RobustProblem, prepare_scene, respond
 from gearbench.scene import Resolution

@@ -9,14 +9,14 @@ from benchmarks.pairs import paper_pair
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.solver import solve
 from gearbench.effects.base import Effect
-from gearbench.effects.neighbour_teeth import NeighbourTeeth
+from gearbench.effects.gear_body import GearBody
 from gearbench.effects.tooth_bending import ToothBending
+from gearbench.effort.clock import times, unseen
 from gearbench.library.garambois2017 import gear
 from gearbench.robustness.montecarlo import prepare_scene, respond
 from gearbench.scene import Resolution
 from gearbench.simulation import simulate
-from gearbench.stopwatch import times, unseen
-from gearbench.validation.timing import smooth_compliance
+from gearbench.validation.comparison import smooth_compliance
 
 PAIRS, POSITIONS, SAMPLES = 40, 32, 1000
 COARSE = (4, 5, 5)
@@ -25,7 +25,7 @@ MODELS: dict[str, tuple[tuple[Effect, ...], float | None]] = {
     "plate": ((ToothBending(basis="paper"),), None),
     "solid 4 5 5": ((ToothBending(model="solid", order=COARSE),), 10e-3),
     "solid": ((ToothBending(model="solid"),), None),
-    "solid and ring": ((ToothBending(model="solid"), NeighbourTeeth()), None),
+    "solid and ring": ((ToothBending(model="solid"), GearBody()), None),
 }
 BOTH = pytest.mark.parametrize("number", [1, 2])
 
@@ -63,8 +63,8 @@ def test_1000_samples_of_a_solid_tooth(benchmark, name):
     base = assemble(problem.scene, lines)
     modes = problem.errors.modes(lines).reshape(*base.gap.shape, -1) / base.length_scale
     gap = base.gap + np.einsum("pnm,sm->spn", modes, errors[:10] - problem.mean)
-    single = times(lambda: [solve(replace(base, gap=g)) for g in gap], 5)["seconds"] / len(gap)
-    batch = times(lambda: respond(problem, errors, 2), 5)["seconds"] / SAMPLES
+    single = times(lambda: [solve(replace(base, gap=g)) for g in gap], 5).seconds / len(gap)
+    batch = times(lambda: respond(problem, errors, 2), 5).seconds / SAMPLES
     benchmark.extra_info |= {"target_s": 80e-3, "times_faster_than_single_scenes": single / batch}
     print(f"\ngear {name}: {1e6 * batch:.0f} µs a sample, × {single / batch:.0f} faster than scene by scene")
     benchmark(respond, problem, errors, 2)

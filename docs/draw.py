@@ -47,12 +47,12 @@ def transverse(axis: Axes) -> None:
     pinion, wheel = teeth.at(PHASE)
     axis.fill(*pinion.T, facecolor=PINION, alpha=0.25, edgecolor=PINION)
     axis.fill(*wheel.T, facecolor=WHEEL, alpha=0.25, edgecolor=WHEEL)
-    ends = teeth.on_path(np.array([0.0, pair.tangent_length]))
+    ends = teeth.on_path(np.array([0.0, pair.meshing.tangent_length]))
     axis.plot(*ends.T, color=DARK, lw=1)
     for point, name, shift in zip(ends, ("$T_1$", "$T_2$"), ((-3.5, -3.0), (1.0, 1.0)), strict=True):
         axis.plot(*point, "o", color=DARK, ms=4)
         axis.annotate(name, point + shift, fontsize=12)
-    path = teeth.on_path(np.array([pair.path_start, pair.path_end]))
+    path = teeth.on_path(np.array([pair.meshing.path_start, pair.meshing.path_end]))
     axis.plot(*path.T, color=LINE, lw=4, solid_capstyle="butt", label="path of contact, $u_A$ to $u_E$")
     for point, name, shift in zip(path, ("$u_A$", "$u_E$"), ((-4.6, 0.4), (0.2, -3.6)), strict=True):
         axis.annotate(name, point + shift, color=LINE, fontsize=13)
@@ -64,7 +64,7 @@ def transverse(axis: Axes) -> None:
     axis.annotate("u", start + 0.13 * direction + (1.2, -3.6), fontsize=13)
     _turning(axis, 0.0, pair.gears[0].root_radius - 6, "pinion drives", PINION, clockwise=True)
     _turning(axis, pair.centre_distance, pair.gears[1].root_radius - 6, "wheel is driven", WHEEL, clockwise=False)
-    middle = teeth.on_path(np.array([pair.pitch_point]))[0]
+    middle = teeth.on_path(np.array([pair.meshing.pitch_point]))[0]
     axis.set(xlim=(middle[0] - 34, middle[0] + 34), ylim=(middle[1] - 27, middle[1] + 27), aspect="equal")
     axis.set(xlabel="in the transverse plane [mm]", ylabel="along the line of centres, from the pinion's centre [mm]")
     axis.set_title("u counts along the path of contact, from T₁ to T₂", fontsize=12)
@@ -85,8 +85,10 @@ def plane_of_action(axis: Axes) -> None:
     """Contact lines on the base tangent plane."""
     pair = PAIR
     lines = contact_lines(pair, np.array([PHASE]), 200)
-    corners = np.array([[pair.path_start, 0], [pair.path_end, 0], [pair.path_end, pair.face_width]])
-    low, size = corners[0], (pair.path_end - pair.path_start, pair.face_width)
+    corners = np.array(
+        [[pair.meshing.path_start, 0], [pair.meshing.path_end, 0], [pair.meshing.path_end, pair.face_width]]
+    )
+    low, size = corners[0], (pair.meshing.path_end - pair.meshing.path_start, pair.face_width)
     from matplotlib.patches import Rectangle
 
     axis.add_patch(Rectangle((low[0], low[1]), *size, facecolor="#f2f2f2", edgecolor=DARK))
@@ -95,22 +97,26 @@ def plane_of_action(axis: Axes) -> None:
             u, y = lines.u[0, i], lines.y[0, i]
             axis.plot(u, y, color=LINE, lw=3)
             middle = len(u) // 2
-            inside = u[middle] < pair.path_end - 1.5
-            place = {"xytext": (10 if inside else -10, 0), "textcoords": "offset points", "va": "center"}
+            inside = u[middle] < pair.meshing.path_end - 1.5
+            position = {"xytext": (10 if inside else -10, 0), "textcoords": "offset points", "va": "center"}
             side = "left" if inside else "right"
-            axis.annotate(f"k = {k}", (u[middle], y[middle]), ha=side, fontsize=11, color=LINE, **place)
+            axis.annotate(f"k = {k}", (u[middle], y[middle]), ha=side, fontsize=11, color=LINE, **position)
     at = 0.5 * pair.face_width
-    start = pair.path_start + 0.12 * size[0]
+    start = pair.meshing.path_start + 0.12 * size[0]
     axis.annotate("", (start + 0.2 * size[0], 0.9 * at), (start, 0.9 * at), arrowprops={"arrowstyle": "-|>", "lw": 1.5})
     axis.annotate("lines move\nas τ grows", (start, 0.92 * at), fontsize=10, va="bottom")
-    slope = pair.base_pitch * (PHASE - 1)
-    first = pair.path_start + slope + pair.base_pitch * math.ceil(-slope / pair.base_pitch)
-    if first + pair.base_pitch <= pair.path_end:
+    slope = pair.meshing.base_pitch * (PHASE - 1)
+    first = pair.meshing.path_start + slope + pair.meshing.base_pitch * math.ceil(-slope / pair.meshing.base_pitch)
+    if first + pair.meshing.base_pitch <= pair.meshing.path_end:
         arrow = {"arrowstyle": "<|-|>", "lw": 1.2, "color": DARK}
-        axis.annotate("", (first + pair.base_pitch, -2.2), (first, -2.2), arrowprops=arrow, annotation_clip=False)
-        axis.annotate("$p_{bt}$", (first + pair.base_pitch / 2, -2.0), ha="center", va="bottom", fontsize=12)
+        axis.annotate(
+            "", (first + pair.meshing.base_pitch, -2.2), (first, -2.2), arrowprops=arrow, annotation_clip=False
+        )
+        axis.annotate("$p_{bt}$", (first + pair.meshing.base_pitch / 2, -2.0), ha="center", va="bottom", fontsize=12)
     axis.set(xlim=(low[0] - 1.5, low[0] + size[0] + 1.5), ylim=(-5, pair.face_width + 3))
-    axis.set_xticks([pair.path_start, pair.pitch_point, pair.path_end], ["$u_A$", "pitch\npoint", "$u_E$"])
+    axis.set_xticks(
+        [pair.meshing.path_start, pair.meshing.pitch_point, pair.meshing.path_end], ["$u_A$", "pitch\npoint", "$u_E$"]
+    )
     axis.set(xlabel="u along the path of contact [mm]", ylabel="y along the face width [mm]")
     axis.set_title(f"Contact lines of the pairs k at τ = {PHASE}", fontsize=12)
 

@@ -9,6 +9,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from fem_reference.section import Body, on_tooth
+from gearbench.geometry.role import Side
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,7 +62,7 @@ class Blocks:
     geo
         ``gmsh.model.geo``.
     body, cells
-        What is meshed, how finely.
+        The body, and the fineness of its mesh.
     structured
         Transfinite blocks; otherwise only their outlines.
     """
@@ -94,23 +95,23 @@ class Blocks:
     def _tooth_alone(self) -> None:
         gear, n = self.body.gear, self.cells
         r_f, form = gear.root_radius, gear.form_radius
-        foot = [self._flank_point(0, side, r_f, "foot") for side in (-1, 1)]
+        foot = [self._flank_point(0, side, r_f, "foot") for side in Side]
         clamp = self._arc("clamp", 0, foot[0], foot[1], r_f, n.thickness)
-        right = self._flank(0, 1, r_f, form, foot[1], n.fillet)
-        left = self._flank(0, -1, r_f, form, foot[0], n.fillet)
+        right = self._flank(0, Side.RIGHT, r_f, form, foot[1], n.fillet)
+        left = self._flank(0, Side.LEFT, r_f, form, foot[0], n.fillet)
         self._surface([(clamp, "clamp"), *right, self._tip(0), *_reverse(left)], foot + self._tips(0))
 
     def _tooth_on_rim(self, d: int) -> None:
         body, n = self.body, self.cells.of_tooth(d)
         r_j, form = body.junction_radius, body.gear.form_radius
-        foot = [self._flank_point(d, side, r_j, "junction") for side in (-1, 1)]
+        foot = [self._flank_point(d, side, r_j, "junction") for side in Side]
         row = self._line("row", d, foot[0], foot[1], n.thickness)
-        right = self._flank(d, 1, r_j, form, foot[1], n.fillet)
-        left = self._flank(d, -1, r_j, form, foot[0], n.fillet)
+        right = self._flank(d, Side.RIGHT, r_j, form, foot[1], n.fillet)
+        left = self._flank(d, Side.LEFT, r_j, form, foot[0], n.fillet)
         self._surface([(row, None), *right, self._tip(d), *_reverse(left)], foot + self._tips(d))
-        bore = [self._bore_point(d, side) for side in (-1, 1)]
+        bore = [self._bore_point(d, side) for side in Side]
         arc = self._arc("bore", d, bore[0], bore[1], body.bore_radius or 0.0, n.thickness)
-        sides = [self._radial(d, side) for side in (-1, 1)]
+        sides = [self._radial(d, side) for side in Side]
         self._surface([(arc, "bore"), (sides[1], None), (-row, None), (-sides[0], None)], [*bore, foot[1], foot[0]])
 
     def _gap(self, d: int) -> None:
@@ -118,22 +119,23 @@ class Blocks:
         body, n = self.body, self.cells
         gear = body.gear
         r_f, r_j = gear.root_radius, body.junction_radius
-        top = [(tag, name) for tag, name in self._foot(d, 1)]
+        top = [(tag, name) for tag, name in self._foot(d, Side.RIGHT)]
         cells = 2 * n.foot
         land = body.pitch_angle - 2 * float(gear.half_angle(r_f))
         if land > 1e-9:
-            ends = self._flank_point(d, 1, r_f, "root"), self._flank_point(d + 1, -1, r_f, "root")
+            ends = self._flank_point(d, Side.RIGHT, r_f, "root"), self._flank_point(d + 1, Side.LEFT, r_f, "root")
             top.append((self._arc("land", d, *ends, r_f, n.land), "root"))
             cells += n.land
-        top += _reverse(self._foot(d + 1, -1))
-        bore = [self._bore_point(d, 1), self._bore_point(d + 1, -1)]
+        top += _reverse(self._foot(d + 1, Side.LEFT))
+        bore = [self._bore_point(d, Side.RIGHT), self._bore_point(d + 1, Side.LEFT)]
         arc = self._arc("gap", d, bore[0], bore[1], body.bore_radius or 0.0, cells)
-        corners = [self._flank_point(d, 1, r_j, "junction"), self._flank_point(d + 1, -1, r_j, "junction")]
+        corners = [self._flank_point(e, side, r_j, "junction") for e, side in ((d, Side.RIGHT), (d + 1, Side.LEFT))]
         ends = (body.offsets[0] - 1, body.offsets[-1])
         open_ = not body.closed and body.rest != "ring"
         left = "cut_left" if d == ends[0] and open_ else None
         right = "cut_right" if d == ends[1] and open_ else None
-        loop = [(arc, "bore"), (self._radial(d + 1, -1), right), *_reverse(top), (-self._radial(d, 1), left)]
+        up, down = self._radial(d + 1, Side.LEFT), -self._radial(d, Side.RIGHT)
+        loop = [(arc, "bore"), (up, right), *_reverse(top), (down, left)]
         self._surface(loop, [*bore, corners[1], corners[0]])
 
     def _ring(self) -> None:
@@ -143,8 +145,8 @@ class Blocks:
         first, last = body.offsets[0], body.offsets[-1]
         low = [self._point(("rest", i), bore, a) for i, a in enumerate(angles[:-1]) if i]
         high = [self._point(("rest_top", i), r_j, a) for i, a in enumerate(angles[:-1]) if i]
-        low = [self._bore_point(last + 1, -1), *low, self._bore_point(first - 1, 1)]
-        ends = (last + 1, -1), (first - 1, 1)
+        low = [self._bore_point(last + 1, Side.LEFT), *low, self._bore_point(first - 1, Side.RIGHT)]
+        ends = (last + 1, Side.LEFT), (first - 1, Side.RIGHT)
         start, end = (self._flank_point(d, side, r_j, "junction") for d, side in ends)
         high = [start, *high, end]
         lines = [self._radial(*ends[0])]
@@ -178,47 +180,46 @@ class Blocks:
                 self.geo.mesh.setTransfiniteCurve(tag, cells + 1, *spacing)
         return self._curves[key]
 
-    def _flank_point(self, d: int, side: int, R: float, what: str) -> int:
+    def _flank_point(self, d: int, side: Side, R: float, part: str) -> int:
         theta = d * self.body.pitch_angle + side * float(self.body.gear.half_angle(R))
-        if what == "root" and self.body.pitch_angle - 2 * float(self.body.gear.half_angle(R)) <= 1e-9:
+        if part == "root" and self.body.pitch_angle - 2 * float(self.body.gear.half_angle(R)) <= 1e-9:
             # fully rounded root: the fillets of neighbouring teeth meet in one point
             return self._point(("meet", self._tooth(d if side > 0 else d - 1)), R, theta)
-        return self._point((what, self._tooth(d), side), R, theta)
+        return self._point((part, self._tooth(d), side), R, theta)
 
-    def _bore_point(self, d: int, side: int) -> int:
+    def _bore_point(self, d: int, side: Side) -> int:
         body = self.body
         theta = d * body.pitch_angle + side * float(body.gear.half_angle(body.junction_radius))
         return self._point(("bore", self._tooth(d), side), body.bore_radius or 0.0, theta)
 
     def _tips(self, d: int) -> list[int]:
-        return [self._flank_point(d, side, self.body.gear.tip_radius, "tip") for side in (1, -1)]
+        return [self._flank_point(d, side, self.body.gear.tip_radius, "tip") for side in (Side.RIGHT, Side.LEFT)]
 
-    def _spline(self, what: str, d: int, side: int, curve: tuple[NDArray, NDArray], ends: tuple, cells: int) -> int:
+    def _spline(self, part: str, d: int, side: Side, curve: tuple[NDArray, NDArray], ends: tuple, cells: int) -> int:
         # the load ends at form circle and tip: cells get smaller towards both
         ratio = FILLET_GRADING ** (1 / max(cells - 1, 1))
-        spacing = {"flank": ("Bump", FLANK_BUMP), "fillet": ("Progression", ratio)}.get(what, ("Progression", 1.0))
+        spacing = {"flank": ("Bump", FLANK_BUMP), "fillet": ("Progression", ratio)}.get(part, ("Progression", 1.0))
 
         def make() -> int:
             """Spline through the points of the curve, turned to its tooth."""
             shift = d * self.body.pitch_angle
             inner = [
-                self._point((what, self._tooth(d), side, i), float(R), shift + side * float(psi))
+                self._point((part, self._tooth(d), side, i), float(R), shift + side * float(psi))
                 for i, (R, psi) in enumerate(zip(*curve, strict=True))
             ][1:-1]
             return self.geo.addSpline([ends[0], *inner, ends[1]])
 
-        return self._curve((what, self._tooth(d), side), cells, make, spacing)
+        return self._curve((part, self._tooth(d), side), cells, make, spacing)
 
-    def _flank(self, d: int, side: int, low: float, form: float, foot: int, cells: int) -> list:
+    def _flank(self, d: int, side: Side, low: float, form: float, foot: int, cells: int) -> list:
         """Fillet from radius ``low`` and involute up to the tip."""
-        name = "right" if side > 0 else "left"
         middle = self._flank_point(d, side, form, "form")
         tip = self._flank_point(d, side, self.body.gear.tip_radius, "tip")
         fillet = self._spline("fillet", d, side, self.body.fillet(low, form), (foot, middle), cells)
         flank = self._spline("flank", d, side, self.body.involute(), (middle, tip), self.cells.of_tooth(d).flank)
-        return [(fillet, on_tooth(f"{name}_fillet", d)), (flank, on_tooth(f"{name}_flank", d))]
+        return [(fillet, on_tooth(f"{side.label}_fillet", d)), (flank, on_tooth(f"{side.label}_flank", d))]
 
-    def _foot(self, d: int, side: int) -> list:
+    def _foot(self, d: int, side: Side) -> list:
         """Lower fillet, from the junction down to the root circle."""
         body = self.body
         R, psi = body.fillet(body.gear.root_radius, body.junction_radius)
@@ -227,7 +228,7 @@ class Blocks:
             self._flank_point(d, side, body.gear.root_radius, "root"),
         )
         tag = self._spline("lower", d, side, (R[::-1], psi[::-1]), ends, self.cells.foot)
-        return [(tag, on_tooth(f"{'right' if side > 0 else 'left'}_fillet", self._tooth(d)))]
+        return [(tag, on_tooth(f"{side.label}_fillet", self._tooth(d)))]
 
     def _tip(self, d: int) -> tuple[int, str]:
         ends = self._tips(d)
@@ -235,16 +236,16 @@ class Blocks:
         return tag, on_tooth("tip", d)
 
     def _arc(
-        self, what: str, d: int, start: int, end: int, R: float, cells: int, spacing: tuple[str, float] | None = None
+        self, part: str, d: int, start: int, end: int, R: float, cells: int, spacing: tuple[str, float] | None = None
     ) -> int:
         if spacing is None:
-            across = what in ("tip", "clamp", "bore", "row")
-            spacing = self._towards_flank(cells, reverse=what == "tip") if across else ("Progression", 1.0)
+            across = part in ("tip", "clamp", "bore", "row")
+            spacing = self._towards_flank(cells, reverse=part == "tip") if across else ("Progression", 1.0)
         make = lambda: self.geo.addCircleArc(start, self._point(("centre",), 0.0, 0.0), end)  # noqa: E731
-        return self._curve((what, self._tooth(d), R), cells, make, spacing)
+        return self._curve((part, self._tooth(d), R), cells, make, spacing)
 
-    def _line(self, what: str, d: int, start: int, end: int, cells: int) -> int:
-        key = (what, self._tooth(d))
+    def _line(self, part: str, d: int, start: int, end: int, cells: int) -> int:
+        key = (part, self._tooth(d))
         return self._curve(key, cells, lambda: self.geo.addLine(start, end), self._towards_flank(cells))
 
     def _towards_flank(self, cells: int, *, reverse: bool = False) -> tuple[str, float]:
@@ -252,7 +253,7 @@ class Blocks:
         ratio = GRADING ** (1 / max(cells - 1, 1))
         return "Progression", ratio if not reverse else 1 / ratio
 
-    def _radial(self, d: int, side: int) -> int:
+    def _radial(self, d: int, side: Side) -> int:
         """Line from the bore to the junction on the fillet, cells growing towards the bore."""
         start = self._bore_point(d, side)
         end = self._flank_point(d, side, self.body.junction_radius, "junction")

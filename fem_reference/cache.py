@@ -1,6 +1,6 @@
 """Computed compliances kept on disk, under a hash of everything that determines them.
 
-One file per result, written beside its place and moved into it: readers and concurrent writers see a whole file or
+One file per result, written under a temporary name and renamed: readers and concurrent writers see a whole file or
 none. An entry that cannot be read, or whose checksum is wrong, is computed anew and replaced.
 """
 
@@ -21,16 +21,16 @@ from typing import Any
 
 import numpy as np
 
-from fem_reference.compliance import FlankCompliance
 from fem_reference.refinement import default_order, refined_compliance
 from fem_reference.section import Body
+from gearbench.compliance.flank import FlankCompliance
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
 
-#: What of the gearbench package determines a result.
-_SOURCES = (
+#: Sources of the gearbench package that determine a result.
+SOURCES = (
     *(f"geometry/{name}.py" for name in ("fillet", "gear", "involute", "material", "rack")),
-    *(f"compliance/{name}.py" for name in ("bases", "local", "solid")),
+    *(f"compliance/{name}.py" for name in ("bases", "flank", "local", "outline", "solid")),
 )
 
 
@@ -51,10 +51,10 @@ def cached_compliance(
 ) -> FlankCompliance:
     """Like ``refined_compliance``, from the cache where the same was computed before."""
     path = entry(body, material, accuracy, order)
-    found = _load(path, body.gear)
+    found = load(path, body.gear)
     if found is None:
         found = refined_compliance(body, material, accuracy, order)
-        _store(path, found)
+        store(path, found)
     return found
 
 
@@ -71,8 +71,8 @@ def entry(
 
 def digest(body: Body, material: Material, *settings: Any) -> str:
     """Hash of geometry, material, accuracy and other settings, program and library versions."""
-    what = {"body": asdict(body), "material": asdict(material), "settings": settings, "code": code_version()}
-    return hashlib.sha256(json.dumps(what, sort_keys=True, default=repr).encode()).hexdigest()[:32]
+    inputs = {"body": asdict(body), "material": asdict(material), "settings": settings, "code": code_version()}
+    return hashlib.sha256(json.dumps(inputs, sort_keys=True, default=repr).encode()).hexdigest()[:32]
 
 
 @cache
@@ -81,7 +81,7 @@ def code_version() -> str:
     import gearbench.geometry
 
     package = Path(next(iter(gearbench.geometry.__path__))).parent
-    sources = [*Path(__file__).parent.glob("*.py"), *(package / name for name in _SOURCES)]
+    sources = [*Path(__file__).parent.glob("*.py"), *(package / name for name in SOURCES)]
     total = hashlib.sha256()
     for source in sorted(sources):
         total.update(source.name.encode() + source.read_bytes())
@@ -94,7 +94,7 @@ def code_version() -> str:
 
 
 def _payload(result: FlankCompliance) -> dict[str, Any]:
-    meta = {"order": list(result.order), "error": result.error, "attrs": result.attrs}
+    meta = {"order": list(result.order), "error": result.error, "attrs": dict(result.attrs)}
     text = json.dumps(meta, sort_keys=True)
     blocks = np.ascontiguousarray(result.blocks)
     return {"blocks": blocks, "meta": np.array(text), "checksum": np.array(_checksum(blocks, text))}
@@ -104,7 +104,7 @@ def _checksum(blocks: np.ndarray, meta: str) -> str:
     return hashlib.sha256(blocks.tobytes() + meta.encode()).hexdigest()
 
 
-def _store(path: Path, result: FlankCompliance) -> None:
+def store(path: Path, result: FlankCompliance) -> None:
     """Write atomically; a cache that cannot be written costs only time, so it warns."""
     buffer = io.BytesIO()
     np.savez(buffer, **_payload(result))
@@ -121,7 +121,7 @@ def _store(path: Path, result: FlankCompliance) -> None:
         warnings.warn(f"cannot keep the result in {path.parent}: {error}", stacklevel=3)
 
 
-def _load(path: Path, gear: Gear) -> FlankCompliance | None:
+def load(path: Path, gear: Gear) -> FlankCompliance | None:
     """Return the entry, or None if there is none that is whole."""
     try:
         with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as stored:

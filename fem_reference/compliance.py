@@ -1,8 +1,7 @@
 """Compliance of a tooth flank from one factorisation: all loads at once, displacements of every tooth.
 
 Compliance c(P, Q) [mm/N] is the displacement along the inward normal at P due to a unit force along the inward normal
-at Q. Two displacements are taken: at the loaded surface, and on the centre line of the tooth below the point
-(``Flank.below``). The compression of the material between flank and centre line is left to the contact law, see
+at Q. The compression of the material between flank and centre line is left to the contact law, see
 ``gearbench.compliance.local``.
 """
 
@@ -11,28 +10,22 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_matrix
 
-from fem_reference.elasticity import Lame, Points, free_dofs, surface_points
-from fem_reference.flank import Flank, Legendre
-from fem_reference.locate import interior_points
+from fem_reference.elasticity import Lame, free_dofs, surface_points
+from fem_reference.flank import Flank
 from fem_reference.section import on_tooth
 from fem_reference.solver import solve
 from fem_reference.tooth_mesh import ToothMesh
-from gearbench.compliance.coupled import coupled_root
+from gearbench.compliance.flank import FlankCompliance, flank_polynomials
 from gearbench.compliance.local import half_space_compression
-from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
 
 #: Neighbours on each side whose displacements are kept.
 NEIGHBOURS = 3
-
-#: How the local compression is taken out of the displacements, see ``flank_compliance``.
-Separation = Literal["half_space", "centre_line"]
 
 #: Force densities per dR dy on the flank: (R, y) -> (…, load).
 Loads = Callable[[NDArray, NDArray], NDArray]
@@ -63,15 +56,6 @@ class FlankSolution:
         touched = np.flatnonzero(force.any(axis=1))
         return force[touched].T @ self.u[touched]
 
-    def smooth(self, R: NDArray, y: NDArray, d: int = 0, *, beside: bool = False) -> NDArray:
-        """Normal displacement on the centre line of tooth d below the flank points (R, y): (point, load).
-
-        Below the clamped root circle of a tooth alone it is zero. ``beside``: at the same radius instead.
-        """
-        flank = Flank(self.tooth.body.gear, d)
-        place = flank.beside(R, y) if beside else flank.below(R, y)
-        return centre_points(self.tooth, place).displacement(self.u, flank.normal(R, y))
-
 
 def solve_flank(tooth: ToothMesh, material: Material, loads: Loads, solver: str | None = None) -> FlankSolution:
     """Solve for all ``loads`` on the right flank of tooth 0 with one factorisation."""
@@ -99,126 +83,24 @@ def flank_load(tooth: ToothMesh, loads: Loads, d: int = 0) -> NDArray:
     return points.load(flank.normal(R, y)[:, :, None] * density[:, None, :], space)
 
 
-def centre_points(tooth: ToothMesh, place: NDArray) -> Points:
-    """Interpolation at points of the centre line; those below the root circle of a clamped tooth are held: zero."""
-    body = tooth.body
-    inside = np.ones(len(place), dtype=bool)
-    if body.bore_radius is None:
-        inside = np.hypot(place[:, 0], place[:, 1]) > body.gear.root_radius * (1 + 1e-12)
-    found = interior_points(tooth.space, place[inside]).interpolation
-    count = np.zeros(len(place), dtype=np.int64)
-    count[inside] = np.diff(np.asarray(found.indptr))
-    pointer = np.concatenate([[0], np.cumsum(count)])
-    matrix = csr_matrix((found.data, found.indices, pointer), shape=(len(place), tooth.space.n_nodes))
-    return Points(place, matrix, np.ones(len(place)))
-
-
-@dataclass(frozen=True, kw_only=True)
-class FlankCompliance:
-    """Smooth compliance of the teeth of a gear, for any points of their flanks.
-
-    c(P on tooth i, Q on tooth j) = φ(P)ᵀ C_{i−j} φ(Q), φ the orthonormal polynomials of ``Legendre``: the projection
-    of the computed compliance onto loads that are polynomials on the flank. Valid on the flank from form circle to
-    tip circle (outside it the nearest point counts).
-
-    Parameters
-    ----------
-    gear
-        The gear.
-    order
-        Polynomials along height and face width.
-    blocks
-        C_d [mm/N], (2n+1, p·q, p·q) for d = −n…n: displacement of tooth d under loads on tooth 0; C_{−d} = C_dᵀ.
-    error
-        Estimated relative error (Frobenius norm) of C_0.
-    attrs
-        How it was computed: solver, unknowns, times, …
-    driven
-        Whether the gear is the driven one of its pair. On the driving gear contact climbs towards the tip as y grows,
-        as on the meshed body, and tooth d + 1 carries the next pair; on the driven gear both run the other way.
-    """
-
-    gear: Gear
-    order: tuple[int, int]
-    blocks: NDArray
-    error: float
-    attrs: dict[str, Any]
-    driven: bool = False
-
-    @property
-    def neighbours(self) -> int:
-        """Number n of neighbours on each side whose displacement is known."""
-        return len(self.blocks) // 2
-
-    @property
-    def basis(self) -> Legendre:
-        """The polynomials."""
-        return Legendre(gear=self.gear, order=self.order)
-
-    def shapes(self, height: NDArray, y: NDArray) -> NDArray:
-        """φ (…, p·q) [1/mm] at height x = R − r_f and y [mm]."""
-        y = np.asarray(y, dtype=float)
-        across = self.gear.face_width - y if self.driven else y
-        return self.basis(np.asarray(height, dtype=float) + self.gear.root_radius, across)
-
-    def block(self, d: int) -> NDArray:
-        """C between the tooth of the pair ``d`` ahead and the loaded tooth; zero beyond the neighbours known."""
-        if abs(d) > self.neighbours:
-            return np.zeros(self.blocks.shape[1:])
-        return self.blocks[self.neighbours + (-d if self.driven else d)]
-
-    def compliance(self, at: tuple, load: tuple, d: int = 0) -> NDArray:
-        """c [mm/N], elementwise, between points ``at`` of tooth d and ``load`` of tooth 0, each (height, y)."""
-        return np.einsum("...a,ab,...b->...", self.shapes(*at), self.block(d), self.shapes(*load))
-
-    def factor(self, height: NDArray, y: NDArray, rtol: float = 1e-12) -> NDArray:
-        """Ψ (…, r) with c(P, Q) = Ψ(P)·Ψ(Q) within one tooth [√(mm/N)]."""
-        return self.shapes(height, y) @ self.root(1, rtol)[0]
-
-    def root(self, teeth: int = 1, rtol: float = 1e-12) -> NDArray:
-        """Square root (teeth, p·q, r) of the block matrix C_{i−j} of the teeth of neighbouring pairs i = 0…teeth−1.
-
-        Ψ on tooth i = φ · root[i]. Eigenvalues below ``rtol`` of the largest (rounding, and the slightly negative ones
-        that the unsymmetric part of surface load against inner displacement leaves) are dropped. Teeth farther apart
-        than ``neighbours`` do not see each other.
-        """
-        return coupled_root(self.blocks, teeth, driven=self.driven, rtol=rtol)
-
-
-def flank_compliance(
-    tooth: ToothMesh,
-    material: Material,
-    order: tuple[int, int],
-    separation: Separation = "half_space",
-) -> FlankCompliance:
+def flank_compliance(tooth: ToothMesh, material: Material, order: tuple[int, int]) -> FlankCompliance:
     """Project the compliance of a meshed body onto polynomial loads of the given order, local part taken out.
 
-    Parameters
-    ----------
-    separation
-        "half_space": displacement of the flank surface less the compression of the half-space down to the centre
-        line (``gearbench.compliance.local``); symmetric, and with the contact law it gives back the surface
-        displacement.
-        "centre_line": displacement on the centre line below the point, made symmetric by averaging.
+    The remainder is the displacement of the flank surface less the compression of the half-space down to the centre
+    line (``gearbench.compliance.local``); symmetric, and with the contact law it gives back the surface displacement.
     """
-    basis = Legendre(gear=tooth.body.gear, order=order)
+    gear = tooth.body.gear
+    basis = partial(flank_polynomials, gear, order)
     solution = solve_flank(tooth, material, basis)
     n = min(tooth.body.teeth // 2, NEIGHBOURS)
-    teeth = range(-n, n + 1)
-    if separation == "half_space":
-        raw = np.array([solution.surface(basis, d) for d in teeth])
-        raw[n] -= half_space_compression(tooth.body.gear, material.E, material.nu, order, points=24)
-    else:
-        R, y, weight = basis.quadrature()
-        shapes = basis(R, y) * weight[:, None]
-        raw = np.array([shapes.T @ solution.smooth(R, y, d) for d in teeth])
+    raw = np.array([solution.surface(basis, d) for d in range(-n, n + 1)])
+    raw[n] -= half_space_compression(gear, material.E, material.nu, order, points=24)
     blocks = 0.5 * (raw + raw[::-1].transpose(0, 2, 1))
     attrs = {
-        "separation": separation,
         "solver": solution.solver,
         "unknowns": 3 * tooth.space.n_nodes,
         "element": tooth.kind,
         "mesh_seconds": tooth.seconds,
         "solve_seconds": solution.seconds,
     }
-    return FlankCompliance(gear=tooth.body.gear, order=order, blocks=blocks, error=float("nan"), attrs=attrs)
+    return FlankCompliance(gear=gear, order=order, blocks=blocks, attrs=attrs)

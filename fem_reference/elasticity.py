@@ -140,12 +140,12 @@ class Space:
 
     @cached_property
     def node_positions(self) -> NDArray:
-        """Places of the nodes, (node, dim) [mm]."""
+        """Positions of the nodes, (node, dim) [mm]."""
         corners = np.asarray(self.element.doflocs, dtype=float).T
         shapes, _ = self.geometry_shapes(corners)
-        places = np.einsum("eai,aq->qei", self.geometry, shapes)
+        points = np.einsum("eai,aq->qei", self.geometry, shapes)
         out = np.empty((self.n_nodes, self.dim))
-        out[self.nodes_of] = places
+        out[self.nodes_of] = points
         return out
 
     def geometry_shapes(self, X: NDArray) -> tuple[NDArray, NDArray]:
@@ -242,7 +242,7 @@ def _element_blocks(grad: NDArray, material: Lame, a: NDArray, b: NDArray) -> ND
 
 
 def _upper_csr(row: NDArray, col: NDArray, blocks: NDArray, size: int) -> sp.csr_matrix:
-    """Sum blocks (…, dim, dim) at block places row ≤ column to the upper triangle in CSR form, indices sorted."""
+    """Sum blocks (…, dim, dim) at block positions row ≤ column to the upper triangle in CSR form, indices sorted."""
     dim = blocks.shape[-1]
     key = row.astype(np.int64) * size + col
     order = np.argsort(key, kind="stable")
@@ -252,7 +252,7 @@ def _upper_csr(row: NDArray, col: NDArray, blocks: NDArray, size: int) -> sp.csr
     key = key[first]
     indptr = np.searchsorted(key, np.arange(size + 1, dtype=np.int64) * size)
     full = sp.bsr_matrix((data, key % size, indptr), shape=(dim * size, dim * size)).tocsr()
-    # the diagonal block comes first in its block row: drop what lies below the diagonal
+    # the diagonal block comes first in its block row: drop the blocks below the diagonal
     keep = np.ones(full.nnz, dtype=bool)
     start = full.indptr[:-1].reshape(size, dim)
     for i in range(1, dim):
@@ -264,7 +264,7 @@ def _upper_csr(row: NDArray, col: NDArray, blocks: NDArray, size: int) -> sp.csr
 
 @dataclass(frozen=True)
 class Points:
-    """Places in the body and how to interpolate there.
+    """Points in the body and how to interpolate there.
 
     Parameters
     ----------

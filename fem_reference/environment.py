@@ -31,7 +31,7 @@ _LOCK = threading.RLock()
 
 
 class MissingDependencyError(ImportError):
-    """The finite element reference cannot run here; the message says what to install."""
+    """The finite element reference cannot run here; the message names the packages to install."""
 
 
 def missing_system_packages() -> tuple[str, ...]:
@@ -39,10 +39,11 @@ def missing_system_packages() -> tuple[str, ...]:
 
     Only the libraries themselves are tried, not gmsh.
     """
-    return tuple(package for library, package in LIBRARIES.items() if not _loads(library))
+    return tuple(package for library, package in LIBRARIES.items() if not loads(library))
 
 
-def _loads(library: str) -> bool:
+def loads(library: str) -> bool:
+    """Whether a shared library can be loaded."""
     try:
         ctypes.CDLL(library)
     except OSError:
@@ -76,8 +77,8 @@ def explain(error: OSError) -> str:
         packages.append(named)
     if not packages:
         return f"gmsh cannot be loaded: {error}"
-    what = found.group(1) if found else "a shared library"
-    return f"gmsh needs {what}, which is missing: apt-get install {' '.join(packages)}"
+    library = found.group(1) if found else "a shared library"
+    return f"gmsh needs {library}, which is missing: apt-get install {' '.join(packages)}"
 
 
 @contextmanager

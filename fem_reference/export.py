@@ -17,6 +17,7 @@ from fem_reference.tooth_mesh import Body, Cells, ToothMesh, tooth_mesh
 from gearbench.errors import InputError
 from gearbench.geometry.material import Material
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,7 +60,7 @@ def write_loaded_tooth(
     dataset: xr.Dataset,
     path: str | Path,
     *,
-    gear: int = 0,
+    gear: Role = Role.PINION,
     position: int | None = None,
     cells: Cells = CELLS,
 ) -> FlankSolution:
@@ -76,7 +77,7 @@ def write_loaded_tooth(
     path
         File to write, ``.vtu``.
     gear
-        0 pinion, 1 wheel.
+        Pinion or wheel.
     position
         Number of the position; the one with the largest force on a tooth where absent.
     cells
@@ -89,14 +90,14 @@ def write_loaded_tooth(
     """
     tooth = tooth_mesh(Body(gear=pair.gears[gear]), cells, "hex27")
     line = line_load(pair, dataset, gear, position, cells)
-    scale = float(line.force.sum()) / total_force(tooth, line)  # what the edges of the flank cut off the strip
+    scale = float(line.force.sum()) / total_force(tooth, line)  # the edges of the flank cut the strip
     solution = solve_flank(tooth, pair.material, lambda R, y: scale * line(R, y))
     displacement = solution.u.reshape(-1, 3)
     tooth.write(path, displacement=displacement, von_mises=von_mises(tooth, pair.material, displacement))
     return solution
 
 
-def line_load(pair: Pair, dataset: xr.Dataset, gear: int, position: int | None, cells: Cells) -> LineLoad:
+def line_load(pair: Pair, dataset: xr.Dataset, gear: Role, position: int | None, cells: Cells) -> LineLoad:
     """Load of the most loaded pair of teeth at a position, on the flank as it is meshed.
 
     Raises
@@ -112,10 +113,10 @@ def line_load(pair: Pair, dataset: xr.Dataset, gear: int, position: int | None, 
     tooth = int(force[position].sum(axis=1).argmax())
     u, y = (dataset[name].values[position, tooth] for name in ("path_position", "face_position"))
     body = pair.gears[gear]
-    radius = np.hypot(body.base_radius, u if gear == 0 else pair.tangent_length - u)
-    across = y if gear == 0 else pair.face_width - y  # meshed is the driving gear's flank
+    radius = np.hypot(body.base_radius, u if gear == Role.PINION else pair.meshing.tangent_length - u)
+    across = y if gear == Role.PINION else pair.face_width - y  # meshed is the driving gear's flank
     order = np.argsort(across)
-    width = float(dataset["segment_length"].values[position, tooth]) * np.cos(pair.base_helix_angle)
+    width = float(dataset["segment_length"].values[position, tooth]) * np.cos(pair.meshing.beta_b)
     half = (body.tip_radius - body.form_radius) / cells.flank
     return LineLoad(
         radius=radius[order], y=across[order], force=force[position, tooth][order], width=width, half_width=half
@@ -131,7 +132,7 @@ def total_force(tooth: ToothMesh, line: LineLoad) -> float:
 
 
 def von_mises(tooth: ToothMesh, material: Material, displacement: NDArray) -> NDArray:
-    """Von Mises stress at the nodes, (node,) [N/mm²]: the mean of what the elements around a node have near it.
+    """Von Mises stress at the nodes, (node,) [N/mm²]: the mean of the values of the elements around a node.
 
     Each element gives the stress at its points of Gauss' rule of second order, where it is most accurate.
     """

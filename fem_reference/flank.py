@@ -1,4 +1,4 @@
-"""The loaded flank: places, normals and the points below them on the centre line of the tooth.
+"""The loaded flank: points, normals and the points below them on the centre line of the tooth.
 
 Flank coordinates are the radius R, from form circle to tip circle, and y = 0…b across the face width. Forces act along
 the inward normal of the right flank, the line of action; displacements are measured along it.
@@ -58,10 +58,6 @@ class Flank:
         radius = self.gear.base_radius / np.cos(self.gear.load_angle(R))
         return np.concatenate([self._space(np.zeros_like(radius), radius, y), y[..., None]], axis=-1)
 
-    def beside(self, R: NDArray, y: NDArray) -> NDArray:
-        """Points (…, 3) on the centre line at the same radius R [mm], as in plate models."""
-        return np.concatenate([self._space(np.zeros_like(R), R, y), y[..., None]], axis=-1)
-
     def stretch(self, R: NDArray) -> NDArray:
         """Flank area per dR dy, √(1/cos²α_R + tan²β_R)."""
         gear = self.gear
@@ -71,47 +67,6 @@ class Flank:
     def coordinates(self, position: NDArray) -> tuple[NDArray, NDArray]:
         """(R, y) of points of the flank (point, 3)."""
         return np.hypot(position[:, 0], position[:, 1]), position[:, 2]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Legendre:
-    """Tensor products of Legendre polynomials, orthonormal in dR dy on the flank.
-
-    Parameters
-    ----------
-    gear
-        The gear whose flank they live on.
-    order
-        (p, q): number of functions along the height and across the face width.
-    """
-
-    gear: Gear
-    order: tuple[int, int]
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """Form radius and tip radius [mm]."""
-        return self.gear.form_radius, self.gear.tip_radius
-
-    def __call__(self, R: NDArray, y: NDArray) -> NDArray:
-        """Values (…, p·q) [1/mm]."""
-        low, high = self.ends
-        along = _orthonormal(np.clip((2 * R - low - high) / (high - low), -1, 1), self.order[0], high - low)
-        b = self.gear.face_width
-        across = _orthonormal(np.clip(2 * y / b - 1, -1, 1), self.order[1], b)
-        return (along[..., :, None] * across[..., None, :]).reshape(*np.shape(R), -1)
-
-    def quadrature(self, extra: int = 4) -> tuple[NDArray, NDArray, NDArray]:
-        """Gauss points R, y and weights [mm²] on the flank."""
-        (low, high), b = self.ends, self.gear.face_width
-        x, wx = np.polynomial.legendre.leggauss(self.order[0] + extra)
-        t, wt = np.polynomial.legendre.leggauss(self.order[1] + extra)
-        R, y = np.meshgrid(0.5 * (low + high) + 0.5 * (high - low) * x, 0.5 * b * (1 + t), indexing="ij")
-        return R.ravel(), y.ravel(), (0.25 * (high - low) * b * np.outer(wx, wt)).ravel()
-
-
-def _orthonormal(x: NDArray, n: int, length: float) -> NDArray:
-    return np.polynomial.legendre.legvander(x, n - 1) * np.sqrt((2 * np.arange(n) + 1) / length)
 
 
 @dataclass(frozen=True, kw_only=True)

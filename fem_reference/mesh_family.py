@@ -18,9 +18,10 @@ from itertools import pairwise
 import numpy as np
 
 from fem_reference.blocks import Cells
-from fem_reference.compliance import FlankCompliance, flank_compliance
+from fem_reference.compliance import flank_compliance
 from fem_reference.section import Body
 from fem_reference.tooth_mesh import tooth_mesh
+from gearbench.compliance.flank import FlankCompliance
 from gearbench.geometry.material import Material
 
 #: Order of convergence that Richardson's value assumes.

@@ -48,7 +48,7 @@ class PlaneSolution:
     Parameters
     ----------
     body, strip
-        What was loaded.
+        The body loaded.
     space
         Displacement space (tri6).
     u
@@ -78,10 +78,10 @@ class PlaneSolution:
         flank, zero, R = Flank(self.body.gear), np.zeros(1), np.array([self.strip.radius])
         return flank.position(R, zero)[:, :2], flank.normal(R, zero)[:, :2]
 
-    def at(self, place: NDArray, direction: NDArray) -> float:
-        """Displacement at one place along a direction (normalised) [mm per N/mm]."""
+    def at(self, position: NDArray, direction: NDArray) -> float:
+        """Displacement at one position along a direction (normalised) [mm per N/mm]."""
         direction = direction / np.linalg.norm(direction)
-        return float(interior_points(self.space, place).displacement(self.u, direction)[0, 0])
+        return float(interior_points(self.space, position).displacement(self.u, direction)[0, 0])
 
 
 def solve_strip(
@@ -144,14 +144,14 @@ def plane_mesh(body: Body, strip: Strip, size: float) -> Any:
         points[:, nodes] = snapped(body, name, points[:, nodes])
     mesh = replace(mesh, doflocs=points)
     curved: Any = skfem.MeshTri2.from_mesh(mesh)
-    places = curved.doflocs.copy()
+    positions = curved.doflocs.copy()
     middle = curved.dofs.facet_dofs[0]
     for name, found in boundaries.items():
         ends = mesh.facets[:, found]
         radii = np.hypot(*points[:, ends[0]]), np.hypot(*points[:, ends[1]])
-        places[:, middle[found]] = snapped(body, name, places[:, middle[found]], radii)
-    straighten_bad(places, mesh, mesh.facets, mesh.t2f, middle)
-    return replace(curved, doflocs=places).with_boundaries(boundaries)
+        positions[:, middle[found]] = snapped(body, name, positions[:, middle[found]], radii)
+    straighten_bad(positions, mesh, mesh.facets, mesh.t2f, middle)
+    return replace(curved, doflocs=positions).with_boundaries(boundaries)
 
 
 def _size_field(gmsh: Any, at: NDArray, half_width: float, size: float) -> None:
@@ -175,11 +175,11 @@ def _harvest(gmsh: Any, blocks: Blocks) -> tuple[NDArray, NDArray, dict[str, NDA
     used = np.unique(nodes)
     number = np.full(int(tags.max()) + 1, -1, dtype=np.int64)
     number[used] = np.arange(used.size)
-    place = np.empty_like(number)
-    place[tags] = np.arange(tags.size)
+    position = np.empty_like(number)
+    position[tags] = np.arange(tags.size)
     edges: dict[str, list[NDArray]] = {}
     for name, curve in blocks.named_curves():
         edges.setdefault(name, []).append(number[gmsh.model.mesh.getElementsByType(1, curve)[1].reshape(-1, 2)])
-    points = coordinates.reshape(-1, 3)[place[used]].T[:2].copy()
+    points = coordinates.reshape(-1, 3)[position[used]].T[:2].copy()
     elements = np.ascontiguousarray(number[nodes.reshape(-1, 3)].T, dtype=np.int32)
     return points, elements, {name: np.concatenate(found).T for name, found in edges.items()}

@@ -17,10 +17,10 @@ from functools import cached_property
 import numpy as np
 
 from fem_reference.circulant import flank_blocks
-from fem_reference.compliance import FlankCompliance
 from fem_reference.section import Body
 from fem_reference.sector import Grain, Section
 from fem_reference.solver import available_solver
+from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.local import half_space_compression, waves_across
 from gearbench.errors import GearbenchError
 from gearbench.geometry.gear import Gear
@@ -156,7 +156,7 @@ def refined_compliance(
                 f"accuracy = {accuracy:g}: reached {error:.1e} with {level.unknowns} unknowns; no larger level fits"
             )
     attrs = {
-        "separation": "half_space", "solver": available_solver(), "unknowns": level.unknowns, "meshes": len(found),
+        "solver": available_solver(), "unknowns": level.unknowns, "meshes": len(found),
         "element": f"quadrilaterals of degree {level.number} × {level.count} polynomials", "level": level.number,
         "seconds": time.perf_counter() - start,
     }  # fmt: skip

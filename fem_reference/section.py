@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.gear import Gear
+from gearbench.geometry.role import Side
 
 
 class MeshingError(GearbenchError):
@@ -24,7 +25,7 @@ class MeshingError(GearbenchError):
 
 @dataclass(frozen=True, kw_only=True)
 class Body:
-    """What is modelled of a gear.
+    """The part of a gear that is meshed.
 
     Parameters
     ----------
@@ -37,7 +38,7 @@ class Body:
         Number of neighbouring teeth on the sector, odd, the loaded one in the middle; ``gear.teeth`` makes the
         whole gear.
     rest
-        What stands for the rest of the gear beyond the sector: "ring" (the body without teeth, coarse; the default),
+        Model of the rest of the gear beyond the sector: "ring" (the body without teeth, coarse; the default),
         or nothing, the cut faces being "clamped" or "free". Only the ring keeps the stiffness of the body: on five
         teeth of a solid gear clamped cuts are some 10 % too stiff, free ones half as stiff as they should be.
 
@@ -126,7 +127,7 @@ class Body:
         radius[0], radius[-1] = gear.form_radius, gear.tip_radius
         return radius, gear.half_angle(radius)
 
-    # -- exact places of boundary nodes -------------------------------------------------------------------------------
+    # -- exact positions of boundary nodes -----------------------------------------------------------------------------
     def snap(self, boundary: str, R: NDArray, theta: NDArray, ends: tuple[NDArray, NDArray] | None = None) -> tuple:
         """Move points (R, θ) that belong to a named boundary exactly onto it.
 
@@ -150,7 +151,7 @@ class Body:
         )
         R = np.clip(R, low, high)
         psi = gear.half_angle(R)
-        return R, d * self.pitch_angle + (psi if name.startswith("right") else -psi)
+        return R, d * self.pitch_angle + (psi if name.startswith(Side.RIGHT.label) else -psi)
 
 
 def check_section(body: Body) -> None:

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 
-from fem_reference.compliance import FlankSolution
+from fem_reference.compliance import FlankSolution, Loads
 from fem_reference.elasticity import Lame, Space
-from fem_reference.flank import Legendre
 from fem_reference.plane import PlaneSolution
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.material import Material
@@ -25,14 +24,14 @@ def surface_stress(
 
     Returns
     -------
-    Places (point, dim) [mm] and stresses σ = λ tr(ε) 1 + 2μ ε, (point, load, dim, dim) [N/mm² for loads in N].
+    Positions (point, dim) [mm] and stresses σ = λ tr(ε) 1 + 2μ ε, (point, load, dim, dim) [N/mm² for loads in N].
     """
     mesh, refdom = space.mesh, space.element.refdom
     element = mesh.f2t[0, facets]
     local = np.argmax(mesh.t2f[:, element] == facets, axis=0)
     nodal = u.reshape(space.n_nodes, space.dim, -1)
     t, _ = get_quadrature(refdom.brefdom, degree)
-    places, stresses = [], []
+    positions, stresses = [], []
     for k in np.unique(local):
         corner = refdom.p[:, refdom.facets[k]]
         ends = (1, 3) if corner.shape[1] == 4 else tuple(range(1, corner.shape[1]))
@@ -40,9 +39,9 @@ def surface_stress(
         for e in element[local == k]:
             grad, _ = space.gradients(X, slice(e, e + 1))
             shapes, _ = space.geometry_shapes(X)
-            places.append(np.einsum("ai,aq->qi", space.geometry[e], shapes))
+            positions.append(np.einsum("ai,aq->qi", space.geometry[e], shapes))
             stresses.append(cauchy_stress(np.einsum("qaj,ail->qlij", grad[0], nodal[space.nodes_of[:, e]]), material))
-    return np.concatenate(places), np.concatenate(stresses)
+    return np.concatenate(positions), np.concatenate(stresses)
 
 
 def cauchy_stress(gradient: NDArray, material: Material) -> NDArray:
@@ -62,7 +61,7 @@ def plane_root_stress(solution: PlaneSolution, material: Material) -> float:
 
 def root_stress(
     solution: FlankSolution,
-    basis: Legendre,
+    basis: Loads,
     material: Material,
     lines: ContactLines,
     force: NDArray,
@@ -85,7 +84,7 @@ def root_stress(
     """
     space = solution.tooth.space
     _, stress = surface_stress(space, solution.u, material, space.mesh.boundaries["right_fillet"])
-    R, y = lines.radii[int(driven)], basis.gear.face_width - lines.y if driven else lines.y
+    R, y = lines.radii[int(driven)], solution.tooth.body.gear.face_width - lines.y if driven else lines.y
     weight = np.einsum("pks,pksa->pka", force, basis(R, y))
     return np.array([[_largest(np.tensordot(a, stress, (0, 1))) for a in pairs] for pairs in weight])
 

@@ -41,7 +41,7 @@ class ToothMesh:
     Parameters
     ----------
     body, cells, kind
-        What was asked for; ``kind`` is a 3D key of ``fem_reference.elasticity.ELEMENTS``.
+        The settings asked for; ``kind`` is a 3D key of ``fem_reference.elasticity.ELEMENTS``.
     mesh
         scikit-fem mesh [mm] in Cartesian coordinates: y axis = centre line of the loaded tooth at the front face,
         z = position across the face width. Named boundaries: "left_flank", "right_flank", "left_fillet",
@@ -96,7 +96,7 @@ def tooth_mesh(body: Body, cells: Cells, kind: str = "hex20") -> ToothMesh:
     start = time.perf_counter()
     check_section(body)
     flat = _straight(body, cells, kind)
-    mesh = _screw(_quadratic(flat, body) if kind != "hex8" else flat, body)
+    mesh = screw(_quadratic(flat, body) if kind != "hex8" else flat, body)
     made = ToothMesh(body=body, cells=cells, kind=kind, mesh=mesh, seconds=0.0)
     try:
         _ = made.quality
@@ -173,9 +173,9 @@ def _harvest(gmsh: Any, names: dict[str, list[int]], family: str) -> tuple[NDArr
     number = np.full(int(tags.max()) + 1, -1, dtype=np.int64)
     used = np.unique(nodes)
     number[used] = np.arange(used.size)
-    place = np.empty_like(number)
-    place[tags] = np.arange(tags.size)
-    points = coordinates.reshape(-1, 3)[place[used]].T.copy()
+    position = np.empty_like(number)
+    position[tags] = np.arange(tags.size)
+    points = coordinates.reshape(-1, 3)[position[used]].T.copy()
     facets = {
         name: np.concatenate(
             [number[gmsh.model.mesh.getElementsByType(face, tag)[1].reshape(-1, n_face)] for tag in surfaces]
@@ -270,8 +270,8 @@ def straighten_bad(points: NDArray, mesh: Any, edges: NDArray, of_element: NDArr
     X = np.hstack([inner, *(get_quadrature(mesh.elem.refdom, degree)[0] for degree in (4, 5))])
     shapes = np.stack([element.lbasis(X, i)[1] for i in range(len(element.doflocs))])
     for _ in range(5):
-        places = np.concatenate([points[:, mesh.t], points[:, middle[of_element]]], axis=1)
-        det = np.linalg.det(np.einsum("iae,ajq->eqij", places, shapes))
+        positions = np.concatenate([points[:, mesh.t], points[:, middle[of_element]]], axis=1)
+        det = np.linalg.det(np.einsum("iae,ajq->eqij", positions, shapes))
         det *= np.sign(det.mean(axis=1, keepdims=True))
         least = det[:, : inner.shape[1]].min(axis=1)
         bad = np.unique(of_element[:, (least <= 0.05 * np.abs(det).max(axis=1)) | (det.min(axis=1) <= 0)])
@@ -290,7 +290,7 @@ def edges_of(mesh: Any, facets: NDArray) -> NDArray:
     return mesh.t2e[np.array(around)[local].T, element]
 
 
-def _screw(mesh: Any, body: Body) -> Any:
+def screw(mesh: Any, body: Body) -> Any:
     """Turn every section clockwise by z tan β / r."""
     x, y, z = mesh.doflocs
     turn = z * math.tan(body.gear.beta) / body.gear.pitch_radius

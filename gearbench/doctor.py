@@ -1,24 +1,26 @@
-"""What this machine has of what gearbench needs, and how to get what is missing."""
+"""The requirements of gearbench on this machine, and remedies for missing ones."""
 
 from __future__ import annotations
 
 import os
 import platform
-import sys
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import PackageNotFoundError, metadata, version
 from importlib.util import find_spec
 from pathlib import Path
 
-_CORE = ("numpy", "scipy", "numba", "xarray", "h5netcdf", "h5py", "pydantic", "typer", "rich", "matplotlib")
-_EXTRAS = {"fem": ("scikit-fem", "gmsh", "meshio", "pypardiso"), "optimise": ("pymoo", "dask", "distributed")}
+from packaging.requirements import Requirement
+from packaging.specifiers import SpecifierSet
+
+from gearbench.effects.registry import effect_class, installed
+from gearbench.errors import InputError
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One thing looked at: what, what was found, whether that is fine, whether it is needed, and what to do."""
+    """One requirement: its name, the finding, whether that is fine, whether it is needed, and the remedy."""
 
-    what: str
+    name: str
     found: str
     fine: bool
     needed: bool = True
@@ -26,23 +28,53 @@ class Finding:
 
 
 def examine() -> list[Finding]:
-    """All findings: Python, packages, shared libraries, processors, and the cache of compiled kernels."""
-    found = [Finding("Python", platform.python_version(), sys.version_info >= (3, 11), remedy="needs 3.11 or newer")]
-    found += [_package(name, "") for name in _CORE]
-    for extra, names in _EXTRAS.items():
-        found += [_package(name, extra) for name in names]
-    found += _shared_libraries()
+    """All findings: Python, packages, effects of other packages, shared libraries, processors, compiled kernels."""
+    found = _packages() + _effects() + _shared_libraries()
     found.append(Finding("processors", f"{os.cpu_count()}", True))
     found.append(_kernel_cache())
     return found
 
 
-def _package(name: str, extra: str) -> Finding:
+def _packages() -> list[Finding]:
+    """Python and every package that gearbench's own metadata asks for, those of extras by the first that needs them."""
     try:
-        return Finding(name, version(name), True)
+        own = metadata("gearbench")
     except PackageNotFoundError:
-        install = f"pip install 'gearbench[{extra}]'" if extra else f"pip install {name}"
-        return Finding(name, "not installed", False, needed=not extra, remedy=install)
+        return [Finding("gearbench", "not installed", False, remedy="pip install .")]
+    needed = own["Requires-Python"]
+    fine = SpecifierSet(needed).contains(platform.python_version())
+    found = [Finding("Python", platform.python_version(), fine, remedy=f"needs {needed}")]
+    extras, seen = ["", *(own.get_all("Provides-Extra") or ())], {"gearbench"}
+    for extra in (name for name in extras if name != "all"):
+        for text in own.get_all("Requires-Dist") or ():
+            asked = Requirement(text)
+            if asked.name not in seen and (asked.marker is None or asked.marker.evaluate({"extra": extra})):
+                seen.add(asked.name)
+                found.append(_package(asked, extra))
+    return found
+
+
+def _package(asked: Requirement, extra: str) -> Finding:
+    remedy = f"pip install 'gearbench[{extra}]'" if extra else f"pip install '{asked.name}{asked.specifier}'"
+    try:
+        there = version(asked.name)
+    except PackageNotFoundError:
+        return Finding(asked.name, "not installed", False, needed=not extra, remedy=remedy)
+    fine = asked.specifier.contains(there, prereleases=True)
+    return Finding(asked.name, there, fine, needed=not extra, remedy=f"needs {asked.specifier}: {remedy}")
+
+
+def _effects() -> list[Finding]:
+    """Effects that other packages bring."""
+    found = []
+    for name, entry in installed().items():
+        origin = f"of {entry.dist.name} {entry.dist.version}" if entry.dist is not None else entry.value
+        try:
+            effect_class(name)
+            found.append(Finding(f"effect {name}", origin, True))
+        except InputError as error:
+            found.append(Finding(f"effect {name}", origin, False, needed=False, remedy=str(error)))
+    return found
 
 
 def _shared_libraries() -> list[Finding]:

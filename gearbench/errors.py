@@ -1,4 +1,4 @@
-"""Errors that speak to the person at the keyboard: one line, naming the key, its value and what is allowed."""
+"""Errors that speak to the person at the keyboard: one line, naming the key, its value and the values allowed."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ class InputError(ValueError):
     key
         Dotted key of the scene, e.g. ``"pair.pinion.teeth"``.
     value
-        What was given there (or what follows from it).
+        The value given there (or one that follows from it).
     allowed
-        What is allowed, in words.
+        The values allowed, in words.
     file
         The file the key stands in, where there is one.
     """

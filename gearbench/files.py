@@ -11,7 +11,7 @@ from pathlib import Path
 
 from gearbench.errors import InputError
 
-#: What keeps a file from being made in a folder, whatever is to be written.
+#: Faults that keep a file from being made in a folder.
 _REFUSED = frozenset((errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOENT, errno.ENOTDIR, errno.ENAMETOOLONG))
 
 

@@ -7,16 +7,30 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearbench.cycle import fourier, panels
 from gearbench.files import replacing
+from gearbench.results.cycle import fourier, panels
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 #: Okabe–Ito colours, safe for colour-blind readers.
 BLUE, ORANGE, GREEN, PURPLE, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "0.45"
 DPI = 150
+
+
+def new_figure(rows: int, columns: int, size: tuple[float, float], **more: Any) -> tuple[Figure, Any]:
+    """Figure outside pyplot, which needs no display and is nobody's current figure; axes (rows, columns)."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=size, layout="constrained")
+    return figure, figure.subplots(rows, columns, squeeze=False, **more)
+
+
+def legend_below(figure: Figure, axis: Axes, columns: int) -> None:
+    """One legend for all axes, that of ``axis``, below them."""
+    figure.legend(*axis.get_legend_handles_labels(), loc="outside lower center", ncols=columns, frameon=False)
 
 
 def _axes(axes: Axes | None, size: tuple[float, float] = (7.0, 4.0)) -> Axes:
@@ -28,12 +42,17 @@ def _axes(axes: Axes | None, size: tuple[float, float] = (7.0, 4.0)) -> Axes:
     return plt.subplots(figsize=size, layout="constrained")[1]
 
 
+def plot_two_periods(axes: Axes, dataset: xr.Dataset, name: str, **style: Any) -> None:
+    """Plot a variable of the mesh cycle over two mesh periods, interrupted where it jumps."""
+    curves = panels(dataset, name)
+    x = np.concatenate([phase + period for period in (0, 1) for phase, _ in curves])
+    axes.plot(x, np.concatenate([values for _, values in curves] * 2), **style)
+
+
 def over_two_periods(dataset: xr.Dataset, name: str, axes: Axes | None = None, colour: str = BLUE) -> Axes:
     """A variable of the mesh cycle, "transmission_error" or "mesh_stiffness", over two mesh periods."""
     axes = _axes(axes)
-    curves = panels(dataset, name)
-    x = np.concatenate([phase + period for period in (0, 1) for phase, _ in curves])
-    axes.plot(x, np.concatenate([values for _, values in curves] * 2), color=colour, lw=1.6)
+    plot_two_periods(axes, dataset, name, color=colour, lw=1.6)
     axes.axvline(1.0, color=GREY, lw=0.8, ls=":")
     axes.set(xlim=(0, 2), xlabel="mesh phase τ [mesh periods]")
     axes.set_ylabel(f"{dataset[name].attrs['symbol']} [{dataset[name].attrs['units']}]")
@@ -72,7 +91,7 @@ def load_distribution(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
     assert figure is not None
     extend = "max" if load.max() > 1.01 * top else "neither"
     figure.colorbar(drawn, ax=axes, label="line load q [N/mm]", extend=extend)
-    axes.set(xlabel="place on the path of contact u [mm]", ylabel="place along the face width y [mm]")
+    axes.set(xlabel="position on the path of contact u [mm]", ylabel="position along the face width y [mm]")
     return axes
 
 
@@ -95,17 +114,17 @@ def density(dataset: xr.Dataset, name: str, axes: Axes | None = None, colour: st
 
 
 def contributions(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
-    """Share of each error in the variance of STE and stiffness, with one standard error; what is left interacts."""
+    """Share of each error in the variance of STE and stiffness, with one standard error; the remainder interacts."""
     axes = _axes(axes, (7.0, 4.5))
     names = [str(name).replace("_", " ") for name in dataset["error_name"].values] + ["interactions"]
-    place = np.arange(len(names))
+    position = np.arange(len(names))
     for shift, (name, colour) in enumerate((("transmission_error_rms", BLUE), ("mesh_stiffness_rms", ORANGE))):
         alone = 100 * dataset[f"{name}_first_order"].values
         share = np.append(alone, max(0.0, 100 - alone.sum()))
         error = np.append(100 * dataset[f"{name}_first_order_standard_error"].values, np.nan)
         label = dataset[name].attrs["symbol"]
-        axes.barh(place + 0.4 * shift - 0.2, share, 0.38, xerr=error, color=colour, ecolor=GREY, label=label)
-    axes.set_yticks(place, names)
+        axes.barh(position + 0.4 * shift - 0.2, share, 0.38, xerr=error, color=colour, ecolor=GREY, label=label)
+    axes.set_yticks(position, names)
     axes.invert_yaxis()
     axes.set_xlabel("share of the variance, first order [%]")
     axes.legend(frameon=False)
@@ -116,13 +135,13 @@ def draw_simulation(dataset: xr.Dataset, folder: Path) -> list[Path]:
     """Write the plots of a simulation: STE and stiffness, load distribution, order spectra."""
     import matplotlib.pyplot as plt
 
-    name = _scene_name(dataset)
+    name = heading(dataset)
     figure, axes = plt.subplots(2, 1, figsize=(7.5, 6.5), sharex=True, layout="constrained")
     over_two_periods(dataset, "transmission_error", axes[0])
     over_two_periods(dataset, "mesh_stiffness", axes[1], ORANGE)
     axes[0].set_xlabel("")
     axes[0].set_title(
-        f"{name}: STE {float(dataset['transmission_error_mean']):.3g} µm in the mean, "
+        f"{name}\nSTE {float(dataset['transmission_error_mean']):.3g} µm in the mean, "
         f"{float(dataset['transmission_error_rms']):.3g} µm RMS"
     )
     axes[1].set_title(
@@ -132,7 +151,7 @@ def draw_simulation(dataset: xr.Dataset, folder: Path) -> list[Path]:
     written = [write_figure(figure, folder / "ste_and_stiffness.png")]
 
     axes = load_distribution(dataset)
-    axes.set_title(f"{name}: line load up to {float(dataset['line_load'].max()):.4g} N/mm")
+    axes.set_title(f"{name}\nline load up to {float(dataset['line_load'].max()):.4g} N/mm")
     written.append(write_figure(axes.get_figure(), folder / "load_distribution.png"))
 
     figure, both = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
@@ -144,7 +163,7 @@ def draw_simulation(dataset: xr.Dataset, folder: Path) -> list[Path]:
         axis.set_title(
             f"{dataset[variable].attrs['symbol']}: order {strongest} leads, {np.nanmax(amplitude):.3g} {units}"
         )
-    figure.suptitle(f"{name}: mesh orders")
+    figure.suptitle(f"{name}\nmesh orders")
     return [*written, write_figure(figure, folder / "order_spectrum.png")]
 
 
@@ -152,7 +171,7 @@ def draw_robust(dataset: xr.Dataset, folder: Path) -> list[Path]:
     """Write the plots of a robustness run: densities of the RMS values, and which error contributes how much."""
     import matplotlib.pyplot as plt
 
-    name = _scene_name(dataset)
+    name = heading(dataset)
     figure, axes = plt.subplots(1, 2, figsize=(10.5, 4.2), layout="constrained")
     density(dataset, "transmission_error_rms", axes[0])
     density(dataset, "mesh_stiffness_rms", axes[1], ORANGE)
@@ -160,20 +179,21 @@ def draw_robust(dataset: xr.Dataset, folder: Path) -> list[Path]:
         float(dataset[f"{v}_std"] / dataset[f"{v}_mean"]) for v in ("transmission_error_rms", "mesh_stiffness_rms")
     )
     figure.suptitle(
-        f"{name}: {dataset.sizes['sample']} error samples scatter RMS STE by {100 * ste:.0f} %, "
+        f"{name}\n{dataset.sizes['sample']} error samples scatter RMS STE by {100 * ste:.0f} %, "
         f"RMS stiffness by {100 * k:.0f} %"
     )
     written = [write_figure(figure, folder / "density.png")]
     axes = contributions(dataset)
     leading = dataset["error_name"].values[int(np.argmax(dataset["transmission_error_rms_first_order"].values))]
-    axes.set_title(f"{name}: {str(leading).replace('_', ' ')} contributes most to the scatter of STE")
+    axes.set_title(f"{name}\n{str(leading).replace('_', ' ')} contributes most to the scatter of STE")
     return [*written, write_figure(axes.get_figure(), folder / "contributions.png")]
 
 
-def _scene_name(dataset: xr.Dataset) -> str:
+def heading(dataset: xr.Dataset) -> str:
+    """Name of the scene and support of its teeth, which titles begin with."""
     import tomllib
 
-    return tomllib.loads(dataset.attrs["scene"]).get("name") or "scene"
+    return f"{tomllib.loads(dataset.attrs['scene']).get('name') or 'scene'}, support: {dataset.attrs['support']}"
 
 
 def write_figure(figure: Any, path: Path) -> Path:

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import hashlib
 import math
-from dataclasses import MISSING, fields
+from types import MappingProxyType
 from typing import Annotated, Any
 
 from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import ComplianceEffect, Effect
+from gearbench.effects.base import ComplianceEffect, Effect, Effects
 from gearbench.errors import InputError
-from gearbench.geometry.material import STRICT
 from gearbench.geometry.pair import Pair
-from gearbench.notebook import Row, html_table
+from gearbench.notebook import scene_html
+from gearbench.schema import STRICT, given
 
 #: Gauss points on each panel unless a scene says otherwise.
 DEFAULT_GAUSS_POINTS = 8
@@ -22,7 +22,7 @@ DEFAULT_GAUSS_POINTS = 8
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Load:
-    """What the pair carries.
+    """Load of the pair.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ class Scene:
     Raises
     ------
     InputError
-        If an effect appears twice, lacks what it requires, meets what it excludes, or does not fit the pair; or if
+        If an effect appears twice, lacks one it requires, meets one it excludes, or does not fit the pair; or if
         nothing adds compliance. Wrapped by pydantic's ``ValidationError``.
     """
 
@@ -121,31 +121,36 @@ class Scene:
                 if other in names:
                     raise InputError(f"effects.{effect.name}", "given", f"conflicts with effects.{other}: {reason}")
             try:
-                effect.check(self.pair)
+                effect.check(self.pair, self.effects_by_name)
             except InputError as error:
                 raise error.within(f"effects.{effect.name}") from None
         if not any(isinstance(effect, ComplianceEffect) for effect in self.effects):
             raise InputError("effects", ", ".join(names) or "none", "at least one must add compliance, e.g. hertz")
 
+    @property
+    def effects_by_name(self) -> Effects:
+        """The effects by their names."""
+        return MappingProxyType({effect.name: effect for effect in self.effects})
+
     def effect(self, name: str) -> Effect | None:
         """The effect called ``name``, or None where the scene does not ask for it."""
-        return next((effect for effect in self.effects if effect.name == name), None)
+        return self.effects_by_name.get(name)
 
     @property
-    def tangential_force(self) -> float:
-        """F_t = T / r_b1, transverse, along the line of action [N]."""
+    def F_bt(self) -> float:
+        """F_bt = T / r_b1, transverse, along the line of action [N]."""
         return 1e3 * self.load.torque / self.pair.gears[0].base_radius
 
     @property
-    def normal_force(self) -> float:
-        """F_n = F_t / cos β_b [N]."""
-        return self.tangential_force / math.cos(self.pair.base_helix_angle)
+    def F_bn(self) -> float:
+        """F_bn = F_bt / cos β_b, normal to the flank [N]."""
+        return self.F_bt / math.cos(self.pair.meshing.beta_b)
 
     def to_mapping(self) -> dict[str, Any]:
-        """The scene as nested tables, as in a file; what equals its default is left out."""
-        tables = _given(self)
+        """The scene as nested tables, as in a file; defaults are left out."""
+        tables = given(self)
         tables.pop("effects", None)
-        tables["effects"] = {effect.name: _given(effect) for effect in self.effects}
+        tables["effects"] = {effect.name: given(effect) for effect in self.effects}
         return tables
 
     def to_toml(self) -> str:
@@ -160,35 +165,9 @@ class Scene:
         return digest(self.to_toml())
 
     def _repr_html_(self) -> str:
-        """Tables for notebooks: the pair, then load, effects and resolution as in the scene file."""
-        rows: list[Row] = [("load", (f"{self.load.torque:g} N·m on the pinion",))]
-        for table in (*self.effects, self.resolution):
-            name = table.name if isinstance(table, Effect) else "resolution"
-            settings = ", ".join(f"{key} = {value}" for key, value in _given(table).items())
-            rows.append((name, (settings or "defaults",)))
-        return self.pair._repr_html_() + html_table(self.name or "scene", (), rows)
+        return scene_html(self)
 
 
 def digest(text: str) -> str:
     """SHA-256 of a scene's TOML text."""
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _given(table: Any) -> dict[str, Any]:
-    """Fields of an input object that differ from their defaults, nested ones as tables of their own."""
-    given = {}
-    for field in fields(table):
-        value = getattr(table, field.name)
-        default = field.default if field.default_factory is MISSING else field.default_factory()
-        if value is None or (value == default and type(value) is type(default)):
-            continue
-        given[field.name] = _plain(value)
-    return given
-
-
-def _plain(value: Any) -> Any:
-    if hasattr(value, "__dataclass_fields__"):
-        return _given(value)
-    if isinstance(value, tuple):
-        return [_plain(item) for item in value]
-    return value

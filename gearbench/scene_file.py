@@ -1,29 +1,23 @@
-"""Scenes from TOML files: every fault is one line naming file, key, value and what is allowed."""
+"""Scenes from TOML files."""
 
 from __future__ import annotations
 
-import json
 import logging
-import tomllib
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Any, TypeVar, get_args, get_type_hints
+from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
-
-from gearbench.effects.base import Effect
 from gearbench.effects.files import files_in
-from gearbench.effects.registry import EFFECTS, effect_class
+from gearbench.effects.registry import RENAMED, effect_class, effect_names
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
 from gearbench.scene import Load, Resolution, Scene
-
-T = TypeVar("T")
+from gearbench.schema import Key, as_table, keys, make, read, read_toml
 
 _LOG = logging.getLogger(__name__)
 
-_TABLES: dict[str, type] = {"pair": Pair, "load": Load, "resolution": Resolution}
+#: Tables of a scene beside those of its effects.
+TABLES: dict[str, type] = {"pair": Pair, "load": Load, "resolution": Resolution}
 
 
 def load_scene(path: str | Path) -> Scene:
@@ -52,95 +46,62 @@ def load_scene(path: str | Path) -> Scene:
     return scene
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """Tables of a TOML file.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read or is no TOML.
-    """
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError("", (error.strerror or "cannot be read").lower(), "must be a readable TOML file") from None
-    except UnicodeDecodeError:
-        raise InputError("", "not UTF-8 text", "must be a readable TOML file") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError("", "not TOML", str(error)) from None
-
-
 def parse_scene(tables: Mapping[str, Any]) -> Scene:
     """Scene from nested tables (as read from TOML); a table may also be the object it describes.
 
     Raises
     ------
     InputError
-        Naming key, value and what is allowed.
+        Naming key, value and the values allowed.
     """
     parts = dict(tables)
-    effects = parts.pop("effects", {})
-    if not isinstance(effects, Mapping):
-        raise InputError("effects", effects, "must be a table with one table for each effect")
-    for name, kind in _TABLES.items():
-        if name in parts:
-            parts[name] = _parse_table(name, kind, parts[name])
-    parts["effects"] = tuple(_parse_effect(name, table) for name, table in effects.items())
+    effects = as_table("effects", parts.pop("effects", {}))
+    parts |= {name: read(kind, parts[name], name) for name, kind in TABLES.items() if name in parts}
+    at = [f"effects.{name}" for name in effects]
+    read_effects = [read(table_class(key), table, key) for key, table in zip(at, effects.values(), strict=True)]
+    return make(Scene, **parts, effects=tuple(read_effects))
+
+
+def table_class(table: str) -> type:
+    """Input class of a table of a scene, e.g. "pair" or "effects.hertz".
+
+    Raises
+    ------
+    InputError
+        If a scene has no such table.
+    """
+    head, _, name = table.partition(".")
+    if head == "effects":
+        if name in RENAMED:
+            raise InputError(table, "old name", f"write {RENAMED[name]}")
+        if name not in effect_names():
+            raise InputError(table, "unknown effect", f"allowed: {', '.join(effect_names())}")
+        return effect_class(name)
+    if table not in TABLES:
+        raise InputError(table, "unknown key", f"allowed: {', '.join((*TABLES, 'effects'))}")
+    return TABLES[table]
+
+
+def scene_key(path: str) -> Key | None:
+    """The key of a scene at a dotted path, e.g. "pair.pinion.teeth"; None where there is no such value.
+
+    Raises
+    ------
+    InputError
+        Naming the keys that are allowed, where the table is known but not the key.
+    """
+    parts = path.split(".")
+    split = 2 if parts[0] == "effects" else 1
     try:
-        return Scene(**parts)
-    except ValidationError as error:
-        raise _one_line(error, Scene) from None
-
-
-def _parse_table(key: str, kind: type[T], table: Any) -> T:
-    if isinstance(table, kind):
-        return table
-    if not isinstance(table, Mapping):
-        raise InputError(key, table, f"must be a table: [{key}]")
-    try:
-        return validate(kind, table)
-    except InputError as error:
-        raise error.within(key) from None
-
-
-def _parse_effect(name: str, table: Any) -> Effect:
-    if name not in EFFECTS:
-        raise InputError(f"effects.{name}", "unknown effect", f"allowed: {', '.join(EFFECTS)}")
-    return _parse_table(f"effects.{name}", effect_class(name), table)
-
-
-def validate(kind: type[T], table: Mapping[str, Any]) -> T:
-    """Object of an input class from nested tables, faults as ``InputError``."""
-    # as JSON, because strict input classes take tables and lists from text only
-    try:
-        return TypeAdapter(kind).validate_json(json.dumps(table, default=str))
-    except ValidationError as error:
-        raise _one_line(error, kind) from None
-
-
-_MISSING = ("missing", "missing_argument", "missing_keyword_only_argument")
-_UNKNOWN = ("unexpected_keyword_argument", "extra_forbidden")
-
-
-def _one_line(error: ValidationError, kind: type) -> InputError:
-    """The most telling fault of a validation, as one line: a misspelt key before what is missing for it."""
-    faults = error.errors()
-    fault = next((fault for fault in faults if fault["type"] in _UNKNOWN), faults[0])
-    key = ".".join(str(part) for part in fault["loc"])
-    cause = fault.get("ctx", {}).get("error")
-    if isinstance(cause, InputError):
-        return cause.within(key) if key else cause
-    if fault["type"] in _MISSING:
-        return InputError(key, "missing", "is required")
-    if fault["type"] in _UNKNOWN:
-        return InputError(key, "unknown key", f"allowed: {', '.join(_keys(kind, fault['loc'][:-1]))}")
-    allowed = fault["msg"].replace("Input should be", "must be").removeprefix("Value error, ")
-    return InputError(key, repr(fault["input"]), allowed)
-
-
-def _keys(kind: type, path: tuple[int | str, ...]) -> list[str]:
-    """Keys of the table at ``path`` below an input class."""
-    for part in path:
-        hint = get_type_hints(kind)[str(part)]
-        kind = next(t for t in (hint, *get_args(hint)) if isinstance(t, type) and is_dataclass(t))
-    return [field.name for field in fields(kind)]
+        kind = table_class(".".join(parts[:split]))
+    except InputError:
+        return None
+    key = None
+    for part in parts[split:]:
+        if kind is None:
+            return None
+        if part not in keys(kind):
+            raise InputError("", path, f"must be a key of a scene: {', '.join(keys(kind))}")
+        key = keys(kind)[part]
+        kind = key.table
+    return key if kind is None else None

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.solver import solve
-from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
-from gearbench.outputs import DEFAULT_OUTPUTS, OUTPUTS, Solved, cycle_numbers
-from gearbench.provenance import provenance
-from gearbench.quantities import QUANTITIES
+from gearbench.results.cycle import HARMONICS
+from gearbench.results.outputs import DEFAULT_OUTPUTS, Solved, check_outputs, output
+from gearbench.results.provenance import provenance
+from gearbench.results.responses import described
 from gearbench.scene import Scene
 
 if TYPE_CHECKING:
@@ -31,13 +31,13 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
     Parameters
     ----------
     scene
-        What to simulate.
+        The scene to simulate.
     outputs
-        Names of the variables to compute, from ``gearbench.outputs.OUTPUTS``.
+        Names of the variables to compute: from ``gearbench.results.outputs.OUTPUTS``, or any response.
 
     Returns
     -------
-    Dataset with the dimensions ``position``, ``pair``, ``segment``, names and units as in ``gearbench.quantities``,
+    Dataset with the dimensions ``position``, ``pair``, ``segment``, names and units as in ``gearbench.results``,
     the residuals of the contact solution, and its provenance in the attributes.
 
     Raises
@@ -63,9 +63,7 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
     18 %
     """
     start = time.perf_counter()
-    for name in outputs:
-        if name not in OUTPUTS:
-            raise InputError("outputs", name, f"allowed: {', '.join(OUTPUTS)}")
+    check_outputs(tuple(outputs))
     if scene.resolution.accuracy is None:
         return dataset(solve_scene(scene), outputs, start)
     from gearbench.accuracy.choose import choose
@@ -76,8 +74,9 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
 
 def cycle_values(scene: Scene) -> NDArray:
     """Mean and RMS of STE [µm], mean [N/µm] and RMS [%] of the mesh stiffness, (4,): see ``accuracy.measure``."""
-    solved = solve_scene(scene)
-    return cycle_numbers(solved.transmission_error, solved.mesh_stiffness, solved.weight)
+    from gearbench.accuracy.measure import measured
+
+    return measured(solve_scene(scene).cycle)
 
 
 def solve_scene(scene: Scene) -> Solved:
@@ -100,13 +99,15 @@ def dataset(solved: Solved, outputs: Sequence[str], start: float) -> xr.Dataset:
     import xarray as xr
 
     lines, solution = solved.lines, solved.solution
-    coords = {
-        "mesh_phase": ("position", lines.mesh_phase),
-        "phase_weight": ("position", solved.weight),
+    coords: dict[str, tuple] = {
+        **{name: ("position", values) for name, values in solved.cycle.phases.coordinates.items()},
         "pair_index": ("pair", lines.index),
     }
-    variables: dict[str, tuple] = {name: (OUTPUTS[name][0], OUTPUTS[name][1](solved)) for name in outputs}
-    if any("segment" in dims for dims, _ in variables.values()):
+    variables: dict[str, tuple] = {name: output(solved, name) for name in outputs}
+    over = {dim for dims, _ in variables.values() for dim in dims}
+    if "harmonic" in over:
+        coords["harmonic"] = ("harmonic", np.arange(1, HARMONICS + 1))
+    if "segment" in over:
         grid = ("position", "pair", "segment")
         coords |= {
             "path_position": (grid, lines.u),
@@ -121,6 +122,4 @@ def dataset(solved: Solved, outputs: Sequence[str], start: float) -> xr.Dataset:
     }
     attrs = provenance(solved.scene, wall_time=time.perf_counter() - start)
     attrs["polished_positions"] = solution.polished  # solved once more, see ContactSolution
-    described = {name: (dims, np.asarray(v), QUANTITIES[name].attrs) for name, (dims, v) in variables.items()}
-    named = {name: (dims, v, QUANTITIES[name].attrs) for name, (dims, v) in coords.items()}
-    return xr.Dataset(described, coords=named, attrs=attrs)
+    return xr.Dataset(described(variables), coords=described(coords), attrs=attrs)

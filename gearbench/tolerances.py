@@ -117,7 +117,7 @@ def flank_tolerances(
 
 @lru_cache(maxsize=256, typed=True)
 def gear_tolerances(gear: Gear, iso_class: int, edition: Edition = "2013", rounded: bool = False) -> FlankTolerances:
-    """Return the flank tolerances [µm] of a gear; see `flank_tolerances`, which also states what is raised."""
+    """Return the flank tolerances [µm] of a gear; see `flank_tolerances`, which also states the errors raised."""
     return flank_tolerances(
         normal_module=gear.normal_module,
         reference_diameter=2 * gear.pitch_radius,

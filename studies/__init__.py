@@ -1,1 +1,1 @@
-"""Reproducible studies: one question a file."""
+"""Reproducible studies, one question a package: its scene(), compute(), checks() and figures()."""

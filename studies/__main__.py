@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import studies
-from gearbench.results import load, save
+from gearbench.results.netcdf import load, save
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,7 +26,7 @@ DEFAULT_OUTPUT = Path("out/studies")
 
 def modules(names: list[str]) -> list[ModuleType]:
     """Study modules by name; exits with code 2 if one does not exist."""
-    known = sorted(m.name for m in iter_modules(studies.__path__) if m.name.startswith("s") and m.name[1:3].isdigit())
+    known = sorted(m.name for m in iter_modules(studies.__path__) if m.ispkg)
     wanted = known if names == ["all"] else names
     for name in wanted:
         if name not in known:

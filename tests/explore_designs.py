@@ -9,11 +9,11 @@ import xarray as xr
 
 from gearbench.errors import InputError
 from gearbench.explore.stored import Stored, of_designs
-from gearbench.optimise.dataset import designs_dataset
-from gearbench.optimise.designs import Designs
-from gearbench.optimise.front import non_dominated
-from gearbench.optimise.problem import Evaluation, scene_of
-from gearbench.optimise.study_file import load_study
+from gearbench.optimisation.dataset import designs_dataset
+from gearbench.optimisation.designs import Designs
+from gearbench.optimisation.front import non_dominated
+from gearbench.optimisation.problem import Evaluation, scene_of
+from gearbench.optimisation.study_file import load_study
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 

@@ -1,72 +1,112 @@
 """The house: imports point downward, the package is light to import, files and functions stay small."""
 
 import ast
+import re
 import subprocess
 import sys
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[1]
 SOURCES = sorted(p for folder in ("gearbench", "fem_reference") for p in (ROOT / folder).rglob("*.py"))
-
-#: A module may import from its own layer and from those before it.
-LAYERS = (
-    ("errors", "quantities", "notebook"),
-    ("geometry",),
-    ("tolerances",),
-    ("compliance",),
-    ("effects",),
-    ("scene", "scene_file"),
-    ("contact",),
-    ("accuracy",),
-    ("cycle", "files", "outputs", "provenance", "results", "simulation", "library", "stopwatch"),
-    ("robustness", "strength", "exchange"),
-    ("plotting", "plan", "doctor"),
-    ("optimise", "cost"),
-    ("validation",),
-    ("explore",),
-    ("cli", "__main__"),
-)
-LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
+MODULES = {
+    ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path
+    for path in (*SOURCES, *(ROOT / "studies").rglob("*.py"))
+}
 
 
-def imports(path: Path, *, everywhere: bool) -> set[str]:
-    """Dotted names imported by a module: at its top, or anywhere; those for type checkers only do not count."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+def layers() -> dict[str, int]:
+    """Height of each part of the house, from the lines that README and docs/map.md print."""
+    printed = re.search(
+        r"<!-- layers -->.*?```text\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL
+    )
+    assert printed is not None
+    lines = reversed(printed[1].splitlines())
+    return {name: height for height, line in enumerate(lines) for name in line.split(", ")}
+
+
+LAYERS = layers()
+
+
+def part(module: str) -> str:
+    """The part of the house that a module belongs to: the longest name of ``LAYERS`` that leads to it."""
+    name = "__init__" if module == "gearbench" else module.removeprefix("gearbench.")
+    while name not in LAYERS:
+        assert "." in name, f"{module} stands in no line of README.md"
+        name = name.rpartition(".")[0]
+    return name
+
+
+def imports(tree: ast.AST, *, everywhere: bool = True) -> set[str]:
+    """Dotted names imported by a module, anywhere or at its top; those for type checkers only do not count."""
     found = set()
     stack: list[ast.AST] = [tree]
     while stack:
         node = stack.pop()
         if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            stack.extend(node.orelse)
             continue
         if not everywhere and isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
             continue
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
-            found |= {node.module}
+            base = f"gearbench.{node.module}" if node.level else node.module
+            found |= {name if (name := f"{base}.{alias.name}") in MODULES else base for alias in node.names}
         stack.extend(ast.iter_child_nodes(node))
     return found
 
 
-@pytest.mark.parametrize("path", SOURCES, ids=lambda p: str(p.relative_to(ROOT)))
-def test_imports_point_downward(path):
-    parts = path.relative_to(ROOT).with_suffix("").parts
-    if parts[0] == "fem_reference":
-        allowed = {"gearbench.geometry", "gearbench.compliance", "gearbench.errors"}
-        for name in imports(path, everywhere=True):
-            if name.startswith("gearbench"):
-                assert ".".join(name.split(".")[:2]) in allowed, name
-        return
-    if parts == ("gearbench", "__init__"):
-        return
-    level = LEVEL[parts[1]]
-    for name in imports(path, everywhere=True):
-        if name.startswith("gearbench."):
-            assert LEVEL[name.split(".")[1]] <= level, f"{'.'.join(parts)} imports {name}"
-        if name.startswith("fem_reference"):
-            assert parts[1] in {"cost", "doctor", "effects", "validation"}, name
+def needs(module: str) -> set[str]:
+    """Modules of the project that ``module`` imports; of the public names the stub says where they come from."""
+    path = MODULES[module]
+    path = path.with_suffix(".pyi") if module == "gearbench" else path
+    return {name for name in imports(ast.parse(path.read_text(encoding="utf-8"))) if name in MODULES} - {module}
+
+
+NEEDS = {module: needs(module) for module in MODULES}
+
+
+def test_every_line_names_parts_that_exist():
+    assert {part(module) for module in MODULES} == set(LAYERS)
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_imports_point_downward(module):
+    own = part(module)
+    for other in NEEDS[module]:
+        assert part(other) == own or LAYERS[part(other)] < LAYERS[own], f"{module} imports {other}"
+        if part(other) == "fem_reference":
+            assert own in {"effort", "doctor", "effects", "validation", "studies", "fem_reference"}, other
+
+
+def circle(graph: dict[str, set[str]]) -> list[str]:
+    """Nodes of a circle of ``graph``, empty where there is none."""
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return error.args[1]
+    return []
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    assert circle(NEEDS) == []
+
+
+def test_no_packages_import_each_other_in_a_circle():
+    graph: dict[str, set[str]] = {part(module): set() for module in MODULES}
+    for module, others in NEEDS.items():
+        graph[part(module)] |= {part(other) for other in others} - {part(module)}
+    assert circle(graph) == []
+
+
+def test_circles_and_imports_in_functions_are_seen():
+    text = "from gearbench.scene import Scene\ndef f():\n    from gearbench.contact import dense\n"
+    assert imports(ast.parse(text)) == {"gearbench.scene", "gearbench.contact.dense"}
+    assert imports(ast.parse(text), everywhere=False) == {"gearbench.scene"}
+    assert set(circle({"a": {"b"}, "b": {"c"}, "c": {"a"}, "d": {"a"}})) == {"a", "b", "c"}
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=lambda p: str(p.relative_to(ROOT)))
@@ -76,7 +116,8 @@ def test_heavy_packages_are_imported_where_they_are_used(path):
     else:
         heavy = {"gmsh", "skfem", "pymoo", "dask", "distributed", "matplotlib", "numba", "xarray", "rich"}
     heavy |= set() if path.name.startswith("symbolic") else {"sympy"}
-    top = {name.split(".")[0] for name in imports(path, everywhere=False)}
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    top = {name.split(".")[0] for name in imports(tree, everywhere=False)}
     assert not top & heavy
 
 

@@ -9,14 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gearbench.accuracy.knobs import GAUSS_POINTS, PLATE_ORDER, POSITIONS, SEGMENTS, with_resolution
+from gearbench.accuracy.knobs import GAUSS_POINTS, PLATE_ORDER, POSITIONS, SEGMENTS, Knob, with_resolution
 from gearbench.accuracy.measure import MEASURED
-from gearbench.cost.newton import newton_curve
-from gearbench.cost.samples import sample_curves
-from gearbench.cost.workprecision import as_dataset, curve, observed_order
+from gearbench.effort import workprecision
+from gearbench.effort.clock import peak_megabytes
+from gearbench.effort.curves import as_dataset, knob_curve, observed_order
+from gearbench.effort.newton import newton_curves
+from gearbench.effort.samples import sample_curves
 from gearbench.library.garambois2017 import case, gear
-from gearbench.results import load
-from gearbench.stopwatch import peak_megabytes
+from gearbench.results.netcdf import load
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 DOCS = Path(__file__).parents[1] / "docs"
@@ -121,46 +122,46 @@ def test_cost_refuses_a_scene_that_leaves_its_resolution_open(run, tmp_path):
 
 
 def test_segments_are_of_second_order_for_a_helical_pair():
-    found = curve(with_resolution(case(2), gauss_points=6), SEGMENTS, repeats=1)
+    found = knob_curve(with_resolution(case(2), gauss_points=6), SEGMENTS, repeats=1)
     # fluctuations pass through zero error at coarse levels: the means tell
     np.testing.assert_allclose(found.order[[0, 2]], 2.0, atol=0.2)
 
 
 def test_segments_are_exact_for_a_spur_pair_without_gaps():
     """The load is even along the contact lines: one segment is as good as any number."""
-    found = curve(with_resolution(gear("SC").scene(), gauss_points=3), SEGMENTS, repeats=1)
+    found = knob_curve(with_resolution(gear("SC").scene(), gauss_points=3), SEGMENTS, repeats=1)
     assert found.errors.max() < 1e-11  # rounding of sums of some hundred segments
 
 
 def test_gauss_points_gain_digits_at_every_point_and_uniform_phases_at_first_order():
     scene = gear("SC").scene()
-    gauss, uniform = (curve(scene, knob, repeats=1) for knob in (GAUSS_POINTS, POSITIONS))
+    gauss, uniform = (knob_curve(scene, knob, repeats=1) for knob in (GAUSS_POINTS, POSITIONS))
     worst = gauss.errors.max(axis=1)
     clear = worst > 1e-11
     assert np.all(worst[1:][clear[1:]] < 0.3 * worst[:-1][clear[1:]])
     # first order as a bound: the error jumps with where the phases happen to fall
-    phases = uniform.sizes
+    phases = uniform.column("size")
     assert np.all(uniform.errors.max(axis=1) * phases < 2.0)
     assert uniform.errors.max(axis=1)[-1] > 1e3 * worst[5]
 
 
 def test_orders_of_plates_converge_and_the_paper_is_one_of_them():
-    found = curve(with_resolution(case(1), segments=4, gauss_points=2), PLATE_ORDER, repeats=1)
-    assert found.labels[1] == "paper"
+    found = knob_curve(with_resolution(case(1), segments=4, gauss_points=2), PLATE_ORDER, repeats=1)
+    assert found.points[1].label == "paper"
     mean = found.errors[:, 0]
     assert np.all(np.diff(mean) < 0)
     assert np.all(found.bar[0] < mean)
 
 
 def test_newton_steps_double_the_digits():
-    found = newton_curve(with_resolution(case(2), segments=6, gauss_points=2), repeats=1)
-    assert found is not None
+    (found,) = newton_curves(with_resolution(case(2), segments=6, gauss_points=2), repeats=1)
     worst = found.errors.max(axis=1)
     assert worst[5] < 1e-12
     start = int(np.argmax(worst < 1e-2))
     # quadratic, with a constant of the size of one
     assert worst[start + 1] < 10 * worst[start] ** 1.7
-    assert np.all(found.seconds <= found.seconds[-1] + 1e-12)
+    seconds = found.column("seconds")
+    assert np.all(seconds <= seconds[-1] + 1e-12)
 
 
 def test_samplers_are_of_their_orders():
@@ -182,21 +183,37 @@ def test_the_order_observed_leaves_out_what_is_not_clear():
     assert np.isnan(observed_order(sizes, errors, 1.0))
 
 
+def test_a_knob_from_elsewhere_is_measured_with_the_others(monkeypatch):
+    """A knob is its name, its levels and how to turn it; here doubled segments, which are exact for a spur pair."""
+    double = Knob(
+        name="doubled segments",
+        levels=lambda _: (1, 2, 4, 8),
+        with_level=lambda scene, level: with_resolution(scene, segments=2 * level),
+        order="exact",
+    )
+    monkeypatch.setattr(workprecision, "KNOBS", {double.name: double})
+    dataset = workprecision.cost(with_resolution(gear("SC").scene(), gauss_points=2), repeats=1)
+    assert list(dataset["knob"].values) == ["doubled segments", "newton steps"]
+    rows = dataset.isel(setting=dataset["setting_knob"].values == double.name)
+    assert list(rows["level"].values) == ["1", "2"]  # the two finest are the reference and its error bar
+    assert float(rows["error"].max()) < 1e-11  # rounding
+
+
 def test_memory_is_that_of_the_arrays_made():
     assert peak_megabytes(lambda: np.ones(500_000)) == pytest.approx(4.0, rel=0.01)
 
 
 def test_curves_are_rows_of_one_dataset():
     scene = with_resolution(gear("SC").scene(), segments=2, gauss_points=2)
-    made = [curve(scene, knob, repeats=1) for knob in (GAUSS_POINTS, POSITIONS)]
+    made = [knob_curve(scene, knob, repeats=1) for knob in (GAUSS_POINTS, POSITIONS)]
     dataset = as_dataset(made)
-    assert dataset.sizes["setting"] == sum(len(c.labels) for c in made)
+    assert dataset.sizes["setting"] == sum(len(c.points) for c in made)
     assert list(dataset["knob"].values) == ["gauss_points", "positions"]
     assert dataset["error"].attrs["units"] == "1"
 
 
 def test_the_page_on_performance_is_the_one_its_dataset_makes():
-    from studies.performance_page import DATA, PAGE, figures_of, page
+    from docs.performance import DATA, PAGE, figures_of, page
 
     dataset = load(DATA)
     assert PAGE.read_text(encoding="utf-8") == page(dataset)

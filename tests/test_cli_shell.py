@@ -229,12 +229,12 @@ def test_bad_input_stays_one_line_where_more_is_told(run, tmp_path):
 
 
 def test_a_failure_tells_where_it_happened_if_asked(run, tmp_path, monkeypatch):
-    import gearbench.results
+    import gearbench.results.netcdf
 
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(gearbench.results, "save", full)
+    monkeypatch.setattr(gearbench.results.netcdf, "save", full)
     plain = run("simulate", EXAMPLES / "sc.toml", "-o", tmp_path / "o.nc")
     told = run("simulate", EXAMPLES / "sc.toml", "-o", tmp_path / "o.nc", "-v")
     assert plain[0] == told[0] == 1

@@ -8,7 +8,7 @@ from concurrent.futures import ProcessPoolExecutor
 
 import pytest
 
-from gearbench.results import load
+from gearbench.results.netcdf import load
 
 #: A narrow pair, cheap to solve.
 SCENE = """
@@ -87,23 +87,23 @@ def test_it_works_in_a_spawned_worker(scene, tmp_path):
 
 @pytest.mark.slow
 def test_a_pair_on_its_body_is_compared_with_teeth_on_a_body(run, scene, tmp_path):
-    scene.write_text(SCENE + "[effects.neighbour_teeth]\n", encoding="utf-8")
+    scene.write_text(SCENE + "[effects.gear_body]\n", encoding="utf-8")
     code, _, err = run("validate", scene, "-o", tmp_path / "out", "--accuracy", 0.1, "-q")
     assert (code, err) == (0, "")
     found = load(tmp_path / "out" / "validation.nc")
-    assert 'support = "rim"' in str(found["reference_scene_toml"].values[0])
+    assert "[effects.gear_body]" in str(found["reference_scene_toml"].values[0])
     assert abs(float(found["transmission_error_mean_error"][0])) < 10
 
 
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("[effects.tooth_bending]", "[effects.fe_compliance]\n[effects.tooth_bendin]", "unknown effect"),
+        ("[effects.tooth_bending]", "[effects.tooth_bendin]", "unknown effect"),
         ('[effects.tooth_bending]\nmodel = "solid"\norder = [4, 5, 4]', "", "nothing to compare: add tooth_bending"),
         (
             '[effects.tooth_bending]\nmodel = "solid"\norder = [4, 5, 4]',
-            "[effects.fe_compliance]",
-            "effects.fe_compliance = given: is the reference",
+            '[effects.tooth_bending]\nmodel = "finite_elements"',
+            "effects.tooth_bending.model = finite_elements: is the reference",
         ),
     ],
 )

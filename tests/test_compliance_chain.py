@@ -9,7 +9,6 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gearbench.compliance.chain import Chain
-from gearbench.compliance.coupled import coupled_root
 
 
 def chain(sizes: list[int], seed: int = 0, shift: float = 1.0) -> Chain:
@@ -80,37 +79,3 @@ def test_indefinite_matrices_are_refused(which):
     strong = Chain(diagonal=[np.eye(2), np.eye(2)], coupling=[1.1 * np.eye(2)])
     with pytest.raises(np.linalg.LinAlgError):
         strong.half_solve(np.ones((4, 1)))
-
-
-# -- coupled teeth ----------------------------------------------------------------------------------------------------
-def blocks(far: int, size: int = 4, seed: int = 2) -> np.ndarray:
-    """C_d = Σ A_{d+k} A_kᵀ, a convolution square: any row of teeth is semidefinite; C_−d = C_dᵀ."""
-    A = np.random.default_rng(seed).standard_normal((far + 1, size, size))
-    C = np.zeros((2 * far + 1, size, size))
-    for i in range(far + 1):
-        for j in range(far + 1):
-            C[far + i - j] += A[i] @ A[j].T
-    return C
-
-
-@pytest.mark.parametrize("driven", [False, True])
-@pytest.mark.parametrize(("far", "teeth"), [(0, 1), (0, 3), (1, 2), (2, 2), (1, 4), (3, 3)])
-def test_coupled_root_is_a_square_root_of_all_teeth(far, teeth, driven):
-    C = blocks(far)
-    root = coupled_root(C, teeth, driven=driven)
-    product = np.einsum("iar,jbr->ijab", root, root)
-    for i in range(teeth):
-        for j in range(teeth):
-            d = j - i if driven else i - j
-            expected = C[far + d] if abs(d) <= far else np.zeros_like(C[0])
-            assert_allclose(product[i, j], expected, rtol=0, atol=1e-12 * np.abs(C).max())
-
-
-def test_coupled_root_drops_what_is_not_positive():
-    """A symmetric block with one negative and one tiny eigenvalue: the others are kept as they are."""
-    Q, _ = np.linalg.qr(np.random.default_rng(3).standard_normal((4, 4)))
-    value = np.array([2.0, 0.5, 1e-14, -0.1])
-    root = coupled_root((Q * value @ Q.T)[None], 1, driven=False)
-    assert root.shape == (1, 4, 2)
-    assert_allclose(root[0] @ root[0].T, Q[:, :2] * value[:2] @ Q[:, :2].T, rtol=0, atol=1e-14)
-    assert coupled_root((Q * value @ Q.T)[None], 1, driven=False, rtol=0.5).shape[-1] == 1

@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose
 
 from gearbench.compliance import symbolic_solid
 from gearbench.compliance.bases import axis_functions, gauss, width_functions
-from gearbench.compliance.gear_body import GearBody
+from gearbench.compliance.gear_body import ToothedRing
 from gearbench.compliance.ring import Ring
 from gearbench.compliance.section import Section
 from gearbench.compliance.solid import Solid
@@ -33,10 +33,10 @@ def tooth(g: Gear | None = None, order=(4, 5, 5), **options) -> SolidTooth:
     return SolidTooth(gear=g or gear(), E=E, nu=NU, order=order, **options)
 
 
-def body(g: Gear | None = None, bore=0.6, order=(4, 5, 5), along=8, **options) -> GearBody:
+def body(g: Gear | None = None, bore=0.6, order=(4, 5, 5), along=8, **options) -> ToothedRing:
     """Bore radius in root radii."""
     t = tooth(g, order, **options)
-    return GearBody(tooth=t, bore_radius=bore * t.gear.root_radius, order=along)
+    return ToothedRing(tooth=t, bore_radius=bore * t.gear.root_radius, order=along)
 
 
 # -- the moving root --------------------------------------------------------------------------------------------------
@@ -67,7 +67,7 @@ def free_solid(shape: str, order=(3, 2, 3)) -> Solid:
 
 def full_stiffness(solid: Solid) -> np.ndarray:
     n = math.prod(solid.shape)
-    return np.einsum("abmn,abkl->mknl", solid._of_section, solid._of_axis).reshape(n, n)
+    return np.einsum("abmn,abkl->mknl", solid.of_section, solid.of_axis).reshape(n, n)
 
 
 def amplitudes(solid: Solid, field, rtol: float = 1e-9) -> np.ndarray:
@@ -129,7 +129,7 @@ def test_rigid_motions_of_the_root_cost_no_energy(helix):
     """Six directions of S: along and about the axis to rounding; across as polynomials of θ; tilts like θ R near √x."""
     found = []
     for order in ((3, 3, 4), (4, 5, 5), (5, 6, 6)):
-        value = np.linalg.eigvalsh(body(gear(helix), order=order)._tooth_parts[0])
+        value = np.linalg.eigvalsh(body(gear(helix), order=order).tooth_parts[0])
         assert value[0] > -1e-13 * value[-1]
         found.append(value[:6] / value[6])
     found = np.array(found)
@@ -144,7 +144,7 @@ def test_turn_of_the_root_about_the_axis_of_the_gear(helix):
     """No force, and each point of the flank moves by r_b cos β_b against its normal per radian."""
     g = gear(helix)
     b = body(g, order=(4, 5, 6))
-    S, phi = b._tooth_parts
+    S, phi = b.tooth_parts
     q = np.zeros(len(S))
     q[0] = g.root_radius * math.sqrt(b.root_arc * g.face_width)  # u_θ = r_f on the orthonormal constant
     assert_allclose(S @ q / q[0], 0, atol=1e-14 * np.abs(S).max())
@@ -159,7 +159,7 @@ def test_parts_of_the_tooth_are_the_schur_complement_of_the_whole(helix, order):
     """Springs of any kind below the root: tooth and springs solved together = clamped tooth + Φ (S + B⁻¹)⁻¹ Φᵀ."""
     b = body(gear(helix), order=order)
     solid, n = b.tooth.free_solid, b.axis_order
-    S, phi = b._tooth_parts
+    S, phi = b.tooth_parts
     # amplitudes of root polynomials in the Ritz functions: field, across, height (first), axis
     eta, w = gauss(order[2] + 2)
     h, g = axis_functions(order[2], eta)[0], width_functions(n, eta)[0]
@@ -185,7 +185,7 @@ def test_parts_of_the_tooth_are_the_schur_complement_of_the_whole(helix, order):
 
 
 # -- waves around the gear --------------------------------------------------------------------------------------------
-def dense_body(b: GearBody) -> tuple[np.ndarray, np.ndarray]:
+def dense_body(b: ToothedRing) -> tuple[np.ndarray, np.ndarray]:
     """All z teeth at once: motions q (tooth, r) per unit force on the roots, complex; and Φ.
 
     Green's function of the rim summed over its harmonics −N … N, tractions and motions integrated over s by Gauss
@@ -193,7 +193,7 @@ def dense_body(b: GearBody) -> tuple[np.ndarray, np.ndarray]:
     """
     g, t = b.tooth.gear, b.tooth
     z, psi, count, n_s = g.teeth, float(g.half_angle(g.root_radius)), b.axis_order, t.order[0]
-    S, phi = b._tooth_parts
+    S, phi = b.tooth_parts
     ring = Ring(
         inner_radius=b.bore_radius, radius=g.root_radius, width=g.face_width, screw=math.tan(g.beta) / g.pitch_radius,
         E=E, nu=NU, order=(b.order, count),
@@ -302,11 +302,11 @@ def test_a_body_of_no_thickness_is_a_clamp(helix, teeth):
 def test_scaling():
     """All lengths × s, moduli × m: deflection per force × 1/(s m); the polynomials are per length."""
     small = body(gear(15.0))
-    large = GearBody(
+    large = ToothedRing(
         tooth=SolidTooth(gear=gear(15.0, module=14.0, width=84.0), E=3 * E, nu=NU), bore_radius=7 * small.bore_radius
     )
-    a = small.tooth.shapes(3.0, 2.0) @ small.blocks(1) @ small.tooth.shapes(4.0, 9.0)
-    c = large.tooth.shapes(21.0, 14.0) @ replace(large, order=8).blocks(1) @ large.tooth.shapes(28.0, 63.0)
+    a = small.tooth.flank.shapes(3.0, 2.0) @ small.blocks(1) @ small.tooth.flank.shapes(4.0, 9.0)
+    c = large.tooth.flank.shapes(21.0, 14.0) @ replace(large, order=8).blocks(1) @ large.tooth.flank.shapes(28.0, 63.0)
     assert_allclose(c * 21.0, a, rtol=1e-9)  # the junction of the flank is found to 1e-12, and divided by √x
 
 
@@ -332,20 +332,20 @@ def test_vanishing_helix_is_a_spur_gear():
 def test_factor_of_neighbouring_pairs(driven):
     """ψ_i(a)·ψ_j(b) = φ(a)ᵀ C_{i−j} φ(b); on the driven gear seen in a mirror, and counted the other way."""
     g = gear(20.0)
-    b = body(g, driven=driven)
+    f = body(g, driven=driven).flank(2)
     plain = body(g)
-    C, phi = plain.blocks(2), plain.tooth.shapes
+    C, phi = plain.blocks(2), plain.tooth.flank.shapes
     w, a, load = g.face_width, (3.0, 2.0), (4.0, 9.0)
     for i in range(3):
         for j in range(3):
-            found = b.factor(*a, i, 3) @ b.factor(*load, j, 3)
+            found = f.factor(*a, i, 3) @ f.factor(*load, j, 3)
             if driven:
                 expected = phi(a[0], w - a[1]) @ C[2 + j - i] @ phi(load[0], w - load[1])
             else:
                 expected = phi(*a) @ C[2 + i - j] @ phi(*load)
             assert found == pytest.approx(expected, abs=1e-9 * np.abs(C).max())
-    alone = b.factor(*a) @ b.factor(*load)
-    assert alone == pytest.approx(b.factor(*a, 1, 3) @ b.factor(*load, 1, 3), rel=1e-9)
+    alone = f.factor(*a) @ f.factor(*load)
+    assert alone == pytest.approx(f.factor(*a, 1, 3) @ f.factor(*load, 1, 3), rel=1e-9)
 
 
 @GEARS
@@ -360,9 +360,9 @@ def test_what_is_cut_off_does_not_count(helix, teeth, monkeypatch):
     size = np.linalg.norm(C[1])
     assert np.linalg.norm(blocks(along=16) - C) < 3e-4 * size
     with monkeypatch.context() as patch:
-        patch.setattr("gearbench.compliance.gear_body._FINEST", 120.0)
+        patch.setattr("gearbench.compliance.gear_body.FINEST", 120.0)
         assert 1e-6 * size < np.linalg.norm(blocks() - C) < 3e-4 * size
-    monkeypatch.setattr(GearBody, "axis_order", property(lambda self: self.tooth.order[2]))
+    monkeypatch.setattr(ToothedRing, "axis_order", property(lambda self: self.tooth.order[2]))
     assert 1e-6 * size < np.linalg.norm(blocks() - C) < 4e-3 * size
 
 

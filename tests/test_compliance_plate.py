@@ -196,7 +196,7 @@ def test_paper_basis_spans_x_xy_and_x_squared():
     tooth = plate(basis="paper")
     rng = np.random.default_rng(2)
     x, y = rng.uniform(0, 2, 30), rng.uniform(0, 8, 30)
-    functions = tooth._functions(x, y)
+    functions = tooth.functions(x, y)
     monomials = np.column_stack([x, x * y, x**2])
     combined = np.column_stack([functions, monomials])
     assert np.linalg.matrix_rank(functions) == np.linalg.matrix_rank(combined, tol=1e-10) == 3

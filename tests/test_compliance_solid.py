@@ -132,29 +132,31 @@ def test_factor_is_symmetric_and_positive(helix, measured_at):
     t = tooth(gear(helix), measured_at=measured_at)
     height, y = rng.uniform(1.5, t.gear.tooth_height, 20), rng.uniform(0, 12, 20)
     assert_allclose(t.matrix, t.matrix.T, rtol=0, atol=1e-13 * np.abs(t.matrix).max())
-    factor = t.factor(height, y)
+    factor = t.flank.factor(height, y)
     assert np.all(np.sum(factor**2, axis=-1) > 0)
     assert_allclose(
-        t.deflection(height[0], y[0], height[1], y[1]), t.deflection(height[1], y[1], height[0], y[0]), rtol=1e-12
+        t.flank.deflection(height[0], y[0], height[1], y[1]),
+        t.flank.deflection(height[1], y[1], height[0], y[0]),
+        rtol=1e-12,
     )
-    assert factor.shape == (20, t.root.shape[1])
+    assert factor.shape == (20, t.flank.root().shape[2])
 
 
 def test_full_rank_where_nothing_is_taken_off():
     """Flank displacement is a positive form: the factor keeps all of it."""
     t = tooth(measured_at="flank")
-    assert_allclose(t.root @ t.root.T, t.matrix, rtol=0, atol=1e-12 * np.abs(t.matrix).max())
+    assert_allclose(t.flank.root()[0] @ t.flank.root()[0].T, t.matrix, rtol=0, atol=1e-12 * np.abs(t.matrix).max())
 
 
 def test_mirror_in_the_face_width_of_a_spur_tooth():
     t = tooth()
-    assert_allclose(t.deflection(3.0, 2.0, 4.0, 9.0), t.deflection(3.0, 10.0, 4.0, 3.0), rtol=1e-11)
+    assert_allclose(t.flank.deflection(3.0, 2.0, 4.0, 9.0), t.flank.deflection(3.0, 10.0, 4.0, 3.0), rtol=1e-11)
 
 
 def test_driven_gear_is_seen_in_a_mirror():
     here, there = tooth(gear(20.0)), tooth(gear(20.0), driven=True)
-    assert_allclose(here.deflection(3.0, 2.0, 4.0, 9.0), there.deflection(3.0, 10.0, 4.0, 3.0), rtol=1e-12)
-    assert abs(here.deflection(4.0, 1.0, 4.0, 1.0) / there.deflection(4.0, 1.0, 4.0, 1.0) - 1) > 0.02
+    assert_allclose(here.flank.deflection(3.0, 2.0, 4.0, 9.0), there.flank.deflection(3.0, 10.0, 4.0, 3.0), rtol=1e-12)
+    assert abs(here.flank.deflection(4.0, 1.0, 4.0, 1.0) / there.flank.deflection(4.0, 1.0, 4.0, 1.0) - 1) > 0.02
 
 
 def test_vanishing_helix_is_a_spur_tooth():
@@ -167,7 +169,7 @@ def test_scaling(measured_at):
     """All lengths × s, moduli × m: deflection per force × 1/(s m)."""
     small = tooth(gear(15.0), measured_at=measured_at)
     large = SolidTooth(gear=gear(15.0, module=14.0, width=84.0), E=E * 3, nu=NU, measured_at=measured_at)
-    a, b = small.deflection(3.0, 2.0, 4.0, 9.0), large.deflection(21.0, 14.0, 28.0, 63.0)
+    a, b = small.flank.deflection(3.0, 2.0, 4.0, 9.0), large.flank.deflection(21.0, 14.0, 28.0, 63.0)
     assert_allclose(b * 21.0, a, rtol=1e-9)  # the junction of the flank is found to 1e-12, and divided by √x
 
 
@@ -206,7 +208,7 @@ def test_chains_are_all_there_is(helix, axis):
         np.concatenate([solid.amplitudes(c) for c in found]) for found in (solid.classes, solid.root_classes)
     )
     assert_allclose(np.sort(np.concatenate([inner, root])), np.arange(math.prod(solid.shape)))
-    S, Z = solid._of_section, solid._of_axis
+    S, Z = solid.of_section, solid.of_axis
     full = np.einsum("abmn,abkl->mknl", S, Z).reshape(2 * (math.prod(solid.shape),))
     for chosen, other, chain in zip(solid.classes, solid.root_classes, solid.chains, strict=True):
         at, moving = solid.amplitudes(chosen), solid.amplitudes(other)

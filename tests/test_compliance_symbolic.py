@@ -39,7 +39,7 @@ def test_stiffness_is_the_symbolic_one_in_another_basis(kind, basis):
     rng = np.random.default_rng(0)
     px, py = rng.uniform(0.1, float(HEIGHT), 60), rng.uniform(0, float(WIDTH), 60)
     values = np.column_stack([m(px, py) for m in monomials])
-    functions = plate._functions(px, py)
+    functions = plate.functions(px, py)
     transform = np.linalg.lstsq(values, functions, rcond=None)[0]
     n = len(monomials)
     order = np.r_[n : 2 * n, 2 * n : 3 * n, 0:n]  # w, θ_x, θ_y there; θ_x, θ_y, w here

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.problem import ContactProblem, ContactSolution
 from gearbench.contact.solver import solve
-from gearbench.effects.base import ComplianceEffect, Dense, Effect, GapEffect, LineLaw, LowRank
+from gearbench.effects.base import ComplianceEffect, Dense, Effect, Effects, GapEffect, LineLaw, LowRank
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.helix_slope import HelixSlope
 from gearbench.effects.hertz import Hertz
@@ -118,7 +118,7 @@ def test_constant_stiffness_is_proportional_to_the_length_in_contact(pair):
     found = solve(assemble(s, lines))
     length = (lines.length * lines.shape[2]).sum(axis=1)
     assert_allclose(found.stiffness, length / C, rtol=1e-13)
-    assert_allclose(found.approach, s.normal_force * C / length, rtol=1e-13)
+    assert_allclose(found.approach, s.F_bn * C / length, rtol=1e-13)
 
 
 @pytest.mark.parametrize("pair", [SPUR, HELICAL], ids=["spur", "helical"])
@@ -128,7 +128,7 @@ def test_mean_length_in_contact(pair):
     phase, weight = mesh_phases(s)
     k = solve(assemble(s, scene_lines(s, phase))).stiffness @ weight
     sin_b = math.sin(math.radians(pair.helix_angle)) * math.cos(math.radians(20))
-    expected = pair.transverse_contact_ratio * pair.face_width / math.sqrt(1 - sin_b**2) / C
+    expected = pair.meshing.transverse_contact_ratio * pair.face_width / math.sqrt(1 - sin_b**2) / C
     assert_allclose(k, expected, rtol=1e-12)
 
 
@@ -143,7 +143,7 @@ class DenseOf(ComplianceEffect):
 
     name: ClassVar[str] = "dense"
 
-    def compliance(self, lines: ContactLines) -> Dense:
+    def compliance(self, lines: ContactLines, beside: Effects) -> Dense:
         positions, pairs, segments = lines.shape
         n = pairs * segments
         matrix = np.zeros((positions, n, n))
@@ -164,7 +164,7 @@ class Coupled(ComplianceEffect):
 
     name: ClassVar[str] = "coupled"
 
-    def compliance(self, lines: ContactLines) -> LowRank:
+    def compliance(self, lines: ContactLines, beside: Effects) -> LowRank:
         smooth = np.stack([np.cos(lines.u / 5), np.sin(lines.y / 9 + lines.u / 7)], axis=-1)
         return LowRank(factor=1e-3 * smooth, coupled=True)
 
@@ -183,7 +183,7 @@ PHASES = np.array([0.05, 0.3, 0.55, 0.72, 0.9])
 def test_dense_compliance_equals_the_structured_one(pair):
     base = scene(ToothBending(), Hertz(), Crowning(amount=8.0), pair=pair, segments=9)
     lines = scene_lines(base, PHASES)
-    matrix = DenseOf((ToothBending().compliance(lines),), rubbish=True)
+    matrix = DenseOf((ToothBending().compliance(lines, {}),), rubbish=True)
     same(
         solve(assemble(replace(base, effects=(matrix, Hertz(), Crowning(amount=8.0))), lines)),
         solve(assemble(base, lines)),
@@ -195,7 +195,7 @@ def test_dense_compliance_without_a_law_equals_the_structured_one(pair):
     base = scene(ToothBending(), WINKLER, HelixSlope(pinion=30.0), pair=pair, segments=9)
     lines = scene_lines(base, PHASES)
     each = np.where(lines.active, lines.length, 1.0)[..., None]
-    matrix = DenseOf((ToothBending().compliance(lines),), np.broadcast_to(C / each, lines.shape))
+    matrix = DenseOf((ToothBending().compliance(lines, {}),), np.broadcast_to(C / each, lines.shape))
     same(solve(assemble(replace(base, effects=(matrix, HelixSlope(pinion=30.0))), lines)), solve(assemble(base, lines)))
 
 
@@ -203,7 +203,7 @@ def test_dense_compliance_without_a_law_equals_the_structured_one(pair):
 def test_coupled_columns_equal_their_matrix(bending):
     base = scene(*bending, Coupled(), Hertz(), Crowning(amount=8.0), segments=9)
     lines = scene_lines(base, PHASES)
-    matrix = DenseOf(tuple(effect.compliance(lines) for effect in (*bending, Coupled())))
+    matrix = DenseOf(tuple(effect.compliance(lines, {}) for effect in (*bending, Coupled())))
     other = scene(matrix, Hertz(), Crowning(amount=8.0), segments=9)
     same(solve(assemble(base, lines)), solve(assemble(other, lines)))
     uncoupled = scene(*bending, Hertz(), Crowning(amount=8.0), segments=9)
@@ -217,7 +217,7 @@ def test_a_pair_of_laws_is_their_sum():
     class Film(ComplianceEffect):
         name: ClassVar[str] = "film"
 
-        def compliance(self, lines: ContactLines) -> LineLaw:
+        def compliance(self, lines: ContactLines, beside: Effects) -> LineLaw:
             return LineLaw(a=np.full(lines.shape, C), h=np.zeros(lines.shape))
 
     lines = scene_lines(scene(WINKLER), PHASES)
@@ -248,7 +248,7 @@ def central(s: Scene, phases: NDArray, step: float) -> NDArray:
     high, low = (
         solve(assemble(replace(s, load=Load(torque=s.load.torque * (1 + x))), lines)).approach for x in (step, -step)
     )
-    return 2 * step * s.normal_force / (high - low)
+    return 2 * step * s.F_bn / (high - low)
 
 
 @pytest.mark.parametrize("pair", [SPUR, HELICAL], ids=["spur", "helical"])

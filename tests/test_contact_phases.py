@@ -19,7 +19,7 @@ from gearbench.effects.hertz import Hertz
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.geometry.pair import Member, Pair
-from gearbench.outputs import fluctuation_rms, mean, relative_rms
+from gearbench.results.cycle import fluctuation_rms, mean, relative_rms
 from gearbench.scene import Load, Resolution, Scene
 
 SPUR = Pair(normal_module=3.0, face_width=24.0, centre_distance=90.0, pinion=Member(teeth=24), wheel=Member(teeth=36))
@@ -88,7 +88,7 @@ def test_panels_end_where_pairs_enter_and_leave():
     for pair in (SPUR, HELICAL):
         s = scene(pair, gauss_points=6)
         phase, _ = mesh_phases(s)
-        edges = np.append(pair.transition_phases, 1.0 + pair.transition_phases[0])
+        edges = np.append(pair.meshing.transition_phases, 1.0 + pair.meshing.transition_phases[0])
         count = scene_lines(s, phase).active.sum(axis=1)
         panel = np.searchsorted(edges, phase + (phase < edges[0]), side="right")
         for k in np.unique(panel):
@@ -98,12 +98,12 @@ def test_panels_end_where_pairs_enter_and_leave():
 
 def test_panels_end_where_a_relief_begins():
     u_kink = np.sqrt((SPUR.gears[0].tip_radius - 1.0) ** 2 - SPUR.gears[0].base_radius ** 2)
-    at = (u_kink - SPUR.path_start) / SPUR.base_pitch % 1
+    at = (u_kink - SPUR.meshing.path_start) / SPUR.meshing.base_pitch % 1
     relieved = replace(scene(SPUR, gauss_points=1), effects=(Hertz(), TipRelief(amount=5.0, length=1.0, gear="pinion")))
     plain, more = mesh_phases(scene(SPUR, gauss_points=1))[0], mesh_phases(relieved)[0]
     assert more.size == plain.size + 1
     below, above = more[more < at].max(), more[more > at].min()
-    edges = [*SPUR.transition_phases, 1.0]
+    edges = [*SPUR.meshing.transition_phases, 1.0]
     low, high = max(e for e in edges if e < at), min(e for e in edges if e > at)
     assert_allclose([below, above], [(low + at) / 2, (at + high) / 2], rtol=1e-12)
 
@@ -136,7 +136,7 @@ def test_order_of_gauss_points_on_panels(points):
     """Panels of the spur pair cut into m equal ones each: order 2n."""
     s = scene(SPUR)
     exact = figures(s, *mesh_phases(scene(SPUR, gauss_points=20)))
-    edges = np.append(SPUR.transition_phases, 1.0 + SPUR.transition_phases[0])
+    edges = np.append(SPUR.meshing.transition_phases, 1.0 + SPUR.meshing.transition_phases[0])
     cuts = {1: np.array([8, 16, 32]), 2: np.array([6, 12, 24]), 3: np.array([4, 6, 9])}[points]
     errors = []
     for m in cuts:
@@ -164,5 +164,5 @@ def test_kinks_of_a_relief_restore_the_convergence():
     s = replace(scene(SPUR), effects=(ToothBending(), Hertz(), TipRelief(amount=3.0, length=1.0)))
     exact = figures(s, *mesh_phases(replace(s, resolution=Resolution(gauss_points=30, segments=8))))
     with_kinks = figures(s, *mesh_phases(s))
-    without = figures(s, *gauss_phases(SPUR.transition_phases, 8))
+    without = figures(s, *gauss_phases(SPUR.meshing.transition_phases, 8))
     assert np.abs(with_kinks / exact - 1).max() < 1e-10 < 1e-5 < np.abs(without / exact - 1).max()

@@ -5,11 +5,12 @@ from __future__ import annotations
 import pytest
 
 from docs.generate import FOLDER, PAGES
+from docs.keys import key_tables, prose
 from gearbench.cli.app import app
-from gearbench.effects.keys import key_tables, prose
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.effects.tip_relief import TipRelief
-from gearbench.quantities import QUANTITIES
+from gearbench.results.quantities import QUANTITIES
+from gearbench.results.responses import responses
 
 
 @pytest.mark.parametrize("name", [name for name in PAGES if name != "effects.md"])
@@ -19,10 +20,11 @@ def test_the_page_is_up_to_date(name):
 
 def test_every_quantity_is_on_its_page_once():
     page = PAGES["quantities.md"]()
-    for name, quantity in QUANTITIES.items():
+    everything = QUANTITIES | {name: each.quantity for name, each in responses().items()}
+    for name, quantity in everything.items():
         row = next(line for line in page.splitlines() if line.startswith((f"| `{name}` |", f"| **`{name}`** |")))
         assert f"| {quantity.units} |" in row
-    assert page.count("\n| `") + page.count("\n| **`") == len(QUANTITIES)
+    assert page.count("\n| `") + page.count("\n| **`") == len(everything)
 
 
 def test_every_command_is_on_its_page():

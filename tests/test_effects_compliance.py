@@ -11,9 +11,10 @@ import pytest
 from numpy.testing import assert_allclose
 from pydantic import ValidationError
 
-from gearbench.contact.solver import compression
+from gearbench.contact.law import compression
 from gearbench.effects.hertz import Hertz
-from gearbench.effects.tooth_bending import ToothBending, normal_component, plate_tooth
+from gearbench.effects.teeth import plate_tooth
+from gearbench.effects.tooth_bending import ToothBending, normal_component
 from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
@@ -68,7 +69,7 @@ def depth(gear: Gear, radius: float) -> float:
 def test_weber_banaschek_is_the_printed_formula(pair, q):
     """PHYSICS eq. typed as printed, 30 digits, with curvature radii and depths from the geometry of the flanks."""
     at = lines(pair)
-    law = Hertz(law="weber_banaschek").compliance(at)
+    law = Hertz(law="weber_banaschek").compliance(at, {})
     beta_b = math.asin(math.sin(math.radians(pair.helix_angle)) * math.cos(math.radians(20)))
     for index in np.ndindex(at.shape):
         if not at.active[index[:2]]:
@@ -99,9 +100,9 @@ def test_weber_banaschek_with_numbers():
     assert compression(np.array([q]), np.array([a]), np.array([c / 2]))[0] == pytest.approx(2.204233e-3, rel=1e-6)
     # and the effect's coefficients have that form: difference of two places is that of their logarithms
     at = lines(SPUR)
-    law = Hertz().compliance(at)
+    law = Hertz().compliance(at, {})
     assert_allclose(law.h, c / 2, rtol=1e-15)
-    (r1, r2), tl = (r.ravel() for r in at.radii), SPUR.tangent_length
+    (r1, r2), tl = (r.ravel() for r in at.radii), SPUR.meshing.tangent_length
     g1, g2 = SPUR.gears
     i, j = 0, at.u.size - 1
     u = at.u.ravel()
@@ -138,7 +139,7 @@ def test_depth_of_a_helical_flank_is_measured_along_its_own_normal():
 
 @PAIRS
 def test_yang_sun_is_constant(pair):
-    law = Hertz(law="yang_sun").compliance(lines(pair))
+    law = Hertz(law="yang_sun").compliance(lines(pair), {})
     nu, E = pair.material.poisson_ratio, 1e3 * pair.material.youngs_modulus
     assert_allclose(law.a, 4 * (1 - nu**2) / (math.pi * E), rtol=1e-15)
     assert np.all(law.h == 0)
@@ -146,7 +147,7 @@ def test_yang_sun_is_constant(pair):
 
 def test_weber_banaschek_softens_less_than_linearly():
     """δ_H grows with the load, its secant compliance falls: a Hertzian contact stiffens."""
-    law = Hertz().compliance(lines(SPUR))
+    law = Hertz().compliance(lines(SPUR), {})
     q = np.geomspace(1, 1000, 20)
     g = compression(q, np.full(20, law.a.ravel()[0]), np.full(20, law.h.ravel()[0]))
     assert np.all(np.diff(g) > 0)
@@ -158,7 +159,7 @@ def test_a_contact_at_the_interference_point_stays_finite():
     pair = Pair(
         normal_module=3.0, face_width=24.0, centre_distance=141.0, pinion=Member(teeth=14), wheel=Member(teeth=80)
     )
-    law = Hertz().compliance(replace(lines(pair), u=np.zeros(lines(pair).shape)))
+    law = Hertz().compliance(replace(lines(pair), u=np.zeros(lines(pair).shape)), {})
     assert np.all(np.isfinite(law.a) & (law.a > 0))
 
 
@@ -168,13 +169,13 @@ def test_a_contact_at_the_interference_point_stays_finite():
 def test_both_teeth_deflect_in_series(pair, bending):
     """Ψ Ψᵀ is the plate of the pinion plus the plate of the wheel, at heights above each root."""
     at = lines(pair)
-    psi = bending.compliance(at).factor
+    psi = bending.compliance(at, {}).factor
     order, material = bending.order, pair.material
     teeth = [plate_tooth(g, material, order, bending.fillet) for g in pair.gears]
     (p, k) = np.argwhere(at.active)[0]
     heights = [
         np.hypot(g.base_radius, x) - g.root_radius
-        for g, x in zip(pair.gears, (at.u, pair.tangent_length - at.u), strict=True)
+        for g, x in zip(pair.gears, (at.u, pair.meshing.tangent_length - at.u), strict=True)
     ]
     for j in range(4):
         expected = sum(
@@ -209,7 +210,7 @@ def test_load_component_of_a_helical_tooth():
 
 def test_load_component_stiffens_the_tooth():
     at = lines(HELICAL)
-    full, part = (ToothBending(load=x).compliance(at).factor for x in ("full", "component"))
+    full, part = (ToothBending(load=x).compliance(at, {}).factor for x in ("full", "component"))
     ratio = np.sum(part**2, axis=-1) / np.sum(full**2, axis=-1)
     assert np.all((ratio > 0.7) & (ratio < 1))
 

@@ -49,14 +49,14 @@ def on(pair: Pair, gear: int, radius: float) -> float:
     """Place u where ``gear`` touches at ``radius``, by Pythagoras."""
     g = pair.gears[gear]
     roll = math.sqrt(radius**2 - g.base_radius**2)
-    return roll if gear == 0 else pair.tangent_length - roll
+    return roll if gear == 0 else pair.meshing.tangent_length - roll
 
 
 # -- values -----------------------------------------------------------------------------------------------------------
 @PAIRS
 @pytest.mark.parametrize(("y", "expected"), [(0, 8.0), (B, 8.0), (B / 2, 0.0), (B / 4, 2.0), (0.75 * B, 2.0)])
 def test_crowning(pair, y, expected):
-    for u in (pair.path_start, pair.path_end):
+    for u in (pair.meshing.path_start, pair.meshing.path_end):
         assert gap(Crowning(amount=8.0), pair, u, y) == pytest.approx(expected, abs=1e-12)
 
 
@@ -77,8 +77,8 @@ def test_tip_relief(pair, gear, shape, half):
 def test_root_relief(pair, gear, shape, half):
     effect = RootRelief(amount=6.0, length=1.2, shape=shape, gear=gear)
     i = ("pinion", "wheel").index(gear)
-    u_root = (pair.path_start, pair.path_end)[i]
-    start = math.hypot(pair.gears[i].base_radius, u_root if i == 0 else pair.tangent_length - u_root)
+    u_root = (pair.meshing.path_start, pair.meshing.path_end)[i]
+    start = math.hypot(pair.gears[i].base_radius, u_root if i == 0 else pair.meshing.tangent_length - u_root)
     for above, expected in ((0.0, 6.0), (0.6, half), (1.2, 0.0), (2.0, 0.0)):
         assert gap(effect, pair, on(pair, i, start + above), 5.0) == pytest.approx(expected, abs=1e-9)
 
@@ -88,12 +88,12 @@ def test_end_relief(shape, half):
     effect = EndRelief(amount=8.0, length=3.0, shape=shape)
     for y, expected in ((0.0, 8.0), (1.5, half), (3.0, 0.0), (12.0, 0.0)):
         for place in (y, B - y):
-            assert gap(effect, SPUR, SPUR.pitch_point, place) == pytest.approx(expected, abs=1e-12)
+            assert gap(effect, SPUR, SPUR.meshing.pitch_point, place) == pytest.approx(expected, abs=1e-12)
 
 
 @PAIRS
 def test_profile_slope_is_full_at_each_tip(pair):
-    u_a, u_e = pair.path_start, pair.path_end
+    u_a, u_e = pair.meshing.path_start, pair.meshing.path_end
     for u, pinion, wheel in ((u_a, 0.0, 7.0), (u_e, 7.0, 0.0), (0.25 * u_a + 0.75 * u_e, 5.25, 1.75)):
         assert gap(ProfileSlope(pinion=7.0), pair, u, 0.0) == pytest.approx(pinion, abs=1e-12)
         assert gap(ProfileSlope(wheel=7.0), pair, u, 0.0) == pytest.approx(wheel, abs=1e-12)
@@ -102,7 +102,7 @@ def test_profile_slope_is_full_at_each_tip(pair):
 def test_profile_slope_is_linear_in_roll_angle():
     """As a profile inspection draws it: deviation over the roll angle tan α_R of the gear."""
     r_b = HELICAL.gears[1].base_radius
-    radii = np.linspace(*HELICAL.active_radii[1], 7)
+    radii = np.linspace(*HELICAL.meshing.active_radii[1], 7)
     roll = np.sqrt(radii**2 / r_b**2 - 1)
     found = [gap(ProfileSlope(wheel=5.0), HELICAL, on(HELICAL, 1, r), 1.0) for r in radii]
     assert_allclose(found, 5 * (roll - roll[0]) / (roll[-1] - roll[0]), atol=1e-9)
@@ -112,7 +112,7 @@ def test_profile_slope_is_linear_in_roll_angle():
 def test_helix_slope(pair):
     for effect in (HelixSlope(pinion=9.0), HelixSlope(wheel=9.0)):
         for y, expected in ((0.0, 0.0), (B / 3, 3.0), (B, 9.0)):
-            assert gap(effect, pair, pair.pitch_point, y) == pytest.approx(expected, abs=1e-12)
+            assert gap(effect, pair, pair.meshing.pitch_point, y) == pytest.approx(expected, abs=1e-12)
 
 
 @PAIRS
@@ -125,17 +125,17 @@ def test_inclination_opens_as_the_backlash_of_a_larger_centre_distance(pair):
 
     a, step = pair.centre_distance, 1e-3
     rate = (play(a + step) - play(a - step)) / (2 * step)
-    found = gap(Misalignment(inclination=10.0), pair, pair.pitch_point, B)
-    assert found == pytest.approx(10 * rate * math.cos(pair.base_helix_angle), rel=1e-8)  # step² · rate‴
+    found = gap(Misalignment(inclination=10.0), pair, pair.meshing.pitch_point, B)
+    assert found == pytest.approx(10 * rate * math.cos(pair.meshing.beta_b), rel=1e-8)  # step² · rate‴
 
 
 @PAIRS
 def test_deviation_opens_as_a_turned_line_of_centres(pair):
     """The wheel of a slice stands aside by f y/b: its mate must roll the angle f/a′ on both base circles after it."""
     rate = sum(g.base_radius for g in pair.gears) / pair.centre_distance
-    found = gap(Misalignment(deviation=10.0), pair, pair.pitch_point, B)
-    assert found == pytest.approx(10 * rate * math.cos(pair.base_helix_angle), rel=1e-12)
-    assert gap(Misalignment(deviation=10.0), pair, pair.path_start, 0.0) == 0
+    found = gap(Misalignment(deviation=10.0), pair, pair.meshing.pitch_point, B)
+    assert found == pytest.approx(10 * rate * math.cos(pair.meshing.beta_b), rel=1e-12)
+    assert gap(Misalignment(deviation=10.0), pair, pair.meshing.path_start, 0.0) == 0
 
 
 @PAIRS
@@ -146,8 +146,8 @@ def test_misalignment_is_the_displacement_along_the_common_normal(pair):
     e = np.array([math.cos(alpha), math.sin(alpha)])
     n = np.array([pair.centre_distance, 0.0]) - r2 * e - r1 * e
     n /= np.linalg.norm(n)
-    found = gap(Misalignment(inclination=3.0, deviation=4.0), pair, pair.pitch_point, B / 2)
-    assert found == pytest.approx(0.5 * n @ [3.0, -4.0] * math.cos(pair.base_helix_angle), rel=1e-12)
+    found = gap(Misalignment(inclination=3.0, deviation=4.0), pair, pair.meshing.pitch_point, B / 2)
+    assert found == pytest.approx(0.5 * n @ [3.0, -4.0] * math.cos(pair.meshing.beta_b), rel=1e-12)
 
 
 # -- what holds for all of them ---------------------------------------------------------------------------------------
@@ -226,11 +226,11 @@ def test_an_amount_or_length_of_zero_is_the_absence_of_the_effect(effect):
 def test_kinks_are_where_the_slope_of_the_gap_jumps(pair, kind, gear):
     effect = kind(amount=10.0, length=0.8, gear=gear)
     (kink,) = effect.kinks(pair)
-    assert pair.path_start < kink < pair.path_end
+    assert pair.meshing.path_start < kink < pair.meshing.path_end
     u = kink + 1e-3 * np.array([-2.0, -1.0, 0.0, 1.0, 2.0])
     left, *_, right = np.diff(effect.gap(at(pair, u, np.full(5, 1.0))).ravel())
     assert abs(right - left) > 1e-6  # 10 µm over some mm: 3e-6 per step
-    elsewhere = np.linspace(pair.path_start, pair.path_end, 400)
+    elsewhere = np.linspace(pair.meshing.path_start, pair.meshing.path_end, 400)
     elsewhere = elsewhere[np.abs(elsewhere - kink) > 0.05]
     steps = 1e-3 * np.array([-1.0, 0.0, 1.0])
     bend = [np.diff(effect.gap(at(pair, np.clip(v + steps, 0, None), np.ones(3))).ravel(), 2)[0] for v in elsewhere]

@@ -1,4 +1,4 @@
-"""Foundation and neighbouring teeth as effects: refusals, what they add, and what they must not change."""
+"""The gear body as an effect: refusals, what they add, and what they must not change."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ from numpy.testing import assert_allclose
 from gearbench.contact.assemble import assemble, scene_lines
 from gearbench.contact.solver import solve
 from gearbench.effects.base import LowRank
-from gearbench.effects.neighbour_teeth import NeighbourTeeth
-from gearbench.effects.solids import gear_body
-from gearbench.effects.tooth_foundation import ToothFoundation
+from gearbench.effects.gear_body import GearBody
+from gearbench.effects.registry import RENAMED
+from gearbench.effects.teeth import toothed_ring
+from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.scene import Scene
@@ -51,41 +52,52 @@ def tables(kind: str, effects: dict[str, Any], pinion: dict[str, Any] | None = N
     return result
 
 
-@cache
-def scene(kind: str, *more: str) -> Scene:
-    return parse_scene(tables(kind, SOLID | {name: {} for name in more}))
+#: The body below the loaded tooth only, and the whole of it.
+BODIES: dict[str, dict[str, Any]] = {"own": {"coupled": False}, "coupled": {}}
+OWN, COUPLED = GearBody(coupled=False), GearBody()
 
 
 @cache
-def simulated(kind: str, *more: str):
-    return simulate(scene(kind, *more))
+def scene(kind: str, body: str = "") -> Scene:
+    return parse_scene(tables(kind, SOLID | ({"gear_body": BODIES[body]} if body else {})))
+
+
+@cache
+def simulated(kind: str, body: str = ""):
+    return simulate(scene(kind, body))
 
 
 # -- what is refused --------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     ("effects", "pinion", "message"),
     [
-        ({"tooth_foundation": {}}, {}, "effects.tooth_foundation = alone: requires effects.hertz: "),
-        ({"neighbour_teeth": {}}, {}, "effects.neighbour_teeth = alone: requires effects.hertz: "),
+        ({"gear_body": {}}, {}, "effects.gear_body = alone: requires effects.hertz: "),
         (
-            {"hertz": {}, "tooth_foundation": {}, "neighbour_teeth": {}}, {},
-            "effects.tooth_foundation = given: conflicts with effects.neighbour_teeth: which contains it",
+            {"hertz": {}, "gear_body": {}}, {"bore_diameter": 70.0},
+            "effects.gear_body = pair.pinion.bore_diameter = 70: must be at most 64.8417 (root circle)",
         ),
-        ({"hertz": {}, "tooth_foundation": {}, "fe_compliance": {}}, {}, "which has a gear body of its own"),
-        ({"hertz": {}, "neighbour_teeth": {}, "fe_compliance": {}}, {}, "which has a gear body of its own"),
         (
-            {"hertz": {}, "neighbour_teeth": {}}, {"bore_diameter": 70.0},
-            "effects.neighbour_teeth = pair.pinion.bore_diameter = 70: must be at most 64.8417 (root circle)",
+            {"hertz": {}, "gear_body": {"model": "sainsot_velex", "coupled": False}}, {},
+            'effects.gear_body.coupled = False: belongs to model = "ring"',
         ),
-        ({"hertz": {}, "tooth_foundation": {}}, {"bore_diameter": 70.0}, "must be at most 64.8417 (root circle)"),
-        ({"hertz": {}, "tooth_foundation": {"model": "sainsot_velex", "order": [4, 5, 5]}}, {}, 'model = "ring"'),
         (
-            {"hertz": {}, "tooth_foundation": {"model": "sainsot_velex"}}, {"bore_diameter": 6.0},
-            "effects.tooth_foundation.model = sainsot_velex: pair.pinion: M* = 5.194",
+            {"hertz": {}, "gear_body": {"model": "sainsot_velex"}}, {"bore_diameter": 6.0},
+            "effects.gear_body.model = sainsot_velex: pair.pinion: M* = 5.194",
         ),
-        ({"hertz": {}, "tooth_foundation": {"model": "half_plane"}}, {}, "must be 'ring' or 'sainsot_velex'"),
-        ({"hertz": {}, "tooth_foundation": {"order": [4, 5]}}, {}, "effects.tooth_foundation.order.2"),
-        ({"hertz": {}, "neighbour_teeth": {"order": [1, 5, 5]}}, {}, "effects.neighbour_teeth.order.0 = 1: must be"),
+        ({"hertz": {}, "gear_body": {"model": "half_plane"}}, {}, "must be 'ring' or 'sainsot_velex'"),
+        ({"hertz": {}, "gear_body": {"order": [4, 5, 5]}}, {}, "body.order = unknown key: allowed: model, coupled"),
+        (
+            {"hertz": {}, "gear_body": {}, "tooth_bending": {"model": "solid", "order": [1, 5, 5]}}, {},
+            "effects.gear_body = effects.tooth_bending.order = [1, 5, 5]: a ring needs 2 across the thickness",
+        ),
+        (
+            {"hertz": {}, "gear_body": {"coupled": False}, "tooth_bending": {"model": "finite_elements"}}, {},
+            "effects.gear_body.coupled = False: belongs to a plate or solid tooth",
+        ),
+        (
+            {"hertz": {}, "gear_body": {"model": "sainsot_velex"}, "tooth_bending": {"model": "finite_elements"}}, {},
+            "effects.gear_body.model = sainsot_velex: belongs to a plate or solid tooth",
+        ),
     ],
 )  # fmt: skip
 def test_what_does_not_fit_is_refused_in_one_line(effects, pinion, message):
@@ -95,10 +107,24 @@ def test_what_does_not_fit_is_refused_in_one_line(effects, pinion, message):
     assert "\n" not in str(error.value)
 
 
-@pytest.mark.parametrize("name", ["tooth_foundation", "neighbour_teeth"])
+@pytest.mark.parametrize("name", RENAMED)
+@pytest.mark.parametrize("command", ["simulate", "robust"])
+def test_old_names_of_tables_are_answered_with_the_new_ones(name, command, tmp_path, run):
+    path = tmp_path / "scene.toml"
+    path.write_text(parse_scene(tables("spur", SOLID)).to_toml() + f"[effects.{name}]\n", encoding="utf-8")
+    with pytest.raises(InputError, match=rf"scene\.toml: effects\.{name} = old name: write \[effects\."):
+        load_scene(path)
+    code, out, err = run(command, path, "-o", tmp_path / "out.nc")
+    assert (code, out) == (2, "")
+    assert err.count("\n") == 1
+    assert f"write {RENAMED[name]}" in err
+
+
+@pytest.mark.parametrize("tooth", ["plate", "solid", "finite_elements"])
 @pytest.mark.parametrize("gear", ["pinion", "wheel"])
-def test_bores_of_both_gears_are_needed(name, gear):
-    given = tables("spur", {"hertz": {}, name: {}})
+def test_bores_of_both_gears_are_needed(tooth, gear):
+    name = "gear_body"
+    given = tables("spur", {"hertz": {}, "tooth_bending": {"model": tooth}, name: {}})
     del given["pair"][gear]["bore_diameter"]
     with pytest.raises(InputError, match=rf"^effects\.{name} = no pair\.{gear}\.bore_diameter: needs the bores"):
         parse_scene(given)
@@ -118,14 +144,14 @@ torque = 150.0
 [effects.hertz]
 [effects.tooth_bending]
 model = "solid"
-[effects.tooth_foundation]
-model = "ring"
 order = [4, 5, 5]
+[effects.gear_body]
+model = "ring"
 """)
     found = load_scene(path)
-    assert found.effect("tooth_foundation") == ToothFoundation(order=(4, 5, 5))
-    path.write_text(found.to_toml().replace("tooth_foundation", "neighbour_teeth").replace('model = "ring"', ""))
-    assert load_scene(path).effect("neighbour_teeth") == NeighbourTeeth(order=(4, 5, 5))
+    assert found.effect("gear_body") == COUPLED
+    path.write_text(found.to_toml() + "coupled = false\n")
+    assert load_scene(path).effect("gear_body") == OWN
 
 
 # -- what is added ----------------------------------------------------------------------------------------------------
@@ -143,10 +169,10 @@ def pair_blocks(part: LowRank, at: ContactLines) -> np.ndarray:
 
 @BOTH
 def test_foundation_is_the_part_of_the_body_below_the_loaded_tooth(kind):
-    """neighbour_teeth without what one tooth does to another is tooth_foundation."""
+    """The whole body without the motion that one tooth causes at another is the uncoupled one."""
     at = lines(kind)
-    own = pair_blocks(ToothFoundation().compliance(at), at)
-    all_teeth = pair_blocks(NeighbourTeeth().compliance(at), at)
+    own = pair_blocks(OWN.compliance(at, {}), at)
+    all_teeth = pair_blocks(COUPLED.compliance(at, {}), at)
     # square roots drop eigenvalues of 1e-12 of the greatest
     k = np.arange(at.shape[1])
     assert_allclose(all_teeth[:, k, :, k], own[:, k, :, k], rtol=0, atol=1e-9 * own.max())
@@ -160,13 +186,13 @@ def test_neighbours_are_the_next_teeth_of_each_gear(kind):
     """Term by term: both gears in series, pair k + 1 on tooth + 1 of the pinion and tooth − 1 of the wheel."""
     at = lines(kind)
     pair, b = at.pair, at.pair.face_width
-    found = pair_blocks(NeighbourTeeth().compliance(at), at)
-    bodies = [gear_body(pair, k, None) for k in range(2)]
+    found = pair_blocks(COUPLED.compliance(at, {}), at)
+    bodies = [toothed_ring(pair, k, None) for k in range(2)]
     count = at.shape[1]
     blocks = [body.blocks(count - 1) for body in bodies]
     height = [r - g.root_radius for r, g in zip(at.radii, pair.gears, strict=True)]
     # the wheel of the pair is the mirror image of the tooth modelled, whose flank is loaded from the other side
-    plain = [replace(body.tooth, driven=False) for body in bodies]
+    plain = [replace(body.tooth, driven=False).flank for body in bodies]
     for p, i, j in np.argwhere(at.active[:, :, None] & at.active[:, None, :]):
         x = [plain[g].shapes(height[g][p], at.y[p] if g == 0 else b - at.y[p]) for g in range(2)]
         expected = x[0][i] @ blocks[0][count - 1 + i - j] @ x[0][j].T
@@ -177,30 +203,32 @@ def test_neighbours_are_the_next_teeth_of_each_gear(kind):
 @BOTH
 def test_order_is_that_of_the_tooth(kind):
     at = lines(kind)
-    for effect in (ToothFoundation, NeighbourTeeth):
-        coarse, fine = (pair_blocks(effect(order=o).compliance(at), at) for o in ((3, 3, 3), None))
+    teeth = [{}, *({"tooth_bending": ToothBending(model="solid", order=order)} for order in ((3, 3, 3), None))]
+    for effect in (OWN, COUPLED):
+        alone, coarse, fine = (pair_blocks(effect.compliance(at, beside), at) for beside in teeth)
+        assert np.array_equal(fine, alone)
         assert 0.6 < coarse.max() / fine.max() < 0.98
     pinion, _ = at.pair.gears
-    assert gear_body(at.pair, 0, (3, 3, 3)).tooth.order == (3, 3, 3)
-    assert gear_body(at.pair, 0, (3, 3, 3)).bore_radius == pytest.approx(15.0)
-    assert gear_body(at.pair, 1, None).bore_radius == pytest.approx(20.0)
-    assert gear_body(at.pair, 1, None).tooth.driven
-    assert gear_body(at.pair, 0, None).tooth.gear == pinion
+    assert toothed_ring(at.pair, 0, (3, 3, 3)).tooth.order == (3, 3, 3)
+    assert toothed_ring(at.pair, 0, (3, 3, 3)).bore_radius == pytest.approx(15.0)
+    assert toothed_ring(at.pair, 1, None).bore_radius == pytest.approx(20.0)
+    assert toothed_ring(at.pair, 1, None).tooth.driven
+    assert toothed_ring(at.pair, 0, None).tooth.gear == pinion
 
 
-@pytest.mark.parametrize("effect", [ToothFoundation(), NeighbourTeeth(), ToothFoundation(model="sainsot_velex")])
+@pytest.mark.parametrize("effect", [OWN, COUPLED, GearBody(model="sainsot_velex")])
 def test_factor_of_one_tooth_is_what_the_pair_adds_up(effect):
     at = lines("spur")
-    own = pair_blocks(effect.compliance(at), at)
+    own = pair_blocks(effect.compliance(at, {}), at)
     p, k = np.argwhere(at.active)[0]
     heights = [r - g.root_radius for r, g in zip(at.radii, at.pair.gears, strict=True)]
-    psi = [effect.tooth_factor(at.pair, g, heights[g][p, k], at.y[p, k]) for g in range(2)]
+    psi = [effect.tooth_factor(at.pair, g, heights[g][p, k], at.y[p, k], {}) for g in range(2)]
     assert_allclose(own[p, k, :, k], sum(f @ f.T for f in psi), rtol=0, atol=1e-9 * own.max())
 
 
 # -- what comes out ---------------------------------------------------------------------------------------------------
 @BOTH
-@pytest.mark.parametrize("more", ["tooth_foundation", "neighbour_teeth"])
+@pytest.mark.parametrize("more", BODIES)
 def test_problem_is_solved_to_its_residual(kind, more):
     """H P + g(P) + e = δ where there is contact, P ≥ 0, ΣP = F: from the effects' own compliances."""
     data = simulate(scene(kind, more))
@@ -208,7 +236,7 @@ def test_problem_is_solved_to_its_residual(kind, more):
         assert float(np.abs(data[name]).max()) < 1e-9
     assert float(data.minimum_force.min()) > -1e-9
     problem = assemble(scene(kind, more), scene_lines(scene(kind, more), data.mesh_phase.values))
-    assert problem.blocks == (1 if more == "neighbour_teeth" else problem.shape[1])
+    assert problem.blocks == (1 if more == "coupled" else problem.shape[1])
     # the same from H itself, as given by the effects, at every position
     psi = problem.factor
     own = problem.block[:, None] == problem.block
@@ -224,8 +252,8 @@ def test_problem_is_solved_to_its_residual(kind, more):
 
 
 @cache
-def stiffness(kind: str, *more: str) -> np.ndarray:
-    return simulated(kind, *more).mesh_stiffness.values
+def stiffness(kind: str, body: str = "") -> np.ndarray:
+    return simulated(kind, body).mesh_stiffness.values
 
 
 def test_one_pair_in_contact_knows_no_neighbours():
@@ -234,16 +262,16 @@ def test_one_pair_in_contact_knows_no_neighbours():
     one, two = count == 1, count == 2
     assert one.sum() >= 3
     assert two.sum() >= 3
-    own, coupled = stiffness("spur", "tooth_foundation"), stiffness("spur", "neighbour_teeth")
+    own, coupled = stiffness("spur", "own"), stiffness("spur", "coupled")
     assert_allclose(coupled[one], own[one], rtol=1e-9)
     assert np.all(coupled[two] < 0.97 * own[two])
-    ste = [simulated("spur", name).transmission_error.values for name in ("tooth_foundation", "neighbour_teeth")]
+    ste = [simulated("spur", name).transmission_error.values for name in BODIES]
     assert_allclose(ste[1][one], ste[0][one], rtol=1e-9)
 
 
 @BOTH
 def test_body_makes_the_mesh_softer(kind):
-    clamped, own, coupled = (stiffness(kind, *m) for m in ((), ("tooth_foundation",), ("neighbour_teeth",)))
+    clamped, own, coupled = (stiffness(kind, m) for m in ("", "own", "coupled"))
     assert np.all(own < 0.75 * clamped)
     assert np.all(coupled < own * (1 + 1e-9))
 
@@ -251,9 +279,9 @@ def test_body_makes_the_mesh_softer(kind):
 @BOTH
 def test_coupling_changes_the_sharing_of_the_load(kind):
     """Teeth that move each other share less freely: the sum is the same."""
-    load = [simulated(kind, m).line_load for m in ("tooth_foundation", "neighbour_teeth")]
+    load = [simulated(kind, m).line_load for m in BODIES]
     force = [(q * q.segment_length).sum("segment").values for q in load]
-    total = scene(kind).normal_force
+    total = scene(kind).F_bn
     for f in force:
         assert_allclose(f.sum(axis=1), total, rtol=1e-9)
     assert np.abs(force[0] - force[1]).max() > 0.005 * total
@@ -261,7 +289,7 @@ def test_coupling_changes_the_sharing_of_the_load(kind):
 
 def test_bore_as_large_as_can_be_is_a_clamp():
     """A hub of metal that gives by 0.1 % of the root circle only: mesh stiffness of clamped teeth within 3 %."""
-    given = tables("spur", SOLID | {"neighbour_teeth": {}}, {"bore_diameter": 64.8})
+    given = tables("spur", SOLID | {"gear_body": {}}, {"bore_diameter": 64.8})
     given["pair"]["wheel"]["bore_diameter"] = 100.6
     found = simulate(parse_scene(given)).mesh_stiffness.values
     assert np.all(found < stiffness("spur"))
@@ -269,7 +297,7 @@ def test_bore_as_large_as_can_be_is_a_clamp():
 
 
 @pytest.mark.parametrize(
-    "effects", [SOLID, SOLID | {"tooth_foundation": {"model": "sainsot_velex"}}], ids=["clamped", "closed form"]
+    "effects", [SOLID, SOLID | {"gear_body": {"model": "sainsot_velex"}}], ids=["clamped", "closed form"]
 )
 def test_ring_is_not_imported_where_it_is_not_asked_for(effects):
     code = """

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from gearbench.effects.page import page
+from docs.effects_page import page
 from gearbench.effects.registry import EFFECTS, effect_class
 
 TARGET = Path(__file__).parents[1] / "docs" / "effects.md"
@@ -19,7 +19,7 @@ def without_times(text: str) -> str:
 
 def test_the_page_is_up_to_date():
     stored = TARGET.read_text(encoding="utf-8")
-    assert without_times(stored) == without_times(page()), "run: python -m gearbench.effects.page docs/effects.md"
+    assert without_times(stored) == without_times(page()), "run: python -m docs.generate effects.md"
 
 
 @pytest.mark.parametrize("name", EFFECTS)

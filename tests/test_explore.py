@@ -17,9 +17,9 @@ from gearbench.explore.settings import Settings
 from gearbench.explore.stored import open_results
 from gearbench.explore.tooth_shapes import mesh, outline
 from gearbench.library.garambois2017 import case, gear
-from gearbench.optimise.front import non_dominated
-from gearbench.results import save
-from gearbench.robustness.montecarlo import robust
+from gearbench.optimisation.front import non_dominated
+from gearbench.results.netcdf import save
+from gearbench.robustness.run import robust
 from gearbench.scene_file import load_scene, parse_scene
 from gearbench.simulation import simulate, solve_scene
 from tests.explore_designs import EXAMPLES, front, stored
@@ -143,11 +143,11 @@ def test_the_load_map_carries_the_load(helix):
     solved = solve_scene(scene)
     image = flank_map(solved, (400, 200))
     pair = scene.pair
-    area = (pair.path_end - pair.path_start) * pair.face_width
+    area = (pair.meshing.path_end - pair.meshing.path_start) * pair.face_width
     # mean over a period of Σ q ℓ = ∫∫ q dy/cos β_b du/p_bt
-    force = np.nanmean(image) * area / (pair.base_pitch * np.cos(pair.base_helix_angle))
+    force = np.nanmean(image) * area / (pair.meshing.base_pitch * np.cos(pair.meshing.beta_b))
     # pixels and ends of lines: 1 %
-    assert_allclose(force, scene.normal_force, rtol=1e-2)
+    assert_allclose(force, scene.F_bn, rtol=1e-2)
 
 
 def test_density_is_one_in_total_and_a_peak_where_nothing_scatters():
@@ -162,7 +162,10 @@ def test_teeth_touch_where_contact_is_and_never_overlap(scene, phase):
     drawn = mesh(scene.pair)
     pinion, wheel = drawn.at(phase)
     contacts = drawn.contacts(phase)
-    assert len(contacts) in {int(scene.pair.transverse_contact_ratio), int(scene.pair.transverse_contact_ratio) + 1}
+    assert len(contacts) in {
+        int(scene.pair.meshing.transverse_contact_ratio),
+        int(scene.pair.meshing.transverse_contact_ratio) + 1,
+    }
     for point in contacts:
         for outlined in (pinion, wheel):
             # 16 points on a flank: the polygon leaves the involute by less than 1 % of the module
@@ -191,14 +194,14 @@ def test_curves_come_first_where_the_scatter_takes_long(monkeypatch):
     from bokeh.document import Document
 
     from gearbench.explore import live
-    from gearbench.explore.controls import places
+    from gearbench.explore.controls import positions
 
     session = live.Session(designs := catalogue([stored(12)]), Document())
-    moved = {name: place["value"] for name, place in places(designs.scene(3)).items()} | {"crowning": 4.5}
-    monkeypatch.setattr(session, "_slow", False)
-    (whole,) = session._answers(3, moved)
-    monkeypatch.setattr(session, "_slow", True)
-    first, second = session._answers(3, moved)
+    moved = {name: position["value"] for name, position in positions(designs.scene(3)).items()} | {"crowning": 4.5}
+    monkeypatch.setattr(session, "slow", False)
+    (whole,) = session.answers(3, moved)
+    monkeypatch.setattr(session, "slow", True)
+    first, second = session.answers(3, moved)
     assert "ste_density" not in first["now"][0]
     assert set(second["now"][0]) == {"ste_density", "stiffness_density"}
     assert "…" in first["summary"][0]
@@ -216,7 +219,7 @@ def test_questions_that_are_none_are_answered_by_a_message():
 
     session = Session(catalogue([stored(12)]), Document())
     for design, values in ((99, None), ("x", None), (3, {}), (3, {"crowning": "?"})):
-        (answer,) = session._answers(design, values)
+        (answer,) = session.answers(design, values)
         assert answer["message"][0]
         assert answer["now"] == [None]
 

@@ -14,7 +14,7 @@ import xarray as xr
 
 from gearbench.errors import InputError
 from gearbench.files import replacing, write_bytes, write_text
-from gearbench.results import load, save
+from gearbench.results.netcdf import load, save
 from tests.explore_designs import EXAMPLES, front
 
 ROOT = Path(__file__).parents[1]
@@ -55,10 +55,10 @@ def test_what_fails_or_is_interrupted_leaves_neither_half_a_file_nor_a_rest(tmp_
     assert [p.read_text() for p in tmp_path.iterdir()] == ([before] if before else [])
 
 
-@pytest.mark.parametrize("place", ["fsync", "replace"])
-def test_a_disk_that_fails_at_the_end_leaves_the_earlier_file(tmp_path, monkeypatch, place):
+@pytest.mark.parametrize("step", ["fsync", "replace"])
+def test_a_disk_that_fails_at_the_end_leaves_the_earlier_file(tmp_path, monkeypatch, step):
     path = write_text(tmp_path / "file.txt", "before")
-    monkeypatch.setattr(*((os, "fsync") if place == "fsync" else (Path, "replace")), refuse)
+    monkeypatch.setattr(*((os, "fsync") if step == "fsync" else (Path, "replace")), refuse)
     with pytest.raises(OSError, match=re.escape(str(path))):
         write_text(path, "after")
     monkeypatch.undo()

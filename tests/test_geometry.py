@@ -208,28 +208,28 @@ def test_contact_ratio_of_standard_gears_in_closed_form():
     parts = [math.sqrt((z / 2 + 1) ** 2 - (z / 2 * math.cos(alpha)) ** 2) for z in (17, 43)]
     expected = (sum(parts) - 30 * math.sin(alpha)) / (math.pi * math.cos(alpha))
     assert expected == pytest.approx(1.6211, abs=5e-5)
-    assert pair.transverse_contact_ratio == pytest.approx(expected, rel=1e-12)
-    assert pair.overlap_ratio == 0.0
+    assert pair.meshing.transverse_contact_ratio == pytest.approx(expected, rel=1e-12)
+    assert pair.meshing.overlap_ratio == 0.0
 
 
 def test_overlap_ratio_in_its_other_form():
     pair = case(2).pair
     expected = pair.face_width * math.sin(math.radians(25.648)) / (math.pi * 2.676)  # ISO 21771: b sin β / (π m_n)
-    assert pair.overlap_ratio == pytest.approx(expected, rel=1e-12)
+    assert pair.meshing.overlap_ratio == pytest.approx(expected, rel=1e-12)
 
 
 def test_specific_sliding_is_zero_at_the_pitch_point_and_exchanges_with_the_gears():
     pair = case(1).pair
-    (a1, e1), (a2, e2) = pair.specific_sliding
+    (a1, e1), (a2, e2) = pair.meshing.specific_sliding
     assert a1 < 0 < e1
     assert e2 < 0 < a2
     # ζ₂ = ζ₁ / (ζ₁ − 1) at the same place
     assert a2 == pytest.approx(a1 / (a1 - 1), rel=1e-12)
     assert e2 == pytest.approx(e1 / (e1 - 1), rel=1e-12)
-    swapped = pair.swapped().specific_sliding
+    swapped = pair.swapped().meshing.specific_sliding
     assert swapped[0] == pytest.approx((e2, a2), rel=1e-12)
     # linear path coordinates: sliding vanishes at u = r_b1 tan α_wt
-    u, t = pair.pitch_point, pair.tangent_length
+    u, t = pair.meshing.pitch_point, pair.meshing.tangent_length
     assert 1 - (t - u) / u * 33 / 75 == pytest.approx(0.0, abs=1e-12)
 
 
@@ -238,17 +238,17 @@ def test_interference_with_the_fillet_shortens_the_path():
         normal_module=1.0, face_width=10.0, centre_distance=25.0, pinion=Member(teeth=10), wheel=Member(teeth=40)
     )
     assert pair.gears[0].is_undercut
-    assert pair.has_interference == (True, False)
+    assert pair.meshing.has_interference == (True, False)
     form = pair.gears[0].form_radius
-    assert pair.path_start == pytest.approx(math.sqrt(form**2 - pair.gears[0].base_radius ** 2), rel=1e-12)
-    assert case(1).pair.has_interference == (False, False)
+    assert pair.meshing.path_start == pytest.approx(math.sqrt(form**2 - pair.gears[0].base_radius ** 2), rel=1e-12)
+    assert case(1).pair.meshing.has_interference == (False, False)
 
 
 def test_swapping_the_gears_mirrors_the_path():
     pair = case(2).pair
     other = pair.swapped()
-    assert other.path_start == pytest.approx(pair.tangent_length - pair.path_end, rel=1e-12)
-    assert other.transverse_contact_ratio == pytest.approx(pair.transverse_contact_ratio, rel=1e-12)
+    assert other.meshing.path_start == pytest.approx(pair.meshing.tangent_length - pair.meshing.path_end, rel=1e-12)
+    assert other.meshing.transverse_contact_ratio == pytest.approx(pair.meshing.transverse_contact_ratio, rel=1e-12)
     assert other.swapped() == pair
 
 
@@ -260,17 +260,17 @@ PAIRS = {"spur": case(1).pair, "helical": case(2).pair, **{r.gear: r.scene().pai
 @pytest.mark.parametrize("pair", PAIRS.values(), ids=PAIRS.keys())
 def test_mean_length_of_the_contact_lines(pair):
     """∫₀¹ Σ ℓ dτ = ε_α b / cos β_b: exact for the panel rule, as lengths are linear between transitions."""
-    phase, weight = gauss_phases(pair.transition_phases, 2)
+    phase, weight = gauss_phases(pair.meshing.transition_phases, 2)
     lines = contact_lines(pair, phase, 7)
     mean = weight @ (7 * lines.length.sum(axis=1))
-    exact = pair.transverse_contact_ratio * pair.face_width / math.cos(pair.base_helix_angle)
+    exact = pair.meshing.transverse_contact_ratio * pair.face_width / math.cos(pair.meshing.beta_b)
     assert mean == pytest.approx(exact, rel=1e-12)
 
 
 @pytest.mark.parametrize("pair", PAIRS.values(), ids=PAIRS.keys())
 def test_lines_stay_in_their_rectangle_and_go_on_in_the_next_period(pair):
     lines = contact_lines(pair, np.linspace(0, 1, 23), 9)
-    assert np.all((lines.u >= pair.path_start) & (lines.u <= pair.path_end))
+    assert np.all((lines.u >= pair.meshing.path_start) & (lines.u <= pair.meshing.path_end))
     assert np.all((lines.y >= 0) & (lines.y <= pair.face_width))
     assert_allclose(lines.length[-1, :-1], lines.length[0, 1:], atol=1e-9)
     for gear_, radius in zip(pair.gears, lines.radii, strict=True):

@@ -45,7 +45,7 @@ def test_signs_positive_is_missing_at_the_tip_and_at_the_ends():
         assert np.corrcoef(slope[lines.active].ravel(), radius[lines.active].ravel())[0, 1] > 0.99
         barrel = only("profile_form", gear=name).modes(lines)[..., 0]
         assert barrel[radius == radius[lines.active].max()].min() > 0.9e-3
-        start, end = PAIR.active_radii[index]
+        start, end = PAIR.meshing.active_radii[index]
         middle = np.abs(radius - (start + end) / 2) < 0.02 * (end - start)
         # the middle of the radius is not quite the middle of the roll length: (2 · 0.11)² of 1 µm at most
         assert barrel[middle].max() < 5.2e-5

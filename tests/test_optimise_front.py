@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gearbench.optimise.front import hypervolume, non_dominated
-from gearbench.optimise.nsga2 import Search
-from gearbench.optimise.problem import Evaluation, assignments
-from gearbench.optimise.study import Algorithm, Objective, OptimisationStudy, Robustness
-from gearbench.optimise.study_file import load_study
-from gearbench.optimise.variables import Variable
+from gearbench.optimisation.front import hypervolume, non_dominated
+from gearbench.optimisation.nsga2 import Search
+from gearbench.optimisation.problem import Evaluation, assignments
+from gearbench.optimisation.study import Algorithm, Objective, OptimisationStudy, Robustness
+from gearbench.optimisation.study_file import load_study
+from gearbench.optimisation.variables import Variable
 
 SMALL = load_study(Path(__file__).parents[1] / "examples" / "optimise_small.toml")
 

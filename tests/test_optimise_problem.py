@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from gearbench.geometry.pair import Pair
-from gearbench.optimise.constraints import constrained, judge
-from gearbench.optimise.problem import NO_GEAR, evaluate, scene_of
-from gearbench.optimise.study import STATISTICS, Limit, Robustness
-from gearbench.optimise.study_file import parse_study
-from gearbench.robustness.montecarlo import robust
-from gearbench.simulation import simulate
-from gearbench.strength import strength
+from gearbench.optimisation.constraints import constrained, judge
+from gearbench.optimisation.problem import NO_GEAR, evaluate, scene_of
+from gearbench.optimisation.study import Limit, Robustness
+from gearbench.optimisation.study_file import parse_study
+from gearbench.robustness.run import robust
+from gearbench.simulation import simulate, solve_scene
+from gearbench.strength.rating import largest_pressure, root_stress
 
 SMALL = tomllib.loads((Path(__file__).parents[1] / "examples" / "optimise_small.toml").read_text(encoding="utf-8"))
 STUDY = parse_study(SMALL)
@@ -29,7 +29,7 @@ def test_the_response_is_that_of_the_scene():
     scene = scene_of(STUDY, GOOD)
     dataset = robust(scene, samples=64, seed=0, threads=1)
     # the same kernels on the same samples
-    assert result.statistics == tuple(float(dataset[name]) for name in STATISTICS)
+    assert result.statistics == tuple(float(dataset[name]) for name in STUDY.statistics)
     assert result.feasible
     assert result.reason == ""
 
@@ -38,7 +38,7 @@ def test_without_samples_the_response_is_that_of_simulate():
     tables = {**SMALL, "robustness": {"samples": 0}}
     tables["base"] = {**SMALL["base"], "effects": {"tooth_bending": {"basis": "paper"}, "hertz": {}}}
     study = parse_study(tables)
-    known = dict(zip(STATISTICS, evaluate(study, GOOD).statistics, strict=True))
+    known = dict(zip(study.statistics, evaluate(study, GOOD).statistics, strict=True))
     dataset = simulate(scene_of(study, GOOD))
     for name in ("mesh_stiffness_rms", "transmission_error_rms"):
         assert known[f"{name}_mean"] == float(dataset[name])
@@ -47,13 +47,12 @@ def test_without_samples_the_response_is_that_of_simulate():
 
 def test_limited_quantities_are_those_of_the_pair_and_of_strength():
     scene = scene_of(STUDY, GOOD)
-    numbers = strength(scene)
     values = constrained(scene, STUDY.constraints)
     assert values == {
-        "total_contact_ratio": numbers.total_contact_ratio,
-        "specific_sliding": numbers.specific_sliding,
-        "contact_pressure": numbers.contact_pressure,
-        "root_stress": max(numbers.root_stress),
+        "total_contact_ratio": scene.pair.meshing.total_contact_ratio,
+        "specific_sliding": scene.pair.meshing.largest_sliding,
+        "contact_pressure": largest_pressure(solve_scene(scene)),
+        "root_stress": max(root_stress(scene)),
     }
     assert evaluate(STUDY, GOOD).constraints == tuple(values.values())
 
@@ -62,7 +61,7 @@ def test_a_broken_limit_is_named_and_measured():
     limits = {"total_contact_ratio": Limit(min=2.0), "specific_sliding": Limit(max=100.0)}
     study = replace(STUDY, constraints=limits)
     result = evaluate(study, GOOD)
-    ratio = scene_of(study, GOOD).pair.total_contact_ratio
+    ratio = scene_of(study, GOOD).pair.meshing.total_contact_ratio
     assert ratio < 2.0
     assert result.violation == pytest.approx((2.0 - ratio) / 2.0, rel=1e-14)
     assert result.reason == f"total_contact_ratio {ratio:.4g} below 2"
@@ -129,7 +128,7 @@ def test_a_thousand_random_designs_raise_nothing():
 
 
 def test_designs_of_one_macro_geometry_share_pair_and_teeth():
-    from gearbench.effects.tooth_bending import plate_tooth
+    from gearbench.effects.teeth import plate_tooth
 
     scenes = [scene_of(STUDY, (2, 10, 4, crowning, 3, 3)) for crowning in range(8)]
     assert all(scene.pair is scenes[0].pair for scene in scenes)

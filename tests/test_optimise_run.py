@@ -16,13 +16,13 @@ import pytest
 import xarray as xr
 
 import gearbench
+from gearbench import design_scene, load_study, optimise
 from gearbench.errors import InputError
-from gearbench.optimise import design_scene, load_study, optimise
-from gearbench.optimise.archive import Archive
-from gearbench.optimise.front import non_dominated
-from gearbench.optimise.problem import evaluate
-from gearbench.optimise.study import Algorithm, OptimisationStudy, Robustness
-from gearbench.optimise.study_file import parse_study
+from gearbench.optimisation.archive import Archive
+from gearbench.optimisation.front import non_dominated
+from gearbench.optimisation.problem import evaluate
+from gearbench.optimisation.study import Algorithm, OptimisationStudy, Robustness
+from gearbench.optimisation.study_file import parse_study
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "optimise_small.toml"
 STUDY = replace(
@@ -84,13 +84,6 @@ def test_objectives_follow_from_the_scene_of_a_design(reference):
         design_scene(reference, 999)
 
 
-def test_the_package_is_the_function_too(reference):
-    assert_same(gearbench.optimise(STUDY, threads=1), reference)
-    code = "import gearbench; print(callable(gearbench.optimise), callable(gearbench.optimise.load_study))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["True", "True"]
-
-
 def test_mixed_and_three_objectives():
     tables = tomllib.loads(STUDY.to_toml())
     tables["objectives"] = [
@@ -126,7 +119,7 @@ def test_equal_designs_are_evaluated_once(monkeypatch):
     tables["variables"] = {key: tables["variables"][key] for key in ("teeth", "addendum")}
     tables["algorithm"]["generations"] = 12
     seen = []
-    monkeypatch.setattr("gearbench.optimise.engine.evaluate", lambda s, d: (seen.append(d), evaluate(s, d))[1])
+    monkeypatch.setattr("gearbench.optimisation.engine.evaluate", lambda s, d: (seen.append(d), evaluate(s, d))[1])
     dataset = optimise(parse_study(tables), threads=1)
     assert len(seen) == len(set(seen)) == dataset.sizes["design"] <= 5 * 11
     assert int(dataset["asked"].sum()) > dataset.sizes["design"]
@@ -152,13 +145,13 @@ def test_dask_workers_do_not_change_the_result(reference):
 
 @pytest.mark.slow
 def test_a_worker_that_is_killed_costs_time_only():
-    from gearbench.optimise.engine import Dask
+    from gearbench.optimisation.engine import Dask
 
     study = replace(STUDY, robustness=Robustness(samples=256))
     designs = [(z, h, b, 2, 3, 3) for z in (1, 2, 3) for h in range(11) for b in range(1, 6)]
     expected = {design: evaluate(study, design) for design in designs}
     with Dask("local:2") as engine:
-        first = next(iter(engine._client.run(os.getpid).values()))
+        first = next(iter(engine.client.run(os.getpid).values()))
         results = {}
         for design, result in engine.evaluate(study, designs):
             if not results:
@@ -190,7 +183,7 @@ def test_what_is_stored_is_not_computed_again(reference, tmp_path, monkeypatch):
     for generation in (5, 6):
         (tmp_path / f"generation_{generation:04d}.nc").unlink()
     seen = []
-    monkeypatch.setattr("gearbench.optimise.engine.evaluate", lambda s, d: (seen.append(d), evaluate(s, d))[1])
+    monkeypatch.setattr("gearbench.optimisation.engine.evaluate", lambda s, d: (seen.append(d), evaluate(s, d))[1])
     states = []
     assert_same(optimise(STUDY, directory=tmp_path, resume=True, progress=states.append), reference)
     assert len(seen) == int(reference["evaluated"][4:].sum())
@@ -214,7 +207,7 @@ def test_a_damaged_generation_is_computed_again(reference, tmp_path):
 
 
 def test_generations_of_another_search_are_refused(tmp_path):
-    from gearbench.optimise.store import Store
+    from gearbench.optimisation.store import Store
 
     optimise(replace(STUDY, algorithm=replace(STUDY.algorithm, seed=9)), directory=tmp_path / "other")
     with Store(tmp_path / "mine", STUDY, resume=False):
@@ -225,7 +218,7 @@ def test_generations_of_another_search_are_refused(tmp_path):
 
 
 def test_a_folder_holds_one_run_at_a_time(tmp_path):
-    from gearbench.optimise.store import Store
+    from gearbench.optimisation.store import Store
 
     with Store(tmp_path, STUDY, resume=False), pytest.raises(InputError, match="another run is writing"):
         optimise(STUDY, directory=tmp_path, resume=True)
@@ -233,7 +226,7 @@ def test_a_folder_holds_one_run_at_a_time(tmp_path):
 
 CHILD = """
 import sys
-from gearbench.optimise import load_study, optimise
+from gearbench import load_study, optimise
 optimise(load_study(sys.argv[1]), directory=sys.argv[2], resume=True, threads=2)
 """
 
@@ -336,7 +329,7 @@ def test_a_read_only_folder_is_refused(run, study_file, tmp_path):
 
 FULL_DISK = """
 import resource, signal, sys
-import gearbench.optimise.store as store
+import gearbench.optimisation.store as store
 from gearbench.cli import main
 
 save = store.save

@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from gearbench.errors import InputError
-from gearbench.optimise.problem import assignments, scene_of
-from gearbench.optimise.study import Limit, Objective
-from gearbench.optimise.study_file import load_study, parse_study
-from gearbench.optimise.variables import Variable
+from gearbench.optimisation.problem import assignments, scene_of
+from gearbench.optimisation.study import Limit, Objective
+from gearbench.optimisation.study_file import load_study, parse_study
+from gearbench.optimisation.variables import Variable
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("optimise_*.toml"))
@@ -75,7 +75,7 @@ def test_derived_variables_mean_what_they_say():
     study = parse_study(tomllib.loads(SMALL))
     # spur: at the low end of the addendum ε_α = 1, which is less than the solver of scenes accepts by rounding alone
     low = scene_of(study, (2, 0, 4, 0, 0, 0)).pair
-    assert low.transverse_contact_ratio == pytest.approx(1.0, abs=1e-10)  # tolerance of the root search
+    assert low.meshing.transverse_contact_ratio == pytest.approx(1.0, abs=1e-10)  # tolerance of the root search
     assert scene_of(study, (2, 10, 4, 0, 0, 0)).pair.pinion.addendum == 1.0
     scene = scene_of(study, (2, 5, 4, 0, 3, 3))
     relief = scene.effect("tip_relief")
@@ -85,7 +85,7 @@ def test_derived_variables_mean_what_they_say():
 def test_table_2_lies_on_the_grid_of_the_addendum():
     # gears whose addendum is the one with ε_α = 1 (44 and 36 of Table 2): printed to three decimals
     from gearbench.library.garambois2017 import gear
-    from gearbench.optimise.derived import unit_contact_addendum
+    from gearbench.optimisation.derived import unit_contact_addendum
 
     for name in ("36", "44"):
         row = gear(name)
@@ -137,6 +137,11 @@ FAULTS = {
     "[base.load]\nforce = 10.0": ("base.load.force", "allowed: torque"),
     "[base.effects.noise]\nx = 1": ("base.effects.noise", "tooth_bending"),
     "[base.effects.hertz]\nlaw = 'palmgren'": ("base.effects.hertz.law", "weber_banaschek"),
+    "[base.resolution]\npositions = 4": ("base.resolution.gauss_points", "conflicts with positions"),
+    "[base.load]\nunit = 3\n[base.pear]\nx = 1": (
+        "base.pear = unknown key",
+        "allowed: pair, load, resolution, effects",
+    ),
     "[study]\nx = 1": ("study", "allowed: name, base"),
 }
 
@@ -173,6 +178,25 @@ def faulty(change: str) -> str:
     if '"pair.helix_angle"' in change:
         tables["variables"].pop("pair")
     return tomli_w.dumps(tables)
+
+
+def test_sizes_that_contradict_each_other_are_found_unless_a_variable_may_mend_them():
+    tables = tomllib.loads(SMALL)
+    tables["base"]["resolution"] = {"accuracy": 0.01, "segments": 15}
+    with pytest.raises(InputError, match=r"base\.resolution\.segments = 15: conflicts with accuracy"):
+        parse_study(tables)
+    tables["base"]["resolution"] = {"accuracy": 0.01, "gauss_points": 4}
+    tables["variables"]["resolution"] = {"segments": {"min": 15, "max": 20}}
+    parse_study(tables)
+
+
+def test_what_is_missing_may_be_a_variable():
+    tables = tomllib.loads(SMALL)
+    del tables["base"]["pair"]["face_width"]
+    with pytest.raises(InputError, match=r"base\.pair\.face_width = missing: is required, here or as a variable"):
+        parse_study(tables)
+    tables["variables"]["width"] = {"paths": ["pair.face_width"], "min": 8.0, "max": 9.0}
+    parse_study(tables)
 
 
 def test_two_variables_must_not_change_the_same_key():

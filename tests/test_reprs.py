@@ -12,8 +12,8 @@ from matplotlib.axes import Axes
 from gearbench import plotting
 from gearbench.library.garambois2017 import case, gear
 from gearbench.notebook import html_table
-from gearbench.results import save
-from gearbench.robustness.montecarlo import robust
+from gearbench.results.netcdf import save
+from gearbench.robustness.run import robust
 from gearbench.scene_file import parse_scene
 from gearbench.simulation import simulate
 
@@ -73,7 +73,7 @@ def test_names_are_escaped():
     text = parse_scene(tables)._repr_html_()
     assert "<script>" not in text
     assert "&lt;script&gt;" in text
-    table = html_table("a & b", ("<i>",), [("<b>", ("<u>",))])
+    table = html_table("a & b", ("<i>",), {"<b>": ("<u>",)})
     assert [mark for mark in ("<i>", "<b>", "<u>", "a & b") if mark in table] == []
 
 

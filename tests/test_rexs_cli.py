@@ -44,7 +44,7 @@ def test_the_list_shows_all_stages(run):
         assert words in out
     stages = json.loads(run("rexs", SEW, "--json")[1])["stages"]
     assert [row["id"] for row in stages] == [6, 37, 55]
-    assert stages[1]["ε_α"] == pytest.approx(load_rexs(SEW, 2).pair.transverse_contact_ratio, rel=1e-12)
+    assert stages[1]["ε_α"] == pytest.approx(load_rexs(SEW, 2).pair.meshing.transverse_contact_ratio, rel=1e-12)
 
 
 def test_the_list_says_what_a_stage_lacks(run, tmp_path):

@@ -79,6 +79,6 @@ def test_every_effect_is_registered_under_its_own_name(name):
 def test_derived_forces():
     scene = case(2)
     pinion = scene.pair.gears[0]
-    assert scene.tangential_force == pytest.approx(230e3 / pinion.base_radius, rel=1e-14)
-    assert scene.normal_force > scene.tangential_force
+    assert scene.F_bt == pytest.approx(230e3 / pinion.base_radius, rel=1e-14)
+    assert scene.F_bn > scene.F_bt
     assert isinstance(scene, Scene)

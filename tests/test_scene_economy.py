@@ -21,7 +21,7 @@ from gearbench.contact.assemble import mesh_phases, scene_lines, total_gap
 from gearbench.effects.base import ComplianceEffect, GapEffect
 from gearbench.effects.registry import EFFECTS, effect_class
 from gearbench.errors import InputError
-from gearbench.outputs import OUTPUTS
+from gearbench.results.outputs import OUTPUTS
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from gearbench.simulation import simulate
@@ -44,9 +44,7 @@ BASE: dict[str, Any] = {
 #: A table of each effect; a new effect is entered here.
 TABLES: dict[str, dict[str, Any]] = {
     "tooth_bending": {"basis": "paper"},
-    "fe_compliance": {"accuracy": 0.1},
-    "tooth_foundation": {"order": [3, 3, 2]},
-    "neighbour_teeth": {"order": [3, 3, 2]},
+    "gear_body": {},
     "hertz": {},
     "crowning": {"amount": 4.0},
     "tip_relief": {"amount": 6.0, "length": 0.9},
@@ -59,10 +57,9 @@ TABLES: dict[str, dict[str, Any]] = {
     "pitch_errors": {"pinion": [float(n % 5) for n in range(24)], "pinion_tooth": 3},
     "misalignment": {"inclination": 4.0, "deviation": 6.0},
 }
-HEAVY = {"fe_compliance": pytest.mark.slow}
-EVERY = pytest.mark.parametrize("name", [pytest.param(n, marks=HEAVY.get(n, ())) for n in EFFECTS])
+EVERY = pytest.mark.parametrize("name", EFFECTS)
 #: Those that can be dropped: without a contact law hardly any scene is complete.
-DROPPED = pytest.mark.parametrize("name", [pytest.param(n, marks=HEAVY.get(n, ())) for n in EFFECTS if n != "hertz"])
+DROPPED = pytest.mark.parametrize("name", [n for n in EFFECTS if n != "hertz"])
 
 
 def compatible(name: str, others: list[str]) -> bool:
@@ -74,7 +71,7 @@ def full_with(name: str) -> list[str]:
     """Every effect that can stand beside ``name`` and beside those taken before it, in the order of the registry."""
     taken = [name]
     for other in EFFECTS:
-        if other not in taken and other not in HEAVY and compatible(other, taken):
+        if other not in taken and compatible(other, taken):
             taken.append(other)
     return [n for n in EFFECTS if n in taken]
 
@@ -156,7 +153,7 @@ def alone(name: str) -> tuple[str, ...]:
     return tuple(n for n in EFFECTS if n in {name, "hertz", *effect_class(name).requires})
 
 
-LIGHT = tuple(n for n in EFFECTS if n not in HEAVY and n != "hertz")
+LIGHT = tuple(n for n in EFFECTS if n != "hertz")
 
 
 @pytest.mark.parametrize("name", LIGHT)
@@ -180,7 +177,7 @@ def test_a_scene_of_one_effect_imports_one_effect():
     assert effects == {"gearbench.effects.hertz"}
     assert not {m for m in found if m.split(".")[0] in {"fem_reference", "skfem", "gmsh", "matplotlib", "sympy"}}
     assert not {
-        m for m in found if m.startswith(("gearbench.robustness", "gearbench.optimise", "gearbench.compliance"))
+        m for m in found if m.startswith(("gearbench.robustness", "gearbench.optimisation", "gearbench.compliance"))
     }
 
 
@@ -228,7 +225,8 @@ def allocated(of: Scene, module: str) -> int:
     tracemalloc.start(25)
     try:
         # what each effect hands back is kept, so that it is still there when memory is looked at
-        kept = [e.gap(lines) if isinstance(e, GapEffect) else e.compliance(lines) for e in of.effects]
+        beside = of.effects_by_name
+        kept = [e.gap(lines) if isinstance(e, GapEffect) else e.compliance(lines, beside) for e in of.effects]
         peak = sum(s.size for s in tracemalloc.take_snapshot().filter_traces([effect_frames]).statistics("filename"))
         assert kept
     finally:
@@ -280,7 +278,7 @@ def test_the_other_terms_are_bit_identical(name):
             sum_of_gaps = sum_of_gaps + gap
         elif isinstance(effect, ComplianceEffect):
             assert isinstance(before, ComplianceEffect)
-            one, other = effect.compliance(lines), before.compliance(lines)
+            one, other = (e.compliance(lines, s.effects_by_name) for e, s in ((effect, rest), (before, whole)))
             assert type(one) is type(other)
             for key, value in vars(one).items():
                 assert np.array_equal(value, getattr(other, key)), key

@@ -16,15 +16,15 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 from gearbench.errors import InputError
-from gearbench.optimise.conditions import Condition, parse_band, parse_condition, parse_ranking
-from gearbench.optimise.designs import Designs
-from gearbench.optimise.listing import csv_text, markdown_text
-from gearbench.optimise.run import optimise
-from gearbench.optimise.select import Resonance, chosen_scene, open_designs, select
-from gearbench.optimise.study import Algorithm, Robustness
-from gearbench.optimise.study_file import load_study, parse_study
-from gearbench.results import save
-from gearbench.robustness.montecarlo import robust
+from gearbench.optimisation.conditions import Condition, parse_band, parse_condition, parse_ranking
+from gearbench.optimisation.designs import Designs
+from gearbench.optimisation.listing import csv_text, markdown_text
+from gearbench.optimisation.run import optimise
+from gearbench.optimisation.select import Resonance, chosen_scene, open_designs, select
+from gearbench.optimisation.study import Algorithm, Robustness
+from gearbench.optimisation.study_file import load_study, parse_study
+from gearbench.results.netcdf import save
+from gearbench.robustness.run import robust
 from gearbench.scene_file import load_scene
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -128,10 +128,10 @@ def test_what_is_left_is_what_meets_the_conditions(designs):
     found = select(designs, where=[parse_condition("helix_angle<=15"), parse_condition("law==yang_sun")])
     meets = (value(designs, "pair.helix_angle") <= 15) & (value(designs, "law") == "yang_sun")
     feasible = value(designs, "feasible") == 1
-    assert set(found.places) == set(np.flatnonzero(meets & feasible))
-    assert 0 < len(found.places) < feasible.sum()
+    assert set(found.numbers) == set(np.flatnonzero(meets & feasible))
+    assert 0 < len(found.numbers) < feasible.sum()
     assert found.steps[0] == ("feasible", feasible.sum())
-    assert found.steps[-1] == ("law == yang_sun", len(found.places))
+    assert found.steps[-1] == ("law == yang_sun", len(found.numbers))
 
 
 def test_what_must_be_computed_is_asked_last(designs):
@@ -147,18 +147,18 @@ def test_default_ranking_weighs_the_objectives_alike(designs):
         x = value(designs, name)
         score += 0.5 * (x - x[front].min()) / (x[front].max() - x[front].min())
     feasible = np.flatnonzero(value(designs, "feasible"))
-    assert_array_equal(found.places, feasible[np.argsort(score[feasible], kind="stable")])
-    assert_allclose(found.score, score[found.places], rtol=1e-12, atol=1e-15)
-    assert value(designs, "on_front")[found.places[0]] == 1  # nothing dominated can be first
+    assert_array_equal(found.numbers, feasible[np.argsort(score[feasible], kind="stable")])
+    assert_allclose(found.score, score[found.numbers], rtol=1e-12, atol=1e-15)
+    assert value(designs, "on_front")[found.numbers[0]] == 1  # nothing dominated can be first
 
 
 def test_one_term_sorts_by_it_and_counts_from_0_to_1_on_the_front(designs):
     on_front = [parse_condition("on_front==1")]
     up = select(designs, rank={"transmission_error_rms_mean": 3.0}, where=on_front)
-    assert np.all(np.diff(value(designs, "transmission_error_rms_mean")[up.places]) >= 0)
+    assert np.all(np.diff(value(designs, "transmission_error_rms_mean")[up.numbers]) >= 0)
     assert (up.score[0], up.score[-1]) == pytest.approx((0.0, 1.0))
     down = select(designs, rank={"transmission_error_rms_mean": -1.0}, where=on_front)
-    assert_array_equal(down.places, up.places[::-1])
+    assert_array_equal(down.numbers, up.numbers[::-1])
     assert (down.score[0], down.score[-1]) == pytest.approx((0.0, 1.0))
 
 
@@ -166,25 +166,25 @@ def test_worst_case_ranks_by_the_maxima(designs):
     found = select(designs, worst_case=True)
     assert dict(found.ranking) == {"mesh_stiffness_rms_max": 1.0, "transmission_error_rms_max": 1.0}
     same = select(designs, rank={"mesh_stiffness_rms_max": 1.0, "transmission_error_rms_max": 1.0})
-    assert_array_equal(found.places, same.places)
+    assert_array_equal(found.numbers, same.numbers)
     merged = select(designs, rank={"mesh_stiffness_rms_mean": 1.0, "mesh_stiffness_rms_std": 2.0}, worst_case=True)
     assert dict(merged.ranking) == {"mesh_stiffness_rms_max": 3.0}
 
 
 def test_axial_force_is_the_axial_part_of_the_normal_force(designs):
-    places = select(designs).places[:20]
-    force = designs.values("axial_force", places)
-    for place, found in zip(places, force, strict=True):
-        scene = designs.scene(int(place))
-        assert found == pytest.approx(scene.normal_force * math.sin(scene.pair.base_helix_angle), rel=1e-12)
+    numbers = select(designs).numbers[:20]
+    force = designs.values("axial_force", numbers)
+    for number, found in zip(numbers, force, strict=True):
+        scene = designs.scene(int(number))
+        assert found == pytest.approx(scene.F_bn * math.sin(scene.pair.meshing.beta_b), rel=1e-12)
     spur = select(designs, where=[parse_condition("helix_angle==0")])
     none = select(designs, where=[parse_condition("axial_force<=0")])
-    assert_array_equal(spur.places, none.places)
-    assert len(spur.places) > 0
+    assert_array_equal(spur.numbers, none.numbers)
+    assert len(spur.numbers) > 0
 
 
 def test_designs_without_micro_geometry_and_with_standard_addendum(designs):
-    found = select(designs, where=[parse_condition("modifications==0")]).places
+    found = select(designs, where=[parse_condition("modifications==0")]).numbers
     plain = value(designs, "effects.crowning.amount") == 0
     plain &= (value(designs, "effects.tip_relief.amount") == 0) | (
         value(designs, "effects.tip_relief.length_fraction") == 0
@@ -193,8 +193,8 @@ def test_designs_without_micro_geometry_and_with_standard_addendum(designs):
     assert len(found) > 0
     standard = select(designs, where=[parse_condition("pinion_addendum==1"), parse_condition("wheel_addendum==1")])
     feasible = value(designs, "feasible") == 1
-    assert set(standard.places) == set(np.flatnonzero((value(designs, "addendum") == 1) & feasible))
-    assert len(standard.places) > 0
+    assert set(standard.numbers) == set(np.flatnonzero((value(designs, "addendum") == 1) & feasible))
+    assert len(standard.numbers) > 0
 
 
 def test_mesh_frequencies_stay_outside_what_is_avoided(designs):
@@ -208,8 +208,8 @@ def test_mesh_frequencies_stay_outside_what_is_avoided(designs):
     assert_array_equal(replace(avoid, frequency=(790.0, 810.0)).avoided(teeth), [True] * 3)
     assert_array_equal(replace(avoid, frequency=(790.0, 810.0), orders=2).avoided(teeth), [False, True, True])
     found = select(designs, avoid=[avoid])
-    assert 17 not in value(designs, "teeth")[found.places]
-    assert len(found.places) == np.sum((value(designs, "teeth") != 17) & (value(designs, "feasible") == 1))
+    assert 17 not in value(designs, "teeth")[found.numbers]
+    assert len(found.numbers) == np.sum((value(designs, "teeth") != 17) & (value(designs, "feasible") == 1))
 
 
 def test_names_are_found_by_their_last_parts(designs):
@@ -243,18 +243,18 @@ def test_study_without_feasible_design_is_said_to_have_none(designs):
 
 
 def test_exported_scene_gives_the_stored_result(run, folder, designs, tmp_path):
-    place = int(select(designs).places[0])
+    number = int(select(designs).numbers[0])
     target = tmp_path / "chosen.toml"
-    code, out, err = run("select", folder, "--export", place, target)
+    code, out, err = run("select", folder, "--export", number, target)
     assert (code, err) == (0, "")
     assert str(target) in out
     scene = load_scene(target)
-    assert scene == chosen_scene(designs, place)
-    assert scene.name == f"small, design {place}"
+    assert scene == chosen_scene(designs, number)
+    assert scene.name == f"small, design {number}"
     found = robust(scene, samples=8, seed=0)
     for name in ("mesh_stiffness_rms", "transmission_error_rms"):
         # the same samples, the same scene
-        assert float(found[f"{name}_mean"]) == pytest.approx(value(designs, f"{name}_mean")[place], rel=1e-12)
+        assert float(found[f"{name}_mean"]) == pytest.approx(value(designs, f"{name}_mean")[number], rel=1e-12)
     assert run("simulate", target, "-q")[0] == 0
 
 
@@ -270,11 +270,11 @@ def test_only_feasible_designs_are_exported(designs):
 def test_csv_holds_all_that_is_left_to_full_precision(designs):
     selection = select(designs, where=[parse_condition("on_front==1")])
     rows = list(csv.DictReader(csv_text(selection).splitlines()))
-    assert [int(row["design"]) for row in rows] == selection.places.tolist()
+    assert [int(row["design"]) for row in rows] == selection.numbers.tolist()
     for name in ("transmission_error_rms_max", "pair.helix_angle", "contact_pressure"):
-        assert_array_equal([float(row[name]) for row in rows], value(designs, name)[selection.places])
-    assert [row["law"] for row in rows] == value(designs, "law")[selection.places].tolist()
-    assert_array_equal([float(r["axial_force"]) for r in rows], designs.values("axial_force", selection.places))
+        assert_array_equal([float(row[name]) for row in rows], value(designs, name)[selection.numbers])
+    assert [row["law"] for row in rows] == value(designs, "law")[selection.numbers].tolist()
+    assert_array_equal([float(r["axial_force"]) for r in rows], designs.values("axial_force", selection.numbers))
 
 
 def test_markdown_is_a_table_with_units(designs):
@@ -285,8 +285,8 @@ def test_markdown_is_a_table_with_units(designs):
     assert {line.count("|") for line in table} == {table[0].count("|")}
     assert "axial_force [N]" in table[0]
     assert "transmission_error_rms_mean [µm]" in table[0]
-    assert f"- pair.helix_angle <= 20: {len(selection.places)} designs left" in lines
-    assert table[2].split("|")[1].strip() == str(selection.places[0])
+    assert f"- pair.helix_angle <= 20: {len(selection.numbers)} designs left" in lines
+    assert table[2].split("|")[1].strip() == str(selection.numbers[0])
 
 
 # -- command line -----------------------------------------------------------------------------------------------------
@@ -300,10 +300,10 @@ def test_list_is_printed_and_written(run, folder, designs, tmp_path):
     selection = select(
         designs, where=[parse_condition("helix_angle<=20"), parse_condition("axial_force<=150")], worst_case=True
     )
-    assert re.search(rf"{len(selection.places)}\s+axial_force <= 150", out)
+    assert re.search(rf"{len(selection.numbers)}\s+axial_force <= 150", out)
     assert len(re.findall(r"^ +\d+ +-?\d[\d.e-]* ", out, flags=re.MULTILINE)) == 2
     assert "…" not in out
-    assert len(table.read_text(encoding="utf-8").splitlines()) == 1 + len(selection.places)
+    assert len(table.read_text(encoding="utf-8").splitlines()) == 1 + len(selection.numbers)
     assert text.read_text(encoding="utf-8") == markdown_text(selection, 2)
 
 
@@ -315,8 +315,8 @@ def test_machine_readable_list(run, folder, designs):
     found = json.loads(out)
     assert found["ranking"] == {"mesh_stiffness_rms_max": 1.0, "total_contact_ratio": -2.0}
     assert len(found["designs"]) == 10
-    place = found["designs"][0]["design"]
-    assert found["designs"][0]["teeth"] == value(designs, "teeth")[place]
+    number = found["designs"][0]["design"]
+    assert found["designs"][0]["teeth"] == value(designs, "teeth")[number]
 
 
 def test_nothing_left_is_an_answer(run, folder):

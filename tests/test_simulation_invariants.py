@@ -97,7 +97,7 @@ def mirrored(pair: Pair, phases: NDArray) -> NDArray:
 
     u′ = T₁T₂ − u, y′ = b − y and u = u_A + (τ + k) p_bt + y tan β_b give τ′ ≡ ε_α − ε_β − τ.
     """
-    return (pair.transverse_contact_ratio - pair.overlap_ratio - phases) % 1.0
+    return (pair.meshing.transverse_contact_ratio - pair.meshing.overlap_ratio - phases) % 1.0
 
 
 @PAIRS
@@ -109,9 +109,9 @@ def test_swapping_pinion_and_wheel_mirrors_the_cycle(pair, law):
     other = scene(pair.swapped(), *bending, *gaps(swap=True), torque=150.0 * ratio)
     a, b = solution(one, PHASES), solution(other, mirrored(pair, PHASES))
     # slopes over the face are zero at y = 0, that is at the other end: a rigid offset
-    alpha = pair.working_pressure_angle
+    alpha = pair.meshing.alpha_wt
     tilt = 4 * math.sin(alpha) + 6 * math.cos(alpha)
-    offset = 1e-3 * (8 + tilt * math.cos(pair.base_helix_angle))
+    offset = 1e-3 * (8 + tilt * math.cos(pair.meshing.beta_b))
     assert_allclose(b.approach, a.approach - offset, rtol=1e-10)
     assert_allclose(b.stiffness, a.stiffness, rtol=1e-10)
 
@@ -128,7 +128,7 @@ def test_swapping_leaves_the_figures_of_the_cycle(pair):
 @pytest.mark.parametrize("overlap", [1, 2])
 def test_integer_overlap_and_a_constant_stiffness_give_no_fluctuation(overlap):
     """The total length of the contact lines is constant. With a constant stiffness per length, so is k."""
-    width = overlap * HELICAL.base_pitch / math.tan(HELICAL.base_helix_angle)
+    width = overlap * HELICAL.meshing.base_pitch / math.tan(HELICAL.meshing.beta_b)
     law = Hertz(law="yang_sun")
     even = simulate(scene(replace(HELICAL, face_width=width), law))
     assert float(even.mesh_stiffness_rms) < 1e-9
@@ -145,7 +145,7 @@ def test_transmission_error_and_stiffness_are_those_along_the_transverse_line_of
     assert_allclose(runs[1].mesh_stiffness, (force[2] - force[0]) / (delta[2] - delta[0]), rtol=1e-6)  # step² = 1e-8
     at = runs[1]
     total = (at.line_load * at.segment_length).sum(["pair", "segment"])
-    assert_allclose(total * math.cos(HELICAL.base_helix_angle), force[1], rtol=1e-12)
+    assert_allclose(total * math.cos(HELICAL.meshing.beta_b), force[1], rtol=1e-12)
 
 
 def test_finer_segments_converge_with_second_order():
@@ -223,7 +223,7 @@ def test_any_scene_is_solved(scene):
         assert np.all(np.isfinite(values))
     assert np.all(s.force >= 0)
     assert np.all(s.stiffness > 0)
-    assert_allclose(s.force.sum(axis=(1, 2)), scene.normal_force, rtol=1e-10)
+    assert_allclose(s.force.sum(axis=(1, 2)), scene.F_bn, rtol=1e-10)
     assert s.complementarity.max() <= 1e-10
     assert s.equilibrium.max() <= 1e-10
 
@@ -244,7 +244,7 @@ def test_the_order_of_effects_does_not_matter(scene, random):
     # three and more gaps summed in another order differ in the last bit of the largest
     largest = 1e-3 * 100 / one.approach.max()
     assert_allclose(other.approach, one.approach, rtol=1e-14 * max(1.0, largest), atol=1e-16)
-    assert_allclose(other.force, one.force, atol=1e-12 * scene.normal_force * max(1.0, largest))
+    assert_allclose(other.force, one.force, atol=1e-12 * scene.F_bn * max(1.0, largest))
 
 
 @quick

@@ -14,6 +14,7 @@ from pydantic import ValidationError
 
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Member, Pair
+from gearbench.geometry.role import Role
 from gearbench.library.garambois2017 import case
 from gearbench.strength.bending import RootBending
 from gearbench.strength.section import VirtualTooth
@@ -113,14 +114,14 @@ def test_fillet_steeper_than_30_degrees_everywhere_is_judged_at_its_end():
 
 
 def test_form_factor_falls_and_notch_factor_rises_with_teeth_and_profile_shift():
-    by_teeth = [RootBending(pair=equal(z), member=0, load_at="tip") for z in (18, 25, 40, 80, 200)]
+    by_teeth = [RootBending(pair=equal(z), role=Role.PINION, load_at="tip") for z in (18, 25, 40, 80, 200)]
     by_shift = [
         RootBending(
             pair=Pair(
                 normal_module=2.0, face_width=20.0, centre_distance=60.0,
                 pinion=Member(teeth=25, profile_shift=x), wheel=Member(teeth=35, profile_shift=-x),
             ),
-            member=0, load_at="tip",
+            role=Role.PINION, load_at="tip",
         )
         for x in (-0.2, 0.0, 0.2, 0.4)
     ]  # fmt: skip
@@ -130,39 +131,48 @@ def test_form_factor_falls_and_notch_factor_rises_with_teeth_and_profile_shift()
 
 
 def test_sharper_fillets_and_lower_teeth_under_the_tip_are_worse():
-    stress = [RootBending(pair=equal(30, fillet_radius=rho), member=0).stress(100.0) for rho in (0.38, 0.3, 0.2, 0.1)]
+    stress = [
+        RootBending(pair=equal(30, fillet_radius=rho), role=Role.PINION).stress(100.0) for rho in (0.38, 0.3, 0.2, 0.1)
+    ]
     assert np.all(np.diff(stress) > 0)
     pair = equal(30)
-    assert RootBending(pair=pair, member=0, load_at="tip").form_factor > RootBending(pair=pair, member=0).form_factor
+    assert (
+        RootBending(pair=pair, role=Role.PINION, load_at="tip").form_factor
+        > RootBending(pair=pair, role=Role.PINION).form_factor
+    )
 
 
 def test_load_radius_is_the_outer_point_of_single_contact():
     pair = case(1).pair
     for member, gear in enumerate(pair.gears):
-        bending = RootBending(pair=pair, member=member)
+        bending = RootBending(pair=pair, role=member)
         # one base pitch before the other end of the path of contact
-        u = pair.path_start + pair.base_pitch if member == 0 else pair.path_end - pair.base_pitch
-        roll = u if member == 0 else pair.tangent_length - u
+        u = (
+            pair.meshing.path_start + pair.meshing.base_pitch
+            if member == 0
+            else pair.meshing.path_end - pair.meshing.base_pitch
+        )
+        roll = u if member == 0 else pair.meshing.tangent_length - u
         assert bending.load_radius == pytest.approx(math.hypot(gear.base_radius, roll), rel=1e-12)
 
 
 def test_contact_ratio_below_one_loads_the_tip():
     pair = equal(17, helix=25.0, width=60.0, addendum=0.5)
-    bending = RootBending(pair=pair, member=0)
+    bending = RootBending(pair=pair, role=Role.PINION)
     assert bending.virtual_contact_ratio < 1
     assert bending.load_radius == pytest.approx(bending.tooth.tip_radius, rel=1e-12)
 
 
 def test_load_distribution_factor_is_continuous_where_the_norm_is():
     spur, full = equal(30), equal(30, helix=15.0, width=60.0)
-    assert RootBending(pair=spur, member=0).load_distribution_factor == 1.0
-    assert full.overlap_ratio > 1
-    factor = RootBending(pair=full, member=0)
+    assert RootBending(pair=spur, role=Role.PINION).load_distribution_factor == 1.0
+    assert full.meshing.overlap_ratio > 1
+    factor = RootBending(pair=full, role=Role.PINION)
     assert factor.load_distribution_factor == pytest.approx(factor.virtual_contact_ratio**-0.5)
-    unit = full.face_width / full.overlap_ratio
-    nearly = RootBending(pair=replace(full, face_width=unit * (1 - 1e-9)), member=0)
+    unit = full.face_width / full.meshing.overlap_ratio
+    nearly = RootBending(pair=replace(full, face_width=unit * (1 - 1e-9)), role=Role.PINION)
     assert nearly.load_distribution_factor == pytest.approx(factor.load_distribution_factor, rel=1e-8)
-    barely = RootBending(pair=replace(full, face_width=unit * 0.06), member=0)
+    barely = RootBending(pair=replace(full, face_width=unit * 0.06), role=Role.PINION)
     # √(1 − ε_β + ε_β/ε_αn) leaves 1 with the slope −(1 − 1/ε_αn)/2
     slope = -(1 - 1 / barely.virtual_contact_ratio) / 2
     assert barely.load_distribution_factor == pytest.approx(1 + slope * 0.06, abs=1e-3)
@@ -170,24 +180,27 @@ def test_load_distribution_factor_is_continuous_where_the_norm_is():
 
 def test_high_contact_ratio_spur_gears_share_the_load():
     pair = equal(60, addendum=1.35, dedendum=1.5, fillet_radius=0.2)
-    bending = RootBending(pair=pair, member=0)
+    bending = RootBending(pair=pair, role=Role.PINION)
     assert bending.virtual_contact_ratio > 2
     assert bending.load_distribution_factor == 0.7
     low = replace(pair, pinion=replace(pair.pinion, addendum=1.0), wheel=replace(pair.wheel, addendum=1.0))
-    assert bending.stress(100.0) < RootBending(pair=low, member=0).stress(100.0)
+    assert bending.stress(100.0) < RootBending(pair=low, role=Role.PINION).stress(100.0)
 
 
 def test_high_contact_ratio_with_little_overlap_halves_what_the_overlap_leaves():
     pair = equal(60, helix=5.0, addendum=1.35, dedendum=1.5, fillet_radius=0.2)
-    bending = RootBending(pair=pair, member=0)
-    eps, overlap = bending.virtual_contact_ratio, pair.overlap_ratio
+    bending = RootBending(pair=pair, role=Role.PINION)
+    eps, overlap = bending.virtual_contact_ratio, pair.meshing.overlap_ratio
     assert eps > 2
     assert 0 < overlap < 1
     assert bending.load_distribution_factor == pytest.approx(math.sqrt((1 - overlap) / 2 + overlap / eps))
 
 
 def test_helix_factor_stops_at_30_degrees_and_full_overlap():
-    factor = {beta: RootBending(pair=equal(30, helix=beta, width=60.0), member=0).helix_factor for beta in (30.0, 40.0)}
+    factor = {
+        beta: RootBending(pair=equal(30, helix=beta, width=60.0), role=Role.PINION).helix_factor
+        for beta in (30.0, 40.0)
+    }
     assert factor[40.0] == factor[30.0] == pytest.approx((1 - 30 / 120) / math.cos(math.radians(30)) ** 3)
 
 
@@ -199,7 +212,7 @@ def test_load_below_the_critical_section_bends_nothing():
         normal_module=1.0, pressure_angle=37.0, helix_angle=17.0, face_width=30.0, centre_distance=a,
         pinion=gear, wheel=gear,
     )  # fmt: skip
-    bending = RootBending(pair=pair, member=0)
+    bending = RootBending(pair=pair, role=Role.PINION)
     assert bending.tooth.lever(bending.load_radius)[0] < 0
     assert 0 < bending.form_factor < 0.01
     assert 0 < bending.stress(1.0) < math.inf
@@ -212,7 +225,9 @@ def test_rim_factor_follows_the_norm():
 
     def factor(rim: float) -> float:
         bore = 2 * (gear.root_radius - rim * height)
-        return RootBending(pair=replace(pair, pinion=replace(pair.pinion, bore_diameter=bore)), member=0).rim_factor
+        return RootBending(
+            pair=replace(pair, pinion=replace(pair.pinion, bore_diameter=bore)), role=Role.PINION
+        ).rim_factor
 
     assert factor(1.3) == 1.0
     assert factor(1.0) == pytest.approx(1.6 * math.log(2.242))
@@ -226,10 +241,10 @@ def test_stress_is_the_same_at_any_scale_and_for_either_gear_driving():
     pair = case(2).pair
     big = replace(pair, normal_module=5.352, face_width=40.0, centre_distance=256.0)
     for member in (0, 1):
-        one = RootBending(pair=pair, member=member).stress(230.0)
+        one = RootBending(pair=pair, role=member).stress(230.0)
         # eight times the torque on gears of twice the size
-        assert RootBending(pair=big, member=member).stress(8 * 230.0) == pytest.approx(one, rel=1e-9)
-        swapped = RootBending(pair=pair.swapped(), member=1 - member)
+        assert RootBending(pair=big, role=member).stress(8 * 230.0) == pytest.approx(one, rel=1e-9)
+        swapped = RootBending(pair=pair.swapped(), role=Role.WHEEL - member)
         assert swapped.stress(230.0 * 71 / 17) == pytest.approx(one, rel=1e-9)
 
 
@@ -254,7 +269,7 @@ def test_any_pair_that_can_mesh_has_a_finite_stress(z, helix, alpha, spread, add
     except (ValidationError, InputError):
         return
     for member in (0, 1):
-        bending = RootBending(pair=pair, member=member)
+        bending = RootBending(pair=pair, role=member)
         stress = bending.stress(10.0)
         assert math.isfinite(stress)
         assert stress > 0

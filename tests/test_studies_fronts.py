@@ -11,15 +11,16 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from gearbench.errors import GearbenchError, InputError
 from gearbench.library.garambois2017 import gear, table_2
-from gearbench.optimise.constraints import constrained, judge
-from gearbench.optimise.derived import unit_contact_addendum
-from gearbench.optimise.problem import scene_of
-from gearbench.optimise.study import Algorithm, Robustness
-from gearbench.results import load, save
-from studies import paper_fronts_compare as compare
-from studies import paper_fronts_search as searching
-from studies import s06_paper_fronts as fronts
-from studies.paper_fronts_search import MODULE, TEETH, TOOLS, Tally, search, study
+from gearbench.optimisation.constraints import constrained, judge
+from gearbench.optimisation.derived import unit_contact_addendum
+from gearbench.optimisation.problem import scene_of
+from gearbench.optimisation.study import Algorithm, Robustness
+from gearbench.results.netcdf import load, save
+from studies.s06_paper_fronts import checks, compare, compute, figures
+from studies.s06_paper_fronts import search as searching
+from studies.s06_paper_fronts.data import macro_and_micro
+from studies.s06_paper_fronts.findings import front
+from studies.s06_paper_fronts.search import MODULE, TEETH, TOOLS, Tally, search, study
 
 
 # -- the searches ------------------------------------------------------------------------------------------------------
@@ -61,7 +62,7 @@ def test_gears_of_table_2_are_in_the_grid(tool, name):
     )
     scene = scene_of(study(tool), design)
     assert scene.pair.normal_module == row.module
-    shape = fronts.macro_and_micro(scene)
+    shape = macro_and_micro(scene)
     # the table is printed to three decimals
     assert_allclose(shape["profile_shift"], row.profile_shift, atol=6e-4)
     assert_allclose(shape["addendum"], row.addendum, atol=6e-4)
@@ -177,12 +178,12 @@ def dataset(tmp_path_factory) -> xr.Dataset:
     with pytest.MonkeyPatch.context() as patch:
         size = (Algorithm(population=16, generations=5, seed=1), Robustness(samples=16))
         patch.setattr(searching, "QUICK", size)
-        path = save(fronts.compute(quick=True), tmp_path_factory.mktemp("fronts") / "fronts.nc")
+        path = save(compute(quick=True), tmp_path_factory.mktemp("fronts") / "fronts.nc")
     return load(path)
 
 
 def test_figures_and_tables_come_from_the_dataset(dataset, tmp_path):
-    fronts.figures(dataset, tmp_path)
+    figures(dataset, tmp_path)
     drawn = {path.stem for path in tmp_path.glob("*.png")}
     assert {f"figure_{number}" for number in (5, 8, 9, 10)} <= {"_".join(name.split("_")[:2]) for name in drawn}
     table = (tmp_path / "table_2.md").read_text(encoding="utf-8")
@@ -209,18 +210,18 @@ def test_the_dataset_holds_each_front(dataset):
 
 def test_a_row_that_beats_a_front_is_found(dataset):
     for tool, share, holds in ((1, 0.03, False), (2, 0.01, True)):
-        F = fronts.front(dataset, tool)
+        F = front(dataset, tool)
         far = dataset.copy(deep=True)
         rows = np.flatnonzero(far["row_tool"].values == tool)
         far["row_ours"].values[np.ix_(rows, (0, 1))] = 10 * F.max(axis=0)
         far["row_ours"].values[rows[1], :2] = (1 - share) * F[0]
         full = far.assign_attrs(quick=0)
-        text, found = next(check for check in fronts.checks(full) if check[0].startswith(f"tool {tool}: row"))
+        text, found = next(check for check in checks(full) if check[0].startswith(f"tool {tool}: row"))
         assert str(far["row"].values[rows[1]]) in text
         assert found is holds
 
 
 @pytest.mark.slow
 def test_what_the_quick_size_checks_holds():
-    for text, holds in fronts.checks(fronts.compute(quick=True)):
+    for text, holds in checks(compute(quick=True)):
         assert holds, text

@@ -238,6 +238,6 @@ def test_kinks_of_a_coarse_grid_are_on_the_path_of_contact(scene):
     assert isinstance(effect, Topography)
     r_b = made.pair.gears[0].base_radius
     inside = [math.sqrt(r * r - r_b * r_b) for r in (25.0, 26.0, 27.0, 29.0)]
-    inside = [u for u in inside if made.pair.path_start < u < made.pair.path_end]
+    inside = [u for u in inside if made.pair.meshing.path_start < u < made.pair.meshing.path_end]
     assert len(inside) == 3
     np.testing.assert_allclose(effect.kinks(made.pair), inside, rtol=1e-14)

@@ -10,7 +10,8 @@ from numpy.testing import assert_allclose
 
 from gearbench.contact.assemble import mesh_phases, scene_lines
 from gearbench.effects.hertz import Hertz
-from gearbench.effects.tooth_bending import ToothBending, plate_tooth
+from gearbench.effects.teeth import plate_tooth
+from gearbench.effects.tooth_bending import ToothBending
 from gearbench.library.garambois2017 import case
 from gearbench.validation.mac import (
     LOADS,
@@ -57,11 +58,11 @@ def test_the_active_flank_ends_at_the_tip_circles():
     """Or where the mate's involute does: the pinion of case 2 is undercut, the tips of its wheel stay unused."""
     pair = case(1).pair
     for k, gear in enumerate(pair.gears):
-        low, high = pair.active_radii[k]
+        low, high = pair.meshing.active_radii[k]
         assert high == pytest.approx(gear.tip_radius, rel=1e-12)
         assert gear.form_radius < low < gear.pitch_radius
     pair = case(2).pair
-    (low, high), (_, wheel_high) = pair.active_radii
+    (low, high), (_, wheel_high) = pair.meshing.active_radii
     assert low == pytest.approx(pair.gears[0].form_radius, rel=1e-12)
     assert high == pytest.approx(pair.gears[0].tip_radius, rel=1e-12)
     assert wheel_high < pair.gears[1].tip_radius
@@ -70,7 +71,7 @@ def test_the_active_flank_ends_at_the_tip_circles():
 def test_grid_points_stand_for_equal_parts_of_the_flank():
     """The midpoint rule integrates R² to 1/(4n²) of what the flank's height adds, and any linear function exactly."""
     pair = case(1).pair
-    low, high = pair.active_radii[0]
+    low, high = pair.meshing.active_radii[0]
     grid = flank_grid(pair, 0, (50, 7))
     assert grid.radius.mean() == pytest.approx((low + high) / 2, rel=1e-14)
     assert grid.y.mean() == pytest.approx(pair.face_width / 2, rel=1e-14)

@@ -11,7 +11,7 @@ import pytest
 
 from gearbench.errors import InputError
 from gearbench.library.garambois2017 import case
-from gearbench.results import load
+from gearbench.results.netcdf import load
 from gearbench.validation import report
 from gearbench.validation.comparison import validate
 from tests.validation_fakes import plates_for_finite_elements

@@ -9,13 +9,13 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gearbench.effects.crowning import Crowning
-from gearbench.effects.fe_compliance import FeCompliance
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending
+from gearbench.effort.clock import unseen
 from gearbench.errors import InputError
 from gearbench.library.garambois2017 import case
+from gearbench.results.cycle import Phases
 from gearbench.scene import Resolution
-from gearbench.stopwatch import unseen
 from gearbench.validation.reference import reference_scene
 from gearbench.validation.ste_error import cycle_errors, load_share_error, relative_error
 
@@ -24,16 +24,17 @@ def cycle(amplitudes: dict[int, float], mean: float, share: np.ndarray):
     """Dataset of 64 uniform positions: STE and stiffness with the given harmonics."""
     import xarray as xr
 
-    tau = np.arange(64) / 64
+    phases = Phases(phase=np.arange(64) / 64, weight=np.full(64, 1 / 64), size=None)
+    tau = phases.phase
     # phases differ from harmonic to harmonic: an amplitude does not depend on them
     wave = mean + sum(a * np.cos(2 * np.pi * n * tau + n) for n, a in amplitudes.items())
-    data = {"mesh_phase": ("position", tau), "phase_weight": ("position", np.full(64, 1 / 64))}
+    data: dict[str, tuple] = {name: ("position", values) for name, values in phases.coordinates.items()}
     for name, factor in (("transmission_error", 1.0), ("mesh_stiffness", 10.0)):
         data[name] = ("position", factor * wave)
         data[f"{name}_mean"] = ((), factor * wave.mean())
         data[f"{name}_peak_to_peak"] = ((), factor * np.ptp(wave))
     data["load_share"] = (("position", "pair"), share)
-    return xr.Dataset(data, attrs={"scene": "[resolution]\npositions = 64\n"})
+    return xr.Dataset(data)
 
 
 def test_errors_of_known_signals():
@@ -45,8 +46,8 @@ def test_errors_of_known_signals():
         expected = 100 * (float(fast[f"{name}_peak_to_peak"]) / float(reference[f"{name}_peak_to_peak"]) - 1)
         assert found[f"{name}_peak_to_peak_error"] == pytest.approx(expected, rel=1e-12)
         # relative to the strongest of the reference, the second: (3 − 2)/2.5, (1.5 − 2.5)/2.5, −0.5/2.5, 0.2/2.5, 0
-        assert_allclose(found[f"{name}_harmonic_error"], [40, -40, -20, 8, 0], atol=1e-10)
-    assert_allclose(found["transmission_error_harmonic"], [[3, 1.5, 0, 0.2, 0], [2, 2.5, 0.5, 0, 0]], atol=1e-13)
+        assert_allclose(found[f"{name}_amplitude_error"], [40, -40, -20, 8, 0], atol=1e-10)
+    assert_allclose(found["transmission_error_amplitude"], [[3, 1.5, 0, 0.2, 0], [2, 2.5, 0.5, 0, 0]], atol=1e-13)
     assert (found["load_share_error_max"], found["load_share_error_rms"]) == (0, 0)
 
 
@@ -69,24 +70,29 @@ def test_the_reference_keeps_all_but_the_compliance_of_the_teeth():
         case(2), effects=(ToothBending(model="solid"), law, crowning), resolution=Resolution(positions=7, segments=9)
     )
     reference = reference_scene(scene, 0.02)
-    assert reference.effects == (FeCompliance(support="clamped", accuracy=0.02), law, crowning)
+    assert reference.effects == (ToothBending(model="finite_elements", accuracy=0.02), law, crowning)
     assert replace(reference, effects=scene.effects) == scene
 
 
 def test_a_scene_with_a_body_is_compared_with_teeth_on_a_body():
-    from gearbench.effects.tooth_foundation import ToothFoundation
+    from gearbench.effects.gear_body import GearBody
 
     scene = case(1)
     bores = {"pinion": 200.0, "wheel": 500.0}
     members = {name: replace(getattr(scene.pair, name), bore_diameter=bore) for name, bore in bores.items()}
-    scene = replace(scene, pair=replace(scene.pair, **members), effects=(*scene.effects, ToothFoundation()))
-    assert reference_scene(scene).effects[0] == FeCompliance(support="rim", accuracy=0.01)
+    scene = replace(
+        scene, pair=replace(scene.pair, **members), effects=(*scene.effects, GearBody(model="sainsot_velex"))
+    )
+    assert reference_scene(scene).effects[:2] == (ToothBending(model="finite_elements"), GearBody())
 
 
 @pytest.mark.parametrize(
     ("effects", "message"),
     [
-        ((FeCompliance(), Hertz()), "effects.fe_compliance = given: is the reference"),
+        (
+            (ToothBending(model="finite_elements"), Hertz()),
+            "tooth_bending.model = finite_elements: is the reference",
+        ),
         ((Hertz(),), "nothing to compare: add tooth_bending"),
     ],
 )

@@ -11,21 +11,22 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.stats import spearmanr
 
-from gearbench.effects.fe_compliance import FeCompliance
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import GearbenchError, InputError
-from gearbench.optimise.designs import Designs
-from gearbench.optimise.run import optimise
-from gearbench.optimise.select import open_designs
-from gearbench.optimise.study import Algorithm, Robustness
-from gearbench.optimise.study_file import load_study, parse_study
-from gearbench.optimise.verify import rank_correlation, reference_study, verify
-from gearbench.results import load, save
-from gearbench.robustness.montecarlo import robust
+from gearbench.optimisation.designs import Designs
+from gearbench.optimisation.run import optimise
+from gearbench.optimisation.select import open_designs
+from gearbench.optimisation.study import Algorithm, Robustness
+from gearbench.optimisation.study_file import load_study, parse_study
+from gearbench.optimisation.verify import rank_correlation, reference_study, verify
+from gearbench.results.netcdf import load, save
+from gearbench.robustness.run import robust
 from gearbench.validation.verification import findings
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "optimise_small.toml"
 PAPER = ToothBending(basis="paper")
+#: How a tooth answers where no test says otherwise.
+PLATE = ToothBending.compliance
 
 
 @pytest.fixture(scope="module")
@@ -48,9 +49,18 @@ def designs(stored) -> Designs:
 def plate_for_finite_elements(monkeypatch):
     """Finite elements that answer as the plate does; the pairs they were asked for."""
     asked = []
-    monkeypatch.setattr(FeCompliance, "flank", lambda _, pair, k: asked.append((pair, k)))
-    monkeypatch.setattr(FeCompliance, "compliance", lambda _, lines: PAPER.compliance(lines))
+    monkeypatch.setattr(ToothBending, "flank", lambda _, pair, k, beside: asked.append((pair, k)))
+    answer(monkeypatch, lambda lines: PLATE(PAPER, lines, {}))
     return asked
+
+
+def answer(monkeypatch, compliance) -> None:
+    """Let finite elements answer with ``compliance(lines)``; plates answer as ever."""
+
+    def chosen(tooth, lines, beside):
+        return compliance(lines) if tooth.meshed else PLATE(tooth, lines, beside)
+
+    monkeypatch.setattr(ToothBending, "compliance", chosen)
 
 
 def mapping(**effects) -> dict:
@@ -71,7 +81,7 @@ def test_the_same_compliance_moves_nothing(designs, plate_for_finite_elements):
 
 
 def test_one_model_for_each_macro_geometry(designs, plate_for_finite_elements):
-    found = verify(designs, places=np.flatnonzero(designs.dataset["feasible"].values).tolist(), threads=1)
+    found = verify(designs, numbers=np.flatnonzero(designs.dataset["feasible"].values).tolist(), threads=1)
     names = ("teeth", "addendum", "pair.helix_angle")
     pairs = {tuple(float(found[name][i]) for name in names) for i in range(found.sizes["design"])}
     assert found.attrs["macro_geometries"] == len(pairs) < found.sizes["design"]
@@ -80,17 +90,17 @@ def test_one_model_for_each_macro_geometry(designs, plate_for_finite_elements):
 
 def test_finite_elements_as_in_a_robust_scene(designs, tmp_path, monkeypatch):
     monkeypatch.setenv("GEARBENCH_CACHE", str(tmp_path))
-    place = int(np.flatnonzero(designs.dataset["on_front"].values)[0])
-    found = verify(designs, places=[place], accuracy=0.1)
-    scene = designs.scene(place)
+    number = int(np.flatnonzero(designs.dataset["on_front"].values)[0])
+    found = verify(designs, numbers=[number], accuracy=0.1)
+    scene = designs.scene(number)
     kept = tuple(effect for effect in scene.effects if effect.name != "tooth_bending")
-    other = replace(scene, effects=(*kept, FeCompliance(accuracy=0.1)))
+    other = replace(scene, effects=(*kept, ToothBending(model="finite_elements", accuracy=0.1)))
     answer = robust(other, samples=8, seed=designs.study.robustness.seed)
     for i, name in enumerate(("mesh_stiffness_rms_mean", "transmission_error_rms_mean")):
         # the same sums in another order of the compliances
         assert_allclose(found["objective_verified"][0, i], answer[name], rtol=1e-9)
         assert_allclose(found[f"{name}_verified"][0], answer[name], rtol=1e-9)
-        shift = 100 * (float(answer[name]) / float(designs.dataset[name][place]) - 1)
+        shift = 100 * (float(answer[name]) / float(designs.dataset[name][number]) - 1)
         assert_allclose(found["shift"][0, i], shift, rtol=1e-6)  # a small difference of such numbers
     # the plate has another compliance: the answer is not the stored one
     assert np.all(np.abs(found["shift"]) > 0.01)
@@ -112,17 +122,16 @@ def test_rank_correlation_is_spearmans():
 def test_limits_are_left_out_and_the_tooth_replaced():
     found = reference_study(load_study(EXAMPLE), 0.02)
     assert found.constraints == {}
-    assert found.base["effects"]["fe_compliance"] == {"support": "clamped", "accuracy": 0.02}
-    assert "tooth_bending" not in found.base["effects"]
-    assert load_study(EXAMPLE).base["effects"].keys() - found.base["effects"].keys() == {"tooth_bending"}
+    assert found.base["effects"]["tooth_bending"] == {"model": "finite_elements", "accuracy": 0.02}
+    assert load_study(EXAMPLE).base["effects"].keys() == found.base["effects"].keys()
 
 
 def test_a_study_with_a_gear_body_is_verified_on_its_rim():
-    tables = mapping(tooth_foundation={})
+    tables = mapping(gear_body={"model": "sainsot_velex"})
     tables["base"]["pair"] |= {name: {"bore_diameter": 20.0} for name in ("pinion", "wheel")}
     effects = reference_study(parse_study(tables), 0.01).base["effects"]
-    assert effects["fe_compliance"]["support"] == "rim"
-    assert "tooth_foundation" not in effects
+    assert effects["tooth_bending"]["model"] == "finite_elements"
+    assert effects["gear_body"] == {}
 
 
 def test_what_cannot_be_replaced_is_refused(designs):
@@ -135,21 +144,21 @@ def test_what_cannot_be_replaced_is_refused(designs):
     with pytest.raises(InputError, match=r"variables\.fillet"):
         reference_study(parse_study(tables), 0.01)
     infeasible = int(np.flatnonzero(designs.dataset["feasible"].values == 0)[0])
-    for place in (-1, designs.dataset.sizes["design"], infeasible):
+    for number in (-1, designs.dataset.sizes["design"], infeasible):
         with pytest.raises(InputError, match="feasible design"):
-            verify(designs, places=[place])
+            verify(designs, numbers=[number])
 
 
 def test_a_design_without_answer_is_reported_with_its_reason(designs, plate_for_finite_elements, monkeypatch):
     pairs = []
 
-    def compliance(_, lines):
+    def compliance(lines):
         pairs.append(lines.pair)
         if lines.pair == pairs[0]:
             raise GearbenchError("no mesh")
-        return PAPER.compliance(lines)
+        return PLATE(PAPER, lines, {})
 
-    monkeypatch.setattr(FeCompliance, "compliance", compliance)
+    answer(monkeypatch, compliance)
     found = verify(designs, threads=1)
     failed = found["verified"].values == 0
     assert 0 < failed.sum() < failed.size
@@ -161,10 +170,10 @@ def test_a_design_without_answer_is_reported_with_its_reason(designs, plate_for_
 
 
 def test_no_answer_at_all_is_an_error(designs, plate_for_finite_elements, monkeypatch):
-    def compliance(_, lines):
+    def compliance(lines):
         raise GearbenchError("no mesh")
 
-    monkeypatch.setattr(FeCompliance, "compliance", compliance)
+    answer(monkeypatch, compliance)
     with pytest.raises(GearbenchError, match="no answer: no mesh"):
         verify(designs)
 
@@ -183,7 +192,7 @@ def test_command(stored, tmp_path, monkeypatch, run, plate_for_finite_elements):
     code, out, _ = run("verify", stored, "--json")
     assert code == 0
     answer = json.loads(out)
-    assert answer["place"] == found["place"].values.tolist()
+    assert answer["number"] == found["number"].values.tolist()
     # rounding of the correlation
     assert answer["rank_correlation"] == pytest.approx({str(name): 1.0 for name in found["objective_name"].values})
 

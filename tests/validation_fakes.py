@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gearbench.compliance.plate import PlateTooth
-from gearbench.effects import fe_compliance
-from gearbench.effects.tooth_bending import plate_tooth
+from gearbench.effects import tooth_bending
+from gearbench.effects.teeth import plate_tooth
 
 
 @dataclass(frozen=True)
@@ -40,4 +40,4 @@ def plates_for_finite_elements(monkeypatch, softness: float = 1.0) -> None:
     def flank(body, material, accuracy):
         return PlateFlank(plate_tooth(body.gear, material, None, False), softness)
 
-    monkeypatch.setattr(fe_compliance, "_flank", flank)
+    monkeypatch.setattr(tooth_bending, "meshed_flank", flank)

@@ -1,1 +1,1 @@
-"""What settles the numerical error of a run, and how to choose it for an accuracy that is asked for."""
+"""Accuracy: settings chosen so that a result has the accuracy asked for."""

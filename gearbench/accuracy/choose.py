@@ -1,4 +1,4 @@
-"""Choose the cheapest resolution that meets an accuracy, from what the scene itself answers to finer ones.
+"""Choose the cheapest resolution that meets an accuracy, from the scene's own answers to finer ones.
 
 Segments and Gauss points are turned up, whichever contributes more, from the coarsest levels on, until the answers of
 five levels agree: the present one, one and two rungs more segments (twice as many), and the same of Gauss points. Both
@@ -23,26 +23,26 @@ from gearbench.accuracy.knobs import (
     GAUSS_POINTS,
     SEGMENTS,
     SOLID_ORDER,
-    Level,
     label,
     with_effect,
     with_order,
     with_resolution,
 )
 from gearbench.accuracy.measure import relative_errors
+from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.errors import InputError
 from gearbench.scene import Scene
 
 #: A scene → the numbers whose error is meant, see ``gearbench.accuracy.measure``.
 Evaluate = Callable[[Scene], NDArray]
 
-#: What an accuracy is that of, said with every result.
+#: The numbers that an accuracy is of, said with every result.
 COVERS = "mean and RMS over the mesh cycle of transmission_error and mesh_stiffness, over samples their means"
-#: Shares of the budget of what costs most, where a scene has it: finite elements, and the order of solid teeth.
+#: Shares of the budget of the dearest parts, where a scene has it: finite elements, and the order of solid teeth.
 FE_SHARE, ORDER_SHARE = 0.5, 0.6
 #: Rungs of the ladders that make a level about twice as fine, and where the search begins.
 DOUBLE, START = 2, 1
-#: Both knobs are turned where their contributions differ by less than this factor, by so many rungs at once at most.
+#: Both knobs are turned where their contributions differ by less than this factor, by at most that number of rungs.
 ALIKE, MOST_RUNGS = 2.0, 4
 #: Levels are tried that are guessed to be within so much of the budget, others within this share of the effort so far.
 NEAR, EXTRA = 1.5, 0.3
@@ -50,7 +50,7 @@ NEAR, EXTRA = 1.5, 0.3
 PHASE_COST, TRIAL_COST = 4, 60
 #: Order of convergence of solid teeth in the number of functions along the height: the root is singular.
 SOLID_CONVERGENCE = 2.0
-#: Accuracies of ``fe_compliance`` that its meshes can be refined to, and the one it has by default.
+#: Accuracies of finite elements that their meshes can be refined to, and the one they have by default.
 FE_RANGE, FE_DEFAULT = (1e-4, 0.1), 0.01
 
 
@@ -65,7 +65,7 @@ class Choice:
     requested, estimated
         Relative accuracy asked for, and the estimated error of these settings.
     settings
-        What was chosen, in words by knob.
+        The settings chosen, in words by knob.
     trials
         Number of trial runs.
     """
@@ -99,7 +99,7 @@ def choose(scene: Scene, evaluate: Evaluate, share: float = 1.0) -> Choice:
     evaluate
         Runs a scene of given resolution and returns the numbers that are to be accurate.
     share
-        Share of the accuracy that may be spent; the rest belongs to what the caller chooses.
+        Share of the accuracy that may be spent; the rest belongs to the caller's choices.
 
     Raises
     ------
@@ -108,11 +108,11 @@ def choose(scene: Scene, evaluate: Evaluate, share: float = 1.0) -> Choice:
     """
     requested = scene.resolution.accuracy
     if requested is None:
-        raise InputError("resolution.accuracy", "missing", "is what the resolution is chosen for")
+        raise InputError("resolution.accuracy", "missing", "the resolution is chosen for it")
     budget, settings = share * requested, {}
     scene, spent = _finite_elements(with_resolution(scene), budget)
     if spent:
-        settings["fe_compliance.accuracy"] = label(spent)
+        settings["tooth_bending.accuracy"] = label(spent)
     orders, trials = SOLID_ORDER.levels(scene), 0
     if orders:
         k, error, trials = _solid_order(scene, orders, evaluate, ORDER_SHARE * (budget - spent))
@@ -130,19 +130,19 @@ def choose(scene: Scene, evaluate: Evaluate, share: float = 1.0) -> Choice:
 
 
 def _finite_elements(scene: Scene, budget: float) -> tuple[Scene, float]:
-    """The scene with finite elements of the accuracy they must have, unless it gives another, and what they spend."""
-    effect = scene.effect("fe_compliance")
-    if effect is None:
+    """The scene with finite elements of the accuracy they must have, unless it gives another, and their share."""
+    meshed = tooth_bending(scene.effects_by_name, "finite_elements")
+    if meshed is None:
         return scene, 0.0
-    accuracy = getattr(effect, "accuracy", FE_DEFAULT)
+    accuracy = meshed.accuracy
     if accuracy == FE_DEFAULT:
         accuracy = float(np.clip(FE_SHARE * budget, *FE_RANGE))
     if accuracy >= budget:
         raise _unmet("finite elements", accuracy)
-    return with_effect(scene, "fe_compliance", accuracy=accuracy), accuracy
+    return with_effect(scene, "tooth_bending", accuracy=accuracy), accuracy
 
 
-def _solid_order(scene: Scene, orders: tuple[Level, ...], evaluate: Evaluate, budget: float) -> tuple[int, float, int]:
+def _solid_order(scene: Scene, orders: tuple[Any, ...], evaluate: Evaluate, budget: float) -> tuple[int, float, int]:
     """Index of the lowest order of solid teeth within ``budget``, its error, and the number of trials."""
 
     def values(k: int) -> NDArray:
@@ -151,7 +151,7 @@ def _solid_order(scene: Scene, orders: tuple[Level, ...], evaluate: Evaluate, bu
     error, here = math.inf, values(START)
     for k in range(START, len(orders) - 1):
         finer = values(k + 1)
-        ratio = orders[k][1] / orders[k + 1][1]  # type: ignore[index]
+        ratio = orders[k][1] / orders[k + 1][1]
         error = float(relative_errors(here, finer).max()) / (1 - ratio**SOLID_CONVERGENCE)
         if error <= budget:
             return k, error, k + 2 - START
@@ -159,8 +159,8 @@ def _solid_order(scene: Scene, orders: tuple[Level, ...], evaluate: Evaluate, bu
     raise _unmet("the order of solid teeth", error)
 
 
-def _unmet(what: str, error: float) -> InputError:
-    return InputError("accuracy", "too small", f"{what} leaves an error of {100 * error:.2g} % at its finest")
+def _unmet(source: str, error: float) -> InputError:
+    return InputError("accuracy", "too small", f"{source} leaves an error of {100 * error:.2g} % at its finest")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -211,7 +211,7 @@ class _Grid:
             n, g = finer
 
     def _rungs(self, difference: float, budget: float) -> int:
-        """Rungs to climb at once: as many as errors of order 2 need to fall by half of what they must."""
+        """Rungs to climb at once: as many as errors of order 2 need for half of their fall."""
         return max(1, min(MOST_RUNGS, math.floor(math.log2(max(difference / budget, 1.0)))))
 
     def _limit(self, n: int, g: int) -> tuple[NDArray, float]:
@@ -231,7 +231,7 @@ class _Grid:
     def _cheapest(self, start: tuple[int, int], limit: NDArray, budget: float) -> tuple[int, int]:
         """The cheapest levels that differ from ``limit`` by no more than ``budget``, in the order of their cost.
 
-        What levels answer is guessed from those of as many segments and those of as many Gauss points as ``start``,
+        Answers of levels are guessed from those of as many segments and those of as many Gauss points as ``start``,
         both differences to ``start`` added. Levels whose guess is not near are tried only while that takes a small
         part of the effort so far: where contact is lost segment by segment, some of them happen to be good.
         """

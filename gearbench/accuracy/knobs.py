@@ -1,7 +1,8 @@
-"""The knobs that settle the numerical error of a simulation: what they are called, their levels, how to turn them.
+"""The knobs that settle the numerical error of a simulation: their names, their levels, how to turn them.
 
-A knob never changes what is modelled: a plate stays a plate, a solid a solid. The order of the Ritz functions is a knob
+A knob never changes the model: a plate stays a plate, a solid a solid. The order of the Ritz functions is a knob
 of the choice of accuracy only where the scene leaves it to the program, which it does for the solid tooth.
+The work–precision of every registered knob is measured.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from gearbench.effects.base import Effect
+from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.scene import Resolution, Scene
 
 #: Level of a knob: a whole number, functions in each direction, a tolerance, or the name of a basis.
@@ -24,7 +25,7 @@ class Knob:
     Parameters
     ----------
     name
-        What it is called.
+        As in tables and figures.
     levels
         The levels for a scene, coarse to fine; none where the knob does not apply.
     with_level
@@ -34,19 +35,34 @@ class Knob:
     size
         The number of a level that the order refers to.
     prepares
-        Whether it settles what is set up once for a pair.
+        Whether it settles parts that are set up once for a pair.
+    limit
+        Scenes that answer the limit of the knob, the last but one and the finest; its own two finest levels, which
+        then are not tried, where it is not given.
     """
 
     name: str
-    levels: Callable[[Scene], tuple[Level, ...]]
+    levels: Callable[[Scene], tuple[Any, ...]]
     with_level: Callable[[Scene, Any], Scene]
     order: str
     size: Callable[[Any], float] = float
     prepares: bool = False
+    limit: Callable[[Scene], tuple[Scene, Scene]] | None = None
 
     def applies(self, scene: Scene) -> bool:
         """Whether the scene has this knob."""
         return len(self.levels(scene)) > 0
+
+    def tried(self, scene: Scene) -> tuple[Any, ...]:
+        """Levels whose error is measured."""
+        return self.levels(scene)[: None if self.limit else -2]
+
+    def finest(self, scene: Scene) -> tuple[Scene, Scene]:
+        """Scenes of the reference and of its error bar: the last but one, the finest."""
+        if self.limit is not None:
+            return self.limit(scene)
+        before, exact = (self.with_level(scene, level) for level in self.levels(scene)[-2:])
+        return before, exact
 
 
 def label(level: Level) -> str:
@@ -74,15 +90,8 @@ def with_effect(scene: Scene, name: str, **changes: object) -> Scene:
 
 
 def with_order(scene: Scene, order: Level) -> Scene:
-    """``scene`` with ``order`` for every solid tooth that is of the default order."""
-    effects = [replace(e, order=order) if has_default_solid(e) else e for e in scene.effects]
-    return replace(scene, effects=tuple(effects))
-
-
-def has_default_solid(effect: Effect) -> bool:
-    """Whether the effect has solid teeth whose order the scene leaves to the program."""
-    solid = effect.name == "neighbour_teeth" or getattr(effect, "model", None) in ("solid", "ring")
-    return solid and getattr(effect, "order", None) is None
+    """``scene`` with ``order`` for its solid teeth."""
+    return with_effect(scene, "tooth_bending", order=order)
 
 
 #: Functions of the solid across the thickness and along the height, and along the axis as a multiple of the default.
@@ -100,11 +109,12 @@ _SOLID = (
 )
 
 
-def solid_orders(scene: Scene) -> tuple[Level, ...]:
+def solid_orders(scene: Scene) -> tuple[tuple[int, int, int], ...]:
     """Orders of solid teeth around their default one, coarse to fine; none where the scene gives the order."""
-    if not any(has_default_solid(effect) for effect in scene.effects):
+    solid = tooth_bending(scene.effects_by_name, "solid")
+    if solid is None or solid.order is not None:
         return ()
-    from gearbench.effects.solids import solid_order
+    from gearbench.effects.teeth import solid_order
 
     axis = max(solid_order(gear)[2] for gear in scene.pair.gears)
     return tuple((s, h, min(40, max(2, round(factor * axis)))) for s, h, factor in _SOLID)
@@ -127,20 +137,12 @@ POSITIONS = Knob(
     levels=lambda _: (6, 11, 22, 45, 90, 180, 360, 720),
     with_level=lambda scene, level: with_resolution(scene, positions=level),
     order="1, the stiffness jumps",
-)
-SOLID_ORDER = Knob(
-    name="solid order",
-    levels=solid_orders,
-    with_level=with_order,
-    order="2, the root is singular",
-    size=lambda level: level[1],
-    prepares=True,
+    limit=GAUSS_POINTS.finest,  # both converge to the same integral
 )
 
 
 def _plate_orders(scene: Scene) -> tuple[Level, ...]:
-    effect = scene.effect("tooth_bending")
-    if getattr(effect, "model", None) != "plate":
+    if tooth_bending(scene.effects_by_name, "plate") is None:
         return ()
     return ((1, 1), "paper", *((p, p) for p in (2, 3, 4, 5, 6, 8, 10, 14, 20)))
 
@@ -151,7 +153,7 @@ def _with_plate_order(scene: Scene, level: Any) -> Scene:
     return with_effect(scene, "tooth_bending", basis=None, order=level)
 
 
-#: What a finer plate would answer: never chosen for an accuracy, because the basis belongs to the model.
+#: Answers of a finer plate: never chosen for an accuracy, because the basis belongs to the model.
 PLATE_ORDER = Knob(
     name="plate order",
     levels=_plate_orders,
@@ -160,12 +162,21 @@ PLATE_ORDER = Knob(
     size=lambda level: 1.5 if level == "paper" else level[0],
     prepares=True,
 )
+SOLID_ORDER = Knob(
+    name="solid order",
+    levels=solid_orders,
+    with_level=with_order,
+    order="2, the root is singular",
+    size=lambda level: level[1],
+    prepares=True,
+)
 FE_ACCURACY = Knob(
     name="fe accuracy",
-    levels=lambda scene: (0.1, 0.01, 0.005, 0.002) if scene.effect("fe_compliance") else (),
-    with_level=lambda scene, level: with_effect(scene, "fe_compliance", accuracy=level),
+    levels=lambda scene: (0.1, 0.01, 0.005, 0.002) if tooth_bending(scene.effects_by_name, "finite_elements") else (),
+    with_level=lambda scene, level: with_effect(scene, "tooth_bending", accuracy=level),
     order="1 in the accuracy asked of the mesh",
     size=lambda level: 1 / level,
 )
-#: Every knob of a single simulation.
-KNOBS = (SEGMENTS, GAUSS_POINTS, POSITIONS, PLATE_ORDER, SOLID_ORDER, FE_ACCURACY)
+#: Every knob of a single simulation by name: those whose work–precision is measured, here or elsewhere. The accuracy of
+#: finite elements is with their meshes, see ``elements``.
+KNOBS = {knob.name: knob for knob in (SEGMENTS, GAUSS_POINTS, POSITIONS, PLATE_ORDER, SOLID_ORDER)}

@@ -5,19 +5,22 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-#: Names as in ``gearbench.quantities``, in the order of the arrays.
-MEASURED = (
-    "transmission_error_mean",
-    "transmission_error_rms",
-    "mesh_stiffness_mean",
-    "mesh_stiffness_rms",
-)
+from gearbench.results.cycle import MeshCycle
+from gearbench.results.responses import response
+
+#: Names of responses, in the order of the arrays.
+MEASURED = ("transmission_error_mean", "transmission_error_rms", "mesh_stiffness_mean", "mesh_stiffness_rms")
 #: The error of a fluctuation is relative to itself, but to no less than this fraction of the mean.
 FLOOR = 0.01
 
 
+def measured(cycle: MeshCycle) -> NDArray:
+    """The four numbers of a cycle, or of many, (4, …)."""
+    return np.array([response(name).reduce(cycle) for name in MEASURED])
+
+
 def scales(values: ArrayLike) -> NDArray:
-    """What errors are relative to, (…, 4): the values, fluctuations not below ``FLOOR`` of their mean."""
+    """Scales of relative errors, (…, 4): the values, fluctuations not below ``FLOOR`` of their mean."""
     v = np.abs(np.asarray(values, dtype=float))
     # the RMS of the stiffness is relative already, in percent
     least = np.stack([v[..., 0], FLOOR * v[..., 0], v[..., 2], np.full_like(v[..., 3], 100 * FLOOR)], axis=-1)

@@ -31,24 +31,24 @@ def cost(
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:
-    """What accuracy costs on SCENE: error and time of every level of every knob.
+    """Cost of accuracy on SCENE: error and time of every level of every knob.
 
-    Where SCENE has fe_compliance, also of every finite element on several meshes, which takes some minutes.
+    Where SCENE has finite elements, also of every finite element on several meshes, which takes some minutes.
 
     Example: gearbench cost examples/sc.toml -o cost
     """
     from gearbench.cli.options import plot_folder
-    from gearbench.cost.workprecision import work_precision
-    from gearbench.results import save
+    from gearbench.effort.workprecision import cost as run
+    from gearbench.results.netcdf import save
     from gearbench.scene_file import load_scene
 
     loaded = load_scene(scene)
     folder = plot_folder(output)
-    dataset = work_precision(loaded, repeats)
+    dataset = run(loaded, repeats)
 
     written: list[Path] = []
     if folder is not None:
-        from gearbench.cost.figures import draw_cost
+        from gearbench.effort.figures import draw_cost
 
         written = [save(dataset, folder / "cost.nc"), *draw_cost(dataset, folder)]
     if json:

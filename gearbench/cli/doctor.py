@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def doctor(quiet: Quiet = False, verbose: Verbose = False, json: Json = False) -> None:
-    """Whether this machine has what each part of gearbench needs; exit code 1 where something is missing.
+    """Whether this machine meets the needs of each part of gearbench; exit code 1 where something is missing.
 
     Example: gearbench doctor
     """
@@ -37,6 +37,6 @@ def _print_findings(findings: list[Finding]) -> None:
     console = Console(soft_wrap=True)
     for finding in findings:
         mark = "[green]ok  [/]" if finding.fine else "[red]miss[/]" if finding.needed else "[yellow]none[/]"
-        console.print(f"{mark} {finding.what}: {finding.found}", highlight=False)
+        console.print(f"{mark} {finding.name}: {finding.found}", highlight=False)
         if not finding.fine and finding.remedy:
             console.print(f"       {finding.remedy}", highlight=False)

@@ -70,7 +70,7 @@ def explore(
 
 
 def _print_json(designs: Catalogue, **more: object) -> None:
-    """What is shown, and where; flushed, because whoever starts the server waits for the address."""
+    """The results shown, and the address; flushed, because whoever starts the server waits for the address."""
     from gearbench.cli.summary import print_mapping
 
     results = [

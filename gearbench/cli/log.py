@@ -1,4 +1,4 @@
-"""What ``--verbose`` shows: the log of gearbench and its finite elements, on the error stream."""
+"""Output of ``--verbose``: the log of gearbench and its finite elements, on the error stream."""
 
 from __future__ import annotations
 

@@ -15,13 +15,13 @@ from gearbench.cli.options import Json, Quiet, Threads, Verbose, shows_progress
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearbench.optimise.run import Progress
+    from gearbench.optimisation.run import Progress
 
 StudyFile = Annotated[Path, typer.Argument(metavar="STUDY", help="Study file (TOML).", show_default=False)]
 Folder = Annotated[
     Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the generations and the front.")
 ]
-Resume = Annotated[bool, typer.Option("--resume", help="Continue what is in DIR.")]
+Resume = Annotated[bool, typer.Option("--resume", help="Continue the search in DIR.")]
 Scheduler = Annotated[
     str | None, typer.Option(metavar="ADDRESS|local:N", help="Evaluate on dask.distributed; threads by default.")
 ]
@@ -43,8 +43,8 @@ def optimise(
 
     Example: gearbench optimise examples/optimise_small.toml -o front
     """
-    from gearbench.optimise.run import optimise as run
-    from gearbench.optimise.study_file import load_study
+    from gearbench.optimisation.run import optimise as run
+    from gearbench.optimisation.study_file import load_study
 
     loaded = load_study(study)
     try:
@@ -128,16 +128,19 @@ def _print_front(dataset: xr.Dataset) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from gearbench.optimisation.designs import Designs
+
     on_front = dataset["on_front"].values.nonzero()[0]
     front = dataset.isel(design=on_front[dataset["objective"].values[on_front, 0].argsort(kind="stable")])
     names = [str(name) for name in front["variable"].values]
-    table = Table(title="front", title_justify="left", title_style="bold", box=None, pad_edge=False)
+    held = Designs(dataset).support(on_front)
+    table = Table(title=f"front, support: {held}", title_justify="left", title_style="bold", box=None, pad_edge=False)
     headings = [name.replace(".", ".\n").replace("_", "_\n") for name in names]
     headings += [_heading(i, str(label)) for i, label in enumerate(front["objective_name"].values)]
     for heading in headings:
         table.add_column(heading, justify="right")
-    for place in sorted({round(i * (len(on_front) - 1) / (SHOWN - 1)) for i in range(SHOWN)}):
-        row = front.isel(design=place)
+    for number in sorted({round(i * (len(on_front) - 1) / (SHOWN - 1)) for i in range(SHOWN)}):
+        row = front.isel(design=number)
         values = [f"{row[v].item():g}" if row[v].dtype.kind in "if" else str(row[v].item()) for v in names]
         table.add_row(*values, *(f"{x:.4g}" for x in row["objective"].values))
     Console(soft_wrap=True).print(table)
@@ -145,12 +148,10 @@ def _print_front(dataset: xr.Dataset) -> None:
 
 def _heading(number: int, label: str) -> str:
     """Statistic, symbol and unit of an objective; a number where it is a weighted sum."""
-    from gearbench.quantities import QUANTITIES
+    from gearbench.results.responses import quantity
 
-    response, _, statistic = label.rpartition("_")
-    if response not in QUANTITIES:
-        return f"objective\n{number + 1}"
-    return f"{statistic} {QUANTITIES[response].symbol}\n{QUANTITIES[response].units}"
+    q = quantity(label)
+    return f"objective\n{number + 1}" if q is None else f"{q.symbol}\n{q.units}"
 
 
 def _reasons(dataset: xr.Dataset) -> tuple[list[str], list[int]]:

@@ -26,7 +26,7 @@ Plots = Annotated[Path | None, typer.Option("--plots", metavar="DIR", help="Draw
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 Json = Annotated[bool, typer.Option("--json", help="Print a machine-readable summary instead of a table.")]
 Verbose = Annotated[
-    bool, typer.Option("--verbose", "-v", callback=begin, help="Tell on the error stream what is done, and when.")
+    bool, typer.Option("--verbose", "-v", callback=begin, help="Log each step and its time on the error stream.")
 ]
 AccuracyText = Annotated[
     str | None,
@@ -40,7 +40,7 @@ def shows_progress(*, quiet: bool, json: bool) -> bool:
 
 
 def progress_lines(*, quiet: bool, json: bool) -> Callable[[str], None]:
-    """What prints a line of progress on the error stream, where progress is shown."""
+    """A function that prints a line of progress on the error stream, where progress is shown."""
     shown = shows_progress(quiet=quiet, json=json)
     return lambda line: print(line, file=sys.stderr) if shown else None
 
@@ -57,7 +57,7 @@ def with_accuracy(scene: Scene, text: str | None) -> Scene:
 
     from gearbench.errors import InputError
     from gearbench.scene import Resolution
-    from gearbench.scene_file import validate
+    from gearbench.schema import read
 
     if text is None:
         return scene
@@ -67,7 +67,7 @@ def with_accuracy(scene: Scene, text: str | None) -> Scene:
         raise InputError("accuracy", text, "must be a number such as 0.01 or 1%") from None
     if replace(scene.resolution, accuracy=None) != Resolution():
         raise InputError("accuracy", text, "conflicts with the scene's [resolution]: give one of the two")
-    return replace(scene, resolution=validate(Resolution, {"accuracy": value}))
+    return replace(scene, resolution=read(Resolution, {"accuracy": value}))
 
 
 def plot_folder(folder: Path | None) -> Path | None:

@@ -6,18 +6,18 @@ from gearbench.cli.options import Json, Quiet, SceneFile, Verbose
 
 
 def plan(scene: SceneFile, quiet: Quiet = False, verbose: Verbose = False, json: Json = False) -> None:
-    """What will run for SCENE, part by part, and what each part costs.
+    """Parts that will run for SCENE, and the cost of each.
 
     Example: gearbench plan examples/case1.toml
     """
     from dataclasses import asdict
 
     from gearbench.cli.summary import pair_line, print_mapping
-    from gearbench.plan import make_plan
+    from gearbench.effort.plan import plan as plan_of
     from gearbench.scene_file import load_scene
 
     loaded = load_scene(scene)
-    made = make_plan(loaded)
+    made = plan_of(loaded)
     if json:
         print_mapping({"name": loaded.name, "scene_sha256": loaded.digest, **asdict(made)})
         return

@@ -39,7 +39,7 @@ Written = Annotated[
 def load_any(
     path: Path, stage: str | None = None, torque: float | None = None, load_case: int | None = None
 ) -> tuple[Scene, tuple[str, ...]]:
-    """Scene of a TOML file or of a stage of a REXS file, and notes on what was assumed for it.
+    """Scene of a TOML file or of a stage of a REXS file, and notes on the values assumed.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def rexs(
     if write is not None:
         from gearbench.exchange.rexs import find_stage
         from gearbench.exchange.rexs_results import write_results
-        from gearbench.results import load
+        from gearbench.results.netcdf import load
 
         files.append(write_results(document, find_stage(document, stage), load(write[0]), write[1]))
     if not files:
@@ -107,7 +107,7 @@ def rexs(
 def _write_scene(
     document: RexsDocument, stage: str, target: Path, torque: float | None, load_case: int | None
 ) -> tuple[str, ...]:
-    """Write the scene of a stage; what was assumed for it."""
+    """Write the scene of a stage; notes on the values assumed."""
     from gearbench.exchange.rexs import find_stage, scene_of, stage_scene
     from gearbench.files import check_target, write_text
 
@@ -165,7 +165,7 @@ def _shown(value: object) -> str:
 
 
 def _row(document: RexsDocument, stage: Stage, torque: float | None, load_case: int | None) -> dict[str, Any]:
-    """One stage of the list; what keeps it from being simulated is said in its notes."""
+    """One stage of the list; its notes say why it cannot be simulated."""
     from gearbench.errors import InputError
     from gearbench.exchange.rexs import pair_of, stage_scene
 
@@ -182,7 +182,7 @@ def _row(document: RexsDocument, stage: Stage, torque: float | None, load_case: 
         "face_width": pair.face_width,
         "distance": pair.centre_distance,
         "torque": found.tables.get("load", {}).get("torque"),
-        "ε_α": pair.transverse_contact_ratio,
-        "ε_β": pair.overlap_ratio,
+        "ε_α": pair.meshing.transverse_contact_ratio,
+        "ε_β": pair.meshing.overlap_ratio,
         "notes": list(found.notes),
     }

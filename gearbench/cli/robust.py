@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -27,6 +27,10 @@ Samples = Annotated[int | None, typer.Option(min=1, help="Number of error sample
 Seed = Annotated[int, typer.Option(min=0, help="Seed of the samples.")]
 SamplerName = Annotated[Literal["sobol", "random", "latin_hypercube"], typer.Option(help="How samples are drawn.")]
 
+More = Annotated[
+    list[str] | None, typer.Option("--response", metavar="NAME", help="One more response; give it again for more.")
+]
+
 
 def robust(
     scene: SceneFile,
@@ -36,6 +40,7 @@ def robust(
     sampler: SamplerName = "sobol",
     threads: Threads = None,
     accuracy: AccuracyText = None,
+    response: More = None,
     plots: Plots = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
@@ -47,9 +52,9 @@ def robust(
     """
     from gearbench.cli import summary
     from gearbench.files import check_target
-    from gearbench.results import save
+    from gearbench.results.netcdf import save
     from gearbench.robustness.montecarlo import SAMPLES
-    from gearbench.robustness.montecarlo import robust as run
+    from gearbench.robustness.run import robust as run
     from gearbench.scene_file import load_scene
 
     loaded = with_accuracy(load_scene(scene), accuracy)
@@ -58,7 +63,8 @@ def robust(
     folder = plot_folder(plots)
     wanted = samples or (None if loaded.resolution.accuracy is not None else SAMPLES)
     with _progress(wanted, shown=shows_progress(quiet=quiet, json=json)) as advance:
-        dataset = run(loaded, samples=samples, seed=seed, sampler=sampler, threads=threads, progress=advance)
+        more: dict[str, Any] = {"sampler": sampler, "threads": threads, "responses": response or ()}
+        dataset = run(loaded, samples=samples, seed=seed, progress=advance, **more)
     written = [save(dataset, output)] if output is not None else []
     done = dataset.sizes["sample"]
     if folder is not None and done > 1:
@@ -75,9 +81,7 @@ def robust(
         for path in written:
             print(f"wrote {path}")
     if not dataset.attrs["complete"]:
-        print(
-            f"gearbench: interrupted after {done} of {wanted or 'more'} samples; what is done is kept", file=sys.stderr
-        )
+        print(f"gearbench: interrupted after {done} of {wanted or 'more'} samples; they are kept", file=sys.stderr)
         raise typer.Exit(130)
 
 

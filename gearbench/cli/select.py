@@ -10,7 +10,7 @@ import typer
 from gearbench.cli.options import Json, Quiet, Stored, Verbose
 
 if TYPE_CHECKING:
-    from gearbench.optimise.select import Resonance, Selection
+    from gearbench.optimisation.select import Resonance, Selection
 
 Where = Annotated[
     list[str] | None,
@@ -58,10 +58,10 @@ def select(
     Example: gearbench select front --where "modifications==0" --where "pinion_addendum==1" --worst-case
     """
     from gearbench.files import check_target, write_text
-    from gearbench.optimise.conditions import parse_condition, parse_ranking
-    from gearbench.optimise.listing import csv_text, markdown_text
-    from gearbench.optimise.select import chosen_scene, open_designs
-    from gearbench.optimise.select import select as run
+    from gearbench.optimisation.conditions import parse_condition, parse_ranking
+    from gearbench.optimisation.listing import csv_text, markdown_text
+    from gearbench.optimisation.select import chosen_scene, open_designs
+    from gearbench.optimisation.select import select as run
 
     conditions = [parse_condition(text) for text in where or ()]
     ranking = None if rank is None else parse_ranking(rank)
@@ -88,8 +88,8 @@ def select(
 
 def _resonances(bands: list[str], speed: str | None, orders: int) -> list[Resonance]:
     from gearbench.errors import InputError
-    from gearbench.optimise.conditions import parse_band
-    from gearbench.optimise.select import Resonance
+    from gearbench.optimisation.conditions import parse_band
+    from gearbench.optimisation.select import Resonance
 
     if bands and speed is None:
         raise InputError("avoid", bands[0], "needs --speed, the range of speeds of the pinion")
@@ -118,17 +118,19 @@ def _print_list(selection: Selection, top: int) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from gearbench.optimise.listing import heading, ranking_text
+    from gearbench.optimisation.listing import heading, ranking_text
 
     for condition, left in selection.steps:
         print(f"{left:7d}  {condition}")
-    if len(selection.places) == 0:
+    if len(selection.numbers) == 0:
         print("no design is left")
         return
+    support = selection.designs.support(selection.numbers[:top])
     columns = selection.table(top)
     names = ["design", "score", *map(str, selection.designs.dataset["variable"].values), *selection.ranking]
     names = list(dict.fromkeys(names))
-    table = Table(title=f"by {ranking_text(selection)}", title_justify="left", title_style="bold", box=None)
+    title = f"by {ranking_text(selection)}, support: {support}"
+    table = Table(title=title, title_justify="left", title_style="bold", box=None)
     for name in names:
         short = heading(selection, name).removeprefix("pair.").removeprefix("effects.")
         table.add_column("\n".join(re.split(r"[._ ]", short)), justify="right", no_wrap=True)

@@ -26,7 +26,7 @@ def simulate(
     """
     from gearbench.cli import summary
     from gearbench.files import check_target
-    from gearbench.results import save
+    from gearbench.results.netcdf import save
     from gearbench.simulation import simulate as run
 
     loaded, notes = load_any(scene, stage, torque, load_case)

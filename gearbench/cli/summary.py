@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from gearbench.results.provenance import support
 from gearbench.scene import Scene
 
 if TYPE_CHECKING:
@@ -19,8 +20,9 @@ def scalars(dataset: xr.Dataset) -> dict[str, float]:
 
 
 def print_json(scene: Scene, dataset: xr.Dataset, **more: object) -> None:
-    """Print scene name, hash and all scalars of the Dataset as one JSON object."""
-    head = {"name": scene.name, "scene_sha256": scene.digest, "wall_time_s": dataset.attrs["wall_time_s"]}
+    """Print scene name, hash, support and all scalars of the Dataset as one JSON object."""
+    head = {"name": scene.name, "scene_sha256": scene.digest, "support": support(scene)}
+    head["wall_time_s"] = dataset.attrs["wall_time_s"]
     print_mapping({**head, **more, **scalars(dataset)})
 
 
@@ -38,17 +40,18 @@ def _finite(value: Any) -> Any:
 
 
 def pair_line(scene: Scene) -> str:
-    """One line that says which pair this is."""
+    """One line that says which pair this is, under which torque, and the support of its teeth."""
     pair = scene.pair
     kind = "spur" if pair.helix_angle == 0 else f"helical {pair.helix_angle:g}°"
     return (
         f"{scene.name or 'scene'}: {kind}, z {pair.pinion.teeth}/{pair.wheel.teeth}, m_n {pair.normal_module:g} mm, "
-        f"ε_α {pair.transverse_contact_ratio:.3f}, ε_β {pair.overlap_ratio:.3f}, {scene.load.torque:g} N·m"
+        f"ε_α {pair.meshing.transverse_contact_ratio:.3f}, ε_β {pair.meshing.overlap_ratio:.3f}, "
+        f"{scene.load.torque:g} N·m, support: {support(scene)}"
     )
 
 
 def accuracy_line(dataset: xr.Dataset) -> str:
-    """What was chosen for an accuracy, and the error it leaves by estimate."""
+    """Settings chosen for an accuracy, and the error they leave by estimate."""
     attrs = dataset.attrs
     return (
         f"accuracy {100 * attrs['accuracy_requested']:.3g} %: {attrs['accuracy_settings']}; "

@@ -51,9 +51,9 @@ def verify(
     Example: gearbench verify front -o verified.nc --plots plots
     """
     from gearbench.files import check_target, write_text
-    from gearbench.optimise.select import open_designs
-    from gearbench.optimise.verify import verify as run
-    from gearbench.results import save
+    from gearbench.optimisation.select import open_designs
+    from gearbench.optimisation.verify import verify as run
+    from gearbench.results.netcdf import save
     from gearbench.validation.verification import draw_verification, findings
     from gearbench.validation.verification import markdown as text
 
@@ -61,7 +61,7 @@ def verify(
     folder = plot_folder(plots)
     designs = open_designs(stored)
     progress = progress_lines(quiet=quiet, json=json)
-    dataset = run(designs, places=design, accuracy=accuracy, threads=threads, progress=progress)
+    dataset = run(designs, numbers=design, accuracy=accuracy, threads=threads, progress=progress)
     name = designs.study.name
     if output is not None:
         save(dataset, output)
@@ -88,7 +88,7 @@ def _print_json(dataset: xr.Dataset, targets: list[Path]) -> None:
             "macro_geometries": dataset.attrs["macro_geometries"],
             "rank_correlation": dict(zip(objectives, dataset["rank_correlation"].values.tolist(), strict=True)),
             "shift_percent": dataset["shift"].values.tolist(),
-            "place": dataset["place"].values.tolist(),
+            "number": dataset["number"].values.tolist(),
             "on_front_verified": int(dataset["on_front_verified"].sum()),
             "wall_time_s": dataset.attrs["wall_time_s"],
             "files": [str(path) for path in targets],

@@ -86,9 +86,9 @@ def height_quadrature(
 ) -> tuple[NDArray, NDArray]:
     """Nodes and weights on ξ ∈ [0, 1], one Gauss panel between ``breaks``.
 
-    ``branches``: places c where the thickness grows like a power of √(ξ − c): the root circle, which a generated fillet
-    meets tangentially, and the base circle, where the involute begins, inside [0, 1] or below it. A panel above one is
-    mapped by ξ = c + t², in which the thickness is smooth.
+    ``branches``: positions c where the thickness grows like a power of √(ξ − c): the root circle, which a generated
+    fillet meets tangentially, and the base circle, where the involute begins, inside [0, 1] or below it. A panel above
+    one is mapped by ξ = c + t², in which the thickness is smooth.
     """
     inside = [x for x in breaks if 1e-6 < x < 1 - 1e-6]
     nodes, weights = [], []

@@ -19,20 +19,20 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from gearbench.compliance.bases import axis_functions, gauss, legendre_functions
-from gearbench.compliance.coupled import coupled_root
+from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.ring import Ring
 from gearbench.compliance.solid_tooth import SolidTooth
 
-#: Greatest n ψ of the harmonics counted, ψ the half-angle of a root: what is left falls like its square.
-_FINEST = 30.0
+#: Greatest n ψ of the harmonics counted, ψ the half-angle of a root: the remainder falls like its square.
+FINEST = 30.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class GearBody:
-    """Compliance that the body adds to the teeth of a gear, for the polynomials on their flanks.
+class ToothedRing:
+    """A ring with teeth along its rim: ``flank`` is the compliance that the ring adds to all of them.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class GearBody:
         return min(self.tooth.order[2], 6)
 
     @cached_property
-    def _tooth_parts(self) -> tuple[NDArray, NDArray]:
+    def tooth_parts(self) -> tuple[NDArray, NDArray]:
         """S (r, r) and Φ (flank, r) of the tooth, r = (field, k, j): (R5)."""
         solid, count = self.tooth.build(free=True), self.axis_order
         field, across, along, axis = solid.shape
@@ -65,7 +65,7 @@ class GearBody:
         for inner, root, chain in zip(solid.classes, solid.root_classes, solid.chains, strict=True):
             at = solid.amplitudes(root)
             # from functions along the axis to polynomials in z of this class
-            place = np.concatenate([number[root[j % 2] // along, j] for j in range(count)])
+            position = np.concatenate([number[root[j % 2] // along, j] for j in range(count)])
             owner = np.concatenate([root[k % 2] for k in range(axis)])
             degree = np.concatenate([np.full(len(root[k % 2]), k) for k in range(axis)])
             column_owner = np.concatenate([root[j % 2] for j in range(count)])
@@ -75,9 +75,9 @@ class GearBody:
             K_ii = T.T @ solid.block(root, root) @ T
             rows = flank[:, solid.amplitudes(inner)]
             half = chain.half_solve(np.hstack([K_bi, rows.T]))
-            moved, loaded = half[:, : len(place)], half[:, len(place) :]
-            S[np.ix_(place, place)] = K_ii - moved.T @ moved
-            phi[:, place] += flank[:, at] @ T - loaded.T @ moved
+            moved, loaded = half[:, : len(position)], half[:, len(position) :]
+            S[np.ix_(position, position)] = K_ii - moved.T @ moved
+            phi[:, position] += flank[:, at] @ T - loaded.T @ moved
         # from the Ritz functions, orthonormal on [0, 1], to those orthonormal on the root
         scale = math.sqrt(self.root_arc * self.tooth.gear.face_width)
         return (S + S.T) / (2 * scale**2), phi / scale
@@ -105,7 +105,7 @@ class GearBody:
         gear = self.tooth.gear
         across, axis = self.tooth.order[0], self.axis_order
         z, psi, r = gear.teeth, self.root_half_angle, gear.root_radius
-        turns = math.ceil(_FINEST / psi / z)
+        turns = math.ceil(FINEST / psi / z)
         ring = Ring(
             inner_radius=self.bore_radius,
             radius=r,
@@ -126,7 +126,7 @@ class GearBody:
         B = np.swapaxes(weighted, 1, 2) @ c.reshape(*n.shape, -1)
         B = B.reshape(-1, across, across, 3, axis, 3, axis).transpose(0, 3, 1, 4, 5, 2, 6)
         B = B.reshape(len(m), 3 * across * axis, -1) * (z * self.root_arc / (2 * math.pi))
-        S = np.real(self._tooth_parts[0] * np.conj(self._phase)[:, None] * self._phase)
+        S = np.real(self.tooth_parts[0] * np.conj(self._phase)[:, None] * self._phase)
         result = np.zeros_like(B)
         for mine in self._classes:
             here = np.ix_(mine, mine)
@@ -144,7 +144,7 @@ class GearBody:
     def blocks(self, neighbours: int) -> NDArray:
         """Deflection [mm/N] of the flank of tooth d = −n … n due to the body, loads on tooth 0 (R7): (d, p·q, p·q)."""
         z = self.tooth.gear.teeth
-        waves, phi = self._waves, self._tooth_parts[1] * self._phase
+        waves, phi = self._waves, self.tooth_parts[1] * self._phase
         m = np.arange(len(waves))
         parity = np.real(self._phase**2)
         even = np.equal.outer(parity, parity)
@@ -158,22 +158,11 @@ class GearBody:
             result.append(np.real(phi @ motion @ np.conj(phi).T))
         return np.array(result)
 
-    def factor(self, height: ArrayLike, y: ArrayLike, pair: int = 0, pairs: int = 1) -> NDArray:
-        """ψ(x, y), (…, rank) [√(mm/N)], of the tooth of one of so many neighbouring ``pairs``; x = R − r_f [mm].
-
-        ψ(a) · ψ(b) is the deflection at a due to a unit force at b, on the same tooth or on different ones.
-        """
-        return self.tooth.shapes(height, y) @ self.root(pairs)[pair]
-
-    def root(self, pairs: int) -> NDArray:
-        """Factor in the polynomials of the flanks of so many neighbouring pairs, (pair, p·q, rank)."""
-        if pairs not in self._roots:
-            self._roots[pairs] = coupled_root(self.blocks(pairs - 1), pairs, driven=self.tooth.driven)
-        return self._roots[pairs]
-
-    @cached_property
-    def _roots(self) -> dict[int, NDArray]:
-        return {}
+    def flank(self, neighbours: int) -> FlankCompliance:
+        """The compliance for any points of the flanks of a tooth and its ``neighbours`` on each side."""
+        tooth = self.tooth
+        blocks = self.blocks(neighbours)
+        return FlankCompliance(gear=tooth.gear, order=tooth.flank_order, blocks=blocks, driven=tooth.driven)
 
 
 def _in_axis_functions(count: int, axis: int) -> NDArray:

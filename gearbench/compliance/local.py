@@ -25,7 +25,7 @@ from gearbench.compliance.outline import roll_angles
 from gearbench.geometry.gear import Gear
 
 #: Waves computed, and waves whose tail is counted by its 1/k law, for each function across the width.
-_WAVES, _TAIL = 3, 30
+WAVES, TAIL = 3, 30
 
 
 def waves_across(gear: Gear) -> int:
@@ -65,9 +65,9 @@ def half_space_compression(gear: Gear, E: float, nu: float, order: tuple[int, in
         take half the time of 24, good to 1e-9.
     """
     p, q = order
-    waves = _WAVES * q + 1
+    waves = WAVES * q + 1
     G = _projected_waves(gear, E, nu, p, waves, points)
-    T = _cosines(q, _TAIL * q)
+    T = _cosines(q, TAIL * q)
     products = T[:, None, :waves] * T[:, :waves]
     near = (products.reshape(q * q, waves) @ G.reshape(waves, p * p)).reshape(q, q, p, p).transpose(2, 0, 3, 1)
     # short waves see the surface only: ĝ_k → 2(1−ν²)/(πE) K₀(kr), whose integral falls like 1/k

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gearbench.compliance.bases import gauss
 from gearbench.geometry.gear import Gear
 
-#: Places x = R − r_f, weights dx, half-widths e = R ψ and slopes e′ along the height of a tooth.
+#: Positions x = R − r_f, weights dx, half-widths e = R ψ and slopes e′ along the height of a tooth.
 Outline = tuple[NDArray, NDArray, NDArray, NDArray]
 
 #: A panel reaches no farther than this fraction of the way to the radius where the tooth is pointed.

@@ -85,13 +85,13 @@ class PlateTooth:
 
     def factor(self, height: ArrayLike, y: ArrayLike) -> NDArray:
         """ψ(x, y), (…, rank) [√(mm/N)]: a unit force at b deflects a by ψ(a) · ψ(b) (PL3)."""
-        return self.ritz.factor(self._functions(height, y))
+        return self.ritz.factor(self.functions(height, y))
 
     def deflection(self, x: ArrayLike, y: ArrayLike, x0: ArrayLike, y0: ArrayLike) -> NDArray:
         """Deflection w at (x, y) under a unit transverse force at (x0, y0) [mm/N]."""
         return np.sum(self.factor(x, y) * self.factor(x0, y0), axis=-1)
 
-    def _functions(self, x: ArrayLike, y: ArrayLike) -> NDArray:
+    def functions(self, x: ArrayLike, y: ArrayLike) -> NDArray:
         """Functions of the field w at (x, y), (…, n)."""
         i, j = self.pairs.T
         f, _ = height_functions(i.max() + 1, np.asarray(x, dtype=float) / self.height)

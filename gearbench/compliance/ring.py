@@ -26,9 +26,9 @@ from gearbench.compliance.bases import gauss, height_functions, width_functions
 from gearbench.geometry.material import lame
 
 #: Depth of the layer that carries harmonic n, in units of r/n: e⁻⁷ of the rim's displacement reaches its inner end.
-_LAYER = 7.0
+LAYER = 7.0
 #: Grading of the functions along ln R towards the rim: their points lie e^1.5 times denser there than at the bore.
-_GRADING = 1.5
+GRADING = 1.5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,7 +84,7 @@ class Ring:
         """ĉ_n for n = 0 … ``most``, computed for some n and interpolated between them, (most + 1, 3·q, 3·q)."""
         from scipy.interpolate import CubicSpline
 
-        some = _sampled(most)
+        some = sampled(most)
         found = self.harmonics(some)
         if len(some) == most + 1:
             return found
@@ -129,11 +129,11 @@ class Ring:
         p = self.order[0]
         w, weight = gauss(p + 8)
         f, df = height_functions(p, 1 - w)
-        layer = np.minimum(self.radius - self.inner_radius, _LAYER * self.radius / np.maximum(n, 1e-9))[:, None]
+        layer = np.minimum(self.radius - self.inner_radius, LAYER * self.radius / np.maximum(n, 1e-9))[:, None]
         # the solutions are powers of R: polynomials of ln R follow them down to bores of a twentieth of the rim
         span = -np.log1p(-layer / self.radius)
-        R = self.radius * np.exp(-span * np.expm1(_GRADING * w) / math.expm1(_GRADING))
-        slope = R * span * _GRADING * np.exp(_GRADING * w) / math.expm1(_GRADING)  # −dR/dw
+        R = self.radius * np.exp(-span * np.expm1(GRADING * w) / math.expm1(GRADING))
+        slope = R * span * GRADING * np.exp(GRADING * w) / math.expm1(GRADING)  # −dR/dw
 
         def integral(a: NDArray, b: NDArray, factor: NDArray) -> NDArray:
             return np.swapaxes(a * factor[..., None], 1, 2) @ b
@@ -166,7 +166,7 @@ def _transposed(matrices: NDArray) -> NDArray:
     return np.swapaxes(matrices, 1, 2)
 
 
-def _sampled(most: int) -> NDArray:
+def sampled(most: int) -> NDArray:
     """0, 1, 2, … and then ever wider apart, up to ``most``."""
     n = [0, 1, 2, 3, 4]
     while n[-1] < most:

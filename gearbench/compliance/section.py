@@ -81,7 +81,7 @@ class Section:
         Whether the root moves: before the functions that are zero at the root come Legendre polynomials of θ, constant
         along R (S6), so that the whole tooth follows its root without strain across.
     outline
-        Quadrature along the height with so many points on a panel, where there is one better than of ``half_width``.
+        Quadrature along the height, by points on a panel, where there is one better than of ``half_width``.
     """
 
     height: float
@@ -192,7 +192,7 @@ class Section:
 
 @lru_cache(maxsize=2)
 def _coefficients(screw: bool) -> tuple[NDArray, NDArray]:
-    """What λ and μ are multiplied with in the energy (S2).
+    """Factors of λ and μ in the energy (S2).
 
     Rows: (derivatives in z, fields, functions of s), each twice; columns: functions of x, twice.
     """

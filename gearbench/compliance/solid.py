@@ -53,13 +53,13 @@ class Solid:
         return 3, *self.section.shape, self.order
 
     @cached_property
-    def _of_section(self) -> NDArray:
+    def of_section(self) -> NDArray:
         """S[a, b] of the section, (2, 2, n, n)."""
         n = int(np.prod(self.shape[:3]))
         return self.section.stiffness(lame(self.E, self.nu)).reshape(2, 2, n, n)
 
     @cached_property
-    def _of_axis(self) -> NDArray:
+    def of_axis(self) -> NDArray:
         """∫ h_k⁽ᵃ⁾ h_l⁽ᵇ⁾ dz of the functions along the axis, (2, 2, q, q); zero where |k − l| > 2."""
         b = self.width
         return axis_integrals(self.order) * np.array([[b, 1.0], [1.0, 1 / b]])[:, :, None, None]
@@ -127,10 +127,10 @@ class Solid:
 
     def _products(self, left: Class, a: int, k: NDArray, right: Class, b: int, l: NDArray) -> NDArray:
         """Blocks Σ Z[k, l] S between functions of parity ``a`` and ``b`` along the axis, (k, left, right)."""
-        S, Z, place = self._of_section, self._of_axis, np.ix_(left[a], right[b])
+        S, Z, position = self.of_section, self.of_axis, np.ix_(left[a], right[b])
         # functions of the same parity meet undifferentiated or both differentiated, others one and the other way
         used = ((0, 0), (1, 1)) if a == b else ((0, 1), (1, 0))
-        one, other = (Z[i, j, k, l][:, None, None] * S[i, j][place] for i, j in used)
+        one, other = (Z[i, j, k, l][:, None, None] * S[i, j][position] for i, j in used)
         one += other
         return one
 

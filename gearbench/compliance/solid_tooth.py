@@ -1,6 +1,6 @@
 """Tooth of a gear as a three-dimensional solid, clamped at its root circle, by the Ritz method.
 
-The load acts on the flank, along the line of action. What counts as deflection of the tooth is ``measured_at``:
+The load acts on the flank, along the line of action. The point at which the tooth deflects is ``measured_at``:
 
 - "smooth": the displacement of the loaded flank less the compression that a contact law already counts
   (``gearbench.compliance.local``). With a law of the Weber–Banaschek kind the sum is the displacement of the flank.
@@ -17,22 +17,23 @@ from functools import cached_property, lru_cache, partial
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from gearbench.compliance.bases import axis_functions, gauss, legendre_functions
+from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.local import flank_functions, half_space_compression, waves_across
 from gearbench.compliance.outline import roll_angles, tooth_outline
 from gearbench.compliance.section import Section
 from gearbench.compliance.solid import Solid
 from gearbench.geometry.gear import Gear
 
-#: Eigenvalues of the compliance below this fraction of the largest are rounding, or what the basis cannot resolve.
+#: Eigenvalues of the compliance below this fraction of the largest are rounding, or beyond the basis.
 RANK_TOLERANCE = 1e-10
 
 
 @dataclass(frozen=True, kw_only=True)
 class SolidTooth:
-    """Compliance of the right flank of a tooth, as a factor in polynomials of R and y on the flank.
+    """A tooth whose right flank is loaded: ``flank`` is its compliance.
 
     Parameters
     ----------
@@ -45,8 +46,7 @@ class SolidTooth:
     measured_at
         See above.
     driven
-        Whether the gear is the driven one. On the driving gear contact climbs towards the tip as y grows; on the
-        driven gear it runs the other way, as if seen in a mirror.
+        Whether the gear is the driven one, see ``FlankCompliance``.
     heights
         Number of polynomials in R onto which loads and displacements are projected, by default min(5, order[1]);
         in y as many as the tooth has, but no more than it can feel (``waves_across``).
@@ -112,27 +112,15 @@ class SolidTooth:
         return compliance - half_space_compression(self.gear, self.E, self.nu, self.flank_order)
 
     @cached_property
-    def root(self) -> NDArray:
-        """B (p·q, r) with B Bᵀ = ``matrix``, directions of no or negative compliance left out."""
-        value, vector = np.linalg.eigh(self.matrix)
-        keep = value > RANK_TOLERANCE * value[-1]
-        return vector[:, keep] * np.sqrt(value[keep])
-
-    def factor(self, height: ArrayLike, y: ArrayLike) -> NDArray:
-        """ψ(x, y), (…, rank) [√(mm/N)]: a unit normal force at b deflects a by ψ(a) · ψ(b); x = R − r_f [mm]."""
-        return self.shapes(height, y) @ self.root
-
-    def shapes(self, height: ArrayLike, y: ArrayLike) -> NDArray:
-        """The polynomials of the flank, (…, p·q) [1/mm]; x = R − r_f [mm]."""
-        height, y = np.broadcast_arrays(np.asarray(height, dtype=float), np.asarray(y, dtype=float))
-        gear, (p, q) = self.gear, self.flank_order
-        along = flank_functions(p, gear.root_radius + height, gear.form_radius, gear.tip_radius)
-        across = flank_functions(q, gear.face_width - y if self.driven else y, 0.0, gear.face_width)
-        return (along[..., :, None] * across[..., None, :]).reshape(*height.shape, p * q)
-
-    def deflection(self, x: ArrayLike, y: ArrayLike, x0: ArrayLike, y0: ArrayLike) -> NDArray:
-        """Deflection [mm/N] at (x, y) along the line of action under a unit force along it at (x0, y0)."""
-        return np.sum(self.factor(x, y) * self.factor(x0, y0), axis=-1)
+    def flank(self) -> FlankCompliance:
+        """The compliance for any points of the flank."""
+        return FlankCompliance(
+            gear=self.gear,
+            order=self.flank_order,
+            blocks=self.matrix[None],
+            driven=self.driven,
+            rank_tolerance=RANK_TOLERANCE,
+        )
 
     def flank_functionals(self, solid: Solid) -> NDArray:
         """Normal displacement of the flank weighted with its polynomials, in the amplitudes of ``solid``: (p·q, n)."""

@@ -31,21 +31,21 @@ def gradient(u: Sequence[Any], half_width: Any, root_radius: Any, screw: Any) ->
     radius R = r_f + x, turning by ``screw`` per unit length.
     """
     if root_radius is None:
-        place = sp.Matrix([s * half_width, x, z])
-        return sp.Matrix(u).jacobian([s, x, z]) * place.jacobian([s, x, z]).inv()
+        position = sp.Matrix([s * half_width, x, z])
+        return sp.Matrix(u).jacobian([s, x, z]) * position.jacobian([s, x, z]).inv()
     phi = sp.Symbol("phi", real=True)
     R = root_radius + x
     angle = s * half_width / R + screw * z
     e_theta, e_R = sp.Matrix([sp.cos(phi), -sp.sin(phi), 0]), sp.Matrix([sp.sin(phi), sp.cos(phi), 0])
     e_z = sp.Matrix([0, 0, 1])
-    place = R * e_R + z * e_z
+    position = R * e_R + z * e_z
     vector = u[0] * e_theta + u[1] * e_R + u[2] * e_z
 
     def along(v: Any) -> Any:
         """∂v/∂q, φ being the angle, at φ = 0."""
         return sp.Matrix.hstack(*[(v.diff(q) + v.diff(phi) * angle.diff(q)).subs(phi, 0) for q in (s, x, z)])
 
-    return along(vector) * along(place).inv()
+    return along(vector) * along(position).inv()
 
 
 def stiffness(
@@ -111,7 +111,7 @@ def deflection(matrix: Any, order: tuple[int, int, int], points: Sequence[tuple[
     """Compliance between unit displacements of a field (0, 1, 2) at points (field, s, x, z), solved exactly."""
     functions = monomials(order)
     loads = sp.zeros(matrix.rows, len(points))
-    for column, (field, *place) in enumerate(points):
+    for column, (field, *position) in enumerate(points):
         for row, function in enumerate(functions):
-            loads[field * len(functions) + row, column] = function.subs(dict(zip((s, x, z), place, strict=True)))
+            loads[field * len(functions) + row, column] = function.subs(dict(zip((s, x, z), position, strict=True)))
     return loads.T * matrix.LUsolve(loads)

@@ -24,7 +24,7 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
     if resolution.positions is not None:
         return uniform_phases(resolution.positions)
     kinks = [u for effect in scene.effects if isinstance(effect, GapEffect) for u in effect.kinks(scene.pair)]
-    transitions = (*scene.pair.transition_phases, *scene.pair.phases_at(kinks))
+    transitions = (*scene.pair.meshing.transition_phases, *scene.pair.meshing.phases_at(kinks))
     size = resolution.panel_size
     assert size is not None
     return gauss_phases(transitions, size)
@@ -43,7 +43,8 @@ def total_gap(scene: Scene, lines: ContactLines) -> NDArray:
 
 def assemble(scene: Scene, lines: ContactLines) -> ContactProblem:
     """Contact problem of ``scene`` on ``lines``: the sum over its effects."""
-    parts = [effect.compliance(lines) for effect in scene.effects if isinstance(effect, ComplianceEffect)]
+    beside = scene.effects_by_name
+    parts = [effect.compliance(lines, beside) for effect in scene.effects if isinstance(effect, ComplianceEffect)]
     smooth = [part for part in parts if not isinstance(part, LineLaw)]
     laws = [part for part in parts if isinstance(part, LineLaw)]
     own = [part for part in smooth if isinstance(part, LowRank) and not part.coupled]
@@ -54,15 +55,15 @@ def assemble(scene: Scene, lines: ContactLines) -> ContactProblem:
         unit = _typical_compression(a, h, scene)
     else:
         a = h = np.zeros(lines.shape)
-        unit = _even_deflection(factor, lines) * scene.normal_force
-    problem = scale_problem(lines, total_gap(scene, lines), factor, a, h, scene.normal_force, unit, coupled=coupled)
+        unit = _even_deflection(factor, lines) * scene.F_bn
+    problem = scale_problem(lines, total_gap(scene, lines), factor, a, h, scene.F_bn, unit, coupled=coupled)
     # a tooth of high order has more amplitudes than a contact line has segments
     return problem if coupled or factor.shape[-1] <= lines.shape[2] else reduce_rank(problem)
 
 
 def _typical_compression(a: NDArray, h: NDArray, scene: Scene) -> float:
     """Compression under the mean line load [mm]: unit of displacement where there is a law."""
-    line_load = scene.normal_force / scene.pair.face_width
+    line_load = scene.F_bn / scene.pair.face_width
     # a law driven beyond its validity still has the slope h of its continuation
     return line_load * max(float(np.mean(a - h * math.log(line_load))), float(np.mean(h)))
 
@@ -142,7 +143,7 @@ def _shared_factor(parts: Sequence[LowRank | Dense], lines: ContactLines) -> NDA
 
 
 def _without_negative(matrix: NDArray, lines: ContactLines) -> NDArray:
-    """A dense compliance on the lines that exist, (position, n, n), less what is negative in it."""
+    """A dense compliance on the lines that exist, (position, n, n), less its negative part."""
     active = np.repeat(lines.active, lines.shape[2], axis=1)
     value, vector = np.linalg.eigh(np.where(active[:, :, None] & active[:, None, :], matrix, 0.0))
     return gram(vector * np.sqrt(np.maximum(value, 0.0))[:, None, :])

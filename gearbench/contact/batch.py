@@ -3,13 +3,12 @@
 The gap of a sample is linear in its errors, e = e₀ + Σ_m ε_m e_m, and the compliance is the same for all samples. So
 everything that does not depend on the sample is made once: the factor of each position, reduced to its numerical rank;
 the products of its columns; the solution at the mean errors and its derivative with respect to each error, from which
-each sample starts (B1 of docs/theory.md). What is left is done by compiled kernels, chunk by chunk of samples, on as
+each sample starts (B1 of docs/theory.md). The rest is done by compiled kernels, chunk by chunk of samples, on as
 many threads as asked for. A sample's answer depends neither on the chunk it is in nor on the number of threads.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -18,8 +17,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.contact.law import kernel_coefficients
 from gearbench.contact.problem import ContactProblem, reduce_rank
-from gearbench.contact.solver import ConvergenceError, scratch
+from gearbench.contact.solver import MAX_STEPS, ConvergenceError, scratch
 
 #: Residual at which a sample takes its last Newton step; the step squares it.
 NEWTON_TOLERANCE = 1e-10
@@ -77,10 +77,11 @@ class Batch:
     @cached_property
     def single_arrays(self) -> tuple[NDArray, NDArray, NDArray, NDArray]:
         """a, h, active and block of the segments, (position, n), as the solver of single positions takes them."""
-        place = np.arange(self.gap.shape[1])
-        active = place < self.count[:, None]
-        ends = np.where(np.arange(self.firsts.shape[1] - 1) < self.blocks[:, None] - 1, self.firsts[:, 1:], place.size)
-        block = np.sum(place[:, None] >= ends[:, None, :], axis=2)
+        segment = np.arange(self.gap.shape[1])
+        active = segment < self.count[:, None]
+        last = np.arange(self.firsts.shape[1] - 1) >= self.blocks[:, None] - 1
+        ends = np.where(last, segment.size, self.firsts[:, 1:])
+        block = np.sum(segment[:, None] >= ends[:, None, :], axis=2)
         a, h = (np.ascontiguousarray(self.laws[:, i]) for i in (0, 1))
         return a, h, active, block
 
@@ -94,7 +95,7 @@ class BatchSolution:
     approach
         δ_n [mm].
     stiffness
-        ∂F_n/∂δ_n [N/mm].
+        ∂F_bn/∂δ_n [N/mm].
     rescued
         How many of the contact problems needed the solver with line search.
     """
@@ -125,7 +126,7 @@ def prepare(problem: ContactProblem, modes: NDArray) -> Batch:
         modes=np.ascontiguousarray(np.swapaxes(pick(modes / problem.length_scale), 1, 2)),
         factor=factor,
         product=np.ascontiguousarray(factor[..., lower[0]] * factor[..., lower[1]]),
-        laws=_laws(a, h),
+        laws=kernel_coefficients(a, h),
         start=np.empty(0),
         guess=np.empty(0),
     )
@@ -148,15 +149,6 @@ def _order(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray]
     return order, count, blocks, firsts
 
 
-def _laws(a: NDArray, h: NDArray) -> NDArray:
-    """Coefficients of the laws as the kernel takes them: a, h, κ = a/h + ln h, edge = 2h exp(a/h − 2)."""
-    logarithmic = h > 0
-    ratio = np.where(logarithmic, a, 0.0) / np.where(logarithmic, h, 1.0)
-    kappa = ratio + np.log(np.where(logarithmic, h, 1.0))
-    edge = np.where(logarithmic, 2 * h * np.exp(np.minimum(ratio, 690.0) - 2), np.inf)
-    return np.ascontiguousarray(np.stack([a, h, kappa, edge], axis=1))
-
-
 def _first_guess(batch: Batch) -> tuple[NDArray, NDArray]:
     """(q, δ) of each position at the mean errors and their derivatives with respect to the errors."""
     from gearbench.contact._kernels import first_guess
@@ -168,8 +160,9 @@ def _first_guess(batch: Batch) -> tuple[NDArray, NDArray]:
     work, hess = scratch(int(batch.blocks.max()), batch.rank)
     force = np.zeros_like(batch.gap)
     first_guess(
-        batch.gap, a, h, active, batch.factor, block, batch.blocks, batch.modes, force, work, hess, start, guess
-    )
+        batch.gap, a, h, active, batch.factor, block, batch.blocks, batch.modes, force, work, hess, MAX_STEPS,
+        start, guess,
+    )  # fmt: skip
     return start, guess
 
 
@@ -223,7 +216,7 @@ def _rescue(batch: Batch, t: int, draw: NDArray) -> tuple[float, float]:
     ConvergenceError
         If that does not solve it either.
     """
-    from gearbench.contact._kernels import MAX_ITERATIONS, solve_position
+    from gearbench.contact._kernels import solve_position
 
     a, h, active, block = batch.single_arrays
     work, hess = scratch(int(batch.blocks.max()), batch.rank)
@@ -232,8 +225,8 @@ def _rescue(batch: Batch, t: int, draw: NDArray) -> tuple[float, float]:
     least = gap[t, active[t]].min()
     gap[t] -= least
     force = np.zeros_like(gap)
-    delta, stiffness, steps = solve_position(t, gap, a, h, active, batch.factor, block, force, work, hess)
-    if steps >= MAX_ITERATIONS:
+    delta, stiffness, steps = solve_position(t, gap, a, h, active, batch.factor, block, force, work, hess, MAX_STEPS)
+    if steps >= MAX_STEPS:
         raise ConvergenceError(f"contact not solved: position {t}, {steps} Newton steps")
     return delta + least, stiffness
 
@@ -247,10 +240,3 @@ def on_threads(
         return
     with ThreadPoolExecutor(threads) as pool:
         yield from pool.map(work, items)
-
-
-def cost(batch: Batch) -> float:
-    """Multiplications of one Newton step of one sample over all positions: what ``plan`` predicts time from."""
-    rank = batch.rank
-    per_segment = rank * (rank + 1) / 2 + 4 * rank + 60
-    return float(np.sum(batch.count) * per_segment + np.sum(batch.blocks) * rank**3 / 3 + math.prod(batch.gap.shape))

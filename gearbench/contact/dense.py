@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.problem import ContactProblem
-from gearbench.contact.reference import full_factor
+from gearbench.contact.law import compression, slope
+from gearbench.contact.problem import ContactProblem, full_factor
 
 #: Steps in which the whole contact set may change; then one segment at a time.
 BOLD_STEPS = 30
-#: Linearisations of the contact law in ``polish``, each of which squares what is left of the residual.
+#: Linearisations of the contact law in ``polish``, each of which squares the residual.
 POLISH_STEPS = 4
 #: Force from which a contact law is linearised at least: its slope at zero is infinite.
 LEAST_FORCE = 1e-12
@@ -33,16 +33,13 @@ def polish(problem: ContactProblem, position: int, force: NDArray) -> tuple[NDAr
     Where the law is millions of times stiffer than the teeth, forces that follow from the amplitudes, P = s/a, lose as
     many digits. Here the forces are the unknowns, the law is linearised at them, and nothing is divided by it.
     """
-    from gearbench.contact.solver import compression
-
     active, psi = problem.active[position], full_factor(problem, position)
     H, e, a, h = psi @ psi.T, *(x[position, active] for x in (problem.gap, problem.a, problem.h))
     P, delta, stiffness, steps = force[active], 0.0, 0.0, 0
     for _ in range(POLISH_STEPS):
         at = np.maximum(P, LEAST_FORCE)
-        # dg/dP of P (a − h ln P), of its tangent h where a/h − ln P < 2
-        slope = np.where(h > 0, np.maximum(a - h * np.log(at) - h, h), a)
-        P, delta, stiffness, more = active_set(H + np.diag(slope), e + compression(at, a, h) - slope * at)
+        g, rise = compression(at, a, h), slope(at, a, h)
+        P, delta, stiffness, more = active_set(H + np.diag(rise), e + g - rise * at)
         steps += more
     whole = np.zeros_like(force)
     whole[active] = P
@@ -62,10 +59,11 @@ def active_set(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
         if np.array_equal(wanted, loaded):
             return P, delta, stiffness, step + 1
         loaded = wanted
-    return _one_at_a_time(H, e)
+    return one_at_a_time(H, e)
 
 
-def _one_at_a_time(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
+def one_at_a_time(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
+    """Active set of one contact after another: forces, approach, stiffness and steps of a small dense problem."""
     loaded = np.zeros(e.size, dtype=bool)
     loaded[np.argmin(0.5 * np.diagonal(H) + e)] = True
     P, delta, stiffness = _equal_approach(H, e, loaded)

@@ -15,10 +15,8 @@ RANK_TOLERANCE = 1e-7
 class ContactProblem:
     """H P + g(P) + e = δ on loaded segments, ≥ δ on separated ones, P ≥ 0, ΣP = 1 (C1); H = Ψ Ψᵀ, a block per pair.
 
-    Forces are in units of the normal force F_n, displacements in units of ``length_scale``. The law of segment i is
-    g_i(P) = P (a_i − h_i ln P), continued by its tangent above the load where a/h − ln P = 2 (half-width of contact
-    0.6 times the depth of the tooth, far outside its validity), so that it stays monotone at any load. Without a law,
-    a = h = 0, H itself must be positive definite.
+    Forces are in units of the normal force F_bn, displacements in units of ``length_scale``. The law g of a segment is
+    that of ``gearbench.contact.law``. Without a law, a = h = 0, H itself must be positive definite.
 
     Parameters
     ----------
@@ -32,7 +30,7 @@ class ContactProblem:
     blocks
         Number of blocks.
     force
-        Normal force F_n [N].
+        Normal force F_bn [N].
     length_scale
         Unit of displacement λ [mm].
     shape
@@ -53,7 +51,7 @@ class ContactProblem:
 
 @dataclass(frozen=True, kw_only=True)
 class ContactSolution:
-    """What a position answers, with the residuals of the answer.
+    """Forces, approach and stiffness at each position, with the residuals of the solution.
 
     Parameters
     ----------
@@ -62,7 +60,7 @@ class ContactSolution:
     approach
         δ_n normal to the flank, (position,) [mm].
     stiffness
-        ∂F_n/∂δ_n, (position,) [N/mm].
+        ∂F_bn/∂δ_n, (position,) [N/mm].
     equilibrium
         |ΣP − F| / F, (position,).
     least_force
@@ -85,10 +83,19 @@ class ContactSolution:
     polished: int = 0
 
 
+def full_factor(problem: ContactProblem, position: int) -> NDArray:
+    """Ψ of the existing segments with a column for each amplitude of each block, (segment, block·rank)."""
+    active = problem.active[position]
+    own = problem.factor[position][active]
+    wide = np.zeros((own.shape[0], problem.blocks, own.shape[1]))
+    wide[np.arange(own.shape[0]), problem.block[active]] = own
+    return wide.reshape(own.shape[0], -1)
+
+
 def reduce_rank(problem: ContactProblem) -> ContactProblem:
     """The same problem with the factor of each position and block reduced to its numerical rank.
 
-    On the few places of a contact line the smooth compliance has fewer independent columns than the tooth has Ritz
+    On the few segments of a contact line the smooth compliance has fewer independent columns than the tooth has Ritz
     functions: two for a spur pair with the paper's basis, six for a helical one.
     """
     positions, segments, columns = problem.factor.shape
@@ -107,7 +114,7 @@ def gram(factor: NDArray) -> NDArray:
 def pivoted_root(matrix: NDArray) -> NDArray:
     """L (block, n, rank) with L Lᵀ = H, of all H (block, n, n) at once, by Cholesky, the largest pivot first.
 
-    What is left out is smaller than 1e-14 of the largest diagonal element in every block (Higham, Accuracy and
+    The remainder is smaller than 1e-14 of the largest diagonal element in every block (Higham, Accuracy and
     Stability of Numerical Algorithms, §10.3).
     """
     count, n, _ = matrix.shape

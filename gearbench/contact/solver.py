@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.contact.dense import polish, solve_dense
+from gearbench.contact.law import compression
 from gearbench.contact.problem import ContactProblem, ContactSolution
 from gearbench.errors import GearbenchError
 
@@ -14,6 +16,8 @@ from gearbench.errors import GearbenchError
 RESIDUAL_LIMIT = 1e-9
 #: Residual above which a position is solved once more with its forces as unknowns; the answer says how many were.
 POLISH_LIMIT = 1e-10
+#: Newton steps after which a position is given up.
+MAX_STEPS = 200
 
 
 class ConvergenceError(GearbenchError):
@@ -36,10 +40,8 @@ def solve(problem: ContactProblem) -> ContactSolution:
     least = np.min(np.where(problem.active, problem.gap, np.inf), axis=1)
     p = replace(problem, gap=problem.gap - least[:, None])
     if p.a.any() or p.h.any():
-        force, delta, stiffness, steps = _newton(p)
+        force, delta, stiffness, steps = newton(p)
     else:
-        from gearbench.contact.dense import solve_dense
-
         force, delta, stiffness, steps = solve_dense(p)
     residual = _residual(p, force, delta)
     spoilt = np.flatnonzero(~(residual.max(axis=0) <= POLISH_LIMIT))
@@ -60,8 +62,11 @@ def solve(problem: ContactProblem) -> ContactSolution:
     )
 
 
-def _newton(p: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray]:
-    """Forces (position, segment), δ, ∂F/∂δ and the numbers of steps, dimensionless, by the compiled Newton solver."""
+def newton(p: ContactProblem, limit: int = MAX_STEPS) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+    """Forces (position, segment), δ, ∂F/∂δ and the numbers of steps, dimensionless, after at most ``limit`` steps.
+
+    The smallest gap of each position must be zero.
+    """
     from gearbench.contact._kernels import solve_position
 
     count = len(p.gap)
@@ -72,7 +77,7 @@ def _newton(p: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray]:
     # a loop in Python: a compiled one would save a quarter of a millisecond and cost most of a second of compilation
     for i in range(count):
         delta[i], stiffness[i], steps[i] = solve_position(
-            i, p.gap, p.a, p.h, p.active, p.factor, block, force, work, hess
+            i, p.gap, p.a, p.h, p.active, p.factor, block, force, work, hess, limit
         )
     return force, delta, stiffness, steps
 
@@ -86,8 +91,6 @@ def _polish(
     p: ContactProblem, positions: NDArray, force: NDArray, delta: NDArray, stiffness: NDArray, steps: NDArray
 ) -> None:
     """Solve ``positions`` once more by the dense active set, in place."""
-    from gearbench.contact.dense import polish
-
     for i in positions:
         try:
             force[i], delta[i], stiffness[i], more = polish(p, int(i), force[i])
@@ -111,13 +114,3 @@ def complementarity_residual(problem: ContactProblem, force: NDArray, delta: NDA
     smooth = np.einsum("pnr,pnr->pn", p.factor, shared[:, p.block])
     gap = smooth + compression(force, p.a, p.h) + p.gap - delta[:, None]
     return np.max(np.abs(np.where(p.active, np.minimum(force, gap), 0.0)), axis=1)
-
-
-def compression(force: NDArray, a: NDArray, h: NDArray) -> NDArray:
-    """Law g(P) = P (a − h ln P), continued by its tangent where a/h − ln P < 2."""
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        edge = np.where(h > 0, np.exp(np.where(h > 0, a / h, 0.0) - 2), np.inf)
-        low = np.minimum(force, edge)
-        value = low * (a - h * np.log(np.where(low > 0, low, 1.0)))
-        beyond = np.where(force > edge, h * (force - edge), 0.0)
-    return value + beyond

@@ -1,1 +1,1 @@
-"""What a scene may ask for: each effect adds compliance or adds gap, one file per effect."""
+"""The effects of a scene: each of them adds compliance or adds gap, one file per effect."""

@@ -1,20 +1,23 @@
 """The two kinds of effect a scene may ask for: one adds compliance, the other adds gap. Composition is a sum.
 
-What an effect contributes is given on the segments of the contact lines, arrays (position, pair, segment); lengths in
+Contributions of an effect are given on the segments of the contact lines, arrays (position, pair, segment); lengths in
 mm, forces in N, normal to the flank. Positive gap = material missing.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,7 +70,7 @@ class Effect(ABC):
 
     #: Name of the table below ``[effects]``.
     name: ClassVar[str]
-    #: One line for ``gearbench plan`` and the documentation: what it adds.
+    #: One line for ``gearbench plan`` and the documentation: the term it adds.
     summary: ClassVar[str]
     #: Where the model comes from.
     source: ClassVar[str]
@@ -80,12 +83,32 @@ class Effect(ABC):
     #: Effects that must not be there, with the reason.
     conflicts: ClassVar[dict[str, str]] = {}
 
-    def check(self, pair: Pair) -> None:  # noqa: B027
-        """Refuse, with an ``InputError`` keyed from this effect's table, what does not fit the pair."""
+    def check(self, pair: Pair, beside: Effects) -> None:  # noqa: B027
+        """Refuse, with an ``InputError`` keyed from this effect's table, keys that fit neither pair nor scene."""
 
-    def preparation(self, pair: Pair) -> float:
-        """Predicted time [s] of what is computed once for a pair and kept on disk; 0 if nothing is, or it is there."""
-        return 0.0
+    def preparation(self, pair: Pair, beside: Effects) -> float | None:
+        """Predicted time [s] of parts that are computed once for a pair and kept on disk.
+
+        0 if they are there; None of an effect that keeps nothing.
+        """
+        return None
+
+
+#: The effects of a scene by their names: those that stand beside one another. Never changed.
+Effects: TypeAlias = Mapping[str, Effect]
+
+
+def refuse_foreign_keys(effect: Effect, owners: Mapping[str, tuple[str, ...]]) -> None:
+    """Refuse keys, other than at their default, that belong to other models than ``effect.model``.
+
+    ``owners``: the models that a key belongs to. Raises ``InputError``.
+    """
+    values = {field.name: (getattr(effect, field.name), field.default) for field in fields(effect)}
+    for key, models in owners.items():
+        given, default = values[key]
+        if values["model"][0] not in models and given != default:
+            shown = list(given) if isinstance(given, tuple) else given
+            raise InputError(key, shown, "belongs to model = " + " or ".join(f'"{model}"' for model in models))
 
 
 @dataclass(frozen=True)
@@ -93,8 +116,8 @@ class ComplianceEffect(Effect):
     """An effect that adds compliance."""
 
     @abstractmethod
-    def compliance(self, lines: ContactLines) -> LowRank | Dense | LineLaw:
-        """Compliance of the segments of ``lines``."""
+    def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense | LineLaw:
+        """Compliance of the segments of ``lines``; ``beside`` are the effects of the scene, this one among them."""
 
 
 @dataclass(frozen=True)
@@ -102,17 +125,17 @@ class ToothCompliance(ComplianceEffect):
     """An effect that adds smooth compliance to a tooth: a deflection that spreads over the whole flank."""
 
     @abstractmethod
-    def tooth_factor(self, pair: Pair, k: int, height: NDArray, y: NDArray) -> NDArray:
-        """Ψ (…, rank) [√(mm/N)] of a tooth of pinion (k = 0) or wheel (k = 1) by itself.
+    def tooth_factor(self, pair: Pair, role: Role, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
+        """Ψ (…, rank) [√(mm/N)] of a tooth of one of the gears by itself.
 
         A unit normal force at point b of its flank deflects point a by Ψ(a)·Ψ(b); ``height`` above the root circle,
         R − r_f, and ``y`` along the face width [mm].
         """
 
-    def both_teeth(self, lines: ContactLines) -> LowRank:
+    def both_teeth(self, lines: ContactLines, beside: Effects) -> LowRank:
         """Factor of the teeth of pinion and wheel side by side, each by itself, (position, pair, segment, rank)."""
         heights = [radius - gear.root_radius for gear, radius in zip(lines.pair.gears, lines.radii, strict=True)]
-        parts = [self.tooth_factor(lines.pair, k, heights[k], lines.y) for k in range(2)]
+        parts = [self.tooth_factor(lines.pair, role, heights[role], lines.y, beside) for role in Role]
         return LowRank(factor=np.concatenate(parts, axis=-1))
 
 
@@ -125,5 +148,5 @@ class GapEffect(Effect):
         """Initial gap e normal to the flank, (position, pair, segment) [mm]."""
 
     def kinks(self, pair: Pair) -> tuple[float, ...]:
-        """Places u [mm] on the path of contact where the gap has a kink; none by default."""
+        """Positions u [mm] on the path of contact where the gap has a kink; none by default."""
         return ()

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import GapEffect
+from gearbench.effects.base import Effects, GapEffect
 from gearbench.effects.relief import Shape, relief
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.material import STRICT
 from gearbench.geometry.pair import Pair
+from gearbench.schema import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -41,7 +41,7 @@ class EndRelief(GapEffect):
     use: ClassVar[str] = "Where only the ends of the face are to be relieved."
     example: ClassVar[dict[str, Any]] = {"amount": 5.0, "length": 2.0}
 
-    def check(self, pair: Pair) -> None:
+    def check(self, pair: Pair, beside: Effects) -> None:
         """Refuse reliefs that overlap."""
         half = pair.face_width / 2
         if self.length > half:

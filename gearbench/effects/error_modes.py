@@ -14,38 +14,39 @@ from typing import Literal
 from numpy.typing import NDArray
 
 from gearbench.geometry.action import ContactLines
+from gearbench.geometry.role import Role
 
-#: What is equally divided along the profile: roll length, as profiles are measured, or the radius.
+#: Coordinate that is equally divided along the profile: roll length, as profiles are measured, or the radius.
 Along = Literal["roll", "radius"]
-#: What counts as the profile: the active profile, the involute from form circle to tip, or the tooth from the root.
+#: Extent of the profile: the active profile, the involute from form circle to tip, or the tooth from the root.
 Range = Literal["active", "involute", "tooth"]
 
 
-def profile_coordinate(lines: ContactLines, gear: int, along: Along = "roll", span: Range = "active") -> NDArray:
+def profile_coordinate(lines: ContactLines, role: Role, along: Along = "roll", span: Range = "active") -> NDArray:
     """t from 0 (root side) to 1 (tip side) of the profile of pinion (0) or wheel (1), (position, pair, segment)."""
-    body = lines.pair.gears[gear]
+    body = lines.pair.gears[role]
     start, end = {
-        "active": lines.pair.active_radii[gear],
+        "active": lines.pair.meshing.active_radii[role],
         "involute": (body.form_radius, body.tip_radius),
         "tooth": (body.root_radius, body.tip_radius),
     }[span]
-    radius = lines.radii[gear]
+    radius = lines.radii[role]
     if along == "radius":
         return (radius - start) / (end - start)
     r_b = body.base_radius  # below the base circle there is no roll length: it counts from there
     first, last = (math.sqrt(max(r**2 - r_b**2, 0.0)) for r in (start, end))
-    roll = lines.u if gear == 0 else lines.pair.tangent_length - lines.u
+    roll = lines.u if role == Role.PINION else lines.pair.meshing.tangent_length - lines.u
     return (roll - first) / (last - first)
 
 
-def profile_slope(lines: ContactLines, gear: int, along: Along, span: Range) -> NDArray:
+def profile_slope(lines: ContactLines, role: Role, along: Along, span: Range) -> NDArray:
     """t: missing at the tip."""
-    return profile_coordinate(lines, gear, along, span)
+    return profile_coordinate(lines, role, along, span)
 
 
-def profile_form(lines: ContactLines, gear: int, along: Along, span: Range) -> NDArray:
+def profile_form(lines: ContactLines, role: Role, along: Along, span: Range) -> NDArray:
     """(2t − 1)²: a barrel, missing at both ends of the profile."""
-    return (2 * profile_coordinate(lines, gear, along, span) - 1) ** 2
+    return (2 * profile_coordinate(lines, role, along, span) - 1) ** 2
 
 
 def helix_slope(lines: ContactLines, *_: object) -> NDArray:
@@ -60,13 +61,13 @@ def helix_form(lines: ContactLines, *_: object) -> NDArray:
 
 def inclination(lines: ContactLines, *_: object) -> NDArray:
     """η sin α_wt cos β_b: axes that approach each other in their common plane."""
-    return _axis(lines) * math.sin(lines.pair.working_pressure_angle)
+    return _axis(lines) * math.sin(lines.pair.meshing.alpha_wt)
 
 
 def deviation(lines: ContactLines, *_: object) -> NDArray:
     """η cos α_wt cos β_b: axes that lean across their common plane."""
-    return _axis(lines) * math.cos(lines.pair.working_pressure_angle)
+    return _axis(lines) * math.cos(lines.pair.meshing.alpha_wt)
 
 
 def _axis(lines: ContactLines) -> NDArray:
-    return math.cos(lines.pair.base_helix_angle) * lines.y / lines.pair.face_width
+    return math.cos(lines.pair.meshing.beta_b) * lines.y / lines.pair.face_width

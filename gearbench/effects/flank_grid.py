@@ -1,7 +1,7 @@
 """Deviations of a flank on a grid, as a measuring machine gives them: read from CSV or netCDF, interpolated.
 
-CSV: the first row names what runs down the first column, ``radius``, ``diameter`` or ``roll_length`` (√(R² − r_b²)),
-in mm, and holds the places y [mm] across the face. Every further row holds one such coordinate and the deviations
+CSV: the first row names the coordinate of the first column, ``radius``, ``diameter`` or ``roll_length`` (√(R² − r_b²)),
+in mm, and holds the positions y [mm] across the face. Every further row holds one such coordinate and the deviations
 [µm]. Separated by commas, semicolons (then a decimal comma is understood) or tabs; # begins a line of remarks.
 NetCDF: one variable with the dimensions radius, diameter or roll_length, and face_position, with these coordinates in
 mm; its attribute ``units`` is µm or mm.
@@ -33,7 +33,7 @@ class FlankGrid:
     Parameters
     ----------
     along
-        What ``coordinate`` is: one of ``ALONG``.
+        Kind of ``coordinate``: one of ``ALONG``.
     coordinate, face
         Increasing, (n,) and (m,) [mm].
     deviation
@@ -46,9 +46,9 @@ class FlankGrid:
     deviation: NDArray
 
     def at(self, gear: Gear, radius: NDArray, y: NDArray) -> NDArray:
-        """Deviation [µm] at radius R and place y across the face [mm] of ``gear``; arrays of one shape."""
-        i, s = _place(self.coordinate, self.coordinate_of(gear, radius))
-        j, t = _place(self.face, y)
+        """Deviation [µm] at radius R and position y across the face [mm] of ``gear``; arrays of one shape."""
+        i, s = _position(self.coordinate, self.coordinate_of(gear, radius))
+        j, t = _position(self.face, y)
         z = self.deviation
         below = (1 - t) * z[i, j] + t * z[i, np.minimum(j + 1, len(self.face) - 1)]
         i = np.minimum(i + 1, len(self.coordinate) - 1)
@@ -68,8 +68,8 @@ class FlankGrid:
         return self.coordinate if self.along == "radius" else self.coordinate / 2
 
 
-def _place(grid: NDArray, x: NDArray) -> tuple[NDArray, NDArray]:
-    """Interval and place in it, 0…1, held at the ends of the grid."""
+def _position(grid: NDArray, x: NDArray) -> tuple[NDArray, NDArray]:
+    """Interval and position in it, 0…1, held at the ends of the grid."""
     if len(grid) == 1:
         return np.zeros(x.shape, dtype=np.intp), np.zeros(x.shape)
     i = np.clip(np.searchsorted(grid, x, side="right") - 1, 0, len(grid) - 2)
@@ -86,9 +86,9 @@ def read_grid(key: str, name: str, data: bytes) -> FlankGrid:
     """
     netcdf = data[:4] == b"\x89HDF" or data[:3] == b"CDF"
     grid = _from_netcdf(key, name, data) if netcdf else _from_csv(key, name, data)
-    for what, values in ((grid.along, grid.coordinate), (FACE, grid.face)):
+    for axis, values in ((grid.along, grid.coordinate), (FACE, grid.face)):
         if not np.all(np.diff(values) > 0):
-            raise InputError(key, f"{name}, {what}", "must increase")
+            raise InputError(key, f"{name}, {axis}", "must increase")
     if not np.all(np.isfinite(grid.deviation)) or np.any(np.abs(grid.deviation) > 1000):
         row, column = np.argwhere(~(np.abs(grid.deviation) <= 1000))[0]
         where = f"{name}, {grid.along} {grid.coordinate[row]:g}, y {grid.face[column]:g}"
@@ -103,14 +103,14 @@ def _from_csv(key: str, name: str, data: bytes) -> FlankGrid:
         raise InputError(key, name, "must be text (UTF-8) or netCDF") from None
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip() and line.lstrip()[0] != "#"]
     if len(lines) < 2:
-        raise InputError(key, name, "must have a first row of places y and at least one row of deviations")
+        raise InputError(key, name, "must have a first row of positions y and at least one row of deviations")
     separator = next((mark for mark in ";\t" if mark in lines[0][1]), ",")
     (first, *face), *rows = ([cell.strip() for cell in line.split(separator)] for _, line in lines)
     along = first.lower().replace(" ", "_").removesuffix("_mm").removesuffix("_[mm]")
     if along not in ALONG:
         raise InputError(key, f"{name}, row {lines[0][0]}: {first!r}", f"must begin with {', '.join(ALONG)} [mm]")
     if not face:
-        raise InputError(key, f"{name}, row {lines[0][0]}", f"no places y: separate them with {separator!r}")
+        raise InputError(key, f"{name}, row {lines[0][0]}", f"no positions y: separate them with {separator!r}")
     values = [_numbers(key, f"{name}, row {lines[0][0]}", face, len(face), separator)]
     for (n, _), row in zip(lines[1:], rows, strict=True):
         values.append(_numbers(key, f"{name}, row {n}", row, len(face) + 1, separator))

@@ -10,7 +10,7 @@ from pydantic.dataclasses import dataclass
 from gearbench.effects.base import GapEffect
 from gearbench.effects.relief import MICROMETRE, Amount
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.material import STRICT
+from gearbench.schema import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)

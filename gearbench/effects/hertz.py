@@ -8,9 +8,9 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import ComplianceEffect, LineLaw
+from gearbench.effects.base import ComplianceEffect, Effects, LineLaw
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.material import STRICT
+from gearbench.schema import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -36,14 +36,13 @@ class Hertz(ComplianceEffect):
     use: ClassVar[str] = "Always: without it the distribution of the load is not determined."
     example: ClassVar[dict[str, Any]] = {"law": "weber_banaschek"}
 
-    def compliance(self, lines: ContactLines) -> LineLaw:
+    def compliance(self, lines: ContactLines, beside: Effects) -> LineLaw:
         """Law of each segment, (position, pair, segment)."""
-        nu, E = lines.pair.material.nu, lines.pair.material.E
-        c = 4 * (1 - nu**2) / (math.pi * E)
+        nu, c = lines.pair.material.nu, 4 / (math.pi * lines.pair.material.plane_strain_modulus)
         if self.law == "yang_sun":
             return LineLaw(a=np.full(lines.shape, c), h=np.zeros(lines.shape))
         # at an interference point ρ = 0 and the logarithm is infinite: no segment centre sees less than this
-        rho = np.maximum(lines.curvature_radius, 1e-9 * lines.pair.tangent_length)
+        rho = np.maximum(lines.curvature_radius, 1e-9 * lines.pair.meshing.tangent_length)
         t1, t2 = (gear.flank_depth(r) for gear, r in zip(lines.pair.gears, lines.radii, strict=True))
         # ln(2√(t1 t2)/a_H) = ½ ln(4 t1 t2 / (2cρ)) − ½ ln q, since a_H² = 2cρq
         a = c * (0.5 * np.log(2 * t1 * t2 / (c * rho)) - nu / (2 * (1 - nu)))

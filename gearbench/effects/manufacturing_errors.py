@@ -13,14 +13,15 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects import error_modes
-from gearbench.effects.base import GapEffect
+from gearbench.effects.base import Effects, GapEffect
 from gearbench.effects.distributions import DISTRIBUTIONS, Distribution
 from gearbench.effects.error_modes import Along, Range
 from gearbench.effects.relief import MICROMETRE, Gears, chosen
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, pair_indices
-from gearbench.geometry.material import STRICT
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
+from gearbench.schema import STRICT
 from gearbench.tolerances import Edition, FlankTolerances, gear_tolerances, shaft_parallelism
 
 Tolerance = Literal[
@@ -72,7 +73,7 @@ class ErrorMode:
     distribution: Distribution
     sign: int
     shape: Callable[..., NDArray]
-    gear: int
+    gear: Role
     tooth: int | None
 
     def gap(self, lines: ContactLines, along: Along, span: Range) -> NDArray:
@@ -111,7 +112,7 @@ class ManufacturingErrors(GapEffect):
     along
         Whether profile errors are linear and parabolic in "roll" length or in the "radius".
     profile_range
-        What counts as the profile: the "active" profile, the "involute" from form circle to tip, or the "tooth" from
+        Extent of the profile: the "active" profile, the "involute" from form circle to tip, or the "tooth" from
         root circle to tip.
     profile_slope, profile_form, helix_slope, helix_form
         f_Hα, f_fα, f_Hβ, f_fβ of each gear.
@@ -151,7 +152,7 @@ class ManufacturingErrors(GapEffect):
             if getattr(self, name).amplitude is None and self.iso_class is None:
                 raise InputError(f"{name}.amplitude", "missing", "is required where iso_class is not given")
 
-    def check(self, pair: Pair) -> None:
+    def check(self, pair: Pair, beside: Effects) -> None:
         """Refuse a class or gears outside the scope of the standard."""
         self.error_modes(pair)
 
@@ -167,27 +168,27 @@ class ManufacturingErrors(GapEffect):
             kind: ErrorKind | None = getattr(this, name)
             if kind is None:
                 continue
-            gears = (0,) if name in _OF_AXES else chosen(kind.gear)
+            gears = (Role.PINION,) if name in _OF_AXES else chosen(kind.gear)
             for gear in gears:
                 amplitude = kind.amplitude
                 if amplitude is None:
                     amplitude = this.class_amplitude(kind.tolerance or name, pair, gear)
-                label = name if name in _OF_AXES else f"{name}_{('pinion', 'wheel')[gear]}"
+                label = name if name in _OF_AXES else f"{name}_{gear.label}"
                 teeth = (None,) if kind.drawn == "gear" or name in _OF_AXES else tuple(pair_indices(pair).tolist())
                 for tooth in teeth:
                     full = label if tooth is None else f"{label}_tooth{tooth:+d}"
                     modes.append(ErrorMode(full, amplitude, kind.distribution, kind.sign, shape, gear, tooth))
         return tuple(modes)
 
-    def class_amplitude(self, tolerance: str, pair: Pair, gear: int) -> float:
+    def class_amplitude(self, tolerance: str, pair: Pair, role: Role) -> float:
         """Amplitude [µm] of the ISO class."""
         if tolerance not in _OF_AXES:
-            return getattr(self._flank(pair, gear), tolerance)
-        largest = max(self._flank(pair, i).helix_total for i in (0, 1))
+            return getattr(self._flank(pair, role), tolerance)
+        largest = max(self._flank(pair, i).helix_total for i in Role)
         return getattr(shaft_parallelism(largest, pair.face_width), tolerance)
 
-    def _flank(self, pair: Pair, gear: int) -> FlankTolerances:
-        return gear_tolerances(pair.gears[gear], self.iso_class or 0, self.edition, self.rounded)
+    def _flank(self, pair: Pair, role: Role) -> FlankTolerances:
+        return gear_tolerances(pair.gears[role], self.iso_class or 0, self.edition, self.rounded)
 
     def modes(self, lines: ContactLines) -> NDArray:
         """Gap of 1 µm of each error, (position, pair, segment, error) [mm]."""
@@ -210,7 +211,7 @@ class ManufacturingErrors(GapEffect):
         return self.modes(lines) @ self.mean(lines.pair)
 
 
-#: Conventions by name. "garambois2017" is the one found by ``studies/s01_table2.py``.
+#: Conventions by name. "garambois2017" is the one found by ``studies/s01_table2``.
 PRESETS: MappingProxyType[str, ManufacturingErrors] = MappingProxyType(
     {
         "garambois2017": ManufacturingErrors(

@@ -11,7 +11,7 @@ from pydantic.dataclasses import dataclass
 from gearbench.effects.base import GapEffect
 from gearbench.effects.relief import MICROMETRE, Amount
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.material import STRICT
+from gearbench.schema import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -42,7 +42,7 @@ class Misalignment(GapEffect):
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
-        alpha = lines.pair.working_pressure_angle
+        alpha = lines.pair.meshing.alpha_wt
         opening = self.inclination * math.sin(alpha) + self.deviation * math.cos(alpha)
-        normal = MICROMETRE * math.cos(lines.pair.base_helix_angle)
+        normal = MICROMETRE * math.cos(lines.pair.meshing.beta_b)
         return normal * opening * lines.y / lines.pair.face_width

@@ -1,4 +1,4 @@
-"""Pitch errors: teeth that stand before or behind their places, each by its own amount."""
+"""Pitch errors: teeth that stand before or behind their nominal positions, each by its own amount."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import GapEffect
+from gearbench.effects.base import Effects, GapEffect
 from gearbench.effects.relief import MICROMETRE, Amount
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.material import STRICT
 from gearbench.geometry.pair import Pair
+from gearbench.schema import STRICT
 
 Deviations = tuple[Amount, ...]
 Tooth = Annotated[int, Field(ge=0)]
@@ -28,13 +28,13 @@ class PitchErrors(GapEffect):
     Teeth are numbered from 0 in the order in which they come into mesh. The mesh cycle is the one that begins as
     ``pinion_tooth`` and ``wheel_tooth`` reach the start of the path of contact at y = 0; the pairs ahead of them have
     the numbers before theirs. A revolution is as many cycles, each with the next numbers. A single cycle is then not
-    periodic: its ends differ by what the next one begins with, and its mesh orders are not those of a revolution.
+    periodic: its ends differ by the step to the next one, and its mesh orders are not those of a revolution.
 
     Parameters
     ----------
     pinion, wheel
-        Deviation of each loaded flank from its place [µm], an arc of the pitch circle in the transverse plane, one for
-        each tooth; positive: material missing. Sums of the single pitch deviations f_pi, of ISO 1328-1.
+        Deviation of each loaded flank from its nominal position [µm], an arc of the pitch circle in the transverse
+        plane, one for each tooth; positive: material missing. Sums of the single pitch deviations f_pi, of ISO 1328-1.
     pinion_tooth, wheel_tooth
         Numbers of the teeth that the mesh cycle begins with.
     """
@@ -50,7 +50,7 @@ class PitchErrors(GapEffect):
     use: ClassVar[str] = "Where teeth differ from one another: pitch deviations, run-out."
     example: ClassVar[dict[str, Any]] = {"pinion": [0.0, 2.0, -1.0, 1.0, 0.0]}
 
-    def check(self, pair: Pair) -> None:
+    def check(self, pair: Pair, beside: Effects) -> None:
         """Refuse lists that do not have one deviation for each tooth."""
         if self.pinion is None and self.wheel is None:
             raise InputError("pinion", "missing", "deviations are required, here or for the wheel")

@@ -11,7 +11,8 @@ from gearbench.effects.base import GapEffect
 from gearbench.effects.error_modes import profile_coordinate
 from gearbench.effects.relief import MICROMETRE, Amount
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.material import STRICT
+from gearbench.geometry.role import Role
+from gearbench.schema import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -38,4 +39,6 @@ class ProfileSlope(GapEffect):
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
-        return MICROMETRE * (self.pinion * profile_coordinate(lines, 0) + self.wheel * profile_coordinate(lines, 1))
+        return MICROMETRE * (
+            self.pinion * profile_coordinate(lines, Role.PINION) + self.wheel * profile_coordinate(lines, Role.WHEEL)
+        )

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from functools import cache
 from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
 
 from gearbench.effects.base import Effect
+from gearbench.errors import InputError
 
-#: Table name → module and class. Adding an effect is one file and one line here.
+#: Table name → module and class, for the effects of gearbench itself.
 EFFECTS: dict[str, tuple[str, str]] = {
     "tooth_bending": ("gearbench.effects.tooth_bending", "ToothBending"),
-    "tooth_foundation": ("gearbench.effects.tooth_foundation", "ToothFoundation"),
-    "neighbour_teeth": ("gearbench.effects.neighbour_teeth", "NeighbourTeeth"),
-    "fe_compliance": ("gearbench.effects.fe_compliance", "FeCompliance"),
+    "gear_body": ("gearbench.effects.gear_body", "GearBody"),
     "hertz": ("gearbench.effects.hertz", "Hertz"),
     "crowning": ("gearbench.effects.crowning", "Crowning"),
     "tip_relief": ("gearbench.effects.tip_relief", "TipRelief"),
@@ -25,6 +26,24 @@ EFFECTS: dict[str, tuple[str, str]] = {
     "misalignment": ("gearbench.effects.misalignment", "Misalignment"),
 }
 
+#: Tables of earlier versions, and the text to write instead.
+RENAMED: dict[str, str] = {
+    "neighbour_teeth": "[effects.gear_body]; order is that of tooth_bending",
+    "tooth_foundation": '[effects.gear_body] with coupled = false or model = "sainsot_velex"',
+    "fe_compliance": '[effects.tooth_bending] with model = "finite_elements", and [effects.gear_body] for the rim',
+}
+
+
+def effect_names() -> tuple[str, ...]:
+    """Names of all effects: those of gearbench, then those that other packages bring."""
+    return (*EFFECTS, *installed())
+
+
+@cache
+def installed() -> dict[str, EntryPoint]:
+    """Effects of other packages, from their entry points ``gearbench.effects``; none takes a name of gearbench."""
+    return {found.name: found for found in entry_points(group="gearbench.effects") if found.name not in EFFECTS}
+
 
 def effect_class(name: str) -> type[Effect]:
     """Class of the effect ``name``.
@@ -33,6 +52,17 @@ def effect_class(name: str) -> type[Effect]:
     ------
     KeyError
         If there is no such effect.
+    InputError
+        If the entry point of another package is no effect, or cannot be imported.
     """
-    module, attribute = EFFECTS[name]
-    return getattr(import_module(module), attribute)
+    if name in EFFECTS:
+        module, attribute = EFFECTS[name]
+        return getattr(import_module(module), attribute)
+    found = installed()[name]
+    try:
+        kind = found.load()
+    except (ImportError, AttributeError) as error:
+        raise InputError(f"effects.{name}", found.value, f"cannot be imported: {error}") from None
+    if not (isinstance(kind, type) and issubclass(kind, Effect) and kind.name == name):
+        raise InputError(f"effects.{name}", found.value, f'must be a subclass of Effect with the name "{name}"')
+    return kind

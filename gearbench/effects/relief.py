@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
+from gearbench.geometry.role import Role
+
 Shape = Literal["linear", "parabolic"]
 Gears = Literal["both", "pinion", "wheel"]
 
@@ -28,6 +30,6 @@ def relief(distance: NDArray, length: float, amount: float, shape: Shape) -> NDA
     return amount * MICROMETRE * (depth if shape == "linear" else depth**2)
 
 
-def chosen(gears: Gears) -> tuple[int, ...]:
-    """Indices of the gears meant: 0 pinion, 1 wheel."""
-    return {"both": (0, 1), "pinion": (0,), "wheel": (1,)}[gears]
+def chosen(gears: Gears) -> tuple[Role, ...]:
+    """The gears meant."""
+    return {"both": tuple(Role), "pinion": (Role.PINION,), "wheel": (Role.WHEEL,)}[gears]

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import GapEffect
+from gearbench.effects.base import Effects, GapEffect
 from gearbench.effects.relief import Gears, Shape, chosen, relief
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.material import STRICT
 from gearbench.geometry.pair import Pair
+from gearbench.schema import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -44,10 +44,10 @@ class RootRelief(GapEffect):
     use: ClassVar[str] = "Instead of, or with, relief of the mate's tip."
     example: ClassVar[dict[str, Any]] = {"amount": 3.0, "length": 0.3}
 
-    def check(self, pair: Pair) -> None:
+    def check(self, pair: Pair, beside: Effects) -> None:
         """Refuse a relief longer than the active profile."""
         for i in chosen(self.gear):
-            start, end = pair.active_radii[i]
+            start, end = pair.meshing.active_radii[i]
             if self.length > end - start:
                 raise InputError("length", self.length, f"must be at most the active profile, {end - start:.4g} mm")
 
@@ -55,7 +55,7 @@ class RootRelief(GapEffect):
         """Gap [mm], (position, pair, segment)."""
         total = np.zeros(lines.shape)
         for i in chosen(self.gear):
-            start = lines.pair.active_radii[i][0]
+            start = lines.pair.meshing.active_radii[i][0]
             total += relief(lines.radii[i] - start, self.length, self.amount, self.shape)
         return total
 
@@ -63,4 +63,6 @@ class RootRelief(GapEffect):
         """Where the relief ends on the path of contact, u [mm]."""
         if self.amount == 0 or self.length == 0:
             return ()
-        return tuple(pair.path_coordinate(i, pair.active_radii[i][0] + self.length) for i in chosen(self.gear))
+        return tuple(
+            pair.meshing.path_coordinate(i, pair.meshing.active_radii[i][0] + self.length) for i in chosen(self.gear)
+        )

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import GapEffect
+from gearbench.effects.base import Effects, GapEffect
 from gearbench.effects.relief import Gears, Shape, chosen, relief
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.material import STRICT
 from gearbench.geometry.pair import Pair
+from gearbench.schema import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -44,7 +44,7 @@ class TipRelief(GapEffect):
     use: ClassVar[str] = "Where teeth enter contact too early under load."
     example: ClassVar[dict[str, Any]] = {"amount": 6.0, "length": 0.5}
 
-    def check(self, pair: Pair) -> None:
+    def check(self, pair: Pair, beside: Effects) -> None:
         """Refuse a relief longer than the tooth."""
         for i in chosen(self.gear):
             height = pair.gears[i].tooth_height
@@ -63,4 +63,4 @@ class TipRelief(GapEffect):
         if self.amount == 0 or self.length == 0:
             return ()
         starts = [pair.gears[i].tip_radius - self.length for i in chosen(self.gear)]
-        return tuple(pair.path_coordinate(i, r) for i, r in zip(chosen(self.gear), starts, strict=True))
+        return tuple(pair.meshing.path_coordinate(i, r) for i, r in zip(chosen(self.gear), starts, strict=True))

@@ -1,38 +1,51 @@
-"""Bending and shear of the teeth themselves, clamped at the root."""
+"""Bending and shear of the teeth themselves: the choice of tooth model."""
 
 from __future__ import annotations
 
 import math
-from functools import lru_cache
-from typing import Annotated, Any, ClassVar, Literal
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.compliance.plate import PlateTooth
-from gearbench.effects.base import LowRank, ToothCompliance
-from gearbench.effects.solids import solid_tooth
+from gearbench.effects.base import Effects, LowRank, refuse_foreign_keys
+from gearbench.effects.teeth import Tooth, meshed_body, meshed_flank, plate_tooth, solid_tooth
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.gear import Gear
-from gearbench.geometry.material import STRICT, Material
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
+from gearbench.schema import STRICT
+
+if TYPE_CHECKING:
+    from fem_reference.section import Body
+    from gearbench.compliance.flank import FlankCompliance
 
 Order = Annotated[tuple[Annotated[int, Field(ge=1, le=40)], ...], Field(min_length=2, max_length=3)]
 
+#: Directions of the functions that ``order`` counts, by model.
+_DIRECTIONS = {"plate": ("height", "face width"), "solid": ("thickness", "height", "face width")}
+#: Time of the finite elements of one gear at 1 % on two cores [s]: clamped, and on its body.
+_SECONDS = 2.5, 10.0
+
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class ToothBending(ToothCompliance):
-    """Tooth as a plate or as a solid, clamped at the root, solved by the Ritz method.
+class ToothBending(Tooth):
+    """Tooth as a plate or as a solid, by the Ritz method, or by finite elements; clamped at its root.
+
+    The body below the root is the effect gear_body. Plate and solid stay as they are beside it; finite elements are
+    then those of several teeth on the body down to the bore.
 
     Parameters
     ----------
     model
         "plate": Reissner–Mindlin plate of variable thickness, the paper's model. "solid": three-dimensional elasticity
         on the exact section with the generated fillet; its compliance is that of the flank less the compression which
-        the contact law stands for.
+        the contact law stands for. "finite_elements": the same by finite elements, computed once for a macro-geometry
+        and kept on disk.
     basis
         Plate only. "paper": 9 unknowns, each field x(a + by + cx). The default where no ``order`` is given.
     order
@@ -43,54 +56,113 @@ class ToothBending(ToothCompliance):
     load
         Plate only. "full": the normal force acts across the plate as it is, as in the paper. "component": only its
         component normal to the mid-plane of the tooth bends the plate, and only that of the deflection counts.
+    accuracy
+        Finite elements only. Relative error of the compliance that the mesh is refined to.
+    teeth
+        Finite elements beside gear_body only. Teeth of the sector that is meshed, odd; the rest of the body is there
+        without its teeth. By default those in contact at a time and one more on either side.
     """
 
-    model: Literal["plate", "solid"] = "plate"
+    model: Literal["plate", "solid", "finite_elements"] = "plate"
     basis: Literal["paper"] | None = None
     order: Order | None = None
     fillet: bool = False
     load: Literal["full", "component"] = "full"
+    accuracy: Annotated[float, Field(ge=1e-4, le=0.1)] = 0.01
+    teeth: Annotated[int, Field(ge=1, le=101)] | None = None
 
     name: ClassVar[str] = "tooth_bending"
     summary: ClassVar[str] = "compliance: bending and shear of both teeth, clamped at the root"
-    source: ClassVar[str] = "Garambois et al. 2017; Reissner–Mindlin plate or three-dimensional solid, Ritz"
+    source: ClassVar[str] = (
+        "Garambois et al. 2017; Reissner–Mindlin plate or three-dimensional solid, Ritz; finite elements: 20-node "
+        "hexahedra, Richardson's extrapolation"
+    )
     use: ClassVar[str] = (
-        "Always, unless finite elements take its place: plate to compare with the paper, solid for results to trust."
+        "Always: plate to compare with the paper, solid for results to trust, finite elements as the reference of both."
     )
     example: ClassVar[dict[str, Any]] = {"model": "solid"}
     requires: ClassVar[dict[str, str]] = {
         "hertz": "a few Ritz amplitudes alone do not determine the distribution of the load"
     }
-    conflicts: ClassVar[dict[str, str]] = {"fe_compliance": "which contains the bending of the teeth"}
 
     def __post_init__(self) -> None:
+        plate, meshed = ("plate",), ("finite_elements",)
+        fast = {"order": ("plate", "solid"), "basis": plate, "fillet": plate, "load": plate}
+        refuse_foreign_keys(self, {**fast, "accuracy": meshed, "teeth": meshed})
         if self.basis is not None and self.order is not None:
             raise InputError("order", list(self.order), 'conflicts with basis = "paper": give one of the two')
-        count, names = 3, "three numbers for the solid, [thickness, height, face width]"
-        if self.model == "plate":
-            count, names = 2, "two numbers for the plate, [height, face width]"
-        if self.order is not None and len(self.order) != count:
+        if self.order is not None and len(self.order) != len(_DIRECTIONS[self.model]):
+            count = {2: "two", 3: "three"}[len(_DIRECTIONS[self.model])]
+            names = f"{count} numbers for the {self.model}, [{', '.join(_DIRECTIONS[self.model])}]"
             raise InputError("order", list(self.order), f"must be {names}")
-        if self.model == "solid":
-            for key, given, default in (("basis", self.basis, None), ("fillet", self.fillet, False)):
-                if given != default:
-                    raise InputError(key, given, 'belongs to model = "plate": the solid has its own section')
-            if self.load != "full":
-                raise InputError("load", self.load, 'belongs to model = "plate": the solid takes the force as it is')
+        if self.teeth is not None and self.teeth % 2 == 0:
+            raise InputError("teeth", self.teeth, "must be odd: as many neighbours on either side")
 
-    def compliance(self, lines: ContactLines) -> LowRank:
-        """Factor of both teeth side by side, (position, pair, segment, rank)."""
-        return self.both_teeth(lines)
+    @property
+    def meshed(self) -> bool:
+        """Whether teeth and bodies are of finite elements."""
+        return self.model == "finite_elements"
 
-    def tooth_factor(self, pair: Pair, k: int, height: NDArray, y: NDArray) -> NDArray:
-        """Ψ of one tooth, clamped at its root; see ``ToothCompliance``."""
-        gear, material = pair.gears[k], pair.material
-        if self.model == "solid":
-            return solid_tooth(pair, k, self.order).factor(height, y)
-        factor = plate_tooth(gear, material, self.order, self.fillet).factor(height, y)
+    @property
+    def solid_order(self) -> tuple[int, int, int] | None:
+        """Order of the solid tooth, and of those that a ring is joined to; None is the default."""
+        return self.order if self.model == "solid" else None  # type: ignore[return-value]
+
+    def check(self, pair: Pair, beside: Effects) -> None:
+        """Refuse a sector of teeth without a body."""
+        if self.teeth is not None and not _on_body(beside):
+            raise InputError("teeth", self.teeth, "belongs to teeth on their bodies: add effects.gear_body")
+
+    def preparation(self, pair: Pair, beside: Effects) -> float | None:
+        """Predicted time [s] of the finite elements that are not kept on disk yet; good to a factor of three."""
+        if not self.meshed:
+            return None
+        from fem_reference.cache import entry
+
+        missing = sum(not entry(self.body(pair, role, beside), pair.material, self.accuracy).exists() for role in Role)
+        return missing * _SECONDS[_on_body(beside)] * (0.01 / self.accuracy) ** 0.5
+
+    def compliance(self, lines: ContactLines, beside: Effects) -> LowRank:
+        """Factor of both teeth side by side, (position, pair, segment, rank); shared by all pairs of meshed bodies."""
+        if self.model == "plate":
+            return self.both_teeth(lines, beside)
+        from gearbench.compliance.flank import flank_factor
+
+        coupled = self.meshed and _on_body(beside)
+        flanks = [self.flank(lines.pair, role, beside) for role in Role]
+        return LowRank(factor=flank_factor(flanks, lines, coupled=coupled), coupled=coupled)
+
+    def tooth_factor(self, pair: Pair, role: Role, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
+        """Ψ of one tooth; see ``ToothCompliance``."""
+        if self.model != "plate":
+            return self.flank(pair, role, beside).factor(height, y)
+        gear = pair.gears[role]
+        factor = plate_tooth(gear, pair.material, self.order, self.fillet).factor(height, y)
         if self.load == "full":
             return factor
         return factor * normal_component(gear, height + gear.root_radius)[..., None]
+
+    def flank(self, pair: Pair, role: Role, beside: Effects) -> FlankCompliance:
+        """Compliance of the flank of pinion (k = 0) or wheel (k = 1), as a solid or by finite elements."""
+        if self.model == "solid":
+            return solid_tooth(pair, role, self.solid_order).flank
+        return replace(
+            meshed_flank(self.body(pair, role, beside), pair.material, self.accuracy), driven=role == Role.WHEEL
+        )
+
+    def body(self, pair: Pair, role: Role, beside: Effects) -> Body:
+        """Part of pinion (k = 0) or wheel (k = 1) that finite elements mesh."""
+        return meshed_body(pair, role, on_body=_on_body(beside), teeth=self.teeth)
+
+
+def tooth_bending(effects: Effects, model: str) -> ToothBending | None:
+    """The tooth bending among the effects of a scene, where it is of this model."""
+    tooth = effects.get(ToothBending.name)
+    return tooth if isinstance(tooth, ToothBending) and tooth.model == model else None
+
+
+def _on_body(beside: Effects) -> bool:
+    return "gear_body" in beside
 
 
 def normal_component(gear: Gear, radius: NDArray) -> NDArray:
@@ -102,20 +174,3 @@ def normal_component(gear: Gear, radius: NDArray) -> NDArray:
     gamma = gear.load_angle(radius)
     helix = np.arctan(radius * math.tan(gear.beta) / gear.pitch_radius)
     return np.cos(gamma) * math.cos(gear.beta_b) * np.cos(helix) + math.sin(gear.beta_b) * np.sin(helix)
-
-
-@lru_cache(maxsize=256)
-def plate_tooth(gear: Gear, material: Material, order: tuple[int, int] | None, fillet: bool) -> PlateTooth:
-    """Plate of a gear's tooth; kept, because micro-geometry and errors do not change it."""
-    # the involute starts at the base circle like (R − r_b)^{3/2}; a fillet leaves the root circle like √(R − r_f)
-    base, junction = gear.base_radius - gear.root_radius, gear.form_radius - gear.root_radius
-    return PlateTooth(
-        height=gear.tooth_height,
-        width=gear.face_width,
-        thickness=lambda x: gear.normal_thickness(gear.root_radius + np.asarray(x), fillet=fillet),
-        E=material.E,
-        nu=material.nu,
-        basis=order or "paper",
-        breaks=(junction, base) if fillet else (base,),
-        branches=(0.0, max(base, 0.0)) if fillet else (base,),
-    )

@@ -9,14 +9,15 @@ from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import GapEffect
+from gearbench.effects.base import Effects, GapEffect
 from gearbench.effects.files import content
 from gearbench.effects.flank_grid import FlankGrid, read_grid
 from gearbench.effects.relief import MICROMETRE
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.material import STRICT
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
+from gearbench.schema import STRICT
 
 File = Annotated[str, Field(min_length=1, max_length=1000)]
 Digest = Annotated[str, Field(pattern="[0-9a-f]{64}")]
@@ -38,9 +39,9 @@ class Topography(GapEffect):
     pinion, wheel
         File of each gear, relative to the scene file.
     positive
-        What a positive deviation means: material "missing", or "excess", as most measuring machines plot it.
+        Meaning of a positive deviation: material "missing", or "excess", as most measuring machines plot it.
     pinion_sha256, wheel_sha256
-        SHA-256 of the files; noted when they are read, so that the scene's hash depends on what is in them, and checked
+        SHA-256 of the files; noted when they are read, so that the scene's hash depends on their contents, and checked
         where given.
     """
 
@@ -67,7 +68,7 @@ class Topography(GapEffect):
             grid, digest = (None, None) if file is None else _read(name, file, known)
             object.__setattr__(self, f"{name}_sha256", digest)
             grids.append(grid)
-        # no field: what the grids hold is told by the hashes
+        # no field: the hashes tell the contents of the grids
         object.__setattr__(self, "_grids", tuple(grids))
 
     @property
@@ -75,19 +76,19 @@ class Topography(GapEffect):
         """Grids of pinion and wheel."""
         return self.__dict__["_grids"]
 
-    def check(self, pair: Pair) -> None:
+    def check(self, pair: Pair, beside: Effects) -> None:
         """Refuse a grid that misses more than half of the active flank: most likely it is of another gear."""
-        for name, gear, ends, grid in zip(_NAMES, pair.gears, pair.active_radii, self.grids, strict=True):
+        for name, gear, ends, grid in zip(_NAMES, pair.gears, pair.meshing.active_radii, self.grids, strict=True):
             if grid is None:
                 continue
             active = grid.coordinate_of(gear, np.array(ends))
-            for what, values, (low, high) in (
+            for axis, values, (low, high) in (
                 (grid.along, grid.coordinate, (float(active[0]), float(active[1]))),
                 ("face position", grid.face, (0.0, pair.face_width)),
             ):
                 covered = min(high, values[-1]) - max(low, values[0])
                 if len(values) > 1 and covered < (high - low) / 2:
-                    span = f"{what} {values[0]:g} to {values[-1]:g} mm"
+                    span = f"{axis} {values[0]:g} to {values[-1]:g} mm"
                     raise InputError(name, span, f"must cover half of the active flank, {low:.5g} to {high:.5g} mm")
 
     def gap(self, lines: ContactLines) -> NDArray:
@@ -99,12 +100,12 @@ class Topography(GapEffect):
         return (MICROMETRE if self.positive == "missing" else -MICROMETRE) * total
 
     def kinks(self, pair: Pair) -> tuple[float, ...]:
-        """Places u [mm] of the rows of a coarse grid; the kinks of a fine one are too many to be integrated between."""
-        places: list[float] = []
-        for index, (gear, grid) in enumerate(zip(pair.gears, self.grids, strict=True)):
+        """Positions u [mm] of the rows of a coarse grid; the kinks of a fine one are too many to integrate between."""
+        positions: list[float] = []
+        for role, gear, grid in zip(Role, pair.gears, self.grids, strict=True):
             if grid is not None and len(grid.coordinate) <= _MOST_KINKS:
-                places += [pair.path_coordinate(index, float(radius)) for radius in grid.radii(gear)]
-        return tuple(u for u in places if pair.path_start < u < pair.path_end)
+                positions += [pair.meshing.path_coordinate(role, float(radius)) for radius in grid.radii(gear)]
+        return tuple(u for u in positions if pair.meshing.path_start < u < pair.meshing.path_end)
 
 
 #: Grids read so far by their SHA-256: an effect made anew from its tables needs no second look at the file.

@@ -1,6 +1,6 @@
 """Gear pairs from REXS files: which stages there are, and a stage as a scene.
 
-What a scene needs and a file may leave out is either derived (profile shifts from the centre distance), or assumed and
+Values that a file leaves out are either derived (profile shifts from the centre distance), or assumed and
 said so (basic rack ISO 53 A, steel), or required (the rest). Flank modifications in the file are not read.
 """
 
@@ -16,13 +16,14 @@ from gearbench.exchange.rexs_document import Component, RexsDocument, read_rexs
 from gearbench.exchange.rexs_gear import RexsGear, read_gear, read_material, read_seat
 from gearbench.exchange.rexs_torque import Drive, check_case, drives
 from gearbench.exchange.rexs_units import LENGTH
-from gearbench.geometry.involute import inv
+from gearbench.geometry.meshing import profile_shift_sum
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.rack import STANDARD_FILLET_RADIUS
 from gearbench.scene import Scene
-from gearbench.scene_file import parse_scene, validate
+from gearbench.scene_file import parse_scene
+from gearbench.schema import read
 
-#: What a stage is simulated with, unless its scene file is written and changed.
+#: Effects that a stage is simulated with, unless its scene file is written and changed.
 EFFECTS: dict[str, dict[str, Any]] = {
     "tooth_bending": {"model": "solid"},
     "hertz": {},
@@ -33,7 +34,7 @@ ROUNDING = 1e-3
 
 @dataclass(frozen=True)
 class Stage:
-    """A cylindrical stage of a file: its place in the list (from 1), the stage and its two gears, ``gear_1`` first."""
+    """A cylindrical stage of a file: its number in the list (from 1), the stage and its two gears, ``gear_1`` first."""
 
     number: int
     component: Component
@@ -42,7 +43,7 @@ class Stage:
 
 @dataclass(frozen=True)
 class StageScene:
-    """A stage as the tables of a scene file, and what was assumed, derived or left out for it."""
+    """A stage as the tables of a scene file, and notes on values assumed, derived or left out."""
 
     stage: Stage
     tables: dict[str, Any]
@@ -135,7 +136,7 @@ def scene_of(document: RexsDocument, found: StageScene) -> Scene:
 def pair_of(document: RexsDocument, found: StageScene) -> Pair:
     """The pair of a stage, which needs no torque; faults name file and stage."""
     try:
-        return validate(Pair, found.tables["pair"])
+        return read(Pair, found.tables["pair"])
     except InputError as error:
         raise error.within(f"stage {found.stage.number}.pair").in_file(str(document.path)) from None
 
@@ -206,14 +207,10 @@ def _check_mates(one: RexsGear, two: RexsGear) -> None:
 
 
 def _shift_sum(one: RexsGear, two: RexsGear, centre_distance: float) -> float:
-    """x_1 + x_2 without backlash, (z_1 + z_2)(inv α_wt − inv α_t)/(2 tan α_n). Source: ISO 21771."""
-    z, beta = one.teeth + two.teeth, math.radians(one.helix_angle)
-    alpha_n = math.radians(one.pressure_angle)
-    alpha_t = math.atan(math.tan(alpha_n) / math.cos(beta))
-    cos_w = one.normal_module * z / (2 * math.cos(beta)) * math.cos(alpha_t) / centre_distance
-    if cos_w >= 1:
+    """x_1 + x_2 without backlash."""
+    if one.base_radius + two.base_radius >= centre_distance:
         return 0.0  # the pair itself refuses such a distance
-    return z * (inv(math.acos(cos_w)) - inv(alpha_t)) / (2 * math.tan(alpha_n))
+    return profile_shift_sum((one, two), centre_distance)
 
 
 def _profile_shifts(
@@ -243,7 +240,7 @@ def _all_shifts(given: tuple[float | None, float | None], total: float) -> tuple
 
 
 def _member(gear: RexsGear, own: float | None, x: float) -> dict[str, Any]:
-    """Table of one gear; what the file leaves out is left to the defaults of the scene, ISO 53 A."""
+    """Table of one gear; values the file leaves out are left to the defaults of the scene, ISO 53 A."""
     sizes = {
         "profile_shift": own,
         "addendum": gear.addendum(x),

@@ -1,4 +1,4 @@
-"""REXS files, as XML or packed: what is in them, safely read. Source: REXS 1.0 to 1.7 (rexs.info).
+"""REXS files, as XML or packed: their contents, safely read. Source: REXS 1.0 to 1.7 (rexs.info).
 
 A model is a list of components with attributes, and of relations between them; a load spectrum may override attributes
 for its load cases. Document types are refused, and with them entity expansion; packed files that grow too much, too.
@@ -69,7 +69,7 @@ class RexsDocument:
     root
         The XML element ``model``.
     components, relations
-        What it holds.
+        Its contents.
     load_cases
         Load case of the first load spectrum → component → its element in that load case.
     """
@@ -127,7 +127,7 @@ class RexsDocument:
         return value * factor
 
     def require(self, component: Component, name: str, dimension: Dimension) -> float:
-        """As ``number``, for what must be there; lengths must be positive.
+        """As ``number``, for attributes that must be there; lengths must be positive.
 
         Raises
         ------
@@ -175,7 +175,7 @@ def _parse(path: Path) -> Element:
         if path.stat().st_size > LARGEST:
             raise InputError("", f"{path.stat().st_size} bytes", f"must be at most {LARGEST} bytes")
         with path.open("rb") as file:
-            return _xml(file)
+            return parse_xml(file)
     try:
         with zipfile.ZipFile(path) as archive:
             member = _model(archive)
@@ -184,7 +184,7 @@ def _parse(path: Path) -> Element:
                 allowed = f"must be at most {LARGEST} bytes and {LARGEST_RATIO} times its packed size"
                 raise InputError("", f"unpacks from {packed} to {size} bytes", allowed)
             with archive.open(member) as file:
-                return _xml(file)
+                return parse_xml(file)
     except (zipfile.BadZipFile, RuntimeError, NotImplementedError) as error:
         raise InputError("", "not a ZIP file", f"must be a packed REXS file ({error})") from None
 
@@ -199,8 +199,8 @@ def _model(archive: zipfile.ZipFile) -> zipfile.ZipInfo:
     return models[0]
 
 
-def _xml(file: IO[bytes]) -> Element:
-    """Root element, comments kept; what the header of a ZIP file says of its size is not relied on."""
+def parse_xml(file: IO[bytes]) -> Element:
+    """Root element, comments kept; the size in the header of a ZIP file is not relied on."""
     from defusedxml import DefusedXmlException
     from defusedxml.ElementTree import DefusedXMLParser
 
@@ -255,8 +255,8 @@ def _document(path: Path, root: Element) -> RexsDocument:
     )
 
 
-def _id(element: Element, what: str) -> int:
+def _id(element: Element, kind: str) -> int:
     text = element.get("id") or ""
     if not text.isdecimal():
-        raise InputError(f"{what}.id", repr(text), "must be a whole number")
+        raise InputError(f"{kind}.id", repr(text), "must be a whole number")
     return int(text)

@@ -8,22 +8,21 @@ from dataclasses import dataclass
 from gearbench.errors import InputError
 from gearbench.exchange.rexs_document import Component, RexsDocument
 from gearbench.exchange.rexs_units import ANGLE, LENGTH, MODULUS, NUMBER, Dimension
+from gearbench.geometry.section import TransverseSection
 
 
 @dataclass(frozen=True, kw_only=True)
-class RexsGear:
-    """What a file says of a cylindrical gear; None where it says nothing.
+class RexsGear(TransverseSection):
+    """A cylindrical gear as far as a file describes it; None for data it leaves out.
 
     Parameters
     ----------
     component
         The gear.
-    teeth
-        z.
-    normal_module, face_width
-        m_n and b [mm].
-    pressure_angle, helix_angle
-        α_n and β [°], β > 0 right-handed.
+    teeth, normal_module, pressure_angle, helix_angle
+        Of its transverse section; β > 0 right-handed.
+    face_width
+        b [mm].
     profile_shift, addendum_coefficient, dedendum_coefficient, fillet_radius
         x, h_aP*, tool addendum h_aP0* = h_f* and tool tip radius ρ_aP0* [normal modules].
     tip_radius, root_radius
@@ -31,11 +30,7 @@ class RexsGear:
     """
 
     component: Component
-    teeth: int
-    normal_module: float
     face_width: float
-    pressure_angle: float
-    helix_angle: float
     profile_shift: float | None
     addendum_coefficient: float | None
     dedendum_coefficient: float | None
@@ -55,11 +50,6 @@ class RexsGear:
             return self.dedendum_coefficient
         return profile_shift - (self.root_radius - self.pitch_radius) / self.normal_module
 
-    @property
-    def pitch_radius(self) -> float:
-        """Reference pitch radius r [mm]."""
-        return self.normal_module * self.teeth / (2 * math.cos(math.radians(self.helix_angle)))
-
 
 def read_gear(document: RexsDocument, component: Component) -> RexsGear:
     """Sizes of a cylindrical gear, from the gear itself, its flanks and its tools.
@@ -67,7 +57,7 @@ def read_gear(document: RexsDocument, component: Component) -> RexsGear:
     Raises
     ------
     InputError
-        Naming component and attribute: what is missing, no number, in an unknown unit, or different on both flanks.
+        Naming component and attribute: missing, no number, in an unknown unit, or different on both flanks.
     """
     if component.kind != "cylindrical_gear":
         raise InputError(component.label, component.kind, "must be an external cylindrical gear")
@@ -161,10 +151,10 @@ def read_material(document: RexsDocument, gear: Component) -> tuple[float, float
 def read_seat(document: RexsDocument, gear: Component) -> float | None:
     """Outer diameter [mm] of the shaft section that a gear sits on; None where the file does not say.
 
-    The place of the gear on the shaft is its middle for some programs and its face for others; both lie on its seat.
+    The position of the gear on the shaft is its middle for some programs and its face for others; both lie on its seat.
     """
-    place = document.number(gear, "u_coordinate_on_shaft", LENGTH)
-    if place is None:
+    position = document.number(gear, "u_coordinate_on_shaft", LENGTH)
+    if position is None:
         return None
     for shaft in document.related("assembly", "part", gear.id, "assembly"):
         for section in document.related("assembly", "assembly", shaft.id, "part"):
@@ -174,7 +164,7 @@ def read_seat(document: RexsDocument, gear: Component) -> float | None:
             )
             if start is None or not length or first is None or last is None:
                 continue
-            fraction = (place - start) / length
+            fraction = (position - start) / length
             if -1e-9 <= fraction < 1 - 1e-9:
                 return first + max(fraction, 0.0) * (last - first)
     return None

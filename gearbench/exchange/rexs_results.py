@@ -1,8 +1,8 @@
 """Results of a stage written back into a copy of its REXS file.
 
 REXS 1.5 has two attributes for a curve over the mesh cycle: ``meshing_stiffness_characteristic`` [N / mm], the mesh
-stiffness at each mesh position, and ``rotational_meshing_position`` [deg]; older versions have none. What a version has
-no attribute for is written as a custom attribute, named ``custom_gearbench_…``, as the standard provides.
+stiffness at each mesh position, and ``rotational_meshing_position`` [deg]; older versions have none. Without an
+attribute in its version a result is a custom attribute, named ``custom_gearbench_…``, as the standard provides.
 """
 
 from __future__ import annotations

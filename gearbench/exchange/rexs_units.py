@@ -13,7 +13,7 @@ from types import MappingProxyType
 
 @dataclass(frozen=True)
 class Dimension:
-    """A kind of quantity: the unit it is returned in, and what one of each REXS unit is worth in it."""
+    """A kind of quantity: the unit it is returned in, and the value of each REXS unit in it."""
 
     unit: str
     factors: Mapping[str, float]

@@ -1,4 +1,4 @@
-"""All designs of all results, one below the other: what the page draws and filters."""
+"""All designs of all results, one below the other, as the page draws and filters them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gearbench.explore.columns import Column
 from gearbench.explore.stored import Stored
 from gearbench.scene import Scene
 
-#: What the front shows: across and up, their scatter, in the paper's order.
+#: Quantities of the front: across and up, their scatter, in the paper's order.
 ACROSS, UP = "mesh_stiffness_rms_mean", "transmission_error_rms_mean"
 SCATTER_ACROSS, SCATTER_UP = "mesh_stiffness_rms_std", "transmission_error_rms_std"
 
@@ -26,16 +26,16 @@ class Catalogue:
     results
         The results, in the order they were named.
     study
-        Place of each design's result in ``results``, (design,).
-    place
-        Place of each design in its file, (design,).
+        Number of each design's result in ``results``, (design,).
+    number
+        Number of each design in its file, (design,).
     columns
-        What is known of the designs, NaN where a result does not know it.
+        Quantities of the designs, NaN where a result does not have them.
     """
 
     results: tuple[Stored, ...]
     study: NDArray
-    place: NDArray
+    number: NDArray
     columns: tuple[Column, ...]
 
     def __len__(self) -> int:
@@ -50,26 +50,26 @@ class Catalogue:
         return tuple(c for c in self.columns if c.kind in kinds and c.range[0] < c.range[1])
 
     def scene(self, design: int) -> Scene:
-        """Scene of a design by its place in the catalogue."""
-        return self.results[self.study[design]].scene(int(self.place[design]))
+        """Scene of a design by its number in the catalogue."""
+        return self.results[self.study[design]].scene(int(self.number[design]))
 
     def name(self, design: int) -> str:
         """Name of a design to show."""
-        return f"{self.results[self.study[design]].label}, design {self.place[design]}"
+        return f"{self.results[self.study[design]].label}, design {self.number[design]}"
 
 
 def catalogue(results: Sequence[Stored]) -> Catalogue:
     """Designs of ``results`` below each other; those without the two objectives of the front are left out."""
     titles = list(dict.fromkeys(column.title for result in results for column in result.columns))
     joined = [_join(results, title) for title in titles]
-    study = np.concatenate([np.full(len(result.places), i) for i, result in enumerate(results)])
-    place = np.concatenate([result.places for result in results])
+    study = np.concatenate([np.full(len(result.numbers), i) for i, result in enumerate(results)])
+    number = np.concatenate([result.numbers for result in results])
     drawn = np.all([np.isfinite(c.values) for c in joined if c.name in (ACROSS, UP)], axis=0)
     columns = tuple(
         Column(name=c.name, label=c.label, unit=c.unit, kind=c.kind, values=c.values[drawn], categories=c.categories)
         for c in joined
     )
-    return Catalogue(results=tuple(results), study=study[drawn], place=place[drawn], columns=columns)
+    return Catalogue(results=tuple(results), study=study[drawn], number=number[drawn], columns=columns)
 
 
 def _join(results: Sequence[Stored], title: str) -> Column:
@@ -79,7 +79,7 @@ def _join(results: Sequence[Stored], title: str) -> Column:
     categories = tuple(sorted({text for c in found if c is not None for text in c.categories}))
     parts = []
     for result, column in zip(results, found, strict=True):
-        values = np.full(len(result.places), np.nan) if column is None else column.values
+        values = np.full(len(result.numbers), np.nan) if column is None else column.values
         if column is not None and column.categories:
             values = np.array([categories.index(text) for text in column.categories])[values.astype(int)]
         parts.append(values.astype(float))
@@ -90,13 +90,13 @@ def _join(results: Sequence[Stored], title: str) -> Column:
 
 
 def fronts(catalogue: Catalogue, kept: NDArray | None = None) -> NDArray:
-    """Places of the designs that no other ``kept`` design of the same result dominates, by result and value across."""
+    """Numbers of the designs that no other ``kept`` design of the same result dominates, by result and value across."""
     x, y = catalogue.column(ACROSS).values, catalogue.column(UP).values
     kept = np.ones(len(catalogue), dtype=bool) if kept is None else kept
     found = []
     for study in range(len(catalogue.results)):
-        places = np.flatnonzero(kept & (catalogue.study == study))
-        order = places[np.lexsort((y[places], x[places]))]
+        numbers = np.flatnonzero(kept & (catalogue.study == study))
+        order = numbers[np.lexsort((y[numbers], x[numbers]))]
         lowest = np.minimum.accumulate(np.concatenate([[np.inf], y[order]]))
         found.append(order[y[order] < lowest[:-1]])
     return np.concatenate(found)

@@ -24,7 +24,7 @@ PIXELS = (404, 560)
 def sources(catalogue: Catalogue) -> Sources:
     """Data of the designs and of the fronts; 4-byte numbers, because they are drawn only."""
     x, y = catalogue.column(ACROSS).values, catalogue.column(UP).values
-    data = {"x": x, "y": y, "study": catalogue.study, "place": catalogue.place}
+    data = {"x": x, "y": y, "study": catalogue.study, "number": catalogue.number}
     for i, column in enumerate(catalogue.columns):
         data[f"c{i}"] = column.values
     short: dict[str, Any] = {k: v.astype("int32" if v.dtype.kind == "i" else "float32") for k, v in data.items()}
@@ -36,10 +36,10 @@ def sources(catalogue: Catalogue) -> Sources:
     }
 
 
-def front_data(catalogue: Catalogue, places: NDArray) -> dict[str, Any]:
-    """Columns of the front: values, σ, width and height of the 2σ boxes (0 where none is drawn), results, places."""
-    drawn = np.arange(len(places)) % max(1, math.ceil(len(places) / BOXES)) == 0
-    x, y, sx, sy = (catalogue.column(n).values[places] for n in (ACROSS, UP, SCATTER_ACROSS, SCATTER_UP))
+def front_data(catalogue: Catalogue, numbers: NDArray) -> dict[str, Any]:
+    """Columns of the front: values, σ, width and height of the 2σ boxes (0 where none is drawn), results, numbers."""
+    drawn = np.arange(len(numbers)) % max(1, math.ceil(len(numbers) / BOXES)) == 0
+    x, y, sx, sy = (catalogue.column(n).values[numbers] for n in (ACROSS, UP, SCATTER_ACROSS, SCATTER_UP))
     return {
         "x": x,
         "y": y,
@@ -47,10 +47,10 @@ def front_data(catalogue: Catalogue, places: NDArray) -> dict[str, Any]:
         "sy": sy,
         "w": np.where(drawn, 2 * np.nan_to_num(sx), 0.0),
         "h": np.where(drawn, 2 * np.nan_to_num(sy), 0.0),
-        "study": catalogue.study[places],
-        "place": catalogue.place[places],
-        "design": places,
-        "colour": np.array([colour(i) for i in catalogue.study[places]], dtype=object),
+        "study": catalogue.study[numbers],
+        "number": catalogue.number[numbers],
+        "design": numbers,
+        "colour": np.array([colour(i) for i in catalogue.study[numbers]], dtype=object),
     }
 
 
@@ -69,7 +69,7 @@ def cloud(catalogue: Catalogue, data: Sources) -> Any:
     )  # fmt: skip
     front = plot.scatter("x", "y", source=data["front"], size=8, color="colour", line_color="white", marker="circle")
     plot.scatter("x", "y", source=data["pick"], size=17, marker="circle", fill_alpha=0, line_color=PICK, line_width=2.5)
-    tips = [("design", "@place"), (across.label, f"@x{{0.000}} {across.unit}"), (up.label, f"@y{{0.000}} {up.unit}")]
+    tips = [("design", "@number"), (across.label, f"@x{{0.000}} {across.unit}"), (up.label, f"@y{{0.000}} {up.unit}")]
     scatter = [("σ across, up", f"@sx{{0.000}} {across.unit}, @sy{{0.000}} {up.unit}")]
     plot.add_tools(HoverTool(renderers=[front], tooltips=[*tips, *scatter]))
     # glyphs of their own, because filters may empty a front

@@ -23,7 +23,7 @@ _TITLES = {
 
 def sliders(scene: Scene) -> list[Slider]:
     """A slider for each setting, set to ``scene``."""
-    found = places(scene)
+    found = positions(scene)
     return [
         Slider(
             title=title, width=SIDE - 50, name=name, bar_color=PALETTE[5], format="0[.]00",
@@ -33,7 +33,7 @@ def sliders(scene: Scene) -> list[Slider]:
     ]  # fmt: skip
 
 
-def places(scene: Scene) -> dict[str, dict[str, Any]]:
+def positions(scene: Scene) -> dict[str, dict[str, Any]]:
     """Where the sliders stand for a scene: range, step and value; one that cannot be changed does not move."""
     settings = Settings.of(scene)
     height = min(gear.tooth_height for gear in scene.pair.gears)
@@ -54,7 +54,7 @@ def places(scene: Scene) -> dict[str, dict[str, Any]]:
 
 
 def settings_of(scene: Scene, values: Mapping[str, Any]) -> Settings:
-    """What the sliders say; a slider that was not moved says exactly what the scene does.
+    """Values of the sliders; a slider that was not moved has exactly that of the scene.
 
     Raises
     ------

@@ -13,12 +13,12 @@ _HEADS = {"statistic": "Scatter and objectives", "limit": "Limits", "variable": 
 
 
 def sliders(catalogue: Catalogue) -> dict[int, RangeSlider]:
-    """A slider for each quantity that differs between the designs, by the place of its column."""
+    """A slider for each quantity that differs between the designs, by the number of its column."""
     wanted = {id(column) for column in catalogue.of_kind("statistic", "limit", "variable")}
     return {i: _slider(i, c) for i, c in enumerate(catalogue.columns) if id(c) in wanted}
 
 
-def _slider(place: int, column: Column) -> RangeSlider:
+def _slider(number: int, column: Column) -> RangeSlider:
     low, high = column.range
     # a little wider than the values, so that rounding never hides a design at the ends
     room = 1e-6 * (high - low)
@@ -33,7 +33,7 @@ def _slider(place: int, column: Column) -> RangeSlider:
         width=SIDE - 50,
         bar_color=PALETTE[5],
         name=f"filter {column.name}",
-        tags=[place],
+        tags=[number],
     )
 
 

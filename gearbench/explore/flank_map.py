@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.outputs import Solved
+from gearbench.results.outputs import Solved
 
 #: Pixels across and up.
 SIZE = (72, 48)
@@ -24,16 +24,16 @@ def flank_map(solved: Solved, size: tuple[int, int] = SIZE) -> NDArray:
     turn = (lines.mesh_phase[:, None] + lines.index)[active]
     order = np.argsort(turn)
     turn, y, q = turn[order], lines.y[active][order], load[active][order]
-    half = lines.length[active][order] * math.cos(pair.base_helix_angle) / 2
+    half = lines.length[active][order] * math.cos(pair.meshing.beta_b) / 2
     across, up = size
-    places = (np.arange(up) + 0.5) / up * pair.face_width
-    u = pair.path_start + (np.arange(across) + 0.5) / across * (pair.path_end - pair.path_start)
-    along = np.array([np.interp(places, *line) for line in zip(y, q, strict=True)])  # (line, up)
-    reached = (places >= y[:, :1] - half[:, None]) & (places <= y[:, -1:] + half[:, None])
+    positions = (np.arange(up) + 0.5) / up * pair.face_width
+    u = pair.meshing.path_start + (np.arange(across) + 0.5) / across * (pair.meshing.path_end - pair.meshing.path_start)
+    along = np.array([np.interp(positions, *line) for line in zip(y, q, strict=True)])  # (line, up)
+    reached = (positions >= y[:, :1] - half[:, None]) & (positions <= y[:, -1:] + half[:, None])
     image = np.full((up, across), np.nan)
-    for row, place in enumerate(places):
+    for row, face in enumerate(positions):
         there = reached[:, row]
         if there.any():
-            at = pair.path_start + turn[there] * pair.base_pitch + place * math.tan(pair.base_helix_angle)
+            at = pair.meshing.path_start + turn[there] * pair.meshing.base_pitch + face * math.tan(pair.meshing.beta_b)
             image[row] = np.interp(u, at, along[there, row])
     return image

@@ -10,7 +10,7 @@ from gearbench.explore.gear_data import Tables
 from gearbench.explore.look import BEFORE, INK, NOW, PALETTE, SMALL, chart, fixed, from_zero
 from gearbench.explore.scripts import script
 
-#: What is drawn of the stored gear beside the changed one.
+#: Parts of the stored gear drawn beside the changed one.
 COMPARED = ("ste", "stiffness", "ste_orders", "stiffness_orders", "ste_density", "stiffness_density")
 _WIDTH, _HEIGHT = SMALL
 

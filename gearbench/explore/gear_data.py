@@ -30,9 +30,9 @@ def tables(picture: Picture, *, teeth: bool = True) -> Tables:
     }
     image = {
         "image": [picture.load.astype("float32")],
-        "x": [pair.path_start],
+        "x": [pair.meshing.path_start],
         "y": [0.0],
-        "dw": [pair.path_end - pair.path_start],
+        "dw": [pair.meshing.path_end - pair.meshing.path_start],
         "dh": [pair.face_width],
         "top": [float(np.nanquantile(picture.load, 0.99))],
     }
@@ -61,9 +61,9 @@ def _orders(amplitude: np.ndarray) -> dict[str, Any]:
 
 
 def _teeth(picture: Picture) -> Tables:
-    """Outlines at phase 0 about their own centres, and what turns them."""
+    """Outlines at phase 0 about their own centres, and their rotation."""
     drawn = mesh(picture.scene.pair)
-    pitch_point = drawn.on_path(np.array([picture.scene.pair.pitch_point]))[0]
+    pitch_point = drawn.on_path(np.array([picture.scene.pair.meshing.pitch_point]))[0]
     half = 1.15 * max(g.tooth_height for g in picture.scene.pair.gears) + 0.15 * drawn.pitch
     path = drawn.on_path(np.array(drawn.path))
     return {
@@ -90,7 +90,7 @@ def summary(name: str, *pictures: Picture) -> str:
     pair = pictures[-1].scene.pair
     z = f"{pair.pinion.teeth}/{pair.wheel.teeth}"
     head = f"z {z}, m_n {pair.normal_module:g} mm, β {pair.helix_angle:g}°, b {pair.face_width:g} mm"
-    ratios = f"ε_α {pair.transverse_contact_ratio:.3f}, ε_β {pair.overlap_ratio:.3f}"
+    ratios = f"ε_α {pair.meshing.transverse_contact_ratio:.3f}, ε_β {pair.meshing.overlap_ratio:.3f}"
     rows = [
         ("RMS δ [µm]", *(f"{p.transmission_error.rms:.3f}" for p in pictures)),
         ("peak-to-peak δ [µm]", *(f"{p.transmission_error.peak_to_peak:.3f}" for p in pictures)),

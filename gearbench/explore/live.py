@@ -12,12 +12,12 @@ from pydantic import ValidationError
 
 from gearbench.errors import GearbenchError, InputError
 from gearbench.explore.catalogue import Catalogue
-from gearbench.explore.controls import places, settings_of, sliders
+from gearbench.explore.controls import positions, settings_of, sliders
 from gearbench.explore.gear_data import densities, summary, tables
 from gearbench.explore.model import Picture, outline, picture, scattered
 from gearbench.explore.page import Page, answer_data, knee
 from gearbench.explore.scripts import script
-from gearbench.outputs import Solved
+from gearbench.results.outputs import Solved
 
 #: Pictures kept of designs as they are stored.
 KEPT = 64
@@ -28,7 +28,7 @@ PATIENCE = 0.04
 class Session:
     """One open page.
 
-    The browser asks one question at a time, a design and what its sliders say, and gets one answer, because every
+    The browser asks one question at a time, a design and the values of its sliders, and gets one answer, because every
     message costs both sides a turn; two where the scatter over the errors takes long, and then the curves first.
     Computing happens on a thread beside the server. While it runs, a newer question replaces the one that waits: the
     page follows a moving slider at the speed of the model, and ends with the last value.
@@ -38,7 +38,7 @@ class Session:
         self._catalogue, self._document = catalogue, document
         first = knee(catalogue)
         self._stored: dict[int, Picture] = {}
-        self._slow = False
+        self.slow = False
         before = self._keep(first, self._finished(*outline(catalogue.scene(first))))
         self._question = ColumnDataSource({"design": [first], "settings": [None]}, name="question")
         self._wanted, self._running = False, False
@@ -70,7 +70,7 @@ class Session:
         while self._wanted:
             self._wanted = False
             asked: Any = self._question.data
-            answers = self._answers(asked["design"][0], asked["settings"][0])
+            answers = self.answers(asked["design"][0], asked["settings"][0])
             while not self._wanted and (found := await asyncio.to_thread(next, answers, None)) is not None:
                 shown = asyncio.Event()
                 self._document.add_next_tick_callback(lambda found=found, shown=shown: self._show(found, shown))
@@ -81,8 +81,8 @@ class Session:
         self._page.answer.data = found
         shown.set()
 
-    def _answers(self, design: Any, values: Mapping[str, Any] | None) -> Iterator[dict[str, Any]]:
-        """Answers to a question, one or two; what is wrong with it stands in the message of the last."""
+    def answers(self, design: Any, values: Mapping[str, Any] | None) -> Iterator[dict[str, Any]]:
+        """Answers to a question, one or two; its faults stand in the message of the last."""
         try:
             yield from self._picked(int(design)) if values is None else self._moved(int(design), values)
         except ValidationError as error:
@@ -97,12 +97,12 @@ class Session:
         scene, name = self._catalogue.scene(design), self._catalogue.name(design)
         known = self._stored.get(design)
         if known is not None:
-            yield self._as_stored(known, name, places(scene))
+            yield self._as_stored(known, name, positions(scene))
             return
         now, solved = outline(scene)
-        if not (self._slow and now.unfinished):
+        if not (self.slow and now.unfinished):
             now = self._keep(design, self._finished(now, solved))
-        yield self._as_stored(now, name, places(scene))
+        yield self._as_stored(now, name, positions(scene))
         if now.unfinished:
             now = self._keep(design, self._finished(now, solved))
             yield answer_data(densities(now), densities(now), summary(name, now, now))
@@ -120,7 +120,7 @@ class Session:
             yield answer_data(tables(before, teeth=False), None, summary(name, before, before))
             return
         now, solved = outline(changed)
-        if not (self._slow and now.unfinished):
+        if not (self.slow and now.unfinished):
             now = self._finished(now, solved)
         yield answer_data(tables(now, teeth=False), None, summary(name, before, now))
         if now.unfinished:
@@ -130,7 +130,7 @@ class Session:
     def _finished(self, quick: Picture, solved: Solved) -> Picture:
         """With the scatter; how long that takes says whether the next answer waits for it."""
         done = scattered(quick, solved)
-        self._slow = done.seconds - quick.seconds > PATIENCE
+        self.slow = done.seconds - quick.seconds > PATIENCE
         return done
 
     def _keep(self, design: int, found: Picture) -> Picture:

@@ -1,4 +1,4 @@
-"""What is computed for a picked gear: curves over the mesh cycle, orders, load on the flank, scatter, tooth shapes.
+"""Results for a picked gear: curves over the mesh cycle, orders, load on the flank, scatter, tooth shapes.
 
 Nothing here knows of a page.
 """
@@ -11,11 +11,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.cycle import amplitudes, curves, peak_to_peak
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import GearbenchError
 from gearbench.explore.flank_map import flank_map
-from gearbench.outputs import Solved, fluctuation_rms, mean, relative_rms
+from gearbench.results.cycle import coefficients, curves
+from gearbench.results.outputs import Solved
+from gearbench.results.responses import response
 from gearbench.robustness.montecarlo import default_threads, prepare_scene, respond
 from gearbench.scene import Resolution, Scene
 from gearbench.simulation import solve_scene
@@ -61,7 +62,7 @@ class Picture:
     Parameters
     ----------
     scene
-        What was computed.
+        The results.
     transmission_error, mesh_stiffness
         STE [µm] and stiffness [N/µm] with every error at its mean.
     load
@@ -106,8 +107,8 @@ def outline(scene: Scene) -> tuple[Picture, Solved]:
     solved = solve_scene(scene)
     found = Picture(
         scene=scene,
-        transmission_error=_cycle(solved, solved.transmission_error),
-        mesh_stiffness=_cycle(solved, solved.mesh_stiffness, relative=True),
+        transmission_error=_cycle(solved, "transmission_error"),
+        mesh_stiffness=_cycle(solved, "mesh_stiffness"),
         load=flank_map(solved),
         scatter=None,
         seconds=time.perf_counter() - start,
@@ -122,16 +123,14 @@ def scattered(picture: Picture, solved: Solved, samples: int = SAMPLES) -> Pictu
     return replace(picture, scatter=scatter, seconds=picture.seconds + time.perf_counter() - start)
 
 
-def _cycle(solved: Solved, values: NDArray, *, relative: bool = False) -> Cycle:
-    phase, weight, size = solved.lines.mesh_phase, solved.weight, solved.scene.resolution.panel_size
-    parts = curves(phase, values, size, 12)
+def _cycle(solved: Solved, name: str) -> Cycle:
+    phases, values = solved.cycle.phases, getattr(solved.cycle, name)
+    parts = curves(phases, values, 12)
     return Cycle(
         phase=np.concatenate([x for x, _ in parts]),
         values=np.concatenate([y for _, y in parts]),
-        amplitude=amplitudes(phase, values, size, ORDERS),
-        mean=float(mean(values, weight)),
-        rms=float((relative_rms if relative else fluctuation_rms)(values, weight)),
-        peak_to_peak=peak_to_peak(phase, values, size),
+        amplitude=2 * np.abs(coefficients(phases, values, ORDERS)),
+        **{part: float(response(f"{name}_{part}").reduce(solved.cycle)) for part in ("mean", "rms", "peak_to_peak")},
     )
 
 
@@ -139,12 +138,12 @@ def _scatter(solved: Solved, samples: int) -> Scatter | None:
     scene = solved.scene
     if not isinstance(scene.effect("manufacturing_errors"), ManufacturingErrors):
         return None
-    # of what was solved: lines, gaps and compliance are the same
+    # of the solved scene: lines, gaps and compliance are the same
     problem = prepare_scene(scene, solved)
     answer, complete = respond(problem, problem.draw(samples, 0, "sobol"), default_threads())
     if not complete:
         raise GearbenchError("interrupted")
-    return Scatter(transmission_error=answer.transmission_error_rms, mesh_stiffness=answer.mesh_stiffness_rms)
+    return Scatter(transmission_error=answer["transmission_error_rms"], mesh_stiffness=answer["mesh_stiffness_rms"])
 
 
 def density(values: NDArray, points: int = 120) -> tuple[NDArray, NDArray]:

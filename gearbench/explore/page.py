@@ -21,7 +21,7 @@ from gearbench.explore.scripts import script, text_of
 
 
 class Page:
-    """The parts of the page, wired; what answers a pick is added by the caller.
+    """The parts of the page, wired; the answer to a pick is added by the caller.
 
     Every figure is a root of its own: Bokeh lays out a whole root where a label of an axis grows by a digit.
 
@@ -48,7 +48,7 @@ class Page:
         self._above, self.refresh, self.follow = self._designs()
 
     def listen(self, controls: Sequence[Any]) -> None:
-        """Show in the browser what comes in ``answer``; ``controls`` are the sliders that follow it."""
+        """Show ``answer`` in the browser; ``controls`` are the sliders that follow it."""
         gear = self.gear
         show = script("answer", answer=self.answer, sources=gear.now, before=gear.before, sliders=list(controls))
         self.answer.js_on_change("data", show)
@@ -120,7 +120,7 @@ def answer_data(
     message: str = "",
     controls: dict[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """Columns of an answer: tables to show and, after a pick, where the sliders stand; None leaves what is shown."""
+    """Columns of an answer: tables to show and, after a pick, where the sliders stand; None leaves those shown."""
     return {"now": [now], "before": [before], "summary": [text], "message": [message], "controls": [controls]}
 
 
@@ -153,9 +153,9 @@ def pick_data(catalogue: Catalogue, design: int) -> dict[str, Any]:
 
 def knee(catalogue: Catalogue) -> int:
     """The design on a front that is nearest the best of both objectives, each from its least to its greatest value."""
-    places = fronts(catalogue)
-    score = np.zeros(len(places))
+    numbers = fronts(catalogue)
+    score = np.zeros(len(numbers))
     for name in (ACROSS, UP):
-        values = catalogue.column(name).values[places]
+        values = catalogue.column(name).values[numbers]
         score += (values - values.min()) / (np.ptp(values) or 1.0)
-    return int(places[np.argmin(score)])
+    return int(numbers[np.argmin(score)])

@@ -25,10 +25,10 @@ def sources(catalogue: Catalogue) -> dict[str, ColumnDataSource]:
     """Images of all designs and of those kept, the picked line, and the ranges kept on the axes."""
     count = max(len(axes(catalogue)), 2)
     blank = np.zeros((UP, GAP * (count - 1)), dtype="uint32")
-    place = {"x": [0], "y": [0], "dw": [count - 1], "dh": [1]}
+    position = {"x": [0], "y": [0], "dw": [count - 1], "dh": [1]}
     return {
-        "everything": ColumnDataSource({"image": [blank], **place}),
-        "kept": ColumnDataSource({"image": [blank.copy()], **place}, name="parallel_image"),
+        "everything": ColumnDataSource({"image": [blank], **position}),
+        "kept": ColumnDataSource({"image": [blank.copy()], **position}, name="parallel_image"),
         "line": ColumnDataSource({"x": [], "y": []}, name="parallel_line"),
         "ranges": ColumnDataSource({"x": [], "bottom": [], "top": []}),
     }
@@ -44,8 +44,8 @@ def parallel(catalogue: Catalogue, data: dict[str, ColumnDataSource]) -> Any:
     plot.name = "parallel"
     plot.image_rgba("image", "x", "y", "dw", "dh", source=data["everything"])
     plot.image_rgba("image", "x", "y", "dw", "dh", source=data["kept"])
-    places = list(range(len(shown)))
-    plot.segment(places, [0] * len(shown), places, [1] * len(shown), color="#444444", line_width=1.5)
+    positions = list(range(len(shown)))
+    plot.segment(positions, [0] * len(shown), positions, [1] * len(shown), color="#444444", line_width=1.5)
     plot.quad(
         left=moved("x", -0.07),
         right=moved("x", 0.07),
@@ -62,10 +62,11 @@ def parallel(catalogue: Catalogue, data: dict[str, ColumnDataSource]) -> Any:
     for end, (low, baseline) in enumerate(((0.0, "top"), (1.0, "bottom"))):
         texts = [end_label(column, end) for column in shown]
         plot.text(
-            places, [low] * len(shown), text=texts, text_align="center", text_baseline=baseline, text_font_size="12px",
+            positions, [low] * len(shown), text=texts,
+            text_align="center", text_baseline=baseline, text_font_size="12px",
             y_offset=4 if end == 0 else -4,
         )  # fmt: skip
-    plot.xaxis.ticker = FixedTicker(ticks=places)
+    plot.xaxis.ticker = FixedTicker(ticks=positions)
     plot.xaxis.major_label_overrides = {i: two_lines(column.title) for i, column in enumerate(shown)}
     plot.yaxis.visible = False
     plot.grid.visible = False

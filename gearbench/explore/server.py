@@ -30,7 +30,7 @@ class Explorer:
     Parameters
     ----------
     catalogue
-        What is shown.
+        The page shown.
     port
         0: any that is free.
 
@@ -66,7 +66,7 @@ class Explorer:
 
     @property
     def sockets(self) -> list[socket.socket]:
-        """What it listens on."""
+        """The address it listens on."""
         return [self._listening]
 
     def run(self, ready: Callable[[], None] = lambda: None) -> None:

@@ -1,4 +1,4 @@
-"""What may be changed on the page: a few numbers of a scene."""
+"""Settings of the page: a few numbers of a scene."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Settings:
         )
 
     def applied(self, scene: Scene) -> Scene:
-        """``scene`` with these numbers; what does not differ stays as it is.
+        """``scene`` with these numbers; the others stay as they are.
 
         Raises
         ------

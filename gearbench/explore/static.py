@@ -26,7 +26,7 @@ def html(catalogue: Catalogue, pictures: int = PICTURES) -> str:
     """The page as text.
 
     It holds all designs, and pictures of up to ``pictures`` designs spread over the fronts; of the others it shows
-    what is stored.
+    the stored values.
     """
     first = knee(catalogue)
     shown: dict[str, tuple[str, Tables]] = {}
@@ -61,7 +61,7 @@ def write(catalogue: Catalogue, path: Path) -> None:
 
 def _spread(catalogue: Catalogue, first: int, count: int) -> NDArray:
     """Designs of the fronts, evenly along them, with ``first``."""
-    places = fronts(catalogue)
-    if len(places) > count:
-        places = places[np.linspace(0, len(places) - 1, count).round().astype(int)]
-    return np.unique([*places, first])
+    numbers = fronts(catalogue)
+    if len(numbers) > count:
+        numbers = numbers[np.linspace(0, len(numbers) - 1, count).round().astype(int)]
+    return np.unique([*numbers, first])

@@ -1,4 +1,4 @@
-"""The results named on the command line: designs with what is known of them, and the scene of each."""
+"""The results named on the command line: designs with their quantities, and the scene of each."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError
-from gearbench.explore.columns import Column, constraint_column, statistic_column, variable_column
-from gearbench.optimise.designs import Designs
-from gearbench.optimise.select import chosen_scene, open_designs
-from gearbench.optimise.study import RESPONSES, STATISTICS
-from gearbench.results import load
+from gearbench.explore.columns import Column, known_column, variable_column
+from gearbench.optimisation.designs import Designs
+from gearbench.optimisation.select import chosen_scene, open_designs
+from gearbench.optimisation.study import RESPONSES
+from gearbench.results.netcdf import load
+from gearbench.results.responses import is_response, statistics_of
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 
@@ -36,16 +37,16 @@ class Stored:
     label
         Name to show.
     columns
-        What is known of the designs, each (design,).
-    places
-        Places of the designs in their file, (design,).
+        Quantities of the designs, each (design,).
+    numbers
+        Numbers of the designs in their file, (design,).
     scene
-        The scene of the design at a place.
+        The scene of the design of a number.
     """
 
     label: str
     columns: tuple[Column, ...]
-    places: NDArray
+    numbers: NDArray
     scene: Callable[[int], Scene]
 
 
@@ -60,7 +61,7 @@ def open_results(paths: Sequence[str | Path]) -> tuple[Stored, ...]:
     results = [_open(Path(path)) for path in paths]
     labels = [result.label for result in results]
     for path, result in zip(paths, results, strict=True):
-        _LOG.debug("read %s: %d designs", path, len(result.places))
+        _LOG.debug("read %s: %d designs", path, len(result.numbers))
     return tuple(
         replace(result, label=f"{result.label} ({path})") if labels.count(result.label) > 1 else result
         for result, path in zip(results, paths, strict=True)
@@ -90,24 +91,24 @@ def of_designs(designs: Designs, file: str) -> Stored:
         If there is none.
     """
     dataset, study = designs.dataset, designs.study
-    places = np.flatnonzero(dataset["feasible"].values)
-    if places.size == 0:
+    numbers = np.flatnonzero(dataset["feasible"].values)
+    if numbers.size == 0:
         raise InputError("", file, "has no feasible design")
-    columns = [variable_column(v.name, v.paths, dataset[v.name].values[places]) for v in study.variables]
-    columns += [constraint_column(name, dataset[name].values[places]) for name in study.constraints]
-    columns += [statistic_column(name, dataset[name].values[places]) for name in STATISTICS]
+    columns = [variable_column(v.name, v.paths, dataset[v.name].values[numbers]) for v in study.variables]
+    columns += [known_column(name, "limit", dataset[name].values[numbers]) for name in study.constraints]
+    columns += [known_column(name, "statistic", dataset[name].values[numbers]) for name in study.statistics]
     label = study.name or file
-    return Stored(label=label, columns=tuple(columns), places=places, scene=lambda place: chosen_scene(designs, place))
+    return Stored(label=label, columns=tuple(columns), numbers=numbers, scene=lambda n: chosen_scene(designs, n))
 
 
 def of_run(dataset: xr.Dataset, file: str) -> Stored:
     """The one scene of a simulation or a robustness run."""
     scene = parse_scene(tomllib.loads(dataset.attrs["scene"]))
     columns = []
-    for name in STATISTICS:
-        response, statistic = name.rsplit("_", 1)
-        stored = dataset.get(name)
-        if stored is None and statistic == "mean":
-            stored = dataset[response].mean()
-        columns.append(statistic_column(name, np.array([np.nan if stored is None else float(stored)])))
-    return Stored(label=scene.name or file, columns=tuple(columns), places=np.array([0]), scene=lambda _: scene)
+    for response in dict.fromkeys((*RESPONSES, *filter(is_response, map(str, dataset.data_vars)))):
+        for name in statistics_of([response]):
+            stored = dataset.get(name)
+            if stored is None and name == f"{response}_mean":
+                stored = dataset[response].mean()
+            columns.append(known_column(name, "statistic", np.array([np.nan if stored is None else float(stored)])))
+    return Stored(label=scene.name or file, columns=tuple(columns), numbers=np.array([0]), scene=lambda _: scene)

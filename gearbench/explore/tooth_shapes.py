@@ -69,24 +69,24 @@ class Mesh:
 def mesh(pair: Pair) -> Mesh:
     """Teeth of ``pair`` about the pitch point."""
     pinion, wheel = pair.gears
-    alpha = pair.working_pressure_angle
-    first = pair.path_start + pair.face_width / 2 * math.tan(pair.base_helix_angle)
-    # the tooth nearest the pitch point stands in the middle of what is drawn
-    nearest = round((pair.pitch_point - first) / pair.base_pitch)
-    u = first + nearest * pair.base_pitch
+    alpha = pair.meshing.alpha_wt
+    first = pair.meshing.path_start + pair.face_width / 2 * math.tan(pair.meshing.beta_b)
+    # the tooth nearest the pitch point stands in the middle of the drawing
+    nearest = round((pair.meshing.pitch_point - first) / pair.meshing.base_pitch)
+    u = first + nearest * pair.meshing.base_pitch
     outlines = []
-    for gear, place in ((pinion, u), (wheel, pair.tangent_length - u)):
-        centre = place / gear.base_radius - alpha - float(gear.involute_half_angle(gear.base_radius))
+    for gear, position in ((pinion, u), (wheel, pair.meshing.tangent_length - u)):
+        centre = position / gear.base_radius - alpha - float(gear.involute_half_angle(gear.base_radius))
         outlines.append(turn(outline(gear), centre))
     return Mesh(
         pinion=outlines[0],
         wheel=-outlines[1],
         radii=(pinion.base_radius, wheel.base_radius),
-        pitch=pair.base_pitch,
+        pitch=pair.meshing.base_pitch,
         angle=alpha,
         distance=pair.centre_distance,
         first=first,
-        path=(pair.path_start, pair.path_end),
+        path=(pair.meshing.path_start, pair.meshing.path_end),
     )
 
 

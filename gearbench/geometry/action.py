@@ -18,7 +18,7 @@ class ContactLines:
 
     Pair k at mesh phase τ touches along u = u_A + (τ + k) p_bt + y tan β_b, as far as u_A ≤ u ≤ u_E, 0 ≤ y ≤ b. The
     part of a line inside that rectangle is cut into equal segments. All arrays are (position, pair, segment) unless
-    said otherwise; where a pair has no line its segments have zero length and stand at the middle of the rectangle.
+    said otherwise; where a pair has no line its segments have zero length and lie at the middle of the rectangle.
 
     Parameters
     ----------
@@ -55,26 +55,24 @@ class ContactLines:
     @cached_property
     def radii(self) -> tuple[NDArray, NDArray]:
         """Radii of the segment centres on pinion and wheel [mm]."""
-        pinion, wheel = self.pair.gears
-        return np.hypot(pinion.base_radius, self.u), np.hypot(wheel.base_radius, self.pair.tangent_length - self.u)
+        return self.pair.meshing.radii(self.u)
 
     @property
     def curvature_radius(self) -> NDArray:
-        """Relative radius of curvature in the normal plane ρ = u (T₁T₂ − u) / (T₁T₂ cos β_b) [mm]."""
-        T = self.pair.tangent_length
-        return self.u * (T - self.u) / T / math.cos(self.pair.base_helix_angle)
+        """Relative radius of curvature in the normal plane ρ [mm]."""
+        return self.pair.meshing.curvature_radius(self.u)
 
 
 def pair_indices(pair: Pair) -> NDArray:
     """Numbers k of the tooth pairs that touch at some phase of the mesh cycle, (pair,)."""
-    return np.arange(-math.ceil(pair.overlap_ratio), math.floor(pair.transverse_contact_ratio) + 1)
+    return np.arange(-math.ceil(pair.meshing.overlap_ratio), math.floor(pair.meshing.transverse_contact_ratio) + 1)
 
 
 def contact_lines(pair: Pair, mesh_phase: ArrayLike, segments: int) -> ContactLines:
     """Contact lines of ``pair`` at the phases ``mesh_phase`` (position,), each cut into ``segments`` segments."""
     tau = np.atleast_1d(np.asarray(mesh_phase, dtype=float))
-    u_a, u_e, b = pair.path_start, pair.path_end, pair.face_width
-    tan_b, p_bt = math.tan(pair.base_helix_angle), pair.base_pitch
+    meshing, b = pair.meshing, pair.face_width
+    u_a, u_e, tan_b, p_bt = meshing.path_start, meshing.path_end, math.tan(meshing.beta_b), meshing.base_pitch
     index = pair_indices(pair)
 
     start = u_a + (tau[:, None] + index) * p_bt  # u at y = 0
@@ -84,7 +82,7 @@ def contact_lines(pair: Pair, mesh_phase: ArrayLike, segments: int) -> ContactLi
         inside = (start >= u_a) & (start <= u_e)
         low, high = np.zeros_like(start), np.where(inside, b, 0.0)
     width = high - low
-    # a line shorter than rounding can place is no line
+    # a line shorter than rounding is no line
     width = np.where(width > 1e-13 * b, width, 0.0)
 
     fraction = (np.arange(segments) + 0.5) / segments
@@ -97,5 +95,5 @@ def contact_lines(pair: Pair, mesh_phase: ArrayLike, segments: int) -> ContactLi
         index=index,
         u=np.where(absent, (u_a + u_e) / 2, np.clip(u, u_a, u_e)),
         y=np.where(absent, b / 2, y),
-        length=width / segments / math.cos(pair.base_helix_angle),
+        length=width / segments / math.cos(meshing.beta_b),
     )

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import ConfigDict, Field
+from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-#: Every input class of the project refuses unknown keys, NaN, infinities and silent conversions.
-STRICT = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+from gearbench.schema import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -40,6 +39,11 @@ class Material:
     def G(self) -> float:
         """Shear modulus E / 2(1+ν) [N/mm²]."""
         return self.E / (2 * (1 + self.nu))
+
+    @property
+    def plane_strain_modulus(self) -> float:
+        """E / (1−ν²) [N/mm²], the modulus of contact along a line."""
+        return self.E / (1 - self.nu**2)
 
 
 def lame(E: float, nu: float) -> tuple[float, float]:

@@ -62,7 +62,7 @@ def case(number: int, resolution: Resolution | None = None) -> Scene:
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """A row of Table 2: the design, and what the paper prints for it.
+    """A row of Table 2: the design, and the results printed for it.
 
     Parameters
     ----------

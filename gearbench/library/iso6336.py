@@ -33,7 +33,7 @@ def norm_stiffness(pair: Pair, contact_ratio: float | None = None) -> NormStiffn
     Valid for external gears of steel with x_1 ≥ x_2 and −0.5 ≤ x_1 + x_2 ≤ 2.
     """
     beta, alpha_n = math.radians(pair.helix_angle), pair.pressure_angle
-    z_n1, z_n2 = (g.teeth / (math.cos(pair.base_helix_angle) ** 2 * math.cos(beta)) for g in pair.gears)
+    z_n1, z_n2 = (g.teeth / (math.cos(pair.meshing.beta_b) ** 2 * math.cos(beta)) for g in pair.gears)
     x1, x2 = pair.profile_shifts
     flexibility = (
         0.04723
@@ -48,5 +48,5 @@ def norm_stiffness(pair: Pair, contact_ratio: float | None = None) -> NormStiffn
     )
     rack = [(1 + 0.5 * (1.2 - g.dedendum)) * (1 - 0.02 * (20 - alpha_n)) for g in pair.gears]
     single = 0.8 * sum(rack) / 2 * math.cos(beta) / flexibility
-    epsilon = pair.transverse_contact_ratio if contact_ratio is None else contact_ratio
+    epsilon = pair.meshing.transverse_contact_ratio if contact_ratio is None else contact_ratio
     return NormStiffness(theoretical=1 / flexibility, single=single, mesh=single * (0.75 * epsilon + 0.25))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gearbench.accuracy.choose import Choice, choose
 from gearbench.accuracy.measure import scales
 from gearbench.errors import InputError
-from gearbench.robustness.montecarlo import Responses, prepare_scene, respond, response_means
+from gearbench.robustness.montecarlo import Responses, join, prepare_scene, respond
 from gearbench.robustness.sampling import Sampler
 from gearbench.robustness.statistics import average_error
 from gearbench.scene import Scene
@@ -55,11 +55,11 @@ def choose_robust(scene: Scene, *, seed: int, sampler: Sampler, threads: int) ->
 def _means(scene: Scene, *, seed: int, sampler: Sampler) -> NDArray:
     """Means over a few samples, (4,)."""
     problem = prepare_scene(scene)
-    return response_means(respond(problem, problem.draw(TRIAL_SAMPLES, seed, sampler))[0])
+    return respond(problem, problem.draw(TRIAL_SAMPLES, seed, sampler))[0].numbers.mean(axis=1)
 
 
 def _standard_errors(parts: list[Responses], sampler: Sampler) -> NDArray:
     """Relative standard errors of the means over all samples, (4,)."""
-    numbers = np.concatenate([part.numbers for part in parts], axis=1)
+    numbers = join(parts).numbers
     errors = np.array([average_error(values, sampler) for values in numbers])
     return errors / scales(numbers.mean(axis=1))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.provenance import provenance
-from gearbench.quantities import QUANTITIES
+from gearbench.results.provenance import provenance
+from gearbench.results.responses import described
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 #: Samples that first-order indices are estimated from at most: more would cost memory and no longer change a figure.
 ENOUGH = 8192
-#: Responses that get statistics and sensitivities.
+#: Responses that get statistics and sensitivities, beside those asked for.
 STUDIED = ("transmission_error_rms", "mesh_stiffness_rms")
 
 
@@ -27,12 +28,13 @@ def robust_dataset(
     errors: NDArray,
     responses: Responses,
     *,
+    more: Sequence[str] = (),
     complete: bool,
     sampler: Sampler,
     seed: int,
     wall_time: float,
 ) -> xr.Dataset:
-    """Dataset over the samples that were computed; ``errors`` (sample, error) [µm]."""
+    """Dataset over the samples that were computed; ``errors`` (sample, error) [µm]; ``more`` get statistics too."""
     import xarray as xr
 
     from gearbench.robustness.sensitivity import first_order_indices
@@ -40,23 +42,16 @@ def robust_dataset(
 
     count = len(responses)
     errors = errors[:count]
-    sample = ("transmission_error_rms", "mesh_stiffness_rms", "transmission_error_mean", "mesh_stiffness_mean")
-    variables: dict[str, tuple] = {
-        name: ("sample", getattr(responses, name), QUANTITIES[name].attrs) for name in sample
-    }
-    variables["error"] = (("sample", "error_name"), errors, QUANTITIES["error"].attrs)
-    for name in STUDIED if count > 1 else ():
-        values, base = getattr(responses, name), QUANTITIES[name]
+    variables: dict[str, tuple] = {name: ("sample", values) for name, values in responses.values.items()}
+    variables["error"] = (("sample", "error_name"), errors)
+    for name in dict.fromkeys((*STUDIED, *more)) if count > 1 else ():
+        values = responses[name]
         for statistic, (value, standard_error) in summarise(values, sampler).items():
-            attrs = {**base.attrs, "long_name": f"{statistic} over the samples of {base.long_name}"}
-            variables[f"{name}_{statistic}"] = ((), value, attrs)
-            attrs = {**attrs, "long_name": f"standard error of the {attrs['long_name']}"}
-            variables[f"{name}_{statistic}_standard_error"] = ((), standard_error, attrs)
+            variables[f"{name}_{statistic}"] = ((), value)
+            variables[f"{name}_{statistic}_standard_error"] = ((), standard_error)
         index, uncertainty = first_order_indices(errors[:ENOUGH], values[:ENOUGH])
-        attrs = {"units": "1", "long_name": f"share of each error in the variance of {base.long_name}", "symbol": "S"}
-        variables[f"{name}_first_order"] = ("error_name", index, attrs)
-        attrs = {**attrs, "long_name": f"standard error of the {attrs['long_name']}"}
-        variables[f"{name}_first_order_standard_error"] = ("error_name", uncertainty, attrs)
+        variables[f"{name}_first_order"] = ("error_name", index)
+        variables[f"{name}_first_order_standard_error"] = ("error_name", uncertainty)
     attrs = provenance(problem.scene, wall_time=wall_time, seed=seed)
     attrs |= {"sampler": sampler, "samples": count, "complete": int(complete), "rescued": responses.rescued}
-    return xr.Dataset(variables, coords={"error_name": np.array(problem.names, dtype=str)}, attrs=attrs)
+    return xr.Dataset(described(variables), coords={"error_name": np.array(problem.names, dtype=str)}, attrs=attrs)

@@ -1,4 +1,4 @@
-"""Points of the unit cube that random errors are drawn from: the same whatever computes them, and in what order."""
+"""Points of the unit cube that random errors are drawn from: the same whatever computes them, and in any order."""
 
 from __future__ import annotations
 

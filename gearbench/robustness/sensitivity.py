@@ -34,7 +34,7 @@ class Fit:
     owner
         Variable of each term; −1 for products and the constant, (term,).
     coefficients, influence
-        β, (term,), and what each sample adds to it, (sample, term).
+        β, (term,), and the contribution of each sample, (sample, term).
     main
         Main effect of each variable at the samples, (sample, variable).
     residual

@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import Literal
 
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
 from gearbench.strength.section import VirtualTooth
 
 #: Y_S is fitted for notch parameters in this range; outside it the norm takes the nearer end.
@@ -26,8 +27,8 @@ class RootBending:
     ----------
     pair
         The gear pair.
-    member
-        0 pinion, 1 wheel.
+    role
+        Pinion or wheel.
     load_at
         "single_contact": method B, load at the outer point of single pair contact of the virtual spur gear (for
         ε_αn ≥ 2 the same formula gives the inner point of triple contact, as in the norm); "tip": method C, load at
@@ -35,18 +36,18 @@ class RootBending:
     """
 
     pair: Pair
-    member: Literal[0, 1]
+    role: Role
     load_at: Literal["single_contact", "tip"] = "single_contact"
 
     @cached_property
     def tooth(self) -> VirtualTooth:
         """The virtual spur tooth."""
-        return VirtualTooth(gear=self.pair.gears[self.member])
+        return VirtualTooth(gear=self.pair.gears[self.role])
 
     @cached_property
     def virtual_contact_ratio(self) -> float:
         """ε_αn = ε_α / cos²β_b."""
-        return self.pair.transverse_contact_ratio / math.cos(self.pair.base_helix_angle) ** 2
+        return self.pair.meshing.transverse_contact_ratio / math.cos(self.pair.meshing.beta_b) ** 2
 
     @cached_property
     def load_radius(self) -> float:
@@ -76,7 +77,7 @@ class RootBending:
     @property
     def load_distribution_factor(self) -> float:
         """f_ε, the share of the load that the overlap leaves on the tooth."""
-        eps_b, eps_an = self.pair.overlap_ratio, self.virtual_contact_ratio
+        eps_b, eps_an = self.pair.meshing.overlap_ratio, self.virtual_contact_ratio
         if eps_b >= 1:
             return eps_an**-0.5
         if eps_b == 0:
@@ -100,7 +101,7 @@ class RootBending:
     def helix_factor(self) -> float:
         """Y_β = (1 − ε_β β/120°) / cos³β, with at most ε_β = 1 and β = 30°."""
         beta = min(self.pair.helix_angle, 30.0)
-        return (1 - min(self.pair.overlap_ratio, 1.0) * beta / 120) / math.cos(math.radians(beta)) ** 3
+        return (1 - min(self.pair.meshing.overlap_ratio, 1.0) * beta / 120) / math.cos(math.radians(beta)) ** 3
 
     @property
     def rim_factor(self) -> float:
@@ -108,7 +109,7 @@ class RootBending:
 
         The norm advises against s_R ≤ 0.5 h_t; the formula is continued there.
         """
-        bore = (self.pair.pinion, self.pair.wheel)[self.member].bore_diameter
+        bore = self.pair.members[self.role].bore_diameter
         gear = self.tooth.gear
         if bore is None:
             return 1.0
@@ -126,7 +127,7 @@ class RootBending:
     def stress(self, torque: float) -> float:
         """σ_F0 [MPa] under ``torque`` [N·m] on the pinion.
 
-        Y_DT = 1: what is below 1 needs gears of ISO class 4 or better with a trapezoidal load distribution.
+        Y_DT = 1: values below 1 need gears of ISO class 4 or better with a trapezoidal load distribution.
         """
         pinion = self.pair.gears[0]
         F_t = 1e3 * torque / pinion.pitch_radius

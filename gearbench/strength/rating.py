@@ -1,66 +1,47 @@
-"""All strength numbers of a scene at once."""
+"""Numbers of a pair to compare with limits: contact ratios, sliding, contact pressure, root stress."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.geometry.action import ContactLines
-from gearbench.outputs import Solved
+from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
+from gearbench.results.outputs import Solved
 from gearbench.scene import Scene
-from gearbench.simulation import solve_scene
 from gearbench.strength.bending import RootBending
 
-
-@dataclass(frozen=True, kw_only=True)
-class Strength:
-    """What a pair must stand, to be compared with ``Limits``.
-
-    Parameters
-    ----------
-    total_contact_ratio
-        ε_γ = ε_α + ε_β.
-    specific_sliding
-        Largest |ζ| at either end of the path of contact, on either gear; infinite where the path of contact reaches an
-        interference point.
-    contact_pressure
-        Largest Hertz pressure over the mesh cycle, from the solved load distribution [MPa].
-    root_stress
-        Nominal root stress of pinion and wheel, ISO 6336-3:2019 method B [MPa].
-    """
-
-    total_contact_ratio: float
-    specific_sliding: float
-    contact_pressure: float
-    root_stress: tuple[float, float]
+#: From the geometry alone.
+GEOMETRIC: Mapping[str, Callable[[Pair], float]] = MappingProxyType(
+    {
+        "total_contact_ratio": lambda pair: pair.meshing.total_contact_ratio,
+        "transverse_contact_ratio": lambda pair: pair.meshing.transverse_contact_ratio,
+        "overlap_ratio": lambda pair: pair.meshing.overlap_ratio,
+        "specific_sliding": lambda pair: pair.meshing.largest_sliding,
+    }
+)
 
 
-def strength(scene: Scene, solved: Solved | None = None) -> Strength:
-    """Strength numbers of ``scene``.
+def largest_pressure(solved: Solved) -> float:
+    """Largest Hertz pressure over the mesh cycle, from the solved load distribution [MPa]."""
+    return float(np.max(contact_pressure(solved.lines, solved.solution.force)))
 
-    Parameters
-    ----------
-    scene
-        The pair, its load, and the effects that distribute it.
-    solved
-        The scene already solved on its contact lines (``gearbench.simulation.solve_scene``); solved here where absent.
 
-    Raises
-    ------
-    ConvergenceError
-        If the contact problem is not solved to its residual.
-    """
-    solved = solve_scene(scene) if solved is None else solved
-    pair, torque = scene.pair, scene.load.torque
-    return Strength(
-        total_contact_ratio=pair.total_contact_ratio,
-        specific_sliding=pair.largest_sliding,
-        contact_pressure=float(np.max(contact_pressure(solved.lines, solved.solution.force))),
-        root_stress=(RootBending(pair=pair, member=0).stress(torque), RootBending(pair=pair, member=1).stress(torque)),
-    )
+def root_stress(scene: Scene) -> tuple[float, float]:
+    """Nominal root stress of pinion and wheel, ISO 6336-3:2019 method B [MPa]."""
+    pinion, wheel = (RootBending(pair=scene.pair, role=role).stress(scene.load.torque) for role in Role)
+    return pinion, wheel
+
+
+#: From the scene solved.
+UNDER_LOAD: Mapping[str, Callable[[Solved], float]] = MappingProxyType(
+    {"contact_pressure": largest_pressure, "root_stress": lambda solved: max(root_stress(solved.scene))}
+)
 
 
 def contact_pressure(lines: ContactLines, force: NDArray) -> NDArray:
@@ -77,8 +58,8 @@ def contact_pressure(lines: ContactLines, force: NDArray) -> NDArray:
         Normal force on each segment [N], (position, pair, segment).
     """
     pair = lines.pair
-    E, nu, T = pair.material.E, pair.material.nu, pair.tangent_length
+    T = pair.meshing.tangent_length
     length = np.where(lines.active, lines.length, 1.0)[..., None]
     # at an interference point ρ = 0: no segment sees less than this
-    rho = np.maximum(lines.curvature_radius, 1e-9 * T / math.cos(pair.base_helix_angle))
-    return np.sqrt(np.maximum(force, 0.0) / length * E / (2 * (1 - nu**2)) / (math.pi * rho))
+    rho = np.maximum(lines.curvature_radius, 1e-9 * T / math.cos(pair.meshing.beta_b))
+    return np.sqrt(np.maximum(force, 0.0) / length * pair.material.plane_strain_modulus / (2 * math.pi * rho))

@@ -1,1 +1,1 @@
-"""What a fast model is worth: a scene against the same scene on finite elements."""
+"""Validation of fast models: a scene against the same scene on finite elements."""

@@ -9,20 +9,24 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gearbench.contact.assemble import mesh_phases, scene_lines
+from gearbench.effort.clock import timed, times, unseen
 from gearbench.errors import InputError
-from gearbench.provenance import provenance, run_provenance
-from gearbench.quantities import QUANTITIES, Quantity
+from gearbench.geometry.role import Role
+from gearbench.results.provenance import provenance, run_provenance
+from gearbench.results.responses import described
 from gearbench.scene import Scene
 from gearbench.simulation import simulate
-from gearbench.validation.dataset import stack
+from gearbench.validation.dataset import CYCLE, stack
 from gearbench.validation.mac import compare_shapes, line_mac
-from gearbench.validation.reference import finite_elements, reference_scene
+from gearbench.validation.reference import meshed_flanks, reference_scene, smooth_effects
 from gearbench.validation.ste_error import CURVES, HARMONICS, OUTPUTS, cycle_errors
-from gearbench.validation.timing import compliance_seconds, simulation_seconds
 
 if TYPE_CHECKING:
     import xarray as xr
 
+#: Timed runs; medians count.
+REPEATS = 5
 MODELS, GEARS = ("fast", "reference"), ("pinion", "wheel")
 
 
@@ -37,7 +41,7 @@ def compare(scene: Scene, accuracy: float = 0.01) -> xr.Dataset:
     Returns
     -------
     Dataset with the dimensions ``model`` (fast, reference), ``position``, ``pair``, ``harmonic``, ``gear``,
-    ``load_height``, ``load_place``; both scenes as TOML in the attributes.
+    ``load_height``, ``load_face``; both scenes as TOML in the attributes.
 
     Raises
     ------
@@ -48,9 +52,7 @@ def compare(scene: Scene, accuracy: float = 0.01) -> xr.Dataset:
 
     begun = time.perf_counter()
     reference = reference_scene(scene, accuracy)
-    start = time.perf_counter()
-    fast_run = simulate(scene, outputs=OUTPUTS)
-    first_call = time.perf_counter() - start
+    fast_run, first_call = timed(lambda: simulate(scene, outputs=OUTPUTS))
     reference_run = simulate(reference, outputs=OUTPUTS)
     variables: dict[str, tuple] = {
         name: (("model", *fast_run[name].dims), np.array([fast_run[name].values, reference_run[name].values]))
@@ -60,25 +62,24 @@ def compare(scene: Scene, accuracy: float = 0.01) -> xr.Dataset:
         "model": ("model", list(MODELS)),
         "gear": ("gear", list(GEARS)),
         "harmonic": ("harmonic", np.arange(1, HARMONICS + 1)),
-        **{name: (fast_run[name].dims, fast_run[name].values) for name in ("mesh_phase", "phase_weight", "pair_index")},
+        **{name: (fast_run[name].dims, fast_run[name].values) for name in CYCLE},
     }
     variables |= cycle_errors(fast_run, reference_run) | _shapes(scene, reference) | _reference(reference)
     variables |= _times(scene, reference, variables["reference_seconds"][1].sum()) | {
-        "first_call_seconds": ((), first_call)
+        "first_call_seconds": ((), first_call.seconds)
     }
     attrs = provenance(scene, wall_time=time.perf_counter() - begun) | _reference_attrs(reference)
-    described = {name: (dims, np.asarray(v), _attrs(name)) for name, (dims, v) in variables.items()}
-    return xr.Dataset(described, {name: (d, v, _attrs(name)) for name, (d, v) in coords.items()}, attrs)
+    return xr.Dataset(described(variables), described(coords), attrs)
 
 
 def _shapes(scene: Scene, reference: Scene) -> dict[str, tuple]:
-    found = [compare_shapes(scene, reference, k) for k in range(2)]
-    over = ("gear", "load_height", "load_place")
+    found = [compare_shapes(scene, reference, role) for role in Role]
+    over = ("gear", "load_height", "load_face")
     criterion = np.array([each.mac for each in found])
-    lines = np.array([line_mac(scene, reference, k) for k in range(2)])
+    lines = np.array([line_mac(scene, reference, role) for role in Role])
     return {
         "load_radius": (("gear", "load_height"), np.array([each.loads.radius for each in found])),
-        "load_position": (("load_place",), found[0].loads.y),
+        "load_position": (("load_face",), found[0].loads.y),
         "mac": (over, criterion),
         "mac_worst": (("gear",), criterion.min(axis=(1, 2))),
         "mac_mean": (("gear",), criterion.mean(axis=(1, 2))),
@@ -90,8 +91,8 @@ def _shapes(scene: Scene, reference: Scene) -> dict[str, tuple]:
 
 
 def _reference(reference: Scene) -> dict[str, tuple]:
-    """What the finite elements of both gears were."""
-    flanks = [finite_elements(reference).flank(reference.pair, k) for k in range(2)]
+    """Finite elements of both gears."""
+    flanks = meshed_flanks(reference)
     of_gear: dict[str, list[Any]] = {
         "reference_error": [flank.error for flank in flanks],
         "reference_unknowns": [flank.attrs["unknowns"] for flank in flanks],
@@ -105,15 +106,28 @@ def _reference(reference: Scene) -> dict[str, tuple]:
 def _times(scene: Scene, reference: Scene, reference_compliance: float) -> dict[str, tuple]:
     """Wall times; that of the reference's compliance is the one stored when it was computed."""
     compliance = [compliance_seconds(scene), reference_compliance]
-    simulation = [simulation_seconds(each) for each in (scene, reference)]
+    simulation = [times(lambda s=s: simulate(s), REPEATS).seconds for s in (scene, reference)]
     return {
         "compliance_seconds": (("model",), np.array(compliance)),
         "simulation_seconds": (("model",), np.array(simulation)),
     }
 
 
+def compliance_seconds(scene: Scene, repeats: int = REPEATS) -> float:
+    """Wall time [s] of the smooth compliance of a pair that was not seen before, on the lines of all positions."""
+    fresh = iter([unseen(scene, i + 1) for i in range(repeats)])
+    return times(lambda: smooth_compliance(next(fresh)), repeats).seconds
+
+
+def smooth_compliance(scene: Scene) -> None:
+    """Compute the smooth compliances of ``scene`` on all its contact lines."""
+    lines = scene_lines(scene, mesh_phases(scene)[0])
+    for effect in smooth_effects(scene):
+        effect.compliance(lines, scene.effects_by_name)
+
+
 def _reference_attrs(reference: Scene) -> dict[str, str]:
-    attrs = finite_elements(reference).flank(reference.pair, 0).attrs
+    attrs = meshed_flanks(reference)[0].attrs
     return {
         "reference_scene": reference.to_toml(),
         "reference_solver": str(attrs["solver"]),
@@ -131,15 +145,6 @@ def _installed(*packages: str) -> list[str]:
         except PackageNotFoundError:
             continue
     return found
-
-
-def _attrs(name: str) -> dict[str, str]:
-    """Unit, symbol and meaning; an error against the reference has those of its quantity."""
-    known = QUANTITIES.get(name)
-    if known is None and name.endswith("_error"):
-        of = QUANTITIES[name.removesuffix("_error")]
-        known = Quantity("%", f"error of {of.symbol}", f"error of the {of.long_name} against the reference")
-    return {} if known is None else known.attrs
 
 
 def validate(

@@ -14,12 +14,14 @@ if TYPE_CHECKING:
 TEXTS = {
     "scene": "scene_toml",
     "scene_sha256": "scene_sha256",
+    "support": "support",
     "reference_scene": "reference_scene_toml",
     "reference_solver": "reference_solver",
     "reference_element": "reference_element",
     "reference_versions": "reference_versions",
 }
-_CYCLE = ("mesh_phase", "phase_weight", "pair_index")
+#: Coordinates of a mesh cycle.
+CYCLE = ("mesh_phase", "phase_weight", "panel_start", "panel_end", "pair_index")
 
 
 def stack(found: Sequence[xr.Dataset], names: Sequence[str]) -> xr.Dataset:
@@ -31,10 +33,10 @@ def stack(found: Sequence[xr.Dataset], names: Sequence[str]) -> xr.Dataset:
     for each in found:
         missing = {dim: (0, size - each.sizes[dim]) for dim, size in sizes.items()}
         text = {variable: ((), each.attrs[key]) for key, variable in TEXTS.items()}
-        floats = each.assign(pair_index=each["pair_index"].astype(float)).reset_coords(_CYCLE)
+        floats = each.assign(pair_index=each["pair_index"].astype(float)).reset_coords(CYCLE)
         padded.append(floats.pad(missing, constant_values=np.nan, keep_attrs=True).assign(text).drop_attrs(deep=False))
     joined = xr.concat(padded, "scene", combine_attrs="override", data_vars="all", coords="minimal")
-    return joined.assign_coords(scene=("scene", list(names))).set_coords(_CYCLE)
+    return joined.assign_coords(scene=("scene", list(names))).set_coords(CYCLE)
 
 
 def of_scene(dataset: xr.Dataset, i: int) -> xr.Dataset:

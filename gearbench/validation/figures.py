@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.cycle import curves, panel_size, panels
-from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE
+from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, legend_below, new_figure, plot_two_periods
+from gearbench.results.cycle import Phases, curves
 from gearbench.validation.dataset import side
 
 if TYPE_CHECKING:
@@ -21,14 +21,6 @@ STYLES: dict[str, dict[str, Any]] = {
     "reference": {"color": "black", "lw": 2.4, "ls": "-", "label": "finite elements"},
     "fast": {"color": ORANGE, "lw": 1.6, "ls": "--", "label": "fast model"},
 }
-
-
-def new_figure(rows: int, columns: int, size: tuple[float, float], **more: Any) -> tuple[Figure, Any]:
-    """Figure outside pyplot, which needs no display and is nobody's current figure; axes (rows, columns)."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=size, layout="constrained")
-    return figure, figure.subplots(rows, columns, squeeze=False, **more)
 
 
 def percent(value: float) -> str:
@@ -51,20 +43,14 @@ def cycle_figure(dataset: xr.Dataset) -> Figure:
         mean, peak = (percent(float(dataset[f"{name}_{part}_error"])) for part in ("mean", "peak_to_peak"))
         axis.set_title(f"{word}: mean {mean}, peak-to-peak {peak}")
     axes[1, 0].set_xlabel("mesh phase τ [mesh periods]")
-    _legend(figure, axes[0, 0])
+    legend_below(figure, axes[0, 0], 2)
     return figure
-
-
-def _legend(figure: Figure, axis: Axes) -> None:
-    figure.legend(*axis.get_legend_handles_labels(), loc="outside lower center", ncols=2, frameon=False)
 
 
 def draw_cycle(dataset: xr.Dataset, name: str, axis: Axes) -> None:
     """Draw a variable of the mesh cycle over two mesh periods, both sides."""
     for model, style in STYLES.items():
-        parts = panels(side(dataset, model), name)
-        x = np.concatenate([phase + period for period in (0, 1) for phase, _ in parts])
-        axis.plot(x, np.concatenate([values for _, values in parts] * 2), **style)
+        plot_two_periods(axis, side(dataset, model), name, **style)
     axis.axvline(1.0, color=GREY, lw=0.8, ls=":")
     axis.set_xlim(0, 2)
     axis.set_ylabel(f"{dataset[name].attrs['symbol']} [{dataset[name].attrs['units']}]")
@@ -76,31 +62,31 @@ def load_share_figure(dataset: xr.Dataset) -> Figure:
     """Share of one tooth pair from where it enters to where it leaves, and the difference of the two models."""
     figure, axes = new_figure(2, 1, (7.5, 5.2), sharex=True, height_ratios=(2, 1))
     upper, lower = axes[:, 0]
-    place, share = share_of_a_pair(dataset)
+    position, share = share_of_a_pair(dataset)
     for model, style in STYLES.items():
-        upper.plot(place, share[model], **style)
-    lower.plot(place, share["fast"] - share["reference"], color=ORANGE, lw=1.4)
+        upper.plot(position, share[model], **style)
+    lower.plot(position, share["fast"] - share["reference"], color=ORANGE, lw=1.4)
     lower.axhline(0, color=GREY, lw=0.8)
     upper.set(ylabel="share of the load X [%]", ylim=(0, None))
     lower.set(xlabel="progress of a tooth pair τ + k [mesh periods]", ylabel="difference [% of load]")
     largest, rms = (100 * float(dataset[f"load_share_error_{part}"]) for part in ("max", "rms"))
     upper.set_title(f"load sharing differs by at most {largest:.1f} % of the load, {rms:.1f} % RMS")
-    _legend(figure, upper)
+    legend_below(figure, upper, 2)
     return figure
 
 
 def share_of_a_pair(dataset: xr.Dataset) -> tuple[NDArray, dict[str, NDArray]]:
     """Progress τ + k of a pair [mesh periods] while in contact, and its share of the load [%] by either model."""
-    phase, size = dataset["mesh_phase"].values, panel_size(dataset)
+    phases = Phases.of_dataset(dataset)
     parts = []
     for k, index in enumerate(dataset["pair_index"].values):
-        sides = [curves(phase, dataset["load_share"].sel(model=model).values[:, k], size) for model in STYLES]
+        sides = [curves(phases, dataset["load_share"].sel(model=model).values[:, k]) for model in STYLES]
         for (x, one), (_, other) in zip(*sides, strict=True):
             loaded = (one > 0) | (other > 0)
             parts.append(np.array([x + index, 100 * one, 100 * other])[:, loaded])
     joined = np.concatenate(parts, axis=1)
-    place, *shares = joined[:, np.argsort(joined[0], kind="stable")]
-    return place, dict(zip(STYLES, shares, strict=True))
+    position, *shares = joined[:, np.argsort(joined[0], kind="stable")]
+    return position, dict(zip(STYLES, shares, strict=True))
 
 
 def harmonics_figure(dataset: xr.Dataset) -> Figure:
@@ -109,16 +95,16 @@ def harmonics_figure(dataset: xr.Dataset) -> Figure:
     for axis, name in zip(axes[0], ("transmission_error", "mesh_stiffness"), strict=True):
         harmonic = dataset["harmonic"].values
         for shift, (model, style) in zip((-0.2, 0.2), STYLES.items(), strict=True):
-            amplitude = dataset[f"{name}_harmonic"].sel(model=model).values
+            amplitude = dataset[f"{name}_amplitude"].sel(model=model).values
             hatch = None if model == "reference" else "//"
             axis.bar(harmonic + shift, amplitude, 0.38, color=style["color"], hatch=hatch, label=style["label"])
-        worst = dataset[f"{name}_harmonic_error"].values
+        worst = dataset[f"{name}_amplitude_error"].values
         i = int(np.nanargmax(np.abs(worst)))
         axis.set_title(f"harmonic {harmonic[i]}: {percent(float(worst[i]))} of the strongest", fontsize=10)
-        attrs = dataset[f"{name}_harmonic"].attrs
+        attrs = dataset[f"{name}_amplitude"].attrs
         axis.set(xlabel="harmonic n [–]", ylabel=f"amplitude {attrs['symbol']} [{attrs['units']}]")
         axis.set_xticks(harmonic)
-    _legend(figure, axes[0, 0])
+    legend_below(figure, axes[0, 0], 2)
     return figure
 
 
@@ -137,7 +123,7 @@ def mac_figure(dataset: xr.Dataset) -> Figure:
         for row, (name, colours, bottom, top, title) in enumerate(looks):
             axis = axes[row, k]
             drawn = axis.pcolormesh(y, radius, dataset[name].values[k], cmap=colours, vmin=bottom, vmax=top)
-            axis.set(xlabel="place of the load along the face width y [mm]", ylabel="radius of the load R [mm]")
+            axis.set(xlabel="position of the load along the face width y [mm]", ylabel="radius of the load R [mm]")
             axis.set_title(title, fontsize=10)
             if k == 1:
                 label = "MAC [–]" if name == "mac" else "deflection over\nthat of the reference [–]"

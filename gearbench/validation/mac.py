@@ -1,4 +1,4 @@
-"""Do two models deflect alike? Modal assurance criterion between deflection shapes, one for each place of a load.
+"""Do two models deflect alike? Modal assurance criterion between deflection shapes, one for each position of a load.
 
 The load stands in the middle of each of 6 × 9 equal cells of the active flank (height × face width); the deflection
 is taken in the middle of each of 12 × 17 cells, so that sums over the points are means over the flank.
@@ -14,10 +14,11 @@ from numpy.typing import ArrayLike, NDArray
 from gearbench.contact.assemble import mesh_phases, scene_lines
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
 from gearbench.scene import Scene
 from gearbench.validation.reference import smooth_effects
 
-#: Cells along height and face width: places of the load, and of the response.
+#: Cells along height and face width: positions of the load, and of the response.
 LOADS, RESPONSES = (6, 9), (12, 17)
 
 
@@ -35,53 +36,57 @@ def _unit(shapes: ArrayLike) -> NDArray:
 
 @dataclass(frozen=True, kw_only=True)
 class FlankGrid:
-    """Middles of equal cells of the active flank of one gear: radii [mm] (height,), places y [mm] (place,)."""
+    """Middles of equal cells of the active flank of one gear: radii [mm] (height,), positions y [mm] (position,)."""
 
     radius: NDArray
     y: NDArray
 
     def points(self, root_radius: float) -> tuple[NDArray, NDArray]:
-        """Height above the root circle and y of all points [mm], (height·place,) each."""
+        """Height above the root circle and y of all points [mm], (height·position,) each."""
         height, y = np.meshgrid(self.radius - root_radius, self.y, indexing="ij")
         return height.ravel(), y.ravel()
 
 
-def flank_grid(pair: Pair, k: int, cells: tuple[int, int]) -> FlankGrid:
+def flank_grid(pair: Pair, role: Role, cells: tuple[int, int]) -> FlankGrid:
     """Middles of ``cells`` (along height, along face width) on the active flank of a gear."""
-    low, high = pair.active_radii[k]
+    low, high = pair.meshing.active_radii[role]
     up, across = ((np.arange(n) + 0.5) / n for n in cells)
     return FlankGrid(radius=low + (high - low) * up, y=pair.face_width * across)
 
 
-def tooth_factor(scene: Scene, k: int, height: NDArray, y: NDArray) -> NDArray:
+def tooth_factor(scene: Scene, role: Role, height: NDArray, y: NDArray) -> NDArray:
     """Ψ (…, rank) [√(mm/N)] of all smooth compliances of ``scene`` on one tooth of a gear, by itself."""
-    parts = [effect.tooth_factor(scene.pair, k, height, y) for effect in smooth_effects(scene)]
+    parts = [
+        effect.tooth_factor(scene.pair, role, height, y, scene.effects_by_name) for effect in smooth_effects(scene)
+    ]
     return np.concatenate(parts, axis=-1)
 
 
-def deflection_shapes(scene: Scene, k: int) -> NDArray:
+def deflection_shapes(scene: Scene, role: Role) -> NDArray:
     """Deflections [mm/N] of one tooth of a gear at the response points, under unit loads: (response, load)."""
-    load = tooth_factor(scene, k, *flank_grid(scene.pair, k, LOADS).points(scene.pair.gears[k].root_radius))
-    return response_factor(scene, k) @ load.T
+    load = tooth_factor(scene, role, *flank_grid(scene.pair, role, LOADS).points(scene.pair.gears[role].root_radius))
+    return response_factor(scene, role) @ load.T
 
 
-def response_factor(scene: Scene, k: int) -> NDArray:
+def response_factor(scene: Scene, role: Role) -> NDArray:
     """Ψ (response, rank) at the response points of a gear."""
-    return tooth_factor(scene, k, *flank_grid(scene.pair, k, RESPONSES).points(scene.pair.gears[k].root_radius))
+    return tooth_factor(
+        scene, role, *flank_grid(scene.pair, role, RESPONSES).points(scene.pair.gears[role].root_radius)
+    )
 
 
-def line_shapes(scene: Scene, k: int, lines: ContactLines) -> NDArray:
+def line_shapes(scene: Scene, role: Role, lines: ContactLines) -> NDArray:
     """The same under unit loads, spread evenly over one contact line each: (response, line), lines in contact only."""
-    height = lines.radii[k][lines.active] - scene.pair.gears[k].root_radius
-    load = tooth_factor(scene, k, height, lines.y[lines.active]).mean(axis=1)
-    return response_factor(scene, k) @ load.T
+    height = lines.radii[role][lines.active] - scene.pair.gears[role].root_radius
+    load = tooth_factor(scene, role, height, lines.y[lines.active]).mean(axis=1)
+    return response_factor(scene, role) @ load.T
 
 
-def line_mac(fast: Scene, reference: Scene, k: int) -> tuple[float, float]:
+def line_mac(fast: Scene, reference: Scene, role: Role) -> tuple[float, float]:
     """Worst and mean MAC of the shapes under the contact lines of a mesh cycle; the mean weighted with their length."""
     phase, weight = mesh_phases(fast)
     lines = scene_lines(fast, phase)
-    found = mac(*(line_shapes(scene, k, lines) for scene in (fast, reference)))
+    found = mac(*(line_shapes(scene, role, lines) for scene in (fast, reference)))
     return float(found.min()), float(np.average(found, weights=(weight[:, None] * lines.length)[lines.active]))
 
 
@@ -94,7 +99,7 @@ class ShapeComparison:
     loads
         Where the loads stand.
     mac, norm_ratio
-        Criterion, and ‖fast‖ / ‖reference‖, for each load, (height, place).
+        Criterion, and ‖fast‖ / ‖reference‖, for each load, (height, position).
     compliance_ratio
         The same ratio of all loads together (Frobenius norm): > 1 is softer than the reference.
     """
@@ -105,12 +110,12 @@ class ShapeComparison:
     compliance_ratio: float
 
 
-def compare_shapes(fast: Scene, reference: Scene, k: int) -> ShapeComparison:
+def compare_shapes(fast: Scene, reference: Scene, role: Role) -> ShapeComparison:
     """Compare the deflection shapes of pinion (k = 0) or wheel (k = 1) of two scenes with the same pair."""
-    a, b = deflection_shapes(fast, k), deflection_shapes(reference, k)
+    a, b = deflection_shapes(fast, role), deflection_shapes(reference, role)
     ratio = np.linalg.norm(a, axis=0) / np.linalg.norm(b, axis=0)
     return ShapeComparison(
-        loads=flank_grid(fast.pair, k, LOADS),
+        loads=flank_grid(fast.pair, role, LOADS),
         mac=mac(a, b).reshape(LOADS),
         norm_ratio=ratio.reshape(LOADS),
         compliance_ratio=float(np.linalg.norm(a) / np.linalg.norm(b)),

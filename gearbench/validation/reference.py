@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Literal
+from typing import TYPE_CHECKING
 
-from gearbench.effects.base import ToothCompliance
-from gearbench.effects.fe_compliance import BODY_EFFECTS, FeCompliance
+from gearbench.effects.base import Effect, ToothCompliance
+from gearbench.effects.gear_body import GearBody
+from gearbench.effects.tooth_bending import ToothBending, tooth_bending
 from gearbench.errors import InputError
+from gearbench.geometry.role import Role
 from gearbench.scene import Scene
+
+if TYPE_CHECKING:
+    from gearbench.compliance.flank import FlankCompliance
 
 
 def smooth_effects(scene: Scene) -> tuple[ToothCompliance, ...]:
@@ -16,13 +21,8 @@ def smooth_effects(scene: Scene) -> tuple[ToothCompliance, ...]:
     return tuple(effect for effect in scene.effects if isinstance(effect, ToothCompliance))
 
 
-def support(scene: Scene) -> Literal["clamped", "rim"]:
-    """How the reference of ``scene`` is held: "rim" where an effect of the scene stands for the gear body."""
-    return "rim" if any(scene.effect(name) is not None for name in BODY_EFFECTS) else "clamped"
-
-
 def reference_scene(scene: Scene, accuracy: float = 0.01) -> Scene:
-    """``scene`` with its smooth compliances replaced by ``fe_compliance``; all else stays.
+    """``scene`` with its smooth compliances replaced by finite elements, on gear bodies where it has some.
 
     Parameters
     ----------
@@ -32,24 +32,27 @@ def reference_scene(scene: Scene, accuracy: float = 0.01) -> Scene:
     Raises
     ------
     InputError
-        If there is nothing to compare: the scene runs on finite elements, or has no smooth compliance; or if the
-        reference needs bores that the pair does not have.
+        If there is nothing to compare: the scene runs on finite elements, or has no smooth compliance.
     """
-    if scene.effect(FeCompliance.name) is not None:
-        raise InputError(f"effects.{FeCompliance.name}", "given", "is the reference: give a scene with a fast model")
+    if tooth_bending(scene.effects_by_name, "finite_elements"):
+        raise InputError("effects.tooth_bending.model", "finite_elements", "is the reference: give a fast model")
     smooth = smooth_effects(scene)
     if not smooth:
         raise InputError("effects", "no smooth compliance", "nothing to compare: add tooth_bending")
-    held = support(scene)
-    for name, member in (("pinion", scene.pair.pinion), ("wheel", scene.pair.wheel)):
-        if held == "rim" and member.bore_diameter is None:
-            raise InputError(f"pair.{name}.bore_diameter", "missing", "the reference with the gear body needs it")
-    others = tuple(effect for effect in scene.effects if effect not in smooth)
-    return replace(scene, effects=(FeCompliance(support=held, accuracy=accuracy), *others))
+    kept: list[Effect] = [effect for effect in scene.effects if effect not in smooth]
+    if scene.effect(GearBody.name) is not None:
+        kept.insert(0, GearBody())
+    return replace(scene, effects=(ToothBending(model="finite_elements", accuracy=accuracy), *kept))
 
 
-def finite_elements(reference: Scene) -> FeCompliance:
-    """The ``fe_compliance`` of a reference."""
-    effect = reference.effect(FeCompliance.name)
-    assert isinstance(effect, FeCompliance)
-    return effect
+def finite_elements(reference: Scene) -> ToothBending:
+    """The tooth of a reference."""
+    tooth = tooth_bending(reference.effects_by_name, "finite_elements")
+    assert tooth is not None
+    return tooth
+
+
+def meshed_flanks(reference: Scene) -> tuple[FlankCompliance, FlankCompliance]:
+    """Compliances of the flanks of pinion and wheel of a reference."""
+    tooth, beside = finite_elements(reference), reference.effects_by_name
+    return tooth.flank(reference.pair, Role.PINION, beside), tooth.flank(reference.pair, Role.WHEEL, beside)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from gearbench.errors import InputError
 from gearbench.files import check_target, replacing
-from gearbench.results import save
+from gearbench.results.netcdf import save
 from gearbench.validation import figures
 from gearbench.validation.dataset import of_scene
 from gearbench.validation.figures import duration, percent
@@ -84,7 +84,7 @@ def render(dataset: xr.Dataset) -> str:
 
 
 def finding(one: xr.Dataset) -> str:
-    """What the comparison of a scene found, in a sentence."""
+    """Findings of the comparison of a scene, in a sentence."""
     errors = ", ".join(f"{label} {percent(float(one[f'{name}_error']))}" for label, name in _ERRORS.items())
     fast, slow = one["compliance_seconds"].values
     worst, mean, line = (float(one[name].min()) for name in ("mac_worst", "mac_mean", "line_mac_mean"))
@@ -112,7 +112,7 @@ def _section(i: int, name: str, one: xr.Dataset) -> str:
         "Share of the load that one tooth pair carries while it passes through the mesh.": (
             figures.load_share_figure(one)
         ),
-        "For each place of a unit load: agreement of the deflection shape over the flank, and its size.": (
+        "For each position of a unit load: agreement of the deflection shape over the flank, and its size.": (
             figures.mac_figure(one)
         ),
         "Wall times. Simulation: all mesh phases, the teeth being known.": figures.time_figure(one),
@@ -144,7 +144,7 @@ def _cycle_table(one: xr.Dataset) -> str:
         error = percent(float(one[f"{name}_error"]))
         rows.append([label, f"{fast:.4g} {units}", f"{reference:.4g} {units}", error])
     for word, name in (("STE", "transmission_error"), ("stiffness", "mesh_stiffness")):
-        harmonic, error = one[f"{name}_harmonic"], one[f"{name}_harmonic_error"].values
+        harmonic, error = one[f"{name}_amplitude"], one[f"{name}_amplitude_error"].values
         for n, (fast, reference) in enumerate(harmonic.values.T):
             units = harmonic.attrs["units"]
             label = f"harmonic {n + 1} of {word}"
@@ -188,6 +188,7 @@ def _time_table(one: xr.Dataset) -> str:
 def _texts(one: xr.Dataset) -> str:
     attrs = one.attrs
     facts = {
+        "support of the teeth": attrs["support"],
         "versions": attrs["versions"],
         "revision": attrs["git_revision"],
         "host": attrs["host"],
@@ -205,7 +206,7 @@ def _texts(one: xr.Dataset) -> str:
 
 
 def _method(dataset: xr.Dataset) -> str:
-    heights, places = (dataset.sizes[name] for name in ("load_height", "load_place"))
+    heights, positions = (dataset.sizes[name] for name in ("load_height", "load_face"))
     paragraphs = (
         "Reference: the same pair, load, gaps, contact law and mesh phases; every compliance but the contact law is "
         "replaced by that of three-dimensional finite elements, a clamped tooth or, where the scene models the gear "
@@ -213,8 +214,9 @@ def _method(dataset: xr.Dataset) -> str:
         "Errors are those of the fast model, (fast − reference) / reference. Peak-to-peak values include both sides of "
         "each jump. Load sharing: difference of the share of a tooth pair while it is in contact.",
         f"MAC = (aᵀb)² / ((aᵀa)(bᵀb)) of the deflections a, b of one flank, in the middle of {RESPONSES[0]} × "
-        f"{RESPONSES[1]} equal cells of its active part, under a unit load: at each of {heights} × {places} places, or "
-        "spread evenly over each contact line of the mesh cycle (the mean weighted with its length).",
+        f"{RESPONSES[1]} equal cells of its active part, under a unit load: at each of "
+        f"{heights} × {positions} positions, or spread evenly over each contact line of the mesh cycle (the mean "
+        "weighted with its length).",
         "Times are wall times on this computer: medians of repeats after warm-up for the fast model; for the finite "
         "elements meshing, assembly and solution of all meshes, both gears.",
     )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gearbench.cycle import fourier
+from gearbench.results.cycle import fourier
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 #: Variables of the mesh cycle that are compared, and how many of their harmonics.
 CURVES = ("transmission_error", "mesh_stiffness")
 HARMONICS = 5
-#: What both sides are simulated for.
+#: Outputs of both sides.
 OUTPUTS = (*CURVES, "load_share", *(f"{name}_{part}" for name in CURVES for part in ("mean", "peak_to_peak")))
 
 
@@ -41,8 +41,8 @@ def cycle_errors(fast: xr.Dataset, reference: xr.Dataset) -> dict[str, tuple]:
             found[f"{name}_{part}"] = (("model",), np.array([a, b]))
             found[f"{name}_{part}_error"] = ((), relative_error(a, b))
         a, b = (fourier(side, name, HARMONICS) for side in sides)
-        found[f"{name}_harmonic"] = (("model", "harmonic"), np.array([a, b]))
-        found[f"{name}_harmonic_error"] = (("harmonic",), relative_error(a, b, np.full(HARMONICS, b.max())))
+        found[f"{name}_amplitude"] = (("model", "harmonic"), np.array([a, b]))
+        found[f"{name}_amplitude_error"] = (("harmonic",), relative_error(a, b, np.full(HARMONICS, b.max())))
     shares = fast["load_share"].values, reference["load_share"].values
     largest, rms = load_share_error(*shares, fast["phase_weight"].values)
     return found | {"load_share_error_max": ((), largest), "load_share_error_rms": ((), rms)}

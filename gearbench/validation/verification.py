@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, write_figure
-from gearbench.quantities import QUANTITIES
+from gearbench.results.responses import quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,14 +19,12 @@ _STYLES = ((BLUE, "o"), (ORANGE, "s"), (GREEN, "^"), (PURPLE, "D"))
 
 def heading(label: str) -> tuple[str, str]:
     """Short name and unit of an objective; the whole label without unit where it is a weighted sum."""
-    response, _, statistic = label.rpartition("_")
-    if response not in QUANTITIES:
-        return label.replace("_", " "), ""
-    return f"{statistic} {QUANTITIES[response].symbol}", QUANTITIES[response].units
+    q = quantity(label)
+    return (label.replace("_", " "), "") if q is None else (q.symbol, q.units)
 
 
 def findings(dataset: xr.Dataset) -> list[str]:
-    """What the verification says, one line for each objective and one for the front."""
+    """Findings of the verification, one line for each objective and one for the front."""
     lines = []
     for i, label in enumerate(map(str, dataset["objective_name"].values)):
         shift, rho = dataset["shift"].values[:, i], float(dataset["rank_correlation"].values[i])
@@ -52,9 +50,9 @@ def markdown(dataset: xr.Dataset, name: str) -> str:
     variables = [str(v) for v in dataset.attrs["variables"].split(", ")]
     heads = ["design", *variables, *(f"{short} [{unit}]" if unit else short for short, unit in map(heading, labels))]
     lines += ["| " + " | ".join([*heads, "still on the front"]) + " |", "|---:" * (len(heads) + 1) + "|"]
-    for place in range(dataset.sizes["design"]):
-        row = dataset.isel(design=place)
-        cells = [str(int(row["place"])), *(_cell(row[name].item()) for name in variables)]
+    for number in range(dataset.sizes["design"]):
+        row = dataset.isel(design=number)
+        cells = [str(int(row["number"])), *(_cell(row[name].item()) for name in variables)]
         pairs = zip(row["objective"].values, row["objective_verified"].values, row["shift"].values, strict=True)
         cells += [f"{old:.4g} / {new:.4g} ({shift:+.1f} %)" for old, new, shift in pairs]
         kept = "yes" if row["on_front_verified"] else "no" if row["verified"] else str(row["reason"].item())
@@ -93,7 +91,7 @@ def shifts(dataset: xr.Dataset, axes: Axes) -> Axes:
         axes.plot(rank, dataset["shift"].values[:, i], marker, color=colour, ms=5, label=text)
     axes.axhline(0, color=GREY, lw=0.8)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set(xlabel="place on the front, by the first objective [–]", ylabel="change by finite elements [%]")
+    axes.set(xlabel="rank on the front, by the first objective [–]", ylabel="change by finite elements [%]")
     axes.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0))
     return axes
 

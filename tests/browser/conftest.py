@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from gearbench.results import save
+from gearbench.results.netcdf import save
 from tests.explore_designs import front
 
 

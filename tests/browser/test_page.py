@@ -9,7 +9,7 @@ import pytest
 from gearbench.explore.catalogue import catalogue, fronts
 from gearbench.explore.settings import Settings
 from gearbench.explore.stored import open_results
-from gearbench.results import save
+from gearbench.results.netcdf import save
 from gearbench.scene_file import load_scene
 from tests.browser.changes import CHANGES, change_times
 from tests.browser.chromium import chromium, faults, missing, open_page, shot, wait
@@ -56,7 +56,7 @@ def test_select_filter_slide_and_export(served, tmp_path):
 
         # a click on a point of the cloud picks that design
         chosen = pick_by_click(driver, designs)
-        wait(lambda: f"design {designs.place[chosen]}<" in summary(driver), "the pick was not computed")
+        wait(lambda: f"design {designs.number[chosen]}<" in summary(driver), "the pick was not computed")
         shot(driver, "2_picked")
         # the sliders follow the pick, and ask nothing by that
         assert driver.execute_script(MODEL + "return model('question').data.settings[0]") is None
@@ -151,7 +151,9 @@ def test_the_file_works_without_any_network(tmp_path):
         first, last = fronts(designs)[[0, -1]]
         for chosen in (first, last):
             driver.execute_script(MODEL + PICK, int(chosen))
-            wait(lambda chosen=chosen: f"design {designs.place[chosen]}<" in summary(driver), "no picture of the front")
+            wait(
+                lambda chosen=chosen: f"design {designs.number[chosen]}<" in summary(driver), "no picture of the front"
+            )
         driver.execute_script(MODEL + "model('filter effects.crowning.amount').value = [2.5, 5.5]")
         kept = designs.column("effects.crowning.amount").values
         kept = (kept >= 2.5) & (kept <= 5.5)
@@ -186,7 +188,7 @@ def place(driver, figure, x, y):
 
 
 def pick_by_click(driver, designs):
-    """Click on the design at the lower right end of the cloud, clear of the legend; its place."""
+    """Click on the design at the lower right end of the cloud, clear of the legend; its number."""
     from selenium.webdriver import ActionChains
 
     x, y = (designs.column(f"{name}_rms_mean").values for name in ("mesh_stiffness", "transmission_error"))

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 import multiprocessing
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,8 +13,8 @@ from numpy.testing import assert_array_equal
 
 from fem_reference import cache
 from fem_reference.cache import cached_compliance, digest, entry
-from fem_reference.compliance import FlankCompliance
 from fem_reference.section import Body
+from gearbench.compliance.flank import FlankCompliance
 
 
 @pytest.fixture
@@ -94,15 +96,14 @@ def test_cache_that_cannot_be_written_only_warns(monkeypatch, tmp_path, counted,
 
 
 def _write_and_read(arguments) -> bool:
-    from pathlib import Path
 
     path, gear = arguments
     whole = True
     for i in range(40):
         blocks = np.full((1, 30, 30), float(i))
         result = FlankCompliance(gear=gear, order=(5, 6), blocks=blocks, error=0.0, attrs={})
-        cache._store(Path(path), result)
-        found = cache._load(Path(path), gear)
+        cache.store(Path(path), result)
+        found = cache.load(Path(path), gear)
         whole &= found is not None and np.ptp(found.blocks) == 0
     return whole
 
@@ -111,3 +112,30 @@ def test_concurrent_writers_never_leave_half_a_file(tmp_path, spur):
     with multiprocessing.get_context("spawn").Pool(3) as pool:
         assert all(pool.map(_write_and_read, [(str(tmp_path / "entry.npz"), spur)] * 3))
     assert [p.name for p in tmp_path.iterdir()] == ["entry.npz"]
+
+
+def test_every_source_that_finite_elements_import_is_in_the_hash():
+    """Modules of gearbench that a refined compliance imports, one from the other: all but the texts of errors."""
+    root = Path(cache.__file__).parents[1]
+    seen, waiting = set(), [root / "fem_reference" / "refinement.py"]
+    while waiting:
+        for node in ast.walk(_without_type_checking(waiting.pop())):
+            if not isinstance(node, ast.ImportFrom) or not (node.module or "").startswith(
+                ("gearbench", "fem_reference")
+            ):
+                continue
+            base = root.joinpath(*node.module.split("."))
+            found = [base.with_suffix(".py"), *(base / f"{alias.name}.py" for alias in node.names)]
+            new = {path for path in found if path.exists()} - seen
+            seen |= new
+            waiting += new
+    mine = {path.relative_to(root / "gearbench").as_posix() for path in seen if path.is_relative_to(root / "gearbench")}
+    assert mine - {"errors.py"} == set(cache.SOURCES)
+
+
+def _without_type_checking(path: Path) -> ast.Module:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for node in tree.body:
+        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
+            node.body = []
+    return tree

@@ -15,7 +15,7 @@ pytestmark = pytest.mark.filterwarnings("error")
 
 def test_missing_library_names_every_package(monkeypatch):
     absent = {"libGLU.so.1", "libXft.so.2", "libgomp.so.1"}
-    monkeypatch.setattr(environment, "_loads", lambda library: library not in absent)
+    monkeypatch.setattr(environment, "loads", lambda library: library not in absent)
     assert missing_system_packages() == ("libglu1-mesa", "libxft2", "libgomp1")
     text = explain(OSError("libGLU.so.1: cannot open shared object file: No such file or directory"))
     assert text == "gmsh needs libGLU.so.1, which is missing: apt-get install libglu1-mesa libxft2 libgomp1"

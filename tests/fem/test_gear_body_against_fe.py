@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fem_reference.compliance import FlankCompliance, flank_compliance
+from fem_reference.compliance import flank_compliance
 from fem_reference.mesh_family import mesh_cells
 from fem_reference.refinement import refined_compliance
 from fem_reference.section import Body
 from fem_reference.tooth_mesh import tooth_mesh
-from gearbench.compliance.gear_body import GearBody
+from gearbench.compliance.flank import FlankCompliance
+from gearbench.compliance.gear_body import ToothedRing
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.geometry.material import Material
 from tests.gears import standard_gear
@@ -30,7 +31,7 @@ def ritz(body: Body, material: Material, order: tuple[int, int, int], along: int
     assert body.bore_radius is not None
     tooth = SolidTooth(gear=body.gear, E=material.E, nu=material.nu, order=order, heights=4)
     shape = 2 * tooth.flank_order
-    blocks = GearBody(tooth=tooth, bore_radius=body.bore_radius, order=along).blocks(2)
+    blocks = ToothedRing(tooth=tooth, bore_radius=body.bore_radius, order=along).blocks(2)
     return tooth.matrix.reshape(shape), blocks.reshape(-1, *shape)
 
 

@@ -25,7 +25,7 @@ def test_solid_and_contact_law_give_back_a_real_contact_strip(steel, law, order,
     for fraction in (0.2, 0.5, 0.8):
         R = body.form_radius + fraction * (body.tip_radius - body.form_radius)
         height = R - body.root_radius
-        line = tooth.deflection(height, body.face_width / 2, height, y) @ (0.5 * body.face_width * w)
+        line = tooth.flank.deflection(height, body.face_width / 2, height, y) @ (0.5 * body.face_width * w)
         strip = solve_strip(Body(gear=body), steel, Strip(radius=R, half_width=0.01))
         pressed = float(law(body.flank_depth(R), 0.01))
         # the default order lacks 0.8 % of the tooth's compliance; five polynomials over the height are good to 0.4 %

@@ -162,7 +162,7 @@ def test_elements_turned_inside_out_are_refused(monkeypatch):
         points[2, :40] += 3.0
         return replace(mesh, doflocs=points)
 
-    monkeypatch.setattr(module, "_screw", fold)
+    monkeypatch.setattr(module, "screw", fold)
     with pytest.raises(MeshingError, match="inside out"):
         tooth_mesh(Body(gear=standard_gear()), CELLS)
 

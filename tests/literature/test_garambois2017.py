@@ -17,7 +17,7 @@ from gearbench.contact.solver import solve
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.geometry.pair import Member, Pair
-from gearbench.outputs import fluctuation_rms, relative_rms
+from gearbench.results.cycle import fluctuation_rms, relative_rms
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.simulation import simulate, solve_lines
 
@@ -36,7 +36,8 @@ def at_64_phases_from_the_entry(scene: Scene) -> tuple[float, float]:
     lines = scene_lines(scene, np.arange(64) / 64)
     weight = np.full(64, 1 / 64)
     s = solve_lines(scene, lines, weight)
-    return float(relative_rms(s.mesh_stiffness, weight)), float(fluctuation_rms(s.transmission_error, weight))
+    c = s.cycle
+    return float(relative_rms(c.mesh_stiffness, weight)), float(fluctuation_rms(c.transmission_error, weight))
 
 
 @pytest.mark.parametrize("resolution", [Resolution(), Resolution(positions=64)], ids=["default", "64 positions"])

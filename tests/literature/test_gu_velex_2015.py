@@ -28,15 +28,15 @@ PAIRS = {"spur": pair(0.0, 20.0), "narrow": pair(10.0, 15.0), "wide": pair(25.0,
 @pytest.mark.parametrize("p", PAIRS.values(), ids=PAIRS.keys())
 def test_the_formula_is_a_parabolic_stiffness_integrated_over_the_contact_lines(p):
     """Harmonics n = 1 … 8 of Σ ∫ k′(u) dy with k′ = 1.15 − 0.45 (2s − 1)², mean 1."""
-    phase, weight = gauss_phases(p.transition_phases, 24)
+    phase, weight = gauss_phases(p.meshing.transition_phases, 24)
     lines = contact_lines(p, phase, 400)
-    s = (lines.u - p.path_start) / (p.path_end - p.path_start)
+    s = (lines.u - p.meshing.path_start) / (p.meshing.path_end - p.meshing.path_start)
     stiffness = np.sum((1.15 - 0.45 * (2 * s - 1) ** 2) * lines.length[..., None], axis=(1, 2))
     mean = weight @ stiffness
     n = np.arange(1, 9)
     ours = np.exp(-2j * np.pi * np.outer(n, phase)) @ (weight * stiffness) / mean
 
-    a, b = p.transverse_contact_ratio, p.overlap_ratio
+    a, b = p.meshing.transverse_contact_ratio, p.meshing.overlap_ratio
     exact = 2 * 0.45 / np.pi**2  # 0.0912, printed 0.09
     xi = (0.7 + exact / (n * a) ** 2) * np.sinc(n * a) - exact * np.cos(np.pi * n * a) / (n * a) ** 2
     # their phase counts from the first contact of the pair, at y = b, ours from that at y = 0: τ + ε_β
@@ -53,10 +53,12 @@ def test_the_formula_is_a_parabolic_stiffness_integrated_over_the_contact_lines(
 @pytest.mark.parametrize("overlap", [1, 2])
 def test_integer_overlap_ratio_means_no_fluctuation_at_all(overlap):
     trial = pair(20.0, 20.0)
-    face_width = 20.0 * overlap / trial.overlap_ratio
+    face_width = 20.0 * overlap / trial.meshing.overlap_ratio
     p = pair(20.0, face_width)
-    assert p.overlap_ratio == pytest.approx(overlap, rel=1e-12)
-    assert_allclose(relative_stiffness(np.linspace(0, 1, 50), p.transverse_contact_ratio, overlap), 1.0, atol=1e-12)
+    assert p.meshing.overlap_ratio == pytest.approx(overlap, rel=1e-12)
+    assert_allclose(
+        relative_stiffness(np.linspace(0, 1, 50), p.meshing.transverse_contact_ratio, overlap), 1.0, atol=1e-12
+    )
     scene = Scene(
         pair=p, load=Load(torque=100.0), effects=(Hertz(law="yang_sun"),), resolution=Resolution(positions=97)
     )

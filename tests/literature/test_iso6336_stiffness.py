@@ -42,4 +42,4 @@ def test_stiffness(pair, theoretical, single, mesh, digits):
 
 @pytest.mark.parametrize(("pair", "epsilon"), [(HELICAL, 1.527), (SPUR, 1.6211)])
 def test_contact_ratios_of_the_same_cases(pair, epsilon):
-    assert pair.transverse_contact_ratio == pytest.approx(epsilon, abs=6e-4 if pair is HELICAL else 5e-5)
+    assert pair.meshing.transverse_contact_ratio == pytest.approx(epsilon, abs=6e-4 if pair is HELICAL else 5e-5)

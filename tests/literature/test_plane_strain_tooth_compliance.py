@@ -12,7 +12,7 @@ import pytest
 
 from fem_reference.plane import Strip, solve_strip
 from fem_reference.section import Body
-from gearbench.compliance.gear_body import GearBody
+from gearbench.compliance.gear_body import ToothedRing
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.geometry.material import Material
 from tests.gears import standard_gear
@@ -37,9 +37,9 @@ def test_solid_tooth_on_its_ring(teeth, radius, compliance):
     """An even line load on a gear 100 modules wide: plane strain but for its ends."""
     gear = standard_gear(teeth, 100.0)
     tooth = SolidTooth(gear=gear, E=206e3, nu=0.3, order=(10, 14, 6), measured_at="mid", heights=9)
-    body = GearBody(tooth=tooth, bore_radius=gear.root_radius / 1.4)
+    body = ToothedRing(tooth=tooth, bore_radius=gear.root_radius / 1.4)
     p, q = tooth.flank_order
-    even = tooth.shapes(radius - gear.root_radius, 50.0).reshape(p, q)[:, 0] * math.sqrt(gear.face_width)
+    even = tooth.flank.shapes(radius - gear.root_radius, 50.0).reshape(p, q)[:, 0] * math.sqrt(gear.face_width)
     matrix = (tooth.matrix + body.blocks(0)[0]).reshape(p, q, p, q)[:, 0, :, 0]
     # the ends, and a line load as nine polynomials: 0.5 %
     assert even @ matrix @ even * 1e3 == pytest.approx(compliance, rel=0.008)

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench.compliance.gear_body import GearBody
+from gearbench.compliance.gear_body import ToothedRing
 from gearbench.compliance.sainsot_velex import foundation_factor, shape_factors
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.errors import InputError
@@ -93,11 +93,11 @@ def test_rack_like_gears_are_refused():
 def test_our_ring_agrees_inside_the_fit(teeth, module, width, h):
     """Even line load at five heights. Measured: the closed form is 0.95 … 1.03 of the ring."""
     g = gear(teeth, module, width)
-    body = GearBody(tooth=SolidTooth(gear=g, E=E, nu=NU, order=(6, 7, 8)), bore_radius=g.root_radius / h)
+    body = ToothedRing(tooth=SolidTooth(gear=g, E=E, nu=NU, order=(6, 7, 8)), bore_radius=g.root_radius / h)
     C = body.blocks(0)[0]
     x, w = np.polynomial.legendre.leggauss(20)
     radius = np.linspace(g.form_radius, g.tip_radius, 5)
-    shapes = body.tooth.shapes(radius[:, None] - g.root_radius, width / 2 * (1 + x))
+    shapes = body.tooth.flank.shapes(radius[:, None] - g.root_radius, width / 2 * (1 + x))
     even = np.einsum("rya,y->ra", shapes, w / 2)
     ours = np.einsum("ra,ab,rb->r", even, C, even)
     theirs = foundation_factor(g, E, g.root_radius / h, radius) ** 2

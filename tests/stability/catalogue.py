@@ -256,14 +256,14 @@ for _law in (YANG, BANASCHEK):
 # -- phases -----------------------------------------------------------------------------------------------------------
 def beside(pair: Pair) -> tuple[float, ...]:
     """Every transition phase, one unit in the last place below and above it."""
-    edges = pair.transition_phases
+    edges = pair.meshing.transition_phases
     return tuple(float(p) for t in edges for p in (np.nextafter(t, -1), t, np.nextafter(t, 2)) if p >= 0)
 
 
 @hard(
     "stubs of contact lines",
     "lines of 1e-9 of the face width: compliance per segment 1e9 that of its neighbours",
-    phases=tuple(float((t + d) % 1.0) for t in HELICAL.transition_phases for d in (-1e-9, 1e-9)),
+    phases=tuple(float((t + d) % 1.0) for t in HELICAL.meshing.transition_phases for d in (-1e-9, 1e-9)),
 )
 def _() -> Scene:
     return scene(HELICAL)

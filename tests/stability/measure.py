@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gearbench.compliance.gear_body import GearBody
+from gearbench.compliance.gear_body import ToothedRing
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.contact.assemble import assemble, scene_lines
 from gearbench.contact.problem import ContactProblem
@@ -39,7 +39,7 @@ def compare(scene: Scene, phases: tuple[float, ...]) -> Digits:
     """Digits of ``scene`` over the given phases."""
     lines = scene_lines(scene, np.array(phases))
     solution = solve(assemble(scene, lines))
-    F, found = scene.normal_force, []
+    F, found = scene.F_bn, []
     for p, tau in enumerate(phases):
         active = np.repeat(lines.active[p], lines.shape[2])
         force = solution.force[p].ravel()[active]
@@ -91,7 +91,7 @@ def compare_body(case: BodyCase) -> float:
     gear, material = case.pair.gears[0], case.pair.material
     tooth = SolidTooth(gear=gear, E=material.E, nu=material.nu, order=case.order)
     bore = case.bore * gear.root_radius
-    found = GearBody(tooth=tooth, bore_radius=bore, order=case.along).blocks(1)
+    found = ToothedRing(tooth=tooth, bore_radius=bore, order=case.along).blocks(1)
     with working():
         p, q = tooth.flank_order
         exact = Body(solid_tooth(case.pair, 0, case.order), ball(bore), p, q, case.along).blocks(1)

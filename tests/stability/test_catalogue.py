@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from gearbench.contact._kernels import law
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
-from gearbench.contact.problem import ContactProblem, ContactSolution
-from gearbench.contact.reference import full_factor
+from gearbench.contact.problem import ContactProblem, ContactSolution, full_factor
 from gearbench.contact.solver import solve
 from gearbench.geometry.material import Material
 from gearbench.geometry.pair import Pair
@@ -38,7 +37,7 @@ def built(name: str) -> Scene:
 def phases(scene: Scene, count: int = 24) -> NDArray:
     """Phases all over the cycle: the scene's own, thinned, and both sides of every transition."""
     own, _ = mesh_phases(scene)
-    edges = np.array(scene.pair.transition_phases)
+    edges = np.array(scene.pair.meshing.transition_phases)
     return np.unique(np.concatenate([own[:: max(1, own.size // count)], edges, (edges + 1e-9) % 1, (edges - 1e-9) % 1]))
 
 
@@ -57,7 +56,7 @@ def test_solved(case: HardCase):
     assert s.force.min() >= 0
     assert s.equilibrium.max() <= 1e-9
     assert s.complementarity.max() <= 1e-9
-    assert_allclose(s.force.sum(axis=(1, 2)), scene.normal_force, rtol=1e-9)
+    assert_allclose(s.force.sum(axis=(1, 2)), scene.F_bn, rtol=1e-9)
     assert np.all(s.stiffness > 0)
     assert s.iterations.max() <= STEPS
     out = simulate(scene)
@@ -107,9 +106,7 @@ def test_more_load_deflects_more_and_little_more_only_little(case: HardCase):
     base = answer(scene, tau)[1]
     assert np.all(np.diff(delta, axis=0) > 0)
     # dδ = dF / k, with k between its values at both ends
-    assert_allclose(
-        delta[1] - delta[0], 1e-7 * scene.normal_force / base.stiffness, rtol=1e-4, atol=4e-16 * abs(delta).max()
-    )
+    assert_allclose(delta[1] - delta[0], 1e-7 * scene.F_bn / base.stiffness, rtol=1e-4, atol=4e-16 * abs(delta).max())
 
 
 @EVERY
@@ -117,22 +114,22 @@ def test_continuous_in_the_phase(case: HardCase):
     """A step of 1e-9 in the phase changes δ by that order: inside a panel, and for a helical pair across its end."""
     scene = built(case.name)
     pair = scene.pair
-    edges = np.append(pair.transition_phases, pair.transition_phases[0] + 1)
+    edges = np.append(pair.meshing.transition_phases, pair.meshing.transition_phases[0] + 1)
     wide = np.diff(edges) > 1e-4
     middle = (edges[:-1][wide] + 0.37 * np.diff(edges)[wide]) % 1.0
     step = 1e-9
     a, b = answer(scene, middle)[1].approach, answer(scene, middle + step)[1].approach
     # all that changes may change within one panel
     assert np.all(np.abs(a - b) <= 100 * step / np.diff(edges)[wide] * np.maximum(np.abs(a), np.abs(b)))
-    if pair.overlap_ratio < 1e-3:
+    if pair.meshing.overlap_ratio < 1e-3:
         return
-    edge = np.array(pair.transition_phases)
+    edge = np.array(pair.meshing.transition_phases)
     (_, a), (_, b) = (answer(scene, (edge + d) % 1.0) for d in (-step, step))
     # δ of a pair that is about to lose its last line grows like the inverse of the length that is left
     left = scene_lines(scene, (edge - step) % 1.0).length, scene_lines(scene, (edge + step) % 1.0).length
     reach = np.minimum(*(x.sum(axis=1) * scene.resolution.segments / pair.face_width for x in left))
     most = np.maximum(np.abs(a.approach), np.abs(b.approach))
-    shortest = np.minimum(reach, min(pair.overlap_ratio, 1.0))
+    shortest = np.minimum(reach, min(pair.meshing.overlap_ratio, 1.0))
     assert np.all(np.abs(a.approach - b.approach) <= 100 * step / shortest * most)
 
 
@@ -156,7 +153,7 @@ def scaled(scene: Scene, s: float) -> Scene:
 
 def inside(scene: Scene, count: int = 7) -> NDArray:
     """Phases well inside the panels between transitions, where rounding does not decide which lines there are."""
-    edges = np.append(scene.pair.transition_phases, scene.pair.transition_phases[0] + 1)
+    edges = np.append(scene.pair.meshing.transition_phases, scene.pair.meshing.transition_phases[0] + 1)
     wide = np.diff(edges) > 1e-3
     return np.concatenate([edges[:-1][wide] + x * np.diff(edges)[wide] for x in (0.21, 0.66)])[:count] % 1.0
 
@@ -177,7 +174,7 @@ def test_another_unit_of_length_scales_the_answer(case: HardCase, s: float):
     tolerance = 1e-11 if s in (0.5, 2.0) else 1e-9
     assert_allclose(b.approach, a.approach * s, rtol=tolerance)
     assert_allclose(b.stiffness, a.stiffness / s, rtol=tolerance)
-    assert_allclose(b.force, a.force, atol=tolerance * scene.normal_force)
+    assert_allclose(b.force, a.force, atol=tolerance * scene.F_bn)
 
 
 @EVERY
@@ -188,7 +185,7 @@ def test_moduli_and_load_together_change_nothing_but_forces(case: HardCase):
     tau = inside(scene)
     a, b = answer(scene, tau)[1], answer(other, tau)[1]
     assert_allclose(b.approach, a.approach, rtol=1e-12)
-    assert_allclose(b.force, a.force / 4, atol=1e-12 * other.normal_force)
+    assert_allclose(b.force, a.force / 4, atol=1e-12 * other.F_bn)
 
 
 @EVERY
@@ -210,7 +207,7 @@ def test_swapping_pinion_and_wheel_mirrors_the_cycle(case: HardCase):
     other = replace(scene, pair=swapped, effects=tuple(effects), load=Load(torque=scene.load.torque * ratio))
     tau = inside(scene)
     a = answer(scene, tau)[1]
-    b = answer(other, (pair.transverse_contact_ratio - pair.overlap_ratio - tau) % 1.0)[1]
+    b = answer(other, (pair.meshing.transverse_contact_ratio - pair.meshing.overlap_ratio - tau) % 1.0)[1]
     assert_allclose(b.approach + offset, a.approach, rtol=1e-9, atol=1e-14 * abs(offset))
     assert_allclose(b.stiffness, a.stiffness, rtol=1e-8)
 
@@ -227,7 +224,7 @@ def test_order_of_the_segments_does_not_matter(case: HardCase):
     assert_allclose(other.approach, s.approach, rtol=1e-12)
     assert_allclose(other.stiffness, s.stiffness, rtol=1e-9)
     flat = s.force.reshape(len(tau), -1)[:, order]
-    assert_allclose(other.force.reshape(flat.shape), flat, atol=1e-11 * scene.normal_force)
+    assert_allclose(other.force.reshape(flat.shape), flat, atol=1e-11 * scene.F_bn)
 
 
 @EVERY

@@ -147,7 +147,7 @@ def test_any_number_of_samples(sampler, count):
 
 def test_awkward_counts_reach_the_statistics():
     from gearbench.library.garambois2017 import gear
-    from gearbench.robustness.montecarlo import robust
+    from gearbench.robustness.run import robust
     from gearbench.scene import Resolution
 
     scene = gear("36").scene(errors=True, resolution=Resolution(positions=4, segments=5))

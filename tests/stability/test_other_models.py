@@ -10,17 +10,16 @@ import pytest
 from gearbench.contact.assemble import assemble, scene_lines
 from gearbench.contact.solver import solve
 from gearbench.effects.base import Effect
-from gearbench.effects.neighbour_teeth import NeighbourTeeth
+from gearbench.effects.gear_body import GearBody
 from gearbench.effects.tooth_bending import ToothBending
-from gearbench.effects.tooth_foundation import ToothFoundation
 from gearbench.scene import Scene
 from tests.stability.catalogue import CASES
 
 SOLID = ToothBending(model="solid")
 MODELS: dict[str, tuple[Effect, ...]] = {
     "solid": (SOLID,),
-    "ring": (SOLID, ToothFoundation()),
-    "neighbours": (SOLID, NeighbourTeeth()),
+    "ring": (SOLID, GearBody(coupled=False)),
+    "neighbours": (SOLID, GearBody()),
 }
 #: Those whose difficulty lies in the geometry, the material or the gaps, not in the plate.
 HARD = [c for c in CASES.values() if not c.slow and "Ritz" not in c.name]
@@ -44,7 +43,7 @@ def bored(scene: Scene) -> Scene:
 def test_solved(case, model):
     scene = bored(case.build())
     scene = replace(scene, effects=(*MODELS[model], *scene.effects[1:]))
-    edges = np.array(scene.pair.transition_phases)
+    edges = np.array(scene.pair.meshing.transition_phases)
     phases = np.unique(np.concatenate([[0.31, 0.77], edges, (edges + 1e-9) % 1.0]))
     s = solve(assemble(scene, scene_lines(scene, phases)))
     for values in (s.force, s.approach, s.stiffness):

@@ -48,7 +48,7 @@ class Record:
 def run(count: int, record: Record) -> None:
     for i, (scene, rng) in enumerate(random_scenes(SEED, count)):
         what = (i, scene)
-        tau = np.append(rng.random(2), rng.choice(scene.pair.transition_phases))
+        tau = np.append(rng.random(2), rng.choice(scene.pair.meshing.transition_phases))
         problem = assemble(scene, scene_lines(scene, tau))
         s = solve(problem)
         record.take(s, what)
@@ -66,7 +66,7 @@ def _at(scene: Scene, tau: np.ndarray) -> tuple:
 def mirrors(scene: Scene, tau: np.ndarray, what: object) -> None:
     """The wheel drives: the same answers at the mirrored phases."""
     pair, effects = scene.pair, []
-    if np.abs(tau[:, None] - np.array(pair.transition_phases)).min() < 1e-6:
+    if np.abs(tau[:, None] - np.array(pair.meshing.transition_phases)).min() < 1e-6:
         return
     offset = 0.0
     for effect in scene.effects:
@@ -79,7 +79,7 @@ def mirrors(scene: Scene, tau: np.ndarray, what: object) -> None:
         other = replace(scene, pair=pair.swapped(), effects=tuple(effects), load=Load(torque=torque))
     except ValidationError:  # at a limit of the input, where rounding decides
         return
-    turned = (pair.transverse_contact_ratio - pair.overlap_ratio - tau) % 1.0
+    turned = (pair.meshing.transverse_contact_ratio - pair.meshing.overlap_ratio - tau) % 1.0
     a, b = solve(assemble(*_at(scene, tau))), solve(assemble(*_at(other, turned)))
     # the phase is rounded: a short line's length, and so its share, to 1e-16 / length
     assert_allclose(b.approach + offset, a.approach, rtol=1e-8, atol=1e-12 * abs(offset), err_msg=str(what))
@@ -109,7 +109,7 @@ def test_random_scenes_keep_their_digits(count):
         if bending is not None and bending.order is not None and np.prod(bending.order) > 9:
             continue
         tau = float(rng.random())
-        if np.abs(tau - np.array(scene.pair.transition_phases)).min() < 1e-6:
+        if np.abs(tau - np.array(scene.pair.meshing.transition_phases)).min() < 1e-6:
             continue
         found = compare(scene, (tau,))
         worst = min(worst, found.least)

@@ -17,15 +17,15 @@ function keptDesigns() {
 }
 
 function fronts(mask) {
-  const { x, y, study, place } = designs.data;
-  const found = { x: [], y: [], sx: [], sy: [], w: [], h: [], study: [], place: [], colour: [], design: [] };
+  const { x, y, study, number } = designs.data;
+  const found = { x: [], y: [], sx: [], sy: [], w: [], h: [], study: [], number: [], colour: [], design: [] };
   let lowest = Infinity, current = -1;
   for (const i of order) {  // by result, then across, then up
     if (!mask[i]) continue;
     if (study[i] !== current) { current = study[i]; lowest = Infinity; }
     if (y[i] >= lowest) continue;
     lowest = y[i];
-    found.x.push(x[i]); found.y.push(y[i]); found.study.push(study[i]); found.place.push(place[i]);
+    found.x.push(x[i]); found.y.push(y[i]); found.study.push(study[i]); found.number.push(number[i]);
     found.sx.push(designs.data[scatter[0]][i]); found.sy.push(designs.data[scatter[1]][i]);
     found.colour.push(colours[study[i] % colours.length]); found.design.push(i);
   }
@@ -36,7 +36,7 @@ function fronts(mask) {
   return found;
 }
 
-function places() {  // of each axis: the row of every design in the image, −1 where it is not known
+function imageRows() {  // of each axis: the row of every design in the image, −1 where it is not known
   return (state.rows ??= axes.map(({ key, low, high }) => {
     const values = designs.data[key], rows = new Int16Array(count);
     for (let i = 0; i < count; i++) {
@@ -57,7 +57,7 @@ function ranges_of_studies() {  // designs stand one result after the other: [fi
 // How many lines run through each pixel of the image. Lines that share both ends are drawn once.
 function density(mask, from, to) {
   const width = gap * (axes.length - 1), found = new Float32Array(up * width), bins = new Uint32Array(up * up);
-  const rows = places();
+  const rows = imageRows();
   for (let g = 0; g < axes.length - 1; g++) {
     const left = rows[g], right = rows[g + 1];
     bins.fill(0);

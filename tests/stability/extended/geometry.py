@@ -67,7 +67,7 @@ def form_radius(g: Namespace, double: Gear) -> Number:
         radius, psi = point(phi)
         return psi - half_angle(g, radius)
 
-    start = mp.mpf(double._fillet_end)
+    start = mp.mpf(double.fillet_end)
     guess = (start, start * (1 - mp.mpf(10) ** -9))
     g.rack.end = mp.findroot(excess, guess, solver="secant", tol=mp.mpf(10) ** (8 - 2 * DIGITS))
     return max(point(g.rack.end)[0], g.r_b)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import k0, k1, spherical_jn
 
-from gearbench.compliance.local import _TAIL, _WAVES
+from gearbench.compliance.local import TAIL, WAVES
 from tests.stability.extended.balls import Ball
 
 
@@ -37,7 +37,7 @@ def tanh_sinh(step: float = 1 / 14) -> tuple[NDArray, NDArray, NDArray]:
 
 def compression(g: Namespace, b: float, E: float, nu: float, p: int, q: int) -> NDArray:
     """Between the polynomials of the flank, (p q, p q) [mm/N]: what ``half_space_compression`` is."""
-    waves, tail = _WAVES * q + 1, _TAIL * q
+    waves, tail = WAVES * q + 1, TAIL * q
     G, T = projected(g, b, E, nu, p, waves), cosines(q, tail)
     # ĝ_m falls like 1/m beyond the last wave computed
     fall = (waves - 1) / np.maximum(np.arange(tail), waves - 1)

@@ -15,8 +15,8 @@ import flint
 import mpmath as mp
 import numpy as np
 
-from gearbench.compliance.gear_body import _FINEST
-from gearbench.compliance.ring import _GRADING, _LAYER, _sampled
+from gearbench.compliance.gear_body import FINEST
+from gearbench.compliance.ring import GRADING, LAYER, sampled
 from tests.stability.extended.balls import Ball, Matrix, ball, entries, gauss, legendre, powers, solve
 from tests.stability.extended.solid import Tooth, axis_projection
 
@@ -89,8 +89,8 @@ class Ring:
         """R, functions of R that vanish at the inner end of the layer and are 1 on the rim, slopes, weights."""
         p, found = self.order[0], []
         thickness = self.radius - self.bore
-        layer = min(thickness, _LAYER * self.radius / abs(n), key=float) if n else thickness
-        span, grading = -(1 - layer / self.radius).log(), ball(_GRADING)
+        layer = min(thickness, LAYER * self.radius / abs(n), key=float) if n else thickness
+        span, grading = -(1 - layer / self.radius).log(), ball(GRADING)
         scale = grading.exp() - 1
         for w, weight in gauss(POINTS, flint.arb(0), flint.arb(1)):
             R = self.radius * (-span * ((grading * w).exp() - 1) / scale).exp()
@@ -148,7 +148,7 @@ class Body:
         z, psi = tooth.g.z, tooth.root_angle
         S, phi = self.tooth_parts
         S, phi = flint.acb_mat(S), flint.acb_mat(phi)
-        turns = int(np.ceil(_FINEST / float(psi) / z))
+        turns = int(np.ceil(FINEST / float(psi) / z))
         harmonics = self.harmonics(z // 2 + z * turns)
         total = [flint.arb_mat(phi.nrows(), phi.nrows()) for _ in range(2 * neighbours + 1)]
         for m in range(z // 2 + 1):
@@ -190,7 +190,7 @@ class Body:
         """Of all n from −most to most: n ĉ_n by a cubic spline in ln n between those computed."""
         tooth = self.tooth
         ring = Ring(self.bore, tooth.r_f, tooth.width, tooth.screw, tooth.E, tooth.nu, (self.order, self.axis_order))
-        some = [int(n) for n in _sampled(most)]
+        some = [int(n) for n in sampled(most)]
         found = {n: ring.harmonic(n) for k in some for n in {k, -k}}
         if len(some) == most + 1:
             return found

@@ -9,7 +9,7 @@ import mpmath as mp
 
 from gearbench.compliance.local import waves_across
 from gearbench.compliance.solid_tooth import RANK_TOLERANCE
-from gearbench.effects.solids import solid_order
+from gearbench.effects.teeth import solid_order
 from gearbench.geometry.pair import Pair
 from gearbench.scene import Scene
 from tests.stability.extended.balls import Matrix, ball, number, working

@@ -1,0 +1,68 @@
+"""Keys of input classes as Markdown: meaning and unit, default, what is allowed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import MISSING
+from itertools import groupby
+from typing import Any
+
+import tomli_w
+from pydantic import TypeAdapter
+
+from gearbench.schema import keys, parts
+
+
+def prose(owner: type) -> str:
+    """Text of the docstring of ``owner`` before its parameters."""
+    return _markdown(parts(owner)[0])
+
+
+def key_tables(owner: type) -> str:
+    """Tables of the keys of ``owner``, and of the tables below it; one line where it has none."""
+    allowed = limits(owner) if keys(owner) else {}
+    listed = [
+        (key.name, key.meaning, _default(key.default), "a table" if key.table else allowed[key.name], key.table)
+        for key in keys(owner).values()
+    ]
+    if not listed:
+        return "\nThis table has no keys.\n"
+    text, below = "\n| key | meaning | default | allowed |\n|---|---|---|---|\n", {}
+    for (meaning, default, permitted, table), alike in groupby(listed, key=lambda row: row[1:]):
+        names = ", ".join(f"`{row[0]}`" for row in alike)
+        text += f"| {names} | {_markdown(meaning)} | {default} | {permitted} |\n"
+        below |= {table: None} if table is not None else {}
+    return text + "".join(f"\n{prose(table)} Its table:\n{key_tables(table)}" for table in below)
+
+
+def limits(kind: type) -> dict[str, str]:
+    """What each key of an input class allows, in words."""
+    schemas = TypeAdapter(kind).json_schema().get("properties", {})
+    either = {name: schema.get("anyOf", (schema,)) for name, schema in schemas.items()}
+    return {name: " or ".join(filter(None, map(_allowed, choices))) for name, choices in either.items()}
+
+
+def _allowed(part: Mapping[str, Any]) -> str:
+    if "enum" in part or "const" in part:
+        return ", ".join(f"`{toml_value(value)}`" for value in part.get("enum", (part.get("const"),)))
+    low, high = part.get("minimum", part.get("exclusiveMinimum")), part.get("maximum")
+    kind = {"number": "", "integer": "whole, ", "boolean": "true or false", "string": "text", "array": "list"}
+    text = kind.get(part.get("type", ""), "")
+    if low is None:
+        return text.removesuffix(", ")
+    above = "above " if "exclusiveMinimum" in part else ""
+    return f"{text}{above}{low:g} to {high:g}" if high is not None else f"{text}{above or 'at least '}{low:g}"
+
+
+def toml_value(value: object) -> str:
+    """A value as a TOML file has it."""
+    return tomli_w.dumps({"x": value}).removeprefix("x = ").replace("\n    ", " ").replace(",\n]", " ]").strip()
+
+
+def _default(value: object) -> str:
+    return "required" if value is MISSING else "–" if value is None else f"`{toml_value(value)}`"
+
+
+def _markdown(text: str) -> str:
+    """A docstring's text as Markdown."""
+    return text.replace("``", "`").replace("*", r"\*").replace("|", r"\|")

@@ -1,0 +1,126 @@
+"""Compliance of the flanks of a gear's teeth: polynomials on the flank, and matrices between teeth d pitches apart.
+
+Solid teeth, gear bodies and finite elements all answer in this form. Flank coordinates are the radius R, from form
+circle to tip circle, and y = 0 … b across the face width; forces act, and displacements are measured, along the
+inward normal of the right flank.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gearbench.compliance.local import flank_functions
+from gearbench.geometry.gear import Gear
+
+if TYPE_CHECKING:
+    from gearbench.geometry.action import ContactLines
+
+
+def flank_polynomials(gear: Gear, order: tuple[int, int], R: NDArray, y: NDArray) -> NDArray:
+    """Products of Legendre polynomials in R and y, orthonormal in dR dy on the flank, (…, p·q) [1/mm].
+
+    Points outside the flank take the values at its nearest point.
+    """
+    along = flank_functions(order[0], R, gear.form_radius, gear.tip_radius)
+    across = flank_functions(order[1], y, 0.0, gear.face_width)
+    return (along[..., :, None] * across[..., None, :]).reshape(*np.shape(R), -1)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FlankCompliance:
+    """Smooth compliance of the teeth of a gear, for any points of their flanks.
+
+    c(P on tooth i, Q on tooth j) = φ(P)ᵀ C_{i−j} φ(Q), φ the ``flank_polynomials``: the projection of the compliance
+    onto loads that are polynomials on the flank.
+
+    Parameters
+    ----------
+    gear
+        The gear.
+    order
+        Numbers p, q of polynomials in R and y.
+    blocks
+        C_d [mm/N], (2n+1, p·q, p·q) for d = −n … n: displacement of tooth d under loads on tooth 0; C_{−d} = C_dᵀ.
+        Teeth farther apart than n do not see each other.
+    driven
+        Whether the gear is the driven one of its pair. On the driving gear contact climbs towards the tip as y grows,
+        and tooth d + 1 carries the next pair; on the driven gear both run the other way, as if seen in a mirror.
+    rank_tolerance
+        Directions whose compliance is below this fraction of the largest are left out: rounding, negative ones, or
+        those that the model cannot resolve.
+    error
+        Estimated relative error (Frobenius norm) of C_0, where it is known.
+    attrs
+        How it was computed: solver, unknowns, times, …
+    """
+
+    gear: Gear
+    order: tuple[int, int]
+    blocks: NDArray
+    driven: bool = False
+    rank_tolerance: float = 1e-12
+    error: float = math.nan
+    attrs: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def neighbours(self) -> int:
+        """Number n of neighbours on each side whose displacement is known."""
+        return len(self.blocks) // 2
+
+    def block(self, d: int) -> NDArray:
+        """C between the tooth of the pair ``d`` ahead and the loaded tooth; zero beyond the neighbours known."""
+        if abs(d) > self.neighbours:
+            return np.zeros(self.blocks.shape[1:])
+        return self.blocks[self.neighbours + (-d if self.driven else d)]
+
+    def shapes(self, height: ArrayLike, y: ArrayLike) -> NDArray:
+        """φ (…, p·q) [1/mm] at height x = R − r_f and y [mm] of the pair's contact lines."""
+        height, y = np.broadcast_arrays(np.asarray(height, dtype=float), np.asarray(y, dtype=float))
+        across = self.gear.face_width - y if self.driven else y
+        return flank_polynomials(self.gear, self.order, self.gear.root_radius + height, across)
+
+    def root(self, pairs: int = 1) -> NDArray:
+        """Square root (pair, p·q, rank) [√(mm/N)] of the block matrix C_{i−j} of teeth i of neighbouring ``pairs``."""
+        if pairs not in self._roots:
+            whole = np.block([[self.block(i - j) for j in range(pairs)] for i in range(pairs)])
+            value, vector = np.linalg.eigh(whole)
+            keep = value > self.rank_tolerance * value[-1]
+            self._roots[pairs] = (vector[:, keep] * np.sqrt(value[keep])).reshape(pairs, len(self.blocks[0]), -1)
+        return self._roots[pairs]
+
+    @cached_property
+    def _roots(self) -> dict[int, NDArray]:
+        return {}
+
+    def factor(self, height: ArrayLike, y: ArrayLike, pair: int = 0, pairs: int = 1) -> NDArray:
+        """Ψ (…, rank) [√(mm/N)] on the tooth of one of ``pairs`` neighbouring pairs; x = R − r_f [mm].
+
+        Ψ(a) · Ψ(b) is the deflection at a due to a unit force at b, on the same tooth or on different ones.
+        """
+        return self.shapes(height, y) @ self.root(pairs)[pair]
+
+    def deflection(self, x: ArrayLike, y: ArrayLike, x0: ArrayLike, y0: ArrayLike, d: int = 0) -> NDArray:
+        """Deflection [mm/N] at (x, y) on the tooth of the pair ``d`` ahead, under a unit force at (x0, y0)."""
+        return np.einsum("...a,ab,...b->...", self.shapes(x, y), self.block(d), self.shapes(x0, y0))
+
+
+def flank_factor(flanks: Sequence[FlankCompliance], lines: ContactLines, *, coupled: bool = False) -> NDArray:
+    """Ψ of the flanks of pinion and wheel side by side, (position, pair, segment, rank) [√(mm/N)].
+
+    ``coupled``: columns are shared by all pairs, whose teeth move each other.
+    """
+    roots = [flank.root(lines.shape[1] if coupled else 1) for flank in flanks]
+    ends = np.cumsum([0, *(root.shape[-1] for root in roots)])
+    # filled in place: the factor is megabytes, and a copy of it costs as much as the products
+    factor = np.empty((*lines.shape, ends[-1]))
+    for k, flank in enumerate(flanks):
+        shapes = flank.shapes(lines.radii[k] - flank.gear.root_radius, lines.y)
+        np.matmul(shapes, roots[k], out=factor[..., ends[k] : ends[k + 1]])
+    return factor

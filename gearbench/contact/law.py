@@ -1,0 +1,66 @@
+"""The contact law of a segment, g(P) = P (a − h ln P), continued by its tangent; readable form, arrays in and out.
+
+With L = a/h − ln P the law reads g = h P L. Its slope h (L − 1) is zero at L = 1, where it says nothing about teeth any
+more: from L = 2 on (half-width of contact 0.6 times the depth of the tooth, far outside the law's validity) it goes on
+along its tangent, so that it stays monotone at any load. h = 0 is the linear law g = a P. The compiled kernels hold the
+same law (C5 of docs/theory.md).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: L = a/h − ln P below which the law is continued by its tangent.
+TANGENT_FROM = 2.0
+
+
+def tangent_force(a: NDArray, h: NDArray) -> NDArray:
+    """P₀ = exp(a/h − 2), above which the law is its tangent; infinite for a linear law."""
+    logarithmic = h > 0
+    with np.errstate(over="ignore"):
+        return np.where(logarithmic, np.exp(a / np.where(logarithmic, h, 1.0) - TANGENT_FROM), np.inf)
+
+
+def compression(P: NDArray, a: NDArray, h: NDArray) -> NDArray:
+    """g(P), of forces P ≥ 0."""
+    edge = tangent_force(a, h)
+    with np.errstate(invalid="ignore"):
+        low = np.minimum(P, edge)
+        return low * (a - h * np.log(np.where(low > 0, low, 1.0))) + np.where(edge < P, h * (P - edge), 0.0)
+
+
+def slope(P: NDArray, a: NDArray, h: NDArray) -> NDArray:
+    """dg/dP of forces P > 0; the slope of the tangent is h."""
+    return np.where(h > 0, np.maximum(a - h * np.log(P) - h, h), a)
+
+
+def inverse(s: NDArray, a: NDArray, h: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+    """Force P = g⁻¹(s), slope dP/ds and energy ∫P ds of segments compressed by s; all zero for s ≤ 0."""
+    from scipy.special import lambertw
+
+    s = np.maximum(s, 0.0)
+    linear = (h == 0) | (s == 0)
+    safe_h, safe_s = np.where(linear, 1.0, h), np.where(linear, 1.0, s)
+    ratio = np.where(linear, 3.0, a / safe_h)
+    sigma = np.minimum(np.exp(np.log(safe_s / safe_h) - ratio), TANGENT_FROM * np.exp(-TANGENT_FROM))
+    L = np.where(linear, TANGENT_FROM, -lambertw(-sigma, -1).real)  # L e^{-L} = σ, L ≥ 2
+    edge = np.exp(ratio - TANGENT_FROM)
+    over = np.maximum(safe_s - TANGENT_FROM * safe_h * edge, 0.0)
+    p = np.where(over > 0, edge + over / safe_h, safe_s / (safe_h * L))
+    w = np.where(over > 0, 1 / safe_h, 1 / (safe_h * (L - 1)))
+    base = safe_h * np.where(over > 0, edge, p) ** 2 * (L / 2 - 0.25)
+    e = base + over * (edge + over / (2 * safe_h))
+    straight = np.where(h == 0, a, 1.0)
+    p = np.where(linear, np.where(h == 0, s / straight, 0.0), p)
+    w = np.where(linear, np.where((h == 0) & (s > 0), 1 / straight, 0.0), w)
+    return p, w, np.where(linear, np.where(h == 0, s * s / (2 * straight), 0.0), e)
+
+
+def kernel_coefficients(a: NDArray, h: NDArray) -> NDArray:
+    """a, h, κ = a/h + ln h and the compression 2h P₀ where the tangent takes over, stacked on axis 1."""
+    logarithmic = h > 0
+    ratio = np.where(logarithmic, a, 0.0) / np.where(logarithmic, h, 1.0)
+    kappa = ratio + np.log(np.where(logarithmic, h, 1.0))
+    edge = np.where(logarithmic, TANGENT_FROM * h * np.exp(np.minimum(ratio, 690.0) - TANGENT_FROM), np.inf)
+    return np.ascontiguousarray(np.stack([a, h, kappa, edge], axis=1))

@@ -1,1 +1,0 @@
-"""What accuracy costs: work–precision of every knob, measured on a scene."""

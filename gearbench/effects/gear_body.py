@@ -1,0 +1,99 @@
+"""Compliance of the gear body below the teeth, through which all of them move each other."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic.dataclasses import dataclass
+
+from gearbench.effects.base import Effects, LowRank, ToothCompliance, refuse_foreign_keys
+from gearbench.effects.teeth import require_bores, ring_flank, tooth_among
+from gearbench.errors import InputError
+from gearbench.geometry.action import ContactLines
+from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
+from gearbench.schema import STRICT
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class GearBody(ToothCompliance):
+    """Elastic gear bodies, held at their bores, below the teeth. Needs ``bore_diameter`` of both gears.
+
+    Beside a tooth of finite elements the body is of finite elements too, and has no keys of its own.
+
+    Parameters
+    ----------
+    model
+        "ring": the body as an elastic ring, joined to solid teeth along their roots; their order is that of the solid
+        tooth, or its default beside a plate. "sainsot_velex": closed form of Sainsot, Velex, Duverger (2004) for the
+        load spread evenly over the face width; refused outside the range it was fitted on.
+    coupled
+        Ring only. Whether a loaded tooth moves its neighbours too; if not, the body adds to the deflection of the tooth
+        that is loaded only. The closed form never couples.
+    """
+
+    model: Literal["ring", "sainsot_velex"] = "ring"
+    coupled: bool = True
+
+    name: ClassVar[str] = "gear_body"
+    summary: ClassVar[str] = "compliance: the gear body, through which all its teeth move each other"
+    source: ClassVar[str] = "elastic ring with solid teeth, Fourier and Ritz; Sainsot, Velex & Duverger 2004"
+    use: ClassVar[str] = "Where deflections are to be those of real gears: a good part of them lies below the teeth."
+    example: ClassVar[dict[str, Any]] = {"model": "ring"}
+    requires: ClassVar[dict[str, str]] = {"hertz": "the body alone does not determine the distribution of the load"}
+
+    def __post_init__(self) -> None:
+        refuse_foreign_keys(self, {"coupled": ("ring",)})
+
+    def check(self, pair: Pair, beside: Effects) -> None:
+        """Refuse gears without bore, for the closed form gears outside its range, keys that finite elements ignore."""
+        bores = require_bores(pair)
+        if _meshed(beside) and self != GearBody():
+            key, value = ("coupled", False) if self.model == "ring" else ("model", self.model)
+            raise InputError(key, value, "belongs to a plate or solid tooth: finite elements mesh the whole body")
+        order = _joint_order(beside)
+        if order and order[0] < 2 and self.model == "ring":
+            raise InputError("", f"effects.tooth_bending.order = {list(order)}", "a ring needs 2 across the thickness")
+        if self.model == "sainsot_velex":
+            from gearbench.compliance.sainsot_velex import shape_factors
+
+            for name, gear, bore in zip(("pinion", "wheel"), pair.gears, bores, strict=True):
+                try:
+                    shape_factors(gear, bore / 2)
+                except InputError as error:
+                    raise InputError("model", self.model, f"pair.{name}: {error.allowed}") from None
+
+    def compliance(self, lines: ContactLines, beside: Effects) -> LowRank:
+        """Factor of both gears side by side, (position, pair, segment, rank), shared by all pairs if coupled (R8)."""
+        if self.model != "ring" or _meshed(beside):
+            return self.both_teeth(lines, beside)
+        from gearbench.compliance.flank import flank_factor
+
+        neighbours = lines.shape[1] - 1 if self.coupled else 0
+        flanks = [ring_flank(lines.pair, role, _joint_order(beside), neighbours) for role in Role]
+        return LowRank(factor=flank_factor(flanks, lines, coupled=self.coupled), coupled=self.coupled)
+
+    def tooth_factor(self, pair: Pair, role: Role, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
+        """Ψ of one tooth by itself; of rank 0 beside finite elements, which contain the body."""
+        if _meshed(beside):
+            return np.empty((*np.broadcast_shapes(np.shape(height), np.shape(y)), 0))
+        if self.model == "ring":
+            return ring_flank(pair, role, _joint_order(beside), 0).factor(height, y)
+        from gearbench.compliance.sainsot_velex import foundation_factor
+
+        gear, bore = pair.gears[role], require_bores(pair)[role]
+        return foundation_factor(gear, pair.material.E, bore / 2, gear.root_radius + height)[..., None]
+
+
+def _meshed(beside: Effects) -> bool:
+    """Whether the bodies are meshed together with the teeth."""
+    tooth = tooth_among(beside)
+    return tooth is not None and tooth.meshed
+
+
+def _joint_order(beside: Effects) -> tuple[int, int, int] | None:
+    """Order of the solid teeth that the ring is joined to; None is their default."""
+    tooth = tooth_among(beside)
+    return None if tooth is None else tooth.solid_order

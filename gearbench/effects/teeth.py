@@ -1,0 +1,146 @@
+"""Teeth and gear bodies of a pair, built once and kept: micro-geometry and errors do not change them."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearbench.effects.base import Effects, ToothCompliance
+from gearbench.errors import InputError
+from gearbench.geometry.gear import Gear
+from gearbench.geometry.material import Material
+from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
+
+if TYPE_CHECKING:
+    from fem_reference.section import Body
+    from gearbench.compliance.flank import FlankCompliance
+    from gearbench.compliance.gear_body import ToothedRing
+    from gearbench.compliance.plate import PlateTooth
+    from gearbench.compliance.solid_tooth import SolidTooth
+
+#: Bore over root circle.
+_LARGEST_BORE = 0.999
+
+
+@dataclass(frozen=True)
+class Tooth(ToothCompliance):
+    """The effect that stands for the teeth themselves; the effect of the body below them asks how they are made."""
+
+    @property
+    @abstractmethod
+    def meshed(self) -> bool:
+        """Whether the teeth, and with them the bodies, are of finite elements."""
+
+    @property
+    @abstractmethod
+    def solid_order(self) -> tuple[int, int, int] | None:
+        """Order of the solid teeth that a ring is joined to; None is their default."""
+
+
+def tooth_among(effects: Effects) -> Tooth | None:
+    """The teeth among the effects of a scene."""
+    return next((effect for effect in effects.values() if isinstance(effect, Tooth)), None)
+
+
+@lru_cache(maxsize=256)
+def plate_tooth(gear: Gear, material: Material, order: tuple[int, int] | None, fillet: bool) -> PlateTooth:
+    """Plate of a gear's tooth."""
+    from gearbench.compliance.plate import PlateTooth
+
+    # the involute starts at the base circle like (R − r_b)^{3/2}; a fillet leaves the root circle like √(R − r_f)
+    base, junction = gear.base_radius - gear.root_radius, gear.form_radius - gear.root_radius
+    return PlateTooth(
+        height=gear.tooth_height,
+        width=gear.face_width,
+        thickness=lambda x: gear.normal_thickness(gear.root_radius + np.asarray(x), fillet=fillet),
+        E=material.E,
+        nu=material.nu,
+        basis=order or "paper",
+        breaks=(junction, base) if fillet else (base,),
+        branches=(0.0, max(base, 0.0)) if fillet else (base,),
+    )
+
+
+def solid_order(gear: Gear) -> tuple[int, int, int]:
+    """Order of a solid tooth unless a scene gives one: across the face as many functions as the flank can feel."""
+    from gearbench.compliance.local import waves_across
+
+    return 6, 7, waves_across(gear) + 1
+
+
+@lru_cache(maxsize=256)
+def solid_tooth(pair: Pair, role: Role, order: tuple[int, int, int] | None) -> SolidTooth:
+    """Solid tooth of pinion (k = 0) or wheel (k = 1)."""
+    from gearbench.compliance.solid_tooth import SolidTooth
+
+    gear, material = pair.gears[role], pair.material
+    return SolidTooth(
+        gear=gear, E=material.E, nu=material.nu, order=order or solid_order(gear), driven=role == Role.WHEEL
+    )
+
+
+@lru_cache(maxsize=256)
+def toothed_ring(pair: Pair, role: Role, order: tuple[int, int, int] | None) -> ToothedRing:
+    """Body of pinion (k = 0) or wheel (k = 1) as a ring, with solid teeth."""
+    from gearbench.compliance.gear_body import ToothedRing
+
+    return ToothedRing(tooth=solid_tooth(pair, role, order), bore_radius=require_bores(pair)[role] / 2)
+
+
+@lru_cache(maxsize=256)
+def ring_flank(pair: Pair, role: Role, order: tuple[int, int, int] | None, neighbours: int) -> FlankCompliance:
+    """Compliance that the body of pinion (k = 0) or wheel (k = 1) adds, see ``ToothedRing.flank``."""
+    return toothed_ring(pair, role, order).flank(neighbours)
+
+
+@lru_cache(maxsize=64)
+def meshed_flank(body: Body, material: Material, accuracy: float) -> FlankCompliance:
+    """Compliance by finite elements, kept on disk too."""
+    from fem_reference.cache import cached_compliance
+
+    return cached_compliance(body, material, accuracy)
+
+
+def forget_fast_teeth() -> None:
+    """Build plates, solids and rings anew when they are next asked for: to measure it, or to free their memory."""
+    for kept in (plate_tooth, solid_tooth, toothed_ring, ring_flank):
+        kept.cache_clear()
+
+
+def meshed_body(pair: Pair, role: Role, *, on_body: bool, teeth: int | None = None) -> Body:
+    """Part of pinion (k = 0) or wheel (k = 1) that is meshed: a clamped tooth, or a sector of ``teeth`` on its body.
+
+    ``teeth`` are by default those in contact at a time, and one more on either side.
+    """
+    from fem_reference.section import Body
+
+    gear = pair.gears[role]
+    if not on_body:
+        return Body(gear=gear)
+    wanted = teeth or 3 + 2 * int(np.ceil((pair.meshing.transverse_contact_ratio + pair.meshing.overlap_ratio) / 2))
+    most = gear.teeth - 2 - (gear.teeth + 1) % 2
+    return Body(gear=gear, bore_radius=require_bores(pair)[role] / 2, teeth=min(wanted, most))
+
+
+def require_bores(pair: Pair) -> tuple[float, float]:
+    """Bore diameters [mm] of pinion and wheel.
+
+    Raises
+    ------
+    InputError
+        If one is missing, or leaves no body below the teeth.
+    """
+    found = []
+    for name, member, gear in zip(("pinion", "wheel"), (pair.pinion, pair.wheel), pair.gears, strict=True):
+        bore, most = member.bore_diameter, _LARGEST_BORE * 2 * gear.root_radius
+        if bore is None:
+            raise InputError("", f"no pair.{name}.bore_diameter", "needs the bores of both gears")
+        if bore > most:
+            raise InputError("", f"pair.{name}.bore_diameter = {bore:.6g}", f"must be at most {most:.6g} (root circle)")
+        found.append(bore)
+    return found[0], found[1]

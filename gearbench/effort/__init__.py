@@ -1,0 +1,1 @@
+"""Cost of accuracy in time and memory: one clock, work–precision curves, the plan of a run."""

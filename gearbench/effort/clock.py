@@ -1,0 +1,96 @@
+"""The clock: wall and processor time of a piece of work, its memory; and pairs that nothing is kept for."""
+
+from __future__ import annotations
+
+import sys
+import time
+import tracemalloc
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from statistics import median
+from typing import Any
+
+from gearbench.scene import Scene
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cost:
+    """Cost of a run.
+
+    Parameters
+    ----------
+    seconds, processor_seconds
+        Wall time, and processor time of all threads [s].
+    megabytes
+        Largest memory [MB]; NaN where it was not measured.
+    """
+
+    seconds: float
+    processor_seconds: float
+    megabytes: float = float("nan")
+
+
+def timed(work: Callable[[], Any]) -> tuple[Any, Cost]:
+    """Return the answer of one run of ``work``, and its times."""
+    wall, processor = time.perf_counter(), time.process_time()
+    answer = work()
+    return answer, Cost(seconds=time.perf_counter() - wall, processor_seconds=time.process_time() - processor)
+
+
+def medians(costs: Sequence[Cost]) -> Cost:
+    """Median wall and processor time."""
+    return Cost(
+        seconds=median(cost.seconds for cost in costs),
+        processor_seconds=median(cost.processor_seconds for cost in costs),
+    )
+
+
+def times(work: Callable[[], object], repeats: int) -> Cost:
+    """Median times of ``repeats`` runs."""
+    return medians([timed(work)[1] for _ in range(repeats)])
+
+
+def measured(work: Callable[[], object], repeats: int) -> Cost:
+    """Peak memory of a first run, and median times of ``repeats`` more."""
+    megabytes = peak_megabytes(work)
+    return replace(times(work, repeats), megabytes=megabytes)
+
+
+def quickest(works: Sequence[Callable[[], object]], repeats: int) -> list[float]:
+    """Least processor time of this thread [s] that each of the works takes.
+
+    They take turns, so that all of them see the same machine; other threads and programs do not count.
+    """
+    least = [float("inf")] * len(works)
+    for _ in range(repeats):
+        for i, work in enumerate(works):
+            start = time.thread_time()
+            work()
+            least[i] = min(least[i], time.thread_time() - start)
+    return least
+
+
+def peak_megabytes(work: Callable[[], object]) -> float:
+    """Largest memory [MB] that arrays and objects take during the work."""
+    tracemalloc.start()
+    try:
+        work()
+        return tracemalloc.get_traced_memory()[1] / 1e6
+    finally:
+        tracemalloc.stop()
+
+
+def most_megabytes() -> float:
+    """Largest memory that this process has taken so far [MB]."""
+    try:  # the largest resident set of this program; ru_maxrss may still be that of the one which started it
+        with open("/proc/self/status", encoding="ascii") as status:
+            return next(int(line.split()[1]) for line in status if line.startswith("VmHWM")) * 1024 / 1e6
+    except OSError:
+        import resource
+
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024) / 1e6
+
+
+def unseen(scene: Scene, i: int) -> Scene:
+    """The same scene with a face width larger by i · 10⁻⁹, so that nothing kept for its pair serves it."""
+    return replace(scene, pair=replace(scene.pair, face_width=scene.pair.face_width * (1 + 1e-9 * i)))

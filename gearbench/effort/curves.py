@@ -1,0 +1,174 @@
+"""Work–precision curves: answers and costs of the levels of one setting, against the limit of the setting."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.accuracy.knobs import Knob, label
+from gearbench.accuracy.measure import MEASURED, relative_errors
+from gearbench.effects.teeth import forget_fast_teeth
+from gearbench.effects.tooth_bending import tooth_bending
+from gearbench.effort.apart import apart
+from gearbench.effort.clock import Cost, measured, most_megabytes, timed, unseen
+from gearbench.results.quantities import QUANTITIES
+from gearbench.scene import Scene
+from gearbench.simulation import cycle_values
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: An error counts for the order observed where it is this many times its error bar, and above rounding.
+CLEAR, ROUNDING = 4.0, 1e-12
+
+
+@dataclass(frozen=True, kw_only=True)
+class Point:
+    """One level of a setting.
+
+    Parameters
+    ----------
+    label, size
+        The level in words, and the number that orders of convergence refer to.
+    errors
+        Relative errors of the four numbers of ``gearbench.accuracy.measure``, (4,).
+    cost
+        Of one run.
+    compliance_error, unknowns
+        Of finite elements: relative error of the compliance of the flanks, and size of the larger mesh; else NaN.
+    """
+
+    label: str
+    size: float
+    errors: NDArray
+    cost: Cost
+    compliance_error: float = float("nan")
+    unknowns: float = float("nan")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Curve:
+    """One setting on one scene.
+
+    Parameters
+    ----------
+    knob, expected
+        Name of the setting, and its order of convergence in words.
+    points
+        Its levels, coarse to fine.
+    bar
+        Uncertainty of the reference that the errors are held against, (4,).
+    compliance_bar
+        The same of the flanks' compliance.
+    """
+
+    knob: str
+    expected: str
+    points: tuple[Point, ...]
+    bar: NDArray
+    compliance_bar: float = float("nan")
+
+    @property
+    def errors(self) -> NDArray:
+        """Relative errors, (level, 4)."""
+        return np.array([point.errors for point in self.points])
+
+    def column(self, name: str) -> NDArray:
+        """An attribute of all points or of their costs, (level,)."""
+        return np.array([getattr(p if hasattr(p, name) else p.cost, name) for p in self.points])
+
+    @property
+    def order(self) -> NDArray:
+        """Order observed of each number, (4,): slope of log error over log size over the last clear levels."""
+        sizes = self.column("size")
+        return np.array([observed_order(sizes, e, bar) for e, bar in zip(self.errors.T, self.bar, strict=True)])
+
+    @property
+    def compliance_order(self) -> float:
+        """Order observed of the flanks' compliance; NaN where it is not the setting's."""
+        return observed_order(self.column("size"), self.column("compliance_error"), self.compliance_bar)
+
+
+def observed_order(sizes: NDArray, errors: NDArray, bar: float, points: int = 6) -> float:
+    """Order p of error ~ size^−p over the last ``points`` levels whose error is clear of its bar; NaN below two."""
+    clear = np.flatnonzero((errors > CLEAR * bar) & (errors > ROUNDING))[-points:]
+    if len(clear) < 2:
+        return float("nan")
+    return float(-np.polyfit(np.log(sizes[clear]), np.log(errors[clear]), 1)[0])
+
+
+def knob_curve(scene: Scene, knob: Knob, repeats: int) -> Curve:
+    """Error and cost of each level of ``knob`` but those of its reference, whose difference is the error bar."""
+    before, exact = (cycle_values(finest) for finest in knob.finest(scene))
+    points = []
+    for level in knob.tried(scene):
+        values, cost = run(knob.with_level(scene, level), repeats, prepares=knob.prepares)
+        point = Point(label=label(level), size=knob.size(level), errors=relative_errors(values, exact), cost=cost)
+        points.append(point)
+    return Curve(knob=knob.name, expected=knob.order, points=tuple(points), bar=relative_errors(before, exact))
+
+
+def run(scene: Scene, repeats: int, *, prepares: bool = False) -> tuple[NDArray, Cost]:
+    """The four numbers of ``scene``, (4,), and the cost of a run.
+
+    Where ``prepares``, the pair was not seen before in each of the runs; else its teeth are known.
+    """
+    values = cycle_values(scene)
+    if prepares and tooth_bending(scene.effects_by_name, "finite_elements"):
+        return values, Cost(**apart(finite_element_run, scene))  # here they are kept on disk
+    fresh = iter([unseen(scene, i + 1) if prepares else scene for i in range(repeats + 1)])
+
+    def once() -> None:
+        if prepares:
+            forget_fast_teeth()  # also because teeth of high order that are kept would fill the memory
+        cycle_values(next(fresh))
+
+    return values, measured(once, repeats)
+
+
+def finite_element_run(scene: Scene) -> dict[str, float]:
+    """Cost of a run in a process of its own; memory is that beyond the libraries."""
+    import skfem  # noqa: F401  # its loading is no part of the run
+
+    from fem_reference.environment import import_gmsh
+
+    import_gmsh()
+    before = most_megabytes()
+    _, cost = timed(lambda: cycle_values(scene))
+    return asdict(cost) | {"megabytes": most_megabytes() - before}
+
+
+def as_dataset(curves: Sequence[Curve]) -> xr.Dataset:
+    """Dataset of curves, one row a level; see ``workprecision.cost``."""
+    import xarray as xr
+
+    def rows(name: str) -> NDArray:
+        return np.concatenate([c.column(name) for c in curves])
+
+    lengths = [len(c.points) for c in curves]
+    table: dict[str, tuple] = {
+        "error": (("setting", "quantity"), np.concatenate([c.errors for c in curves])),
+        "error_bar": (("setting", "quantity"), np.repeat([c.bar for c in curves], lengths, axis=0)),
+        **{name: ("setting", rows(name)) for name in ("seconds", "processor_seconds", "megabytes")},
+        "observed_order": (("knob", "quantity"), np.array([c.order for c in curves])),
+    }
+    if np.isfinite(rows("compliance_error")).any():
+        table |= {name: ("setting", rows(name)) for name in ("compliance_error", "unknowns")}
+        table["compliance_error_bar"] = ("setting", np.repeat([c.compliance_bar for c in curves], lengths))
+        table["compliance_order"] = ("knob", np.array([c.compliance_order for c in curves]))
+    names = {"error": "setting_error", "error_bar": "setting_error_bar"}
+    return xr.Dataset(
+        {name: (*given, QUANTITIES[names.get(name, name)].attrs) for name, given in table.items()},
+        coords={
+            "setting_knob": ("setting", np.repeat([c.knob for c in curves], lengths)),
+            "level": ("setting", rows("label")),
+            "size": ("setting", rows("size")),
+            "knob": [c.knob for c in curves],
+            "expected_order": ("knob", [c.expected for c in curves]),
+            "quantity": list(MEASURED),
+        },
+    )

@@ -1,0 +1,67 @@
+"""The transverse section of an involute gear: its angles, pitch and base circle. Source: ISO 21771."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+
+@dataclass(frozen=True, kw_only=True)
+class TransverseSection:
+    """An involute gear, spur or helical, as far as number of teeth, module and angles determine it (G1).
+
+    Parameters
+    ----------
+    teeth
+        Number of teeth z; negative for an internal gear, whose radii then are negative too.
+    normal_module
+        m_n [mm].
+    pressure_angle, helix_angle
+        α_n and β [°].
+    """
+
+    teeth: int
+    normal_module: float
+    pressure_angle: float
+    helix_angle: float
+
+    @cached_property
+    def alpha_n(self) -> float:
+        """Normal pressure angle α_n [rad]."""
+        return math.radians(self.pressure_angle)
+
+    @cached_property
+    def beta(self) -> float:
+        """Helix angle β at the pitch circle [rad]."""
+        return math.radians(self.helix_angle)
+
+    @cached_property
+    def alpha_t(self) -> float:
+        """Transverse pressure angle α_t [rad], tan α_t = tan α_n / cos β."""
+        return math.atan(math.tan(self.alpha_n) / math.cos(self.beta))
+
+    @cached_property
+    def beta_b(self) -> float:
+        """Base helix angle β_b [rad], tan β_b = tan β cos α_t."""
+        return math.atan(math.tan(self.beta) * math.cos(self.alpha_t))
+
+    @property
+    def transverse_module(self) -> float:
+        """Transverse module m_t = m_n / cos β [mm]."""
+        return self.normal_module / math.cos(self.beta)
+
+    @property
+    def pitch_radius(self) -> float:
+        """Reference pitch radius r = m_t z / 2 [mm]."""
+        return self.transverse_module * self.teeth / 2
+
+    @property
+    def base_radius(self) -> float:
+        """Base radius r_b = r cos α_t [mm]."""
+        return self.pitch_radius * math.cos(self.alpha_t)
+
+    @property
+    def base_pitch(self) -> float:
+        """Transverse base pitch p_bt = 2π r_b / z [mm]."""
+        return 2 * math.pi * self.base_radius / self.teeth

@@ -1,0 +1,1 @@
+"""Optimisation of macro- and micro-geometry: study files, NSGA-II, a resumable store, selection, verification."""

@@ -1,0 +1,139 @@
+"""Conditions and rankings as text: read by a small grammar of their own, never evaluated as code."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.errors import InputError
+
+_COMPARE: Mapping[str, Callable[[Any, Any], Any]] = MappingProxyType(
+    {
+        "<=": lambda x, limit: (x <= limit) | _same(x, limit),
+        ">=": lambda x, limit: (x >= limit) | _same(x, limit),
+        "<": lambda x, limit: (x < limit) & ~_same(x, limit),
+        ">": lambda x, limit: (x > limit) & ~_same(x, limit),
+        "==": lambda x, limit: _same(x, limit),
+        "!=": lambda x, limit: ~_same(x, limit) & ~np.isnan(x),
+    }
+)
+_NAME = r"[A-Za-z_]\w*(?:\.\w+)*"
+_CONDITION = re.compile(rf"\s*({_NAME})\s*(<=|>=|==|!=|<|>)\s*(\S(?:.*\S)?)\s*")
+_NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_TERM = re.compile(rf"\s*([+-]?)\s*(?:({_NUMBER})\s*\*?\s*)?({_NAME})\s*")
+_BAND = re.compile(rf"\s*({_NUMBER})\s*:\s*({_NUMBER})\s*")
+
+
+def _same(x: NDArray, limit: float) -> NDArray:
+    """Equal but for the rounding of decimals."""
+    return np.isclose(x, limit, rtol=1e-9, atol=1e-12)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Condition:
+    """A comparison that a design must pass; values that are not known (NaN) do not.
+
+    Parameters
+    ----------
+    name
+        Of a quantity.
+    comparison
+        One of <= >= < > == !=; numbers that agree to nine digits are equal.
+    limit
+        A number, or a text for variables whose values are texts.
+    """
+
+    name: str
+    comparison: str
+    limit: float | str
+
+    def __str__(self) -> str:
+        limit = self.limit if isinstance(self.limit, str) else f"{self.limit:g}"
+        return f"{self.name} {self.comparison} {limit}"
+
+    def holds(self, values: NDArray) -> NDArray:
+        """Whether it holds, elementwise.
+
+        Raises
+        ------
+        InputError
+            If numbers are compared with a text, or texts by their size.
+        """
+        if values.dtype.kind not in "iufb":
+            if self.comparison not in ("==", "!="):
+                raise InputError("where", str(self), f"{self.name} is a text: compare it with == or !=")
+            equal = values.astype(str) == str(self.limit)
+            return equal if self.comparison == "==" else ~equal
+        if isinstance(self.limit, str):
+            raise InputError("where", str(self), f"{self.name} must be compared with a number")
+        return np.asarray(_COMPARE[self.comparison](values.astype(float), self.limit), dtype=bool)
+
+
+def parse_condition(text: str) -> Condition:
+    """Condition from a text such as ``helix_angle<=15``.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    found = _CONDITION.fullmatch(text)
+    if found is None:
+        raise InputError("where", text, "must be NAME <= NUMBER, with one of <= >= < > == !=")
+    name, comparison, given = found.groups()
+    try:
+        limit: float | str = float(given)
+    except ValueError:
+        limit = given.strip("\"'")
+    if isinstance(limit, float) and not math.isfinite(limit):
+        raise InputError("where", text, "must compare with a finite number")
+    return Condition(name=name, comparison=comparison, limit=limit)
+
+
+def parse_ranking(text: str) -> dict[str, float]:
+    """Weights by name from a text such as ``mesh_stiffness_rms_mean + 2*transmission_error_rms_max``.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    weights: dict[str, float] = {}
+    position = 0
+    while position < len(text):
+        found = _TERM.match(text, position)
+        if found is None or (position > 0 and not found[1]):
+            break
+        sign, factor, name = found.groups()
+        weight = (-1.0 if sign == "-" else 1.0) * float(factor or 1.0)
+        if name in weights:
+            raise InputError("rank", name, "given twice")
+        if weight == 0 or not math.isfinite(weight):
+            raise InputError("rank", text, f"the weight of {name} must be finite and not 0")
+        weights[name] = weight
+        position = found.end()
+    if position < len(text) or not weights:
+        raise InputError("rank", text, "must be NAME + 2*NAME + …, with a minus sign where more is better")
+    return weights
+
+
+def parse_band(key: str, text: str) -> tuple[float, float]:
+    """Lower and upper end from a text such as ``900:1100``.
+
+    Raises
+    ------
+    InputError
+        If it is no range of positive numbers.
+    """
+    found = _BAND.fullmatch(text)
+    low, high = (float(x) for x in found.groups()) if found else (math.nan, math.nan)
+    if not low <= high or not math.isfinite(high):
+        raise InputError(key, text, "must be LOW:HIGH, e.g. 900:1100")
+    return low, high

@@ -1,0 +1,125 @@
+"""Datasets of an optimisation: one for each generation, and the final one of all designs and their front."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.optimisation.archive import Archive
+from gearbench.optimisation.problem import Evaluation
+from gearbench.optimisation.study import Design, OptimisationStudy
+from gearbench.results.responses import described
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Dimensions, whose names a variable must not have.
+DIMENSIONS = frozenset({"design", "generation", "variable", "constraint", "objective_name", "member"})
+
+
+def designs_dataset(
+    study: OptimisationStudy, designs: Sequence[Design], results: Sequence[Evaluation], first: Sequence[int]
+) -> xr.Dataset:
+    """Designs with all that is known of them, dimension ``design``; ``first`` is the generation of each."""
+    import xarray as xr
+
+    codes = np.array(designs, dtype=float).reshape(len(designs), len(study.variables))
+    objectives = np.array([result.objectives(study) for result in results]).reshape(len(results), -1)
+    known: dict[str, tuple] = {
+        "code": (("design", "variable"), codes),
+        "objective": (("design", "objective_name"), objectives),
+        **{name: ("design", [r.statistics[i] for r in results]) for i, name in enumerate(study.statistics)},
+        **{name: ("design", [r.constraints[i] for r in results]) for i, name in enumerate(study.constraints)},
+        "violation": ("design", [r.violation for r in results]),
+        "feasible": ("design", np.array([r.feasible for r in results], dtype="int8")),
+        "reason": ("design", np.array([r.reason for r in results], dtype=object)),
+        "first_generation": ("design", np.array(first, dtype="int64")),
+    }
+    variables = described(known)
+    for i, variable in enumerate(study.variables):
+        attrs = {"long_name": variable.name, "paths": ", ".join(variable.paths)}
+        values = np.array([variable.value(design[i]) for design in designs])
+        variables[variable.name] = ("design", values.astype("int8") if values.dtype == bool else values, attrs)
+    for name, limit in study.constraints.items():
+        given = {"limit_min": limit.min, "limit_max": limit.max}
+        variables[name][2].update({key: value for key, value in given.items() if value is not None})
+    coords = {
+        "variable": np.array([variable.name for variable in study.variables], dtype=object),
+        "objective_name": np.array([objective.label for objective in study.objectives], dtype=object),
+    }
+    dataset = xr.Dataset(variables, coords=coords)
+    return dataset.assign_attrs(
+        study=study.to_toml(),
+        study_sha256=study.digest,
+        algorithm_seed=study.algorithm.seed,
+        robustness_seed=study.robustness.seed,
+        samples=study.robustness.samples,
+        sampler=study.robustness.sampler,
+    )
+
+
+def read_names(study: OptimisationStudy) -> tuple[str, ...]:
+    """Names of the variables of ``designs_dataset`` that the others follow from."""
+    return ("code", "violation", "reason", *study.constraints, *study.statistics)
+
+
+def read_designs(arrays: Mapping[str, NDArray], study: OptimisationStudy) -> list[tuple[Design, Evaluation]]:
+    """Designs and results from the variables ``read_names``, exactly as they were."""
+    kinds = [float if variable.kind == "real" else int for variable in study.variables]
+    count = len(arrays["code"])
+    constraints = np.array([arrays[name] for name in study.constraints]).reshape(-1, count).T
+    statistics = np.array([arrays[name] for name in study.statistics]).T
+    rows = zip(arrays["code"], arrays["violation"], arrays["reason"], constraints, statistics, strict=True)
+    return [
+        (
+            tuple(kind(code) for kind, code in zip(kinds, codes, strict=True)),
+            Evaluation(
+                violation=float(violation),
+                reason=str(reason),
+                constraints=tuple(map(float, limited)),
+                statistics=tuple(map(float, known)),
+            ),
+        )
+        for codes, violation, reason, limited, known in rows
+    ]
+
+
+def front_dataset(archive: Archive, population: Sequence[Design], wall_time: float) -> xr.Dataset:
+    """All designs of a finished search and its history, dimensions ``design`` and ``generation``."""
+    from gearbench.results.provenance import run_provenance
+
+    study = archive.study
+    dataset = designs_dataset(study, archive.designs, archive.results, archive.first)
+    everything = np.arange(len(archive.designs))
+    members = np.full((len(archive.asked), study.algorithm.population), -1, dtype="int64")
+    for row, asked in zip(members, archive.asked, strict=True):
+        row[: len(asked)] = asked
+    found = {
+        "on_front": ("design", np.isin(everything, archive.front).astype("int8")),
+        "in_population": ("design", np.isin(everything, archive.numbers(population)).astype("int8")),
+        "asked_design": (("generation", "member"), members),
+        "asked": ("generation", [len(asked) for asked in archive.asked]),
+        "evaluated": ("generation", archive.evaluated),
+        "feasible_found": ("generation", archive.feasible_found),
+        "hypervolume": ("generation", archive.hypervolumes),
+        "reference_point": ("objective_name", archive.reference_point),
+    }
+    dataset = dataset.assign(described(found))
+    dataset = dataset.assign_coords(generation=np.arange(1, len(archive.asked) + 1))
+    sha256 = checksum({str(name): dataset[name].values for name in dataset.variables})
+    return dataset.assign_attrs(data_sha256=sha256, **run_provenance(wall_time=wall_time))
+
+
+def checksum(arrays: Mapping[str, NDArray]) -> str:
+    """SHA-256 over names and values: equal for equal results, wherever and whenever computed."""
+    digest = hashlib.sha256()
+    for name in sorted(arrays):
+        values = arrays[name]
+        text = values.dtype.kind in "OUS"
+        digest.update(f"{name} {values.shape} ".encode())
+        digest.update("\0".join(map(str, values.ravel())).encode() if text else np.ascontiguousarray(values).tobytes())
+    return digest.hexdigest()

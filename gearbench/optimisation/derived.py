@@ -1,0 +1,80 @@
+"""Design variables that are not keys of a scene, but follow from them once the pair is known."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from gearbench.errors import InputError
+from gearbench.geometry.pair import Pair
+
+#: From the tables of a scene and a way to make the pair of them: the keys a value stands for.
+Derivation = Callable[[Mapping[str, Any], Callable[[Mapping[str, Any]], Pair], float], dict[str, Any]]
+
+
+def _relief_length(effect: str) -> Derivation:
+    def derive(tables: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
+        pair = pair_of(tables["pair"])
+        return {f"effects.{effect}.length": value * min(gear.tooth_height for gear in pair.gears)}
+
+    return derive
+
+
+def _addendum(tables: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], Pair], value: float) -> dict[str, Any]:
+    lowest = unit_contact_addendum(_any_pair(tables["pair"], pair_of))
+    addendum = lowest + value * (1.0 - lowest)
+    return {"pair.pinion.addendum": addendum, "pair.wheel.addendum": addendum}
+
+
+def _any_pair(table: Mapping[str, Any], pair_of: Callable[[Mapping[str, Any]], Pair]) -> Pair:
+    """The pair with the greatest addendum that works: its pitch and base circles do not depend on it."""
+    faults = []
+    for tenths in range(10, 0, -1):
+        members = {name: {**table.get(name, {}), "addendum": tenths / 10} for name in ("pinion", "wheel")}
+        try:
+            return pair_of({**table, **members})
+        except InputError as fault:
+            faults.append(fault)
+    raise faults[0]
+
+
+def unit_contact_addendum(pair: Pair) -> float:
+    """Addendum h_a* of both gears at which the tip circles of ``pair`` give a transverse contact ratio of 1.
+
+    Raises
+    ------
+    InputError
+        If no addendum between 0 and 1 does.
+    """
+    from scipy.optimize import brentq
+
+    def excess(addendum: float) -> float:
+        tips = [g.pitch_radius + g.normal_module * (addendum + g.profile_shift) for g in pair.gears]
+        rolls = [math.sqrt(max(r**2 - g.base_radius**2, 0.0)) for r, g in zip(tips, pair.gears, strict=True)]
+        return (sum(rolls) - pair.meshing.tangent_length) / pair.meshing.base_pitch - 1
+
+    if excess(1.0) < 0 or excess(0.0) > 0:
+        raise InputError("pair.addendum_fraction", "given", "no addendum up to 1 gives a transverse contact ratio of 1")
+    return float(brentq(excess, 0.0, 1.0, xtol=1e-13))  # pyright: ignore[reportArgumentType]
+
+
+#: Name → how it sets keys of the scene, in the order they are applied. Lengths are fractions of the tooth height h_e
+#: (the smaller one, where the gears differ); the addendum goes from 0, where ε_α = 1, to 1, the standard h_a* = 1.
+DERIVED: Mapping[str, Derivation] = MappingProxyType(
+    {
+        "pair.addendum_fraction": _addendum,
+        "effects.tip_relief.length_fraction": _relief_length("tip_relief"),
+        "effects.root_relief.length_fraction": _relief_length("root_relief"),
+    }
+)
+
+#: Keys of the scene that a derived one sets, for checks.
+SETS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "pair.addendum_fraction": ("pair.pinion.addendum", "pair.wheel.addendum"),
+        "effects.tip_relief.length_fraction": ("effects.tip_relief.length",),
+        "effects.root_relief.length_fraction": ("effects.root_relief.length",),
+    }
+)

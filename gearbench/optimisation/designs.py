@@ -1,0 +1,141 @@
+"""Quantities of the designs of a stored optimisation, by name: stored ones, and those that follow from a scene."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cached_property
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.errors import InputError
+from gearbench.optimisation.dataset import read_designs, read_names
+from gearbench.optimisation.problem import scene_of
+from gearbench.optimisation.study import OptimisationStudy
+from gearbench.optimisation.study_file import parse_study
+from gearbench.results.provenance import support
+from gearbench.results.quantities import QUANTITIES
+from gearbench.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Effects that a designer gives the flanks; errors and measured flanks are none.
+MODIFICATIONS = ("crowning", "tip_relief", "root_relief", "end_relief", "profile_slope", "helix_slope")
+
+
+def axial_force(scene: Scene) -> float:
+    """F_a = F_t tan β with F_t = 2T/d at the reference circle [N]."""
+    gear = scene.pair.gears[0]
+    return 1e3 * scene.load.torque / gear.pitch_radius * math.tan(gear.beta)
+
+
+def modifications(scene: Scene) -> int:
+    """How many kinds of micro-geometry the flanks have."""
+    return sum(scene.effect(name) is not None for name in MODIFICATIONS)
+
+
+#: Name → how it follows from the scene of a design.
+OF_SCENE: Mapping[str, Callable[[Scene], float]] = MappingProxyType(
+    {
+        "axial_force": axial_force,
+        "modifications": modifications,
+        "pinion_teeth": lambda s: s.pair.pinion.teeth,
+        "wheel_teeth": lambda s: s.pair.wheel.teeth,
+        "pinion_addendum": lambda s: s.pair.pinion.addendum,
+        "wheel_addendum": lambda s: s.pair.wheel.addendum,
+    }
+)
+
+
+class Designs:
+    """The designs of a stored optimisation.
+
+    Parameters
+    ----------
+    dataset
+        The final Dataset of an optimisation.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+
+    def __init__(self, dataset: xr.Dataset) -> None:
+        if "study" not in dataset.attrs or "design" not in dataset.dims or "on_front" not in dataset:
+            raise InputError("", "dataset", "must be the result of an optimisation (front.nc)")
+        self.dataset = dataset
+        self._scenes: dict[int, Scene] = {}
+
+    @cached_property
+    def study(self) -> OptimisationStudy:
+        """The study that was run."""
+        return parse_study(tomllib.loads(self.dataset.attrs["study"]))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all quantities: one value for each design."""
+        stored = [str(name) for name, v in self.dataset.data_vars.items() if v.dims == ("design",)]
+        return (*stored, *OF_SCENE)
+
+    def find(self, key: str, name: str) -> str:
+        """Full name of a quantity from its full name or from its last parts, if no other ends so.
+
+        Raises
+        ------
+        InputError
+            If there is none, or more than one; ``key`` says where the name was given.
+        """
+        if name in self.names:
+            return name
+        found = [full for full in self.names if full.endswith(f".{name}")]
+        if len(found) == 1:
+            return found[0]
+        if found:
+            raise InputError(key, name, f"could be {' or '.join(found)}")
+        raise InputError(key, name, f"unknown quantity; known: {', '.join(self.names)}")
+
+    def values(self, name: str, numbers: NDArray) -> NDArray:
+        """Values of a quantity by its full name for the designs at ``numbers``; they must be gears."""
+        if name not in OF_SCENE:
+            return self.dataset[name].values[numbers]
+        return np.array([OF_SCENE[name](self.scene(int(number))) for number in numbers], dtype=float)
+
+    def scene(self, number: int) -> Scene:
+        """Scene of a design by its number in the dimension ``design``; kept."""
+        if number not in self._scenes:
+            self._scenes[number] = scene_of(self.study, self._codes[number])
+        return self._scenes[number]
+
+    @cached_property
+    def _codes(self) -> Sequence[tuple[float, ...]]:
+        arrays = {name: self.dataset[name].values for name in read_names(self.study)}
+        return [design for design, _ in read_designs(arrays, self.study)]
+
+    def unit(self, name: str) -> str:
+        """Unit of a quantity, "" where it has none."""
+        unit = QUANTITIES[name].units if name in OF_SCENE else self.dataset[name].attrs.get("units", "")
+        return "" if unit == "1" else unit
+
+    def support(self, rows: Iterable[int]) -> str:
+        """Support of the teeth of the designs at ``rows``."""
+        return " or ".join(sorted({support(self.scene(int(row))) for row in rows}))
+
+
+def design_scene(dataset: xr.Dataset, design: int) -> Scene:
+    """The scene of a design of a stored optimisation, by its number in the dimension ``design``.
+
+    Raises
+    ------
+    InputError
+        If the Dataset is no optimisation's, there is no such design, or it makes no gear.
+    """
+    designs = Designs(dataset)
+    if not 0 <= design < dataset.sizes["design"]:
+        raise InputError("design", design, f"must lie within 0 to {dataset.sizes['design'] - 1}")
+    return designs.scene(design)

@@ -1,0 +1,35 @@
+"""Sets of objectives to be made small: which are not dominated, and how much they dominate."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def non_dominated(F: NDArray) -> NDArray:
+    """Whether no other row of ``F`` (point, objective) is at least as good in all and better in one, (point,)."""
+    keep = np.ones(len(F), dtype=bool)
+    order = np.lexsort(F.T[::-1])  # a point that dominates another stands before it
+    front = np.empty((0, F.shape[1]))
+    for i in order:
+        keep[i] = not np.any(np.all(front <= F[i], axis=1) & np.any(front < F[i], axis=1))
+        if keep[i]:
+            front = np.concatenate([front, F[i : i + 1]])
+    return keep
+
+
+def hypervolume(F: NDArray) -> float:
+    """Share of the unit box that the points ``F`` (point, objective) dominate; points outside it count for nothing."""
+    inside = F[np.all(F < 1.0, axis=1)]
+    if len(inside) == 0:
+        return 0.0
+    if F.shape[1] == 1:
+        return float(1.0 - inside.min())
+    if F.shape[1] == 2:
+        x, y = inside[np.lexsort(inside.T[::-1])].T
+        lowest = np.minimum.accumulate(np.concatenate([[1.0], y]))
+        return float(np.sum((1.0 - x) * np.maximum(lowest[:-1] - y, 0.0)))
+    from pymoo.indicators.hv import Hypervolume
+
+    value = Hypervolume(ref_point=np.ones(F.shape[1]), norm_ref_point=False)(inside)
+    return float(value)  # pyright: ignore[reportArgumentType]

@@ -1,0 +1,145 @@
+"""NSGA-II with mixed variables (pymoo), asked for designs and told their results; it evaluates nothing itself.
+
+A search is determined by study and results: asked and told again the same, it asks for the same designs.
+That is how an interrupted run is continued.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Hashable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearbench.errors import GearbenchError
+from gearbench.optimisation.problem import Evaluation, assignments
+from gearbench.optimisation.study import Design, OptimisationStudy
+from gearbench.optimisation.variables import Variable
+
+if TYPE_CHECKING:
+    from pymoo.core.duplicate import DuplicateElimination
+
+#: Attempts to breed designs that are not in the population yet, before a generation stays smaller.
+ATTEMPTS = 20
+#: Spread of the mutation: real variables as usual (Deb), positions in a grid wider, or rounding would undo it.
+REAL_SPREAD, GRID_SPREAD = 20, 3
+
+
+class Search:
+    """The search of a study, one generation after the other.
+
+    Parameters
+    ----------
+    study
+        The study.
+    """
+
+    def __init__(self, study: OptimisationStudy) -> None:
+        self._study = study
+        self._gears: dict[Design, Hashable] = {}
+        try:
+            self._algorithm = _algorithm(study, self._gear)
+        except ImportError:
+            raise GearbenchError("optimise needs pymoo: install the extra gearbench[optimise]") from None
+        self._asked: Any = None
+
+    def _design(self, individual: Any) -> Design:
+        return tuple(
+            float(individual.X[v.name]) if v.kind == "real" else int(individual.X[v.name])
+            for v in self._study.variables
+        )
+
+    def _gear(self, individual: Any) -> Hashable:
+        design = self._design(individual)
+        if design not in self._gears:
+            self._gears[design] = assignments(self._study, design)
+        return self._gears[design]
+
+    def ask(self) -> list[Design]:
+        """Designs of the next generation; fewer than the population, or none, where the space is exhausted."""
+        self._asked = self._algorithm.ask()
+        return [] if self._asked is None else [self._design(i) for i in self._asked]
+
+    def tell(self, results: Sequence[Evaluation]) -> None:
+        """Tell the results of the designs last asked for, in their order."""
+        for individual, result in zip(self._asked, results, strict=True):
+            # the algorithm never compares the objectives of designs that are not feasible
+            worst = (math.inf,) * len(self._study.objectives)
+            individual.set("F", np.array(result.objectives(self._study) if result.feasible else worst))
+            individual.set("G", np.array([result.violation]))
+            individual.set("H", np.empty(0))
+            individual.evaluated = {"F", "G", "H"}
+        self._algorithm.tell(infills=self._asked)
+
+    @property
+    def population(self) -> list[Design]:
+        """Designs that survived the last generation."""
+        return [self._design(individual) for individual in self._algorithm.pop]
+
+
+def _algorithm(study: OptimisationStudy, gear: Callable[[Any], Hashable]) -> Any:
+    from pymoo.algorithms.moo.nsga2 import NSGA2, binary_tournament
+    from pymoo.core.mixed import MixedVariableMating, MixedVariableSampling
+    from pymoo.core.problem import Problem
+    from pymoo.core.variable import Choice, Integer, Real
+    from pymoo.operators.crossover.sbx import SBX
+    from pymoo.operators.crossover.ux import UX
+    from pymoo.operators.mutation.pm import PM
+    from pymoo.operators.mutation.rm import ChoiceRandomMutation
+    from pymoo.operators.repair.rounding import RoundingRepair
+    from pymoo.operators.selection.tournament import TournamentSelection
+    from pymoo.termination.max_gen import MaximumGenerationTermination
+
+    def pymoo_variable(variable: Variable) -> Real | Integer | Choice:
+        if variable.kind == "choice":
+            return Choice(options=list(range(int(variable.bounds[1]) + 1)))
+        return (Real if variable.kind == "real" else Integer)(bounds=variable.bounds)
+
+    duplicates = _same_gear(gear)
+    # their types are inferred from defaults
+    make_mating: Any = MixedVariableMating
+    make_algorithm: Any = NSGA2
+    mating = make_mating(
+        selection=TournamentSelection(func_comp=binary_tournament),
+        crossover={Real: SBX(), Integer: SBX(vtype=float, repair=RoundingRepair()), Choice: UX()},
+        mutation={
+            Real: PM(eta=REAL_SPREAD),
+            Integer: PM(eta=GRID_SPREAD, vtype=float, repair=RoundingRepair()),
+            Choice: ChoiceRandomMutation(),
+        },
+        eliminate_duplicates=duplicates,
+        n_max_iterations=ATTEMPTS,
+    )
+    algorithm = make_algorithm(
+        pop_size=study.algorithm.population,
+        sampling=MixedVariableSampling(),
+        mating=mating,
+        eliminate_duplicates=duplicates,
+        output=None,
+    )
+    algorithm.termination = MaximumGenerationTermination(study.algorithm.generations)
+    problem = Problem(
+        vars={variable.name: pymoo_variable(variable) for variable in study.variables},
+        n_obj=len(study.objectives),
+        n_ieq_constr=1,
+    )
+    algorithm.setup(problem, seed=study.algorithm.seed)
+    return algorithm
+
+
+def _same_gear(key: Callable[[Any], Hashable]) -> DuplicateElimination:
+    """Elimination of designs that are the same gear, though their variables may differ."""
+    from pymoo.core.duplicate import DuplicateElimination
+
+    class SameGear(DuplicateElimination):
+        def _do(self, pop: Any, other: Any, is_duplicate: np.ndarray) -> np.ndarray:
+            seen = set() if other is None else {key(individual) for individual in other}
+            for i, individual in enumerate(pop):
+                gear = key(individual)
+                is_duplicate[i] |= gear in seen
+                if other is None:
+                    seen.add(gear)
+            return is_duplicate
+
+    return SameGear()

@@ -1,0 +1,166 @@
+"""Run a study: ask for designs, evaluate those not known yet, store the generation, tell the results."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gearbench.optimisation.archive import Archive
+from gearbench.optimisation.dataset import front_dataset
+from gearbench.optimisation.engine import Engine, choose_engine
+from gearbench.optimisation.nsga2 import Search
+from gearbench.optimisation.problem import Evaluation
+from gearbench.optimisation.store import Store
+from gearbench.optimisation.study import Design, OptimisationStudy
+from gearbench.optimisation.study_file import check_study
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, kw_only=True)
+class Progress:
+    """How far a run is.
+
+    Parameters
+    ----------
+    generation, generations
+        Generations finished, and how many there will be.
+    fraction
+        Part of all generations that is done, the current one included, 0 to 1.
+    restored
+        Generations read from disk instead of computed.
+    asked, evaluated, feasible
+        Designs asked for so far, different ones evaluated among them, and feasible ones among those.
+    hypervolume
+        Share of the reference box that the front dominates.
+    elapsed, evaluated_here
+        Seconds since the start, and designs evaluated since then.
+    """
+
+    generation: int
+    generations: int
+    fraction: float
+    restored: int
+    asked: int
+    evaluated: int
+    feasible: int
+    hypervolume: float
+    elapsed: float
+    evaluated_here: int
+
+    @property
+    def remaining(self) -> float | None:
+        """Seconds that the rest will take as the work so far did; None before anything is evaluated."""
+        begun = self.restored / self.generations
+        if self.evaluated_here == 0 or self.fraction <= begun:
+            return None
+        return self.elapsed * (1 - self.fraction) / (self.fraction - begun)
+
+
+def optimise(
+    study: OptimisationStudy,
+    *,
+    directory: str | Path | None = None,
+    resume: bool = False,
+    scheduler: str | None = None,
+    threads: int | None = None,
+    progress: Callable[[Progress], None] = lambda _: None,
+) -> xr.Dataset:
+    """Optimise: the non-dominated designs of a study, and every design evaluated on the way.
+
+    Parameters
+    ----------
+    study
+        The study, see ``gearbench.load_study``.
+    directory
+        Where each generation is stored as it is finished, and the result at the end; nowhere by default.
+    resume
+        Continue the search in ``directory``; the result equals that of a run without interruption.
+    scheduler
+        "local:N" or the address of a dask scheduler; threads of this process by default.
+    threads
+        How many; as many as there are processors by default.
+    progress
+        Called after each evaluation and each generation.
+
+    Returns
+    -------
+    Dataset over ``design`` (variables, objectives, constraints, mean, standard deviation and maximum of the responses,
+    ``feasible``, ``reason``, ``on_front``, ``in_population``) and ``generation`` (``evaluated``, ``hypervolume``, …).
+    It depends on the study alone, not on the engine or on the number of threads.
+
+    Raises
+    ------
+    InputError
+        If the study cannot be run, or the folder not be used.
+    OSError
+        If a generation cannot be stored; those before it are kept.
+    """
+    check_study(study)
+    engine = choose_engine(scheduler, threads)
+    if directory is None:
+        with engine:
+            return _Run(study, None, engine, progress).run()
+    with Store(directory, study, resume=resume) as store, engine:
+        dataset = _Run(study, store, engine, progress).run()
+        store.write_front(dataset)
+    return dataset
+
+
+class _Run:
+    def __init__(
+        self, study: OptimisationStudy, store: Store | None, engine: Engine, progress: Callable[[Progress], None]
+    ) -> None:
+        self._study, self._store, self._engine, self._progress = study, store, engine, progress
+        self._archive, self._search = Archive(study=study), Search(study)
+        self._start = time.perf_counter()
+        self._restored = self._evaluated = 0
+
+    def run(self) -> xr.Dataset:
+        """All generations."""
+        for generation in range(1, self._study.algorithm.generations + 1):
+            designs = self._search.ask()
+            if not designs:
+                break
+            self._search.tell(self._generation(generation, designs))
+            self._report(0.0)
+        wall_time = time.perf_counter() - self._start
+        return front_dataset(self._archive, self._search.population, wall_time)
+
+    def _generation(self, generation: int, designs: Sequence[Design]) -> list[Evaluation]:
+        stored = self._store.read(generation, designs) if self._store is not None else None
+        if stored is not None:
+            self._restored += 1
+            return self._archive.add(designs, dict(zip(designs, stored, strict=True)))
+        unknown = self._archive.unknown(designs)
+        new: dict[Design, Evaluation] = {}
+        for design, result in self._engine.evaluate(self._study, unknown):
+            new[design] = result
+            self._evaluated += 1
+            self._report(len(new) / len(unknown), list(new.values()))
+        results = self._archive.add(designs, new)
+        if self._store is not None:
+            self._store.write(generation, designs, results)
+        return results
+
+    def _report(self, part: float, new: Sequence[Evaluation] = ()) -> None:
+        archive, generations = self._archive, self._study.algorithm.generations
+        done = len(archive.asked)
+        self._progress(
+            Progress(
+                generation=done,
+                generations=generations,
+                fraction=min(1.0, (done + part) / generations),
+                restored=self._restored,
+                asked=sum(map(len, archive.asked)),
+                evaluated=len(archive.designs) + len(new),
+                feasible=(archive.feasible_found or [0])[-1] + sum(result.feasible for result in new),
+                hypervolume=(archive.hypervolumes or [0.0])[-1],
+                elapsed=time.perf_counter() - self._start,
+                evaluated_here=self._evaluated,
+            )
+        )

@@ -1,0 +1,198 @@
+"""A folder that holds a search: the study, one file for each generation, and the front at the end.
+
+Every file is written whole or not at all. No state of the search is stored: it is run again from its seed, and the
+results of the generations on disk are told to it instead of being computed.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
+
+from numpy.typing import NDArray
+
+from gearbench.errors import InputError
+from gearbench.files import write_text
+from gearbench.optimisation.dataset import checksum, designs_dataset, read_designs, read_names
+from gearbench.optimisation.problem import Evaluation
+from gearbench.optimisation.study import Design, OptimisationStudy
+from gearbench.results.netcdf import save
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+STUDY, FRONT = "study.toml", "front.nc"
+
+
+class Store:
+    """Folder of a search, held as a context.
+
+    Parameters
+    ----------
+    folder
+        Where; made if it does not exist.
+    study
+        The study that is run.
+    resume
+        Whether to continue a search that is there.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be made or written, holds something and is not to be continued, holds another study, or
+        is in use.
+    """
+
+    def __init__(self, folder: str | Path, study: OptimisationStudy, *, resume: bool) -> None:
+        self.folder, self._study = Path(folder), study
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            names = sorted(path.name for path in self.folder.iterdir())
+        except OSError as error:
+            raise InputError("output", str(folder), f"must be a folder ({error.strerror})") from None
+        if not os.access(self.folder, os.W_OK | os.X_OK):
+            raise InputError("output", str(folder), "the folder is not writable")
+        self._check(names, resume)
+        if STUDY not in names:
+            write_text(self.folder / STUDY, self._study.to_toml())
+        self._lock = self._take_lock()
+        self._writer = ThreadPoolExecutor(1)
+        self._pending: Future[None] | None = None
+        for name in names:
+            if _is_part(name):
+                (self.folder / name).unlink(missing_ok=True)
+
+    def __enter__(self) -> Store:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        # a write that has begun is finished, also after an error elsewhere
+        try:
+            self.flush()
+        finally:
+            self._writer.shutdown()
+            self._lock.close()
+
+    def flush(self) -> None:
+        """Wait until everything is on disk.
+
+        Raises
+        ------
+        OSError, InputError
+            As ``write``.
+        """
+        pending, self._pending = self._pending, None
+        if pending is not None:
+            pending.result()
+
+    def _check(self, names: Sequence[str], resume: bool) -> None:
+        kept = [name for name in names if not _is_part(name)]
+        same = STUDY in kept and (self.folder / STUDY).read_text(encoding="utf-8") == self._study.to_toml()
+        if not kept or (same and (resume or kept == [STUDY])):  # a run that ended before its first generation
+            return
+        if not resume:
+            raise InputError("output", str(self.folder), "the folder is not empty: continue it with --resume")
+        if STUDY not in kept:
+            raise InputError("output", str(self.folder), f"holds no optimisation: there is no {STUDY}")
+        raise InputError("output", str(self.folder), f"belongs to another study: see its {STUDY}")
+
+    def _take_lock(self) -> TextIO:
+        """The study, open: a second run into the folder is refused as long as this process lives."""
+        file = (self.folder / STUDY).open(encoding="utf-8")
+        try:
+            import fcntl
+
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            file.close()
+            raise InputError("output", str(self.folder), "another run is writing into the folder") from None
+        except (ImportError, OSError):
+            pass  # a system or a file system without locks
+        return file
+
+    def path(self, generation: int) -> Path:
+        """File of a generation, counted from 1."""
+        return self.folder / f"generation_{generation:04d}.nc"
+
+    def read(self, generation: int, designs: Sequence[Design]) -> list[Evaluation] | None:
+        """Results of a generation's ``designs``; None where there are none, or the file is damaged.
+
+        Raises
+        ------
+        InputError
+            If the file holds other designs: the search was run with other versions of its packages.
+        """
+        path = self.path(generation)
+        if not path.exists():
+            return None
+        try:
+            arrays, attrs = _read(path, read_names(self._study))
+            whole = attrs["data_sha256"] == checksum(arrays)
+        except (OSError, KeyError, ValueError, RuntimeError):  # whatever HDF5 says of a damaged file
+            return None
+        if not whole:
+            return None
+        rows = read_designs(arrays, self._study)
+        if [design for design, _ in rows] != list(designs):
+            raise InputError("output", str(path), f"was searched with {attrs['versions']}: continue with those")
+        return [result for _, result in rows]
+
+    def write(self, generation: int, designs: Sequence[Design], results: Sequence[Evaluation]) -> None:
+        """Commit a generation, while the next one is being evaluated.
+
+        Raises
+        ------
+        OSError, InputError
+            If the disk is full or the folder is no longer writable, now or in the last call; generations committed
+            before are untouched.
+        """
+        self.flush()
+        self._pending = self._writer.submit(self._write, generation, designs, results)
+
+    def _write(self, generation: int, designs: Sequence[Design], results: Sequence[Evaluation]) -> None:
+        from gearbench.results.provenance import versions
+
+        dataset = designs_dataset(self._study, designs, results, [generation] * len(designs))
+        dataset = dataset.drop_vars("first_generation")
+        sha256 = checksum({name: dataset[name].values for name in read_names(self._study)})
+        attrs = {"generation": generation, "versions": versions(), "data_sha256": sha256}
+        self._save(dataset.assign_attrs(attrs), self.path(generation))
+
+    def write_front(self, dataset: xr.Dataset) -> Path:
+        """Commit the final Dataset, after all generations."""
+        self.flush()
+        return self._save(dataset, self.folder / FRONT)
+
+    def _save(self, dataset: xr.Dataset, path: Path) -> Path:
+        save(dataset, path)
+        _sync(self.folder)
+        return path
+
+
+def _is_part(name: str) -> bool:
+    """Whether a file was left behind by an interrupted write."""
+    return name.startswith(".") and name.endswith(".part")
+
+
+def _read(path: Path, names: Sequence[str]) -> tuple[dict[str, NDArray], dict[str, str]]:
+    """Variables and attributes of a generation; a hundred times faster than the whole Dataset, labels and all."""
+    import h5py
+
+    with h5py.File(path, "r") as file:
+        found: dict[str, Any] = {name: file[name] for name in names}
+        arrays = {name: (v.asstr()[...] if v.dtype.kind == "O" else v[...]) for name, v in found.items()}
+        return arrays, {key: str(file.attrs[key]) for key in ("data_sha256", "versions")}
+
+
+def _sync(folder: Path) -> None:
+    """Make the names in a folder durable, where the system can."""
+    if not hasattr(os, "O_DIRECTORY"):
+        return
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

@@ -1,0 +1,207 @@
+"""An optimisation study: fixed data, design variables, objectives, constraints and algorithm. A file and an object."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import asdict, field
+from functools import cached_property
+from typing import Annotated, Any
+
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from gearbench.errors import InputError
+from gearbench.optimisation.variables import Value, Variable
+from gearbench.results.responses import STATISTICS, responses, split_statistic, statistics_of
+from gearbench.robustness.sampling import Sampler
+from gearbench.schema import STRICT, given
+
+#: A point of the design space: one code for each variable, see ``Variable.value``.
+Design = tuple[float, ...]
+
+#: Responses that are known of every feasible design, beside those of its objectives.
+RESPONSES = ("mesh_stiffness_rms", "transmission_error_rms")
+
+Whole = Annotated[int, Field(ge=1, le=1_000_000)]
+Seed = Annotated[int, Field(ge=0)]
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Objective:
+    """A weighted sum of statistics, to be made small.
+
+    Parameters
+    ----------
+    weights
+        Weight of each statistic, all positive: a response with ``_mean``, ``_std`` or ``_max`` appended.
+    """
+
+    weights: dict[str, Annotated[float, Field(gt=0.0)]]
+
+    def __post_init__(self) -> None:
+        if not self.weights:
+            raise InputError("weights", "none", "must name at least one statistic")
+        for name in self.weights:
+            if split_statistic(name) is None:
+                allowed = f"allowed: {', '.join(responses())}, each with _{', _'.join(STATISTICS)}"
+                raise InputError(name, "unknown statistic", allowed)
+
+    @property
+    def label(self) -> str:
+        """The sum as text, e.g. "mesh_stiffness_rms_mean + 2 mesh_stiffness_rms_std"."""
+        return " + ".join(name if w == 1 else f"{w:g} {name}" for name, w in self.weights.items())
+
+    def value(self, statistics: Mapping[str, float]) -> float:
+        """The weighted sum."""
+        return sum(w * statistics[name] for name, w in self.weights.items())
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Limit:
+    """Least and greatest value a quantity may have; an absent one is not checked."""
+
+    min: float | None = None
+    max: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.min is None and self.max is None:
+            raise InputError("", "no limit", "give min or max")
+
+    def violation(self, value: float) -> float:
+        """Excess over the limits relative to them, 0 where they hold, at most 1000."""
+        excess = 0.0
+        if self.min is not None:
+            excess = max(excess, (self.min - value) / (abs(self.min) or 1.0))
+        if self.max is not None:
+            excess = max(excess, (value - self.max) / (abs(self.max) or 1.0))
+        return min(excess, 1000.0) if value == value else 1000.0
+
+    def describe(self, name: str, value: float) -> str:
+        """Say which limit does not hold."""
+        if self.max is not None and not value <= self.max:
+            return f"{name} {value:.4g} above {self.max:g}"
+        return f"{name} {value:.4g} below {self.min:g}"
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Algorithm:
+    """NSGA-II (Deb et al. 2002).
+
+    Parameters
+    ----------
+    population
+        Designs in a generation.
+    generations
+        Number of generations, the first random one included.
+    seed
+        Of everything random in the search.
+    """
+
+    population: Annotated[int, Field(ge=4, le=100_000)] = 100
+    generations: Whole = 200
+    seed: Seed = 0
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Robustness:
+    """Error samples of each design; every design sees the same ones.
+
+    Parameters
+    ----------
+    samples
+        How many; 0: no samples, the scene as ``simulate`` computes it.
+    sampler, seed
+        How they are drawn.
+    """
+
+    samples: Annotated[int, Field(ge=0, le=1_000_000)] = 1000
+    sampler: Sampler = "sobol"
+    seed: Seed = 0
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class OptimisationStudy:
+    """Everything an optimisation needs; ``load_study`` reads one from a TOML file.
+
+    Parameters
+    ----------
+    name
+        Free text.
+    base
+        Tables of a scene, as in its file: common to all designs.
+    variables
+        The design variables.
+    objectives
+        The objectives, to be minimised, one or more.
+    constraints
+        Limits by the name of the quantity, from ``gearbench.optimisation.constraints``.
+    algorithm, robustness
+        The search, and the error samples of each design.
+
+    Raises
+    ------
+    InputError
+        If two variables change the same key, or an objective needs samples that are not drawn. Wrapped by pydantic's
+        ``ValidationError``.
+    """
+
+    name: str = ""
+    base: dict[str, Any]
+    variables: tuple[Variable, ...]
+    objectives: tuple[Objective, ...]
+    constraints: dict[str, Limit] = field(default_factory=dict)
+    algorithm: Algorithm = Algorithm()
+    robustness: Robustness = Robustness()
+
+    def __post_init__(self) -> None:
+        if not self.variables:
+            raise InputError("variables", "none", "at least one variable is required")
+        if not self.objectives:
+            raise InputError("objectives", "none", "at least one objective is required")
+        labels = [objective.label for objective in self.objectives]
+        for label in labels:
+            if labels.count(label) > 1:
+                raise InputError("objectives", label, "given twice")
+        if self.robustness.samples < 2:
+            for name in {name for objective in self.objectives for name in objective.weights}:
+                if not name.endswith("_mean"):
+                    raise InputError("objectives", name, "needs robustness.samples of at least 2")
+
+    @cached_property
+    def responses(self) -> tuple[str, ...]:
+        """Names of the responses that are computed of each design."""
+        asked = [split_statistic(name) for objective in self.objectives for name in objective.weights]
+        return tuple(dict.fromkeys((*RESPONSES, *(found[0] for found in asked if found))))
+
+    @cached_property
+    def statistics(self) -> tuple[str, ...]:
+        """Names of the statistics of every feasible design: all statistics over the error samples of its responses."""
+        return statistics_of(self.responses)
+
+    def values(self, design: Design) -> dict[str, Value]:
+        """Value of each variable of a design by its name."""
+        return {v.name: v.value(code) for v, code in zip(self.variables, design, strict=True)}
+
+    def to_mapping(self) -> dict[str, Any]:
+        """The study as nested tables, as in a file."""
+        return {
+            "name": self.name,
+            "objectives": [dict(objective.weights) for objective in self.objectives],
+            "algorithm": asdict(self.algorithm),
+            "robustness": asdict(self.robustness),
+            "constraints": {name: given(limit) for name, limit in self.constraints.items()},
+            "variables": {variable.name: variable.given() for variable in self.variables},
+            "base": self.base,
+        }
+
+    def to_toml(self) -> str:
+        """The study as the text of a TOML file."""
+        import tomli_w
+
+        return tomli_w.dumps(self.to_mapping())
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of the study's TOML text."""
+        return hashlib.sha256(self.to_toml().encode()).hexdigest()

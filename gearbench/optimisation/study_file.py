@@ -1,0 +1,165 @@
+"""Studies from TOML files: every fault is one line naming file, key, value and the values allowed."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from gearbench.errors import InputError
+from gearbench.optimisation.constraints import check_limited
+from gearbench.optimisation.dataset import DIMENSIONS
+from gearbench.optimisation.derived import DERIVED, SETS
+from gearbench.optimisation.study import Algorithm, Limit, Objective, OptimisationStudy, Robustness
+from gearbench.optimisation.variables import Variable
+from gearbench.results.responses import quantity
+from gearbench.scene_file import scene_key, table_class
+from gearbench.schema import as_table, check, keys, make, read, read_toml
+
+_TABLES: dict[str, type] = {"algorithm": Algorithm, "robustness": Robustness}
+
+
+def load_study(path: str | Path) -> OptimisationStudy:
+    """Read a study from a TOML file.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is no TOML, or does not describe a study that can be run.
+    """
+    path = Path(path)
+    try:
+        return parse_study(read_toml(path))
+    except InputError as error:
+        raise error.in_file(str(path)) from None
+
+
+def parse_study(tables: Mapping[str, Any]) -> OptimisationStudy:
+    """Study from nested tables (as read from TOML), checked against the keys of a scene.
+
+    Raises
+    ------
+    InputError
+        Naming key, value and the values allowed.
+    """
+    known = keys(OptimisationStudy)
+    for key in tables:
+        if key not in known:
+            raise InputError(key, "unknown key", f"allowed: {', '.join(known)}")
+    for key in ("base", "variables", "objectives"):
+        if key not in tables:
+            raise InputError(key, "missing", "is required")
+    parts = dict(tables)
+    parts["base"] = as_table("base", tables["base"])
+    parts["variables"] = tuple(_variables("", as_table("variables", tables["variables"])))
+    parts["objectives"] = tuple(_objectives(tables["objectives"]))
+    parts["constraints"] = dict(_constraints(as_table("constraints", tables.get("constraints", {}))))
+    parts |= {key: read(kind, tables[key], key) for key, kind in _TABLES.items() if key in tables}
+    study = make(OptimisationStudy, **parts)
+    check_study(study)
+    return study
+
+
+def check_study(study: OptimisationStudy) -> None:
+    """Check the keys of a study against those of a scene.
+
+    Raises
+    ------
+    InputError
+        If a key of the base or of a variable is no key of a scene, a value has the wrong type, something required is
+        missing, two variables change the same key, or the errors to draw are missing.
+    """
+    driven: dict[str, str] = {}
+    for variable in study.variables:
+        if variable.name in DIMENSIONS or quantity(variable.name) is not None:
+            raise InputError(f"variables.{variable.name}", "reserved name", "results are called so: use another name")
+        for path in changed_keys(variable):
+            if path in driven:
+                raise InputError(f"variables.{variable.name}", path, f"is changed by variables.{driven[path]} too")
+            driven[path] = variable.name
+    _check_base(study.base, driven)
+    if study.robustness.samples > 0 and "manufacturing_errors" not in study.base.get("effects", {}):
+        allowed = "samples need base.effects.manufacturing_errors; give samples = 0 to optimise without errors"
+        raise InputError("robustness.samples", study.robustness.samples, allowed)
+
+
+def changed_keys(variable: Variable) -> tuple[str, ...]:
+    """Keys of the scene that ``variable`` changes.
+
+    Raises
+    ------
+    InputError
+        If one of its paths is no key of a scene, or its values do not have the type of that key. A value outside its
+        limits makes no gear, which is an answer and no mistake.
+    """
+    at = f"variables.{variable.name}"
+    found: list[str] = []
+    for path in variable.paths:
+        if path in DERIVED:
+            if variable.kind == "choice":
+                raise InputError(at, variable.values, f"{path} must be a number")
+            found += SETS[path]
+            continue
+        try:
+            key = scene_key(path)
+        except InputError as error:
+            raise error.within(at) from None
+        if key is None:
+            allowed = f"must be a key of a scene, e.g. pair.helix_angle, or one of {', '.join(DERIVED)}"
+            raise InputError(at, path, allowed)
+        for code in variable.bounds if variable.values is None else range(len(variable.values)):
+            if fault := key.fault(value := variable.value(code)):
+                raise InputError(at, repr(value), fault.replace("must", f"{path} must", 1))
+        found.append(path)
+    return tuple(found)
+
+
+def _check_base(base: Mapping[str, Any], driven: Collection[str]) -> None:
+    """Check the tables of the base, where ``driven`` are the keys that variables set."""
+    effects = as_table("base.effects", base.get("effects", {}))
+    later = {path.split(".")[1]: {} for path in driven if path.startswith("effects.")}
+    tables = {"pair": {}, "load": {}} | {name: table for name, table in base.items() if name not in ("name", "effects")}
+    tables |= {f"effects.{name}": table for name, table in {**later, **effects}.items()}
+    try:
+        kinds = [table_class(name) for name in tables]
+    except InputError as error:
+        raise error.within("base") from None
+    for (name, table), kind in zip(tables.items(), kinds, strict=True):
+        try:
+            check(kind, table, f"base.{name}", [p.removeprefix(f"{name}.") for p in driven if p.startswith(f"{name}.")])
+        except InputError as error:
+            missing = error.value == "missing"
+            raise InputError(error.key, error.value, error.allowed + ", here or as a variable" * missing) from None
+
+
+def _variables(prefix: str, tables: Mapping[str, Any]) -> Iterator[Variable]:
+    """Variables of nested tables: one is where the keys are those of a variable."""
+    for name, table in tables.items():
+        key = f"{prefix}{name}"
+        if not isinstance(table, Mapping):
+            raise InputError(f"variables.{key}", table, "must be a table, e.g. { min = 0.0, max = 5.0, step = 1.0 }")
+        if "name" in table:
+            raise InputError(f"variables.{key}.name", table["name"], f"the variable's name is {key}")
+        if table and all(isinstance(value, Mapping) for value in table.values()):
+            yield from _variables(f"{key}.", table)
+        else:
+            yield read(Variable, {"paths": [key], **table, "name": key}, f"variables.{key}")
+
+
+def _objectives(given: Any) -> Iterator[Objective]:
+    if not isinstance(given, (list, tuple)):
+        raise InputError("objectives", given, "must be a list of names, or of tables of weights")
+    for item in given:
+        weights = {item: 1.0} if isinstance(item, str) else item
+        if not isinstance(weights, Mapping):
+            raise InputError("objectives", item, "must be a name, or a table of weights")
+        try:
+            yield read(Objective, {"weights": weights})
+        except InputError as error:
+            raise InputError(f"objectives.{error.key.removeprefix('weights.')}", error.value, error.allowed) from None
+
+
+def _constraints(tables: Mapping[str, Any]) -> Iterator[tuple[str, Limit]]:
+    for name, table in tables.items():
+        check_limited(name)
+        yield name, read(Limit, table, f"constraints.{name}")

@@ -1,0 +1,194 @@
+"""Verification of a front: its designs evaluated again with another compliance of the teeth, all else the same."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from copy import deepcopy
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.effects.gear_body import GearBody
+from gearbench.effects.tooth_bending import ToothBending
+from gearbench.errors import GearbenchError, InputError
+from gearbench.geometry.role import Role
+from gearbench.optimisation.dataset import read_designs, read_names
+from gearbench.optimisation.designs import Designs
+from gearbench.optimisation.engine import Threads
+from gearbench.optimisation.front import non_dominated
+from gearbench.optimisation.problem import Evaluation, macro_geometry
+from gearbench.optimisation.study import Design, OptimisationStudy
+from gearbench.results.responses import described
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def verify(
+    designs: Designs,
+    *,
+    numbers: Sequence[int] | None = None,
+    accuracy: float = 0.01,
+    threads: int | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> xr.Dataset:
+    """Evaluate designs of a stored optimisation with finite elements in place of the fast compliance of their teeth.
+
+    Gaps, errors and their samples, contact law and resolution stay those of the study. The teeth are clamped at their
+    root; where the study has gear bodies, they stand on them down to the bore. There
+    is one FE model for each macro-geometry; it is kept on disk.
+
+    Parameters
+    ----------
+    designs
+        From ``gearbench.optimisation.select.open_designs``.
+    numbers
+        Which designs, by their numbers in the dimension ``design``; the front by default.
+    accuracy
+        Relative error of the compliance that the meshes are refined to.
+    threads
+        As in ``optimise``.
+    progress
+        Called with one line about the next step.
+
+    Returns
+    -------
+    Dataset over ``design``: the variables, ``objective`` and ``objective_verified`` (design, objective_name), their
+    relative ``shift`` [%], the statistics, ``on_front_verified``; and the ``rank_correlation`` of each objective.
+
+    Raises
+    ------
+    InputError
+        If the study has no tooth bending to be replaced, a variable changes it, or a design is not feasible.
+    GearbenchError
+        If finite elements give no answer for any of the designs.
+    """
+    start = time.perf_counter()
+    study = reference_study(designs.study, accuracy)
+    chosen = _numbers(designs, numbers)
+    dataset = designs.dataset
+    arrays = {name: dataset[name].values[chosen] for name in read_names(designs.study)}
+    found = [design for design, _ in read_designs(arrays, designs.study)]
+    models = _prepare(designs, chosen, study, found, progress)
+    progress(f"{len(chosen)} designs with the compliance of the finite elements")
+    known: dict[Design, Evaluation] = dict(_engine(threads).evaluate(study, list(dict.fromkeys(found))))
+    results = [known[design] for design in found]
+    if not any(result.feasible for result in results):
+        raise GearbenchError(f"finite elements gave no answer: {results[0].reason}")
+    result = _dataset(designs, chosen, results)
+    return result.assign_attrs(_attrs(designs.study, study, models, time.perf_counter() - start))
+
+
+def reference_study(study: OptimisationStudy, accuracy: float) -> OptimisationStudy:
+    """``study`` without limits, and with finite elements in place of the fast compliance of its teeth.
+
+    Raises
+    ------
+    InputError
+        If it has no tooth bending, or a variable changes the effect replaced.
+    """
+    effects: dict[str, Any] = deepcopy(dict(study.base.get("effects", {})))
+    for variable in study.variables:
+        for path in variable.paths:
+            if path.split(".")[:2] in [["effects", kind.name] for kind in (ToothBending, GearBody)]:
+                raise InputError(f"variables.{variable.name}", path, "is a variable: the reference would not see it")
+    if ToothBending.name not in effects:
+        raise InputError(f"base.effects.{ToothBending.name}", "missing", "is replaced by the finite elements")
+    effects[ToothBending.name] = {"model": "finite_elements", "accuracy": accuracy}
+    if GearBody.name in effects:
+        effects[GearBody.name] = {}
+    return replace(study, base={**study.base, "effects": effects}, constraints={})
+
+
+def rank_correlation(a: NDArray, b: NDArray) -> float:
+    """Spearman's rank correlation; NaN where fewer than three points are known, or all are equal."""
+    from scipy.stats import rankdata
+
+    known = np.isfinite(a) & np.isfinite(b)
+    if known.sum() < 3 or np.ptp(a[known]) == 0 or np.ptp(b[known]) == 0:
+        return float("nan")
+    return float(np.corrcoef(rankdata(a[known]), rankdata(b[known]))[0, 1])
+
+
+def _numbers(designs: Designs, numbers: Sequence[int] | None) -> NDArray:
+    dataset = designs.dataset
+    if numbers is None:
+        chosen = np.flatnonzero(dataset["on_front"].values)
+        if chosen.size == 0:
+            raise InputError("", designs.study.name or "study", "has no feasible design")
+        return chosen[np.argsort(dataset["objective"].values[chosen, 0], kind="stable")]
+    chosen = np.array(numbers, dtype=int)
+    for number in chosen:
+        if not 0 <= number < dataset.sizes["design"] or not dataset["feasible"].values[number]:
+            raise InputError("design", int(number), "must be the number of a feasible design")
+    return chosen
+
+
+def _prepare(
+    designs: Designs,
+    chosen: NDArray,
+    study: OptimisationStudy,
+    found: Sequence[Design],
+    progress: Callable[[str], None],
+) -> int:
+    """Compute the compliance of each macro-geometry once, one after the other; how many there are.
+
+    Threads that meet the same unknown pair would each mesh it.
+    """
+    first = {macro_geometry(study, design): int(number) for design, number in zip(found, chosen, strict=True)}
+    effects = study.base["effects"]
+    beside = {GearBody.name: GearBody()} if GearBody.name in effects else {}
+    reference = ToothBending(**effects[ToothBending.name])
+    for i, number in enumerate(first.values(), start=1):
+        progress(f"finite elements of macro-geometry {i} of {len(first)}")
+        pair = designs.scene(number).pair
+        with suppress(GearbenchError):  # the design is then reported with this reason
+            for role in Role:
+                reference.flank(pair, role, beside)
+    return len(first)
+
+
+def _engine(threads: int | None) -> Threads:
+    from gearbench.robustness.montecarlo import default_threads
+
+    return Threads(threads or default_threads())
+
+
+def _dataset(designs: Designs, chosen: NDArray, results: Sequence[Evaluation]) -> xr.Dataset:
+    study, dataset = designs.study, designs.dataset
+    names = [str(name) for name in dataset["variable"].values]
+    stored = dataset[[*names, *study.statistics, "objective"]].isel(design=chosen)
+    objective, verified = stored["objective"].values, np.array([r.objectives(study) for r in results])
+    known = np.all(np.isfinite(verified), axis=1)
+    on_front = np.zeros(len(chosen), dtype="int8")
+    on_front[known] = non_dominated(verified[known])
+    both = ("design", "objective_name")
+    variables: dict[str, tuple] = {
+        "number": ("design", chosen),
+        "objective_verified": (both, verified),
+        "shift": (both, 100 * (verified / objective - 1)),
+        "on_front_verified": ("design", on_front),
+        "verified": ("design", known.astype("int8")),
+        "reason": ("design", np.array([r.reason for r in results], dtype=object)),
+        "rank_correlation": (
+            "objective_name",
+            np.array([rank_correlation(a, b) for a, b in zip(objective.T, verified.T, strict=True)]),
+        ),
+    }
+    for i, name in enumerate(study.statistics):
+        variables[f"{name}_verified"] = ("design", [r.statistics[i] for r in results])
+    return stored.assign(described(variables)).drop_attrs(deep=False)
+
+
+def _attrs(study: OptimisationStudy, reference: OptimisationStudy, models: int, wall_time: float) -> dict[str, Any]:
+    from gearbench.results.provenance import run_provenance
+
+    given = {"study": study.to_toml(), "study_sha256": study.digest, "macro_geometries": models}
+    given["variables"] = ", ".join(variable.name for variable in study.variables)
+    effects = reference.base["effects"]
+    given["support"] = "finite_elements" if GearBody.name in effects else "clamped"
+    return given | effects[ToothBending.name] | run_provenance(wall_time=wall_time)

@@ -1,0 +1,1 @@
+"""Results: answers of a solved scene, their names, units, provenance and files."""

@@ -1,0 +1,179 @@
+"""Variables over a mesh cycle: means, curves up to the transitions, peak-to-peak values, harmonics.
+
+Gauss points determine a polynomial on each panel between two transitions, whatever is asked for follows from these
+polynomials. Uniform phases are one curve, as they are.
+
+Harmonics: x(τ) = c_0 + Σ Re(2 c_n e^{2πi n τ}), n = 1, 2, …, with c_n = ∫₀¹ x(τ) e^{−2πi n τ} dτ. The amplitude is
+2|c_n| in the unit of x, the phase arg c_n in (−π, π]: x(τ) = c_0 + Σ 2|c_n| cos(2π n τ + arg c_n). A positive phase
+puts the crest before τ = 0, where a tooth pair comes into contact.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+from gearbench.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MICROMETRES = 1e3  # per mm
+#: Harmonics that a Dataset holds.
+HARMONICS = 10
+#: Points on each panel where peak-to-peak values look.
+FINE = 201
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Phases:
+    """Mesh phases at which a cycle is known.
+
+    Parameters
+    ----------
+    phase, weight
+        Mesh phases in ascending order, and their weights in means over the cycle, which sum to 1, (position,).
+    size
+        Gauss points on each panel between two transitions; None where the phases are uniform.
+    """
+
+    phase: NDArray
+    weight: NDArray
+    size: int | None
+
+    @classmethod
+    def of_dataset(cls, dataset: xr.Dataset) -> Phases:
+        """The phases of a Dataset of ``simulate``."""
+        phase, weight, start = (dataset[name].values for name in ("mesh_phase", "phase_weight", "panel_start"))
+        size = None if np.isnan(start).any() else int(np.sum(start == start[0]))
+        return cls(phase=phase, weight=weight, size=size)
+
+    @cached_property
+    def edges(self) -> NDArray:
+        """Begin and end of each Gauss panel, (panel, 2)."""
+        assert self.size is not None, "uniform phases have no panels"
+        x, t = self.phase.reshape(-1, self.size), legendre.leggauss(self.size)[0]
+        # a single point says nothing of the width, its weight does
+        half = (x[:, -1] - x[:, 0]) / (t[-1] - t[0]) if self.size > 1 else self.weight / 2
+        return x.mean(axis=1)[:, None] + half[:, None] * np.array([-1.0, 1.0])
+
+    @property
+    def coordinates(self) -> dict[str, NDArray]:
+        """Coordinates over ``position`` of a Dataset, by name."""
+        unknown = np.full((len(self.phase), 2), np.nan)
+        start, end = (unknown if self.size is None else np.repeat(self.edges, self.size, axis=0)).T
+        return {"mesh_phase": self.phase, "phase_weight": self.weight, "panel_start": start, "panel_end": end}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class MeshCycle:
+    """Static transmission error and mesh stiffness over one mesh cycle, or over many with the same phases.
+
+    Parameters
+    ----------
+    phases
+        Where they are known.
+    transmission_error, mesh_stiffness
+        δ [µm] and k [N/µm], (…, position).
+    """
+
+    phases: Phases
+    transmission_error: NDArray
+    mesh_stiffness: NDArray
+
+    @classmethod
+    def of(cls, scene: Scene, phases: Phases, approach: NDArray, stiffness: NDArray) -> MeshCycle:
+        """From the normal approach δ_n [mm] and ∂F_n/∂δ_n [N/mm], (…, position).
+
+        δ = δ_n / cos β_b; k = ∂F_bt/∂δ = ∂F_bn/∂δ_n · cos²β_b.
+        """
+        cos_b = math.cos(scene.pair.meshing.beta_b)
+        δ, k = MICROMETRES / cos_b * approach, cos_b**2 / MICROMETRES * stiffness
+        return cls(phases=phases, transmission_error=δ, mesh_stiffness=k)
+
+
+def mean(values: NDArray, weight: NDArray) -> NDArray:
+    """Mean over the mesh cycle, last axis."""
+    return values @ weight
+
+
+def fluctuation_rms(values: NDArray, weight: NDArray) -> NDArray:
+    """RMS over the mesh cycle of the deviation from the mean, last axis."""
+    return np.sqrt(mean((values - mean(values, weight)[..., None]) ** 2, weight))
+
+
+def relative_rms(values: NDArray, weight: NDArray) -> NDArray:
+    """RMS over the mesh cycle of the relative deviation from the mean, last axis [%]."""
+    return 100 * fluctuation_rms(values, weight) / mean(values, weight)
+
+
+def curves(phases: Phases, values: NDArray, points: int = 40) -> list[tuple[NDArray, NDArray]]:
+    """Curves (phase, value) of values (position,) between the jumps, up to them; ``points`` on each Gauss panel."""
+    if phases.size is None:
+        return [(phases.phase, values)]
+    t, (start, end) = np.linspace(0, 1, points)[:, None], phases.edges.T
+    x, y = (start + t * (end - start)).T, _on_panels(phases, values, points)
+    return list(zip(x, y, strict=True))
+
+
+def peak_to_peak(phases: Phases, values: NDArray) -> NDArray:
+    """Greatest less least value over the cycle, up to both sides of every transition, last axis."""
+    if phases.size is None:
+        return np.ptp(values, axis=-1)
+    return np.ptp(_on_panels(phases, values, FINE), axis=(-2, -1))
+
+
+def coefficients(phases: Phases, values: NDArray, orders: int = HARMONICS) -> NDArray:
+    """Complex Fourier coefficients c_n of the orders 1 … ``orders``, see the module, (…, harmonic).
+
+    On Gauss panels the polynomials of the panels are integrated; uniform phases give orders below half their number,
+    NaN above.
+    """
+    return values @ _fourier_matrix(phases, orders).T
+
+
+def panels(dataset: xr.Dataset, name: str, points: int = 40) -> list[tuple[NDArray, NDArray]]:
+    """``curves`` of a variable of a Dataset of ``simulate``."""
+    return curves(Phases.of_dataset(dataset), dataset[name].values, points)
+
+
+def fourier(dataset: xr.Dataset, name: str, orders: int = HARMONICS) -> NDArray:
+    """Amplitudes of the orders 1 … ``orders`` of a variable of a Dataset of ``simulate``, in its unit, (harmonic,)."""
+    return 2 * np.abs(coefficients(Phases.of_dataset(dataset), dataset[name].values, orders))
+
+
+@lru_cache(maxsize=16)
+def _fourier_matrix(phases: Phases, orders: int) -> NDArray:
+    """Values → coefficients, (harmonic, position)."""
+    n, x = np.arange(1, orders + 1), phases.phase
+    if phases.size is None:
+        wave = np.exp(-2j * np.pi * np.outer(n, x)) / len(x)
+        return np.where(2 * n[:, None] < len(x), wave, np.nan)
+    # exact to rounding even where one panel is the whole cycle
+    t, w = legendre.leggauss(phases.size + 4 * orders + 16)
+    (start, end), values = phases.edges.T[:, :, None], _interpolation(phases.size, t)
+    τ = (start + end) / 2 + (end - start) / 2 * t
+    wave = np.exp(-2j * np.pi * n[:, None, None] * τ) * ((end - start) / 2 * w)
+    return (wave @ values).reshape(orders, -1)
+
+
+def _on_panels(phases: Phases, values: NDArray, points: int) -> NDArray:
+    """Values (…, position) at equidistant points of the panels, ends included, (…, panel, point)."""
+    assert phases.size is not None
+    by_panel = values.reshape(*values.shape[:-1], -1, phases.size)
+    return by_panel @ _interpolation(phases.size, np.linspace(-1, 1, points)).T
+
+
+def _interpolation(size: int, t: NDArray) -> NDArray:
+    """Values at ``size`` Gauss points → those of their polynomial at t in [−1, 1], (point, size)."""
+    nodes, w = legendre.leggauss(size)
+    k = np.arange(size)
+    # the Legendre coefficients of the interpolating polynomial are exact by the Gauss rule itself
+    project = (2 * k[:, None] + 1) / 2 * legendre.legvander(nodes, size - 1).T * w
+    return legendre.legvander(t, size - 1) @ project

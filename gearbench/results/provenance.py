@@ -1,0 +1,69 @@
+"""Where a result comes from: scene, versions, revision, seed, wall time, host."""
+
+from __future__ import annotations
+
+import platform
+import subprocess
+from datetime import UTC, datetime
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from gearbench.effects.base import ComplianceEffect
+from gearbench.scene import Scene, digest
+
+_PACKAGES = ("gearbench", "numpy", "scipy", "numba", "xarray")
+
+
+def provenance(scene: Scene, *, wall_time: float, seed: int | None = None) -> dict[str, Any]:
+    """Attributes of a Dataset: scene as TOML, its hash, support, versions, git revision, seed, wall time [s], host."""
+    text = scene.to_toml()
+    own = {"scene": text, "scene_sha256": digest(text), "support": support(scene)}
+    attrs = {**own, **run_provenance(wall_time=wall_time)}
+    return attrs if seed is None else {**attrs, "seed": seed}
+
+
+def support(scene: Scene) -> str:
+    """The body that the teeth stand on: "ring", "sainsot_velex", "finite_elements"; else "clamped", or "rigid"."""
+    names = [effect.name for effect in scene.effects if isinstance(effect, ComplianceEffect) and effect.name != "hertz"]
+    body, tooth = scene.effect("gear_body"), scene.effect("tooth_bending")
+    if body is None:
+        return "clamped" if names else "rigid"
+    return "finite_elements" if getattr(tooth, "model", "") == "finite_elements" else str(getattr(body, "model", ""))
+
+
+def run_provenance(*, wall_time: float) -> dict[str, Any]:
+    """Attributes of any Dataset: package versions, git revision, wall time [s], host."""
+    return {
+        "versions": versions(),
+        "git_revision": git_revision(),
+        "wall_time_s": wall_time,
+        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+        "host": platform.node(),
+        "Conventions": "CF-1.8",
+    }
+
+
+@cache
+def versions() -> str:
+    """Versions of Python and of the packages that computed the result."""
+    found = [f"python {platform.python_version()}"]
+    for package in _PACKAGES:
+        try:
+            found.append(f"{package} {version(package)}")
+        except PackageNotFoundError:
+            continue
+    return ", ".join(found)
+
+
+@cache
+def git_revision() -> str:
+    """Revision of the checkout the package is imported from; "unknown" outside one."""
+    folder = Path(__file__).resolve().parent
+    command = ["git", "-C", str(folder), "describe", "--always", "--dirty"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=5, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        return "unknown"
+    return done.stdout.strip() or "unknown"

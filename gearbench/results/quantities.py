@@ -1,0 +1,180 @@
+"""Names, units and symbols of everything a Dataset may hold: one table for programs, plots and documentation.
+
+The numbers that a mesh cycle answers declare theirs themselves, see ``gearbench.results.responses``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One variable or coordinate of a Dataset: its unit, symbol and meaning."""
+
+    units: str
+    symbol: str
+    long_name: str
+
+    @property
+    def label(self) -> str:
+        """Meaning and symbol in one line."""
+        return f"{self.long_name} {self.symbol}".strip()
+
+    @property
+    def unit(self) -> str:
+        """Unit as people read it: "" where there is none."""
+        return "" if self.units == "1" else self.units
+
+    @property
+    def attrs(self) -> dict[str, str]:
+        """As attributes of an xarray variable."""
+        return {"units": self.units, "symbol": self.symbol, "long_name": self.long_name}
+
+
+#: By group, as the documentation lists them.
+GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
+    {
+        "coordinates": {
+            "mesh_phase": Quantity("1", "τ", "mesh phase"),
+            "phase_weight": Quantity("1", "w", "weight of the mesh phase in means over the mesh cycle"),
+            "panel_start": Quantity(
+                "1", "τ_0", "beginning of the position's Gauss panel; NaN where phases are uniform"
+            ),
+            "panel_end": Quantity("1", "τ_1", "end of the position's Gauss panel; NaN where phases are uniform"),
+            "harmonic": Quantity("1", "n", "order of the harmonic of the mesh frequency"),
+            "pair_index": Quantity("1", "k", "number of the tooth pair"),
+            "path_position": Quantity(
+                "mm", "u", "position on the path of contact from the pinion's interference point"
+            ),
+            "face_position": Quantity("mm", "y", "position along the face width"),
+            "segment_length": Quantity("mm", "ℓ", "length of a segment along the contact line"),
+        },
+        "over the mesh cycle": {
+            "transmission_error": Quantity("µm", "δ", "static transmission error along the line of action"),
+            "mesh_stiffness": Quantity("N/µm", "k", "mesh stiffness"),
+            "line_load": Quantity("N/mm", "q", "line load"),
+            "load_share": Quantity("1", "X", "share of the load on a tooth pair"),
+            "initial_gap": Quantity("µm", "e", "initial gap from micro-geometry and errors"),
+            "transmission_error_amplitude": Quantity("µm", "|δ_n|", "amplitudes of the harmonics of δ"),
+            "transmission_error_phase": Quantity("rad", "arg δ_n", "phases of the harmonics of δ"),
+            "mesh_stiffness_amplitude": Quantity("N/µm", "|k_n|", "amplitudes of the harmonics of k"),
+            "mesh_stiffness_phase": Quantity("rad", "arg k_n", "phases of the harmonics of k"),
+        },
+        "limits of a design": {
+            "total_contact_ratio": Quantity("1", "ε_γ", "total contact ratio"),
+            "transverse_contact_ratio": Quantity("1", "ε_α", "transverse contact ratio"),
+            "overlap_ratio": Quantity("1", "ε_β", "overlap ratio"),
+            "specific_sliding": Quantity("1", "ζ", "largest specific sliding"),
+            "contact_pressure": Quantity("MPa", "σ_H", "largest contact pressure"),
+            "root_stress": Quantity("MPa", "σ_F", "largest nominal root stress"),
+        },
+        "comparison with a reference": {
+            "load_share_error_max": Quantity("1", "max |ΔX|", "largest difference of the share of a pair"),
+            "load_share_error_rms": Quantity("1", "RMS ΔX", "RMS difference of the share of a pair, while in contact"),
+            "load_radius": Quantity("mm", "R", "radius of the load"),
+            "load_position": Quantity("mm", "y", "position of the load along the face width"),
+            "mac": Quantity("1", "MAC", "modal assurance criterion of the deflection shapes under one load"),
+            "mac_worst": Quantity("1", "min MAC", "worst modal assurance criterion of all loads"),
+            "mac_mean": Quantity("1", "mean MAC", "mean modal assurance criterion of all loads"),
+            "line_mac_worst": Quantity("1", "min MAC_l", "worst modal assurance criterion under a contact line"),
+            "line_mac_mean": Quantity("1", "mean MAC_l", "mean modal assurance criterion under contact lines"),
+            "norm_ratio": Quantity("1", "‖w‖/‖w_ref‖", "deflection over that of the reference, under one load"),
+            "compliance_ratio": Quantity("1", "‖C‖/‖C_ref‖", "compliance over that of the reference, all loads"),
+            "reference_error": Quantity("1", "η", "estimated relative error of the reference's compliance"),
+            "reference_unknowns": Quantity("1", "N", "unknowns of the reference's finest mesh"),
+            "reference_meshes": Quantity("1", "n", "meshes that the reference was refined over"),
+            "reference_seconds": Quantity("s", "t", "wall time of the reference's compliance, all its meshes"),
+            "reference_cached": Quantity("1", "–", "whether the reference was computed earlier and kept"),
+            "compliance_seconds": Quantity("s", "t_C", "wall time of the smooth compliance of an unseen pair"),
+            "simulation_seconds": Quantity("s", "t_S", "wall time of a simulation, the teeth being known"),
+            "first_call_seconds": Quantity("s", "t_1", "wall time of the fast model's first simulation in its process"),
+        },
+        "cost of accuracy": {
+            "setting_error": Quantity("1", "ε", "relative error that a setting leaves"),
+            "setting_error_bar": Quantity("1", "Δε", "uncertainty of the reference of that error"),
+            "seconds": Quantity("s", "t", "wall time of a run, median of repeats"),
+            "processor_seconds": Quantity("s", "t_p", "processor time of a run, median of repeats"),
+            "megabytes": Quantity("MB", "M", "largest memory taken during a run"),
+            "observed_order": Quantity("1", "p", "observed order of convergence"),
+            "compliance_error": Quantity("1", "ε_C", "relative error of the flank compliance, of the worse gear"),
+            "compliance_error_bar": Quantity("1", "Δε_C", "uncertainty of the reference of that error"),
+            "compliance_order": Quantity("1", "p_C", "observed order of convergence of the flank compliance"),
+            "unknowns": Quantity("1", "N", "unknowns of the larger of both meshes"),
+        },
+        "random errors": {
+            "error": Quantity("µm", "ε", "manufacturing error drawn"),
+        },
+        "how well the contact is solved": {
+            "equilibrium_residual": Quantity("1", "|ΣP−F|/F", "relative residual of the force balance"),
+            "minimum_force": Quantity("1", "min P/F", "least segment force over the normal force"),
+            "complementarity_residual": Quantity("1", "max|min(P,g)|", "residual of the contact conditions"),
+            "newton_steps": Quantity("1", "n", "steps of the contact solver"),
+        },
+        "an optimisation": {
+            "code": Quantity(
+                "1",
+                "",
+                "index into the grid of a variable's values, or its value where it is real",
+            ),
+            "objective": Quantity("1", "", "objectives, to be made small"),
+            "violation": Quantity("1", "", "sum of the relative violations of the limits"),
+            "feasible": Quantity("1", "", "whether the design keeps all limits"),
+            "reason": Quantity("1", "", "why the design is not feasible"),
+            "first_generation": Quantity("1", "", "generation in which the design was first asked for"),
+            "on_front": Quantity("1", "", "whether no feasible design dominates this one"),
+            "in_population": Quantity("1", "", "whether the design survived the last generation"),
+            "asked": Quantity("1", "", "designs the search asked for"),
+            "asked_design": Quantity("1", "", "designs that the search asked for; -1 beyond their number"),
+            "evaluated": Quantity("1", "", "designs that were computed, and not known before"),
+            "feasible_found": Quantity("1", "", "feasible designs known so far"),
+            "hypervolume": Quantity("1", "", "share of the box below the reference point that the front dominates"),
+            "reference_point": Quantity("1", "", "reference point of the hypervolume"),
+            "number": Quantity("1", "", "index in the dimension design of the stored optimisation"),
+            "shift": Quantity("%", "", "change of the objective by the compliance of the reference"),
+            "verified": Quantity("1", "", "whether the reference gave an answer"),
+            "rank_correlation": Quantity("1", "", "rank correlation (Spearman) with both compliances"),
+        },
+        "designs": {
+            "axial_force": Quantity("N", "F_a", "axial force under the torque of the scene"),
+            "modifications": Quantity("1", "n", "kinds of micro-geometry on the flanks"),
+            "pinion_teeth": Quantity("1", "z_1", "teeth of the pinion"),
+            "wheel_teeth": Quantity("1", "z_2", "teeth of the wheel"),
+            "pinion_addendum": Quantity("1", "h_a1*", "addendum of the pinion"),
+            "wheel_addendum": Quantity("1", "h_a2*", "addendum of the wheel"),
+        },
+    }
+)
+QUANTITIES: Mapping[str, Quantity] = MappingProxyType(
+    {name: quantity for group in GROUPS.values() for name, quantity in group.items()}
+)
+
+#: Keys of a scene, and design variables derived from them, by their last parts.
+KEYS: Mapping[str, Quantity] = MappingProxyType(
+    {
+        "helix_angle": Quantity("°", "β", "helix angle"),
+        "pressure_angle": Quantity("°", "α_n", "pressure angle"),
+        "normal_module": Quantity("mm", "m_n", "normal module"),
+        "face_width": Quantity("mm", "b", "face width"),
+        "centre_distance": Quantity("mm", "a′", "centre distance"),
+        "addendum": Quantity("1", "h_a*", "addendum"),
+        "addendum_fraction": Quantity("1", "", "addendum fraction"),
+        "teeth": Quantity("1", "z", "teeth"),
+        "torque": Quantity("N·m", "T", "torque"),
+        "crowning.amount": Quantity("µm", "C_β", "crowning"),
+        "tip_relief.amount": Quantity("µm", "f", "tip relief"),
+        "tip_relief.length": Quantity("mm", "L", "tip relief length"),
+        "tip_relief.length_fraction": Quantity("1", "L/h_e", "tip relief"),
+        "root_relief.amount": Quantity("µm", "", "root relief"),
+        "root_relief.length": Quantity("mm", "", "root relief length"),
+        "root_relief.length_fraction": Quantity("1", "L/h_e", "root relief"),
+        "end_relief.amount": Quantity("µm", "", "end relief"),
+        "end_relief.length": Quantity("mm", "", "end relief length"),
+        "profile_slope.pinion": Quantity("µm", "f_Hα1", "profile slope of the pinion"),
+        "profile_slope.wheel": Quantity("µm", "f_Hα2", "profile slope of the wheel"),
+        "helix_slope.pinion": Quantity("µm", "f_Hβ1", "helix slope of the pinion"),
+        "helix_slope.wheel": Quantity("µm", "f_Hβ2", "helix slope of the wheel"),
+    }
+)

@@ -1,0 +1,235 @@
+"""Responses: the numbers that a mesh cycle answers, each declared once.
+
+``simulate``, ``robust``, the accuracy control, objectives and limits of an optimisation, and the explorer take them
+from here; an objective is ``<response>_<statistic>`` over the error samples. Another package adds one by ``register``,
+or by an entry point of the group ``gearbench.responses`` that names a ``Response`` or a sequence of them; workers of a
+cluster know those of entry points only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import entry_points
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.errors import InputError
+from gearbench.results.cycle import (
+    HARMONICS,
+    MeshCycle,
+    coefficients,
+    fluctuation_rms,
+    mean,
+    peak_to_peak,
+    relative_rms,
+)
+from gearbench.results.quantities import QUANTITIES, Quantity
+
+#: Group of the entry points.
+GROUP = "gearbench.responses"
+
+#: Statistics over the error samples: name → how to compute it from (sample,), and in words.
+STATISTICS: Mapping[str, tuple[Callable[[NDArray], float], str]] = MappingProxyType(
+    {
+        "mean": (lambda x: float(x.mean()), "mean"),
+        "std": (lambda x: float(x.std(ddof=1)) if len(x) > 1 else float("nan"), "standard deviation"),
+        "max": (lambda x: float(x.max()), "maximum"),
+    }
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Response:
+    """A number that a mesh cycle answers.
+
+    Parameters
+    ----------
+    name
+        Its name in Datasets; with ``_mean``, ``_std`` or ``_max`` appended it names a statistic over error samples.
+    quantity
+        Unit, symbol and meaning.
+    reduce
+        From a cycle with curves (…, position) to the numbers (…).
+
+    Raises
+    ------
+    InputError
+        If the name is no lower-case identifier, or another quantity's.
+    """
+
+    name: str
+    quantity: Quantity
+    reduce: Callable[[MeshCycle], NDArray]
+
+    def __post_init__(self) -> None:
+        if not self.name.isidentifier() or self.name != self.name.lower():
+            raise InputError("response", self.name, "must be a lower-case identifier")
+        if self.name in QUANTITIES:
+            raise InputError("response", self.name, "is the name of another quantity")
+
+
+def register(*responses: Response) -> None:
+    """Make responses known; the same one again changes nothing.
+
+    Raises
+    ------
+    InputError
+        If another response has the name.
+    """
+    for each in responses:
+        if KNOWN.setdefault(each.name, each) != each:
+            raise InputError("response", each.name, "is declared already")
+
+
+def response(name: str, key: str = "response") -> Response:
+    """The response of that name; ``key`` says where the name was given.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    if name not in KNOWN:
+        installed()
+    if name not in KNOWN:
+        raise InputError(key, name, f"allowed: {', '.join(KNOWN)}")
+    return KNOWN[name]
+
+
+def check_responses(names: Iterable[str]) -> None:
+    """Refuse names of no response, raising as ``response``."""
+    for name in names:
+        response(name, "responses")
+
+
+def responses() -> Mapping[str, Response]:
+    """All responses by name, those of other packages included."""
+    installed()
+    return MappingProxyType(KNOWN)
+
+
+def is_response(name: str) -> bool:
+    """Whether a response has the name."""
+    return name in KNOWN or name in responses()
+
+
+def split_statistic(name: str) -> tuple[str, str] | None:
+    """Response and statistic of a name such as "mesh_stiffness_rms_std"; None where it is none."""
+    of, _, statistic = name.rpartition("_")
+    return (of, statistic) if statistic in STATISTICS and is_response(of) else None
+
+
+def statistics_of(names: Iterable[str]) -> tuple[str, ...]:
+    """Names of all statistics of the responses ``names``."""
+    return tuple(f"{name}_{statistic}" for name in names for statistic in STATISTICS)
+
+
+def quantity(name: str) -> Quantity | None:
+    """Unit, symbol and meaning of anything a Dataset may hold; None where the name is not known.
+
+    Names that follow from others are understood: a statistic, its ``…_standard_error``, the ``…_first_order`` shares of
+    the errors in a variance, the relative ``…_error`` against a reference, and the value ``…_verified`` by one.
+    """
+    if name in QUANTITIES:
+        return QUANTITIES[name]
+    if is_response(name):
+        return response(name).quantity
+    if found := split_statistic(name):
+        q, statistic = response(found[0]).quantity, found[1]
+        words = STATISTICS[statistic][1]
+        return Quantity(q.units, f"{statistic} {q.symbol}", f"{words} over the error samples of the {q.long_name}")
+    for suffix, derive in _DERIVED.items():
+        if name.endswith(suffix) and (q := quantity(name.removesuffix(suffix))):
+            return derive(q)
+    return None
+
+
+_DERIVED: Mapping[str, Callable[[Quantity], Quantity]] = MappingProxyType(
+    {
+        "_standard_error": lambda q: Quantity(q.units, f"s({q.symbol})", f"standard error of the {q.long_name}"),
+        "_first_order": lambda q: Quantity("1", "S", f"share of each error in the variance of the {q.long_name}"),
+        "_verified": lambda q: Quantity(q.units, q.symbol, f"{q.long_name}, compliance of the reference"),
+        "_error": lambda q: Quantity("%", f"error of {q.symbol}", f"error of the {q.long_name} against the reference"),
+    }
+)
+
+
+def described(variables: Mapping[str, tuple[Any, Any]]) -> dict[str, tuple]:
+    """Variables by name, (dimensions, values), with the attributes of their quantities where these are known."""
+    return {
+        name: (dims, np.asarray(values), {} if (q := quantity(name)) is None else q.attrs)
+        for name, (dims, values) in variables.items()
+    }
+
+
+@cache
+def installed() -> tuple[str, ...]:
+    """Register the responses of other packages, once; their names.
+
+    Raises
+    ------
+    InputError
+        If an entry point cannot be imported, or names something else.
+    """
+    all_found: list[Response] = []
+    for entry in entry_points(group=GROUP):
+        key = f"{GROUP}.{entry.name}"
+        try:
+            loaded = entry.load()
+        except (ImportError, AttributeError) as error:
+            raise InputError(key, entry.value, f"cannot be imported: {error}") from None
+        found = list(loaded) if isinstance(loaded, Iterable) else [loaded]
+        if not all(isinstance(each, Response) for each in found):
+            raise InputError(key, entry.value, "must be a Response, or a sequence of them")
+        all_found += found
+    register(*all_found)
+    return tuple(each.name for each in all_found)
+
+
+def _mean(curve: str) -> Callable[[MeshCycle], NDArray]:
+    return lambda cycle: mean(getattr(cycle, curve), cycle.phases.weight)
+
+
+def _peak_to_peak(curve: str) -> Callable[[MeshCycle], NDArray]:
+    return lambda cycle: peak_to_peak(cycle.phases, getattr(cycle, curve))
+
+
+def _amplitude(curve: str, n: int) -> Callable[[MeshCycle], NDArray]:
+    return lambda cycle: 2 * np.abs(coefficients(cycle.phases, getattr(cycle, curve), n)[..., -1])
+
+
+def _ste_rms(cycle: MeshCycle) -> NDArray:
+    return fluctuation_rms(cycle.transmission_error, cycle.phases.weight)
+
+
+def _stiffness_rms(cycle: MeshCycle) -> NDArray:
+    return relative_rms(cycle.mesh_stiffness, cycle.phases.weight)
+
+
+_STE, _K = "transmission_error", "mesh_stiffness"
+_NUMBERS = (
+    (f"{_STE}_mean", "µm", "mean δ", "mean static transmission error", _mean(_STE)),
+    (f"{_STE}_rms", "µm", "RMS δ", "RMS of the fluctuating static transmission error", _ste_rms),
+    (f"{_STE}_peak_to_peak", "µm", "PP δ", "peak-to-peak static transmission error", _peak_to_peak(_STE)),
+    (f"{_K}_mean", "N/µm", "mean k", "mean mesh stiffness", _mean(_K)),
+    (f"{_K}_rms", "%", "RMS k", "RMS of the relative fluctuation of the mesh stiffness", _stiffness_rms),
+    (f"{_K}_peak_to_peak", "N/µm", "PP k", "peak-to-peak mesh stiffness", _peak_to_peak(_K)),
+)
+#: Amplitudes of single harmonics; a phase has no mean over samples, and is no response.
+_AMPLITUDES = tuple(
+    (f"{curve}_amplitude_{n}", unit, f"|{symbol}_{n}|", f"amplitude of harmonic {n} of the {of}", _amplitude(curve, n))
+    for curve, unit, symbol, of in ((_STE, "µm", "δ", "transmission error"), (_K, "N/µm", "k", "mesh stiffness"))
+    for n in range(1, HARMONICS + 1)
+)
+#: The numbers of a cycle that a simulation gives unless told otherwise.
+USUAL = tuple(name for name, *_ in _NUMBERS)
+#: All responses by name, those of other packages once they are asked for.
+KNOWN: dict[str, Response] = {
+    name: Response(name=name, quantity=Quantity(*words), reduce=reduce)
+    for name, *words, reduce in (*_NUMBERS, *_AMPLITUDES)
+}

@@ -1,0 +1,82 @@
+"""Robustness of a scene from beginning to end: samples chosen or given, drawn, solved, reduced to a Dataset."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from gearbench.accuracy.measure import MEASURED
+from gearbench.errors import InputError
+from gearbench.results.responses import check_responses
+from gearbench.robustness.adaptive import choose_robust
+from gearbench.robustness.dataset import robust_dataset
+from gearbench.robustness.montecarlo import SAMPLES, default_threads, prepare_scene, respond
+from gearbench.robustness.sampling import Sampler
+from gearbench.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_LOG = logging.getLogger(__name__)
+
+
+def robust(
+    scene: Scene,
+    *,
+    samples: int | None = None,
+    seed: int = 0,
+    sampler: Sampler = "sobol",
+    threads: int | None = None,
+    responses: Sequence[str] = (),
+    progress: Callable[[int], None] = lambda _: None,
+) -> xr.Dataset:
+    """Response of ``scene`` to random manufacturing errors.
+
+    Parameters
+    ----------
+    scene
+        With the effect ``manufacturing_errors``.
+    samples, seed, sampler
+        Number of samples (1000 by default, or chosen where the scene gives ``resolution.accuracy``) and how they are
+        drawn; sample i is the same whatever the number of threads.
+    threads, progress
+        Number of threads, as many as processors by default; called with the number of samples done so far.
+    responses
+        Names of more responses, see ``gearbench.results.responses``.
+
+    Returns
+    -------
+    Dataset over the samples: means and RMS values, the errors drawn; of the RMS values and the responses asked for,
+    statistics with standard errors, and the share of each error in the variance. After Ctrl-C it holds the samples
+    finished until then, and says so in the attribute ``complete``.
+
+    Raises
+    ------
+    InputError
+        If there are no random errors, no such response, or ``samples`` is not positive or given beside an accuracy.
+
+    Examples
+    --------
+    >>> from gearbench import load_scene
+    >>> dataset = robust(load_scene("examples/gear55_robust.toml"), samples=64, seed=1)
+    >>> dict(dataset.sizes)["sample"], dataset["mesh_stiffness_rms"].dims
+    (64, ('sample',))
+    """
+    start = time.perf_counter()
+    if samples is not None and samples < 1:
+        raise InputError("samples", samples, "must be at least 1")
+    check_responses(responses)
+    chosen: dict[str, Any] = {}
+    if scene.resolution.accuracy is not None:
+        if samples is not None:
+            raise InputError("samples", samples, "conflicts with accuracy, which chooses it")
+        choice, samples = choose_robust(scene, seed=seed, sampler=sampler, threads=threads or default_threads())
+        scene, chosen = choice.scene, choice.attrs
+    problem, threads = prepare_scene(scene), threads or default_threads()
+    errors = problem.draw(samples or SAMPLES, seed, sampler)
+    answers, complete = respond(problem, errors, threads, progress, tuple(dict.fromkeys((*MEASURED, *responses))))
+    _LOG.info("%d samples of %d errors on %d threads, %d rescued", *errors.shape, threads, answers.rescued)
+    run = {"complete": complete, "sampler": sampler, "seed": seed, "wall_time": time.perf_counter() - start}
+    return robust_dataset(problem, errors, answers, more=responses, **run).assign_attrs(chosen)

@@ -1,0 +1,227 @@
+"""Input classes as tables of keys: one reader for scenes, studies and documentation.
+
+An input class is a pydantic dataclass. Its fields are the keys of a TOML table, its numpy docstring says what they
+mean. Every fault in a table is one line that names key, value and the values allowed.
+"""
+
+from __future__ import annotations
+
+import inspect
+import json
+import re
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any, TypeVar, get_args, get_type_hints
+
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+
+from gearbench.errors import InputError
+
+T = TypeVar("T")
+
+#: Every input class of the project refuses unknown keys, NaN, infinities and silent conversions.
+STRICT = ConfigDict(extra="forbid", strict=True, allow_inf_nan=False)
+
+_MISSING = ("missing", "missing_argument", "missing_keyword_only_argument")
+_UNKNOWN = ("unexpected_keyword_argument", "extra_forbidden")
+_RANGE = ("greater_than", "greater_than_equal", "less_than", "less_than_equal")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Key:
+    """A key of a table.
+
+    Parameters
+    ----------
+    name
+        The key.
+    hint
+        Its type, with its limits.
+    default
+        Value where it is absent; ``dataclasses.MISSING`` where it is required.
+    meaning
+        One or more sentences, with the unit in brackets.
+    table
+        Input class of the table that the key holds, None where it holds a value.
+    """
+
+    name: str
+    hint: Any
+    default: Any
+    meaning: str
+    table: type | None
+
+    @property
+    def unit(self) -> str:
+        """Unit of its value, "" where it has none."""
+        found = re.search(r"\[([^]]+)\]", self.meaning)
+        return found[1] if found else ""
+
+    def fault(self, value: Any) -> str | None:
+        """The fault in the type of ``value``, None where there is none; limits are not looked at."""
+        faults = _faults(TypeAdapter(self.hint, config=STRICT), value)
+        return next((_message(fault) for fault in faults if fault["type"] not in _RANGE), None)
+
+
+@cache
+def keys(kind: type) -> dict[str, Key]:
+    """Keys of an input class by name, in the order of its fields."""
+    hints, meanings = get_type_hints(kind, include_extras=True), parts(kind)[1]
+    found = {}
+    for field in fields(kind):
+        hint, default = hints[field.name], field.default
+        default = default if field.default_factory is MISSING else field.default_factory()
+        table = next((t for t in (hint, *get_args(hint)) if isinstance(t, type) and is_dataclass(t)), None)
+        meaning = meanings.get(field.name, "")
+        found[field.name] = Key(name=field.name, hint=hint, default=default, meaning=meaning, table=table)
+    return found
+
+
+def parts(kind: type) -> tuple[str, dict[str, str]]:
+    """Text of a class's docstring before its parameters, and its text on each of them."""
+    text, _, rest = (inspect.getdoc(kind) or "").partition("\n\nParameters\n----------\n")
+    meanings = {}
+    for names, meaning in re.findall(
+        r"^(\S.*)\n((?:    .*\n?|\n)+)", re.split(r"\n\n\w+\n---", rest)[0], flags=re.MULTILINE
+    ):
+        meanings |= dict.fromkeys(names.split(", "), " ".join(meaning.split()))
+    return text, meanings
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Tables of a TOML file.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or is no TOML.
+    """
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError("", (error.strerror or "cannot be read").lower(), "must be a readable TOML file") from None
+    except UnicodeDecodeError:
+        raise InputError("", "not UTF-8 text", "must be a readable TOML file") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError("", "not TOML", str(error)) from None
+
+
+def as_table(key: str, table: Any) -> Mapping[str, Any]:
+    """``table``, which stands at ``key``, if it is a table.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    if not isinstance(table, Mapping):
+        raise InputError(key, table, f"must be a table: [{key}]")
+    return table
+
+
+def read(kind: type[T], table: Any, key: str = "") -> T:
+    """Object of an input class from the table at ``key``; an object of the class is taken as it is.
+
+    Raises
+    ------
+    InputError
+        Naming key, value and the values allowed.
+    """
+    if isinstance(table, kind):
+        return table
+    try:
+        # as JSON, because strict input classes take tables and lists from text only
+        return TypeAdapter(kind).validate_json(_json(as_table(key, table)))
+    except ValidationError as error:
+        raise _one_line(error.errors(), kind).within(key) from None
+
+
+def make(kind: type[T], **given: Any) -> T:
+    """Object of an input class from its parts.
+
+    Raises
+    ------
+    InputError
+        As ``read``.
+    """
+    try:
+        return kind(**given)
+    except ValidationError as error:
+        raise _one_line(error.errors(), kind) from None
+
+
+def check(kind: type, table: Any, key: str, later: Iterable[str]) -> None:
+    """Check the table at ``key``, in which the dotted keys ``later`` are still to be set.
+
+    Raises
+    ------
+    InputError
+        If a key is unknown, its value is not allowed, or one is missing that is not set later.
+    """
+    table = json.loads(_json(as_table(key, table)))
+    for path in later:
+        below = table
+        for part in path.split(".")[:-1]:
+            below = below.setdefault(part, {})
+            if not isinstance(below, dict):
+                break
+
+    def excused(fault: Any) -> bool:
+        at = tuple(map(str, fault["loc"]))
+        below = [path for path in later if tuple(path.split("."))[: len(at)] == at]
+        return bool(below) and (fault["type"] in _MISSING or fault["type"] == "value_error")
+
+    faults = [fault for fault in _faults(TypeAdapter(kind), table) if not excused(fault)]
+    if faults:
+        raise _one_line(faults, kind).within(key)
+
+
+def given(table: Any) -> dict[str, Any]:
+    """Fields of an input object that differ from their defaults, nested ones as tables of their own."""
+    values = {name: (getattr(table, name), key.default) for name, key in keys(type(table)).items()}
+    return {
+        name: _plain(value)
+        for name, (value, default) in values.items()
+        if value is not None and not (value == default and type(value) is type(default))
+    }
+
+
+def _plain(value: Any) -> Any:
+    if is_dataclass(value):
+        return given(value)
+    return [_plain(item) for item in value] if isinstance(value, tuple) else value
+
+
+def _json(value: Any) -> str:
+    return json.dumps(value, default=str)
+
+
+def _faults(adapter: TypeAdapter, value: Any) -> list[Any]:
+    try:
+        adapter.validate_json(_json(value))
+    except ValidationError as error:
+        return error.errors()
+    return []
+
+
+def _message(fault: Any) -> str:
+    return fault["msg"].replace("Input should", "must").removeprefix("Value error, ")
+
+
+def _one_line(faults: list[Any], kind: type) -> InputError:
+    """The most telling fault of a validation, as one line: a misspelt key before the missing one."""
+    fault = next((fault for fault in faults if fault["type"] in _UNKNOWN), faults[0])
+    key = ".".join(str(part) for part in fault["loc"])
+    cause = fault.get("ctx", {}).get("error")
+    if isinstance(cause, InputError):
+        return cause.within(key) if key else cause
+    if fault["type"] in _MISSING:
+        return InputError(key, "missing", "is required")
+    if fault["type"] in _UNKNOWN:
+        for part in fault["loc"][:-1]:
+            kind = keys(kind)[str(part)].table or kind
+        return InputError(key, "unknown key", f"allowed: {', '.join(keys(kind))}")
+    return InputError(key, repr(fault["input"]), _message(fault))

@@ -1,0 +1,9 @@
+"""How many samples a robust evaluation needs: scrambled Sobol points against pseudo-random ones, over 20 seeds."""
+
+from studies.s02_sampling.data import compute, scene
+from studies.s02_sampling.findings import checks
+from studies.s02_sampling.pictures import figures
+
+QUESTION = "Are 256 Sobol points at least as accurate as 1000 pseudo-random samples?"
+
+__all__ = ["QUESTION", "checks", "compute", "figures", "scene"]

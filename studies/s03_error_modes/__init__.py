@@ -1,0 +1,9 @@
+"""What each manufacturing error looks like on the flank: its shape, where it is zero, and its sign."""
+
+from studies.s03_error_modes.data import compute, scene
+from studies.s03_error_modes.findings import checks
+from studies.s03_error_modes.pictures import figures
+
+QUESTION = "What does each manufacturing error look like on the flank?"
+
+__all__ = ["QUESTION", "checks", "compute", "figures", "scene"]

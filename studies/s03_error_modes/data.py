@@ -1,0 +1,61 @@
+"""Gap of each manufacturing error over the flank."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gearbench.effects.manufacturing_errors import ErrorKind, ManufacturingErrors
+from gearbench.geometry.action import ContactLines
+from gearbench.geometry.pair import Pair
+from gearbench.library.garambois2017 import gear
+from gearbench.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MEANING = {
+    "profile_slope": "f_Hα: linear along the profile, all at the tip",
+    "profile_form": "f_fα: barrel, nothing in the middle of the profile",
+    "helix_slope": "f_Hβ: linear over the face, all at y = b",
+    "helix_form": "f_fβ: crown, nothing in the middle of the face",
+    "inclination": "f_Σδ: axes approach in their plane, × sin α_wt cos β_b",
+    "deviation": "f_Σβ: axes lean across their plane, × cos α_wt cos β_b",
+}
+
+
+def scene(kind: str = "profile_slope") -> Scene:
+    """Gear 24 with one error of 1 µm on the pinion (or of the axes)."""
+    error: dict[str, Any] = {kind: ErrorKind(amplitude=1.0, gear="pinion")}
+    plain = gear("24").scene()
+    return replace(plain, effects=(*plain.effects, ManufacturingErrors(**error)))
+
+
+def flank(pair: Pair, points: int = 60) -> ContactLines:
+    """The whole rectangle of contact as if it were contact lines: positions along u, segments along y."""
+    u = np.linspace(pair.meshing.path_start, pair.meshing.path_end, points)
+    y = np.linspace(0, pair.face_width, points)
+    grid_u, grid_y = np.meshgrid(u, y, indexing="ij")
+    return ContactLines(
+        pair=pair,
+        mesh_phase=np.zeros(points),
+        index=np.zeros(1, dtype=int),
+        u=grid_u[:, None, :],
+        y=grid_y[:, None, :],
+        length=np.ones((points, 1)),
+    )
+
+
+def compute(*, quick: bool = False) -> xr.Dataset:
+    """Gap of each error over the radius and the face width [µm]."""
+    import xarray as xr
+
+    lines = flank(scene().pair, 12 if quick else 60)
+    data = {}
+    for kind in MEANING:
+        errors = scene(kind).effect("manufacturing_errors")
+        assert isinstance(errors, ManufacturingErrors)
+        data[kind] = (("radius", "face_position"), 1e3 * errors.modes(lines)[:, 0, :, 0])
+    return xr.Dataset(data, coords={"radius": lines.radii[0][:, 0, 0], "face_position": lines.y[0, 0]})

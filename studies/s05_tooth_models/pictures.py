@@ -1,0 +1,62 @@
+"""Distribution of the errors of every model, and accuracy against time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearbench.plotting import BLUE, ORANGE, new_figure, write_figure
+from studies.s05_tooth_models.data import ERRORS, MODELS
+from studies.s05_tooth_models.findings import BEST, LIMITS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def figures(dataset: xr.Dataset, folder: Path) -> None:
+    """Distribution of the errors of every model, and accuracy against time."""
+    for support in MODELS:
+        figure, axes = new_figure(1, 4, (13, 4.2), sharey=True)
+        models = [str(name) for name in dataset[f"{support}_model"].values]
+        labels = ("mean STE", "peak-to-peak STE", "mean k", "peak-to-peak k")
+        for axis, name, label in zip(axes[0], ERRORS, labels, strict=True):
+            values = dataset[f"{support}_{name}"].values
+            columns = [column[np.isfinite(column)] for column in values.T]
+            style = {"whis": (0, 100), "widths": 0.6, "medianprops": {"color": BLUE}}
+            axis.boxplot(columns, orientation="horizontal", **style)
+            limit = LIMITS["mean" if "mean" in name else "peak_to_peak"]
+            axis.axvspan(-limit, limit, color=BLUE, alpha=0.15, lw=0)
+            axis.axvline(0, color="0.4", lw=0.8)
+            axis.set_xscale("symlog", linthresh=5)
+            axis.set_xticks([-50, -5, 0, 5, 50, 500], ["−50", "−5", "0", "5", "50", "500"])
+            axis.set(xlabel=f"error of {label} [%]", yticks=range(1, len(models) + 1), yticklabels=models)
+        axes[0, 0].invert_yaxis()  # shared
+        best = float(np.abs(dataset[f"{support}_{ERRORS[0]}"].sel({f"{support}_model": BEST[support]})).max())
+        held = "Clamped teeth" if support == "clamped" else "Teeth on their gear bodies"
+        figure.suptitle(
+            f"{held}, {dataset.sizes['design']} pairs against finite elements: {BEST[support]} within {best:.1f} % in"
+            " mean STE\n(box: quartiles; whiskers: all pairs; shaded: limits 3 % and 6 %)",
+            fontsize=10,
+        )
+        write_figure(figure, folder / f"errors_{support}.png")
+    _front(dataset, folder)
+
+
+def _front(dataset: xr.Dataset, folder: Path) -> None:
+    figure, ((axis,),) = new_figure(1, 1, (7, 4.6))
+    for support, marker, colour in (("clamped", "o", BLUE), ("rim", "s", ORANGE)):
+        error = abs(dataset[f"{support}_transmission_error_mean_error"]).max("design")
+        seconds = dataset[f"{support}_seconds"].median("design")
+        axis.loglog(1e3 * seconds, error, marker, color=colour, label=f"against FE, {support}")
+        for model in dataset[f"{support}_model"].values:
+            at = {f"{support}_model": model}
+            at_cost = (1e3 * float(seconds.sel(at)), float(error.sel(at)))
+            axis.annotate(str(model), at_cost, xytext=(5, 4), textcoords="offset points", fontsize=8)
+        axis.axvline(1e3 * float(dataset[f"{support}_reference_seconds"].median()), color=colour, ls=":", lw=1)
+    axis.set(xlabel="time for the compliance of a pair [ms] (dotted: FE)", ylabel="largest error of mean STE [%]")
+    axis.set_title("The solid tooth buys a factor of ten in accuracy for a few milliseconds", fontsize=10)
+    axis.legend(frameon=False)
+    axis.grid(alpha=0.3)
+    write_figure(figure, folder / "accuracy_and_time.png")

@@ -1,0 +1,13 @@
+"""The optimisation of Garambois et al. 2017, §6: the Pareto fronts of a reverse gear for three tools, against Table 2.
+
+Every gear of the search and every row of the table is evaluated with the same model, resolution and error samples. The
+searches are stored beside the Dataset, generation by generation: a run that was interrupted goes on where it was.
+"""
+
+from studies.s06_paper_fronts.data import compute, scene
+from studies.s06_paper_fronts.findings import checks
+from studies.s06_paper_fronts.pictures import figures
+
+QUESTION = "Does the search find the paper's three Pareto fronts, and does any gear of Table 2 beat them?"
+
+__all__ = ["QUESTION", "checks", "compute", "figures", "scene"]

@@ -1,0 +1,65 @@
+"""The fronts against Table 2."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from studies.s06_paper_fronts.compare import coverage, distance, lead, shares
+from studies.s06_paper_fronts.search import TOOLS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: A row of the table may beat a front by no more than this in both objectives.
+LEAD = 0.02
+
+
+def front(dataset: xr.Dataset, tool: int) -> NDArray:
+    """Objectives m_k, m_ste of a tool's front, (point, objective)."""
+    own = (dataset["design_tool"] == tool) & (dataset["on_front"] == 1)
+    return np.stack([dataset[name].values[own.values] for name in ("m_k", "m_ste")], axis=1)
+
+
+def rows_of(dataset: xr.Dataset, tool: int) -> tuple[list[str], NDArray]:
+    """Names and re-evaluated objectives of the rows of a tool, (row, objective)."""
+    own = np.flatnonzero(dataset["row_tool"].values == tool)
+    return [str(name) for name in dataset["row"].values[own]], dataset["row_ours"].values[own, :2]
+
+
+def measures(dataset: xr.Dataset, tool: int) -> dict[str, float]:
+    """Hypervolumes, coverages, and how far the rows of a tool lead or lag."""
+    ours, (_, theirs) = front(dataset, tool), rows_of(dataset, tool)
+    volume, volume_rows = shares(ours, theirs)
+    return {
+        "hypervolume": volume,
+        "hypervolume of Table 2": volume_rows,
+        "coverage of Table 2 by the front": coverage(ours, theirs),
+        "coverage of the front by Table 2": coverage(theirs, ours),
+        "largest lead of a row": max(lead(row, ours) for row in theirs),
+        "largest distance to a row": max(distance(row, ours) for row in theirs),
+    }
+
+
+def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
+    """No row of Table 2 beats the front of its tool; the quick size searches too little for that, and is told so."""
+    found = []
+    quick = bool(dataset.attrs["quick"])
+    for tool in TOOLS:
+        ours, (names, theirs) = front(dataset, tool), rows_of(dataset, tool)
+        leads = {name: lead(row, ours) for name, row in zip(names, theirs, strict=True)}
+        worst = max(leads, key=leads.__getitem__)
+        m = measures(dataset, tool)
+        limit = 0.25 if quick else LEAD
+        text = f"tool {tool}: row {worst} leads the front by {100 * leads[worst]:.1f} % ≤ {100 * limit:.0f} %"
+        found.append((text + (" (quick size)" if quick else ""), leads[worst] <= limit))
+        text = f"hypervolume {m['hypervolume']:.4f} ≥ {m['hypervolume of Table 2']:.4f} of Table 2"
+        if not quick:
+            found.append((f"tool {tool}: {text}", m["hypervolume"] >= m["hypervolume of Table 2"]))
+        growth = np.diff(dataset["generation_hypervolume"].sel(tool=tool).dropna("generation").values)
+        found.append((f"tool {tool}: the hypervolume never falls", bool(np.all(growth >= -1e-12))))
+    feasible = int(dataset["row_feasible"].sum())
+    found.append((f"{feasible} of {dataset.sizes['row']} rows keep all limits", feasible == dataset.sizes["row"]))
+    return found

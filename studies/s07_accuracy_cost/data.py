@@ -1,0 +1,155 @@
+"""Work–precision of the scenes, front over all models, accuracies asked for on random scenes, scaling."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearbench.accuracy.knobs import SOLID_ORDER, label, with_resolution
+from gearbench.accuracy.measure import MEASURED, relative_errors
+from gearbench.effects.base import Effect
+from gearbench.effects.tooth_bending import ToothBending
+from gearbench.effort.curves import as_dataset, run
+from gearbench.effort.elements import Meshes, element_curves
+from gearbench.effort.workprecision import cost
+from gearbench.library.garambois2017 import case, gear
+from gearbench.scene import Scene
+from gearbench.validation.reference import meshed_flanks
+from studies.s07_accuracy_cost.promises import (
+    FIRST_DRAW,
+    ROBUST_SEED,
+    SOLID_SEED,
+    promises,
+    random_scenes,
+    robust_promise,
+    solid_promise,
+)
+from studies.s07_accuracy_cost.scaling import scaling
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SOLID = ToothBending(model="solid")
+MESHED_TOOTH = ToothBending(model="finite_elements")
+#: Accuracies asked for on the random scenes, and how many scenes of each kind.
+ACCURACIES, SCENES, SOLID_SCENES, ROBUST_SCENES = (0.03, 0.01), 60, 12, 40
+SOLID_ACCURACY, ROBUST_ACCURACY = 0.03, 0.02
+#: Meshes of the front, and the one that the fast models are held against.
+FE_LEVELS, FE_REFERENCE = (0.1, 0.05, 0.02, 0.01), 0.003
+#: What scenes with meshed teeth are called after, and the few meshes of the quick size.
+MESHED = "finite elements"
+QUICK = ("case 2", f"case 1, {MESHED}")
+FEW_MESHES = Meshes(levels={"hex8": (2, 3), "hex20": (2, 3)}, reference=(3, 4, 5), accuracies=(0.1,))
+PLATES: dict[str, ToothBending] = {
+    "plate, paper": ToothBending(basis="paper"),
+    "plate (3, 3)": ToothBending(order=(3, 3), fillet=True, load="component"),
+    "plate (5, 5)": ToothBending(order=(5, 5), fillet=True, load="component"),
+    "plate (10, 10)": ToothBending(order=(10, 10), fillet=True, load="component"),
+}
+RESOLUTIONS = ((4, 2), (8, 3), (15, 8), (32, 12))
+
+
+def with_teeth(scene: Scene, teeth: Effect) -> Scene:
+    """``scene`` with other teeth in place of its plate."""
+    return replace(scene, effects=tuple(teeth if e.name == "tooth_bending" else e for e in scene.effects))
+
+
+def scenes() -> dict[str, Scene]:
+    """Scenes of the work–precision diagrams: the paper's, with solid and meshed teeth, a gear with random errors."""
+    plain = {"SC": gear("SC").scene(), "case 1": case(1), "case 2": case(2)}
+    cases = [(name, plain[name]) for name in ("case 1", "case 2")]
+    solid = {f"{name}, solid": with_teeth(scene, SOLID) for name, scene in cases}
+    meshed = {f"{name}, {MESHED}": with_teeth(scene, MESHED_TOOTH) for name, scene in cases}
+    return {**plain, **solid, **meshed, "gear 55, errors": gear("55").scene(errors=True)}
+
+
+def scene(name: str = "case 1") -> Scene:
+    """One of the scenes of the work–precision diagrams."""
+    return scenes()[name]
+
+
+def compute(*, quick: bool = False) -> xr.Dataset:
+    """Work–precision of the scenes, front over all models, promises on random scenes, scaling; in one Dataset."""
+    import xarray as xr
+
+    chosen = {name: scene for name, scene in scenes().items() if not quick or name in QUICK}
+    repeats = 1 if quick else 7
+    parts = [_diagram(name, scene, repeats) for name, scene in chosen.items()]
+    runs = scaling(repeats, quick=quick).rename({"seconds": "run_seconds", "processor_seconds": "run_processor"})
+    parts += [runs.rename({"size": "run_size"}), *_promises(quick=quick)]
+    if not quick:
+        parts.append(xr.concat([_front(f"case {k}", case(k)) for k in (1, 2)], "model"))
+    return join(parts)
+
+
+def join(parts: list[xr.Dataset]) -> xr.Dataset:
+    """One Dataset of all parts, the diagrams of all scenes one after the other."""
+    import xarray as xr
+
+    joined = {}
+    for dim in ("setting", "curve"):
+        split = [p.drop_dims("curve" if dim == "setting" else "setting") for p in parts if dim in p.dims]
+        joined[dim] = xr.concat([s.drop_attrs() for s in split], dim)
+    others = [p for p in parts if "setting" not in p.dims]
+    return xr.merge([*joined.values(), *others], combine_attrs="drop", compat="override", join="outer")
+
+
+def _diagram(name: str, scene: Scene, repeats: int) -> xr.Dataset:
+    """Work–precision of a scene, its knobs as rows of ``curve``."""
+    quick = repeats == 1
+    if name.endswith(MESHED):  # the other knobs are as with solid teeth, and slow
+        found = as_dataset(element_curves(scene, FEW_MESHES if quick else None))
+    else:
+        found = cost(scene, repeats=repeats, seeds=3 if quick else 12)
+    found = found.rename_dims(knob="curve").reset_index("knob").rename(knob="curve_knob")
+    named = {d: (d, np.full(found.sizes[d], name)) for d in ("setting", "curve")}
+    return found.assign_coords({f"{d}_scene": v for d, v in named.items()})
+
+
+def _front(name: str, scene: Scene) -> xr.Dataset:
+    """Every tooth model at several resolutions: error against finite elements, time with the teeth set up anew."""
+    import xarray as xr
+
+    fine = partial(with_resolution, segments=64, gauss_points=12)
+    reference = with_teeth(scene, replace(MESHED_TOOTH, accuracy=FE_REFERENCE))
+    exact, _ = run(fine(reference), 1)
+    bar = max(flank.error for flank in meshed_flanks(reference))
+    solid = with_teeth(scene, SOLID)
+    teeth: dict[str, tuple[str, Effect]] = {key: ("plate", plate) for key, plate in PLATES.items()}
+    for order in SOLID_ORDER.levels(solid):
+        teeth[f"solid {label(order)}"] = ("solid", replace(SOLID, order=order))
+    for level in FE_LEVELS:
+        teeth[f"finite elements {100 * level:g} %"] = ("finite elements", replace(MESHED_TOOTH, accuracy=level))
+    rows = []
+    for key, (family, effect) in teeth.items():
+        for n, g in RESOLUTIONS[-1:] if family == "finite elements" else RESOLUTIONS:
+            turned = with_resolution(with_teeth(scene, effect), segments=n, gauss_points=g)
+            four, cost = run(turned, 3, prepares=True)
+            numbers = (cost.processor_seconds, cost.megabytes, g, bar)
+            rows.append((relative_errors(four, exact), *numbers, key, family, name))
+    error, *columns = zip(*rows, strict=True)
+    names = ("seconds", "megabytes", "points", "bar", "label", "family", "scene")
+    flat = {f"model_{key}": ("model", np.array(values)) for key, values in zip(names, columns, strict=True)}
+    found = xr.Dataset({"model_error": (("model", "quantity"), np.array(error)), **flat}, {"quantity": list(MEASURED)})
+    return found.set_coords(["model_label", "model_family", "model_scene"])
+
+
+def _promises(*, quick: bool) -> list[xr.Dataset]:
+    """What was chosen for accuracies asked for on random scenes, each kind with a dimension of its own."""
+    drawn = random_scenes(1 if quick else SCENES)
+    plain = [row for scene in drawn for row in promises(scene, ACCURACIES)]
+    few = random_scenes(1 if quick else SOLID_SCENES, seed=SOLID_SEED)
+    solid = [solid_promise(scene, SOLID_ACCURACY) for scene in few]
+    few, samples = random_scenes(1 if quick else ROBUST_SCENES, seed=ROBUST_SEED), 512 if quick else 8192
+    robust = [robust_promise(scene, ROBUST_ACCURACY, FIRST_DRAW + i, samples) for i, scene in enumerate(few)]
+    return [as_table(kind, rows) for kind, rows in (("promise", plain), ("solid", solid), ("robust", robust))]
+
+
+def as_table(kind: str, rows: list[dict[str, float]]) -> xr.Dataset:
+    """Rows of numbers along a dimension called ``kind``."""
+    import xarray as xr
+
+    return xr.Dataset({f"{kind}_{name}": (kind, np.array([row[name] for row in rows])) for name in rows[0]})

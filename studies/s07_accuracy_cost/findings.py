@@ -1,0 +1,84 @@
+"""Parts of the Dataset, and the numbers that are held."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from studies.s07_accuracy_cost.data import MESHED
+from studies.s07_accuracy_cost.scaling import DIMENSIONS, exponent
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: What is held: share of the scenes whose true error is within the accuracy, and time over that of the best setting.
+MET, TIMES = 0.95, 2.0
+#: Variables that are there where a scene has finite elements.
+FLANK = ("compliance_error", "compliance_error_bar", "compliance_order", "unknowns")
+
+
+def meshed(dataset: xr.Dataset) -> dict[str, xr.Dataset]:
+    """What varies element, mesh or its accuracy, by scene with meshed teeth; empty where the Dataset has none."""
+    names = [name for name in dict.fromkeys(dataset["setting_scene"].values.tolist()) if name.endswith(MESHED)]
+    return {name: diagram(dataset, name) for name in names}
+
+
+def diagram(dataset: xr.Dataset, scene: str) -> xr.Dataset:
+    """The work–precision of one scene again, as ``cost`` returned it."""
+    names = ("error", "error_bar", "processor_seconds", "seconds", "megabytes", "observed_order", "curve_knob", *FLANK)
+    rows = dataset[[name for name in names if name in dataset]]
+    rows = rows.isel(setting=dataset["setting_scene"].values == scene, curve=dataset["curve_scene"].values == scene)
+    return rows.assign_coords(knob=("curve", rows["curve_knob"].values)).swap_dims({"curve": "knob"})
+
+
+def met(dataset: xr.Dataset, kind: str) -> float:
+    """Share of the promises of a kind whose true error is within the accuracy asked for."""
+    return float((dataset[f"{kind}_true"] <= dataset[f"{kind}_accuracy"]).mean())
+
+
+def ratios(dataset: xr.Dataset) -> np.ndarray:
+    """Time of the settings chosen over that of the best, where settings were chosen."""
+    ratio = (dataset["promise_seconds"] / dataset["promise_best_seconds"]).values
+    return ratio[np.isfinite(ratio)]
+
+
+def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
+    """The promises, the orders observed, and how time grows."""
+    ratio = ratios(dataset)
+    found = [
+        (
+            f"{text}: true error within the accuracy in {100 * met(dataset, kind):.0f} % of {dataset.sizes[kind]}",
+            met(dataset, kind) >= MET,
+        )
+        for kind, text in (("promise", "plates"), ("solid", "solid teeth"), ("robust", "error samples"))
+    ]
+    within = float((ratio <= TIMES).mean())
+    found.append(
+        (
+            f"time within {TIMES:g}× of the best setting in {100 * within:.0f} %, median {np.median(ratio):.2f}×, "
+            f"largest {ratio.max():.2f}×",
+            within >= MET,
+        )
+    )
+    order = _order(dataset, "case 2", "segments")
+    found.append((f"case 2: order {order:.2f} in the segments", abs(order - 2) < 0.2))
+    for name, part in meshed(dataset).items():
+        if part["knob"].isin("mesh, hex20").any():
+            order = float(part["compliance_order"].sel(knob="mesh, hex20"))
+            found.append((f"{name}: order {order:.2f} of the compliance of 20-node hexahedra", order > 2))
+    for name in DIMENSIONS[:3]:
+        slope = exponent(scaling_part(dataset), name)
+        found.append((f"time grows with {name} to the power {slope:.2f}", slope < 1.3))
+    return found
+
+
+def _order(dataset: xr.Dataset, scene: str, knob: str) -> float:
+    """Median over the quantities of the order observed."""
+    return float(np.nanmedian(diagram(dataset, scene)["observed_order"].sel(knob=knob)))
+
+
+def scaling_part(dataset: xr.Dataset) -> xr.Dataset:
+    """The part on scaling, as ``scaling`` returned it."""
+    names = {"run_size": "size", "run_seconds": "seconds", "run_processor": "processor_seconds"}
+    return dataset[list(names)].rename(names)

@@ -1,0 +1,254 @@
+"""Figures of the study on the cost of accuracy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearbench.effort.figures import LEAST, STYLES, cheapest, work_precision_diagram
+from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, new_figure, write_figure
+from studies.s07_accuracy_cost.data import MESHED
+from studies.s07_accuracy_cost.findings import TIMES, diagram, meshed, met, ratios, scaling_part
+from studies.s07_accuracy_cost.scaling import exponent, speed_up
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FAMILIES = {"plate": (BLUE, "o"), "solid": (ORANGE, "s"), "finite elements": (GREEN, "^")}
+
+
+def figures(dataset: xr.Dataset, folder: Path) -> None:
+    """Work–precision diagrams, finite elements, front over all models, promises, scaling."""
+    draw_diagrams(dataset, folder)
+    if "model" in dataset.dims:
+        draw_front(dataset, folder)
+    if meshed(dataset):
+        draw_elements(dataset, folder)
+    draw_promises(dataset, folder)
+    draw_scaling(scaling_part(dataset), folder)
+
+
+def draw_diagrams(dataset: xr.Dataset, folder: Path) -> None:
+    """Work–precision of each scene: error against time, and against memory."""
+    names = [name for name in dict.fromkeys(dataset["setting_scene"].values.tolist()) if not name.endswith(MESHED)]
+    for across, stem in (("processor_seconds", "time"), ("megabytes", "memory")):
+        rows = -(-len(names) // 2)
+        figure, axes = new_figure(rows, 2, (13, 0.6 + 4.2 * rows), sharey=True)
+        for axis, name in zip(axes.flat, names, strict=False):
+            part = diagram(dataset, name)
+            work_precision_diagram(part, axis, across=across)
+            axis.set_title(f"{name}: {_within_one_percent(part)}" if stem == "time" else name, fontsize=10)
+            axis.set_ylim(LEAST / 3, 3.0)
+            axis.legend(frameon=False, fontsize=7, loc="lower left")
+        for axis in axes.flat[len(names) :]:
+            axis.set_visible(False)
+        for axis in axes[:, 0]:
+            axis.set_ylabel("largest relative error [–]")
+        if stem == "time":
+            title = "Gauss panels, segments and the solver reach rounding; models and samples are what costs"
+        else:
+            title = "About a megabyte is enough for a plate; solid teeth of high order take hundreds"
+        figure.suptitle(title)
+        write_figure(figure, folder / f"work_precision_{stem}.png")
+
+
+def _within_one_percent(part: xr.Dataset) -> str:
+    """Time of 1 % by segments, Gauss points and positions."""
+    words = {"segments": "segments", "gauss_points": "Gauss panels", "positions": "uniform phases"}
+    found = {knob: cheapest(part, knob, 0.01) for knob in words}
+    return "1 % by " + ", ".join(f"{words[k]} {f'{1e3 * t:.2g} ms' if t else '–'}" for k, t in found.items())
+
+
+def draw_elements(dataset: xr.Dataset, folder: Path) -> None:
+    """Finite elements by type and mesh: error of the compliance and of the four numbers, against time and memory."""
+    from matplotlib.ticker import FormatStrFormatter, LogLocator
+
+    parts = meshed(dataset)
+    figure, axes = new_figure(len(parts), 3, (15, 0.6 + 4.4 * len(parts)))
+    for row, (name, part) in zip(axes, parts.items(), strict=True):
+        four = part["error"].max("quantity")
+        columns = (
+            (row[0], part["processor_seconds"], part["compliance_error"], "processor time [s]", "compliance"),
+            (row[1], part["megabytes"], part["compliance_error"], "memory [MB]", "compliance"),
+            (row[2], part["processor_seconds"], four, "processor time [s]", "STE and k, largest of four"),
+        )
+        for axis, x, y, across, of in columns:
+            for (colour, marker), knob in zip(STYLES, part["knob"].values, strict=False):
+                mine = part["setting_knob"].values == knob
+                axis.plot(x.values[mine], y.values[mine], marker=marker, color=colour, ms=5, lw=1.3, label=str(knob))
+            axis.set(xscale="log", yscale="log", xlabel=across, ylabel=f"relative error: {of} [–]")
+            if "memory" in across:  # less than a decade: as numbers, not as powers side by side
+                axis.xaxis.set_minor_locator(LogLocator(subs=(2, 3, 5)))
+                axis.xaxis.set_minor_formatter(FormatStrFormatter("%g"))
+                axis.xaxis.set_major_formatter(FormatStrFormatter("%g"))
+            axis.grid(alpha=0.3)
+        for axis in row[:2]:
+            bar = float(part["compliance_error_bar"].max())
+            axis.axhline(bar, color=PURPLE, lw=1, ls=":", label="uncertainty of the reference")
+        row[0].set_title(element_finding(name, part), fontsize=10, loc="left")
+        row[2].axhline(float(part["error_bar"].max()), color=PURPLE, lw=1, ls=":")
+    axes[0, 0].legend(frameon=False, fontsize=8)
+    figure.suptitle("Hexahedra of 20 or 27 nodes come to 1 % in seconds, linear hexahedra and tetrahedra do not")
+    write_figure(figure, folder / "elements.png")
+
+
+def element_finding(name: str, part: xr.Dataset, error: float = 0.01) -> str:
+    """How long each element takes for an error of the compliance."""
+    words = []
+    for knob in part["knob"].values.tolist():
+        first = cheapest_mesh(part, knob, error)
+        if knob.startswith("mesh"):
+            taken = "no mesh" if first is None else f"{float(first['processor_seconds']):.2g} s"
+            words.append(f"{knob.removeprefix('mesh, ')} {taken}")
+    return f"{name}: {100 * error:g} % of the compliance by {', '.join(words)}"
+
+
+def cheapest_mesh(part: xr.Dataset, knob: str, error: float) -> xr.Dataset | None:
+    """The first level of a knob from which on the compliance is within ``error``; None if there is none."""
+    rows = part.isel(setting=part["setting_knob"].values == knob)
+    above = np.flatnonzero(rows["compliance_error"].values > error)
+    first = above[-1] + 1 if above.size else 0
+    return rows.isel(setting=first) if first < rows.sizes["setting"] else None
+
+
+def draw_front(dataset: xr.Dataset, folder: Path) -> None:
+    """Error against finite elements of all models at all resolutions: time beside memory, the front marked."""
+    names = list(dict.fromkeys(dataset["model_scene"].values.tolist()))
+    figure, axes = new_figure(len(names), 2, (12, 0.6 + 4.6 * len(names)), sharey="row")
+    for row, name in zip(axes, names, strict=True):
+        part = dataset.isel(model=dataset["model_scene"].values == name)
+        error = part["model_error"].max("quantity").values
+        for axis, across, unit in zip(row, ("model_seconds", "model_megabytes"), ("s", "MB"), strict=True):
+            for family, (colour, marker) in FAMILIES.items():
+                mine = part["model_family"].values == family
+                axis.plot(part[across].values[mine], error[mine], marker, color=colour, ms=5, alpha=0.8, label=family)
+            best = pareto(part[across].values, error)
+            axis.plot(part[across].values[best], error[best], color=GREY, lw=1, zorder=0, label="front")
+            axis.axhline(
+                float(part["model_bar"].max()), color=PURPLE, lw=1, ls=":", label="uncertainty of the reference"
+            )
+            axis.set(xscale="log", yscale="log", xlabel=f"{'processor time' if unit == 's' else 'memory'} [{unit}]")
+            axis.grid(alpha=0.3)
+            for i in _apart(_notable(best, part["model_label"].values), part[across].values, error):
+                if unit == "s":
+                    label = str(part["model_label"].values[i])
+                    at = (part[across].values[i], error[i])
+                    axis.annotate(label, at, (5, 5), fontsize=7, textcoords="offset points")
+        row[0].set_ylabel("largest error against the finest elements [–]")
+        row[0].set_title(front_finding(part), fontsize=10, loc="left")
+    axes[0, 0].legend(frameon=False, fontsize=8, loc="lower left")
+    figure.suptitle("From the paper's plate to 3D finite elements: teeth set up anew, and the mesh cycle solved")
+    write_figure(figure, folder / "front.png")
+
+
+def _apart(chosen: Sequence[int], x: np.ndarray, y: np.ndarray) -> list[int]:
+    """Those of the points whose labels would not cover each other on logarithmic axes."""
+    at = np.log10(np.column_stack([x, y]))
+    # a label is about as wide as a quarter of the axes and as high as a thirtieth
+    at /= np.ptp(at, axis=0) * (1 / 4, 1 / 30)
+    kept: list[int] = []
+    for i in chosen:
+        if all(np.any(np.abs(at[i] - at[k]) > 1) for k in kept):
+            kept.append(i)
+    return kept
+
+
+def pareto(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Indices of the points that no other beats in both, by x."""
+    order = np.argsort(x)
+    least = np.minimum.accumulate(np.append(np.inf, y[order]))[:-1]
+    return order[y[order] < least]
+
+
+def _notable(best: np.ndarray, labels: np.ndarray) -> list[int]:
+    """The first point of each label on the front."""
+    return [int(best[np.flatnonzero(labels[best] == name)[-1]]) for name in dict.fromkeys(labels[best].tolist())]
+
+
+def front_finding(part: xr.Dataset) -> str:
+    """The quickest plate, and solid and mesh of about 1 %, in numbers."""
+    error, seconds = part["model_error"].max("quantity").values, part["model_seconds"].values
+    words = [str(part["model_scene"].values[0])]
+    plate = np.flatnonzero(part["model_label"].values == "plate, paper")
+    i = plate[np.argmin(seconds[plate])]
+    words.append(f"the paper's plate {1e3 * seconds[i]:.1f} ms, off by {100 * error[i]:.0f} %")
+    for family in ("solid", "finite elements"):
+        mine = np.flatnonzero((part["model_family"].values == family) & (error <= 0.02))
+        if mine.size:
+            i = mine[np.argmin(seconds[mine])]
+            words.append(f"{family} {_time(float(seconds[i]))} for {100 * error[i]:.2g} %")
+    return f"{words[0]}: {'; '.join(words[1:])}"
+
+
+def _time(seconds: float) -> str:
+    return f"{seconds:.1f} s" if seconds >= 1 else f"{1e3 * seconds:.0f} ms"
+
+
+def draw_promises(dataset: xr.Dataset, folder: Path) -> None:
+    """True against estimated and requested error, and time over that of the best setting."""
+    figure, ((left, right),) = new_figure(1, 2, (12, 4.8))
+    kinds = (("promise", BLUE, "o", "plates"), ("solid", ORANGE, "s", "solid teeth"), ("robust", GREEN, "^", "samples"))
+    for kind, colour, marker, words in kinds:
+        asked = dataset[f"{kind}_accuracy"].values
+        x, y = dataset[f"{kind}_estimated"].values / asked, dataset[f"{kind}_true"].values / asked
+        label = f"{words}: {100 * met(dataset, kind):.0f} % of {dataset.sizes[kind]} met"
+        left.plot(x, np.maximum(y, 1e-3), marker, color=colour, ms=5, alpha=0.7, label=label)
+    left.axhline(1, color=GREY, lw=1)
+    left.plot([0.01, 1], [0.01, 1], color=GREY, lw=1, ls=":", label="true = estimated")
+    left.set(xscale="log", yscale="log", xlabel="estimated error / accuracy asked for [–]")
+    left.set_ylabel("true error / accuracy asked for [–]")
+    left.legend(frameon=False, fontsize=8)
+    shares = [met(dataset, kind) * dataset.sizes[kind] for kind, *_ in kinds]
+    share = sum(shares) / sum(dataset.sizes[kind] for kind, *_ in kinds)
+    left.set_title(f"the true error is within the accuracy asked for in {100 * share:.0f} %", fontsize=10)
+    ratio = np.sort(ratios(dataset))
+    right.step(ratio, np.arange(1, len(ratio) + 1) / len(ratio), where="post", color=BLUE)
+    right.axvline(TIMES, color=GREY, lw=1, ls="--")
+    right.set(xlabel="time of the settings chosen / time of the best settings [–]", ylabel="share of the scenes [–]")
+    search = dataset["promise_search_seconds"].dropna("promise").values
+    right.set_title(
+        f"{100 * float((ratio <= TIMES).mean()):.0f} % within {TIMES:g}×; the choice itself takes "
+        f"{1e3 * np.median(search):.0f} ms (median), {1e3 * search.max():.0f} ms at most",
+        fontsize=10,
+    )
+    for axis in (left, right):
+        axis.grid(alpha=0.3)
+    figure.suptitle("Accuracy asked for on random scenes: true errors, and what the settings cost")
+    write_figure(figure, folder / "promises.png")
+
+
+def draw_scaling(dataset: xr.Dataset, folder: Path) -> None:
+    """Time over segments, samples, pairs in contact and workers."""
+    words = {
+        "segments": "segments on a contact line [–]",
+        "samples": "error samples [–]",
+        "pairs": "total contact ratio [–]",
+        "workers": "workers [–]",
+    }
+    figure, axes = new_figure(1, 4, (15, 4))
+    for axis, (name, label) in zip(axes[0], words.items(), strict=True):
+        rows = dataset.isel(run=dataset["grows"].values == name)
+        which = "seconds" if name == "workers" else "processor_seconds"
+        axis.plot(rows["size"], 1e3 * rows[which], "o-", color=BLUE, ms=5)
+        axis.set(xscale="log", yscale="log", xlabel=label)
+        some = slice(None, None, 1 + rows.sizes["run"] // 6)
+        axis.set_xticks(rows["size"].values[some], [_number(x) for x in rows["size"].values[some]])
+        taken = 1e3 * rows[which].values[some]
+        axis.set_yticks(taken, [_number(t) for t in taken])
+        axis.minorticks_off()
+        axis.grid(alpha=0.3)
+        if name == "workers":
+            axis.set_ylabel("wall time [ms]")
+            axis.set_title(f"{int(rows['size'].max())} workers: {speed_up(dataset):.1f}× as fast", fontsize=10)
+        else:
+            axis.set_ylabel("processor time [ms]")
+            axis.set_title(f"time ~ {name}^{exponent(dataset, name):.2f} at the large end", fontsize=10)
+    figure.suptitle("Time grows about in proportion to segments and samples, more slowly with the pairs in contact")
+    write_figure(figure, folder / "scaling.png")
+
+
+def _number(x: float) -> str:
+    return f"{x:.0f}" if x >= 100 else f"{x:.3g}"

@@ -1,0 +1,51 @@
+"""The Python programs of examples/ run, and say what their scenes and studies give."""
+
+import runpy
+from pathlib import Path
+
+import matplotlib as mpl
+import pytest
+
+from gearbench import load_scene, simulate
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+mpl.use("agg")
+
+
+@pytest.fixture
+def run_example(tmp_path, monkeypatch, capsys):
+    """Run a program in an empty folder: its lines, and the names it leaves."""
+    monkeypatch.chdir(tmp_path)
+
+    def call(name: str) -> tuple[list[str], dict]:
+        names = runpy.run_path(str(EXAMPLES / name), run_name="__main__")
+        return capsys.readouterr().out.splitlines(), names
+
+    return call
+
+
+def test_every_program_is_run_here():
+    text = Path(__file__).read_text(encoding="utf-8")
+    assert [path.name for path in EXAMPLES.glob("*.py") if f'run_example("{path.name}")' not in text] == []
+
+
+def test_a_pair_is_simulated(run_example):
+    lines, names = run_example("simulate_pair.py")
+    assert [line.split(":")[0] for line in lines[-2:]] == ["my pair", "with tip relief"]
+    again = simulate(load_scene("my_pair.toml"))
+    assert again["transmission_error"].identical(names["result"]["transmission_error"])
+
+
+def test_a_gear_scatters(run_example):
+    lines, _ = run_example("robust_gear.py")
+    assert len(lines) == 2
+    assert all("most of the scatter by profile_form" in line for line in lines)
+    assert Path("as_given/density.png").stat().st_size > 10_000
+
+
+def test_a_search_finds_the_smoothest(run_example):
+    lines, names = run_example("optimise_pair.py")
+    front = names["front"]
+    feasible = front.where(front["feasible"] == 1)
+    assert int(feasible["mesh_stiffness_rms_mean"].argmin("design")) == names["best"]
+    assert lines[-1].startswith(f"design {names['best']}: ")

@@ -1,0 +1,38 @@
+"""Tests look at the program from outside: they touch no private names, but compiled kernels beside their twins."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+
+import pytest
+
+from tests.test_architecture import ROOT
+
+OWN = ("gearbench", "fem_reference", "studies")
+PRIVATE = re.compile(r"(.*\.)?_[a-zA-Z]\w*[a-zA-Z]|_[a-z]")
+
+
+def names(tree: ast.AST) -> Iterator[str]:
+    """Names of the project that a test imports, attributes it reads or replaces."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] in OWN:
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.Attribute) and ast.unparse(node.value).split(".")[0] not in {"self", "cls", "os"}:
+            yield node.attr
+        elif isinstance(node, ast.Call) and ast.unparse(node.func).endswith("setattr"):
+            yield from (a.value for a in node.args[:2] if isinstance(a, ast.Constant) and isinstance(a.value, str))
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "tests").rglob("*.py")), ids=lambda p: str(p.relative_to(ROOT)))
+def test_tests_touch_no_private_names(path):
+    found = set(names(ast.parse(path.read_text(encoding="utf-8"))))
+    assert {name for name in found if PRIVATE.fullmatch(name) and not name.endswith("kernels")} == set()
+
+
+def test_private_names_are_seen():
+    text = (
+        "from gearbench.plan import _a\nfrom gearbench.contact import solver\nsolver._b.c\nm.setattr(solver, '_c', 1)"
+    )
+    assert set(names(ast.parse(text))) == {"_a", "solver", "setattr", "_b", "c", "_c"}
