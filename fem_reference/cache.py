@@ -30,7 +30,7 @@ from gearbench.geometry.material import Material
 #: Sources of the gearbench package that determine a result.
 SOURCES = (
     *(f"geometry/{name}.py" for name in ("fillet", "gear", "involute", "material", "rack")),
-    *(f"compliance/{name}.py" for name in ("bases", "flank", "local", "outline")),
+    *(f"compliance/{name}.py" for name in ("bases", "flank", "local", "outline", "solid")),
 )
 
 

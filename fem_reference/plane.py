@@ -16,9 +16,9 @@ from fem_reference.elasticity import Lame, Points, Space, free_dofs, surface_poi
 from fem_reference.environment import gmsh_model
 from fem_reference.flank import Flank
 from fem_reference.locate import interior_points
-from fem_reference.section import Body
+from fem_reference.section import Body, MeshingError, check_section
 from fem_reference.solver import solve
-from fem_reference.tooth_mesh import MeshingError, check_section, match_facets, snapped, straighten_bad
+from fem_reference.tooth_mesh import match_facets, snapped, straighten_bad
 from gearbench.geometry.material import Material
 
 

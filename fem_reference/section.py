@@ -14,9 +14,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gearbench.errors import InputError
+from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.role import Side
+
+
+class MeshingError(GearbenchError):
+    """The body cannot be meshed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,6 +152,22 @@ class Body:
         R = np.clip(R, low, high)
         psi = gear.half_angle(R)
         return R, d * self.pitch_angle + (psi if name.startswith(Side.RIGHT.label) else -psi)
+
+
+def check_section(body: Body) -> None:
+    """Refuse a section that crosses itself, by name of what crosses.
+
+    The flanks are functions ψ(R), so the outline is simple exactly if 0 < ψ(R) everywhere and ψ ≤ π/z at the root.
+    """
+    gear = body.gear
+    R = np.concatenate([body.fillet(gear.root_radius, gear.form_radius, 200)[0], body.involute(200)[0]])
+    psi = gear.half_angle(R)
+    if not np.all(np.isfinite(psi)) or psi.min() <= 1e-6 * body.pitch_angle:
+        at = R[int(np.argmin(np.nan_to_num(psi, nan=-1.0)))]
+        raise MeshingError(f"the flanks of the tooth cross at R = {at:.6g} mm (pointed or undercut right through)")
+    on_fillet = gear.form_radius >= R
+    if psi[on_fillet].max() > 0.5 * body.pitch_angle * (1 + 1e-9):
+        raise MeshingError("the fillets of neighbouring teeth cross")
 
 
 def sorted_pair(a: NDArray, b: NDArray) -> tuple[NDArray, NDArray]:

@@ -135,3 +135,55 @@ def _solve_splu(upper: sp.csr_matrix, rhs: NDArray) -> NDArray:
     if np.any(factor.U.diagonal() <= 0):
         raise SingularSystemError("SuperLU: the stiffness matrix is not positive definite")
     return factor.solve(rhs)
+
+
+def schur_complement(upper: sp.csr_matrix, load: sp.csr_matrix, kept: NDArray, solver: str | None = None) -> NDArray:
+    """Condense [[K, F], [Fᵀ, 0]] to the unknowns ``kept`` and the columns of F: (kept + loads, kept + loads), dense.
+
+    ``upper`` is the upper triangle of K, indices sorted; ``kept`` in any order, that of the result.
+
+    Raises
+    ------
+    SingularSystemError
+        If K without the unknowns kept is not positive definite.
+    """
+    n, m = len(upper.indptr) - 1, load.get_shape()[1]
+    chosen = np.concatenate([kept, np.arange(n, n + m)])
+    # Pardiso wants all entries of the diagonal to be there
+    corner = sp.diags_array(np.full(m, np.finfo(float).tiny))
+    whole = sp.csr_matrix(sp.block_array([[upper, load], [None, corner]], format="csr"))
+    whole.sort_indices()
+    if (solver or available_solver()) == "pardiso":
+        S = _schur_pardiso(whole, chosen)
+        number = np.searchsorted(np.sort(chosen), chosen)
+        return S[np.ix_(number, number)]
+    inner = np.setdiff1d(np.arange(n), kept)
+    full = sp.csr_matrix(whole + sp.triu(whole, 1).T)
+    coupling = full[inner][:, chosen].toarray()
+    inside = sp.csr_matrix(sp.triu(full[inner][:, inner], format="csr"))
+    return full[chosen][:, chosen].toarray() - coupling.T @ solve(inside, coupling, "splu").x
+
+
+def _schur_pardiso(whole: sp.csr_matrix, chosen: NDArray) -> NDArray:
+    """Schur complement of the unknowns ``chosen``, in ascending order, without solving for any right-hand side."""
+    module = _pardiso()
+    if module is None:
+        raise ImportError("pypardiso is not installed, or its MKL library cannot be loaded")
+    with _LOCK:
+        library = _library()
+        before, library.perm = library.perm, np.zeros(len(whole.indptr) - 1, dtype=np.int32)
+        library.perm[chosen] = 1
+        library.iparm[35] = 1
+        library.set_phase(12)
+        try:
+            S = library._call_pardiso(whole, np.zeros((len(chosen), len(chosen)), order="F"))
+        except module.pardiso_wrapper.PyPardisoError as error:
+            raise SingularSystemError(f"MKL Pardiso: {error}") from None
+        finally:
+            library.iparm[35] = 0
+            library.set_phase(-1)
+            library._call_pardiso(sp.csr_matrix(np.eye(1)), np.zeros((1, 1), order="F"))
+            library.perm = before
+    if not np.all(np.isfinite(S)):
+        raise SingularSystemError("MKL Pardiso: the stiffness matrix is singular")
+    return S

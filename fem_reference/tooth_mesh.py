@@ -25,18 +25,13 @@ from skfem.quadrature import get_quadrature
 from fem_reference.blocks import Blocks, Cells
 from fem_reference.elasticity import ELEMENTS, Space
 from fem_reference.environment import gmsh_model
-from fem_reference.section import Body, split_name
-from gearbench.errors import GearbenchError
+from fem_reference.section import Body, MeshingError, check_section, split_name
 
 __all__ = ["Body", "Cells", "MeshingError", "ToothMesh", "tooth_mesh"]
 
 # gmsh's and scikit-fem's order of the vertices of a hexahedron
 _HEX = [0, 4, 3, 1, 7, 5, 2, 6]
 _GMSH_TYPE = {"hex": (5, 8, 3, 4), "tet": (4, 4, 2, 3)}
-
-
-class MeshingError(GearbenchError):
-    """The body cannot be meshed."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,22 +103,6 @@ def tooth_mesh(body: Body, cells: Cells, kind: str = "hex20") -> ToothMesh:
     except ValueError as error:
         raise MeshingError(f"teeth = {body.gear.teeth}: {error}") from None
     return replace(made, seconds=time.perf_counter() - start)
-
-
-def check_section(body: Body) -> None:
-    """Refuse a section that crosses itself, by name of the curves that cross.
-
-    The flanks are functions ψ(R), so the outline is simple exactly if 0 < ψ(R) everywhere and ψ ≤ π/z at the root.
-    """
-    gear = body.gear
-    R = np.concatenate([body.fillet(gear.root_radius, gear.form_radius, 200)[0], body.involute(200)[0]])
-    psi = gear.half_angle(R)
-    if not np.all(np.isfinite(psi)) or psi.min() <= 1e-6 * body.pitch_angle:
-        at = R[int(np.argmin(np.nan_to_num(psi, nan=-1.0)))]
-        raise MeshingError(f"the flanks of the tooth cross at R = {at:.6g} mm (pointed or undercut right through)")
-    on_fillet = gear.form_radius >= R
-    if psi[on_fillet].max() > 0.5 * body.pitch_angle * (1 + 1e-9):
-        raise MeshingError("the fillets of neighbouring teeth cross")
 
 
 def _straight(body: Body, cells: Cells, kind: str) -> Any:

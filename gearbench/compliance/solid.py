@@ -62,7 +62,7 @@ class Solid:
     def of_axis(self) -> NDArray:
         """∫ h_k⁽ᵃ⁾ h_l⁽ᵇ⁾ dz of the functions along the axis, (2, 2, q, q); zero where |k − l| > 2."""
         b = self.width
-        return _axis_integrals(self.order) * np.array([[b, 1.0], [1.0, 1 / b]])[:, :, None, None]
+        return axis_integrals(self.order) * np.array([[b, 1.0], [1.0, 1 / b]])[:, :, None, None]
 
     def _classes(self, rows: NDArray) -> Sequence[Class]:
         """Symmetry classes of the functions of the section in ``rows`` (field, across, height) of those wanted.
@@ -172,7 +172,7 @@ class Solid:
 
 
 @lru_cache(maxsize=64)
-def _axis_integrals(order: int) -> NDArray:
+def axis_integrals(order: int) -> NDArray:
     """∫ h_k⁽ᵃ⁾ h_l⁽ᵇ⁾ dη on [0, 1], (2, 2, q, q), exact zeros where the functions are orthogonal."""
     eta, weight = gauss(order + 2)
     both = np.stack(axis_functions(order, eta))

@@ -94,7 +94,7 @@ def all_meshes(scene: Scene) -> Meshes:
 
 
 def _fits(scene: Scene, m: int) -> bool:
-    from fem_reference.refinement import MOST_UNKNOWNS, mesh_cells, unknowns
+    from fem_reference.mesh_family import MOST_UNKNOWNS, mesh_cells, unknowns
 
     return all(unknowns(body, mesh_cells(body, m)) <= MOST_UNKNOWNS for body in _bodies(scene))
 
@@ -145,7 +145,7 @@ class _Limit:
 
 def _limits(scene: Scene, rows: Sequence[dict[str, Any]]) -> tuple[_Limit, _Limit]:
     """Richardson's value of the last two of three meshes, and of the first two."""
-    from fem_reference.refinement import RATE
+    from fem_reference.mesh_family import RATE
 
     found = []
     for coarse, fine in ((rows[1], rows[2]), (rows[0], rows[1])):
@@ -216,7 +216,8 @@ def mesh_runs(scene: Scene, kind: str, levels: Sequence[int]) -> list[dict[str, 
 def _solved(scene: Scene, kind: str, m: int) -> tuple[NDArray, list[FlankCompliance]]:
     """The four numbers with meshes m of an element, and the compliances of both gears."""
     from fem_reference.compliance import flank_compliance
-    from fem_reference.refinement import default_order, mesh_cells
+    from fem_reference.mesh_family import mesh_cells
+    from fem_reference.refinement import default_order
     from fem_reference.tooth_mesh import tooth_mesh
 
     flanks = []

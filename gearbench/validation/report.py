@@ -116,7 +116,7 @@ def _section(i: int, name: str, one: xr.Dataset) -> str:
             figures.mac_figure(one)
         ),
         "Wall times. Simulation: all mesh phases, the teeth being known.": figures.time_figure(one),
-        "Finest finite element meshes; the reference is extrapolated from the last two meshes.": mesh_figure(one),
+        "Finite elements of the section; the reference is extrapolated from its last two levels.": mesh_figure(one),
     }
     pictures = "\n".join(_picture(figure, caption) for caption, figure in drawn.items())
     return "\n".join(
@@ -164,8 +164,8 @@ def _tooth_table(one: xr.Dataset) -> str:
         "MAC under a contact line, mean": ("line_mac_mean", ".3f"),
         "compliance / that of the reference": ("compliance_ratio", ".3f"),
         "estimated error of the reference": ("reference_error", ".1e"),
-        "unknowns of the finest mesh": ("reference_unknowns", ".0f"),
-        "meshes refined over": ("reference_meshes", ".0f"),
+        "unknowns of the finest level": ("reference_unknowns", ".0f"),
+        "levels refined over": ("reference_meshes", ".0f"),
     }
     rows = [[label, *(f"{v:{form}}" for v in one[name].values)] for label, (name, form) in labels.items()]
     return _table(["", *map(str, one["gear"].values)], rows)

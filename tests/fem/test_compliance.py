@@ -12,8 +12,8 @@ from numpy.testing import assert_allclose
 from fem_reference.compliance import flank_compliance, flank_load, solve_flank
 from fem_reference.flank import patch_grid
 from fem_reference.locate import OutsideError, interior_points
+from fem_reference.mesh_family import mesh_cells, unknowns
 from fem_reference.plane import Strip, solve_strip
-from fem_reference.refinement import AccuracyError, mesh_cells, refined_compliance, unknowns
 from fem_reference.section import Body
 from fem_reference.tooth_mesh import Cells, tooth_mesh
 from gearbench.compliance.flank import flank_polynomials
@@ -139,24 +139,6 @@ def test_neighbours_on_a_rim(steel):
     # tooth 2 sees tooth 1 as tooth 1 sees tooth 0
     assert_allclose(found[2, :, 1], thin[3].blocks[n3 + 1], atol=0.02 * np.abs(C[n24]).max())
     assert_allclose(found[0, :, 1], thin[3].blocks[n3 - 1], atol=0.02 * np.abs(C[n24]).max())
-
-
-def test_requested_accuracy_and_error_bar(spur, steel):
-    order = (3, 4)
-    found = refined_compliance(Body(gear=spur), steel, 0.01, order)
-    assert found.error <= 0.01
-    fine = flank_compliance(tooth_mesh(Body(gear=spur), mesh_cells(Body(gear=spur), 8)), steel, order)
-    error = np.linalg.norm(found.blocks - fine.blocks) / np.linalg.norm(fine.blocks)
-    # the fine mesh itself is good to 0.2 %
-    assert error < found.error + 0.002
-    assert found.attrs["meshes"] >= 2
-
-
-def test_accuracy_out_of_reach_is_refused(spur, steel, monkeypatch):
-    body = Body(gear=spur)
-    monkeypatch.setattr("fem_reference.refinement.MOST_UNKNOWNS", unknowns(body, mesh_cells(body, 4)) + 1)
-    with pytest.raises(AccuracyError, match="accuracy = 1e-05"):
-        refined_compliance(body, steel, 1e-5, (2, 2))
 
 
 def test_unknowns_are_estimated(spur):

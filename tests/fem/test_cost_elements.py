@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from fem_reference.refinement import MOST_UNKNOWNS, mesh_cells, unknowns
+from fem_reference.mesh_family import MOST_UNKNOWNS, mesh_cells, unknowns
 from fem_reference.section import Body
 from fem_reference.tooth_mesh import tooth_mesh
 from gearbench.accuracy.knobs import with_resolution

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fem_reference.compliance import flank_compliance
+from fem_reference.mesh_family import mesh_cells
 from fem_reference.plane import Strip, solve_strip
-from fem_reference.refinement import mesh_cells
 from fem_reference.section import Body
 from fem_reference.tooth_mesh import tooth_mesh
 from gearbench.compliance.local import waves_across

@@ -1,0 +1,117 @@
+"""Compliance of the flanks of a whole gear from one sector: a block-circulant system, solved wave by wave.
+
+All sectors of a gear are alike. The sector is condensed to its two cut faces and to the loads on its flank (S, one
+factorisation). Where the displacements of sector j are e^{ijφ} times those of sector 0, φ = 2πk/z, the right face is
+e^{iφ} times the left one, and one system of the size of a face is left for each wave number k. Loads on tooth 0 alone
+are the mean of all waves, so that C_d = (1/z) Σ_k e^{idφ} Ĉ(φ).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.linalg import cho_factor, cho_solve
+
+from fem_reference.sector import Section
+from fem_reference.solver import schur_complement
+from gearbench.compliance.bases import axis_functions, gauss, legendre_functions
+from gearbench.compliance.solid import axis_integrals
+from gearbench.geometry.material import Material
+
+
+def tensor_stiffness(section: Section, count: int, material: Material) -> sp.csr_matrix:
+    """Upper triangle of A₀₀⊗M + A₀₁⊗G + A₁₀⊗Gᵀ + A₁₁⊗S on the nodes that are not held, M = ∫hh, G = ∫hh′, S = ∫h′h′.
+
+    Degree of freedom = count·(that of the section) + function along the axis.
+    """
+    b = section.body.gear.face_width
+    integrals = axis_integrals(count) * np.array([[b, 1.0], [1.0, 1 / b]])[:, :, None, None]
+    parts = section.stiffness(material)
+    free = section.free
+    parts = [A[free][:, free].tocsr() for A in (parts[0], parts[1], parts[1].T.tocsr(), parts[2])]
+    for A in parts:
+        A.sort_indices()
+    n = parts[0].shape[0]
+    row = np.repeat(np.arange(n), np.diff(parts[0].indptr))
+    upper = parts[0].indices >= row
+    row, col = row[upper], parts[0].indices[upper]
+    values = np.stack([A.data[upper] for A in parts])
+    of_axis = integrals.reshape(4, count, count)
+    band = [np.flatnonzero(of_axis[:, a].any(axis=0)) for a in range(count)]
+    number = np.bincount(row, minlength=n)
+    first = np.concatenate([[0], np.cumsum(number)])
+    entries = number[:, None] * np.array([len(b) for b in band])
+    start = np.concatenate([[0], np.cumsum(entries.ravel())])
+    data, indices = np.zeros(start[-1]), np.zeros(start[-1], dtype=np.int32)
+    within = np.arange(len(row)) - first[row]
+    for a in range(count):
+        target = (start[row * count + a] + within * len(band[a]))[:, None] + np.arange(len(band[a]))
+        data[target] = values.T @ of_axis[:, a, band[a]]
+        indices[target] = col[:, None] * count + band[a]
+    keep = (indices >= np.repeat(np.arange(n * count), np.diff(start))) & (data != 0)
+    kept = np.concatenate([[0], np.cumsum(keep)])
+    return sp.csr_matrix((data[keep], indices[keep], kept[start]), shape=(n * count, n * count))
+
+
+def flank_blocks(section: Section, count: int, material: Material, order: tuple[int, int], n: int) -> NDArray:
+    """C_d, d = −n … n, (2n+1, p·q, p·q) [mm/N] of the surface under polynomial loads on the right flank.
+
+    Parameters
+    ----------
+    section
+        The section of a sector with its body, or of a tooth alone (n = 0).
+    count
+        Number of functions along the axis.
+    order
+        Numbers p, q of polynomials of the loads along height and face width.
+    """
+    gear = section.body.gear
+    stiffness = tensor_stiffness(section, count, material)
+    along = axis_load(gear.face_width, count, order[1])
+    load = sp.csr_matrix(sp.kron(section.flank_load(order[0])[section.free], along))
+    if section.body.bore_radius is None:
+        return -schur_complement(stiffness, load, np.zeros(0, dtype=np.int64))[None]
+    number = np.where(section.free, np.cumsum(section.free) - 1, -1)
+    faces = []
+    for sign in (-1, 1):
+        dofs = number[(3 * section.side(sign)[:, None] + np.arange(3)).ravel()]
+        faces.append((dofs[dofs >= 0][:, None] * count + np.arange(count)).ravel())
+    return circulant_compliance(schur_complement(stiffness, load, np.concatenate(faces)), len(faces[0]), gear.teeth, n)
+
+
+def axis_load(b: float, count: int, q: int) -> NDArray:
+    """∫ h_a φ_j dy of the functions along the axis and q orthonormal Legendre functions, (count, q)."""
+    eta, weight = gauss((count + q) // 2 + 1)
+    found = math.sqrt(b) * axis_functions(count, eta)[0].T @ (weight[:, None] * legendre_functions(q, eta))
+    return np.where(np.abs(found) > 1e-14 * np.abs(found).max(), found, 0.0)
+
+
+def circulant_compliance(S: NDArray, face: int, z: int, n: int) -> NDArray:
+    """C_d, d = −n … n, from the condensed sector S: left face, right face, loads."""
+    L, R, F = slice(0, face), slice(face, 2 * face), slice(2 * face, None)
+    diagonal, waves, found = S[L, L] + S[R, R], wave_numbers(z), []
+    for k in waves:
+        turn = np.exp(2j * math.pi * k / z)
+        A = diagonal + turn * S[L, R] + np.conj(turn) * S[R, L]
+        B = S[L, F] + np.conj(turn) * S[R, F]
+        found.append(B.conj().T @ cho_solve(cho_factor(A, lower=True, overwrite_a=True), B) - S[F, F])
+    k, values = np.arange(z // 2 + 1), np.array(found)
+    if len(waves) < len(k):
+        # smooth in log k beyond the first few: those left out are interpolated
+        smooth = CubicSpline(np.log(waves[1:]), values[1:], bc_type="natural")
+        values = np.concatenate([values[:1], smooth(np.log(k[1:]))])
+    weight = np.where((k == 0) | (2 * k == z), 1.0, 2.0) / z
+    phase = np.exp(2j * math.pi * np.outer(np.arange(-n, n + 1), k) / z)
+    return np.tensordot(phase * weight, values, 1).real
+
+
+def wave_numbers(z: int, dense: int = 12, growth: float = 1.15) -> NDArray:
+    """Wave numbers from 0 to z/2: all up to ``dense``, then each ``growth`` times the one before."""
+    k = [0]
+    while k[-1] < z // 2:
+        k.append(min(z // 2, k[-1] + 1 if k[-1] < dense else max(k[-1] + 1, round(growth * k[-1]))))
+    return np.array(k)

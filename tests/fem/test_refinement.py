@@ -1,0 +1,146 @@
+"""Condensed sector and levels: both solvers, the circulant system, the error bar, the second route, refusals."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from numpy.testing import assert_allclose
+
+from fem_reference import circulant, refinement
+from fem_reference.circulant import circulant_compliance, tensor_stiffness, wave_numbers
+from fem_reference.mesh_family import plain_compliance
+from fem_reference.refinement import AccuracyError, Level, levels, refined_compliance
+from fem_reference.section import Body
+from fem_reference.solver import available_solver, schur_complement
+from tests.gears import standard_gear
+
+SPUR = Body(gear=standard_gear(24, 3.0), bore_radius=0.8 * standard_gear(24).root_radius, teeth=5)
+HELICAL = Body(
+    gear=standard_gear(18, 4.0, helix=20.0), bore_radius=0.6 * standard_gear(18, helix=20.0).root_radius, teeth=5
+)
+ORDER = (4, 5)
+
+
+def definite(n: int, seed: int = 3) -> np.ndarray:
+    A = np.random.default_rng(seed).standard_normal((n, n))
+    return A @ A.T + n * np.eye(n)
+
+
+@pytest.mark.parametrize("solver", ["pardiso", "splu"])
+def test_schur_complement(solver):
+    if solver == "pardiso" and available_solver() != "pardiso":
+        pytest.skip("no MKL")
+    K, F = definite(30), np.random.default_rng(1).standard_normal((30, 4))
+    kept = np.array([7, 3, 29])
+    found = schur_complement(sp.csr_matrix(np.triu(K)), sp.csr_matrix(F), kept, solver)
+    whole = np.block([[K, F], [F.T, np.zeros((4, 4))]])
+    chosen, inner = np.append(kept, np.arange(30, 34)), np.setdiff1d(np.arange(30), kept)
+    coupling = whole[np.ix_(inner, chosen)]
+    exact = whole[np.ix_(chosen, chosen)] - coupling.T @ np.linalg.solve(K[np.ix_(inner, inner)], coupling)
+    assert_allclose(found, exact, atol=1e-12 * np.abs(exact).max())
+
+
+@pytest.mark.parametrize("z", [7, 8])
+def test_circulant_system_is_that_of_all_sectors(z):
+    """z sectors joined face to face, loads on the first one, by one dense system."""
+    face, loads = 3, 2
+    S = definite(2 * face + loads)
+    S[-loads:, -loads:] = 0.0
+    whole = np.zeros((z * face, z * face))
+    force = np.zeros((z * face, z * loads))
+    for j in range(z):
+        at = np.concatenate([j * face + np.arange(face), (j + 1) % z * face + np.arange(face)])
+        whole[np.ix_(at, at)] += S[: 2 * face, : 2 * face]
+        force[np.ix_(at, j * loads + np.arange(loads))] += S[: 2 * face, 2 * face :]
+    exact = force.T @ np.linalg.solve(whole, force[:, :loads])
+    found = circulant_compliance(S, face, z, 2)
+    for d in range(-2, 3):
+        assert_allclose(found[d + 2], exact[d % z * loads :][:loads], atol=1e-12 * np.abs(exact).max())
+
+
+def test_tensor_stiffness_is_the_energy_of_its_products(steel):
+    """Against the Kronecker products written out."""
+    from gearbench.compliance.solid import axis_integrals
+
+    section, count = Level(body=HELICAL, number=2, waves=1).section, 4
+    b = HELICAL.gear.face_width
+    (M, G), (_, S) = axis_integrals(count) * np.array([[b, 1.0], [1.0, 1 / b]])[:, :, None, None]
+    A00, A01, A11 = (A[section.free][:, section.free] for A in section.stiffness(steel))
+    exact = sp.kron(A00, M) + sp.kron(A01, G) + sp.kron(A01.T, G.T) + sp.kron(A11, S)
+    found = tensor_stiffness(section, count, steel)
+    assert abs(found - sp.triu(exact)).max() < 1e-12 * abs(exact).max()
+
+
+def test_waves_left_out_are_interpolated(steel, monkeypatch):
+    body = Body(gear=standard_gear(90, 2.0), bore_radius=30.0, teeth=5)
+    level = Level(body=body, number=2, waves=2)
+    assert len(wave_numbers(90)) < 30
+    some = circulant.flank_blocks(level.section, 4, steel, (2, 2), 3)
+    monkeypatch.setattr(circulant, "wave_numbers", lambda z: np.arange(z // 2 + 1))
+    everyone = circulant.flank_blocks(level.section, 4, steel, (2, 2), 3)
+    # a tenth of the finest accuracy offered
+    assert np.linalg.norm(some - everyone) < 1e-5 * np.linalg.norm(everyone)
+
+
+@pytest.mark.parametrize("body", [SPUR, pytest.param(HELICAL, marks=pytest.mark.slow), Body(gear=HELICAL.gear)])
+def test_levels_grow_and_the_error_bar_bounds_the_error(body, steel):
+    fine = refined_compliance(body, steel, 3e-4, ORDER)
+    last = refined_compliance(body, steel, 0.01, ORDER)
+    n = len(fine.blocks) // 2
+    blocks = [refinement._blocks(Level(body=body, number=k, waves=ORDER[1]), steel, ORDER)[n] for k in (2, 3)]
+    assert np.linalg.eigvalsh(blocks[1] - blocks[0]).min() > -1e-10 * np.abs(fine.blocks).max()
+    assert np.linalg.norm(last.blocks - fine.blocks) < (last.error + fine.error) * np.linalg.norm(fine.blocks)
+    assert fine.error <= 3e-4 < last.error <= 0.01
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        *(pytest.param(b, marks=pytest.mark.slow) for b in (SPUR, HELICAL)),
+        Body(gear=SPUR.gear),
+        Body(gear=HELICAL.gear),
+    ],
+)
+def test_plain_meshes_agree_within_both_error_bars(body, steel):
+    found = refined_compliance(body, steel, 0.002, ORDER)
+    meshes = (4, 5, 6) if body.bore_radius is None else (3, 4, 5)
+    plain = plain_compliance(body, steel, meshes, ORDER)
+    n, m = found.neighbours, plain.neighbours
+    difference = np.linalg.norm(found.blocks[n - m : n + m + 1] - plain.blocks) / np.linalg.norm(plain.blocks)
+    assert difference < found.error + plain.error
+
+
+def test_what_does_not_fit_is_refused_with_what_does(monkeypatch):
+    with pytest.raises(AccuracyError, match="accuracy = 1e-06: must be at least 4e-05"):
+        levels(SPUR, 1e-6)
+    small = Level(body=SPUR, number=3, waves=5).memory
+    monkeypatch.setattr(refinement, "memory_limit", lambda: 1.01 * small)
+    assert [level.number for level in levels(SPUR, 0.01, ORDER)] == [2, 3]
+    with pytest.raises(AccuracyError, match=r"needs about .* GB .*; accuracy = 0.008 fits"):
+        levels(SPUR, 0.001, ORDER)
+
+
+def test_memory_is_bounded_by_the_entries_of_the_matrix(steel):
+    for body in (SPUR, HELICAL):
+        for number in (2, 3, 4):
+            level = Level(body=body, number=number, waves=5)
+            entries = tensor_stiffness(level.section, level.count, steel).nnz
+            assert level.unknowns == tensor_stiffness(level.section, level.count, steel).shape[0]
+            # 120 bytes an entry, measured; spur gears have about half of the entries of helical ones
+            assert 1.0 < (level.memory - 150e6) / (120 * entries) < 3.5
+
+
+def test_the_body_winds_up_at_least_like_a_plain_annulus(steel):
+    """An even load on every tooth, the sum of all C_d, twists the body; its teeth only add to that."""
+    gear = SPUR.gear
+    z = gear.teeth
+    level = Level(body=SPUR, number=3, waves=1)
+    all_of_them = circulant.flank_blocks(level.section, level.count, steel, (1, 1), (z - 1) // 2)
+    total = all_of_them.sum() + circulant.flank_blocks(level.section, level.count, steel, (1, 1), z // 2)[0].sum()
+    # turning of an annulus by shear between bore and root circle is less than all of it
+    shear = z * (1 / SPUR.bore_radius**2 - 1 / gear.root_radius**2) / (4 * math.pi * steel.E / 2.6 * gear.face_width)
+    of_unit_load = gear.base_radius**2 * shear * (gear.tip_radius - gear.form_radius) * gear.face_width
+    assert of_unit_load < total
