@@ -7,7 +7,14 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gearbench.system.bearing import Bearing, Curve
-from gearbench.system.rolling import LAMINAE, LINE_CONTACT, POISSON_RATIO, YOUNGS_MODULUS, Rolling, hertz_point_stiffness
+from gearbench.system.rolling import (
+    LAMINAE,
+    LINE_CONTACT,
+    POISSON_RATIO,
+    YOUNGS_MODULUS,
+    Rolling,
+    hertz_point_stiffness,
+)
 
 BALL = Rolling(kind="deep_groove_ball", elements=9, element_diameter=7.938, pitch_diameter=38.5)
 ANGULAR = Rolling(
