@@ -19,6 +19,7 @@ from .effects.hertz import Hertz as Hertz
 from .effects.manufacturing_errors import ErrorKind as ErrorKind
 from .effects.manufacturing_errors import ManufacturingErrors as ManufacturingErrors
 from .effects.misalignment import Misalignment as Misalignment
+from .effects.off_line_contact import OffLineContact as OffLineContact
 from .effects.pitch_errors import PitchErrors as PitchErrors
 from .effects.profile_crowning import ProfileCrowning as ProfileCrowning
 from .effects.profile_slope import ProfileSlope as ProfileSlope

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench.compliance.edge import _projected, edge_distance, edge_softening, tip_angle
+from gearbench.compliance.edge import edge_distance, edge_softening, held_by_polynomials, tip_angle
 from gearbench.compliance.local import flank_functions
 from gearbench.compliance.wedge import softness, spread, strip_at_edge, strip_softening
 from tests.gears import standard_gear
@@ -112,7 +112,7 @@ def test_flank_far_from_its_edge_is_left_alone() -> None:
     assert added[-1] > 2.0
     # without the part that the tooth holds it would be counted nearly whole
     phi = flank_functions(5, np.hypot(gear.base_radius, roll), gear.form_radius, gear.tip_radius)
-    held = np.einsum("na,ab,nb->n", phi, _projected(gear, 5), phi)
+    held = np.einsum("na,ab,nb->n", phi, held_by_polynomials(gear, 5), phi)
     assert np.abs(held[far]).max() > 0.5
 
 

@@ -1,4 +1,4 @@
-"""The truncated factor of coupled pairs against the whole one: the bound (T1), and the answers."""
+"""The truncated factor of coupled pairs against the whole one: the bound (C8), and the answers."""
 
 import tomllib
 

@@ -18,7 +18,7 @@ PAGES = sorted(DOCS.glob("*.md"))
 SHOWN = (
     "gearbench.scene_file",
     "gearbench.simulation",
-    "gearbench.robustness.montecarlo",
+    "gearbench.robustness.run",
     "gearbench.geometry.pair",
     "gearbench.geometry.gear",
 )

@@ -1,6 +1,7 @@
 """The Python programs of examples/ run, and say what their scenes and studies give."""
 
 import runpy
+import sys
 from pathlib import Path
 
 import matplotlib as mpl
@@ -18,6 +19,7 @@ def run_example(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
 
     def call(name: str) -> tuple[list[str], dict]:
+        monkeypatch.setattr(sys, "argv", [name])
         names = runpy.run_path(str(EXAMPLES / name), run_name="__main__")
         return capsys.readouterr().out.splitlines(), names
 
@@ -41,6 +43,15 @@ def test_a_gear_scatters(run_example):
     assert len(lines) == 2
     assert all("most of the scatter by profile_form" in line for line in lines)
     assert Path("as_given/density.png").stat().st_size > 10_000
+
+
+@pytest.mark.slow
+def test_a_first_look_leaves_what_it_lists(run_example):
+    lines, _ = run_example("demo.py")
+    first = next(i for i, line in enumerate(lines) if line.startswith("wrote, below"))
+    listed = [Path("out/demo") / line.strip() for line in lines[first + 1 :]]
+    assert len(listed) >= 10
+    assert all(path.stat().st_size > 0 for path in listed)
 
 
 def test_a_search_finds_the_smoothest(run_example):

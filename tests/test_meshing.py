@@ -21,6 +21,11 @@ class Sized(TransverseSection):
     root_radius: float
     form_radius: float
 
+    @property
+    def tip_form_radius(self) -> float:
+        """The involute reaches the tip circle."""
+        return self.tip_radius
+
 
 ANGLES = {"normal_module": 2.0, "pressure_angle": 20.0, "helix_angle": 15.0}
 R = 1 / math.cos(math.radians(15.0))  # r = R z for a module of 2 mm

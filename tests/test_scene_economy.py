@@ -112,7 +112,7 @@ RUNNER = """
 import json, os, sys, warnings
 import numpy as np, scipy.linalg, scipy.optimize, scipy.special, xarray
 warnings.simplefilter("ignore")
-from gearbench import provenance, results
+from gearbench.results import provenance
 from gearbench.contact.problem import ContactProblem
 from gearbench.contact.solver import solve
 from gearbench.scene_file import parse_scene

@@ -39,6 +39,8 @@ def folder(tmp_path_factory):
     mapping["variables"]["effects.crowning.amount"] = {"values": [0.0, 3.0]}
     mapping["variables"]["effects.tip_relief.amount"] = {"values": [0.0, 4.0]}
     mapping["variables"]["addendum"]["step"] = 0.5
+    # few helix angles, so that some designs are spur gears that keep the constraints
+    mapping["variables"]["pair.helix_angle"] = {"values": [0.0, 10.0, 20.0]}
     study = replace(
         parse_study(mapping),
         algorithm=Algorithm(population=40, generations=3, seed=2),

@@ -7,7 +7,14 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gearbench.system.bearing import Bearing, Curve
-from gearbench.system.rolling import LAMINAE, LINE_CONTACT, Rolling
+from gearbench.system.rolling import (
+    LAMINAE,
+    LINE_CONTACT,
+    POISSON_RATIO,
+    YOUNGS_MODULUS,
+    Rolling,
+    hertz_point_stiffness,
+)
 
 BALL = Rolling(kind="deep_groove_ball", elements=9, element_diameter=7.938, pitch_diameter=38.5)
 ANGULAR = Rolling(
@@ -64,12 +71,10 @@ def test_radial_load_of_roller_bearing():
 
 def test_hertz_of_a_ball_between_planes():
     """Curvature alike in both directions: Q = (4/3) E* √R δ^1.5, 1/E* = 2(1−ν²)/E for two bodies alike."""
-    from gearbench.system.rolling import _E, _NU, _hertz_point
-
     # a groove that is almost flat: its curvature is 1e-3 of the ball's
     R = 5.0
-    expected = 4 / 3 * _E / (2 * (1 - _NU**2)) * math.sqrt(R)
-    assert_allclose(_hertz_point(2 * R, 0.0, 500.0), expected, rtol=1e-3)
+    expected = 4 / 3 * YOUNGS_MODULUS / (2 * (1 - POISSON_RATIO**2)) * math.sqrt(R)
+    assert_allclose(hertz_point_stiffness(2 * R, 0.0, 500.0), expected, rtol=1e-3)
 
 
 def test_catalogue_finds_the_balls_of_known_bearings():

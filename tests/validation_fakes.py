@@ -32,8 +32,8 @@ class PlateFlank:
 
     shapes = factor
 
-    def root(self, teeth=1):
-        return np.broadcast_to(np.eye(3), (teeth, 3, 3))
+    def root(self, pairs=1, tolerance=0.0):
+        return np.broadcast_to(np.eye(3), (pairs, 3, 3))
 
 
 def plates_for_finite_elements(monkeypatch, softness: float = 1.0) -> None:

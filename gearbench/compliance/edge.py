@@ -37,8 +37,8 @@ def edge_distance(gear: Gear, roll: NDArray) -> NDArray:
 
 
 @lru_cache(maxsize=64)
-def _projected(gear: Gear, count: int) -> NDArray:
-    """∬ φ_a W φ_b dR dR₀ over c₁, (count, count): W in the polynomials of the flank."""
+def held_by_polynomials(gear: Gear, count: int) -> NDArray:
+    """∬ φ_a W φ_b dR dR₀ over c₁, (count, count): W (E1) in ``count`` polynomials of the flank."""
     r_b, angle = gear.base_radius, tip_angle(gear)
     low, high = gear.form_radius, gear.tip_radius
     length = float(edge_distance(gear, np.array(math.sqrt(max(low**2 - r_b**2, 0.0)))))
@@ -76,7 +76,7 @@ def edge_softening(
     B, r = softness(angle), edge_distance(gear, roll)
     low, high = gear.form_radius, gear.tip_radius
     phi = flank_functions(count, np.hypot(gear.base_radius, roll), low, high)
-    held = np.einsum("...a,ab,...b->...", phi, _projected(gear, count), phi)
+    held = np.einsum("...a,ab,...b->...", phi, held_by_polynomials(gear, count), phi)
     if gear.tip_rounding:
         # the strip lies on the rounding: the edge is as far away as it would be without
         return c * (-2 * B * np.log(np.maximum(r, 1e-6 * gear.tip_radius)) - held), np.zeros_like(r)

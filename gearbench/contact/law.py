@@ -6,7 +6,7 @@ along its tangent, so that it stays monotone at any load. h = 0 is the linear la
 
 A segment is a cell along which the initial gap, and so the compression s, varies by ±σ ("soft"). Where |s| < σ only the
 part t = (s + σ)/(2σ) of it is loaded, and P = P_σ t², P_σ = g⁻¹(σ): the mean of the law over the cell where it is
-linear, continuous with it at s = σ where it is not. The compiled kernels hold the same law (C5 of docs/theory.md).
+linear, continuous with it at s = σ where it is not. The compiled kernels hold the same law (C5, C7 of docs/theory.md).
 """
 
 from __future__ import annotations

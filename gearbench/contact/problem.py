@@ -126,7 +126,7 @@ def truncated_root(matrix: NDArray, stiffness: NDArray, truncation: float) -> ND
 
     ``stiffness`` (block, n) of the law beside H, A = diag(1/stiffness): what is left out, R = H − L Lᵀ ≥ 0, has
     tr(A^{−½} R A^{−½}) ≤ ``truncation``, so that (1 − truncation)(H + A) ≤ L Lᵀ + A ≤ H + A: no deflection changes by
-    more than this fraction (T1 of docs/theory.md). Rounding, 1e-14 of the greatest trace of H, is always left out, and
+    more than this fraction (C8 of docs/theory.md). Rounding, 1e-14 of the greatest trace of H, is always left out, and
     nothing else where there is no law (Higham, Accuracy and Stability of Numerical Algorithms, §10.3).
     """
     from gearbench.contact._kernels import pivoted_cholesky

@@ -4,7 +4,7 @@ A line is cut into panels where the gap has a kink: where a relief of the profil
 of the face does (at a y). Segments are the nodes and weights of a quadrature on each panel. Where the flanks touch all
 along the line these are Gauss points, and sums over them converge exponentially in their number. Where they may part
 the integrand has a kink at an unknown position, and equal cells are of second order, with compliance and law averaged
-over each (L1 of docs/theory.md).
+over each (G9, C7 of docs/theory.md).
 """
 
 from __future__ import annotations

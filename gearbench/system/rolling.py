@@ -23,7 +23,7 @@ LAMINAE, LINE_CONTACT = 40, 35948.0
 #: Static capacity [N] over i Z D_w² of radial ball bearings: f_0 of ISO 76 in the middle of its table.
 _BALL_CAPACITY = 13.5
 #: Moduli of bearing steel in the norm [N/mm²].
-_E, _NU = 207e3, 0.3
+YOUNGS_MODULUS, POISSON_RATIO = 207e3, 0.3
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -205,10 +205,10 @@ class Rolling:
         """c_P of a ball between both raceways, Q = c_P δ^1.5 [N/mm^1.5] (W5)."""
         gamma = self.D_w * math.cos(self.alpha) / self.D_pw
         rings = ((gamma / (1 - gamma), self.inner_conformity), (-gamma / (1 + gamma), self.outer_conformity))
-        return sum(_hertz_point(self.D_w, g, f) ** (-2 / 3) for g, f in rings) ** -1.5
+        return sum(hertz_point_stiffness(self.D_w, g, f) ** (-2 / 3) for g, f in rings) ** -1.5
 
 
-def _hertz_point(D_w: float, curving: float, conformity: float) -> float:
+def hertz_point_stiffness(D_w: float, curving: float, conformity: float) -> float:
     """Q/δ^1.5 of a ball in a groove whose other radius of curvature is D_w/(2·curving). Source: Hertz; Harris ch. 6."""
     from scipy.optimize import brentq
     from scipy.special import ellipe, ellipk
@@ -226,4 +226,4 @@ def _hertz_point(D_w: float, curving: float, conformity: float) -> float:
     m = 1 - kappa**-2
     shift = 2 * ellipk(m) / math.pi * (math.pi / (2 * kappa**2 * ellipe(m))) ** (1 / 3)
     # δ = shift · (Σρ/2) · [3 Q · 2(1−ν²)/E / (2 Σρ)]^(2/3)
-    return (shift * total / 2) ** -1.5 * total * _E / (3 * (1 - _NU**2))
+    return (shift * total / 2) ** -1.5 * total * YOUNGS_MODULUS / (3 * (1 - POISSON_RATIO**2))
