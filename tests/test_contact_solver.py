@@ -221,7 +221,7 @@ def test_positions_are_independent_of_each_other():
     parts = [random_problem(seed, linear=False, segments=7, rank=3) for seed in range(40)]
     parts = [p for p in parts if p.shape == parts[0].shape and p.blocks == parts[0].blocks]
     assert len(parts) > 3
-    joined = {n: np.concatenate([getattr(p, n) for p in parts]) for n in ("gap", "a", "h", "active", "factor")}
+    joined = {n: np.concatenate([getattr(p, n) for p in parts]) for n in ("gap", "a", "h", "soft", "active", "factor")}
     together = solve(replace(parts[0], shape=(len(parts), *parts[0].shape[1:]), **joined))
     alone = [solve(p) for p in parts]
     for name in ("force", "approach", "stiffness"):
