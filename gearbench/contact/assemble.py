@@ -237,7 +237,7 @@ def scale_problem(
     *,
     coupled: bool,
 ) -> ContactProblem:
-    """Dimensionless problem from gap and its variation ``soft`` [mm], Ψ [√(mm/N)] and the law's a, h [mm²/N].
+    """Dimensionless problem from gap, half its variation over a cell, ``soft`` [mm], Ψ [√(mm/N)] and the law's a, h [mm²/N].
 
     All arrays (position, pair, segment, …); ``force`` [N] and ``scale`` [mm] become the units.
     """
@@ -247,7 +247,7 @@ def scale_problem(
     unit = force / scale
     flat = (positions, pairs * segments)
     return ContactProblem(
-        gap=(gap / scale).reshape(flat),
+        gap=((gap - soft) / scale).reshape(flat),
         a=(unit / length * (a + h * np.log(length / force))).reshape(flat),
         h=(unit / length * h).reshape(flat),
         soft=(soft / scale).reshape(flat),
