@@ -237,7 +237,7 @@ def scale_problem(
     *,
     coupled: bool,
 ) -> ContactProblem:
-    """Dimensionless problem from gap, half its variation over a cell, ``soft`` [mm], Ψ [√(mm/N)] and the law's a, h [mm²/N].
+    """Dimensionless problem from gap and ``soft``, half its variation over a cell [mm], Ψ [√(mm/N)], a and h [mm²/N].
 
     All arrays (position, pair, segment, …); ``force`` [N] and ``scale`` [mm] become the units.
     """

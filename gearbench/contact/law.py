@@ -4,10 +4,11 @@ With L = a/h − ln P the law reads g = h P L. Its slope h (L − 1) is zero at 
 more: from L = 2 on (half-width of contact 0.6 times the depth of the tooth, far outside the law's validity) it goes on
 along its tangent, so that it stays monotone at any load. h = 0 is the linear law g = a P.
 
-A segment is a cell along which the initial gap, and so the compression, varies by ±σ ("soft"). Its compression s is that
-of the end that touches first: that of its middle is s − σ, of which few digits are left where the gap varies by millions
-of compressions. Where s < 2σ only the part t = s/(2σ) of the cell is loaded, and P = P_σ t², P_σ = g⁻¹(σ): the mean of
-the law over the cell where it is linear, continuous with it at s = 2σ where it is not. The compiled kernels hold the same law (C5 of docs/theory.md).
+A segment is a cell along which the initial gap, and so the compression, varies by ±σ ("soft"). Its compression s is
+that of the end that touches first: that of its middle is s − σ, of which few digits are left where the gap varies by
+millions of compressions. Where s < 2σ only the part t = s/(2σ) of the cell is loaded, and P = P_σ t², P_σ = g⁻¹(σ): the
+mean of the law over the cell where it is linear, continuous with it at s = 2σ where it is not. The compiled kernels
+hold the same law (C5 of docs/theory.md).
 """
 
 from __future__ import annotations
