@@ -139,7 +139,7 @@ def by_hand() -> ContactSolution:
     q = force / pair.face_width
     unit = q * max(float(np.mean(a - h * math.log(q))), float(np.mean(h)))
     none, gap = np.zeros((*lines.shape, 0)), np.zeros(lines.shape)
-    return solve(scale_problem(lines, gap, none, a, h, force, unit, coupled=False))
+    return solve(scale_problem(lines, gap, none, a, h, gap, force, unit, coupled=False))
 
 
 def test_an_empty_scene_costs_what_the_same_written_by_hand_costs(benchmark):

@@ -136,10 +136,10 @@ def test_mean_length_in_contact(pair):
 # -- compliances in other forms than the structured one ---------------------------------------------------------------
 @dataclass(frozen=True)
 class DenseOf(ComplianceEffect):
-    """The matrix of other effects' factors and (linear) law: a compliance as a finite-element model gives it."""
+    """The matrix of other effects' factors and of a linear law c: a compliance as a finite-element model gives it."""
 
-    smooth: tuple[LowRank, ...]
-    diagonal: NDArray | None = None
+    smooth: tuple[ComplianceEffect, ...]
+    linear: float = 0.0
     rubbish: bool = False
 
     name: ClassVar[str] = "dense"
@@ -149,11 +149,12 @@ class DenseOf(ComplianceEffect):
         n = pairs * segments
         matrix = np.zeros((positions, n, n))
         same = np.equal.outer(*[np.repeat(np.arange(pairs), segments)] * 2)
-        for part in self.smooth:
+        for part in (effect.compliance(lines, {}) for effect in self.smooth):
+            assert isinstance(part, LowRank)
             psi = part.factor.reshape(positions, n, -1)
             matrix += psi @ np.swapaxes(psi, 1, 2) * (same | part.coupled)
-        if self.diagonal is not None:
-            matrix += np.eye(n) * self.diagonal.reshape(positions, 1, n)
+        length = np.where(lines.length > 0, lines.length, 1.0)
+        matrix += np.eye(n) * (self.linear / length).reshape(positions, 1, n)
         absent = ~np.repeat(lines.active, segments, axis=1)
         matrix[absent] = np.nan if self.rubbish else matrix[absent]
         return Dense(matrix=matrix)
@@ -184,29 +185,28 @@ PHASES = np.array([0.05, 0.3, 0.55, 0.72, 0.9])
 def test_dense_compliance_equals_the_structured_one(pair):
     base = scene(ToothBending(), Hertz(), Crowning(amount=8.0), pair=pair, segments=9)
     lines = scene_lines(base, PHASES)
-    matrix = DenseOf((ToothBending().compliance(lines, {}),), rubbish=True)
-    same(
-        solve(assemble(replace(base, effects=(matrix, Hertz(), Crowning(amount=8.0))), lines, truncation=0.0)),
-        solve(assemble(base, lines)),
-    )
+    matrix = DenseOf((ToothBending(),), rubbish=True)
+    dense = replace(base, effects=(matrix, Hertz(), Crowning(amount=8.0)))
+    same(*(solve(assemble(s, lines, truncation=0.0)) for s in (dense, base)))
 
 
 @pytest.mark.parametrize("pair", [SPUR, HELICAL], ids=["spur", "helical"])
 def test_dense_compliance_without_a_law_equals_the_structured_one(pair):
+    """A matrix has no law that could be averaged over cells: the structured problem is compared at their middles."""
     base = scene(ToothBending(), WINKLER, HelixSlope(pinion=30.0), pair=pair, segments=9)
     lines = scene_lines(base, PHASES)
-    each = np.where(lines.length > 0, lines.length, 1.0)
-    matrix = DenseOf((ToothBending().compliance(lines, {}),), np.broadcast_to(C / each, lines.shape))
-    same(solve(assemble(replace(base, effects=(matrix, HelixSlope(pinion=30.0))), lines)), solve(assemble(base, lines)))
+    structured = assemble(base, lines, truncation=0.0)
+    dense = assemble(replace(base, effects=(DenseOf((ToothBending(),), C), HelixSlope(pinion=30.0))), lines)
+    at_middles = replace(structured, gap=structured.gap + structured.soft, soft=0 * structured.soft)
+    same(solve(dense), solve(at_middles))
 
 
 @pytest.mark.parametrize("bending", [(), (ToothBending(),)], ids=["alone", "with own columns"])
 def test_coupled_columns_equal_their_matrix(bending):
     base = scene(*bending, Coupled(), Hertz(), Crowning(amount=8.0), segments=9)
     lines = scene_lines(base, PHASES)
-    matrix = DenseOf(tuple(effect.compliance(lines, {}) for effect in (*bending, Coupled())))
-    other = scene(matrix, Hertz(), Crowning(amount=8.0), segments=9)
-    same(solve(assemble(base, lines)), solve(assemble(other, lines)))
+    other = scene(DenseOf((*bending, Coupled())), Hertz(), Crowning(amount=8.0), segments=9)
+    same(*(solve(assemble(s, lines, truncation=0.0)) for s in (base, other)))
     uncoupled = scene(*bending, Hertz(), Crowning(amount=8.0), segments=9)
     assert solution(uncoupled, *PHASES).approach[0] < solution(base, *PHASES).approach[0]
 

@@ -102,11 +102,11 @@ def log_law_finish(i, s, edge, kappa, h, mantissa, exponent, level, p, w):
 
 @njit(**_OPTIONS)
 def open_cell(i, s, soft, t):
-    """Loaded part t of the cell of row i, and its compression where it is loaded as a whole, at least soft."""
+    """Loaded part t of the cell of row i, and the compression of its middle where all of it is loaded, or soft."""
     half = 0.5 / soft
     for j in range(LANES):
-        t[j] = min(max((s[i, j] + soft) * half, 0.0), 1.0)
-        s[i, j] = max(s[i, j], soft)
+        t[j] = min(max(s[i, j] * half, 0.0), 1.0)
+        s[i, j] = max(s[i, j] - soft, soft)
 
 
 @njit(**_OPTIONS)

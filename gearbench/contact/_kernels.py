@@ -40,16 +40,16 @@ def law(s, a, h):
 
 @njit(cache=True, error_model="numpy")
 def cell_law(s, a, h, soft):
-    """``law`` as the mean over a cell along which the compression varies by ±soft (C7 of docs/theory.md)."""
-    if s <= -soft:
+    """``law`` as the mean over a cell along which the compression varies by ±soft, s at its greatest (C7 of docs/theory.md)."""
+    if s <= 0.0:
         return 0.0, 0.0, 0.0
     if soft == 0.0:
         return law(s, a, h)
     p0, _, e0 = law(soft, a, h)
-    if s >= soft:
-        p, w, e = law(s, a, h)
+    if s >= 2.0 * soft:
+        p, w, e = law(s - soft, a, h)
         return p, w, e - e0 + 2.0 / 3.0 * soft * p0
-    t = (s + soft) / (2.0 * soft)
+    t = s / (2.0 * soft)
     return p0 * t * t, p0 * t / soft, 2.0 / 3.0 * soft * p0 * t * t * t
 
 
@@ -136,6 +136,23 @@ def closing_direction(i, q, delta, gap, active, factor, block, grad, step_q):
     return step_d + 1.0
 
 
+@njit(cache=True, error_model="numpy")
+def first_approach(i, gap, a, h, soft, active, factor):
+    """An approach at which all segments touch, but no more than if one of them carried the load by itself."""
+    greatest, alone = -math.inf, math.inf
+    for j in range(gap.shape[1]):
+        if not active[i, j]:
+            continue
+        greatest = max(greatest, gap[i, j])
+        whole = law(soft[i, j], a[i, j], h[i, j])[0]
+        most = soft[i, j] + max(a[i, j], TANGENT_FROM * h[i, j])
+        delta = gap[i, j] + (2.0 * soft[i, j] / math.sqrt(whole) if whole > 1.0 else most)
+        for c in range(factor.shape[2]):
+            delta += factor[i, j, c] * factor[i, j, c]
+        alone = min(alone, delta)
+    return min(greatest + 1.0, alone)
+
+
 @njit(cache=True, error_model="numpy", nogil=True)
 def solve_position(i, gap, a, h, soft, active, factor, block, force, work, hess, limit, delta=-math.inf):
     """Newton's method with line search on the convex J(q, δ) of position i.
@@ -146,10 +163,7 @@ def solve_position(i, gap, a, h, soft, active, factor, block, force, work, hess,
     """
     q, trial, step_q, x, grad, cross = work
     if delta == -math.inf:
-        for j in range(gap.shape[1]):
-            if active[i, j]:
-                delta = max(delta, gap[i, j])
-        delta += 1.0
+        delta = first_approach(i, gap, a, h, soft, active, factor)
         for k in range(q.shape[0]):
             for c in range(q.shape[1]):
                 q[k, c] = 0.0

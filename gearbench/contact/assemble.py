@@ -176,13 +176,17 @@ def assemble(
 
 
 def _over_segments(effect: ComplianceEffect, lines: ContactLines, beside: Effects) -> LowRank | Dense | LineLaw:
-    """Compliance of an effect; Ψ as its mean over each cell, by two Gauss points: the load on a cell is spread."""
+    """Compliance of an effect; H as its mean over each cell, by two Gauss points: the load on a cell is spread."""
     if not lines.cells:
         return effect.compliance(lines, beside)
-    first, second = (effect.compliance(lines.moved(share), beside) for share in (-math.sqrt(1 / 3), math.sqrt(1 / 3)))
-    if isinstance(first, LowRank) and isinstance(second, LowRank):
-        return LowRank(factor=(first.factor + second.factor) / 2, coupled=first.coupled)
-    return effect.compliance(lines, beside)
+    positions, pairs, segments = lines.shape
+    part = effect.compliance(lines.halved(), beside)
+    if isinstance(part, LineLaw):
+        return effect.compliance(lines, beside)
+    if isinstance(part, Dense):
+        return Dense(matrix=part.matrix.reshape(positions, pairs * segments, 2, -1, 2).mean(axis=(2, 4)))
+    first, second = part.factor[:, :, ::2], part.factor[:, :, 1::2]
+    return LowRank(factor=(first + second) / 2, coupled=part.coupled)
 
 
 def _by_lever(
@@ -233,7 +237,7 @@ def scale_problem(
     *,
     coupled: bool,
 ) -> ContactProblem:
-    """Dimensionless problem from gap and its variation ``soft`` [mm], Ψ [√(mm/N)] and the law's a, h [mm²/N].
+    """Dimensionless problem from gap and ``soft``, half its variation over a cell [mm], Ψ [√(mm/N)], a and h [mm²/N].
 
     All arrays (position, pair, segment, …); ``force`` [N] and ``scale`` [mm] become the units.
     """
@@ -243,7 +247,7 @@ def scale_problem(
     unit = force / scale
     flat = (positions, pairs * segments)
     return ContactProblem(
-        gap=(gap / scale).reshape(flat),
+        gap=((gap - soft) / scale).reshape(flat),
         a=(unit / length * (a + h * np.log(length / force))).reshape(flat),
         h=(unit / length * h).reshape(flat),
         soft=(soft / scale).reshape(flat),

@@ -4,9 +4,11 @@ With L = a/h − ln P the law reads g = h P L. Its slope h (L − 1) is zero at 
 more: from L = 2 on (half-width of contact 0.6 times the depth of the tooth, far outside the law's validity) it goes on
 along its tangent, so that it stays monotone at any load. h = 0 is the linear law g = a P.
 
-A segment is a cell along which the initial gap, and so the compression s, varies by ±σ ("soft"). Where |s| < σ only the
-part t = (s + σ)/(2σ) of it is loaded, and P = P_σ t², P_σ = g⁻¹(σ): the mean of the law over the cell where it is
-linear, continuous with it at s = σ where it is not. The compiled kernels hold the same law (C5, C7 of docs/theory.md).
+A segment is a cell along which the initial gap, and so the compression, varies by ±σ ("soft"). Its compression s is
+that of the end that touches first: that of its middle is s − σ, of which few digits are left where the gap varies by
+millions of compressions. Where s < 2σ only the part t = s/(2σ) of the cell is loaded, and P = P_σ t², P_σ = g⁻¹(σ): the
+mean of the law over the cell where it is linear, continuous with it at s = 2σ where it is not. The compiled kernels
+hold the same law (C5, C7 of docs/theory.md).
 """
 
 from __future__ import annotations
@@ -26,14 +28,14 @@ def tangent_force(a: NDArray, h: NDArray) -> NDArray:
 
 
 def compression(P: NDArray, a: NDArray, h: NDArray, soft: ArrayLike = 0.0) -> NDArray:
-    """g(P), of forces P ≥ 0; −σ where P = 0."""
+    """Compression s of the end that touches first, of forces P ≥ 0."""
     soft = np.broadcast_to(np.asarray(soft, dtype=float), np.shape(P))
     part = soft > 0
     if part.any():
         whole = inverse(np.where(part, soft, 0.0), a, h)[0]
         part = part & (whole > P)
         t = np.sqrt(np.divide(P, whole, out=np.zeros_like(whole), where=part))
-        return np.where(part, soft * (2 * t - 1), compression(P, a, h))
+        return np.where(part, 2 * soft * t, soft + compression(P, a, h))
     edge = tangent_force(a, h)
     with np.errstate(invalid="ignore"):
         low = np.minimum(P, edge)
@@ -53,14 +55,14 @@ def slope(P: NDArray, a: NDArray, h: NDArray, soft: ArrayLike = 0.0) -> NDArray:
 
 
 def inverse(s: NDArray, a: NDArray, h: NDArray, soft: ArrayLike = 0.0) -> tuple[NDArray, NDArray, NDArray]:
-    """Force P = g⁻¹(s), slope dP/ds and energy ∫P ds of segments compressed by s; all zero for s ≤ −σ."""
+    """Force P = g⁻¹(s), slope dP/ds and energy ∫P ds of segments compressed by s; all zero for s ≤ 0."""
     soft = np.broadcast_to(np.asarray(soft, dtype=float), np.shape(s))
     cell = soft > 0
     if not cell.any():
         return _inverse(s, a, h)
-    (P, w, e), (whole, _, energy) = _inverse(np.maximum(s, soft), a, h), _inverse(soft, a, h)
+    (P, w, e), (whole, _, energy) = _inverse(np.maximum(s - soft, soft), a, h), _inverse(soft, a, h)
     width = np.where(cell, 2 * soft, 1.0)
-    t = np.where(cell, np.clip((s + soft) / width, 0.0, 1.0), 1.0)
+    t = np.where(cell, np.clip(s / width, 0.0, 1.0), 1.0)
     below = whole * soft * 2 / 3
     return P * t**2, np.where(t < 1, 2 * P * t / width, w), np.where(t < 1, below * t**3, e - energy + below)
 

@@ -23,8 +23,8 @@ class ContactProblem:
     Parameters
     ----------
     gap, a, h, soft, active
-        (position, segment), segments of all pairs side by side; e, the coefficients of the law, half the variation of
-        e along the segment, and whether the segment exists.
+        (position, segment), segments of all pairs side by side; e at the end of the segment that touches first, the
+        coefficients of the law, half the variation of e along the segment, and whether the segment exists.
     factor
         Ψ, (position, segment, rank).
     block

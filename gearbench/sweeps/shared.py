@@ -41,7 +41,7 @@ class Shared:
         lines = scene_lines(scene, phase)
         # lines end and bend where gaps do; a separation is kept by those that use it, and so is its identity
         nodes = (lines.u.tobytes(), lines.y.tobytes(), lines.length.tobytes())
-        key = (scene.pair, stiff, nodes, id(lines.separation), lines.typical_load)
+        key = (scene.pair, stiff, nodes, lines.cells, id(lines.separation), lines.typical_load)
         known = self._known.get(key)
         if known is None:
             known = Assembled(scene=scene, lines=lines, weight=weight, problem=assemble(scene, lines))
@@ -54,5 +54,6 @@ class Shared:
         gap, soft = (x.reshape(known.problem.gap.shape) for x in gap_and_variation(scene, known.lines))
         scale = known.problem.length_scale
         soft = soft if known.problem.a.any() else np.zeros_like(soft)  # without a law there is nothing to average
-        problem = replace(known.problem, gap=np.ascontiguousarray(gap / scale), soft=np.ascontiguousarray(soft / scale))
+        gap, soft = np.ascontiguousarray((gap - soft) / scale), np.ascontiguousarray(soft / scale)
+        problem = replace(known.problem, gap=gap, soft=soft)
         return replace(known, scene=scene, weight=weight, problem=problem)

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearbench.geometry.role import Role
-from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from gearbench.validation.reference import finite_elements
 

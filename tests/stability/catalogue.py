@@ -231,9 +231,13 @@ for _t in (1e-9, 1e-3, 1e3, 1e9):
         if _t < 1
         else "overload: the law is continued by its tangent, the compression dwarfs the tooth",
     )(lambda t=_t: scene(HELICAL, torque=NOMINAL * t))
-    hard(f"torque × {_t:.0e}, gaps", "the same with gaps: a few segments, or all of them, carry")(
-        lambda t=_t: scene(HELICAL, Crowning(amount=5.0), HelixSlope(pinion=4.0), torque=NOMINAL * t)
-    )
+    # with gaps of 1e4 compressions, cells that carry in part share the load by s²: 2e4 ulp, and four digits fewer
+    few = _t == 1e-9
+    hard(
+        f"torque × {_t:.0e}, gaps",
+        "the same with gaps: a few segments, or all of them, carry",
+        digits=11.5 if few else 13,
+    )(lambda t=_t: scene(HELICAL, Crowning(amount=5.0), HelixSlope(pinion=4.0), torque=NOMINAL * t))
 
 for _law in (YANG, BANASCHEK):
     hard(f"no gap at all, {_law.law}", "every segment touches at once; a residual of exactly zero must not divide")(

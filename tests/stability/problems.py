@@ -32,7 +32,7 @@ def ordinary() -> ContactProblem:
 def duplicated() -> ContactProblem:
     """Every segment twice at the same place, each with twice the compliance of its law."""
     p = ordinary()
-    twice = {n: np.repeat(getattr(p, n), 2, axis=1) for n in ("gap", "active", "factor", "a", "h")}
+    twice = {n: np.repeat(getattr(p, n), 2, axis=1) for n in ("gap", "active", "factor", "a", "h", "soft")}
     return replace(
         p, **{**twice, "a": 2 * twice["a"]}, block=np.repeat(p.block, 2), shape=(1, p.shape[1], 2 * p.shape[2])
     )

@@ -54,6 +54,7 @@ def solve_problem(problem: ContactProblem, position: int, start: tuple[NDArray, 
         psi = [[mp.mpf(x) for x in problem.factor[position, i]] for i in active]
         fields = problem.a, problem.h, problem.soft, problem.gap
         a, h, soft, e = ([mp.mpf(x) for x in v[position, active]] for v in fields)
+        e = [gap + half for gap, half in zip(e, soft, strict=True)]  # in the middle of each cell
         block = [int(problem.block[i]) for i in active]
         if not (problem.a[position].any() or problem.h[position].any()):
             return equal_approach(psi, e, [i for i, p in enumerate(start[0]) if p > 0])
