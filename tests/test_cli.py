@@ -13,6 +13,7 @@ import pytest
 import xarray as xr
 
 from gearbench import __version__
+from gearbench.doctor import Finding
 from gearbench.library.garambois2017 import case, gear
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -121,6 +122,14 @@ def test_doctor_is_content_where_the_tests_run(run):
     code, out, _ = run("doctor")
     assert code == 0, out
     assert "numba" in out
+
+
+def test_doctor_names_the_extra_that_brings_a_missing_package(run, monkeypatch):
+    remedy = "pip install 'gearbench[fem]'"
+    missing = Finding("gmsh", "not installed", False, needed=False, remedy=remedy)
+    monkeypatch.setattr("gearbench.doctor.examine", lambda: [missing])
+    code, out, _ = run("doctor")
+    assert (code, out) == (0, f"none gmsh: not installed\n       {remedy}\n")
 
 
 def test_version(run):

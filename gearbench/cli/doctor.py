@@ -33,10 +33,12 @@ def doctor(quiet: Quiet = False, verbose: Verbose = False, json: Json = False) -
 
 def _print_findings(findings: list[Finding]) -> None:
     from rich.console import Console
+    from rich.text import Text
 
-    console = Console(soft_wrap=True)
+    # no markup: remedies name extras in brackets
+    console = Console(soft_wrap=True, markup=False, emoji=False)
     for finding in findings:
-        mark = "[green]ok  [/]" if finding.fine else "[red]miss[/]" if finding.needed else "[yellow]none[/]"
-        console.print(f"{mark} {finding.name}: {finding.found}", highlight=False)
+        mark, colour = ("ok  ", "green") if finding.fine else ("miss", "red") if finding.needed else ("none", "yellow")
+        console.print(Text(mark, colour), f"{finding.name}: {finding.found}", highlight=False)
         if not finding.fine and finding.remedy:
             console.print(f"       {finding.remedy}", highlight=False)
