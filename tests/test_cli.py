@@ -59,6 +59,16 @@ def test_json_is_one_object_with_every_scalar(run):
     assert summary["transmission_error_rms"] == pytest.approx(0.495, abs=0.015)
 
 
+@pytest.mark.parametrize("command", ["simulate", "plan"])
+@pytest.mark.parametrize("name", ["a [/b] c", "gear [red]A[/red]", "gear :gear: B"])
+def test_names_are_text(run, tmp_path, command, name):
+    scene = tmp_path / "scene.toml"
+    scene.write_text(f'name = "{name}"\n{GOOD}', encoding="utf-8")
+    code, out, err = run(command, scene)
+    assert (code, err) == (0, "")
+    assert f"{name}: spur" in out
+
+
 def test_quiet_prints_nothing(run, tmp_path):
     assert run("simulate", EXAMPLES / "sc.toml", "-q", "-o", tmp_path / "o.nc") == (0, "", "")
 

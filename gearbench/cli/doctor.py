@@ -32,13 +32,13 @@ def doctor(quiet: Quiet = False, verbose: Verbose = False, json: Json = False) -
 
 
 def _print_findings(findings: list[Finding]) -> None:
-    from rich.console import Console
     from rich.text import Text
 
-    # no markup: remedies name extras in brackets
-    console = Console(soft_wrap=True, markup=False, emoji=False)
+    from gearbench.cli.summary import console
+
+    out = console()
     for finding in findings:
         mark, colour = ("ok  ", "green") if finding.fine else ("miss", "red") if finding.needed else ("none", "yellow")
-        console.print(Text(mark, colour), f"{finding.name}: {finding.found}", highlight=False)
+        out.print(Text(mark, colour), f"{finding.name}: {finding.found}", highlight=False)
         if not finding.fine and finding.remedy:
-            console.print(f"       {finding.remedy}", highlight=False)
+            out.print(f"       {finding.remedy}", highlight=False)

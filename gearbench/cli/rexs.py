@@ -128,8 +128,9 @@ def _list(document: RexsDocument, torque: float | None, load_case: int | None, *
 
         print_mapping({"file": str(document.path), "version": document.version, "stages": rows})
         return
-    from rich.console import Console
     from rich.table import Table
+
+    from gearbench.cli.summary import console
 
     title = f"{document.path.name}, REXS {document.version}"
     table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
@@ -137,11 +138,11 @@ def _list(document: RexsDocument, torque: float | None, load_case: int | None, *
         table.add_column(heading, justify="left" if name == "name" else "right", no_wrap=True)
     for row in rows:
         table.add_row(*(_shown(row.get(name)) for name in _COLUMNS))
-    console = Console(soft_wrap=True, width=None if sys.stdout.isatty() else 120)
-    console.print(table)
+    out = console(width=None if sys.stdout.isatty() else 120)
+    out.print(table)
     for row in rows:
         for note in row["notes"]:
-            console.print(f"stage {row['stage']}: {note}", markup=False, highlight=False)
+            out.print(f"stage {row['stage']}: {note}", highlight=False)
 
 
 #: Column of the list → its heading.

@@ -12,6 +12,7 @@ from gearbench.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
+    from rich.console import Console
 
 
 def scalars(dataset: xr.Dataset) -> dict[str, float]:
@@ -59,9 +60,15 @@ def accuracy_line(dataset: xr.Dataset) -> str:
     )
 
 
+def console(**options: Any) -> Console:
+    """A console that takes names as they are: brackets and colons are no markup."""
+    from rich.console import Console
+
+    return Console(soft_wrap=True, markup=False, emoji=False, **options)
+
+
 def print_table(title: str, rows: list[tuple[str, str, str]]) -> None:
     """Print rows of (quantity, value, unit)."""
-    from rich.console import Console
     from rich.table import Table
 
     table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
@@ -70,7 +77,7 @@ def print_table(title: str, rows: list[tuple[str, str, str]]) -> None:
     table.add_column("unit")
     for row in rows:
         table.add_row(*row)
-    Console(soft_wrap=True).print(table)
+    console().print(table)
 
 
 def result_rows(dataset: xr.Dataset) -> list[tuple[str, str, str]]:

@@ -84,10 +84,9 @@ def sweep(
 
 def _print(scene: Scene, dataset: xr.Dataset, names: list[str]) -> None:
     """One line a point: peak-to-peak and RMS values."""
-    from rich.console import Console
     from rich.table import Table
 
-    from gearbench.cli.summary import pair_line
+    from gearbench.cli.summary import console, pair_line
 
     shown = [f"{name}_{suffix}" for name in ("transmission_error_rms", "mesh_stiffness_rms") for suffix in ("mean", "")]
     shown = ["transmission_error_mean", "transmission_error_peak_to_peak", *shown, "mesh_stiffness_mean"]
@@ -100,7 +99,7 @@ def _print(scene: Scene, dataset: xr.Dataset, names: list[str]) -> None:
     rows = dataset[[*shown]].to_dataframe().reset_index()
     for row in rows[[*names, *shown]].itertuples(index=False):
         table.add_row(*(f"{value:.5g}" for value in row))
-    Console(soft_wrap=True).print(table)
+    console().print(table)
 
 
 @contextmanager
