@@ -246,6 +246,13 @@ def test_outputs_that_cannot_be_written_are_refused_before_computing(run, tmp_pa
     assert err.count("\n") == 1
 
 
+def test_results_are_not_written_under_the_name_of_another_format(run, tmp_path):
+    target = tmp_path / "x.csv"
+    code, _, err = run("simulate", EXAMPLES / "sc.toml", "-o", target)
+    assert (code, err) == (2, f"gearbench: output = {target}: must end in .nc: results are written as netCDF\n")
+    assert not target.exists()
+
+
 def test_a_full_disk_leaves_the_earlier_file(run, tmp_path, monkeypatch):
     import gearbench.files
 
