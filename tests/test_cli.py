@@ -280,6 +280,7 @@ def test_robust_without_random_errors_says_what_is_missing(run):
 def test_usage_errors_exit_with_2(run):
     assert run("simulate")[0] == 2
     assert run("robust", EXAMPLES / "sc.toml", "--samples", 0)[0] == 2
+    assert run("robust", EXAMPLES / "gear55_robust.toml", "--samples", 1)[0] == 2  # has no scatter
     assert run("no-such-command")[0] == 2
 
 

@@ -23,7 +23,7 @@ from gearbench.cli.options import (
     with_accuracy,
 )
 
-Samples = Annotated[int | None, typer.Option(min=1, help="Number of error samples; 1000 unless chosen by accuracy.")]
+Samples = Annotated[int | None, typer.Option(min=2, help="Number of error samples; 1000 unless chosen by accuracy.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of the samples.")]
 SamplerName = Annotated[Literal["sobol", "random", "latin_hypercube"], typer.Option(help="How samples are drawn.")]
 
