@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 
 class InputError(ValueError):
     """Input that cannot be simulated.
@@ -35,6 +38,15 @@ class InputError(ValueError):
     def in_file(self, file: str) -> InputError:
         """Return the same error naming the file."""
         return InputError(self.key, self.value, self.allowed, file)
+
+
+@contextmanager
+def naming(file: object) -> Iterator[None]:
+    """Let every ``InputError`` of the block that names no file name this one."""
+    try:
+        yield
+    except InputError as error:
+        raise error if error.file else error.in_file(str(file)) from None
 
 
 class GearbenchError(RuntimeError):

@@ -274,6 +274,7 @@ def test_a_full_disk_leaves_the_earlier_file(run, tmp_path, monkeypatch):
 def test_robust_without_random_errors_says_what_is_missing(run):
     code, _, err = run("robust", EXAMPLES / "sc.toml")
     assert code == 2
+    assert err.startswith(f"gearbench: {EXAMPLES / 'sc.toml'}: effects")
     assert "manufacturing_errors" in err
 
 

@@ -47,6 +47,7 @@ def sweep(
 
     Two keys: gearbench sweep SCENE --torque 50,100 --set effects.crowning.amount=0:8:2 -o grid.nc
     """
+    from gearbench.errors import naming
     from gearbench.files import check_target
     from gearbench.results.netcdf import save
     from gearbench.scene_file import load_scene
@@ -59,7 +60,7 @@ def sweep(
     if output is not None:
         check_target(output)
     folder = plot_folder(plots)
-    with _progress(shown=shows_progress(quiet=quiet, json=json)) as advance:
+    with _progress(shown=shows_progress(quiet=quiet, json=json)) as advance, naming(scene):
         dataset = run(loaded, ranges, samples=samples, seed=seed, threads=threads, progress=advance)
     written = [save(dataset, output)] if output is not None else []
     if folder is not None and "torque" in dataset.dims and not samples:
