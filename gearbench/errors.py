@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from difflib import get_close_matches
 
 
 class InputError(ValueError):
@@ -47,6 +48,13 @@ def naming(file: object) -> Iterator[None]:
         yield
     except InputError as error:
         raise error if error.file else error.in_file(str(file)) from None
+
+
+def one_of(name: str, names: Iterable[str]) -> str:
+    """The names allowed in place of ``name``, the one it comes close to first."""
+    names = list(names)
+    close = get_close_matches(name, names, n=1)
+    return "".join(f"did you mean {match}? " for match in close) + f"allowed: {', '.join(names)}"
 
 
 class GearbenchError(RuntimeError):

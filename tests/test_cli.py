@@ -156,9 +156,10 @@ def test_help_shows_what_a_command_is_for(run, command):
 #: What is replaced by what in the good scene, the key that must be named, and what else must be said.
 PINION = "teeth = 38\n[pair.wheel]"
 BAD = {
-    "unknown key": ("face_width = 8.0", "face_widht = 8.0", "pair.face_widht", None),
-    "unknown table": ("[load]", "[lod]", "lod", None),
-    "unknown effect": ("[effects.hertz]", "[effects.herz]", "effects.herz", "hertz"),
+    "unknown key": ("face_width = 8.0", "face_widht = 8.0", "pair.face_widht", "did you mean face_width?"),
+    "American key": ("centre_distance", "center_distance", "pair.center_distance", "did you mean centre_distance?"),
+    "unknown table": ("[load]", "[lod]", "lod", "did you mean load?"),
+    "unknown effect": ("[effects.hertz]", "[effects.herz]", "effects.herz", "did you mean hertz?"),
     "module in metres": ("normal_module = 1.0", "normal_module = 0.001", "pair.normal_module", "0.001"),
     "distance in metres": ("centre_distance = 38.0", "centre_distance = 0.038", "pair.centre_distance", "0.038"),
     "width in metres": ("face_width = 8.0", "face_width = 0.008", "pair.face_width", "0.008"),
