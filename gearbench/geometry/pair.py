@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import cached_property
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 
@@ -24,7 +25,8 @@ Length = Annotated[float, Field(gt=0.0, le=20000.0)]
 
 
 def _external(teeth: Any) -> Any:
-    """Refuse the negative count of an internal gear, which ISO 21771 writes so."""
+    """Take numpy's integers too; refuse the negative count of an internal gear, which ISO 21771 writes so."""
+    teeth = int(teeth) if isinstance(teeth, np.integer) else teeth
     if isinstance(teeth, int) and teeth < 0:
         raise InputError("", teeth, "internal gears are not there yet: must be at least 5")
     return teeth
