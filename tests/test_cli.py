@@ -147,8 +147,9 @@ def test_version(run):
 
 
 @pytest.mark.parametrize("command", ["simulate", "robust", "plan", "doctor"])
-def test_help_shows_what_a_command_is_for(run, command):
-    code, out, _ = run(command, "--help")
+@pytest.mark.parametrize("option", ["--help", "-h"])
+def test_help_shows_what_a_command_is_for(run, command, option):
+    code, out, _ = run(command, option)
     assert code == 0
     assert "Example" in out or command == "doctor"
 

@@ -34,6 +34,7 @@ EXTRAS |= {"pymoo": "optimise", "distributed": "optimise", "dask": "optimise", "
 app = typer.Typer(
     name="gearbench",
     no_args_is_help=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
     help="Static transmission error and mesh stiffness of involute gear pairs, and how robust they are.",
