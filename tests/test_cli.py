@@ -15,6 +15,8 @@ import xarray as xr
 from gearbench import __version__
 from gearbench.doctor import Finding
 from gearbench.library.garambois2017 import case, gear
+from gearbench.results.netcdf import load
+from gearbench.scene_file import load_scene
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
@@ -49,6 +51,17 @@ def test_simulate_prints_a_table_and_writes_the_dataset(run, tmp_path):
         for name in ("scene_sha256", "versions", "git_revision", "wall_time_s", "host"):
             assert name in dataset.attrs
     assert [path.name for path in tmp_path.iterdir()] == ["case1.nc"]
+
+
+def test_the_torque_of_the_command_line_takes_the_place_of_the_files(run, tmp_path):
+    scene, other, target = tmp_path / "a.toml", tmp_path / "b.toml", tmp_path / "o.nc"
+    scene.write_text(GOOD, encoding="utf-8")
+    other.write_text(GOOD.replace("torque = 10.0", "torque = 200.0"), encoding="utf-8")
+    assert run("simulate", scene, "--torque", 200, "-q", "-o", target) == (0, "", "")
+    assert load(target).attrs["scene_sha256"] == load_scene(other).digest
+    code, _, err = run("simulate", scene, "--torque", -1)
+    assert (code, err.count("\n")) == (2, 1)
+    assert "--torque" in err
 
 
 def test_json_is_one_object_with_every_scalar(run):

@@ -24,7 +24,9 @@ StageName = Annotated[
 ]
 Torque = Annotated[
     float | None,
-    typer.Option(metavar="T", help="Torque on the driving gear of a REXS stage [N·m], instead of the file's."),
+    typer.Option(
+        metavar="T", help="Torque on the pinion, or the driving gear of a REXS stage [N·m], instead of the file's."
+    ),
 ]
 LoadCase = Annotated[int | None, typer.Option(metavar="N", help="Load case of a REXS file; the first by default.")]
 SceneOut = Annotated[
@@ -58,10 +60,21 @@ def load_any(
         return scene_of(document, found), found.notes
     from gearbench.scene_file import load_scene
 
-    for name, value in (("stage", stage), ("torque", torque), ("load-case", load_case)):
+    for name, value in (("stage", stage), ("load-case", load_case)):
         if value is not None:
             raise InputError(f"--{name}", value, "only for REXS files: a scene file says so itself", str(path))
-    return load_scene(path), ()
+    loaded = load_scene(path)
+    return (loaded if torque is None else with_torque(loaded, torque)), ()
+
+
+def with_torque(scene: Scene, torque: float) -> Scene:
+    """``scene`` under the torque of the command line."""
+    from dataclasses import replace
+
+    from gearbench.scene import Load
+    from gearbench.schema import read
+
+    return replace(scene, load=read(Load, {"torque": torque}, "--torque"))
 
 
 def rexs(
