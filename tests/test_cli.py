@@ -70,6 +70,16 @@ def test_json_is_one_object_with_every_scalar(run):
     assert code == 0
     assert summary["mesh_stiffness_rms"] == pytest.approx(18.3, abs=0.5)
     assert summary["transmission_error_rms"] == pytest.approx(0.495, abs=0.015)
+    assert summary["units"]["transmission_error_rms"] == "µm"
+    assert set(summary["units"]) <= set(summary)
+    assert 0 <= summary["equilibrium_residual_max"] < 1e-9
+    assert 0 <= summary["complementarity_residual_max"] < 1e-9
+
+
+def test_json_says_the_accuracy(run):
+    summary = json.loads(run("simulate", EXAMPLES / "sc.toml", "--accuracy", "1%", "--json")[1])
+    assert summary["accuracy_requested"] == 0.01
+    assert 0 < summary["accuracy_estimated"] <= 0.01
 
 
 @pytest.mark.parametrize("command", ["simulate", "plan"])

@@ -21,10 +21,18 @@ def scalars(dataset: xr.Dataset) -> dict[str, float]:
 
 
 def print_json(scene: Scene, dataset: xr.Dataset, **more: object) -> None:
-    """Print scene name, hash, support and all scalars of the Dataset as one JSON object."""
+    """Print scene name, hash, support and all scalars of the Dataset as one JSON object, with their units.
+
+    Beside them the largest residuals of the contact solution and the accuracy, where the Dataset holds them.
+    """
     head = {"name": scene.name, "scene_sha256": scene.digest, "support": support(scene)}
     head["wall_time_s"] = dataset.attrs["wall_time_s"]
-    print_mapping({**head, **more, **scalars(dataset)})
+    head |= {key: value for key, value in dataset.attrs.items() if key.startswith("accuracy_")}
+    values = scalars(dataset)
+    head["units"] = {name: dataset[name].attrs.get("units", "1") for name in values}
+    residuals = [str(name) for name in dataset.data_vars if str(name).endswith("_residual")]
+    head |= {f"{name}_max": float(dataset[name].max()) for name in residuals}
+    print_mapping({**head, **more, **values})
 
 
 def print_mapping(mapping: Mapping[str, Any]) -> None:
