@@ -37,6 +37,11 @@ def test_each_stage_of_a_real_gearbox_simulates_in_one_command(run, tmp_path, st
         assert float(dataset["equilibrium_residual"].max()) < 1e-9
 
 
+def test_a_stage_chosen_by_its_id_is_named(run):
+    notes = {stage: json.loads(run("simulate", SEW, "--stage", stage, "--json")[1])["notes"] for stage in ("1", "6")}
+    assert notes["6"] == ["6 is the id of stage 1", *notes["1"]]
+
+
 def test_the_list_shows_all_stages(run):
     code, out, _ = run("rexs", SEW)
     assert code == 0

@@ -56,8 +56,10 @@ def load_any(
         from gearbench.exchange.rexs_document import read_rexs
 
         document = read_rexs(path)
-        found = stage_scene(document, find_stage(document, stage), torque=torque, load_case=load_case)
-        return scene_of(document, found), found.notes
+        chosen = find_stage(document, stage)
+        found = stage_scene(document, chosen, torque=torque, load_case=load_case)
+        by_id = (f"{stage} is the id of stage {chosen.number}",) if stage not in (None, str(chosen.number)) else ()
+        return scene_of(document, found), (*by_id, *found.notes)
     from gearbench.scene_file import load_scene
 
     for name, value in (("stage", stage), ("load-case", load_case)):
