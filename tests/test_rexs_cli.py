@@ -60,6 +60,16 @@ def test_the_list_says_what_a_stage_lacks(run, tmp_path):
     assert "component 10.center_distance = missing" in out
 
 
+@pytest.mark.parametrize(("name", "value"), [("tip_diameter", 1.0), ("root_diameter", 900.0)])
+def test_a_circle_on_the_wrong_side_is_named_as_in_the_file(run, tmp_path, name, value):
+    text = NEW.read_text()
+    path = tmp_path / "circle.rexs"
+    path.write_text(re.sub(rf'(<attribute id="{name}"[^>]*>)[^<]*', rf"\g<1>{value}", text))
+    code, _, err = run("simulate", path)
+    assert code == 2
+    assert re.fullmatch(rf"gearbench: {re.escape(str(path))}: component \d+\.{name} = {value:g}: must be [^\n]+\n", err)
+
+
 def test_a_stage_becomes_a_scene_file(run, tmp_path):
     target = tmp_path / "stage2.toml"
     assert run("rexs", SEW, "--scene", 2, target)[0] == 0
