@@ -15,6 +15,7 @@ import xarray as xr
 from gearbench import __version__
 from gearbench.doctor import Finding
 from gearbench.library.garambois2017 import case, gear
+from gearbench.plotting import density
 from gearbench.results.netcdf import load
 from gearbench.scene_file import load_scene
 
@@ -134,6 +135,13 @@ def test_plots_are_drawn_where_asked(run, tmp_path):
         "contributions.png", "density.png", "load_distribution.png", "order_spectrum.png", "ste_and_stiffness.png",
     ]  # fmt: skip
     assert all(path.stat().st_size > 10_000 for path in tmp_path.rglob("*.png"))
+
+
+def test_no_line_runs_through_the_legend_of_a_density(run, tmp_path):
+    run("robust", EXAMPLES / "gear55_robust.toml", "--samples", 16, "-o", tmp_path / "r.nc", "-q")
+    axes = density(load(tmp_path / "r.nc"), "mesh_stiffness_rms")
+    axes.figure.canvas.draw()
+    assert axes.get_legend().get_window_extent().y0 >= axes.get_window_extent().y1
 
 
 def test_plan_lists_what_runs_and_nothing_else(run):
