@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from difflib import get_close_matches
+
 
 class InputError(ValueError):
     """Input that cannot be simulated.
@@ -35,6 +39,22 @@ class InputError(ValueError):
     def in_file(self, file: str) -> InputError:
         """Return the same error naming the file."""
         return InputError(self.key, self.value, self.allowed, file)
+
+
+@contextmanager
+def naming(file: object) -> Iterator[None]:
+    """Let every ``InputError`` of the block that names no file name this one."""
+    try:
+        yield
+    except InputError as error:
+        raise error if error.file else error.in_file(str(file)) from None
+
+
+def one_of(name: str, names: Iterable[str]) -> str:
+    """The names allowed in place of ``name``, the one it comes close to first."""
+    names = list(names)
+    close = get_close_matches(name, names, n=1)
+    return "".join(f"did you mean {match}? " for match in close) + f"allowed: {', '.join(names)}"
 
 
 class GearbenchError(RuntimeError):

@@ -109,7 +109,8 @@ def density(dataset: xr.Dataset, name: str, axes: Axes | None = None, colour: st
     axes.axvline(values.max(), color=GREY, lw=1, ls="--", label=f"maximum {values.max():.3g} {attrs['units']}")
     axes.set_xlabel(f"{attrs['symbol']} [{attrs['units']}]")
     axes.set_ylabel(f"density [1/{attrs['units']}]")
-    axes.legend(frameon=False)
+    # above the axes, where no line runs through it
+    axes.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     return axes
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from gearbench.effects.files import content, files_in, in_folder
 from gearbench.effects.registry import RENAMED, effect_class, effect_names
-from gearbench.errors import InputError
+from gearbench.errors import InputError, one_of
 from gearbench.geometry.pair import Pair
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.schema import Key, as_table, keys, make, read, read_toml
@@ -88,14 +88,14 @@ def table_class(table: str) -> type:
         if name in RENAMED:
             raise InputError(table, "old name", f"write {RENAMED[name]}")
         if name not in effect_names():
-            raise InputError(table, "unknown effect", f"allowed: {', '.join(effect_names())}")
+            raise InputError(table, "unknown effect", one_of(name, effect_names()))
         return effect_class(name)
     if table == "system":
         from gearbench.system.schema import System
 
         return System
     if table not in TABLES:
-        raise InputError(table, "unknown key", f"allowed: {', '.join((*TABLES, 'effects', 'system'))}")
+        raise InputError(table, "unknown key", one_of(table, (*TABLES, "effects", "system")))
     return TABLES[table]
 
 

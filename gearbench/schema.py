@@ -18,7 +18,7 @@ from typing import Any, TypeVar, get_args, get_type_hints
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
-from gearbench.errors import InputError
+from gearbench.errors import InputError, one_of
 
 T = TypeVar("T")
 
@@ -232,5 +232,5 @@ def _one_line(faults: list[Any], kind: type) -> InputError:
             if isinstance(part, int):  # of a list, whose items the key before it names
                 continue
             kind = keys(kind)[str(part)].table or kind
-        return InputError(key, "unknown key", f"allowed: {', '.join(keys(kind))}")
+        return InputError(key, "unknown key", one_of(str(fault["loc"][-1]), keys(kind)))
     return InputError(key, repr(fault["input"]), _message(fault))

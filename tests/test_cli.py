@@ -13,7 +13,11 @@ import pytest
 import xarray as xr
 
 from gearbench import __version__
+from gearbench.doctor import Finding
 from gearbench.library.garambois2017 import case, gear
+from gearbench.plotting import density
+from gearbench.results.netcdf import load
+from gearbench.scene_file import load_scene
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
@@ -50,12 +54,43 @@ def test_simulate_prints_a_table_and_writes_the_dataset(run, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["case1.nc"]
 
 
+def test_the_torque_of_the_command_line_takes_the_place_of_the_files(run, tmp_path):
+    scene, other, target = tmp_path / "a.toml", tmp_path / "b.toml", tmp_path / "o.nc"
+    scene.write_text(GOOD, encoding="utf-8")
+    other.write_text(GOOD.replace("torque = 10.0", "torque = 200.0"), encoding="utf-8")
+    assert run("simulate", scene, "--torque", 200, "-q", "-o", target) == (0, "", "")
+    assert load(target).attrs["scene_sha256"] == load_scene(other).digest
+    code, _, err = run("simulate", scene, "--torque", -1)
+    assert (code, err.count("\n")) == (2, 1)
+    assert "--torque" in err
+
+
 def test_json_is_one_object_with_every_scalar(run):
     code, out, _ = run("simulate", EXAMPLES / "sc.toml", "--json")
     summary = json.loads(out)
     assert code == 0
     assert summary["mesh_stiffness_rms"] == pytest.approx(18.3, abs=0.5)
     assert summary["transmission_error_rms"] == pytest.approx(0.495, abs=0.015)
+    assert summary["units"]["transmission_error_rms"] == "µm"
+    assert set(summary["units"]) <= set(summary)
+    assert 0 <= summary["equilibrium_residual_max"] < 1e-9
+    assert 0 <= summary["complementarity_residual_max"] < 1e-9
+
+
+def test_json_says_the_accuracy(run):
+    summary = json.loads(run("simulate", EXAMPLES / "sc.toml", "--accuracy", "1%", "--json")[1])
+    assert summary["accuracy_requested"] == 0.01
+    assert 0 < summary["accuracy_estimated"] <= 0.01
+
+
+@pytest.mark.parametrize("command", ["simulate", "plan"])
+@pytest.mark.parametrize("name", ["a [/b] c", "gear [red]A[/red]", "gear :gear: B"])
+def test_names_are_text(run, tmp_path, command, name):
+    scene = tmp_path / "scene.toml"
+    scene.write_text(f'name = "{name}"\n{GOOD}', encoding="utf-8")
+    code, out, err = run(command, scene)
+    assert (code, err) == (0, "")
+    assert f"{name}: spur" in out
 
 
 def test_quiet_prints_nothing(run, tmp_path):
@@ -102,6 +137,13 @@ def test_plots_are_drawn_where_asked(run, tmp_path):
     assert all(path.stat().st_size > 10_000 for path in tmp_path.rglob("*.png"))
 
 
+def test_no_line_runs_through_the_legend_of_a_density(run, tmp_path):
+    run("robust", EXAMPLES / "gear55_robust.toml", "--samples", 16, "-o", tmp_path / "r.nc", "-q")
+    axes = density(load(tmp_path / "r.nc"), "mesh_stiffness_rms")
+    axes.figure.canvas.draw()
+    assert axes.get_legend().get_window_extent().y0 >= axes.get_window_extent().y1
+
+
 def test_plan_lists_what_runs_and_nothing_else(run):
     code, out, _ = run("plan", EXAMPLES / "sc.toml")
     assert code == 0
@@ -123,13 +165,22 @@ def test_doctor_is_content_where_the_tests_run(run):
     assert "numba" in out
 
 
+def test_doctor_names_the_extra_that_brings_a_missing_package(run, monkeypatch):
+    remedy = "pip install 'gearbench[fem]'"
+    missing = Finding("gmsh", "not installed", False, needed=False, remedy=remedy)
+    monkeypatch.setattr("gearbench.doctor.examine", lambda: [missing])
+    code, out, _ = run("doctor")
+    assert (code, out) == (0, f"none gmsh: not installed\n       {remedy}\n")
+
+
 def test_version(run):
     assert run("--version") == (0, f"gearbench {__version__}\n", "")
 
 
 @pytest.mark.parametrize("command", ["simulate", "robust", "plan", "doctor"])
-def test_help_shows_what_a_command_is_for(run, command):
-    code, out, _ = run(command, "--help")
+@pytest.mark.parametrize("option", ["--help", "-h"])
+def test_help_shows_what_a_command_is_for(run, command, option):
+    code, out, _ = run(command, option)
     assert code == 0
     assert "Example" in out or command == "doctor"
 
@@ -137,14 +188,16 @@ def test_help_shows_what_a_command_is_for(run, command):
 #: What is replaced by what in the good scene, the key that must be named, and what else must be said.
 PINION = "teeth = 38\n[pair.wheel]"
 BAD = {
-    "unknown key": ("face_width = 8.0", "face_widht = 8.0", "pair.face_widht", None),
-    "unknown table": ("[load]", "[lod]", "lod", None),
-    "unknown effect": ("[effects.hertz]", "[effects.herz]", "effects.herz", "hertz"),
+    "unknown key": ("face_width = 8.0", "face_widht = 8.0", "pair.face_widht", "did you mean face_width?"),
+    "American key": ("centre_distance", "center_distance", "pair.center_distance", "did you mean centre_distance?"),
+    "unknown table": ("[load]", "[lod]", "lod", "did you mean load?"),
+    "unknown effect": ("[effects.hertz]", "[effects.herz]", "effects.herz", "did you mean hertz?"),
     "module in metres": ("normal_module = 1.0", "normal_module = 0.001", "pair.normal_module", "0.001"),
     "distance in metres": ("centre_distance = 38.0", "centre_distance = 0.038", "pair.centre_distance", "0.038"),
     "width in metres": ("face_width = 8.0", "face_width = 0.008", "pair.face_width", "0.008"),
     "modulus in MPa": ("[load]", "[pair.material]\nyoungs_modulus = 210000.0\n[load]", "youngs_modulus", "210000"),
     "few teeth": ("teeth = 38\n[pair.wheel]", "teeth = 4\n[pair.wheel]", "pair.pinion.teeth", "4"),
+    "internal gear": ("teeth = 38\n[pair.wheel]", "teeth = -38\n[pair.wheel]", "pair.pinion.teeth = -38:", "internal gear"),
     "teeth of text": ("teeth = 38\n[pair.wheel]", 'teeth = "38"\n[pair.wheel]', "pair.pinion.teeth", "38"),
     "half a tooth": ("teeth = 38\n[pair.wheel]", "teeth = 37.5\n[pair.wheel]", "pair.pinion.teeth", "37.5"),
     "distance too small": ("centre_distance = 38.0", "centre_distance = 35.0", "pair.centre_distance", "35"),
@@ -227,6 +280,13 @@ def test_outputs_that_cannot_be_written_are_refused_before_computing(run, tmp_pa
     assert err.count("\n") == 1
 
 
+def test_results_are_not_written_under_the_name_of_another_format(run, tmp_path):
+    target = tmp_path / "x.csv"
+    code, _, err = run("simulate", EXAMPLES / "sc.toml", "-o", target)
+    assert (code, err) == (2, f"gearbench: output = {target}: must end in .nc: results are written as netCDF\n")
+    assert not target.exists()
+
+
 def test_a_full_disk_leaves_the_earlier_file(run, tmp_path, monkeypatch):
     import gearbench.files
 
@@ -248,12 +308,14 @@ def test_a_full_disk_leaves_the_earlier_file(run, tmp_path, monkeypatch):
 def test_robust_without_random_errors_says_what_is_missing(run):
     code, _, err = run("robust", EXAMPLES / "sc.toml")
     assert code == 2
+    assert err.startswith(f"gearbench: {EXAMPLES / 'sc.toml'}: effects")
     assert "manufacturing_errors" in err
 
 
 def test_usage_errors_exit_with_2(run):
     assert run("simulate")[0] == 2
     assert run("robust", EXAMPLES / "sc.toml", "--samples", 0)[0] == 2
+    assert run("robust", EXAMPLES / "gear55_robust.toml", "--samples", 1)[0] == 2  # has no scatter
     assert run("no-such-command")[0] == 2
 
 

@@ -177,7 +177,7 @@ def test_json_summaries(run, study, tmp_path):
     front = tmp_path / "front"
     calls = {
         "simulate": (EXAMPLES / "sc.toml", "-o", tmp_path / "sc.nc"),
-        "robust": (EXAMPLES / "gear55_robust.toml", "--samples", 1, "-o", tmp_path / "robust.nc"),
+        "robust": (EXAMPLES / "gear55_robust.toml", "--samples", 2, "-o", tmp_path / "robust.nc"),
         "plan": (EXAMPLES / "sc.toml",),
         "optimise": (study, "-o", front),
         "select": (front, "--csv", tmp_path / "left.csv"),

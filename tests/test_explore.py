@@ -25,6 +25,11 @@ from gearbench.simulation import simulate, solve_scene
 from tests.explore_designs import EXAMPLES, front, stored
 
 
+def test_a_missing_result_is_one_plain_line(run, tmp_path):
+    missing = tmp_path / "nothing"
+    assert run("explore", missing) == (2, "", f"gearbench: {missing}: no such file\n")
+
+
 @pytest.fixture(scope="module")
 def robust_scene():
     return load_scene(EXAMPLES / "gear55_robust.toml")

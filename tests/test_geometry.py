@@ -306,3 +306,10 @@ def test_tooth_that_undercut_cuts_off_is_refused():
     assert 0 < gear(teeth=3).neck < gear(teeth=4).neck
     with pytest.raises(InputError, match="cuts the tooth off"):
         gear(teeth=3, x=-0.2)
+
+
+@pytest.mark.parametrize("kind", [np.int64, np.uint8])
+def test_counts_of_teeth_may_come_from_arrays(kind):
+    member = Member(teeth=kind(23))
+    assert member == Member(teeth=23)
+    assert type(member.teeth) is int

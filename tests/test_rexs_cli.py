@@ -37,6 +37,11 @@ def test_each_stage_of_a_real_gearbox_simulates_in_one_command(run, tmp_path, st
         assert float(dataset["equilibrium_residual"].max()) < 1e-9
 
 
+def test_a_stage_chosen_by_its_id_is_named(run):
+    notes = {stage: json.loads(run("simulate", SEW, "--stage", stage, "--json")[1])["notes"] for stage in ("1", "6")}
+    assert notes["6"] == ["6 is the id of stage 1", *notes["1"]]
+
+
 def test_the_list_shows_all_stages(run):
     code, out, _ = run("rexs", SEW)
     assert code == 0
@@ -53,6 +58,16 @@ def test_the_list_says_what_a_stage_lacks(run, tmp_path):
     code, out, _ = run("rexs", path)
     assert code == 0
     assert "component 10.center_distance = missing" in out
+
+
+@pytest.mark.parametrize(("name", "value"), [("tip_diameter", 1.0), ("root_diameter", 900.0)])
+def test_a_circle_on_the_wrong_side_is_named_as_in_the_file(run, tmp_path, name, value):
+    text = NEW.read_text()
+    path = tmp_path / "circle.rexs"
+    path.write_text(re.sub(rf'(<attribute id="{name}"[^>]*>)[^<]*', rf"\g<1>{value}", text))
+    code, _, err = run("simulate", path)
+    assert code == 2
+    assert re.fullmatch(rf"gearbench: {re.escape(str(path))}: component \d+\.{name} = {value:g}: must be [^\n]+\n", err)
 
 
 def test_a_stage_becomes_a_scene_file(run, tmp_path):

@@ -27,9 +27,14 @@ from gearbench.errors import GearbenchError, InputError
 #: 0 done, 1 failed, 2 bad input, 130 interrupted.
 FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
 
+#: Modules that an extra brings.
+EXTRAS = {"skfem": "fem", "gmsh": "fem", "meshio": "fem", "platformdirs": "fem"}
+EXTRAS |= {"pymoo": "optimise", "distributed": "optimise", "dask": "optimise", "bokeh": "explore"}
+
 app = typer.Typer(
     name="gearbench",
     no_args_is_help=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
     help="Static transmission error and mesh stiffness of involute gear pairs, and how robust they are.",
@@ -75,6 +80,10 @@ def main() -> None:
         app()
     except InputError as error:
         _end(error, BAD_INPUT)
+    except ModuleNotFoundError as error:
+        module = (error.name or "").partition(".")[0]
+        extra = EXTRAS.get(module)
+        _end(f"{module} is not installed: pip install 'gearbench[{extra}]'" if extra else error, FAILED)
     except (GearbenchError, OSError, ImportError) as error:
         _end(error, FAILED)
     except KeyboardInterrupt:

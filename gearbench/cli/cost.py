@@ -82,17 +82,17 @@ def _print_json(scene: Scene, dataset: xr.Dataset, written: list[Path]) -> None:
 def _print(scene: Scene, dataset: xr.Dataset, written: list[Path]) -> None:
     from rich.console import Console
 
-    from gearbench.cli.summary import pair_line
+    from gearbench.cli.summary import console, pair_line
 
     # no narrower than the table, so that nothing of it is cut where the output is no terminal
-    console = Console(soft_wrap=True, width=max(110, Console().width))
-    console.print(_table(pair_line(scene), dataset))
-    console.print("error: the largest of mean STE, RMS STE, mean k, RMS k, relative; ±: of its reference")
-    console.print("order: of each of the four, – where errors are not clear of their reference")
-    console.print("time, memory: of a run with the other knobs as in the scene; medians")
+    out = console(width=max(110, Console().width))
+    out.print(_table(pair_line(scene), dataset))
+    out.print("error: the largest of mean STE, RMS STE, mean k, RMS k, relative; ±: of its reference")
+    out.print("order: of each of the four, – where errors are not clear of their reference")
+    out.print("time, memory: of a run with the other knobs as in the scene; medians")
     if "compliance_error" in dataset:
-        console.print("meshes by cells across the tooth; compliance: error of the flanks' compliance, and its order")
-        console.print("finite elements: of a process of its own, both gears meshed and solved, memory beside libraries")
+        out.print("meshes by cells across the tooth; compliance: error of the flanks' compliance, and its order")
+        out.print("finite elements: of a process of its own, both gears meshed and solved, memory beside libraries")
     for path in written:
         print(f"wrote {path}")
 

@@ -32,11 +32,13 @@ def doctor(quiet: Quiet = False, verbose: Verbose = False, json: Json = False) -
 
 
 def _print_findings(findings: list[Finding]) -> None:
-    from rich.console import Console
+    from rich.text import Text
 
-    console = Console(soft_wrap=True)
+    from gearbench.cli.summary import console
+
+    out = console()
     for finding in findings:
-        mark = "[green]ok  [/]" if finding.fine else "[red]miss[/]" if finding.needed else "[yellow]none[/]"
-        console.print(f"{mark} {finding.name}: {finding.found}", highlight=False)
+        mark, colour = ("ok  ", "green") if finding.fine else ("miss", "red") if finding.needed else ("none", "yellow")
+        out.print(Text(mark, colour), f"{finding.name}: {finding.found}", highlight=False)
         if not finding.fine and finding.remedy:
-            console.print(f"       {finding.remedy}", highlight=False)
+            out.print(f"       {finding.remedy}", highlight=False)

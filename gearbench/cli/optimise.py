@@ -125,9 +125,9 @@ def _print_summary(name: str, dataset: xr.Dataset, folder: Path) -> None:
 
 def _print_front(dataset: xr.Dataset) -> None:
     """At most twelve designs of the front, from one end to the other."""
-    from rich.console import Console
     from rich.table import Table
 
+    from gearbench.cli.summary import console
     from gearbench.optimisation.designs import Designs
 
     on_front = dataset["on_front"].values.nonzero()[0]
@@ -143,7 +143,7 @@ def _print_front(dataset: xr.Dataset) -> None:
         row = front.isel(design=number)
         values = [f"{row[v].item():g}" if row[v].dtype.kind in "if" else str(row[v].item()) for v in names]
         table.add_row(*values, *(f"{x:.4g}" for x in row["objective"].values))
-    Console(soft_wrap=True).print(table)
+    console().print(table)
 
 
 def _heading(number: int, label: str) -> str:

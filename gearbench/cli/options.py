@@ -14,13 +14,24 @@ from gearbench.cli.log import begin
 if TYPE_CHECKING:
     from gearbench.scene import Scene
 
+
+def _netcdf(path: Path | None) -> Path | None:
+    """Refuse the name of another kind of file for a Dataset."""
+    from gearbench.errors import InputError
+
+    if path is not None and path.suffix.lower() not in ("", ".nc", ".nc4"):
+        raise InputError("output", str(path), "must end in .nc: results are written as netCDF")
+    return path
+
+
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (TOML).", show_default=False)]
 Stored = Annotated[
     Path, typer.Argument(metavar="DIR|FRONT.nc", help="Folder or front of an optimisation.", show_default=False)
 ]
 Threads = Annotated[int | None, typer.Option(min=1, help="Threads; all processors by default.")]
 Output = Annotated[
-    Path | None, typer.Option("--output", "-o", metavar="OUT.nc", help="Write the Dataset to this netCDF file.")
+    Path | None,
+    typer.Option("--output", "-o", metavar="OUT.nc", callback=_netcdf, help="Write the Dataset to this netCDF file."),
 ]
 Plots = Annotated[Path | None, typer.Option("--plots", metavar="DIR", help="Draw PNG plots into this folder.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]

@@ -12,7 +12,7 @@ def plan(scene: SceneFile, quiet: Quiet = False, verbose: Verbose = False, json:
     """
     from dataclasses import asdict
 
-    from gearbench.cli.summary import pair_line, print_mapping
+    from gearbench.cli.summary import console, pair_line, print_mapping
     from gearbench.effort.plan import plan as plan_of
     from gearbench.scene_file import load_scene
 
@@ -23,16 +23,15 @@ def plan(scene: SceneFile, quiet: Quiet = False, verbose: Verbose = False, json:
         return
     if quiet:
         return
-    from rich.console import Console
     from rich.table import Table
 
-    console = Console(soft_wrap=True)
+    out = console()
     table = Table(title=pair_line(loaded), title_justify="left", title_style="bold", box=None, pad_edge=False)
     for name in ("part", "does", "size", "time"):
         table.add_column(name, justify="right" if name == "time" else "left")
     for part in made.parts:
         table.add_row(part.name, part.does, part.size, f"{1e3 * part.seconds:.2f} ms" if part.seconds else "")
-    console.print(table)
-    console.print(f"simulate, predicted: {1e3 * made.seconds:.1f} ms, {made.megabytes:.1f} MB")
+    out.print(table)
+    out.print(f"simulate, predicted: {1e3 * made.seconds:.1f} ms, {made.megabytes:.1f} MB")
     if made.robust_seconds:
-        console.print(f"robust, predicted: {1e3 * made.robust_seconds:.1f} ms")
+        out.print(f"robust, predicted: {1e3 * made.robust_seconds:.1f} ms")

@@ -47,6 +47,7 @@ def response(
     Example: gearbench response examples/shafts.toml --speed 500:6000 -o response.nc --plots plots
     """
     from gearbench.cli import summary
+    from gearbench.errors import naming
     from gearbench.files import check_target
     from gearbench.results.netcdf import save
 
@@ -60,7 +61,8 @@ def response(
         from gearbench.dynamics.nonlinear import nonlinear_response as run
     else:
         from gearbench.dynamics.analysis import response as run
-    dataset = run(loaded, speed=speeds, harmonics=harmonics)
+    with naming(scene):
+        dataset = run(loaded, speed=speeds, harmonics=harmonics)
     written = [save(dataset, output)] if output is not None else []
     if folder is not None:
         from gearbench.dynamics.figures import draw_response

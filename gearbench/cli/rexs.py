@@ -24,7 +24,9 @@ StageName = Annotated[
 ]
 Torque = Annotated[
     float | None,
-    typer.Option(metavar="T", help="Torque on the driving gear of a REXS stage [N·m], instead of the file's."),
+    typer.Option(
+        metavar="T", help="Torque on the pinion, or the driving gear of a REXS stage [N·m], instead of the file's."
+    ),
 ]
 LoadCase = Annotated[int | None, typer.Option(metavar="N", help="Load case of a REXS file; the first by default.")]
 SceneOut = Annotated[
@@ -54,14 +56,27 @@ def load_any(
         from gearbench.exchange.rexs_document import read_rexs
 
         document = read_rexs(path)
-        found = stage_scene(document, find_stage(document, stage), torque=torque, load_case=load_case)
-        return scene_of(document, found), found.notes
+        chosen = find_stage(document, stage)
+        found = stage_scene(document, chosen, torque=torque, load_case=load_case)
+        by_id = (f"{stage} is the id of stage {chosen.number}",) if stage not in (None, str(chosen.number)) else ()
+        return scene_of(document, found), (*by_id, *found.notes)
     from gearbench.scene_file import load_scene
 
-    for name, value in (("stage", stage), ("torque", torque), ("load-case", load_case)):
+    for name, value in (("stage", stage), ("load-case", load_case)):
         if value is not None:
             raise InputError(f"--{name}", value, "only for REXS files: a scene file says so itself", str(path))
-    return load_scene(path), ()
+    loaded = load_scene(path)
+    return (loaded if torque is None else with_torque(loaded, torque)), ()
+
+
+def with_torque(scene: Scene, torque: float) -> Scene:
+    """``scene`` under the torque of the command line."""
+    from dataclasses import replace
+
+    from gearbench.scene import Load
+    from gearbench.schema import read
+
+    return replace(scene, load=read(Load, {"torque": torque}, "--torque"))
 
 
 def rexs(
@@ -128,8 +143,9 @@ def _list(document: RexsDocument, torque: float | None, load_case: int | None, *
 
         print_mapping({"file": str(document.path), "version": document.version, "stages": rows})
         return
-    from rich.console import Console
     from rich.table import Table
+
+    from gearbench.cli.summary import console
 
     title = f"{document.path.name}, REXS {document.version}"
     table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
@@ -137,11 +153,11 @@ def _list(document: RexsDocument, torque: float | None, load_case: int | None, *
         table.add_column(heading, justify="left" if name == "name" else "right", no_wrap=True)
     for row in rows:
         table.add_row(*(_shown(row.get(name)) for name in _COLUMNS))
-    console = Console(soft_wrap=True, width=None if sys.stdout.isatty() else 120)
-    console.print(table)
+    out = console(width=None if sys.stdout.isatty() else 120)
+    out.print(table)
     for row in rows:
         for note in row["notes"]:
-            console.print(f"stage {row['stage']}: {note}", markup=False, highlight=False)
+            out.print(f"stage {row['stage']}: {note}", highlight=False)
 
 
 #: Column of the list → its heading.

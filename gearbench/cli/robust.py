@@ -23,7 +23,7 @@ from gearbench.cli.options import (
     with_accuracy,
 )
 
-Samples = Annotated[int | None, typer.Option(min=1, help="Number of error samples; 1000 unless chosen by accuracy.")]
+Samples = Annotated[int | None, typer.Option(min=2, help="Number of error samples; 1000 unless chosen by accuracy.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of the samples.")]
 SamplerName = Annotated[Literal["sobol", "random", "latin_hypercube"], typer.Option(help="How samples are drawn.")]
 
@@ -51,6 +51,7 @@ def robust(
     Example: gearbench robust examples/gear55_robust.toml --samples 1000 -o robust.nc --plots plots
     """
     from gearbench.cli import summary
+    from gearbench.errors import naming
     from gearbench.files import check_target
     from gearbench.results.netcdf import save
     from gearbench.robustness.montecarlo import SAMPLES
@@ -62,7 +63,7 @@ def robust(
         check_target(output)
     folder = plot_folder(plots)
     wanted = samples or (None if loaded.resolution.accuracy is not None else SAMPLES)
-    with _progress(wanted, shown=shows_progress(quiet=quiet, json=json)) as advance:
+    with _progress(wanted, shown=shows_progress(quiet=quiet, json=json)) as advance, naming(scene):
         more: dict[str, Any] = {"sampler": sampler, "threads": threads, "responses": response or ()}
         dataset = run(loaded, samples=samples, seed=seed, progress=advance, **more)
     written = [save(dataset, output)] if output is not None else []

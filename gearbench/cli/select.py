@@ -115,9 +115,9 @@ def _print_list(selection: Selection, top: int) -> None:
     """How many designs each condition left, and the best of those that remain."""
     import re
 
-    from rich.console import Console
     from rich.table import Table
 
+    from gearbench.cli.summary import console
     from gearbench.optimisation.listing import heading, ranking_text
 
     for condition, left in selection.steps:
@@ -137,4 +137,4 @@ def _print_list(selection: Selection, top: int) -> None:
     for row in zip(*(columns[name] for name in names), strict=True):
         table.add_row(*(f"{x:.4g}" if isinstance(x, float) else str(x) for x in (value.item() for value in row)))
     # wider than any list: a number cut short would be another number
-    Console(width=400, soft_wrap=True).print(table)
+    console(width=400).print(table)

@@ -26,6 +26,7 @@ def simulate(
     """
     from gearbench.cli import summary
     from gearbench.contact.off_line import advice
+    from gearbench.errors import naming
     from gearbench.files import check_target
     from gearbench.results.netcdf import save
     from gearbench.simulation import simulate as run
@@ -34,7 +35,8 @@ def simulate(
     if output is not None:
         check_target(output)
     folder = plot_folder(plots)
-    dataset = run(with_accuracy(loaded, accuracy))
+    with naming(scene):
+        dataset = run(with_accuracy(loaded, accuracy))
     if (missed := advice(loaded, dataset)) is not None:
         dataset.attrs["off_line_contact"] = missed
         notes = (*notes, missed)

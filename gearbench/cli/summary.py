@@ -12,6 +12,7 @@ from gearbench.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
+    from rich.console import Console
 
 
 def scalars(dataset: xr.Dataset) -> dict[str, float]:
@@ -20,10 +21,18 @@ def scalars(dataset: xr.Dataset) -> dict[str, float]:
 
 
 def print_json(scene: Scene, dataset: xr.Dataset, **more: object) -> None:
-    """Print scene name, hash, support and all scalars of the Dataset as one JSON object."""
+    """Print scene name, hash, support and all scalars of the Dataset as one JSON object, with their units.
+
+    Beside them the largest residuals of the contact solution and the accuracy, where the Dataset holds them.
+    """
     head = {"name": scene.name, "scene_sha256": scene.digest, "support": support(scene)}
     head["wall_time_s"] = dataset.attrs["wall_time_s"]
-    print_mapping({**head, **more, **scalars(dataset)})
+    head |= {key: value for key, value in dataset.attrs.items() if key.startswith("accuracy_")}
+    values = scalars(dataset)
+    head["units"] = {name: dataset[name].attrs.get("units", "1") for name in values}
+    residuals = [str(name) for name in dataset.data_vars if str(name).endswith("_residual")]
+    head |= {f"{name}_max": float(dataset[name].max()) for name in residuals}
+    print_mapping({**head, **more, **values})
 
 
 def print_mapping(mapping: Mapping[str, Any]) -> None:
@@ -59,9 +68,15 @@ def accuracy_line(dataset: xr.Dataset) -> str:
     )
 
 
+def console(**options: Any) -> Console:
+    """A console that takes names as they are: brackets and colons are no markup."""
+    from rich.console import Console
+
+    return Console(soft_wrap=True, markup=False, emoji=False, **options)
+
+
 def print_table(title: str, rows: list[tuple[str, str, str]]) -> None:
     """Print rows of (quantity, value, unit)."""
-    from rich.console import Console
     from rich.table import Table
 
     table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
@@ -70,7 +85,7 @@ def print_table(title: str, rows: list[tuple[str, str, str]]) -> None:
     table.add_column("unit")
     for row in rows:
         table.add_row(*row)
-    Console(soft_wrap=True).print(table)
+    console().print(table)
 
 
 def result_rows(dataset: xr.Dataset) -> list[tuple[str, str, str]]:

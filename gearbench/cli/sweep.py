@@ -47,6 +47,7 @@ def sweep(
 
     Two keys: gearbench sweep SCENE --torque 50,100 --set effects.crowning.amount=0:8:2 -o grid.nc
     """
+    from gearbench.errors import naming
     from gearbench.files import check_target
     from gearbench.results.netcdf import save
     from gearbench.scene_file import load_scene
@@ -59,7 +60,7 @@ def sweep(
     if output is not None:
         check_target(output)
     folder = plot_folder(plots)
-    with _progress(shown=shows_progress(quiet=quiet, json=json)) as advance:
+    with _progress(shown=shows_progress(quiet=quiet, json=json)) as advance, naming(scene):
         dataset = run(loaded, ranges, samples=samples, seed=seed, threads=threads, progress=advance)
     written = [save(dataset, output)] if output is not None else []
     if folder is not None and "torque" in dataset.dims and not samples:
@@ -84,10 +85,9 @@ def sweep(
 
 def _print(scene: Scene, dataset: xr.Dataset, names: list[str]) -> None:
     """One line a point: peak-to-peak and RMS values."""
-    from rich.console import Console
     from rich.table import Table
 
-    from gearbench.cli.summary import pair_line
+    from gearbench.cli.summary import console, pair_line
 
     shown = [f"{name}_{suffix}" for name in ("transmission_error_rms", "mesh_stiffness_rms") for suffix in ("mean", "")]
     shown = ["transmission_error_mean", "transmission_error_peak_to_peak", *shown, "mesh_stiffness_mean"]
@@ -100,7 +100,7 @@ def _print(scene: Scene, dataset: xr.Dataset, names: list[str]) -> None:
     rows = dataset[[*shown]].to_dataframe().reset_index()
     for row in rows[[*names, *shown]].itertuples(index=False):
         table.add_row(*(f"{value:.5g}" for value in row))
-    Console(soft_wrap=True).print(table)
+    console().print(table)
 
 
 @contextmanager

@@ -240,7 +240,18 @@ def _all_shifts(given: tuple[float | None, float | None], total: float) -> tuple
 
 
 def _member(gear: RexsGear, own: float | None, x: float) -> dict[str, Any]:
-    """Table of one gear; values the file leaves out are left to the defaults of the scene, ISO 53 A."""
+    """Table of one gear; values the file leaves out are left to the defaults of the scene, ISO 53 A.
+
+    Raises
+    ------
+    InputError
+        If the tip circle lies within the circle of the reference line, or the root circle beyond it.
+    """
+    circle = gear.pitch_radius + x * gear.normal_module
+    for name, radius, side in (("tip", gear.tip_radius, 1), ("root", gear.root_radius, -1)):
+        if radius is not None and side * (radius - circle) <= 0:
+            limit = f"must be {'larger' if side > 0 else 'smaller'} than {2 * circle:.4g} mm, the reference line's"
+            raise InputError(f"{gear.component.label}.{name}_diameter", 2 * radius, limit)
     sizes = {
         "profile_shift": own,
         "addendum": gear.addendum(x),

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cached_property
-from typing import Annotated
+from typing import Annotated, Any
 
-from pydantic import Field
+import numpy as np
+from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.errors import InputError
@@ -21,6 +22,14 @@ from gearbench.notebook import pair_html
 from gearbench.schema import STRICT
 
 Length = Annotated[float, Field(gt=0.0, le=20000.0)]
+
+
+def _external(teeth: Any) -> Any:
+    """Take numpy's integers too; refuse the negative count of an internal gear, which ISO 21771 writes so."""
+    teeth = int(teeth) if isinstance(teeth, np.integer) else teeth
+    if isinstance(teeth, int) and teeth < 0:
+        raise InputError("", teeth, "internal gears are not there yet: must be at least 5")
+    return teeth
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -44,7 +53,7 @@ class Member:
         where both are absent.
     """
 
-    teeth: Annotated[int, Field(ge=5, le=2000)]
+    teeth: Annotated[int, Field(ge=5, le=2000), BeforeValidator(_external)]
     addendum: Annotated[float, Field(gt=0.0, le=2.5)] = 1.0
     dedendum: Annotated[float, Field(gt=0.0, le=3.0)] = 1.25
     profile_shift: Annotated[float, Field(ge=-3.0, le=3.0)] | None = None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from typing import Any
 
 from gearbench.optimisation.select import Selection
@@ -17,15 +18,15 @@ def csv_text(selection: Selection, top: int | None = None) -> str:
     table = selection.table(top)
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(table)
-    writer.writerows([_plain(value) for value in row] for row in zip(*table.values(), strict=True))
+    writer.writerow(map(_no_formula, table))
+    writer.writerows([_no_formula(_plain(value)) for value in row] for row in zip(*table.values(), strict=True))
     return out.getvalue()
 
 
 def markdown_text(selection: Selection, top: int | None = None) -> str:
     """Heading, conditions, and a table of the designs, best first."""
     designs, table = selection.designs, selection.table(top)
-    lines = [f"# {designs.study.name or 'study'}: selected designs", ""]
+    lines = [f"# {markdown_name(designs.study.name) or 'study'}: selected designs", ""]
     lines += [f"- {condition}: {left} designs left" for condition, left in selection.steps]
     lines.append(f"- support of the teeth: {designs.support(selection.numbers[:top]) or '–'}")
     lines += ["", f"Ranked by {ranking_text(selection)}, each from its best to its worst on the front.", ""]
@@ -52,6 +53,16 @@ def heading(selection: Selection, name: str) -> str:
 def shown(value: Any) -> str:
     """A value as people read it: five digits."""
     return f"{value:.5g}" if isinstance(value, float) else str(value)
+
+
+def markdown_name(text: str) -> str:
+    """A name as Markdown shows it letter by letter."""
+    return re.sub(r"([\\`*\[\]<>|])", r"\\\1", " ".join(text.split()))
+
+
+def _no_formula(value: Any) -> Any:
+    """Text that a spreadsheet would take for a formula behind an apostrophe; numbers as they are."""
+    return f"'{value}" if isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t", "\r")) else value
 
 
 def _plain(value: Any) -> Any:

@@ -52,6 +52,8 @@ def load(path: str | Path) -> xr.Dataset:
 
     try:
         return xr.load_dataset(path, engine="h5netcdf")
+    except FileNotFoundError:
+        raise InputError("", f"{path}", "no such file") from None
     except (OSError, ValueError) as error:
         reason = str(error).splitlines()[0]
         raise InputError("", f"{path}", f"must be a readable netCDF file ({reason})") from None

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearbench.optimisation.listing import markdown_name
 from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, write_figure
 from gearbench.results.responses import quantity
 
@@ -43,7 +44,7 @@ def _rho(value: float) -> str:
 
 def markdown(dataset: xr.Dataset, name: str) -> str:
     """Findings, and a table of all designs."""
-    lines = [f"# {name or 'study'}: front verified with finite elements", ""]
+    lines = [f"# {markdown_name(name) or 'study'}: front verified with finite elements", ""]
     lines += [f"- {line}" for line in findings(dataset)]
     lines += ["", "Each objective: stored / with finite elements (shift).", ""]
     labels = list(map(str, dataset["objective_name"].values))
