@@ -29,7 +29,8 @@ from gearbench.geometry.material import Material
 
 #: Sources of the gearbench package that determine a result.
 SOURCES = (
-    *(f"geometry/{name}.py" for name in ("fillet", "gear", "involute", "material", "rack")),
+    "schema.py",
+    *(f"geometry/{name}.py" for name in ("fillet", "gear", "involute", "material", "rack", "role", "section")),
     *(f"compliance/{name}.py" for name in ("bases", "flank", "local", "outline", "solid")),
 )
 

@@ -64,6 +64,10 @@ def test_root_drops_what_is_not_positive():
     root = flank((Q * value @ Q.T)[None]).root()
     assert root.shape == (1, 4, 2)
     assert_allclose(root[0] @ root[0].T, Q[:, :2] * value[:2] @ Q[:, :2].T, rtol=0, atol=1e-14)
+    # deflections are those of the factor
+    found = flank((Q * value @ Q.T)[None])
+    direct = found.factor(1.9, 1.0) @ found.factor(1.4, 3.5)
+    assert found.deflection(1.9, 1.0, 1.4, 3.5) == pytest.approx(direct, rel=1e-12)
     assert flank((Q * value @ Q.T)[None], rank_tolerance=0.5).root().shape[-1] == 1
 
 

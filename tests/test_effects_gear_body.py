@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from gearbench.compliance.flank import NEGLIGIBLE
 from gearbench.contact.assemble import assemble, scene_lines
 from gearbench.contact.solver import solve
 from gearbench.effects.base import LowRank
@@ -23,6 +24,7 @@ from gearbench.effects.teeth import toothed_ring
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
+from gearbench.geometry.role import Role
 from gearbench.scene import Scene
 from gearbench.scene_file import load_scene, parse_scene
 from gearbench.simulation import simulate
@@ -167,7 +169,37 @@ def pair_blocks(part: LowRank, at: ContactLines) -> np.ndarray:
     return np.einsum("pkir,pkjr,kl->pkilj", psi, psi, np.eye(at.shape[1]))
 
 
+@pytest.fixture
+def every_direction(monkeypatch):
+    """Compliance with the directions too that contact lines do not feel: term by term it is exact."""
+    monkeypatch.setattr("gearbench.compliance.flank.NEGLIGIBLE", 0.0)
+
+
 @BOTH
+def test_directions_left_out_are_not_felt(kind, monkeypatch):
+    """C less its directions below ε λ_max is not negative and moves no point by more than ε λ_max |φ(P)| |φ(Q)|."""
+    at = lines(kind)
+    kept, coupled = pair_blocks(OWN.compliance(at, {}), at), simulate(scene(kind, "coupled"))
+    monkeypatch.setattr("gearbench.compliance.flank.NEGLIGIBLE", 0.0)
+    whole, all_coupled = pair_blocks(OWN.compliance(at, {}), at), simulate(scene(kind, "coupled"))
+    most = np.zeros(at.shape)
+    for role in Role:
+        flank = toothed_ring(at.pair, role, None).flank(0)
+        shapes = flank.shapes(at.radii[role] - flank.gear.root_radius, at.y)
+        most += NEGLIGIBLE * np.linalg.eigvalsh(flank.block(0))[-1] * np.sum(shapes**2, axis=-1)
+    for p, k in np.argwhere(at.active):
+        missing = (whole - kept)[p, k, :, k]
+        assert np.all(np.abs(missing) <= 1.000001 * np.sqrt(np.outer(most[p, k], most[p, k])))
+        assert np.linalg.eigvalsh(missing)[0] > -1e-9 * whole.max()
+    assert not np.array_equal(kept, whole)
+    # between teeth the error is of the order of √(0.1 ε) of what is left out, and the sum over the segments far below
+    for name, tolerance in (("transmission_error", 1e-6), ("mesh_stiffness", 1e-6), ("line_load", 5e-5)):
+        exact = all_coupled[name].values
+        assert_allclose(coupled[name], exact, rtol=0, atol=tolerance * np.abs(exact).max())
+
+
+@BOTH
+@pytest.mark.usefixtures("every_direction")
 def test_foundation_is_the_part_of_the_body_below_the_loaded_tooth(kind):
     """The whole body without the motion that one tooth causes at another is the uncoupled one."""
     at = lines(kind)
@@ -182,6 +214,7 @@ def test_foundation_is_the_part_of_the_body_below_the_loaded_tooth(kind):
 
 
 @BOTH
+@pytest.mark.usefixtures("every_direction")
 def test_neighbours_are_the_next_teeth_of_each_gear(kind):
     """Term by term: both gears in series, pair k + 1 on tooth + 1 of the pinion and tooth − 1 of the wheel."""
     at = lines(kind)
@@ -217,6 +250,7 @@ def test_order_is_that_of_the_tooth(kind):
 
 
 @pytest.mark.parametrize("effect", [OWN, COUPLED, GearBody(model="sainsot_velex")])
+@pytest.mark.usefixtures("every_direction")
 def test_factor_of_one_tooth_is_what_the_pair_adds_up(effect):
     at = lines("spur")
     own = pair_blocks(effect.compliance(at, {}), at)

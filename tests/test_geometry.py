@@ -189,6 +189,7 @@ def test_centre_distance_profile_shift_and_backlash_go_round(teeth, beta, x, pla
         )  # fmt: skip
     except ValidationError:
         assume(False)
+    assume(first.actual_backlash >= -1e-9 * m)  # an overlap within the rounding of data has no backlash to give
     again = replace(first, backlash=max(0.0, first.actual_backlash), wheel=replace(first.wheel, profile_shift=None))
     assert again.profile_shifts == pytest.approx(x, abs=1e-10)
     assert again.actual_backlash == pytest.approx(first.actual_backlash, abs=1e-10)
@@ -197,6 +198,24 @@ def test_centre_distance_profile_shift_and_backlash_go_round(teeth, beta, x, pla
     r_w1 = a * teeth[0] / sum(teeth)
     thickness = float(g1.transverse_thickness(r_w1, fillet=False) + g2.transverse_thickness(a - r_w1, fillet=False))
     assert 2 * math.pi * r_w1 / teeth[0] - thickness == pytest.approx(first.actual_backlash, abs=1e-10)
+
+
+@pytest.mark.parametrize("m", [1.0, 4.5])
+def test_overlap_of_data_rounded_to_four_decimals_is_allowed(m):
+    """FZG type C: a′ 91.5, m_n 4.5, x 0.1817 and 0.1715 as published overlap by 6·10⁻⁵ mm."""
+
+    def fzg(shift):
+        pinion, wheel = Member(teeth=16, profile_shift=0.1817), Member(teeth=24, profile_shift=shift)
+        size = {"normal_module": m, "face_width": 14.0, "centre_distance": 91.5 * m / 4.5}
+        return Pair(pinion=pinion, wheel=wheel, **size)
+
+    overlap = -fzg(0.1715).actual_backlash
+    assert overlap == pytest.approx(6e-5 * m / 4.5, rel=0.1)
+    per_shift = 4 * (91.5 * m / 4.5) * math.tan(math.radians(20)) / 40  # dj/dx
+    allowed = (1e-4 + 1e-4 * m - overlap) / per_shift
+    assert fzg(0.1715 + 0.99 * allowed).actual_backlash < 0
+    with pytest.raises(ValidationError, match="teeth overlap"):
+        fzg(0.1715 + 1.01 * allowed)
 
 
 def test_contact_ratio_of_standard_gears_in_closed_form():

@@ -192,3 +192,17 @@ def test_every_modification_has_a_torque_of_least_error_that_it_was_designed_for
     # and each is the best of them at its own torque
     at_its_own = dataset[outputs[0]].sel(torque=least)
     assert at_its_own.argmin(AMOUNT).values.tolist() == [0, 1, 2, 3]
+
+
+def test_torques_off_the_line_of_action_each_have_their_own_lines():
+    """How far lines reach depends on the load: a sweep is the simulations one by one."""
+    scene = with_tables(example("case1"), off_line_contact={})
+    torques = [0.1 * scene.load.torque, 2.0 * scene.load.torque]
+    found = sweep(scene, torque=torques)
+    for torque in torques:
+        alone, at = simulate(replace(scene, load=Load(torque=torque))), found.sel(torque=torque)
+        for name in ("transmission_error_mean", "transmission_error_rms", "mesh_stiffness_mean"):
+            np.testing.assert_allclose(float(at[name]), float(alone[name]), rtol=1e-9)
+        weight = at["phase_weight"].values
+        np.testing.assert_allclose(weight[: alone.sizes["position"]], alone["phase_weight"], rtol=1e-12)
+        assert weight[alone.sizes["position"] :].sum() == 0

@@ -98,14 +98,18 @@ class FlankCompliance:
         if (pairs, least) not in self._roots:
             basis = np.eye(len(self.block(0)))
             if pairs > 1:  # what tooth 0 does not feel, its neighbours do not either: the matrix is not negative
-                value, vector = np.linalg.eigh(self.block(0))
-                basis = vector[:, value > 0.1 * least * value[-1]]
+                basis = self._felt(0.1 * least)
             small = {d: basis.T @ self.block(d) @ basis for d in range(-pairs + 1, pairs)}
             value, vector = np.linalg.eigh(np.block([[small[i - j] for j in range(pairs)] for i in range(pairs)]))
             keep = value > least * value[-1]
             half = (vector[:, keep] * np.sqrt(value[keep])).reshape(pairs, basis.shape[1], -1)
             self._roots[pairs, least] = basis @ half
         return self._roots[pairs, least]
+
+    def _felt(self, tolerance: float) -> NDArray:
+        """Directions (p·q, rank) whose compliance is above ``tolerance`` of the greatest."""
+        value, vector = np.linalg.eigh(self.block(0))
+        return vector[:, value > tolerance * value[-1]]
 
     @cached_property
     def _roots(self) -> dict[tuple[int, float], NDArray]:
@@ -119,8 +123,13 @@ class FlankCompliance:
         return self.shapes(height, y) @ self.root(pairs)[pair]
 
     def deflection(self, x: ArrayLike, y: ArrayLike, x0: ArrayLike, y0: ArrayLike, d: int = 0) -> NDArray:
-        """Deflection [mm/N] at (x, y) on the tooth of the pair ``d`` ahead, under a unit force at (x0, y0)."""
-        return np.einsum("...a,ab,...b->...", self.shapes(x, y), self.block(d), self.shapes(x0, y0))
+        """Deflection [mm/N] at (x, y) on the tooth of the pair ``d`` ahead, under a unit force at (x0, y0).
+
+        Without the directions that ``factor`` leaves out: C of a solid tooth of low order has negative ones.
+        """
+        felt = self._felt(self.rank_tolerance)
+        block = felt.T @ self.block(d) @ felt
+        return np.einsum("...a,ab,...b->...", self.shapes(x, y) @ felt, block, self.shapes(x0, y0) @ felt)
 
 
 def flank_factor(flanks: Sequence[FlankCompliance], lines: ContactLines, *, coupled: bool = False) -> NDArray:

@@ -40,7 +40,7 @@ def law(s, a, h):
 
 @njit(cache=True, error_model="numpy")
 def cell_law(s, a, h, soft):
-    """``law`` as the mean over a cell along which the compression varies by ±soft, s at its greatest (C7 of docs/theory.md)."""
+    """``law`` as the mean over a cell along which the compression varies by ±soft, s at its greatest (C7)."""
     if s <= 0.0:
         return 0.0, 0.0, 0.0
     if soft == 0.0:

@@ -101,7 +101,8 @@ def force_curve(cycle: LoadedMesh, steps: int) -> ForceCurve:
     return ForceCurve(
         knots=x,
         coefficients=coefficients,
-        backlash=pair.actual_backlash * math.cos(pair.meshing.alpha_wt),
+        # an overlap is the rounding of the data, not a preload
+        backlash=max(pair.actual_backlash, 0.0) * math.cos(pair.meshing.alpha_wt),
         mirrored=((2 * centred - phase) * steps) % steps,
         rounding=ROUNDING * scene.F_bt / cycle.mean_stiffness,
     )

@@ -21,6 +21,9 @@ from gearbench.geometry.section import TransverseSection
 from gearbench.notebook import pair_html
 from gearbench.schema import STRICT
 
+#: Centre distances [mm] and profile shifts [modules] are published to four decimals; less overlap is their rounding.
+ROUNDING = 1e-4
+
 Length = Annotated[float, Field(gt=0.0, le=20000.0)]
 
 
@@ -43,7 +46,8 @@ class Member:
     addendum, dedendum
         h_a* and h_f* [normal modules].
     profile_shift
-        x [normal modules]; derived from the centre distance where absent.
+        x [normal modules]; derived from the centre distance where absent. Those of both gears may make the teeth
+        overlap by 10⁻⁴ (1 mm + m_n), as shifts and a distance rounded to four decimals do.
     fillet_radius
         Tip rounding ρ_f* of the generating rack [normal modules]; 0.38 or, where less fits, the full rounding.
     bore_diameter
@@ -134,7 +138,7 @@ class Pair:
             return
         if self.backlash is not None:
             raise InputError("backlash", self.backlash, "follows from the profile shifts: leave out one of the three")
-        if self.actual_backlash < -1e-9 * self.normal_module:
+        if self.actual_backlash < -ROUNDING * (1.0 + self.normal_module):
             tight = f"teeth overlap by {-self.actual_backlash:.4g} mm: reduce a profile shift or raise the distance"
             raise InputError("centre_distance", self.centre_distance, tight)
 
@@ -178,7 +182,10 @@ class Pair:
 
     @property
     def actual_backlash(self) -> float:
-        """Circumferential backlash j_wt [mm] at the working pitch circles that follows from the profile shifts."""
+        """Circumferential backlash j_wt [mm] at the working pitch circles that follows from the profile shifts.
+
+        Negative by no more than the rounding of the data.
+        """
         one, two = self.sections
         excess = profile_shift_sum(self.sections, self.centre_distance) - sum(self.profile_shifts)
         return 4 * self.centre_distance * math.tan(one.alpha_n) / (one.teeth + two.teeth) * excess

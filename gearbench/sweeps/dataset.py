@@ -15,7 +15,7 @@ from gearbench.robustness.dataset import robust_dataset
 from gearbench.robustness.montecarlo import prepare_scene, respond
 from gearbench.scene import Scene
 from gearbench.simulation import dataset
-from gearbench.sweeps.axes import TORQUE, Axis
+from gearbench.sweeps.axes import Axis
 from gearbench.sweeps.shared import Assembled
 
 if TYPE_CHECKING:
@@ -32,14 +32,14 @@ def loads_dataset(
     return dataset(solved, outputs, 0.0, before=(dim,))
 
 
-def combined(parts: Sequence[xr.Dataset], axes: Sequence[Axis]) -> xr.Dataset:
-    """The Datasets of the grid's points, in its order, along ``axes``; those of a load range hold the torque already.
+def combined(parts: Sequence[xr.Dataset], axes: Sequence[Axis], loads: Axis | None) -> xr.Dataset:
+    """The Datasets of the grid's points, in its order, along ``axes``; each holds its range of ``loads`` already.
 
     Where positions or pairs differ in number, those missing are NaN, and their weight is zero.
     """
     import xarray as xr
 
-    outer = [each for each in axes if each.path != TORQUE]
+    outer = [each for each in axes if each is not loads]
     parts = [_labelled(part) for part in parts] if outer else parts
     for each in reversed(outer):
         n = len(each.values)

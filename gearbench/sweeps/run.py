@@ -82,10 +82,13 @@ def sweep(
     if samples < 0:
         raise InputError("samples", samples, "must be at least 0")
     axes, count = axes_of({**(ranges or {}), **keys}), threads or default_threads()
-    dim, runs = _runs(scene, axes)
+    # where flanks touch off the line of action, the load decides how far contact lines reach: each has its own
+    shares = scene.effect("off_line_contact") is None
+    loads = next((each for each in axes if each.path == TORQUE and shares), None)
+    dim, runs = _runs(scene, axes, loads)
     draws = {"samples": samples, "seed": seed, "sampler": sampler} if samples else {}
     parts, complete = _solved(runs, count, progress, _reduction(dim, outputs, draws, count))
-    whole = combined(completed(parts, dim, runs, keep=any(each.path == TORQUE for each in axes)), axes)
+    whole = combined(completed(parts, dim, runs, keep=loads is not None), axes, loads)
     own = draws | {"complete": int(complete), "swept": [each.path for each in axes]}
     return whole.assign_attrs(provenance(scene, wall_time=time.perf_counter() - start) | own)
 
@@ -98,9 +101,8 @@ def _reduction(dim: str, outputs: Sequence[str], draws: dict[str, Any], threads:
     return partial(robust_loads_dataset, dim=dim, more=asked, threads=threads, **draws)
 
 
-def _runs(scene: Scene, axes: Sequence[Axis]) -> tuple[str, list[list[Scene]]]:
-    """The dimension of the loads, and the scenes: for each point of the other keys one under each load."""
-    torque = next((each for each in axes if each.path == TORQUE), None)
+def _runs(scene: Scene, axes: Sequence[Axis], torque: Axis | None) -> tuple[str, list[list[Scene]]]:
+    """The dimension of the loads ``torque``, and the scenes: for each point of the other keys one under each load."""
     scenes = [scene_at(scene, point) for point in grid([each for each in axes if each is not torque])]
     if torque is None:
         return "torque", [[each] for each in scenes]

@@ -77,9 +77,11 @@ def test_factor_reproduces_the_compliance(tooth, steel):
     rng = np.random.default_rng(0)
     height, y = rng.uniform(0.8, 2.2, 30), rng.uniform(0, 4, 30)
     psi = found.factor(height, y)
-    direct = found.deflection(height[:, None], y[:, None], height[None], y[None])
+    shapes = found.shapes(height, y)
+    direct = shapes @ found.block(0) @ shapes.T
     # negative eigenvalues of the remainder are dropped: 1 % of the largest entry
     assert_allclose(psi @ psi.T, direct, atol=0.01 * direct.max())
+    assert_allclose(found.deflection(height[:, None], y[:, None], height, y), psi @ psi.T, atol=1e-10 * direct.max())
 
 
 def test_scaling_with_module_and_modulus(spur, steel, tooth):
