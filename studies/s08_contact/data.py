@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -109,7 +108,6 @@ def compare(names: Sequence[str], phases: int = PHASES) -> xr.Dataset:
     }
     labels, torques = [], []
     for name in names:
-        start = time.perf_counter()
         found, case = curves(name, phases), CASES[name]
         for i, torque in enumerate(case.torques):
             line = fast(case.scene, torque, phases)
@@ -122,7 +120,6 @@ def compare(names: Sequence[str], phases: int = PHASES) -> xr.Dataset:
             rows["off_line"].append(fast(case.scene, torque, phases, OffLineContact()).transmission_error.values)
             rows["outside"].append(outside_path(found, case.scene.pair)[i])
             rows["error"].append(found.transmission_error_uncertainty.values[i])
-            rows["seconds"].append((time.perf_counter() - start) / len(case.torques))
     grid = ("design", "position")
     variables = {
         "transmission_error": (grid, rows["fe"]),
@@ -132,7 +129,6 @@ def compare(names: Sequence[str], phases: int = PHASES) -> xr.Dataset:
         "off_line_transmission_error": (grid, rows["off_line"]),
         "share_outside_path": (grid, rows["outside"]),
         "transmission_error_uncertainty": (("design",), rows["error"]),
-        "seconds": (("design",), rows["seconds"]),
     }
     coords = {"mesh_phase": ("position", (np.arange(phases) + 0.5) / phases), "case": ("design", labels)}
     return xr.Dataset(described(variables), coords={**described(coords), "torque": ("design", torques)})
