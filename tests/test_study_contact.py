@@ -22,26 +22,18 @@ def kept() -> xr.Dataset:
         return load(path)
 
 
-def of_case(kept: xr.Dataset, name: str) -> list[xr.Dataset]:
-    """The rows of a case."""
-    return [kept.isel(design=row) for row in np.flatnonzero(kept.case.values == name)]
-
-
 def test_stored_curves_keep_their_limits(kept):
     for text, holds in checks(kept):
         assert holds, text
 
 
-@pytest.mark.parametrize("name", ["spur", "spur_loads"])
-def test_fast_teeth_off_the_line_keep_to_the_stored_curves(kept, name):
+def test_fast_teeth_off_the_line_keep_to_the_stored_curves(kept):
     """As they are today, not as they were when the curves were stored."""
-    rows = of_case(kept, name)
-    assert [float(here.torque) for here in rows] == list(CASES[name].torques)
-    for here in rows:
-        found = fast(CASES[name].scene, float(here.torque), kept.sizes["position"], OffLineContact())
+    for row in range(kept.sizes["design"]):
+        here = kept.isel(design=row)
+        found = fast(CASES[str(here.case.values)].scene, float(here.torque), kept.sizes["position"], OffLineContact())
         np.testing.assert_allclose(found.mesh_phase, here.mesh_phase, atol=1e-12)
-        now = here.assign(off_line_transmission_error=found.transmission_error)
-        for text, holds in off_line(now):
+        for text, holds in off_line(here.assign(off_line_transmission_error=found.transmission_error)):
             assert holds, text
 
 
