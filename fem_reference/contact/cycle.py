@@ -53,7 +53,8 @@ def contact_cycle(
     torques
         Torques on the pinion [N·m], rising, in place of the scene's; they become the dimension ``torque``.
     width_factor
-        Factor on the deflections for the free faces: 1 is plane strain; narrow teeth deflect some 3 % more.
+        Factor on the elastic deflections for the free faces: 1 is plane strain; narrow teeth deflect some 3 % more.
+        Gaps between the flanks stay as they are.
     settings, workers
         How each phase is computed, and how many at a time.
 
@@ -76,11 +77,12 @@ def contact_cycle(
     _check(scene, loads)
     phase, weight = uniform_phases(phases)
     found, checks = _solved(scene, phase, loads, settings or Settings(), workers)
-    q = np.array([each.approach for each in found]).T * width_factor
+    force = 1e3 * np.array(loads)[:, None] / scene.pair.gears[0].base_radius
+    q = _widened(found, force, width_factor)
     k = np.array([each.stiffness for each in found]).T / width_factor
     cycle = MeshCycle.of(scene, Phases(phase=phase, weight=weight, size=None), q, k)
     names, share, radius = _of_pairs(found)
-    changed = [np.array([each.approach for each in some]).T * width_factor for some in (checks.coarser, checks.softer)]
+    changed = [_widened(some, force, width_factor) for some in (checks.coarser, checks.softer)]
     error = MICROMETRES * np.sum([np.abs(other - q[:, checks.at]).max(axis=1) for other in changed], axis=0)
     of_pairs = {"load_share": share, "contact_radius": radius}
     attrs = {
@@ -123,6 +125,15 @@ def _solved(
         found = list(pool.map(lambda job: solve_phase(scene.pair, gaps, job[0], loads, job[1]), jobs))
     n, m = len(phase), len(phase) + len(at)
     return found[:n], _Checks(at=at, coarser=found[n:m], softer=found[m:])
+
+
+def _widened(found: Sequence[PhaseResult], force: NDArray, factor: float) -> NDArray:
+    """q [mm] with all compliances times ``factor``, (torque, position).
+
+    The same as ``factor`` times the force, to first order; the gaps, which do not yield, are not multiplied.
+    """
+    q, k = (np.array([getattr(each, name) for each in found]).T for name in ("approach", "stiffness"))
+    return q + (factor - 1) * force / k
 
 
 def _of_pairs(found: Sequence[PhaseResult]) -> tuple[NDArray, NDArray, NDArray]:

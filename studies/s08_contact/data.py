@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.hertz import Hertz
+from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.geometry.pair import Member, Pair
@@ -57,15 +58,16 @@ _HCR = _pair(2.5, 25.0, 136.25, (50.0, 130.0), (36, 73), addendum=1.3, dedendum=
 _NASA = _pair(3.175, 6.35, 88.9, (30.0, 30.0), (28, 28), dedendum=1.35)
 _RIM = replace(_pair(2.54, 20.0, 121.92, (66.4, 147.7), (32, 64), dedendum=1.35), pressure_angle=25.0)
 
+_RELIEF = TipRelief(amount=20.0, length=1.0)
+
 #: 1.0278: 3D over plane strain at four phases, of another program's finite elements.
 CASES = {
     "spur": Case(scene=_scene("spur", _SPUR, 100.0), torques=(100.0,), width_factor=1.0278),
-    "spur_relief": Case(
-        scene=_scene("spur_relief", _SPUR, 100.0, TipRelief(amount=20.0, length=1.0)),
-        torques=(50.0, 100.0, 200.0),
-        width_factor=1.0278,
-    ),
     "spur_loads": Case(scene=_scene("spur_loads", _SPUR, 100.0), torques=(50.0, 200.0), width_factor=1.0278),
+    "spur_relief": Case(scene=_scene("spur_relief", _SPUR, 100.0, _RELIEF), torques=(100.0,), width_factor=1.0278),
+    "relief_loads": Case(
+        scene=_scene("relief_loads", _SPUR, 100.0, _RELIEF), torques=(50.0, 200.0), width_factor=1.0278
+    ),
     "hcr_spur": Case(scene=_scene("hcr_spur", _HCR, 250.0, TipRelief(amount=15.0, length=1.0)), torques=(250.0,)),
     "nasa_28": Case(scene=_scene("nasa_28", _NASA, 71.8, TipRelief(amount=23.0, length=2.0)), torques=(71.8,)),
     "thin_rim": Case(scene=_scene("thin_rim", _RIM, 180.0), torques=(180.0,)),
@@ -93,38 +95,47 @@ def outside_path(dataset: xr.Dataset, pair: Pair) -> np.ndarray:
 
 
 def compute(*, quick: bool = False) -> xr.Dataset:
-    """Curves of every case and torque, and those of the fast teeth with contact on the line, at the same phases."""
+    """Curves of every case and torque, and those of the fast teeth, on the line and off it, at the same phases."""
+    return compare(["spur"], 4) if quick else compare(list(CASES), PHASES)
+
+
+def compare(names: Sequence[str], phases: int = PHASES) -> xr.Dataset:
+    """The same of some cases."""
     import xarray as xr
 
-    names, phases = (["spur"], 4) if quick else (list(CASES), PHASES)
-    rows: dict[str, list] = {key: [] for key in ("fe", "k", "line", "line_k", "outside", "error", "seconds")}
+    rows: dict[str, list] = {
+        key: [] for key in ("fe", "k", "line", "line_k", "off_line", "outside", "error", "seconds")
+    }
     labels, torques = [], []
     for name in names:
-        start = time.perf_counter()
         found, case = curves(name, phases), CASES[name]
         for i, torque in enumerate(case.torques):
-            line = simulate(
-                replace(case.scene, load=Load(torque=torque), resolution=Resolution(positions=phases)),
-                outputs=("transmission_error", "mesh_stiffness"),
-            )
+            line = fast(case.scene, torque, phases)
             labels.append(name)
             torques.append(torque)
             rows["fe"].append(found.transmission_error.values[i])
             rows["k"].append(found.mesh_stiffness.values[i])
             rows["line"].append(line.transmission_error.values)
             rows["line_k"].append(line.mesh_stiffness.values)
+            rows["off_line"].append(fast(case.scene, torque, phases, OffLineContact()).transmission_error.values)
             rows["outside"].append(outside_path(found, case.scene.pair)[i])
             rows["error"].append(found.transmission_error_uncertainty.values[i])
-            rows["seconds"].append((time.perf_counter() - start) / len(case.torques))
     grid = ("design", "position")
     variables = {
         "transmission_error": (grid, rows["fe"]),
         "mesh_stiffness": (grid, rows["k"]),
         "line_transmission_error": (grid, rows["line"]),
         "line_mesh_stiffness": (grid, rows["line_k"]),
+        "off_line_transmission_error": (grid, rows["off_line"]),
         "share_outside_path": (grid, rows["outside"]),
         "transmission_error_uncertainty": (("design",), rows["error"]),
-        "seconds": (("design",), rows["seconds"]),
     }
     coords = {"mesh_phase": ("position", (np.arange(phases) + 0.5) / phases), "case": ("design", labels)}
     return xr.Dataset(described(variables), coords={**described(coords), "torque": ("design", torques)})
+
+
+def fast(scene: Scene, torque: float, phases: int, *extra: OffLineContact) -> xr.Dataset:
+    """Fast teeth at uniform phases."""
+    effects = (*scene.effects, *extra)
+    scene = replace(scene, load=Load(torque=torque), effects=effects, resolution=Resolution(positions=phases))
+    return simulate(scene, outputs=("transmission_error", "mesh_stiffness"))

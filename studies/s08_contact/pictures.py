@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbench.plotting import BLUE, ORANGE, new_figure, write_figure
+from gearbench.plotting import BLUE, GREEN, ORANGE, new_figure, write_figure
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,6 +21,7 @@ def figures(dataset: xr.Dataset, folder: Path) -> None:
     for row in range(count):
         here, (upper, lower) = dataset.isel(design=row), axes[:, row]
         upper.plot(phase, here.line_transmission_error, "-", color=ORANGE, label="contact on the line")
+        upper.plot(phase, here.off_line_transmission_error, "--", color=GREEN, label="contact off the line")
         upper.plot(phase, here.transmission_error, "o-", ms=3, color=BLUE, label="contact finite elements")
         lower.bar(phase, 1e2 * here.share_outside_path, width=0.8 / len(phase), color=BLUE)
         upper.set_title(f"{here.case.values!s}, {float(here.torque):g} N·m", fontsize=9)
