@@ -197,7 +197,7 @@ BAD = {
     "width in metres": ("face_width = 8.0", "face_width = 0.008", "pair.face_width", "0.008"),
     "modulus in MPa": ("[load]", "[pair.material]\nyoungs_modulus = 210000.0\n[load]", "youngs_modulus", "210000"),
     "few teeth": ("teeth = 38\n[pair.wheel]", "teeth = 4\n[pair.wheel]", "pair.pinion.teeth", "4"),
-    "internal gear": ("teeth = 38\n[pair.wheel]", "teeth = -38\n[pair.wheel]", "pair.pinion.teeth = -38:", "internal gear"),
+    "internal gear": (PINION, "teeth = -38\n[pair.wheel]", "pair.pinion.teeth = -38:", "internal gear"),
     "teeth of text": ("teeth = 38\n[pair.wheel]", 'teeth = "38"\n[pair.wheel]', "pair.pinion.teeth", "38"),
     "half a tooth": ("teeth = 38\n[pair.wheel]", "teeth = 37.5\n[pair.wheel]", "pair.pinion.teeth", "37.5"),
     "distance too small": ("centre_distance = 38.0", "centre_distance = 35.0", "pair.centre_distance", "35"),

@@ -40,6 +40,7 @@ def test_validate_your_own_pair(folder, monkeypatch):
 
 def test_bring_measured_flanks(folder):
     shutil.copy(GEARBOX, folder / "gearbox.rexs")
+    assert GEARBOX.relative_to(ROOT).as_posix() in (ROOT / "docs" / "tutorial_measured.md").read_text(encoding="utf-8")
     done = list(follow("tutorial_measured.md"))
     assert [block.language for block in done].count("python") == 3
 
