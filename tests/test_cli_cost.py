@@ -12,7 +12,7 @@ import pytest
 
 from gearbench.accuracy.knobs import GAUSS_POINTS, PLATE_ORDER, POSITIONS, SEGMENTS, Knob, with_resolution
 from gearbench.accuracy.measure import MEASURED
-from gearbench.effects.crowning import Crowning
+from gearbench.effects.helix_slope import HelixSlope
 from gearbench.effort import workprecision
 from gearbench.effort.clock import peak_megabytes
 from gearbench.effort.curves import as_dataset, knob_curve, observed_order
@@ -126,7 +126,7 @@ def test_cost_refuses_a_scene_that_leaves_its_resolution_open(run, tmp_path):
 def test_segments_are_of_second_order_for_a_helical_pair():
     """Where the flanks may part, here with a gap that varies along the lines."""
     scene = with_resolution(case(2), gauss_points=6)
-    found = knob_curve(replace(scene, effects=(*scene.effects, Crowning(amount=3.0))), SEGMENTS, repeats=1)
+    found = knob_curve(replace(scene, effects=(*scene.effects, HelixSlope(pinion=5.0))), SEGMENTS, repeats=1)
     # fluctuations pass through zero error at coarse levels: the means tell
     np.testing.assert_allclose(found.order[[0, 2]], 2.0, atol=0.2)
 

@@ -80,7 +80,7 @@ def mirrors(scene: Scene, tau: np.ndarray, what: object) -> None:
     except ValidationError:  # at a limit of the input, where rounding decides
         return
     turned = (pair.meshing.transverse_contact_ratio - pair.meshing.overlap_ratio - tau) % 1.0
-    a, b = solve(assemble(*_at(scene, tau))), solve(assemble(*_at(other, turned)))
+    a, b = (solve(assemble(*_at(*x), truncation=0.0)) for x in ((scene, tau), (other, turned)))
     # the phase is rounded: a short line's length, and so its share, to 1e-16 / length
     assert_allclose(b.approach + offset, a.approach, rtol=1e-8, atol=1e-12 * abs(offset), err_msg=str(what))
 
