@@ -291,7 +291,7 @@ FAULTS = {
     "module zero": ('unit="mm">3<', 'unit="mm">0<', "component 11.normal_module"),
     "upright": ('unit="deg">15<', 'unit="deg">90<', "component 11.helix_angle_reference_diameter"),
     "flat flank": ('unit="deg">20<', 'unit="deg">0<', "component 11.normal_pressure_angle"),
-    "tip below root": ('unit="mm">142.7<', 'unit="mm">1<', "pair.wheel.addendum"),
+    "tip below root": ('unit="mm">142.7<', 'unit="mm">1<', "component 12.tip_diameter"),
     "not finite": ('unit="mm">100<', 'unit="mm">nan<', "component 10.center_distance"),
     "ring gear": ('unit="">44<', 'unit="">-44<', "component 12.number_of_teeth"),
     "ring gear by type": ('name="wheel" type="cylindrical_gear"', 'name="wheel" type="ring_gear"', "component 12"),

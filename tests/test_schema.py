@@ -70,7 +70,10 @@ def test_what_is_given_is_read_again():
 
 FAULTS = {
     "at.stiffness = missing: is required": {"damping": 1.0},
-    "at.stifness = unknown key: allowed: stiffness, damping, turns, material": {"stifness": 1.0, "damping": "x"},
+    "at.stifness = unknown key: did you mean stiffness? allowed: stiffness, damping, turns, material": {
+        "stifness": 1.0,
+        "damping": "x",
+    },
     "at.material.nu = unknown key: allowed: youngs_modulus, poisson_ratio": {"stiffness": 1.0, "material": {"nu": 0.3}},
     "at.stiffness = 11.0: must be less than or equal to 10": {"stiffness": 11.0},
     "at.turns.1 = 'b': must be a valid integer": {"stiffness": 1.0, "turns": [1, "b"]},

@@ -25,7 +25,7 @@ def print_json(scene: Scene, dataset: xr.Dataset, **more: object) -> None:
 
     Beside them the largest residuals of the contact solution and the accuracy, where the Dataset holds them.
     """
-    head = {"name": scene.name, "scene_sha256": scene.digest, "support": support(scene)}
+    head: dict[str, Any] = {"name": scene.name, "scene_sha256": scene.digest, "support": support(scene)}
     head["wall_time_s"] = dataset.attrs["wall_time_s"]
     head |= {key: value for key, value in dataset.attrs.items() if key.startswith("accuracy_")}
     values = scalars(dataset)
