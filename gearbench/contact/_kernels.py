@@ -88,7 +88,7 @@ def derivatives(i, q, delta, gap, a, h, soft, active, factor, block, force, grad
     return total, slope, value
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"})
+@njit(cache=True, error_model="numpy")
 def newton_direction(total, slope, grad, hess, cross, x, step_q):
     """Newton step of δ and ∂F/∂δ, by eliminating the amplitudes of each block (C6); fills the step of q.
 

@@ -112,17 +112,18 @@ def forget_fast_teeth() -> None:
         kept.cache_clear()
 
 
-def meshed_body(pair: Pair, role: Role, *, on_body: bool, teeth: int | None = None) -> Body:
-    """Part of pinion (k = 0) or wheel (k = 1) that is meshed: a clamped tooth, or a sector of ``teeth`` on its body.
+def meshed_body(pair: Pair, role: Role, *, on_body: bool) -> Body:
+    """Part of pinion (k = 0) or wheel (k = 1) that is meshed: a clamped tooth, or the gear on its bore.
 
-    ``teeth`` are by default those in contact at a time, and one more on either side.
+    Plain meshes (``fem_reference.mesh_family``) have teeth on a sector only: those in contact at a time, and one more
+    on either side.
     """
     from fem_reference.section import Body
 
     gear = pair.gears[role]
     if not on_body:
         return Body(gear=gear)
-    wanted = teeth or 3 + 2 * int(np.ceil((pair.meshing.transverse_contact_ratio + pair.meshing.overlap_ratio) / 2))
+    wanted = 3 + 2 * int(np.ceil((pair.meshing.transverse_contact_ratio + pair.meshing.overlap_ratio) / 2))
     most = gear.teeth - 2 - (gear.teeth + 1) % 2
     return Body(gear=gear, bore_radius=require_bores(pair)[role] / 2, teeth=min(wanted, most))
 

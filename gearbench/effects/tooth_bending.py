@@ -28,8 +28,6 @@ Order = Annotated[tuple[Annotated[int, Field(ge=1, le=40)], ...], Field(min_leng
 
 #: Directions of the functions that ``order`` counts, by model.
 _DIRECTIONS = {"plate": ("height", "face width"), "solid": ("thickness", "height", "face width")}
-#: Time of the finite elements of one gear at 1 % on two cores [s]: clamped, and on its body.
-_SECONDS = 2.5, 10.0
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -37,7 +35,7 @@ class ToothBending(Tooth):
     """Tooth as a plate or as a solid, by the Ritz method, or by finite elements; clamped at its root.
 
     The body below the root is the effect gear_body. Plate and solid stay as they are beside it; finite elements are
-    then those of several teeth on the body down to the bore.
+    then those of the whole gear, all its teeth, down to the bore.
 
     Parameters
     ----------
@@ -57,10 +55,7 @@ class ToothBending(Tooth):
         Plate only. "full": the normal force acts across the plate as it is, as in the paper. "component": only its
         component normal to the mid-plane of the tooth bends the plate, and only that of the deflection counts.
     accuracy
-        Finite elements only. Relative error of the compliance that the mesh is refined to.
-    teeth
-        Finite elements beside gear_body only. Teeth of the sector that is meshed, odd; the rest of the body is there
-        without its teeth. By default those in contact at a time and one more on either side.
+        Finite elements only. Relative error of the compliance that their degree is raised to.
     """
 
     model: Literal["plate", "solid", "finite_elements"] = "plate"
@@ -69,13 +64,12 @@ class ToothBending(Tooth):
     fillet: bool = False
     load: Literal["full", "component"] = "full"
     accuracy: Annotated[float, Field(ge=1e-4, le=0.1)] = 0.01
-    teeth: Annotated[int, Field(ge=1, le=101)] | None = None
 
     name: ClassVar[str] = "tooth_bending"
     summary: ClassVar[str] = "compliance: bending and shear of both teeth, clamped at the root"
     source: ClassVar[str] = (
-        "Garambois et al. 2017; Reissner–Mindlin plate or three-dimensional solid, Ritz; finite elements: 20-node "
-        "hexahedra, Richardson's extrapolation"
+        "Garambois et al. 2017; Reissner–Mindlin plate or three-dimensional solid, Ritz; finite elements: "
+        "quadrilaterals of high degree × polynomials over the face width, one sector condensed"
     )
     use: ClassVar[str] = (
         "Always: plate to compare with the paper, solid for results to trust, finite elements as the reference of both."
@@ -88,15 +82,13 @@ class ToothBending(Tooth):
     def __post_init__(self) -> None:
         plate, meshed = ("plate",), ("finite_elements",)
         fast = {"order": ("plate", "solid"), "basis": plate, "fillet": plate, "load": plate}
-        refuse_foreign_keys(self, {**fast, "accuracy": meshed, "teeth": meshed})
+        refuse_foreign_keys(self, {**fast, "accuracy": meshed})
         if self.basis is not None and self.order is not None:
             raise InputError("order", list(self.order), 'conflicts with basis = "paper": give one of the two')
         if self.order is not None and len(self.order) != len(_DIRECTIONS[self.model]):
             count = {2: "two", 3: "three"}[len(_DIRECTIONS[self.model])]
             names = f"{count} numbers for the {self.model}, [{', '.join(_DIRECTIONS[self.model])}]"
             raise InputError("order", list(self.order), f"must be {names}")
-        if self.teeth is not None and self.teeth % 2 == 0:
-            raise InputError("teeth", self.teeth, "must be odd: as many neighbours on either side")
 
     @property
     def meshed(self) -> bool:
@@ -108,19 +100,22 @@ class ToothBending(Tooth):
         """Order of the solid tooth, and of those that a ring is joined to; None is the default."""
         return self.order if self.model == "solid" else None  # type: ignore[return-value]
 
-    def check(self, pair: Pair, beside: Effects) -> None:
-        """Refuse a sector of teeth without a body."""
-        if self.teeth is not None and not _on_body(beside):
-            raise InputError("teeth", self.teeth, "belongs to teeth on their bodies: add effects.gear_body")
-
     def preparation(self, pair: Pair, beside: Effects) -> float | None:
-        """Predicted time [s] of the finite elements that are not kept on disk yet; good to a factor of three."""
+        """Predicted processor time [s] of the finite elements that are not kept on disk yet; good to a factor of three.
+
+        Raises
+        ------
+        AccuracyError
+            If the memory of the machine does not allow the accuracy.
+        """
         if not self.meshed:
             return None
         from fem_reference.cache import entry
+        from fem_reference.refinement import levels
 
-        missing = sum(not entry(self.body(pair, role, beside), pair.material, self.accuracy).exists() for role in Role)
-        return missing * _SECONDS[_on_body(beside)] * (0.01 / self.accuracy) ** 0.5
+        bodies = [self.body(pair, role, beside) for role in Role]
+        missing = [body for body in bodies if not entry(body, pair.material, self.accuracy).exists()]
+        return sum(level.seconds for body in missing for level in levels(body, self.accuracy))
 
     def compliance(self, lines: ContactLines, beside: Effects) -> LowRank:
         """Factor of both teeth side by side, (position, pair, segment, rank); shared by all pairs of meshed bodies."""
@@ -152,7 +147,7 @@ class ToothBending(Tooth):
 
     def body(self, pair: Pair, role: Role, beside: Effects) -> Body:
         """Part of pinion (k = 0) or wheel (k = 1) that finite elements mesh."""
-        return meshed_body(pair, role, on_body=_on_body(beside), teeth=self.teeth)
+        return meshed_body(pair, role, on_body=_on_body(beside))
 
 
 def tooth_bending(effects: Effects, model: str) -> ToothBending | None:
