@@ -94,13 +94,16 @@ def run(text: str, pairs: Sequence[int], *, threads: int = 1) -> list[StepResult
 
 
 def read(printed: str, pairs: Sequence[int]) -> list[StepResult]:
-    """Load steps in the text that CalculiX printed (.dat)."""
+    """Ends of the load steps, each of time 1, in the text that CalculiX printed (.dat)."""
     steps = []
     for part in re.split(r"displacements \(vx,vy,vz\)", printed)[1:]:
         blocks = part.split("statistics for slave set")
         if len(blocks) != len(pairs) + 1:
             break
-        rotation = _numbers(blocks[0].splitlines()[2])[0]
+        lines = blocks[0].splitlines()
+        time, rotation = _numbers(lines[0])[0], _numbers(lines[2])[0]
+        if not math.isclose(time, round(time), rel_tol=1e-6):  # a part of a load step that CalculiX cut
+            continue
         force, moment, centre = {}, {}, {}
         for k, block in zip(pairs, blocks[1:], strict=True):
             lines = [line for line in block.splitlines() if line.strip()]
