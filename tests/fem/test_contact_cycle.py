@@ -161,7 +161,8 @@ def test_what_calculix_prints_is_read():
 
 def test_parts_of_a_load_step_are_not_taken_for_steps():
     part = PRINTED.replace("time  0.1000000E+01", "time  0.2500000E+00").replace("9.707483E-03", "2.000000E-03")
-    assert [step.rotation for step in calculix.read(part + PRINTED, [0])] == [9.707483e-3]
+    nearly = part.replace("time  0.2500000E+00", "time  0.1000000E+01")
+    assert [step.rotation for step in calculix.read(part + nearly + PRINTED, [0])] == [9.707483e-3]
 
 
 def test_calculix_that_is_not_installed_is_named(monkeypatch):
