@@ -94,13 +94,16 @@ def run(text: str, pairs: Sequence[int], *, threads: int = 1) -> list[StepResult
 
 
 def read(printed: str, pairs: Sequence[int]) -> list[StepResult]:
-    """Load steps in the text that CalculiX printed (.dat)."""
-    steps = []
+    """Ends of the load steps, each of time 1, in the text that CalculiX printed (.dat)."""
+    steps: dict[int, StepResult] = {}
     for part in re.split(r"displacements \(vx,vy,vz\)", printed)[1:]:
         blocks = part.split("statistics for slave set")
         if len(blocks) != len(pairs) + 1:
             break
-        rotation = _numbers(blocks[0].splitlines()[2])[0]
+        lines = blocks[0].splitlines()
+        time, rotation = _numbers(lines[0])[0], _numbers(lines[2])[0]
+        if not math.isclose(time, round(time), rel_tol=1e-6):  # a part of a load step that CalculiX cut
+            continue
         force, moment, centre = {}, {}, {}
         for k, block in zip(pairs, blocks[1:], strict=True):
             lines = [line for line in block.splitlines() if line.strip()]
@@ -108,8 +111,9 @@ def read(printed: str, pairs: Sequence[int]) -> list[StepResult]:
             touching = abs(total[5]) > 0
             force[k], moment[k] = (total[0], total[1]), abs(total[5])
             centre[k] = (middle[0], middle[1]) if touching else (math.nan, math.nan)
-        steps.append(StepResult(rotation=rotation, force=force, moment=moment, centre=centre))
-    return steps
+        # the last at this time: a step may end with one more very short part
+        steps[round(time)] = StepResult(rotation=rotation, force=force, moment=moment, centre=centre)
+    return list(steps.values())
 
 
 def _numbers(line: str) -> list[float]:

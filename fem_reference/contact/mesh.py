@@ -106,7 +106,7 @@ def gear_mesh(
         there = [boundaries[name] for part in _TOUCHING if (name := on_tooth(part, d)) in boundaries]
         facets = np.concatenate(there)
         surfaces[k] = np.array([(mesh.f2t[0, f], edges_of[int(f)]) for f in facets])
-        _modify(placement, role, k, points, triangles, mesh, boundaries[on_tooth("right_flank", d)])
+        _modify(placement, role, k, points)
     middle = mesh.dofs.facet_dofs[0][boundaries["bore"]]
     held = np.union1d(mesh.facets[:, boundaries["bore"]].ravel(), middle)
     return GearMesh(points=placement.placed(role, points), triangles=triangles, bore=held, surfaces=surfaces)
@@ -126,15 +126,19 @@ def _triangles(mesh: object) -> tuple[NDArray, dict[int, int]]:
     return np.vstack([corners, dofs.facet_dofs[0][facets]]), {f: i for f, i in number.items() if f in boundary}
 
 
-def _modify(
-    placement: Placement, role: Role, k: int, points: NDArray, triangles: NDArray, mesh: object, flank: NDArray
-) -> None:
-    """Move the nodes of a flank by the material that is missing there, along its normal."""
-    middle = mesh.dofs.facet_dofs[0][flank]  # type: ignore[attr-defined]
-    nodes = np.union1d(mesh.facets[:, flank].ravel(), middle)  # type: ignore[attr-defined]
-    gear = placement.pair.gears[role]
-    R, theta = np.hypot(*points[:, nodes]), np.arctan2(*points[:, nodes])
-    theta = (
-        theta - placement.profiles[role].missing(np.clip(R, gear.form_radius, gear.tip_radius), k) / gear.base_radius
-    )
-    points[:, nodes] = R * np.array([np.sin(theta), np.cos(theta)])
+def _modify(placement: Placement, role: Role, k: int, points: NDArray) -> None:
+    """Turn the nodes of a tooth by the material that is missing on its flank: all on the flank, none on its middle.
+
+    Elements at the flank may be smaller than what is missing there: moved alone, its nodes would turn them over.
+    """
+    gear, profile = placement.pair.gears[role], placement.profiles[role]
+    R, theta = np.hypot(*points), np.arctan2(*points)
+    on_profile = np.clip(R, gear.form_radius, gear.tip_radius)
+    centre = 2 * math.pi / gear.teeth * placement.tooth(role, k)
+    across = (theta - centre) / gear.half_angle(on_profile)
+    up = np.clip((R - gear.root_radius) / (gear.form_radius - gear.root_radius), 0.0, 1.0)
+    # the right half of this tooth, and not the next one
+    here = (across > 0) & (theta - centre < math.pi / gear.teeth) & (up > 0)
+    missing = profile.missing(on_profile[here], k) / gear.base_radius
+    theta[here] -= missing * np.minimum(across[here], 1.0) * up[here]
+    points[:] = R * np.array([np.sin(theta), np.cos(theta)])

@@ -82,11 +82,14 @@ def test_linear_relief_moves_the_first_touch():
     assert placement.touch(1).gap < e
 
 
-def test_mesh_lies_on_the_flank_that_was_made():
+@pytest.mark.parametrize("contact", [1.0, 0.35])
+@pytest.mark.parametrize("phase", [0.3, 0.725])
+def test_mesh_lies_on_the_flank_that_was_made(phase, contact):
+    """Also where elements are no larger than what is missing."""
     relief = TipRelief(amount=20.0, length=1.0)
-    placement = placed(PAIR, 0.3, relief)
+    placement = placed(PAIR, phase, relief)
     touches = [touch for touch in placement.touches() if touch.gap < 0.05]
-    mesh = gear_mesh(placement, Role.PINION, touches, 100.0, Fineness(contact=1.0, size=0.5, growth=0.6))
+    mesh = gear_mesh(placement, Role.PINION, touches, 100.0, Fineness(contact=contact, size=0.5, growth=0.6))
     x, y = mesh.points[:, mesh.triangles[:3]]
     assert np.all((x[1] - x[0]) * (y[2] - y[0]) > (x[2] - x[0]) * (y[1] - y[0]))
     start, end = mesh.points[:, mesh.triangles[[0, 1, 2]]], mesh.points[:, mesh.triangles[[1, 2, 0]]]
@@ -154,6 +157,12 @@ def test_what_calculix_prints_is_read():
     assert step.moment == {0: 48391.23}
     assert step.centre == {0: (-3.084538, 23.881)}
     assert calculix.read(PRINTED, [0, 1]) == []
+
+
+def test_parts_of_a_load_step_are_not_taken_for_steps():
+    part = PRINTED.replace("time  0.1000000E+01", "time  0.2500000E+00").replace("9.707483E-03", "2.000000E-03")
+    nearly = part.replace("time  0.2500000E+00", "time  0.1000000E+01")
+    assert [step.rotation for step in calculix.read(part + nearly + PRINTED, [0])] == [9.707483e-3]
 
 
 def test_calculix_that_is_not_installed_is_named(monkeypatch):
