@@ -31,7 +31,7 @@ from gearbench.geometry.material import Material
 SOURCES = (
     "schema.py",
     *(f"geometry/{name}.py" for name in ("fillet", "gear", "involute", "material", "rack", "role", "section")),
-    *(f"compliance/{name}.py" for name in ("bases", "flank", "local", "outline", "solid")),
+    *(f"compliance/{name}.py" for name in ("bases", "chain", "flank", "local", "outline", "section", "solid")),
 )
 
 

@@ -141,7 +141,7 @@ def refined_compliance(
     found: list[np.ndarray] = []
     while True:
         level = pending.pop(0)
-        found.append(_blocks(level, material, order))
+        found.append(blocks_of(level, material, order))
         _LOG.info("level %d: %d unknowns, %.1f s so far", level.number, level.unknowns, time.perf_counter() - start)
         if pending:
             continue
@@ -163,7 +163,8 @@ def refined_compliance(
     return FlankCompliance(gear=body.gear, order=order, blocks=found[-1] + step, error=error, attrs=attrs)
 
 
-def _blocks(level: Level, material: Material, order: tuple[int, int]) -> np.ndarray:
+def blocks_of(level: Level, material: Material, order: tuple[int, int]) -> np.ndarray:
+    """Blocks C_d (2n+1, p·q, p·q) [mm/N] of a level, the compression of the half-space taken out of C_0."""
     gear = level.body.gear
     n = 0 if level.body.bore_radius is None else min((gear.teeth - 1) // 2, NEIGHBOURS)
     blocks = flank_blocks(level.section, level.count, material, order, n)

@@ -53,7 +53,7 @@ def naming(file: object) -> Iterator[None]:
 def one_of(name: str, names: Iterable[str]) -> str:
     """The names allowed in place of ``name``, the one it comes close to first."""
     names = list(names)
-    close = get_close_matches(name, names, n=1)
+    close = get_close_matches(name, names, n=1, cutoff=0.7)
     return "".join(f"did you mean {match}? " for match in close) + f"allowed: {', '.join(names)}"
 
 

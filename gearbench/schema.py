@@ -63,7 +63,7 @@ class Key:
     def fault(self, value: Any) -> str | None:
         """The fault in the type of ``value``, None where there is none; limits are not looked at."""
         faults = _faults(TypeAdapter(self.hint, config=STRICT), value)
-        return next((_message(fault) for fault in faults if fault["type"] not in _RANGE), None)
+        return next((_message(fault) for fault in faults if fault["type"] not in (*_RANGE, "value_error")), None)
 
 
 @cache

@@ -56,10 +56,13 @@ def test_speeds_that_cannot_be_are_one_line(tmp_path, speed, line):
 @pytest.mark.parametrize(
     ("change", "line"),
     [
-        ('[system]\ndampin_ratio = 1\n', "system.dampin_ratio = unknown key: allowed: damping_ratio"),
+        (
+            "[system]\ndampin_ratio = 1\n",
+            "system.dampin_ratio = unknown key: did you mean damping_ratio? allowed: damping_ratio",
+        ),
         (
             '[[system.shafts]]\nname = "a"\nsections = [{ length = 10.0, diamter = 3.0 }]\n',
-            "system.shafts.0.sections.0.diamter = unknown key: allowed: length, diameter",
+            "system.shafts.0.sections.0.diamter = unknown key: did you mean diameter? allowed: length, diameter",
         ),
         ('[[system.shafts]]\nname = "a"\nsections = [{ length = 10.0, diameter = 3.0 }]\n', "pinion on 0 shafts"),
     ],

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fem_reference.contact.cycle import _widened
+from fem_reference.contact.cycle import widened
 from fem_reference.contact.phase import PhaseResult
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.results.netcdf import load
@@ -61,7 +61,7 @@ def test_free_faces_widen_deflections_not_gaps():
     stiffness, gaps, force, factor = np.array([2e5, 3e5]), np.array([2e-3, 5e-3]), 8e3, 1.03
     q, soft = ((force + k @ gaps) / k.sum() for k in (stiffness, stiffness / factor))
     one = PhaseResult(approach=[q], stiffness=[stiffness.sum()], share={}, radius={})
-    np.testing.assert_allclose(_widened([one], np.array([[force]]), factor), [[soft]], rtol=1e-12)
+    np.testing.assert_allclose(widened([one], np.array([[force]]), factor), [[soft]], rtol=1e-12)
     assert soft < factor * q
 
 

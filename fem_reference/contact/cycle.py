@@ -53,8 +53,7 @@ def contact_cycle(
     torques
         Torques on the pinion [N·m], rising, in place of the scene's; they become the dimension ``torque``.
     width_factor
-        Factor on the elastic deflections for the free faces: 1 is plane strain; narrow teeth deflect some 3 % more.
-        Gaps between the flanks stay as they are.
+        Factor on the elastic deflections, not on gaps: 1 is plane strain; narrow teeth deflect some 3 % more.
     settings, workers
         How each phase is computed, and how many at a time.
 
@@ -78,11 +77,11 @@ def contact_cycle(
     phase, weight = uniform_phases(phases)
     found, checks = _solved(scene, phase, loads, settings or Settings(), workers)
     force = 1e3 * np.array(loads)[:, None] / scene.pair.gears[0].base_radius
-    q = _widened(found, force, width_factor)
+    q = widened(found, force, width_factor)
     k = np.array([each.stiffness for each in found]).T / width_factor
     cycle = MeshCycle.of(scene, Phases(phase=phase, weight=weight, size=None), q, k)
     names, share, radius = _of_pairs(found)
-    changed = [_widened(some, force, width_factor) for some in (checks.coarser, checks.softer)]
+    changed = [widened(some, force, width_factor) for some in (checks.coarser, checks.softer)]
     error = MICROMETRES * np.sum([np.abs(other - q[:, checks.at]).max(axis=1) for other in changed], axis=0)
     of_pairs = {"load_share": share, "contact_radius": radius}
     attrs = {
@@ -127,7 +126,7 @@ def _solved(
     return found[:n], _Checks(at=at, coarser=found[n:m], softer=found[m:])
 
 
-def _widened(found: Sequence[PhaseResult], force: NDArray, factor: float) -> NDArray:
+def widened(found: Sequence[PhaseResult], force: NDArray, factor: float) -> NDArray:
     """q [mm] with all compliances times ``factor``, (torque, position).
 
     The same as ``factor`` times the force, to first order; the gaps, which do not yield, are not multiplied.

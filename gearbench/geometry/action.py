@@ -239,11 +239,15 @@ def _on_panels(
 
 def _shares(segments: int, sizes: NDArray) -> list[int]:
     """``segments`` shared among panels in proportion to ``sizes``, each at least ``FEWEST``."""
-    counts = np.maximum(FEWEST, np.floor(segments * sizes / sizes.sum())).astype(int)
-    while counts.sum() != segments:
-        owed = segments * sizes / sizes.sum() - counts
-        step = 1 if counts.sum() < segments else -1
-        counts[np.argmax(owed if step > 0 else np.where(counts > FEWEST, -owed, -np.inf))] += step
+    wanted = segments * sizes / sizes.sum()
+    counts = np.maximum(FEWEST, np.floor(wanted + 1e-9)).astype(int)
+    while left := segments - int(counts.sum()):
+        step = 1 if left > 0 else -1
+        owed = np.where(counts > (0 if step > 0 else FEWEST), np.round(step * (wanted - counts), 6), -np.inf)
+        # alike panels get alike shares where they can: a line and its mirror image are cut alike
+        groups = [np.flatnonzero(owed == value) for value in np.unique(owed[np.isfinite(owed)])[::-1]]
+        chosen = next((group for group in groups if group.size <= abs(left)), groups[0][:1])
+        counts[chosen] += step
     return counts.tolist()
 
 

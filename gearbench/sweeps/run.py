@@ -49,12 +49,11 @@ def sweep(
         Values of each key that is swept, several at once: ``torque=[100, 200]``, or, where a key has a dot,
         ``**{"effects.tip_relief.amount": [0, 5, 10]}``. A key without a dot is one of ``[load]``, ``[pair]`` or
         ``[resolution]``.
-    outputs
-        As for ``simulate``; with ``samples``, the responses among them.
-    samples, seed, sampler
-        Number of error samples at every point, the same ones, as for ``robust``; 0: the scene as it is.
+    outputs, samples, seed, sampler
+        As for ``simulate``; with ``samples``, the same error samples at every point as for ``robust``, and the
+        responses among the outputs.
     threads, progress
-        Number of threads, as many as processors by default; called with the points done and how many there are.
+        As for ``robust``; called with the points done and their number.
 
     Returns
     -------
@@ -67,15 +66,12 @@ def sweep(
     ------
     InputError
         If a key is none of the scene's numbers, a value is not allowed, or the scene gives ``resolution.accuracy``.
-    ConvergenceError
-        As ``simulate``.
 
     Examples
     --------
     >>> from gearbench import load_scene
-    >>> dataset = sweep(load_scene("examples/sc.toml"), torque=[5.0, 10.0, 20.0])
-    >>> dataset["transmission_error"].dims, dataset["transmission_error_mean"].dims
-    (('torque', 'position'), ('torque',))
+    >>> sweep(load_scene("examples/sc.toml"), torque=[5.0, 10.0, 20.0])["transmission_error_mean"].dims
+    ('torque',)
     """
     start = time.perf_counter()
     check_outputs(tuple(outputs))

@@ -90,7 +90,7 @@ def test_levels_grow_and_the_error_bar_bounds_the_error(body, steel):
     fine = refined_compliance(body, steel, 3e-4, ORDER)
     last = refined_compliance(body, steel, 0.01, ORDER)
     n = len(fine.blocks) // 2
-    blocks = [refinement._blocks(Level(body=body, number=k, waves=ORDER[1]), steel, ORDER)[n] for k in (2, 3)]
+    blocks = [refinement.blocks_of(Level(body=body, number=k, waves=ORDER[1]), steel, ORDER)[n] for k in (2, 3)]
     assert np.linalg.eigvalsh(blocks[1] - blocks[0]).min() > -1e-10 * np.abs(fine.blocks).max()
     assert np.linalg.norm(last.blocks - fine.blocks) < (last.error + fine.error) * np.linalg.norm(fine.blocks)
     assert fine.error <= 3e-4 < last.error <= 0.01

@@ -83,7 +83,7 @@ PROBLEMS: dict[str, HardProblem] = {
                 digits=d,
                 steps=n,
             )
-            for f, d, n in ((1e-3, 12, 30), (1e-6, 10, 40), (1e-9, 12, 250), (1e6, 13, 30))
+            for f, d, n in ((1e-3, 12, 30), (1e-6, 9.9, 40), (1e-9, 12, 250), (1e6, 13, 30))
         ),
         *(
             HardProblem(
