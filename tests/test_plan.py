@@ -44,7 +44,7 @@ def test_finite_elements_are_estimated_not_run(monkeypatch, tmp_path):
     scene = replace(case(1, Resolution(positions=4)), effects=(ToothBending(model="finite_elements"), Hertz()))
     made = plan(scene)
     part = next(part for part in made.parts if part.name == "finite elements")
-    assert part.seconds > 1
+    assert part.seconds > 0.1  # the levels that would run, a quarter of a second each
     assert made.seconds > part.seconds
 
 
