@@ -198,10 +198,6 @@ class Gearbox:
             starts += two.tangent_length - one.tangent_length
         return (starts / one.base_pitch - turned) % 1.0
 
-    def shaft_rate(self, number: int) -> float:
-        """Speed of a shaft over that of the first pinion."""
-        return abs(self._rates.get(number, 0.0))
-
     def wrench(self, mesh: str, role: Role, model: ShaftModel) -> NDArray:
         """Row (size,) of the model's motions: work of a unit transverse force spread evenly over the face (W8)."""
         frame = self.frames[mesh]
