@@ -27,9 +27,10 @@ from gearbench.cli.validate import validate
 from gearbench.cli.verify import verify
 from gearbench.errors import GearbenchError, InputError, plain, shortened
 from gearbench.files import together
+from gearbench.interruption import pending
 
-#: 0 done, 1 failed, 2 bad input, 130 interrupted.
-FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
+#: 0 done, 1 failed, 2 bad input; 130 and 143 where a signal ended it, see ``gearbench.interruption``.
+FAILED, BAD_INPUT = 1, 2
 
 #: Modules that an extra brings.
 EXTRAS = {"skfem": "fem", "gmsh": "fem", "meshio": "fem", "platformdirs": "fem"}
@@ -102,7 +103,7 @@ def _options(
 def main() -> None:
     """Run the command line; every fault is one line on stderr, one that nobody expected leaves a report, too."""
     try:
-        app()
+        _run()
     except InputError as error:
         _end(error, BAD_INPUT)
     except ModuleNotFoundError as error:
@@ -111,8 +112,6 @@ def main() -> None:
         _end(f"{module} is not installed: pip install 'gearbench[{extra}]'" if extra else error, FAILED)
     except (GearbenchError, OSError, ImportError) as error:
         _end(error, FAILED)
-    except KeyboardInterrupt:
-        _end("interrupted", INTERRUPTED)
     except MemoryError:
         _end("out of memory", FAILED)
     except Exception as error:  # a fault of the program
@@ -124,6 +123,15 @@ def main() -> None:
         )
     finally:
         log.end()
+
+
+def _run() -> None:
+    try:
+        app()
+    except Exception as error:
+        if pending():  # Ctrl-C in the midst of an import comes out as another error
+            raise KeyboardInterrupt from error
+        raise
 
 
 def _end(error: object, code: int) -> None:
