@@ -10,8 +10,8 @@ LANES = 8
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _free(by, s, p, v):
-    for r in range(p.shape[0]):
+def _free(by, s, count, p, v):
+    for r in range(count):
         pp, pv, vp, vv = by[0, s, r], by[1, s, r], by[2, s, r], by[3, s, r]
         for j in range(p.shape[1]):
             here, speed = p[r, j], v[r, j]
@@ -20,33 +20,37 @@ def _free(by, s, p, v):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def monodromy(own, half, a, kick, dt, r):
-    """Map (speed, 2·mode, 2·mode) of (p, v/ω_r) over a period of kicks (1 or speed, mesh, step) between free motion."""
+def monodromy(own, half, a, kick, dt, r, counts):
+    """Map (speed, 2·mode, 2·mode) of (p, v/ω_r) over a period of kicks (1 or speed, mesh, step) between free motion.
+
+    At each speed the first ``counts`` modes (speed,) move; the others stand still.
+    """
     meshes, size = a.shape
     steps = kick.shape[2]
-    out = np.empty((len(dt), 2 * size, 2 * size))
+    out = np.zeros((len(dt), 2 * size, 2 * size))
     push = np.empty(2 * size)
     for s in range(len(dt)):
         p, v = np.zeros((size, 2 * size)), np.zeros((size, 2 * size))
-        for i in range(size):
+        count = counts[s]
+        for i in range(count):
             p[i, i], v[i, size + i] = 1.0, r[i]
-        _free(half, s, p, v)
+        _free(half, s, count, p, v)
         for step in range(steps):
             for m in range(meshes):
                 by = kick[min(s, len(kick) - 1), m, step] * dt[s]
                 push[:] = 0.0
-                for i in range(size):
+                for i in range(count):
                     for j in range(2 * size):
                         push[j] += a[m, i] * p[i, j]
-                for i in range(size):
+                for i in range(count):
                     share = by * a[m, i]
                     for j in range(2 * size):
                         v[i, j] -= share * push[j]
             if step < steps - 1:
-                _free(own, s, p, v)
-        _free(half, s, p, v)
+                _free(own, s, count, p, v)
+        _free(half, s, count, p, v)
         out[s, :size] = p
-        for i in range(size):
+        for i in range(count):
             out[s, size + i] = v[i] / r[i]
     return out
 

@@ -54,7 +54,7 @@ class Modes:
         return _summed(left, g, right) - _summed(left, g, rows) @ np.linalg.solve(own, _summed(rows, g, right))
 
     def at_meshes(self, omega: NDArray, meshes: NDArray) -> NDArray:
-        """ĥ_c: relative motion at each of the ``meshes``, its sign turned, per force at each, (…, mesh, mesh) [mm/N]."""
+        """ĥ_c: relative motion at each of ``meshes``, its sign turned, per force at each, (…, mesh, mesh) [mm/N]."""
         return self._between(self.mesh[meshes], self.mesh[meshes], omega)
 
     def at_bearings(self, omega: NDArray, meshes: NDArray) -> NDArray:

@@ -9,6 +9,8 @@ from gearbench.dynamics.modes import Modes
 
 #: Modes kept: those with the largest share in the compliance at the meshes.
 MODES = 12
+#: Phase that a mode turns by in a step [rad], at most.
+RESOLVED = 1.0
 #: Gain of the loop below which stability counts as proven: frequencies between those looked at are allowed for.
 PROVEN = 0.9
 #: Modes with a smaller peak, over the static compliance, are not looked at one by one.
@@ -48,7 +50,8 @@ def multipliers(modes: Modes, meshes: NDArray, omega: NDArray, stiffness: NDArra
     """Largest modulus (speed,) of the Floquet multipliers: above 1 the motion grows from period to period.
 
     The step is split into the modes' own motion, exact, and the kicks of k(t) − k̄, exact too: second order, and without
-    damping it preserves area.
+    damping it preserves area. Modes too fast for the steps are left out: below ``RESOLVED`` rad a step, with k(t) given
+    at 16 steps an order, that is a mode which only orders beyond those of k(t) could meet.
 
     Parameters
     ----------
@@ -64,12 +67,13 @@ def multipliers(modes: Modes, meshes: NDArray, omega: NDArray, stiffness: NDArra
     from gearbench.dynamics._kernels import monodromy
 
     keep = np.argsort(-modes.participation[meshes].sum(axis=0), kind="stable")[:MODES]
-    keep = keep[modes.frequency[keep] > 0]
+    keep = np.sort(keep[modes.frequency[keep] > 0])
     r, zeta = modes.frequency[keep], modes.damping_ratio
     dt = 2 * np.pi / omega / stiffness.shape[-1]
     kick = np.ascontiguousarray(stiffness - modes.stiffness[meshes][:, None])
+    counts = (np.multiply.outer(dt, r) < RESOLVED).sum(axis=1)
     own, half = (free_motion(r, zeta, share * dt[:, None]) for share in (1.0, 0.5))
-    maps = monodromy(own, half, np.ascontiguousarray(modes.mesh[np.ix_(meshes, keep)]), kick, dt, r)
+    maps = monodromy(own, half, np.ascontiguousarray(modes.mesh[np.ix_(meshes, keep)]), kick, dt, r, counts)
     return np.abs(np.linalg.eigvals(maps)).max(axis=1)
 
 

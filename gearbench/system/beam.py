@@ -14,7 +14,6 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike, NDArray
 
-
 #: Gauss nodes and weights for flexibility and mass.
 _FLEXIBILITY, _MASS = leggauss(12), leggauss(6)
 
