@@ -72,7 +72,7 @@ class Modes:
 def _summed(left: NDArray, g: NDArray, right: NDArray) -> NDArray:
     """Σ_r left_ir g_r right_jr, (…, left, right): one real product for all frequencies."""
     both = (left[:, None] * right).reshape(-1, g.shape[-1]).T
-    return (g.real @ both + 1j * (g.imag @ both)).reshape(*g.shape[:-1], len(left), len(right))
+    return (np.real(g) @ both + 1j * (np.imag(g) @ both)).reshape(*g.shape[:-1], len(left), len(right))
 
 
 def modes(mechanics: Mechanics, stiffness: NDArray, damping_ratio: float) -> Modes:

@@ -90,8 +90,8 @@ def force_rms(model: Model, group: Group, cycles: SampleCycles, speed: NDArray, 
         drive = np.einsum("sab,sb->sa", K, real(cycles.error[here]))
         held = K[:, 1:, 0] / K[:, :1, 0]
         left, load = K[:, 1:, 1:] - held[:, :, None] * K[:, :1, 1:], drive[:, 1:] - held * drive[:, :1]
-        across = [np.ascontiguousarray(np.moveaxis(part, 0, -1)) for part in (left, load)]
-        out[:, here] = np.sqrt(2 * force_squares(*across, dynamic))
+        matrix, right = (np.ascontiguousarray(np.moveaxis(part, 0, -1)) for part in (left, load))
+        out[:, here] = np.sqrt(2 * force_squares(matrix, right, dynamic))
 
     with ThreadPoolExecutor(threads) as pool:
         list(pool.map(some, range(0, len(cycles.error), LANES)))
