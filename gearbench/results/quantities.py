@@ -137,7 +137,7 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "floquet_multiplier": Quantity(
                 "1",
                 "max |μ|",
-                "largest Floquet multiplier; stable where below 1, NaN where stability is proven without it",
+                "largest Floquet multiplier; stable below 1, NaN where proven without it",
             ),
             "bearing_force_amplitude": Quantity("N", "B_n", "amplitude of a bearing force order"),
             "bearing_force_phase": Quantity("rad", "arg B_n", "phase of a bearing force order"),
