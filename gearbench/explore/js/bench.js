@@ -7,7 +7,7 @@ let tables = JSON.parse(start);
 let committed = start;
 const undone = [];  // earlier scenes, the last one on top
 const added = JSON.parse(examples);
-const variants_ = [];  // { name, scene, numbers, curves, colour }
+const variants_ = [...beside];  // { name, scene, numbers, curves, colour }
 let baseline = null;
 
 // -- tables and controls ----------------------------------------------------------------------------------------------
@@ -255,7 +255,7 @@ byId("phase").addEventListener("input", ({ target }) => { phase.value = Number(t
 now.numbers.connect(now.numbers.properties.data.change, numbers);
 now.warnings.connect(now.warnings.properties.data.change, warn);
 now.ste_density.connect(now.ste_density.properties.data.change, errors);
-numbers();
+overlay();
 warn();
 errors();
 if (form) ask();  // warnings, and curves over torque
