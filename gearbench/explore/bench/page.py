@@ -75,7 +75,8 @@ class BenchPage:
         }
         return script(
             "bench", question=self.question, now=self.gear.now, before=self.gear.before, phase=self.gear.phase,
-            variants=self.variants, beside=self.beside, examples=json.dumps(added), colours=[*PALETTE[2:], *PALETTE[:2]],
+            variants=self.variants, beside=self.beside, examples=json.dumps(added),
+            colours=[*PALETTE[2:], *PALETTE[:2]],
             plots=[self.figures[name] for name in self._shown()],
             curves=[line.glyph for name in _OVERLAID for line in self.figures[name].renderers],
         )  # fmt: skip
