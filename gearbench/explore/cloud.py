@@ -60,7 +60,7 @@ def cloud(catalogue: Catalogue, data: Sources) -> Any:
     title = f"Fronts with 2σ boxes; {len(catalogue):,} designs".replace(",", " ")
     tools: dict[str, Any] = {"tools": "pan,wheel_zoom,box_zoom,box_select,lasso_select,reset,save"}
     ranges: dict[str, Any] = {"x_range": fixed(*_room(across, data, "x")), "y_range": fixed(*_room(up, data, "y"))}
-    plot = chart(title, across.title, up.title, width=640, height=490, active_scroll="wheel_zoom", **tools, **ranges)
+    plot = chart(title, across.title, up.title, height=490, active_scroll="wheel_zoom", **tools, **ranges)
     plot.name = "cloud"
     plot.image_rgba("image", "x", "y", "dw", "dh", source=data["raster"], level="underlay")
     plot.rect(

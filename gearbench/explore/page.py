@@ -62,7 +62,7 @@ class Page:
             root.name = name
             document.add_root(root)
         document.title = "gearbench explore"
-        document.js_on_event(DocumentReady, self.refresh, self.follow, self.gear.turn)
+        document.js_on_event(DocumentReady, self.refresh, self.follow, *self.gear.ready, script("labels"))
 
     def _designs(self) -> tuple[dict[str, Any], Any, Any]:
         """Filters, cloud and parallel coordinates, wired in the browser."""
