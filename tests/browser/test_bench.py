@@ -178,6 +178,8 @@ def test_a_single_result_as_a_file_shows_no_empty_panels(scene_file, tmp_path):
         )
         assert figures == ["ste", "stiffness", "ste_orders", "stiffness_orders", "harris", "torque", "load", "teeth"]
         assert driver.execute_script(SWEPT)
+        heads = "return [...document.querySelectorAll('#numbers thead th')].map((c) => c.textContent)"
+        assert driver.execute_script(heads) == ["example"]
         assert driver.execute_script("return document.querySelectorAll('button, form').length") == 0
         shot(driver, "11_single_result")
         assert faults(driver) == []
