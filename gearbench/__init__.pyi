@@ -14,6 +14,7 @@ from .effects.crowning import Crowning as Crowning
 from .effects.end_relief import EndRelief as EndRelief
 from .effects.flank_twist import FlankTwist as FlankTwist
 from .effects.gear_body import GearBody as GearBody
+from .effects.helix_curve import HelixCurve as HelixCurve
 from .effects.helix_slope import HelixSlope as HelixSlope
 from .effects.hertz import Hertz as Hertz
 from .effects.manufacturing_errors import ErrorKind as ErrorKind
@@ -22,6 +23,7 @@ from .effects.misalignment import Misalignment as Misalignment
 from .effects.off_line_contact import OffLineContact as OffLineContact
 from .effects.pitch_errors import PitchErrors as PitchErrors
 from .effects.profile_crowning import ProfileCrowning as ProfileCrowning
+from .effects.profile_curve import ProfileCurve as ProfileCurve
 from .effects.profile_slope import ProfileSlope as ProfileSlope
 from .effects.root_relief import RootRelief as RootRelief
 from .effects.tip_relief import TipRelief as TipRelief

@@ -122,7 +122,7 @@ def dataset(solved: Solved, outputs: Sequence[str], start: float, before: tuple[
         grid = ("position", "pair", "segment")
         coords |= {
             "path_position": (grid, lines.u),
-            "face_position": (grid, lines.y),
+            "face_position": (grid, lines.face),
             "segment_length": (grid, lines.length),
         }
     variables |= {

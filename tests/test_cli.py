@@ -212,7 +212,6 @@ BAD = {
                        "[pair.wheel]\nprofile_shift = 0.0\n",
                        "pair.backlash", "0.1"),
     "no torque": ("torque = 10.0", "torque = 0.0", "load.torque", "0"),
-    "torque backwards": ("torque = 10.0", "torque = -10.0", "load.torque", "-10"),
     "not a number": ("torque = 10.0", "torque = nan", "load.torque", None),
     "infinite": ("torque = 10.0", "torque = inf", "load.torque", None),
     "missing key": ("torque = 10.0", "", "load.torque", "missing"),

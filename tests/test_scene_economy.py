@@ -54,6 +54,8 @@ TABLES: dict[str, dict[str, Any]] = {
     "end_relief": {"amount": 5.0, "length": 2.5},
     "profile_slope": {"pinion": 2.0, "wheel": -3.0},
     "profile_crowning": {"pinion": 4.0, "wheel": 2.0},
+    "profile_curve": {"pinion": {"polynomial": [0.0, 2.0, 6.0]}},
+    "helix_curve": {"wheel": {"at": [0.0, 6.0, 24.0], "deviation": [5.0, 0.0, 3.0]}},
     "flank_twist": {"pinion": 6.0},
     "helix_slope": {"pinion": 5.0},
     "manufacturing_errors": {"preset": "garambois2017"},

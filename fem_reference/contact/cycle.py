@@ -119,7 +119,7 @@ def _solved(
     softer = replace(settings, penalty=settings.penalty / 2)
     jobs = [(float(tau), settings) for tau in phase]
     jobs += [(float(phase[i]), other) for other in (coarser, softer) for i in at]
-    gaps = tuple(effect for effect in scene.effects if isinstance(effect, GapEffect))
+    gaps = tuple(effect for effect in scene.flank_effects if isinstance(effect, GapEffect))
     with ThreadPoolExecutor(workers) as pool:
         found = list(pool.map(lambda job: solve_phase(scene.pair, gaps, job[0], loads, job[1]), jobs))
     n, m = len(phase), len(phase) + len(at)

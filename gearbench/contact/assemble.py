@@ -60,13 +60,16 @@ def _lines(
 ) -> ContactLines:
     """Contact lines over the path of contact, or with the separation of the ``flanks`` over ``span``."""
     pair, load = scene.pair, 0.0 if flanks is None else typical_load(scene)
-    sparse = replace(contact_lines(pair, (np.arange(4) + 0.5) / 4, 8, separation=flanks, span=span), typical_load=load)
+    coast = scene.load.coast
+    few = contact_lines(pair, (np.arange(4) + 0.5) / 4, 8, coast=coast, separation=flanks, span=span)
+    sparse = replace(few, typical_load=load)
     gap = np.where(sparse.active[..., None], total_gap(scene, sparse), 0.0)
     parting = bool(np.ptp(gap, axis=2).max() > LEAST_VARIATION)
     kinks, face = _kinks(scene, flanks)
     lines = contact_lines(
-        pair, mesh_phase, scene.resolution.segments, kinks, face, parting=parting, separation=flanks, span=span
-    )
+        pair, mesh_phase, scene.resolution.segments, kinks, face,
+        parting=parting, coast=coast, separation=flanks, span=span,
+    )  # fmt: skip
     return replace(lines, typical_load=load)
 
 
@@ -76,6 +79,8 @@ def _kinks(scene: Scene, flanks: Separation | None) -> tuple[list[float], list[f
     added = [gap for gap in gaps if flanks is None or not gap.modifications(scene.pair)]
     own = [] if flanks is None else [float(u) for u in flanks.kinks]
     face = [y for gap in gaps for y in gap.face_kinks(scene.pair)]
+    if scene.load.coast:
+        face = [scene.pair.face_width - y for y in face]
     return own + [u for gap in added for u in gap.kinks(scene.pair)], face
 
 
@@ -86,7 +91,7 @@ def flank_separation(scene: Scene) -> Separation | None:
 
 def profile_separation(scene: Scene) -> Separation:
     """Separation of the profiles with the scene's modifications of them."""
-    gaps = [effect for effect in scene.effects if isinstance(effect, GapEffect)]
+    gaps = [effect for effect in scene.flank_effects if isinstance(effect, GapEffect)]
     return separation(scene.pair, tuple(m for effect in gaps for m in effect.modifications(scene.pair)))
 
 
@@ -103,9 +108,9 @@ def greatest_deflection(scene: Scene, flanks: Separation) -> float:
     most = meshing.transverse_contact_ratio % 1.0
     lines = _lines(scene, np.array([(1 + most) / 2, most / 2]), flanks, span)
     deflection = float(solve(assemble(scene, lines)).approach.max())
-    if any(isinstance(effect, GapEffect) and not effect.modifications(scene.pair) for effect in scene.effects):
-        other = replace(scene, effects=tuple(e for e in scene.effects if e.name != "off_line_contact"))
-        deflection += float(np.ptp(total_gap(other, lines)[lines.active]))
+    others = [effect for effect in scene.flank_effects if effect.name != "off_line_contact"]
+    if any(isinstance(effect, GapEffect) and not effect.modifications(scene.pair) for effect in others):
+        deflection += float(np.ptp(total_gap(scene, lines, others)[lines.active]))
     return deflection / math.cos(meshing.beta_b)
 
 

@@ -95,7 +95,7 @@ def loaded_mesh(scene: Scene, mesh: str = "") -> LoadedMesh:
         own = replace(own, load=replace(own.load, torque=box.torques[mesh]), system=None, further=())
     phase, weight = mesh_phases(own)
     lines = scene_lines(own, phase)
-    effects, loads = own.effects, None
+    effects, loads = own.flank_effects, None
     if scene.has_shafts:
         _, shafted, motion = settle(own, partial(system_effects, scene.gearbox, mesh), lines, weight)
         effects = (*own.effects, motion)

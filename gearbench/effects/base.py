@@ -144,6 +144,9 @@ class ToothCompliance(ComplianceEffect):
 class GapEffect(Effect):
     """An effect that adds gap."""
 
+    #: Whether it is of the shape of a flank, so that drive and coast flanks may differ in it.
+    of_flank: ClassVar[bool] = True
+
     @abstractmethod
     def gap(self, lines: ContactLines) -> NDArray:
         """Initial gap e normal to the flank, (position, pair, segment) [mm]."""

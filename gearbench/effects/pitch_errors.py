@@ -68,7 +68,9 @@ class PitchErrors(GapEffect):
         total = np.zeros(len(lines.index))
         for deviations, first in ((self.pinion, self.pinion_tooth), (self.wheel, self.wheel_tooth)):
             if deviations is not None:
-                total += np.array(deviations)[(first - lines.index) % len(deviations)]
+                # the mirror image of the coast flanks turns the other way round
+                tooth = first + lines.index if lines.coast else first - lines.index
+                total += np.array(deviations)[tooth % len(deviations)]
         gear = lines.pair.gears[0]
         normal = MICROMETRE * math.cos(gear.alpha_t) * math.cos(gear.beta_b)
         return np.broadcast_to(normal * total[:, None], lines.shape)

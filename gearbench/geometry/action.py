@@ -54,6 +54,9 @@ class ContactLines:
         Of the flanks, off the line of action too; absent where contact is taken to lie on it.
     typical_load
         Line load [N/mm] at which contact laws near an edge agree in value and slope; needed with ``separation``.
+    coast
+        Whether they are lines of the coast flanks: then u and y are those of the mirror image, in which the pinion
+        drives (G10).
     """
 
     pair: Pair
@@ -65,6 +68,12 @@ class ContactLines:
     cells: bool = False
     separation: Separation | None = None
     typical_load: float = 0.0
+    coast: bool = False
+
+    @property
+    def face(self) -> NDArray:
+        """Position along the face width as the gears have it: y, or b − y of the coast flanks [mm]."""
+        return self.pair.face_width - self.y if self.coast else self.y
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -154,6 +163,7 @@ def contact_lines(
     face_kinks: Iterable[float] = (),
     *,
     parting: bool = False,
+    coast: bool = False,
     separation: Separation | None = None,
     span: tuple[float, float] | None = None,
 ) -> ContactLines:
@@ -165,6 +175,8 @@ def contact_lines(
         Positions u on the path of contact and y along the face where the gap has a kink: ends of panels [mm].
     parting
         Whether flanks may part somewhere along a line: equal segments on each panel, not Gauss points.
+    coast
+        Whether they are of the coast flanks; u and y are those of the mirror image even so.
     separation, span
         Of the flanks; with it lines reach over the range ``span`` of u [mm], beyond the path of contact.
     """
@@ -191,6 +203,7 @@ def contact_lines(
         length=np.where(absent, 0.0, width / math.cos(meshing.beta_b)),
         cells=parting,
         separation=separation,
+        coast=coast,
     )
 
 

@@ -34,7 +34,7 @@ def largest_pressure(solved: Solved) -> float:
 
 def root_stress(scene: Scene) -> tuple[float, float]:
     """Nominal root stress of pinion and wheel, ISO 6336-3:2019 method B [MPa]."""
-    pinion, wheel = (RootBending(pair=scene.pair, role=role).stress(scene.load.torque) for role in Role)
+    pinion, wheel = (RootBending(pair=scene.pair, role=role).stress(abs(scene.load.torque)) for role in Role)
     return pinion, wheel
 
 
