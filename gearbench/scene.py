@@ -47,6 +47,38 @@ class Load:
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
+class Operation:
+    """Speed and lubrication, for outputs that depend on them; the contact does not.
+
+    Parameters
+    ----------
+    speed
+        Of the pinion [1/min].
+    friction_coefficient
+        μ of the mesh [–]; absent: by ISO/TR 14179-2 from the lubricant.
+    viscosity
+        Dynamic viscosity of the oil at its temperature [mPa·s].
+    roughness
+        Mean arithmetic roughness R_a of both flanks [µm].
+    lubricant_factor
+        X_L [–]: 1.0 for mineral oils, 0.8 for polyalphaolefins and esters, 0.75 for polyglycols.
+    thermal_contact_coefficient
+        B_M = √(λ ρ c) of the flanks [N/(mm·s^½·K)]; 13.8 for steel.
+    """
+
+    speed: Annotated[float, Field(gt=0.0, le=1e6)] | None = None
+    friction_coefficient: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
+    viscosity: Annotated[float, Field(gt=0.0, le=1e5)] | None = None
+    roughness: Annotated[float, Field(gt=0.0, le=100.0)] = 0.4
+    lubricant_factor: Annotated[float, Field(gt=0.0, le=10.0)] = 1.0
+    thermal_contact_coefficient: Annotated[float, Field(gt=0.0, le=1000.0)] = 13.8
+
+    def __post_init__(self) -> None:
+        if self.friction_coefficient is not None and self.viscosity is not None:
+            raise InputError("viscosity", self.viscosity, "conflicts with friction_coefficient: give one of the two")
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
 class Resolution:
     """How finely the mesh cycle and the contact lines are resolved.
 
@@ -110,6 +142,8 @@ class Scene:
     coast
         Effects of the coast flanks, which a negative torque loads, in place of those of the same name. Effects that are
         not among them are the same on both flanks.
+    operation
+        Speed and lubrication, where outputs ask for them.
     system
         ``gearbench.system.schema.System``: what the pair is built into, where the scene says so.
     further
@@ -128,6 +162,7 @@ class Scene:
     effects: tuple[Effect, ...]
     coast: tuple[Effect, ...] = ()
     resolution: Resolution = Resolution()
+    operation: Operation | None = None
     # Any, because scenes without a system do not import its classes
     system: Any = None
     further: tuple[Any, ...] = ()

@@ -12,13 +12,13 @@ from gearbench.effects.files import content, files_in, in_folder
 from gearbench.effects.registry import RENAMED, effect_class, effect_names
 from gearbench.errors import InputError, one_of
 from gearbench.geometry.pair import Pair
-from gearbench.scene import Load, Resolution, Scene
+from gearbench.scene import Load, Operation, Resolution, Scene
 from gearbench.schema import Key, as_table, keys, make, read, read_toml
 
 _LOG = logging.getLogger(__name__)
 
 #: Tables of a scene beside those of its effects.
-TABLES: dict[str, type] = {"pair": Pair, "load": Load, "resolution": Resolution}
+TABLES: dict[str, type] = {"pair": Pair, "load": Load, "operation": Operation, "resolution": Resolution}
 #: Tables of the effects: of all, and of those that are others on the coast flanks.
 EFFECT_TABLES = ("effects", "coast")
 

@@ -14,9 +14,10 @@ from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.solver import solve
 from gearbench.geometry.action import ContactLines
 from gearbench.results.cycle import HARMONICS
-from gearbench.results.outputs import DEFAULT_OUTPUTS, Solved, check_outputs, output
+from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs, output
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
+from gearbench.results.solved import Solved
 from gearbench.scene import Scene
 from gearbench.threads import single_threaded_blas
 

@@ -74,10 +74,12 @@ def _lines(
 
 
 def _kinks(scene: Scene, flanks: Separation | None) -> tuple[list[float], list[float]]:
-    """Positions u and y [mm] at which the gap of a scene has a kink; those of the profiles are the separation's."""
+    """Positions u and y [mm] at which a gap or an output has a kink; those of the profiles are the separation's."""
     gaps = [effect for effect in scene.acting_effects if isinstance(effect, GapEffect)]
     added = [gap for gap in gaps if flanks is None or not gap.modifications(scene.pair)]
     own = [] if flanks is None else [float(u) for u in flanks.kinks]
+    if scene.operation is not None:
+        own.append(scene.pair.meshing.pitch_point)  # sliding changes its sign there, and friction has a kink
     face = [y for gap in gaps for y in gap.face_kinks(scene.pair)]
     if scene.load.coast:
         face = [scene.pair.face_width - y for y in face]

@@ -16,7 +16,7 @@ from gearbench.effects.shafts import flank_loads, system_effects
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.results.cycle import MICROMETRES, MeshCycle, fourier_matrix, mean
-from gearbench.results.outputs import Solved
+from gearbench.results.solved import Solved
 from gearbench.scene import Scene
 
 #: N/mm in 1 N/µm.

@@ -23,7 +23,7 @@ MICROMETRE = 1e-3  # mm
 
 
 def relief(distance: NDArray, length: float, amount: float, shape: Shape) -> NDArray:
-    """Gap [mm] of a relief of ``amount`` [µm] over ``length`` [mm].
+    """Gap [mm] of a relief of ``amount`` [µm] over ``length`` [mm] (G11).
 
     ``distance`` [mm] counts from the relieved edge into the flank; the gap is full at 0 and gone at ``length``.
     """

@@ -19,7 +19,8 @@ from gearbench.contact.assemble import mesh_phases, scene_lines
 from gearbench.effects.base import ComplianceEffect, Effect, GapEffect, LowRank
 from gearbench.effort.clock import peak_megabytes, quickest, unseen
 from gearbench.geometry.action import ContactLines
-from gearbench.results.outputs import DEFAULT_OUTPUTS, Solved
+from gearbench.results.outputs import DEFAULT_OUTPUTS
+from gearbench.results.solved import Solved
 from gearbench.scene import Scene
 from gearbench.simulation import dataset, solve_lines
 

@@ -19,8 +19,8 @@ from gearbench.optimisation.constraints import constrained, judge
 from gearbench.optimisation.derived import DERIVED
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.variables import Value
-from gearbench.results.outputs import Solved
 from gearbench.results.responses import STATISTICS
+from gearbench.results.solved import Solved
 from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene

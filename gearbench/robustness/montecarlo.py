@@ -19,8 +19,8 @@ from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import InputError
 from gearbench.interruption import arrived
 from gearbench.results.cycle import MeshCycle, Phases
-from gearbench.results.outputs import Solved
 from gearbench.results.responses import response
+from gearbench.results.solved import Solved
 from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.scene import Scene
 from gearbench.threads import single_threaded_blas
