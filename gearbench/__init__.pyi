@@ -55,6 +55,7 @@ from .plotting import density as density
 from .plotting import draw_robust as draw_robust
 from .plotting import draw_simulation as draw_simulation
 from .plotting import load_distribution as load_distribution
+from .plotting import load_map as load_map
 from .plotting import order_spectrum as order_spectrum
 from .plotting import over_two_periods as over_two_periods
 from .results.cycle import MeshCycle as MeshCycle
@@ -65,6 +66,7 @@ from .results.quantities import Quantity as Quantity
 from .results.responses import Response as Response
 from .robustness.run import robust as robust
 from .scene import Load as Load
+from .scene import Operation as Operation
 from .scene import Resolution as Resolution
 from .scene import Scene as Scene
 from .scene_file import load_scene as load_scene

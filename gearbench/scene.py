@@ -258,7 +258,7 @@ class Scene:
 
     @property
     def F_bt(self) -> float:
-        """F_bt = |T| / r_b1, transverse, along the line of action of the loaded flank [N]."""
+        """F_bt = T / r_b1, without its sign: transverse, along the line of action of the loaded flank [N]."""
         return 1e3 * abs(self.load.torque) / self.pair.gears[0].base_radius
 
     @property

@@ -151,7 +151,7 @@ def _force(solved: Solved) -> NDArray:
 
 
 def _torque(solved: Solved) -> NDArray:
-    """|T| on the pinion [N·m], (…,)."""
+    """T on the pinion without its sign [N·m], (…,)."""
     pair = solved.scene.pair
     return 1e-3 * _force(solved) * math.cos(pair.meshing.beta_b) * pair.gears[0].base_radius
 
