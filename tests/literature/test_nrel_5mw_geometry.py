@@ -43,7 +43,7 @@ def test_diameters_and_angles_to_the_printed_digits():
 
 
 def test_shortest_contact_line_within_the_rounding_of_the_data():
-    """Printed: 483.685 mm; found with the rounded data 483.687, and the half digits of x_2 and the shortening hold it."""
+    """Printed 483.685 mm, found with the rounded data 483.687: the half digits of x_2 and of the shortening hold it."""
     assert shortest_line(pair()) == pytest.approx(483.685, abs=3e-3)
     around = [shortest_line(pair(0.6691 + i * 5e-5, 0.938 + j * 5e-4)) for i in (-1, 0, 1) for j in (-1, 0, 1)]
     assert min(around) < 483.685 < max(around)
