@@ -54,9 +54,12 @@ def section(effect: type[Effect], lines: ContactLines) -> str:
 def _table(name: str, table: dict[str, Any]) -> str:
     """A table as TOML, those below it after its values."""
     below = {key: value for key, value in table.items() if isinstance(value, dict)}
-    values = "".join(f"{key} = {toml_value(value)}\n" for key, value in table.items() if key not in below)
-    own = f"[{name}]\n{values}" if values or not below else ""
-    return own + "".join(_table(f"{name}.{key}", value) for key, value in below.items())
+    rows = {key: value for key, value in table.items() if isinstance(value, list) and isinstance(value[0], dict)}
+    values = {key: value for key, value in table.items() if key not in below and key not in rows}
+    own = "".join(f"{key} = {toml_value(value)}\n" for key, value in values.items())
+    text = f"[{name}]\n{own}"
+    text += "".join(f"[{_table(f'{name}.{key}', row).replace(']', ']]', 1)}" for key in rows for row in rows[key])
+    return text + "".join(_table(f"{name}.{key}", value) for key, value in below.items())
 
 
 def _reasons(others: dict[str, str]) -> str:

@@ -29,6 +29,7 @@ from .effects.root_relief import RootRelief as RootRelief
 from .effects.tip_relief import TipRelief as TipRelief
 from .effects.tooth_bending import ToothBending as ToothBending
 from .effects.topography import Topography as Topography
+from .effects.waviness import Waviness as Waviness
 from .effort.plan import Plan as Plan
 from .effort.plan import plan as plan
 from .effort.workprecision import cost as cost
@@ -41,6 +42,7 @@ from .geometry.gear import Gear as Gear
 from .geometry.material import Material as Material
 from .geometry.pair import Member as Member
 from .geometry.pair import Pair as Pair
+from .hunting import hunting_cycle as hunting_cycle
 from .optimisation.conditions import parse_condition as parse_condition
 from .optimisation.designs import design_scene as design_scene
 from .optimisation.run import optimise as optimise

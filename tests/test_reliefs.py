@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 
 from gearbench.effects.base import GapEffect
 from gearbench.effects.crowning import Crowning
-from gearbench.effects.curves import Curve
+from gearbench.effects.curves import FlankCurve
 from gearbench.effects.end_relief import EndRelief
 from gearbench.effects.helix_curve import HelixCurve
 from gearbench.effects.helix_slope import HelixSlope
@@ -181,7 +181,7 @@ def test_curves_are_the_modifications_they_can_describe(pair):
 
 
 def test_beyond_its_points_a_curve_is_held():
-    curve = Curve(at=(1.0, 2.0), deviation=(3.0, 5.0))
+    curve = FlankCurve(at=(1.0, 2.0), deviation=(3.0, 5.0))
     assert_allclose(curve.values(np.zeros(3), np.array([0.0, 1.5, 9.0])), [3.0, 4.0, 5.0])
 
 

@@ -140,6 +140,22 @@ class ToothCompliance(ComplianceEffect):
         return LowRank(factor=np.concatenate(parts, axis=-1))
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Turning:
+    """Gap that changes from one mesh cycle of a revolution to the next: Σ ``amounts`` (cycle, m) · ``modes`` (…, m).
+
+    Parameters
+    ----------
+    modes
+        (position, pair, segment, mode) [mm].
+    amounts
+        (cycle, mode) [–].
+    """
+
+    modes: NDArray
+    amounts: NDArray
+
+
 @dataclass(frozen=True)
 class GapEffect(Effect):
     """An effect that adds gap."""
@@ -162,3 +178,7 @@ class GapEffect(Effect):
     def face_kinks(self, pair: Pair) -> tuple[float, ...]:
         """Positions y [mm] along the face where the gap has a kink; none by default."""
         return ()
+
+    def turning(self, lines: ContactLines, cycles: NDArray) -> Turning | None:
+        """The gap of the mesh cycles ``cycles`` (cycle,) where it is another in each; by default it is not."""
+        return None

@@ -21,7 +21,7 @@ Deviations = Annotated[tuple[Amount, ...], Field(max_length=10000)]
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class Curve:
+class FlankCurve:
     """A polynomial, or points.
 
     Parameters

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import GapEffect
-from gearbench.effects.curves import Curve
+from gearbench.effects.curves import FlankCurve
 from gearbench.effects.relief import MICROMETRE
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
@@ -29,8 +29,8 @@ class HelixCurve(GapEffect):
         The curve of each gear.
     """
 
-    pinion: Curve | None = None
-    wheel: Curve | None = None
+    pinion: FlankCurve | None = None
+    wheel: FlankCurve | None = None
 
     name: ClassVar[str] = "helix_curve"
     summary: ClassVar[str] = "gap: any curve over the face width of each gear"
@@ -43,7 +43,7 @@ class HelixCurve(GapEffect):
             raise InputError("pinion", "missing", "a curve is required, here or for the wheel")
 
     @property
-    def _curves(self) -> list[Curve]:
+    def _curves(self) -> list[FlankCurve]:
         return [curve for curve in (self.pinion, self.wheel) if curve is not None]
 
     def gap(self, lines: ContactLines) -> NDArray:

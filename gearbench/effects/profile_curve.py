@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import Effects, GapEffect
-from gearbench.effects.curves import Curve
+from gearbench.effects.curves import FlankCurve
 from gearbench.effects.error_modes import profile_coordinate
 from gearbench.effects.relief import MICROMETRE
 from gearbench.errors import InputError
@@ -34,8 +34,8 @@ class ProfileCurve(GapEffect):
         The curve of each gear.
     """
 
-    pinion: Curve | None = None
-    wheel: Curve | None = None
+    pinion: FlankCurve | None = None
+    wheel: FlankCurve | None = None
 
     name: ClassVar[str] = "profile_curve"
     summary: ClassVar[str] = "gap: any curve along the profile of each gear"
@@ -48,7 +48,7 @@ class ProfileCurve(GapEffect):
             raise InputError("pinion", "missing", "a curve is required, here or for the wheel")
 
     @property
-    def curves(self) -> dict[Role, Curve]:
+    def curves(self) -> dict[Role, FlankCurve]:
         """The curve of each gear that has one."""
         return {role: curve for role in Role if (curve := getattr(self, role.label)) is not None}
 

@@ -63,6 +63,14 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "mesh_stiffness_amplitude": Quantity("N/µm", "|k_n|", "amplitudes of the harmonics of k"),
             "mesh_stiffness_phase": Quantity("rad", "arg k_n", "phases of the harmonics of k"),
         },
+        "over the revolutions": {
+            "cycle": Quantity("1", "n", "number of the mesh cycle"),
+            "mesh_order": Quantity("1", "ν", "order in multiples of the mesh frequency"),
+            "pinion_order": Quantity("1", "ν z_1", "order in multiples of the speed of the pinion"),
+            "wheel_order": Quantity("1", "ν z_2", "order in multiples of the speed of the wheel"),
+            "transmission_error_order_amplitude": Quantity("µm", "|δ_ν|", "amplitudes of the orders of δ"),
+            "mesh_stiffness_order_amplitude": Quantity("N/µm", "|k_ν|", "amplitudes of the orders of k"),
+        },
         "on the flank": {
             "flank_pressure": Quantity("MPa", "p", "Hertz pressure of a segment"),
             "flank_pressure_max": Quantity("MPa", "max p", "largest Hertz pressure over the mesh cycle"),
