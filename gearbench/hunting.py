@@ -59,19 +59,35 @@ def hunting_cycle(scene: Scene, *, orders: float = 3.0, threads: int = 1) -> xr.
     import xarray as xr
 
     start = time.perf_counter()
+    cycle = _all_cycles(scene, threads)
+    curves = {"transmission_error": cycle.transmission_error, "mesh_stiffness": cycle.mesh_stiffness}
+    count = len(cycle.transmission_error)
+    order = np.arange(1, math.floor(orders * count + 1e-9) + 1) / count
+    amplitudes = {
+        f"{name}_order_amplitude": (("mesh_order",), 2 * np.abs(order_coefficients(cycle.phases, values, len(order))))
+        for name, values in curves.items()
+    }
+    z_1, z_2 = (gear.teeth for gear in scene.pair.gears)
+    coords = {name: ("position", values) for name, values in cycle.phases.coordinates.items()}
+    coords |= {"cycle": ("cycle", np.arange(count)), "mesh_order": ("mesh_order", order)}
+    coords |= {"pinion_order": ("mesh_order", order * z_1), "wheel_order": ("mesh_order", order * z_2)}
+    variables = {name: (("cycle", "position"), values) for name, values in curves.items()} | amplitudes
+    attrs = provenance(scene, wall_time=time.perf_counter() - start)
+    return xr.Dataset(described(variables), coords=described(coords), attrs=attrs)
+
+
+def _all_cycles(scene: Scene, threads: int) -> MeshCycle:
+    """δ and k of all mesh cycles, (cycle, position)."""
+    count = math.lcm(*(gear.teeth for gear in scene.pair.gears))
     if scene.has_shafts:
         raise InputError("system.shafts", "given", "hunting cycles are of gears without shafts")
+    if count > MOST_CYCLES:
+        allowed = f"{count} mesh cycles until the same teeth meet: at most {MOST_CYCLES}"
+        raise InputError("pair.wheel.teeth", scene.pair.wheel.teeth, allowed)
     phase, weight = mesh_phases(scene)
     lines = scene_lines(scene, phase)
-    z_1, z_2 = (gear.teeth for gear in scene.pair.gears)
-    count = math.lcm(z_1, z_2)
-    if count > MOST_CYCLES:
-        raise InputError(
-            "pair.wheel.teeth", z_2, f"{count} mesh cycles until the same teeth meet: at most {MOST_CYCLES}"
-        )
-    cycles = np.arange(count)
     gaps = [effect for effect in scene.flank_effects if isinstance(effect, GapEffect)]
-    found = {effect.name: effect.turning(lines, cycles) for effect in gaps}
+    found = {effect.name: effect.turning(lines, np.arange(count)) for effect in gaps}
     turning = {name: part for name, part in found.items() if part is not None}
     if not turning:
         raise InputError("effects", "all teeth are alike", "must have pitch_errors or waviness")
@@ -85,19 +101,7 @@ def hunting_cycle(scene: Scene, *, orders: float = 3.0, threads: int = 1) -> xr.
         np.concatenate([getattr(part, name) for part in parts], axis=1).T[:count] for name in ("approach", "stiffness")
     )
     phases = Phases(phase=phase, weight=weight, size=scene.resolution.panel_size)
-    cycle = MeshCycle.of(scene, phases, approach, stiffness)
-    curves = {"transmission_error": cycle.transmission_error, "mesh_stiffness": cycle.mesh_stiffness}
-    order = np.arange(1, math.floor(orders * count + 1e-9) + 1) / count
-    amplitudes = {
-        f"{name}_order_amplitude": (("mesh_order",), 2 * np.abs(order_coefficients(phases, values, len(order))))
-        for name, values in curves.items()
-    }
-    coords = {name: ("position", values) for name, values in phases.coordinates.items()}
-    coords |= {"cycle": ("cycle", cycles), "mesh_order": ("mesh_order", order)}
-    coords |= {"pinion_order": ("mesh_order", order * z_1), "wheel_order": ("mesh_order", order * z_2)}
-    variables = {name: (("cycle", "position"), values) for name, values in curves.items()} | amplitudes
-    attrs = provenance(scene, wall_time=time.perf_counter() - start)
-    return xr.Dataset(described(variables), coords=described(coords), attrs=attrs)
+    return MeshCycle.of(scene, phases, approach, stiffness)
 
 
 def order_coefficients(phases: Phases, values: NDArray, count: int) -> NDArray:

@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 import tracemalloc
+from dataclasses import replace
 from functools import cache
 from importlib import import_module
 from itertools import permutations
@@ -23,7 +24,7 @@ from gearbench.effects.base import ComplianceEffect, GapEffect
 from gearbench.effects.registry import EFFECTS, effect_class
 from gearbench.errors import InputError
 from gearbench.results.outputs import OUTPUTS
-from gearbench.scene import Scene
+from gearbench.scene import Operation, Scene
 from gearbench.scene_file import parse_scene
 from gearbench.simulation import simulate
 
@@ -267,6 +268,7 @@ def test_nothing_of_a_dropped_effect_is_allocated(name):
 @DROPPED
 def test_no_variable_mentions_a_dropped_effect(name):
     rest = scene(*without(full_with(name), name))
+    rest = replace(rest, operation=Operation(speed=1000.0, friction_coefficient=0.05))
     out = simulate(rest, outputs=tuple(OUTPUTS))
     words = {name, name.replace("_", " "), effect_class(name).__name__}
     texts = [str(v) for v in (*out.variables, *out.dims)]
