@@ -124,7 +124,7 @@ class Placement:
         return [self.touch(k) for k in range(first, last + 1)]
 
     def outline(self, role: Role, k: int) -> tuple[NDArray, NDArray]:
-        """Radii (n,) of points from the middle of the fillet to the tip of the flank of pair k, and the points (2, n)."""
+        """Radii (n,) from the middle of the fillet of pair k to its tip, and the points of the flank there (2, n)."""
         gear = self.pair.gears[role]
         R = np.linspace((gear.root_radius + gear.form_radius) / 2, gear.tip_radius, _POINTS)
         return R, self._on_flank(role, k, R)

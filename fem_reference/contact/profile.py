@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -12,6 +13,9 @@ from gearbench.effects.base import GapEffect
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
+
+#: Steps of the fixed point for the roll length: each gains a factor of its slope, some hundredths.
+_STEPS = 5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,27 +38,36 @@ class Profile:
     y: float | None = None
 
     def missing(self, R: NDArray, k: int) -> NDArray:
-        """Missing material normal to the flank [mm] at the radii R (n,) of the tooth of pair k."""
-        own = self._own()
+        """Missing material normal to the flank [mm] at the radii R (n,) of the tooth of pair k.
+
+        R is where the flank is: the point of the involute that was moved there lies farther out (T1 of docs/theory.md).
+        """
+        gear, own = self.pair.gears[self.role], self._own()
         if not own:
             return np.zeros(len(R))
-        roll = np.sqrt(np.maximum(R**2 - self.pair.gears[self.role].base_radius ** 2, 0.0))
+        length = np.sqrt(np.maximum(R**2 - gear.base_radius**2, 0.0))
+        found = np.zeros(len(R))
+        for _ in range(_STEPS):
+            found = self._missing_at(length + found / math.cos(gear.beta_b), own, k)
+        return found
+
+    def _missing_at(self, roll: NDArray, own: list[GapEffect], k: int) -> NDArray:
+        """The same at roll lengths of the involute."""
         u = roll if self.role == Role.PINION else self.pair.meshing.tangent_length - roll
-        y = self.pair.face_width / 2 if self.y is None else self.y
         lines = ContactLines(
             pair=self.pair,
             mesh_phase=np.zeros(1),
             index=np.array([k]),
             u=u[None, None],
-            y=np.full((1, 1, len(u)), y),
+            y=np.full((1, 1, len(u)), self.pair.face_width / 2 if self.y is None else self.y),
             length=np.ones((1, 1)),
         )
-        return sum((each.gap(lines)[0, 0] for each in own), np.zeros(len(R)))
+        return sum((each.gap(lines)[0, 0] for each in own), np.zeros(len(u)))
 
     def angle(self, R: NDArray, k: int) -> NDArray:
-        """Angle [rad] of the flank from the middle of its tooth: e = r_b Δψ."""
+        """Angle [rad] of the flank from the middle of its tooth: e = r_b cos β_b Δψ."""
         gear = self.pair.gears[self.role]
-        return gear.half_angle(R) - self.missing(R, k) / gear.base_radius
+        return gear.half_angle(R) - self.missing(R, k) / (gear.base_radius * math.cos(gear.beta_b))
 
     def _own(self) -> list[GapEffect]:
         found: list[GapEffect] = []

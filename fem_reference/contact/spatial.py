@@ -16,12 +16,15 @@ than the clamped tooth is smooth. The pressures then follow from the gaps: none 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from fem_reference.cache import cached_compliance
+from fem_reference.contact.result import PhaseResult, kept
 from fem_reference.contact.strip import Points, Strip, slice_at
 from fem_reference.contact.tooth import FineTooth, Grading
 from fem_reference.flank import Flank
@@ -29,6 +32,7 @@ from gearbench.compliance.flank import FlankCompliance, flank_polynomials
 from gearbench.compliance.local import half_space_compression
 from gearbench.contact.dense import active_set
 from gearbench.effects.base import GapEffect
+from gearbench.effects.teeth import meshed_body
 from gearbench.errors import GearbenchError
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.pair import Pair
@@ -81,31 +85,19 @@ class Fineness:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SpatialResult:
-    """A mesh phase under one torque.
+class SpatialSettings:
+    """How a phase of gears of finite width is computed.
 
     Parameters
     ----------
-    approach
-        q [mm], as in ``fem_reference.contact.phase.PhaseResult``.
-    stiffness
-        ∂F_bt/∂q [N/mm].
-    share
-        Tooth pair → its share of the torque.
-    line
-        Tooth pair → sections y [mm] and line loads there [N/mm].
-    peak
-        Greatest pressure [MPa].
-    unknowns
-        Displacements of all teeth.
+    fineness
+        Of strips and teeth.
+    accuracy
+        Of the compliance of the whole gears.
     """
 
-    approach: float
-    stiffness: float
-    share: dict[int, float]
-    line: dict[int, tuple[list[float], list[float]]] = field(default_factory=dict)
-    peak: float = 0.0
-    unknowns: int = 0
+    fineness: Fineness = field(default_factory=Fineness)
+    accuracy: float = 2e-3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,79 +116,103 @@ class Bodies:
         return own + half_space_compression(flank.gear, material.E, material.nu, flank.order, points=24)
 
 
+def bodies_of(pair: Pair, accuracy: float) -> Bodies:
+    """Both gears, from the cache where they were computed before."""
+    found = [cached_compliance(meshed_body(pair, role, on_body=True), pair.material, accuracy) for role in Role]
+    return Bodies(pair=pair, flanks=(found[0], replace(found[1], driven=True)))
+
+
 def solve_spatial(
-    pair: Pair, effects: tuple[GapEffect, ...], phase: float, torque: float, bodies: Bodies, fineness: Fineness
-) -> SpatialResult:
-    """A phase under a torque [N·m].
+    pair: Pair,
+    effects: tuple[GapEffect, ...],
+    phase: float,
+    torques: tuple[float, ...],
+    settings: SpatialSettings | None = None,
+) -> PhaseResult:
+    """A phase under torques [N·m], each with strips of its own; from the cache where the same was computed before.
 
     Raises
     ------
     StripError
         If flanks touch where no strip was laid.
+    AccuracyError, MeshingError
+        As the bodies fail.
     """
-    force = 1e3 * torque / pair.gears[0].base_radius
-    strips = lay_strips(pair, effects, phase, force, fineness)
+    chosen = settings or SpatialSettings()
+    key = [asdict(pair), [(effect.name, asdict(effect)) for effect in effects], phase, torques, asdict(chosen)]
+    return kept(key, lambda: _solve(pair, effects, phase, torques, chosen))
+
+
+def _solve(
+    pair: Pair, effects: tuple[GapEffect, ...], phase: float, torques: tuple[float, ...], settings: SpatialSettings
+) -> PhaseResult:
+    bodies = bodies_of(pair, settings.accuracy)
+    found = []
+    for torque in torques:
+        force = 1e3 * torque / pair.gears[0].base_radius
+        strips = lay_strips(pair, effects, phase, force, settings.fineness)
+        found.append(_balanced(pair, strips, _compliance(strips, bodies, settings.fineness), force))
+    pairs = sorted({k for each in found for k in each.share})
+    return PhaseResult(
+        approach=[each.approach for each in found],
+        stiffness=[each.stiffness for each in found],
+        share={k: [each.share.get(k, 0.0) for each in found] for k in pairs},
+        radius={k: [each.radius.get(k, math.nan) for each in found] for k in pairs},
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Balance:
+    """One torque: approach [mm], stiffness [N/mm], and of each pair its share and mean radius on the pinion."""
+
+    approach: float
+    stiffness: float
+    share: dict[int, float]
+    radius: dict[int, float]
+
+
+def _compliance(strips: list[Strip], bodies: Bodies, fineness: Fineness) -> NDArray:
+    """C of the functions of the pressure of all strips [mm per N/mm², weighted], both gears together."""
     points = [strip.points for strip in strips]
-    ends = np.cumsum([0, *(each.hats.shape[1] for each in points)])
-    total, unknowns = np.zeros((ends[-1], ends[-1])), 0
+    ends = np.cumsum([0, *(each.functions for each in points)])
+    total = np.zeros((ends[-1], ends[-1]))
     for role in Role:
         moments = []
         for i, (strip, at) in enumerate(zip(strips, points, strict=True)):
             own = slice(ends[i], ends[i + 1])
-            C, P, M, size = _condensed(pair, role, strip, at, bodies.flanks[role], fineness)
+            C, P, M = _condensed(bodies, role, strip, at, fineness)
             total[own, own] += C - M.T @ P @ M
             moments.append(M)
-            unknowns += size
         for i, left in enumerate(moments):
             for j, right in enumerate(moments):
                 block = bodies.block(role, strips[i].k - strips[j].k)
                 total[ends[i] : ends[i + 1], ends[j] : ends[j + 1]] += left.T @ block @ right
-    return _balanced(pair, strips, points, total, force, unknowns)
+    return total
 
 
-def _balanced(
-    pair: Pair, strips: list[Strip], points: list[Points], C: NDArray, force: float, unknowns: int
-) -> SpatialResult:
-    """Pressures from gaps and compliances: those of ΣP = F_bt of moments P over the base radius."""
-    cos_b = math.cos(pair.meshing.beta_b)
+def _balanced(pair: Pair, strips: list[Strip], C: NDArray, force: float) -> _Balance:
+    """Pressures from gaps and compliances: forces P, counted by their moments over the base radius, ΣP = F_bt."""
+    cos_b, points = math.cos(pair.meshing.beta_b), [strip.points for strip in strips]
     moment = np.concatenate([each.hats.T @ (each.weight * each.lever) for each in points]) * cos_b
     gap = np.concatenate([each.hats.T @ (each.weight * each.gap) for each in points]) * cos_b
+    high = np.concatenate([each.hats.T @ (each.weight * each.lever * each.radii[0]) for each in points]) * cos_b
+    of_strip = np.concatenate([np.full(each.functions, strip.k) for strip, each in zip(strips, points, strict=True)])
     # functions on nothing, where a strip ends
     there = moment > 1e-9 * moment.max()
     w = moment[there]
     unit = 1 / float(np.median(np.diag(C)[there] / w**2)) / force
     H, e = C[np.ix_(there, there)] / np.outer(w, w) * force * unit, gap[there] / w * unit
     P, delta, stiffness, _ = active_set((H + H.T) / 2, e)
-    approach = delta / unit
-    amplitude = np.zeros(len(moment))
-    amplitude[there] = P * force / w
-    share, line, peak = {}, {}, 0.0
-    for i, strip in enumerate(strips):
-        first = sum(each.hats.shape[1] for each in points[:i])
-        own = amplitude[first : first + points[i].hats.shape[1]]
-        mine = moment[first : first + len(own)]
-        share[strip.k] = float(mine @ own / force)
-        line[strip.k] = _line_load(strip, own)
-        peak = max(peak, float(own.max(initial=0.0)) * cos_b)
-    if strips and approach > 0.98 * strips[0].reach:
-        raise StripError(f"flanks approach by {approach:.4g} mm, strips were laid for {strips[0].reach:.4g} mm")
-    return SpatialResult(
-        approach=approach, stiffness=stiffness * unit * force, share=share, line=line, peak=peak, unknowns=unknowns
-    )
-
-
-def _line_load(strip: Strip, amplitude: NDArray) -> tuple[list[float], list[float]]:
-    """Force normal to the flank per length of the face, in the sections between the layers [N/mm]."""
-    n, near = strip.cells, strip.near
-    rows = amplitude.reshape(-1, n + 1)
-    sections = [s for s, here in zip(strip.stations[::2], near, strict=True) if here]
-    hats = np.ones(n + 1)
-    hats[[0, -1]] = 0.5
-    found = []
-    for row, section in zip(rows, sections, strict=True):
-        low, high = section.window(strip.half)
-        found.append(float(row @ hats * (high - low) / n))
-    return [float(y) for y in strip.layers[near]], found
+    approach, reach = delta / unit, strips[0].reach
+    if approach > reach:
+        raise StripError(f"flanks approach by {approach:.4g} mm, strips were laid for {reach:.4g} mm")
+    share, radius = {}, {}
+    for strip in strips:
+        own = of_strip[there] == strip.k
+        share[strip.k] = float(P[own].sum())
+        mean = float(P[own] @ (high[there][own] / w[own]))
+        radius[strip.k] = mean / share[strip.k] if share[strip.k] > 0 else math.nan
+    return _Balance(approach=approach, stiffness=stiffness * unit * force, share=share, radius=radius)
 
 
 def lay_strips(
@@ -208,7 +224,9 @@ def lay_strips(
     length = (meshing.path_end - meshing.path_start) / meshing.base_pitch
     first, last = math.floor(-phase - rise), math.ceil(length - phase)
     load = force / b / max(1.0, 0.8 * length)
-    sections = {k: [slice_at(pair, effects, phase, k, float(y)) for y in np.linspace(0, b, 9)] for k in range(first, last + 1)}
+    sections = {
+        k: [slice_at(pair, effects, phase, k, float(y)) for y in np.linspace(0, b, 9)] for k in range(first, last + 1)
+    }
     least = min(section.gap for some in sections.values() for section in some)
     reach = least + _MARGIN * load / _STIFFNESS * 210.0 / pair.material.youngs_modulus
     beta_b = meshing.beta_b
@@ -235,11 +253,14 @@ def _layers(pair: Pair, phase: float, k: int, thickness: float) -> NDArray:
     tan_b = math.tan(meshing.beta_b)
     ends = [0.0, b]
     if tan_b:
-        at = [(u - meshing.path_start - (phase + k) * meshing.base_pitch) / tan_b for u in (meshing.path_start, meshing.path_end)]
+        at = [
+            (u - meshing.path_start - (phase + k) * meshing.base_pitch) / tan_b
+            for u in (meshing.path_start, meshing.path_end)
+        ]
         ends += [y for y in at if 0.02 * b < y < 0.98 * b]
     ends = np.unique(ends)
     found = [np.zeros(1)]
-    for low, high in zip(ends[:-1], ends[1:], strict=True):
+    for low, high in pairwise(ends):
         count = max(3, math.ceil((high - low) / thickness))
         x = np.linspace(0.0, 1.0, count + 1)[1:]
         found.append(low + (high - low) * (x - 0.75 * np.sin(2 * np.pi * x) / (2 * np.pi)))
@@ -247,9 +268,10 @@ def _layers(pair: Pair, phase: float, k: int, thickness: float) -> NDArray:
 
 
 def _condensed(
-    pair: Pair, role: Role, strip: Strip, at: Points, flank: FlankCompliance, fineness: Fineness
-) -> tuple[NDArray, NDArray, NDArray, int]:
-    """Fᵀ K⁻¹ F, P and M of a strip on one gear, and the number of unknowns."""
+    bodies: Bodies, role: Role, strip: Strip, at: Points, fineness: Fineness
+) -> tuple[NDArray, NDArray, NDArray]:
+    """Fᵀ K⁻¹ F, P and M of a strip on one gear."""
+    pair, flank = bodies.pair, bodies.flanks[role]
     gear, b = pair.gears[role], pair.face_width
     y = at.y if role == Role.PINION else b - at.y
     layers = strip.layers if role == Role.PINION else b - strip.layers[::-1]
@@ -261,21 +283,23 @@ def _condensed(
     load = tooth.load(at.radii[role], y, tooth.normals(at.normals[role], y), force)
     smooth = _polynomial_load(tooth, flank.order)
     whole = tooth.compliance(pair.material, sp.csr_matrix(sp.hstack([load, smooth])))
-    m = load.shape[1]
+    m = at.functions
     moments = flank_polynomials(gear, flank.order, at.radii[role], y).T @ force
-    return whole[:m, :m], whole[m:, m:], np.asarray(moments), 3 * tooth.space.n_nodes
+    return whole[:m, :m], whole[m:, m:], np.asarray(moments)
 
 
 def _bounds(gear: Gear, role: Role, strip: Strip) -> NDArray:
-    """Radii between which the strip lies on a gear, along its own face, (2, station)."""
+    """Radii between which the strip lies on a gear at the ends of its layers, along its own face, (2, layer + 1)."""
+    near = np.flatnonzero(strip.near)
     found = []
-    for section in strip.stations:
-        if math.isfinite(section.gap):
-            ends = [float(section.radius(role, np.array(x))) for x in section.window(strip.half)]
-        else:
-            ends = [section.radii[role]] * 2
+    for i in near:
+        section = strip.stations[i]
+        ends = [float(section.radius(role, np.array(x))) for x in section.window(strip.half)]
         found.append([min(ends), max(ends)])
-    bounds = np.clip(np.array(found).T, gear.root_radius, gear.tip_radius)
+    # where the flanks stay apart: as in the nearest section where they do not
+    index = np.arange(len(strip.layers))
+    bounds = np.stack([np.interp(index, near, each) for each in np.array(found).T])
+    bounds = np.clip(bounds, gear.root_radius, gear.tip_radius)
     return bounds if role == Role.PINION else bounds[:, ::-1]
 
 
@@ -285,11 +309,13 @@ def _polynomial_load(tooth: FineTooth, order: tuple[int, int]) -> sp.csr_matrix:
     t, w = np.polynomial.legendre.leggauss(3)
     t, w = (t + 1) / 2, w / 2
     radii, at, weight = [], [], []
-    for low, high in zip(tooth.layers[:-1], tooth.layers[1:], strict=True):
+    for low, high in pairwise(tooth.layers):
         for share, of_y in zip(t, w, strict=True):
             y = low + share * (high - low)
             edges = tooth.section_edges(float(y))
-            edges = np.concatenate([[gear.form_radius], edges[(edges > gear.form_radius) & (edges < gear.tip_radius)], [gear.tip_radius]])
+            edges = np.concatenate(
+                [[gear.form_radius], edges[(edges > gear.form_radius) & (edges < gear.tip_radius)], [gear.tip_radius]]
+            )
             R = (edges[:-1, None] + np.diff(edges)[:, None] * t).ravel()
             radii.append(R)
             at.append(np.full(len(R), y))

@@ -64,7 +64,8 @@ class Slice:
 
     def separation(self, x: NDArray) -> NDArray:
         """Gap at x along the common normal, transverse [mm]."""
-        return self.gap * self.lever + sum(np.interp(x, *pair) for pair in zip(self.x, self.height, strict=True))
+        first, second = (np.interp(x, *pair) for pair in zip(self.x, self.height, strict=True))
+        return self.gap * self.lever + first + second
 
     def radius(self, role: Role, x: NDArray) -> NDArray:
         """Radius on a gear at x [mm]."""
@@ -138,6 +139,11 @@ class Points:
     gap: NDArray
     hats: sp.csr_matrix
 
+    @property
+    def functions(self) -> int:
+        """Number of functions of the pressure."""
+        return self.hats.get_shape()[1]
+
 
 @dataclass(frozen=True, kw_only=True)
 class Strip:
@@ -172,14 +178,13 @@ class Strip:
 
     @cached_property
     def stations(self) -> list[Slice]:
-        """Sections at the ends of the layers and in their middles."""
-        middle = (self.layers[1:] + self.layers[:-1]) / 2
-        return [self.at(float(y)) for y in np.sort(np.concatenate([self.layers, middle]))]
+        """Sections at the ends of the layers."""
+        return [self.at(float(y)) for y in self.layers]
 
     @property
     def near(self) -> NDArray:
         """Whether flanks may touch at the end of a layer."""
-        return np.array([section.gap < self.reach for section in self.stations[::2]])
+        return np.array([section.gap < self.reach for section in self.stations])
 
     @cached_property
     def points(self) -> Points:

@@ -57,7 +57,7 @@ class FineTooth:
     layers
         Ends of the layers across the face, from 0 to b [mm].
     strip
-        Radii between which the strip lies at the ends and in the middles of the layers, (2, 2·layer + 1) [mm].
+        Radii between which the strip lies at the ends of the layers, (2, layer + 1) [mm].
     grading
         Sizes of the elements.
     """
@@ -79,7 +79,10 @@ class FineTooth:
 
     @cached_property
     def radii(self) -> NDArray:
-        """R of the levels and their middles at the ends and in the middles of the layers, (2·level + 1, …)."""
+        """R of the levels and their middles at the ends and in the middles of the layers, (2·level + 1, 2·layer + 1).
+
+        In the middles their means: whatever the strip does, no element is turned inside out.
+        """
         R, length = self._outline
         ends = np.interp(self.strip, R, length)
         away = np.maximum(np.maximum(ends[0] - length[:, None], length[:, None] - ends[1]), 0.0)
@@ -88,7 +91,10 @@ class FineTooth:
         number = np.concatenate([np.zeros((1, size.shape[1])), np.cumsum(middle, axis=0)])
         count = math.ceil(number[-1].max())
         share = np.linspace(0.0, 1.0, 2 * count + 1)
-        return np.stack([np.interp(share * each[-1], each, R) for each in number.T], axis=1)
+        at_ends = np.stack([np.interp(share * each[-1], each, R) for each in number.T], axis=1)
+        found = np.empty((len(share), 2 * at_ends.shape[1] - 1))
+        found[:, ::2], found[:, 1::2] = at_ends, (at_ends[:, 1:] + at_ends[:, :-1]) / 2
+        return found
 
     @cached_property
     def shares(self) -> NDArray:
@@ -160,8 +166,8 @@ class FineTooth:
 
     def _levels(self, layer: NDArray, eta: NDArray) -> NDArray:
         """Radii of all levels in the sections at ``eta`` of the layers, as the elements have them, (point, …)."""
-        shapes = np.stack([(1 - eta) * (1 - 2 * eta), 4 * eta * (1 - eta), eta * (2 * eta - 1)])
-        return sum(shapes[i][:, None] * self.radii[:, 2 * layer + i].T for i in range(3))
+        ends = self.radii[:, ::2]
+        return ((1 - eta) * ends[:, layer] + eta * ends[:, layer + 1]).T
 
     def section_edges(self, y: float) -> NDArray:
         """Radii of the ends of the elements in the section at y."""
@@ -179,7 +185,7 @@ class FineTooth:
         """Nodal forces (3·node, load) of ``force`` (point, load) at points of the flank along ``normal`` (point, 3)."""
         interpolation = self.interpolation(R, y)
         parts = [interpolation.T @ force.multiply(normal[:, [i]]).tocsr() for i in range(3)]
-        n, m = self.space.n_nodes, force.shape[1]
+        n, m = self.space.n_nodes, force.get_shape()[1]
         parts = [part.tocoo() for part in parts]
         rows = np.concatenate([3 * part.row + i for i, part in enumerate(parts)])
         columns, values = (np.concatenate([getattr(part, name) for part in parts]) for name in ("col", "data"))
