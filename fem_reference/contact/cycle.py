@@ -72,36 +72,31 @@ def contact_cycle(
     ------
     InputError
         If the pair lacks bores, or is helical and plane strain is asked for, or the torques do not rise.
-    MissingDependencyError
-        If CalculiX is not there.
-    ContactError
-        If it does not solve a phase.
+    MissingDependencyError, ContactError
+        If CalculiX is not there; if it does not solve a phase.
     """
     start = time.perf_counter()
     loads = tuple(torques) if torques is not None else (scene.load.torque,)
     chosen = settings or (SpatialSettings() if scene.pair.helix_angle else Settings())
     _check(scene, loads, chosen, width_factor)
-    if isinstance(phases, int):
-        phase, weight = uniform_phases(phases)
-    else:
-        phase = np.array(phases)
-        weight = np.full(len(phase), 1 / len(phase))
+    phase, weight = uniform_phases(phases) if isinstance(phases, int) else _alike(phases)
     found, checks = _solved(scene, phase, loads, chosen, workers)
     force = 1e3 * np.array(loads)[:, None] / scene.pair.gears[0].base_radius
     q = widened(found, force, width_factor)
     k = np.array([each.stiffness for each in found]).T / width_factor
     cycle = MeshCycle.of(scene, Phases(phase=phase, weight=weight, size=None), q, k)
     names, share, radius = _of_pairs(found)
-    changed = [widened(some, force, width_factor) for some in (checks.coarser, checks.softer)]
-    error = MICROMETRES * np.sum([np.abs(other - q[:, checks.at]).max(axis=1) for other in changed], axis=0)
+    changed = [widened(some, force, width_factor) - q[:, checks.at] for some in (checks.coarser, checks.softer)]
+    error = MICROMETRES * np.sum([np.abs(change).max(axis=1) for change in changed], axis=0)
     of_pairs = {"load_share": share, "contact_radius": radius}
-    attrs = {
-        **provenance(scene, wall_time=time.perf_counter() - start),
-        "support": "finite_elements",
-        "method": _method(chosen),
-        "width_factor": width_factor,
-    }
+    attrs = {"support": "finite_elements", "method": _method(chosen), "width_factor": width_factor}
+    attrs |= provenance(scene, wall_time=time.perf_counter() - start)
     return _dataset(cycle, of_pairs, names, error, loads, torques is None).assign_attrs(attrs)
+
+
+def _alike(phases: Sequence[float]) -> tuple[NDArray, NDArray]:
+    """Phases that all weigh the same."""
+    return np.array(phases), np.full(len(phases), 1 / len(phases))
 
 
 def _method(settings: Settings | SpatialSettings) -> str:

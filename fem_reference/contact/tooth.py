@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-import skfem
 from numpy.typing import NDArray
 
 from fem_reference.elasticity import Lame, Space, free_dofs
@@ -112,11 +111,24 @@ class FineTooth:
     def _stations(self) -> NDArray:
         return np.sort(np.concatenate([self.layers, (self.layers[1:] + self.layers[:-1]) / 2]))
 
+    @property
+    def _counts(self) -> list[int]:
+        """Elements up the tooth, across it, and layers."""
+        return [len(each) // 2 for each in (self.radii, self.shares, self._stations)]
+
+    @cached_property
+    def _flat(self) -> Any:
+        """Mesh of unit cubes: level, step across the tooth, layer."""
+        import skfem
+
+        return skfem.MeshHex1.init_tensor(*(np.arange(n + 1.0) for n in self._counts))
+
     @cached_property
     def space(self) -> Space:
         """Displacements on the mesh."""
-        counts = [len(each) // 2 for each in (self.radii, self.shares, self._stations)]
-        flat = skfem.MeshHex1.init_tensor(*(np.arange(n + 1.0) for n in counts))
+        import skfem
+
+        flat = self._flat
         clamp = flat.facets_satisfying(lambda x: x[0] < 0.25)
         curved: Any = skfem.MeshHex2.from_mesh(flat)
         i, j, k = np.rint(2 * curved.doflocs).astype(int)
@@ -132,11 +144,10 @@ class FineTooth:
     @cached_property
     def _elements(self) -> tuple[NDArray, NDArray, NDArray]:
         """Elements below the flank by level and layer, and the map of an element from steps (ξ, t, y) to reference."""
-        counts = [len(each) // 2 for each in (self.radii, self.shares, self._stations)]
-        flat = skfem.MeshHex1.init_tensor(*(np.arange(n + 1.0) for n in counts))
+        flat = self._flat
         corner = flat.p[:, flat.t]
         low = corner.min(axis=1)
-        at = np.full(counts, -1)
+        at = np.full(self._counts, -1)
         at[tuple(low.astype(int))] = np.arange(flat.nelements)
         # all elements are alike
         offset, reference = corner[:, :, 0] - low[:, :1], flat.elem.refdom.p
