@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from gearbench.errors import InputError
 from gearbench.system.mechanics import Mechanics
 
+#: σ over k̄/m of the stiffest mesh.
+_SHIFT = 1e-3
+
 
 @dataclass(frozen=True, kw_only=True)
 class Modes:
@@ -101,13 +104,20 @@ def modes(mechanics: Mechanics, stiffness: NDArray, damping_ratio: float) -> Mod
     if np.any(scale <= 0):
         raise InputError("system", "a part without mass", "every shaft and gear must have inertia")
     d = 1 / np.sqrt(scale)
+    K, M = K * d[:, None] * d, mechanics.mass * d[:, None] * d
+    # shifted and inverted, 1/(ω² + σ): rounding then falls on the highest modes, not on the lowest, and meshes that act
+    # against each other cancel; σ well below the modes of the meshes
+    sigma = _SHIFT * float(np.max(k * (a**2 @ d**2)))
     try:
-        values, vectors = eigh(K * d[:, None] * d, mechanics.mass * d[:, None] * d)
+        inverse, vectors = eigh(M, K + sigma * M)
     except LinAlgError:
-        raise InputError("system", "mass matrix not positive", "every shaft and gear must have inertia") from None
+        inverse, vectors = np.zeros(1), K
+    if inverse[0] <= 0:
+        raise InputError("system", "mass matrix not positive", "every shaft and gear must have inertia")
+    values = 1 / inverse[::-1] - sigma
     # rounding makes a rigid body's ω² of either sign
     values = np.where(np.abs(values) < 1e-11 * values[-1], 0.0, values)
-    rows = d[:, None] * vectors
+    rows = d[:, None] * (vectors / np.sqrt(inverse))[:, ::-1]
     rigid = values == 0
     mesh = a @ rows
     # a rigid body does not move against its mate: no mesh would hold it otherwise
