@@ -42,9 +42,13 @@ class Modes:
     stiffness: NDArray
 
     def _dynamic(self, omega: NDArray) -> NDArray:
-        """1/(ω_r² − ω² + 2iζω_rω), (…, mode)."""
+        """1/(ω_r² − ω² + 2iζω_rω), (…, mode); ``InputError`` where nothing damps a mode that is met."""
         w, r = omega[..., None], self.frequency
-        return 1 / (r**2 - w**2 + 2j * self.damping_ratio * r * w)
+        stiffness = r**2 - w**2 + 2j * self.damping_ratio * r * w
+        if self.damping_ratio == 0 and (stiffness == 0).any():
+            f = r[np.argwhere(stiffness == 0)[0, -1]] / (2 * np.pi)
+            raise InputError("system.damping_ratio", 0.0, f"an order meets the mode at {f:.6g} Hz: give it damping")
+        return 1 / stiffness
 
     def _between(self, left: NDArray, right: NDArray, omega: NDArray) -> NDArray:
         """Receptance (…, left, right) at ω > 0 between rows of modes; dampers joined to it by their forces."""

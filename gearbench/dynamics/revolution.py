@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from gearbench.contact.assemble import assemble
 from gearbench.contact.batch import chunks, prepare, solve_one_chunk
 from gearbench.dynamics import waves
-from gearbench.dynamics.analysis import HARMONICS, check_speeds, spans
+from gearbench.dynamics.analysis import HARMONICS, check_harmonics, check_speeds, spans
 from gearbench.dynamics.balance import Excitation, solve
 from gearbench.dynamics.loaded_mesh import LoadedMesh
 from gearbench.dynamics.model import Group, Model
@@ -235,6 +235,7 @@ def revolution_response(
     import xarray as xr
 
     start, speeds = time.perf_counter(), check_speeds(speed)
+    check_harmonics(harmonics)
     unlike = by_tooth(scene)
     if error is None and not unlike:
         raise InputError("effects", "all teeth alike", "a revolution needs pitch_errors, or an error that is given")

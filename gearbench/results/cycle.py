@@ -155,7 +155,7 @@ def fourier_matrix(phases: Phases, orders: int) -> NDArray:
 
 
 def fourier_rows(phases: Phases, orders: NDArray) -> NDArray:
-    """Values at the phases → ∫ y e^{−2πinτ} dτ over the cycle at any orders n (order,), whole or not, (order, position)."""
+    """Values at the phases → ∫ y e^{−2πinτ} dτ over the cycle for any n, whole or not, (order, position)."""
     n, x = np.asarray(orders), phases.phase
     if phases.size is None:
         wave = np.exp(-2j * np.pi * np.outer(n, x)) / len(x)
