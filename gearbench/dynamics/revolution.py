@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -251,16 +252,21 @@ def revolution_response(
         "order": ("order", order),
         "mesh_frequency": (("speed", "mesh"), speeds[:, None] / 60 * group.rate),
     }
-    notes = []
     if "bearing_force_amplitude" in variables:
         coords |= {
             "bearing": ("bearing", list(model.mechanics.bearing_names)),
             "direction": ("direction", list(DIRECTIONS)),
         }
-    elif model.mechanics.bearing_names:
-        notes.append(f"forces on the bearings left out: {len(order)} orders of {excitation.cycles} mesh cycles")
+    lines = _remarks(model, excitation, speeds, variables)
+    attrs = provenance(scene, wall_time=time.perf_counter() - start) | {"notes": "\n".join(lines)}
+    return xr.Dataset(described(variables), coords=described(coords), attrs=attrs)
+
+
+def _remarks(model: Model, excitation: Revolution, speeds: NDArray, variables: Mapping[str, Any]) -> list[str]:
+    lines = []
+    if "bearing_force_amplitude" not in variables and model.mechanics.bearing_names:
+        lines.append(f"forces on the bearings left out: too many orders, of {excitation.cycles} mesh cycles")
     kept = variables["contact_kept"][1][:, 0]
     if not kept.all():
-        notes.append(f"flanks part: the linear response is no longer theirs at {spans(speeds, ~kept)} 1/min")
-    attrs = provenance(scene, wall_time=time.perf_counter() - start) | {"notes": "\n".join(notes)}
-    return xr.Dataset(described(variables), coords=described(coords), attrs=attrs)
+        lines.append(f"flanks part: the linear response is no longer theirs at {spans(speeds, ~kept)} 1/min")
+    return lines
