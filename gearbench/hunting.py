@@ -19,7 +19,7 @@ from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.batch import chunks, on_threads, prepare, solve_one_chunk
 from gearbench.effects.base import GapEffect
 from gearbench.errors import InputError
-from gearbench.results.cycle import MeshCycle, Phases, wave_matrix
+from gearbench.results.cycle import MeshCycle, Phases, fourier_rows
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
 from gearbench.scene import Scene
@@ -117,4 +117,4 @@ def order_coefficients(phases: Phases, values: NDArray, count: int) -> NDArray:
         within = 2 * q < N * len(phases.phase)
         wave = np.exp(-2j * np.pi * np.outer(q / N, phases.phase)) / len(phases.phase)
         return np.where(within, np.einsum("qp,qp->q", wave, by_phase[q % N]), np.nan)
-    return np.einsum("qp,qp->q", wave_matrix(phases, q / N), by_phase[q % N])
+    return np.einsum("qp,qp->q", fourier_rows(phases, q / N), by_phase[q % N])

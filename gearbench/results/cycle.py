@@ -151,11 +151,11 @@ def fourier(dataset: xr.Dataset, name: str, orders: int = HARMONICS) -> NDArray:
 @lru_cache(maxsize=16)
 def fourier_matrix(phases: Phases, orders: int) -> NDArray:
     """Values at the phases → complex Fourier coefficients of the orders 1 … ``orders``, (harmonic, position)."""
-    return wave_matrix(phases, np.arange(1, orders + 1))
+    return fourier_rows(phases, np.arange(1, orders + 1))
 
 
-def wave_matrix(phases: Phases, orders: NDArray) -> NDArray:
-    """Values at the phases → ∫₀¹ x(τ) e^{−2πi n τ} dτ of ``orders`` n, whole numbers or not, (order, position)."""
+def fourier_rows(phases: Phases, orders: NDArray) -> NDArray:
+    """Values at the phases → ∫ y e^{−2πinτ} dτ over the cycle for any n, whole or not, (order, position)."""
     n, x = np.asarray(orders), phases.phase
     if phases.size is None:
         wave = np.exp(-2j * np.pi * np.outer(n, x)) / len(x)
