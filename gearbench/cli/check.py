@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Quiet, Verbose
+from gearbench.cli.options import Json, Quiet, Verbose, say
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,7 +41,7 @@ def check(files: Files, quiet: Quiet = False, verbose: Verbose = False, json: Js
     elif not quiet:
         for row in rows:
             if row["whole"]:
-                print(plain(f"{row['file']}: whole, {row['is']}"))
+                say(plain(f"{row['file']}: whole, {row['is']}"))
     for fault in faults:
         print(f"gearbench: {fault}", file=sys.stderr)
     if faults:

@@ -13,7 +13,7 @@ from gearbench.contact.problem import ContactSolution
 from gearbench.errors import InputError
 from gearbench.interruption import arrived
 from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs
-from gearbench.results.provenance import provenance
+from gearbench.results.provenance import beyond_elasticity, provenance
 from gearbench.results.responses import is_response
 from gearbench.robustness.montecarlo import default_threads
 from gearbench.scene import Load, Scene
@@ -87,6 +87,9 @@ def sweep(
     parts, complete = _solved(runs, count, progress, _reduction(dim, outputs, draws, count))
     whole = combined(completed(parts, dim, runs, keep=loads is not None), axes, loads)
     own = draws | {"complete": int(complete), "swept": [each.path for each in axes]}
+    heaviest = max((float(max(each.values)) for each in axes if each.path == TORQUE), default=scene.load.torque)
+    if (warning := beyond_elasticity(replace(scene, load=Load(torque=heaviest)))) is not None:
+        own["warning"] = warning
     return whole.assign_attrs(provenance(scene, wall_time=time.perf_counter() - start) | own)
 
 
