@@ -77,10 +77,15 @@ def test_files_of_a_command_appear_together_or_not_at_all(tmp_path):
         write_text(tmp_path / "a", "1")
         assert not (tmp_path / "a").exists()
     assert (tmp_path / "a").read_text() == "1"
-    with pytest.raises(KeyError), together():
-        write_text(tmp_path / "a", "2")
-        write_text(tmp_path / "b", "2")
-        raise KeyError
+
+    def fail():
+        with together():
+            write_text(tmp_path / "a", "2")
+            write_text(tmp_path / "b", "2")
+            raise KeyError
+
+    with pytest.raises(KeyError):
+        fail()
     assert [path.name for path in tmp_path.iterdir()] == ["a"]
     assert (tmp_path / "a").read_text() == "1"
 
@@ -133,4 +138,6 @@ def test_check_names_each_file_that_is_not_whole(run, result, tmp_path):
     assert [line.split(": ")[1] for line in err.splitlines()] == [
         str(tmp_path / n) for n in ("cut.nc", "other.txt", "none.nc")
     ]
-    assert err.splitlines()[0].endswith("carries no digest: it is cut off, or gearbench did not write it")
+    assert err.splitlines()[0].startswith(
+        f"gearbench: {tmp_path / 'cut.nc'}: carries no digest, so it is no whole result; as a flank: "
+    )

@@ -132,7 +132,8 @@ def _grid(path: Path, data: bytes) -> str:
     try:
         grid = read_grid("", str(path), data)
     except InputError as error:
-        raise InputError("", str(error.value), f"no result of gearbench, and as a flank: {error.allowed}") from None
+        none = "" if path.suffix.lower() == ".csv" else "carries no digest, so it is no whole result; as a flank: "
+        raise InputError("", str(path), f"{none}{error.value}: {error.allowed}") from None
     return f"flank of {grid.deviation.shape[0]} by {grid.deviation.shape[1]} points over {grid.along}"
 
 

@@ -16,9 +16,7 @@ from tornado.routing import AnyMatches, HostMatches, Rule, RuleRouter
 from tornado.web import Application as TornadoApplication
 
 from gearbench.errors import InputError
-from gearbench.explore.catalogue import Catalogue
 from gearbench.explore.guard import Policy, Refused, TokenMatches, new_token
-from gearbench.explore.live import Session
 
 ADDRESS = "127.0.0.1"
 
@@ -32,8 +30,8 @@ class Explorer:
 
     Parameters
     ----------
-    catalogue
-        The page shown.
+    open_page
+        Makes the page of a new document.
     port
         0: any that is free.
 
@@ -43,18 +41,18 @@ class Explorer:
         If the port is not free.
     """
 
-    def __init__(self, catalogue: Catalogue, port: int = 0) -> None:
+    def __init__(self, open_page: Callable[[Document], object], port: int = 0) -> None:
         listening = _listen(port)
         self.port: int = listening.getsockname()[1]
         self._token = new_token()
 
-        def open_page(document: Document) -> None:
-            Session(catalogue, document)
+        def opened(document: Document) -> None:
+            open_page(document)
 
         loop = IOLoop.current()
         hosts = [f"{name}:{self.port}" for name in (ADDRESS, "localhost")]
         pages = BokehTornado(
-            {"/": Application(FunctionHandler(open_page))}, extra_websocket_origins=hosts, use_index=False,
+            {"/": Application(FunctionHandler(opened))}, extra_websocket_origins=hosts, use_index=False,
             include_headers=[], include_cookies=[], prefix=self._token,
         )  # fmt: skip
         pages.add_transform(Policy)
