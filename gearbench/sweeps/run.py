@@ -87,10 +87,14 @@ def sweep(
     parts, complete = _solved(runs, count, progress, _reduction(dim, outputs, draws, count))
     whole = combined(completed(parts, dim, runs, keep=loads is not None), axes, loads)
     own = draws | {"complete": int(complete), "swept": [each.path for each in axes]}
-    heaviest = max((float(max(each.values)) for each in axes if each.path == TORQUE), default=scene.load.torque)
-    if (warning := beyond_elasticity(replace(scene, load=Load(torque=heaviest)))) is not None:
-        own["warning"] = warning
-    return whole.assign_attrs(provenance(scene, wall_time=time.perf_counter() - start) | own)
+    return whole.assign_attrs(provenance(scene, wall_time=time.perf_counter() - start) | own | _warning(scene, axes))
+
+
+def _warning(scene: Scene, axes: Sequence[Axis]) -> dict[str, str]:
+    """The warning of the greatest torque, where it has one."""
+    greatest = max((float(max(each.values)) for each in axes if each.path == TORQUE), default=scene.load.torque)
+    warning = beyond_elasticity(replace(scene, load=Load(torque=greatest)))
+    return {} if warning is None else {"warning": warning}
 
 
 def _reduction(dim: str, outputs: Sequence[str], draws: dict[str, Any], threads: int) -> Callable[..., xr.Dataset]:
