@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
-from gearbench.contact.solver import solve
+from gearbench.contact.patches import solve_patches
 from gearbench.geometry.action import ContactLines
 from gearbench.results.cycle import HARMONICS
 from gearbench.results.outputs import DEFAULT_OUTPUTS, Solved, check_outputs, output
@@ -96,7 +96,7 @@ def solve_lines(scene: Scene, lines: ContactLines, weight: NDArray) -> Solved:
         problem, solution, _ = settle(scene, scene.shaft_effects, lines, weight)
     else:
         problem = assemble(scene, lines)
-        solution = solve(problem)
+        solution = solve_patches(problem)
     _LOG.debug("solved in at most %d Newton steps a position", solution.iterations.max(initial=0))
     return Solved(scene=scene, lines=lines, weight=weight, problem=problem, solution=solution)
 

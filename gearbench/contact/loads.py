@@ -10,8 +10,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from gearbench.contact.patches import solve_patches
 from gearbench.contact.problem import ContactProblem, ContactSolution
-from gearbench.contact.solver import Guess, solve
+from gearbench.contact.solver import Guess
 
 #: Positions that a thread takes at least: fewer are not worth handing over.
 LEAST_POSITIONS = 8
@@ -67,7 +68,7 @@ class _Chain:
     def solve(self, force: float) -> ContactSolution:
         x = math.log(force / self._problem.force)
         guess = self._extrapolated(x)
-        solution = solve(under(self._problem, force), guess)
+        solution = solve_patches(under(self._problem, force), guess)
         self._known = [*self._known, (x, guess)][-KNOWN:]
         return solution
 
@@ -98,7 +99,8 @@ def _slice(problem: ContactProblem, part: slice) -> ContactProblem:
         if field.name != "block" and isinstance(getattr(problem, field.name), np.ndarray)
     }
     shape = (len(positions["gap"]), *problem.shape[1:])
-    return replace(problem, **positions, shape=shape)
+    along = problem.along.part(part) if problem.along else None
+    return replace(problem, **positions, shape=shape, along=along)
 
 
 def _join(parts: Sequence[ContactSolution]) -> ContactSolution:

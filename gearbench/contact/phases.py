@@ -7,6 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.geometry.quadrature import gauss
+
 
 def uniform_phases(count: int) -> tuple[NDArray, NDArray]:
     """Midpoints of ``count`` equal intervals of [0, 1) and their weights; first order where the stiffness jumps."""
@@ -27,7 +29,7 @@ def gauss_phases(transitions: Iterable[float], points: int) -> tuple[NDArray, ND
     edges = np.append(edges, edges[0] + 1.0)
     widths = np.diff(edges)
     long = widths > 1e-9
-    node, weight = np.polynomial.legendre.leggauss(points)
+    node, weight = gauss(points)
     phase = edges[:-1][long, None] + widths[long, None] * (node + 1) / 2
     weights = widths[long, None] * weight / 2
     order = np.argsort(phase.ravel() % 1.0, kind="stable")

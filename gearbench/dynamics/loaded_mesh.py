@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.bearings import settle
-from gearbench.contact.solver import solve
+from gearbench.contact.patches import solve_patches
 from gearbench.effects.base import Effect
 from gearbench.effects.shafts import flank_loads, system_effects
 from gearbench.errors import InputError
@@ -101,5 +101,5 @@ def loaded_mesh(scene: Scene, mesh: str = "") -> LoadedMesh:
         effects = (*own.effects, motion)
         loads = flank_loads(motion.gears, lines, shafted.force, weight)
     problem = assemble(own, lines, effects)
-    solved = Solved(scene=own, lines=lines, weight=weight, problem=problem, solution=solve(problem))
+    solved = Solved(scene=own, lines=lines, weight=weight, problem=problem, solution=solve_patches(problem))
     return LoadedMesh(scene=own, effects=effects, lines=lines, cycle=solved.cycle, loads=loads)
