@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.assemble import assemble, scene_lines
 from gearbench.contact.patches import solve_patches
+from gearbench.contact.transitions import loaded_phases
 from gearbench.geometry.action import ContactLines
 from gearbench.results.cycle import HARMONICS
 from gearbench.results.outputs import DEFAULT_OUTPUTS, Solved, check_outputs, output
@@ -82,7 +83,7 @@ def cycle_values(scene: Scene) -> NDArray:
 
 def solve_scene(scene: Scene) -> Solved:
     """Contact solution of ``scene`` at all its mesh phases."""
-    phase, weight = mesh_phases(scene)
+    phase, weight = loaded_phases(scene)
     return solve_lines(scene, scene_lines(scene, phase), weight)
 
 

@@ -35,7 +35,7 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
     if resolution.positions is not None:
         return uniform_phases(resolution.positions)
     meshing, flanks = scene.pair.meshing, flank_separation(scene)
-    kinks, face = _kinks(scene, flanks)
+    kinks, face = gap_kinks(scene, flanks)
     changes = tuple(kinks) if flanks is not None else (meshing.path_start, meshing.path_end, *kinks)
     if flanks is not None and not meshing.overlap_ratio:
         # spur pairs take and leave their load, with a kink, where they are as far apart as the others are deflected
@@ -63,14 +63,22 @@ def _lines(
     sparse = replace(contact_lines(pair, (np.arange(4) + 0.5) / 4, 8, separation=flanks, span=span), typical_load=load)
     gap = np.where(sparse.active[..., None], total_gap(scene, sparse), 0.0)
     parting = bool(np.ptp(gap, axis=2).max() > LEAST_VARIATION)
-    kinks, face = _kinks(scene, flanks)
+    kinks, face = gap_kinks(scene, flanks)
     lines = contact_lines(
         pair, mesh_phase, scene.resolution.segments, kinks, face, parting=parting, separation=flanks, span=span
     )
     return replace(lines, typical_load=load)
 
 
-def _kinks(scene: Scene, flanks: Separation | None) -> tuple[list[float], list[float]]:
+def conforming(scene: Scene) -> bool:
+    """Whether the gap of the flanks is the same everywhere, so that all lines are loaded over their length."""
+    if flank_separation(scene) is not None:
+        return False
+    lines = contact_lines(scene.pair, (np.arange(4) + 0.5) / 4, 8)
+    return bool(np.ptp(total_gap(scene, lines)[lines.active], axis=None) <= LEAST_VARIATION)
+
+
+def gap_kinks(scene: Scene, flanks: Separation | None) -> tuple[list[float], list[float]]:
     """Positions u and y [mm] at which the gap of a scene has a kink; those of the profiles are the separation's."""
     gaps = [effect for effect in scene.acting_effects if isinstance(effect, GapEffect)]
     added = [gap for gap in gaps if flanks is None or not gap.modifications(scene.pair)]

@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from gearbench.contact.patches import solve_patches
-from gearbench.contact.problem import ContactProblem, ContactSolution
+from gearbench.contact.problem import ContactProblem, ContactSolution, part_of
 from gearbench.contact.solver import Guess
 
 #: Positions that a thread takes at least: fewer are not worth handing over.
@@ -48,7 +48,7 @@ def solve_loads(problem: ContactProblem, forces: Sequence[float], threads: int =
     ConvergenceError
         As ``solve``.
     """
-    parts = [_slice(problem, s) for s in _slices(len(problem.gap), threads)]
+    parts = [part_of(problem, s) for s in _slices(len(problem.gap), threads)]
     chains = [_Chain(part) for part in parts]
     if len(chains) == 1:
         yield from map(chains[0].solve, forces)
@@ -89,18 +89,6 @@ def _slices(positions: int, threads: int) -> list[slice]:
     count = max(1, min(threads, positions // LEAST_POSITIONS))
     edges = np.linspace(0, positions, count + 1).astype(int)
     return [slice(a, b) for a, b in pairwise(edges)]
-
-
-def _slice(problem: ContactProblem, part: slice) -> ContactProblem:
-    """The positions ``part`` of a problem."""
-    positions = {
-        field.name: getattr(problem, field.name)[part]
-        for field in fields(problem)
-        if field.name != "block" and isinstance(getattr(problem, field.name), np.ndarray)
-    }
-    shape = (len(positions["gap"]), *problem.shape[1:])
-    along = problem.along.part(part) if problem.along else None
-    return replace(problem, **positions, shape=shape, along=along)
 
 
 def _join(parts: Sequence[ContactSolution]) -> ContactSolution:

@@ -51,6 +51,19 @@ def _gaps(along: Along) -> NDArray:
     return np.stack([total_gap(along.scene, each, along.effects) for each in lines], axis=-1)
 
 
+def compression(problem: ContactProblem, lines: ContactLines, guess: Guess) -> NDArray:
+    """s at the nodes, or at the beginning, middle and end of each cell [``length_scale``], (position, pair, segment, …).
+
+    Of the solution ``guess``; −1 where there is no line.
+    """
+    if problem.along is not None:
+        return _compression(problem, guess, _gaps(problem.along))
+    amplitudes = guess.q[:, problem.block[:: problem.shape[2]]]
+    factor = problem.factor.reshape(*problem.shape, -1)
+    s = guess.delta[:, None, None] - problem.gap.reshape(problem.shape) - (factor @ amplitudes[..., None])[..., 0]
+    return np.where(lines.active[..., None], s, -1.0)
+
+
 def _compression(problem: ContactProblem, guess: Guess, gap: NDArray) -> NDArray:
     """s at the beginning, middle and end of each segment [``length_scale``]; −1 where there is no line."""
     along = problem.along

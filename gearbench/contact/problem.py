@@ -42,11 +42,9 @@ class Along:
     rows: NDArray
     laws: tuple[ComplianceEffect, ...]
 
-    def part(self, positions: slice) -> Along:
+    def part(self, positions: slice | NDArray) -> Along:
         """The same of some of the positions."""
-        cut = {name: getattr(self.lines, name)[positions] for name in ("mesh_phase", "u", "y", "length", "panel")}
-        lines = replace(self.lines, **cut)
-        return replace(self, lines=lines, factor=self.factor[positions], rows=self.rows[positions])
+        return replace(self, lines=self.lines.part(positions), factor=self.factor[positions], rows=self.rows[positions])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,6 +121,13 @@ class ContactSolution:
     complementarity: NDArray
     iterations: NDArray
     polished: int = 0
+
+
+def part_of(problem: ContactProblem, positions: slice | NDArray) -> ContactProblem:
+    """Some positions of a problem."""
+    arrays = {name: getattr(problem, name)[positions] for name in ("gap", "a", "h", "soft", "active", "factor")}
+    along = problem.along.part(positions) if problem.along else None
+    return replace(problem, **arrays, shape=(len(arrays["gap"]), *problem.shape[1:]), along=along)
 
 
 def full_factor(problem: ContactProblem, position: int) -> NDArray:

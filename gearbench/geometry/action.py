@@ -80,6 +80,11 @@ class ContactLines:
         """Whether a pair has a contact line at a position, (position, pair)."""
         return self.length[..., 0] > 0
 
+    def part(self, positions: slice | NDArray) -> ContactLines:
+        """The lines at some of the positions."""
+        arrays = {name: getattr(self, name)[positions] for name in ("mesh_phase", "u", "y", "length")}
+        return replace(self, **arrays, panel=None if self.panel is None else self.panel[positions])
+
     def moved(self, share: float) -> ContactLines:
         """The lines with each node moved by ``share`` of half its segment along the line: ±1 are the ends."""
         meshing = self.pair.meshing
