@@ -18,7 +18,7 @@ from gearbench.notebook import scene_html
 from gearbench.schema import STRICT, given
 
 #: Gauss points on each panel unless a scene says otherwise.
-DEFAULT_GAUSS_POINTS = 6
+DEFAULT_GAUSS_POINTS = 8
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)

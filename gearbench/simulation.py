@@ -83,13 +83,16 @@ def cycle_values(scene: Scene) -> NDArray:
 
 def solve_scene(scene: Scene) -> Solved:
     """Contact solution of ``scene`` at all its mesh phases."""
-    phase, weight = loaded_phases(scene)
-    return solve_lines(scene, scene_lines(scene, phase), weight)
+    phase, weight, size = loaded_phases(scene)
+    return solve_lines(scene, scene_lines(scene, phase), weight, size)
 
 
 @single_threaded_blas()
-def solve_lines(scene: Scene, lines: ContactLines, weight: NDArray) -> Solved:
-    """As ``solve_scene``, on the contact lines and with the weights of their positions given, (position,)."""
+def solve_lines(scene: Scene, lines: ContactLines, weight: NDArray, size: int | None = None) -> Solved:
+    """As ``solve_scene``, on the contact lines and with the weights of their positions given, (position,).
+
+    ``size`` is the number of Gauss points on each panel, where that is not the scene's.
+    """
     _LOG.debug("contact problem: %d positions, %d pairs, %d segments", *lines.shape)
     if scene.has_shafts:
         from gearbench.contact.bearings import settle
@@ -99,7 +102,7 @@ def solve_lines(scene: Scene, lines: ContactLines, weight: NDArray) -> Solved:
         problem = assemble(scene, lines)
         solution = solve_patches(problem)
     _LOG.debug("solved in at most %d Newton steps a position", solution.iterations.max(initial=0))
-    return Solved(scene=scene, lines=lines, weight=weight, problem=problem, solution=solution)
+    return Solved(scene=scene, lines=lines, weight=weight, problem=problem, solution=solution, size=size)
 
 
 def dataset(solved: Solved, outputs: Sequence[str], start: float, before: tuple[str, ...] = ()) -> xr.Dataset:

@@ -149,18 +149,20 @@ def gap_and_variation(
 
 
 def assemble(
-    scene: Scene, lines: ContactLines, effects: Sequence[Effect] | None = None, *, truncation: float = TRUNCATION
+    scene: Scene, lines: ContactLines, effects: Sequence[Effect] | None = None, *, truncation: float = TRUNCATION,
+    nodes: int | None = None,
 ) -> ContactProblem:
     """Contact problem of ``scene`` on ``lines``: the sum over its effects, or over other ``effects`` where given.
 
-    ``truncation``: how much of the smooth compliance may be left out, see ``truncated_root``.
+    ``truncation``: how much of the smooth compliance may be left out, see ``truncated_root``; ``nodes`` on a line that it
+    is computed at where segments are cells, by default ``smooth_nodes``.
     """
     acting = scene.acting_effects if effects is None else effects
     beside = {effect.name: effect for effect in acting}
     gap, soft = gap_and_variation(scene, lines, acting)
-    nodes, rows = lines.uncut(smooth_nodes(lines)) if lines.cells else (lines, None)
+    at, rows = lines.uncut(nodes or smooth_nodes(lines)) if lines.cells else (lines, None)
     adding = [effect for effect in acting if isinstance(effect, ComplianceEffect)]
-    parts = [effect.compliance(nodes, beside) for effect in adding]
+    parts = [effect.compliance(at, beside) for effect in adding]
     laws = [effect for effect, part in zip(adding, parts, strict=True) if isinstance(part, LineLaw)]
     if rows is None:
         return _problem(scene, lines, parts, gap, soft, truncation)
@@ -168,18 +170,18 @@ def assemble(
         # compliance alone determines the loads: it must be known on every segment
         parts = [effect.compliance(lines, beside) for effect in adding]
         return _problem(scene, lines, parts, gap, np.zeros(lines.shape), truncation)
-    none = np.zeros(nodes.shape)
-    smooth = _problem(scene, nodes, parts, none, none, truncation)
+    none = np.zeros(at.shape)
+    smooth = _problem(scene, at, parts, none, none, truncation)
     own = [effect.compliance(lines, beside) for effect in laws]
     problem = _problem(scene, lines, own, gap, soft, truncation, smooth.length_scale)
-    factor = smooth.factor.reshape(*nodes.shape, -1)
+    factor = smooth.factor.reshape(*at.shape, -1)
     along = Along(scene=scene, effects=tuple(acting), lines=lines, factor=factor, rows=rows, laws=tuple(laws))
     # the load on a cell is spread: Ψ is its mean, by Simpson's rule
     factor = np.array([1, 4, 1]) / 6 @ rows @ factor
     return replace(
         problem,
         factor=np.ascontiguousarray(factor.reshape(*problem.gap.shape, -1)),
-        block=np.repeat(smooth.block[:: nodes.shape[2]], lines.shape[2]),
+        block=np.repeat(smooth.block[:: at.shape[2]], lines.shape[2]),
         blocks=smooth.blocks,
         along=along,
     )

@@ -9,7 +9,6 @@ the gap, those matter where the flanks touch there.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import replace
 from functools import lru_cache
@@ -17,16 +16,20 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble, conforming, flank_separation, gap_kinks, scene_lines
+from gearbench.contact.assemble import assemble, conforming, flank_separation, gap_kinks, scene_lines, smooth_nodes
 from gearbench.contact.patches import compression
 from gearbench.contact.phases import gauss_phases, uniform_phases
 from gearbench.contact.problem import ContactProblem, part_of
 from gearbench.contact.solver import Guess, solve
+from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.scene import Resolution, Scene
 
-#: Uniform phases of the coarse solution, and segments on its lines.
-COARSE_PHASES, COARSE_SEGMENTS = 32, 12
+#: Gauss points on each panel unless a scene gives them.
+GAUSS_POINTS = 5
+#: Uniform phases of the coarse solution, segments on its lines, share of the nodes their compliance would have, and how
+#: much of it is left out.
+COARSE_PHASES, COARSE_SEGMENTS, COARSE_NODES, COARSE_TRUNCATION = 24, 12, 0.7, 1e-3
 #: Phases near the birth of a patch that it is found from.
 POINTS = 4
 #: Changes closer than this are one, by rank, and panels wider are split [mesh cycles].
@@ -34,13 +37,19 @@ CLOSE, WIDEST = (1e-3, 0.02), 0.25
 
 
 @lru_cache(maxsize=64)
-def loaded_phases(scene: Scene) -> tuple[NDArray, NDArray]:
-    """Mesh phases τ and weights (position,) that the scene's resolution asks for, on panels between changes of contact."""
-    size = scene.resolution.panel_size
+def loaded_phases(scene: Scene) -> tuple[NDArray, NDArray, int | None]:
+    """Mesh phases τ and weights (position,) that the scene's resolution asks for, on panels between changes of contact.
+
+    And the number of Gauss points on each panel, ``GAUSS_POINTS`` unless the scene gives it; None where the phases are
+    uniform.
+    """
     if scene.resolution.positions is not None:
-        return uniform_phases(scene.resolution.positions)
-    assert size is not None
-    return gauss_phases(panel_ends(transitions(scene), WIDEST if scene.pair.meshing.overlap_ratio else 1.0), size)
+        return *uniform_phases(scene.resolution.positions), None
+    if scene.resolution.accuracy is not None:
+        raise InputError("resolution.accuracy", scene.resolution.accuracy, "is for simulate and robust")
+    size = scene.resolution.gauss_points or GAUSS_POINTS
+    widest = WIDEST if scene.pair.meshing.overlap_ratio else 1.0
+    return *gauss_phases(panel_ends(transitions(scene), widest), size), size
 
 
 def panel_ends(changes: Iterable[tuple[float, int]], widest: float = 1.0) -> list[float]:
@@ -65,7 +74,8 @@ def transitions(scene: Scene) -> list[tuple[float, int]]:
     coarse = replace(scene, resolution=Resolution(positions=COARSE_PHASES, segments=COARSE_SEGMENTS))
     phase, _ = uniform_phases(COARSE_PHASES)
     lines = scene_lines(coarse, phase)
-    problem = assemble(coarse, lines)
+    nodes = round(COARSE_NODES * smooth_nodes(lines))
+    problem = assemble(coarse, lines, truncation=COARSE_TRUNCATION, nodes=nodes)
     guess = Guess.nothing(problem)
     solve(problem, guess)
     s = compression(problem, lines, guess)
