@@ -24,6 +24,7 @@ from gearbench.contact.solver import Guess, solve
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.scene import Resolution, Scene
+from gearbench.threads import single_threaded_blas
 
 #: Gauss points on each panel unless a scene gives them.
 GAUSS_POINTS = 5
@@ -63,6 +64,7 @@ def panel_ends(changes: Iterable[tuple[float, int]], widest: float = 1.0) -> lis
     return [a + i * (b - a) / n for a, b, n in zip(ends[:-1], ends[1:], pieces, strict=True) for i in range(n)]
 
 
+@single_threaded_blas()
 def transitions(scene: Scene) -> list[tuple[float, int]]:
     """Phases at which the contact changes under load, with ranks: 0 where a pair takes or leaves its load, 1 otherwise.
 
