@@ -10,10 +10,18 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.phases import gauss_phases, uniform_phases
-from gearbench.contact.problem import TRUNCATION, Along, ContactProblem, gram, reduce_rank, stiffness_of_law, truncated_root
+from gearbench.contact.phases import gauss_phases, mirrored_phases, uniform_phases
+from gearbench.contact.problem import (
+    TRUNCATION,
+    Along,
+    ContactProblem,
+    gram,
+    reduce_rank,
+    stiffness_of_law,
+    truncated_root,
+)
 from gearbench.contact.solver import solve
-from gearbench.effects.base import ComplianceEffect, Dense, Effect, Effects, GapEffect, LineLaw, LowRank
+from gearbench.effects.base import ComplianceEffect, Dense, Effect, GapEffect, LineLaw, LowRank
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.geometry.separation import Separation, separation
@@ -21,6 +29,8 @@ from gearbench.scene import Scene
 
 #: A gap that varies less than this along the contact lines is constant [mm].
 LEAST_VARIATION = 1e-10
+#: Phases, and nodes on their lines, at which the gap is looked at.
+TRIAL_PHASES, TRIAL_SEGMENTS = 8, 12
 #: How far lines reach beyond the path of contact where the deflection is not known yet [base pitches].
 _REACH = 0.3
 #: How much farther the lines of a solution reach than flanks as far apart as the gears deflect.
@@ -60,10 +70,12 @@ def _lines(
 ) -> ContactLines:
     """Contact lines over the path of contact, or with the separation of the ``flanks`` over ``span``."""
     pair, load = scene.pair, 0.0 if flanks is None else typical_load(scene)
-    sparse = replace(contact_lines(pair, (np.arange(4) + 0.5) / 4, 8, separation=flanks, span=span), typical_load=load)
+    kinks, face = gap_kinks(scene, flanks)
+    trial = mirrored_phases(pair, TRIAL_PHASES)
+    sparse = contact_lines(pair, trial, TRIAL_SEGMENTS, kinks, face, separation=flanks, span=span)
+    sparse = replace(sparse, typical_load=load)
     gap = np.where(sparse.active[..., None], total_gap(scene, sparse), 0.0)
     parting = bool(np.ptp(gap, axis=2).max() > LEAST_VARIATION)
-    kinks, face = gap_kinks(scene, flanks)
     lines = contact_lines(
         pair, mesh_phase, scene.resolution.segments, kinks, face, parting=parting, separation=flanks, span=span
     )
@@ -74,7 +86,8 @@ def conforming(scene: Scene) -> bool:
     """Whether the gap of the flanks is the same everywhere, so that all lines are loaded over their length."""
     if flank_separation(scene) is not None:
         return False
-    lines = contact_lines(scene.pair, (np.arange(4) + 0.5) / 4, 8)
+    kinks, face = gap_kinks(scene, None)
+    lines = contact_lines(scene.pair, mirrored_phases(scene.pair, TRIAL_PHASES), TRIAL_SEGMENTS, kinks, face)
     return bool(np.ptp(total_gap(scene, lines)[lines.active], axis=None) <= LEAST_VARIATION)
 
 
@@ -149,13 +162,17 @@ def gap_and_variation(
 
 
 def assemble(
-    scene: Scene, lines: ContactLines, effects: Sequence[Effect] | None = None, *, truncation: float = TRUNCATION,
+    scene: Scene,
+    lines: ContactLines,
+    effects: Sequence[Effect] | None = None,
+    *,
+    truncation: float = TRUNCATION,
     nodes: int | None = None,
 ) -> ContactProblem:
     """Contact problem of ``scene`` on ``lines``: the sum over its effects, or over other ``effects`` where given.
 
-    ``truncation``: how much of the smooth compliance may be left out, see ``truncated_root``; ``nodes`` on a line that it
-    is computed at where segments are cells, by default ``smooth_nodes``.
+    ``truncation``: how much of the smooth compliance may be left out, see ``truncated_root``; ``nodes`` on a line that
+    it is computed at where segments are cells, by default ``smooth_nodes``.
     """
     acting = scene.acting_effects if effects is None else effects
     beside = {effect.name: effect for effect in acting}
@@ -191,7 +208,7 @@ def smooth_nodes(lines: ContactLines) -> int:
     """Gauss points on an uncut line that resolve its smooth compliance, and the load on it, as its segments do the gap.
 
     8 and one for every two modules of its width at 15 segments: on gears in use harmonics then miss by less than 0.2 of
-    what they may (``studies/s09_resolution``). They converge exponentially, cells do not: √2 as many for twice the cells.
+    what they may (``studies/s09_resolution``). They converge exponentially: √2 as many for twice the cells.
     """
     meshing = lines.pair.meshing
     tan_b = math.tan(meshing.beta_b)

@@ -40,9 +40,24 @@ def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> Contac
         return solution
     gap, last = _gaps(problem.along), Guess(q=guess.q.copy(), delta=guess.delta.copy())
     for _ in range(ROUNDS):
-        y, width = patch_nodes(problem.along.lines, _compression(problem, last, gap), problem.along.factor.shape[2])
+        y, width = _nodes(problem, _compression(problem, last, gap))
         solution = solve(_on_nodes(problem, y, width), last)
     return replace(solution, force=_forces(problem, last, solution))
+
+
+def _nodes(problem: ContactProblem, s: NDArray) -> tuple[NDArray, NDArray]:
+    """``patch_nodes``; where a position has no patch, on the whole of the cell that is pressed most."""
+    along = problem.along
+    assert along is not None
+    y, width = patch_nodes(along.lines, s, along.factor.shape[2])
+    alone = np.flatnonzero(width.sum(axis=(1, 2)) == 0)
+    if alone.size:
+        # a patch within a single cell, that reaches neither its ends nor its middle
+        by_cell = s.reshape(len(s), -1, 3).copy()
+        there = np.repeat(along.lines.active, problem.shape[2], axis=1)[alone]
+        by_cell[alone, np.where(there, by_cell[alone].max(axis=2), -np.inf).argmax(axis=1)] = 1.0
+        y, width = patch_nodes(along.lines, by_cell.reshape(s.shape), along.factor.shape[2])
+    return y, width
 
 
 def _gaps(along: Along) -> NDArray:
@@ -52,7 +67,7 @@ def _gaps(along: Along) -> NDArray:
 
 
 def compression(problem: ContactProblem, lines: ContactLines, guess: Guess) -> NDArray:
-    """s at the nodes, or at the beginning, middle and end of each cell [``length_scale``], (position, pair, segment, …).
+    """s at the nodes, or at beginning, middle and end of each cell [``length_scale``], (position, pair, segment, …).
 
     Of the solution ``guess``; −1 where there is no line.
     """

@@ -7,12 +7,23 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.geometry.pair import Pair
 from gearbench.geometry.quadrature import gauss
 
 
 def uniform_phases(count: int) -> tuple[NDArray, NDArray]:
     """Midpoints of ``count`` equal intervals of [0, 1) and their weights; first order where the stiffness jumps."""
     return (np.arange(count) + 0.5) / count, np.full(count, 1 / count)
+
+
+def mirrored_phases(pair: Pair, count: int) -> NDArray:
+    """``count`` equidistant phases in [0, 1), ascending, the same ones for pinion and wheel exchanged.
+
+    What is decided at them is the same for both: seen from the other end of path and face τ is ε_α − ε_β − τ.
+    """
+    meshing = pair.meshing
+    middle = (meshing.transverse_contact_ratio - meshing.overlap_ratio) / 2
+    return np.sort(((np.arange(count) + 0.5) / count + middle) % 1.0 % 1.0)
 
 
 def gauss_phases(transitions: Iterable[float], points: int) -> tuple[NDArray, NDArray]:

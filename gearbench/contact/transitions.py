@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble, conforming, flank_separation, gap_kinks, scene_lines, smooth_nodes
 from gearbench.contact.patches import compression
-from gearbench.contact.phases import gauss_phases, uniform_phases
+from gearbench.contact.phases import gauss_phases, mirrored_phases, uniform_phases
 from gearbench.contact.problem import ContactProblem, part_of
 from gearbench.contact.solver import Guess, solve
 from gearbench.errors import InputError
@@ -54,7 +54,7 @@ def loaded_phases(scene: Scene) -> tuple[NDArray, NDArray, int | None]:
 
 
 def panel_ends(changes: Iterable[tuple[float, int]], widest: float = 1.0) -> list[float]:
-    """Ends of panels from changes (phase, rank): of close ones that of the lowest rank; those wider than ``widest`` split."""
+    """Ends of panels from changes (phase, rank): of close ones that of the lowest rank; wide panels split."""
     kept = [0.0]
     for phase, rank in sorted(changes, key=lambda change: (change[1], change[0])):
         if min(abs((phase - other + 0.5) % 1.0 - 0.5) for other in kept) > CLOSE[rank]:
@@ -74,7 +74,7 @@ def transitions(scene: Scene) -> list[tuple[float, int]]:
     if conforming(scene):
         return [(phase, 0) for phase in meshing.transition_phases]
     coarse = replace(scene, resolution=Resolution(positions=COARSE_PHASES, segments=COARSE_SEGMENTS))
-    phase, _ = uniform_phases(COARSE_PHASES)
+    phase = mirrored_phases(scene.pair, COARSE_PHASES)
     lines = scene_lines(coarse, phase)
     nodes = round(COARSE_NODES * smooth_nodes(lines))
     problem = assemble(coarse, lines, truncation=COARSE_TRUNCATION, nodes=nodes)
@@ -111,7 +111,7 @@ def _births(problem: ContactProblem, lines: ContactLines, x: NDArray, at: NDArra
     solve(replace(part, active=alone.reshape(part.active.shape)), guess)
     s = compression(part, lines.part(position), guess)[np.arange(len(pair)), pair]
     margin = np.split(s.reshape(len(s), -1).max(axis=1), np.cumsum([len(each) for each in near])[:-1])
-    return [_zero(x[j], m, x[i], x[i + 1]) for j, m, i in zip(near, margin, at, strict=True)]
+    return [_zero(x[j], m, float(x[i]), float(x[i + 1])) for j, m, i in zip(near, margin, at, strict=True)]
 
 
 def _zero(x: NDArray, values: NDArray, low: float, high: float) -> float:
@@ -129,7 +129,8 @@ def _known(scene: Scene, x: NDArray, on_line: NDArray) -> list[tuple[float, int]
     kinks, face = gap_kinks(scene, flank_separation(scene))
     ends, found = (meshing.path_start, meshing.path_end), []
     for y in (0.0, scene.pair.face_width, *face):
-        row = on_line[1 if y == 0 else 2 if y == scene.pair.face_width else 0]
+        # the lines of spur pairs pass as a whole, wherever on them the flanks touch
+        row = on_line[0 if not meshing.overlap_ratio else 1 if y == 0 else 2 if y == scene.pair.face_width else 0]
         for u in (*ends, *kinks):
             at = (u - meshing.path_start) / meshing.base_pitch - meshing.overlap_ratio * y / scene.pair.face_width
             i = np.searchsorted(x, at)

@@ -8,11 +8,12 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.assemble import assemble, scene_lines
 from gearbench.contact.bearings import settle
 from gearbench.contact.patches import solve_patches
+from gearbench.contact.transitions import loaded_phases
 from gearbench.effects.base import Effect
-from gearbench.effects.shafts import flank_loads, system_effects
+from gearbench.effects.shafts import SeatedGear, system_effects
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.results.cycle import MICROMETRES, MeshCycle, fourier_matrix, mean
@@ -37,15 +38,15 @@ class LoadedMesh:
         Contact lines.
     cycle
         k and δ_s of teeth and bodies, shafts excluded.
-    loads
-        On the nodes of the shafts of pinion and wheel, where there are shafts.
+    gears
+        Pinion and wheel on their shafts at rest under its forces, where there are shafts.
     """
 
     scene: Scene
     effects: tuple[Effect, ...]
     lines: ContactLines
     cycle: MeshCycle
-    loads: tuple[NDArray, NDArray] | None = None
+    gears: tuple[SeatedGear, ...] = ()
 
     @property
     def stiffness(self) -> NDArray:
@@ -93,13 +94,12 @@ def loaded_mesh(scene: Scene, mesh: str = "") -> LoadedMesh:
         number = scene.gearbox.names.index(mesh)
         own = scene if not mesh else scene.further[number - 1]
         own = replace(own, load=replace(own.load, torque=box.torques[mesh]), system=None, further=())
-    phase, weight = mesh_phases(own)
+    phase, weight, size = loaded_phases(own)
     lines = scene_lines(own, phase)
-    effects, loads = own.effects, None
+    effects, gears = own.effects, ()
     if scene.has_shafts:
-        _, shafted, motion = settle(own, partial(system_effects, scene.gearbox, mesh), lines, weight)
-        effects = (*own.effects, motion)
-        loads = flank_loads(motion.gears, lines, shafted.force, weight)
+        _, _, motion = settle(own, partial(system_effects, scene.gearbox, mesh), lines, weight)
+        effects, gears = (*own.effects, motion), motion.gears
     problem = assemble(own, lines, effects)
-    solved = Solved(scene=own, lines=lines, weight=weight, problem=problem, solution=solve_patches(problem))
-    return LoadedMesh(scene=own, effects=effects, lines=lines, cycle=solved.cycle, loads=loads)
+    solved = Solved(scene=own, lines=lines, weight=weight, problem=problem, solution=solve_patches(problem), size=size)
+    return LoadedMesh(scene=own, effects=effects, lines=lines, cycle=solved.cycle, gears=gears)

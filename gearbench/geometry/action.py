@@ -209,7 +209,7 @@ def contact_lines(
     # the widest that a panel becomes while a line passes, whatever the phases asked for
     passing = _panel_edges(pair, np.linspace(u_a - b * tan_b, u_e, 401), ends, *cuts)
     widest = np.diff(passing, axis=0).max(axis=1, initial=0.0)
-    y, width, panel = _on_panels(edges, widest, segments, b, parting=parting)
+    y, width, panel = _on_panels(edges, widest, segments, pair, parting=parting)
     # a line shorter than rounding is no line
     absent = (edges[-1] - edges[0] <= SHORTEST * b)[..., None]
     return ContactLines(
@@ -241,14 +241,14 @@ def _panel_edges(
 
 
 def _on_panels(
-    edges: NDArray, widest: NDArray, segments: int, face_width: float, *, parting: bool
+    edges: NDArray, widest: NDArray, segments: int, pair: Pair, *, parting: bool
 ) -> tuple[NDArray, NDArray, NDArray]:
     """Nodes y and widths of the segments [mm], and the panels between ``edges`` they are on, (position, pair, segment).
 
     How many segments a panel gets depends on which panels there are on a line, and nothing else: it stays the same
     between two transitions of the mesh cycle, where the sums over the nodes are then as smooth as the integrals.
     """
-    real = np.diff(edges, axis=0) > SHORTEST * face_width
+    real = np.diff(edges, axis=0) > SHORTEST * pair.face_width
     y, width = np.zeros((2, *edges.shape[1:], segments))
     on = np.zeros(y.shape, dtype=np.intp)
     for pattern in np.unique(real.reshape(len(real), -1), axis=1).T:
@@ -259,7 +259,7 @@ def _on_panels(
         if panel.size * FEWEST > segments:
             counts, ends = [segments], np.stack([edges[0], edges[-1]])[:, alike]
         else:
-            counts = _shares(segments, np.sqrt(widest[panel]))
+            counts = _shares(segments, np.sqrt(widest[panel]), last=pair.wheel.teeth > pair.pinion.teeth)
             ends = edges[np.append(panel, panel[-1] + 1)][:, alike]
         on[alike] = np.repeat(np.arange(len(counts)), counts)
         rules = [_rule(count, parting) for count in counts]
@@ -270,8 +270,11 @@ def _on_panels(
     return y, width, on
 
 
-def _shares(segments: int, sizes: NDArray) -> list[int]:
-    """``segments`` shared among panels in proportion to ``sizes``, each at least ``FEWEST``."""
+def _shares(segments: int, sizes: NDArray, *, last: bool = False) -> list[int]:
+    """``segments`` shared among panels in proportion to ``sizes``, each at least ``FEWEST``.
+
+    Of panels that are alike the first ones get what is left over, or the ``last``.
+    """
     wanted = segments * sizes / sizes.sum()
     counts = np.maximum(FEWEST, np.floor(wanted + 1e-9)).astype(int)
     while left := segments - int(counts.sum()):
@@ -279,7 +282,7 @@ def _shares(segments: int, sizes: NDArray) -> list[int]:
         owed = np.where(counts > (0 if step > 0 else FEWEST), np.round(step * (wanted - counts), 6), -np.inf)
         # alike panels get alike shares where they can: a line and its mirror image are cut alike
         groups = [np.flatnonzero(owed == value) for value in np.unique(owed[np.isfinite(owed)])[::-1]]
-        chosen = next((group for group in groups if group.size <= abs(left)), groups[0][:1])
+        chosen = next((group for group in groups if group.size <= abs(left)), groups[0][-1:] if last else groups[0][:1])
         counts[chosen] += step
     return counts.tolist()
 

@@ -23,7 +23,8 @@ from gearbench.scene import Scene
 class Solved:
     """A scene solved on its contact lines: the source of all outputs.
 
-    ``size`` is the number of Gauss points on each panel, by default the scene's. The arrays of the solution may have dimensions before the position; so have the outputs that follow from it.
+    The arrays of the solution may have dimensions before the position; so have the outputs that follow from it.
+    ``size`` is the number of Gauss points on each panel, by default the scene's.
     """
 
     scene: Scene
