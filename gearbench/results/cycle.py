@@ -151,7 +151,12 @@ def fourier(dataset: xr.Dataset, name: str, orders: int = HARMONICS) -> NDArray:
 @lru_cache(maxsize=16)
 def fourier_matrix(phases: Phases, orders: int) -> NDArray:
     """Values at the phases → complex Fourier coefficients of the orders 1 … ``orders``, (harmonic, position)."""
-    n, x = np.arange(1, orders + 1), phases.phase
+    return fourier_rows(phases, np.arange(1, orders + 1))
+
+
+def fourier_rows(phases: Phases, orders: NDArray) -> NDArray:
+    """Values at the phases → ∫ y e^{−2πinτ} dτ over the cycle for any n, whole or not, (order, position)."""
+    n, x = np.asarray(orders), phases.phase
     if phases.size is None:
         wave = np.exp(-2j * np.pi * np.outer(n, x)) / len(x)
         return np.where(2 * n[:, None] < len(x), wave, np.nan)
@@ -162,7 +167,7 @@ def fourier_matrix(phases: Phases, orders: int) -> NDArray:
     # ∫ P_k(s) e^{−iωs} ds over [−1, 1] = 2 (−i)^k j_k(ω)
     waves = 2 * (-1j) ** k * spherical_jn(k, 2 * np.pi * np.multiply.outer(n, half)[..., None])
     waves *= (half * np.exp(-2j * np.pi * np.multiply.outer(n, middle)))[..., None]
-    return (waves @ legendre_transform(phases.size)).reshape(orders, -1)
+    return (waves @ legendre_transform(phases.size)).reshape(len(n), -1)
 
 
 def _on_panels(phases: Phases, values: NDArray, points: int) -> NDArray:
