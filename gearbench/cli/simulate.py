@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import AccuracyText, Json, Output, Plots, Quiet, Verbose, plot_folder, with_accuracy
+from gearbench.cli.options import AccuracyText, Json, Output, Plots, Quiet, Verbose, plot_folder, say, with_accuracy
 from gearbench.cli.rexs import AnyFile, LoadCase, StageName, Torque, load_any
 
 if TYPE_CHECKING:
@@ -73,8 +73,8 @@ def simulate(
     elif not quiet:
         _print(loaded, dataset)
         lines = (*(f"warning: {each}" for each in cautions), *(f"note: {note}" for note in notes))
-        for line in (*lines, *(f"wrote {path}" for path in written)):
-            print(line)
+        for line in (*summary.warnings(dataset), *lines, *(f"wrote {path}" for path in written)):
+            say(line)
 
 
 def _print(scene: Scene, dataset: xr.Dataset) -> None:
@@ -90,4 +90,4 @@ def _print(scene: Scene, dataset: xr.Dataset) -> None:
     ]
     summary.print_table("over the mesh cycle", rows)
     if "accuracy_settings" in dataset.attrs:
-        print(summary.accuracy_line(dataset))
+        say(summary.accuracy_line(dataset))
