@@ -184,7 +184,8 @@ def _over_segments(effect: ComplianceEffect, lines: ContactLines, beside: Effect
     if isinstance(part, LineLaw):
         return effect.compliance(lines, beside)
     if isinstance(part, Dense):
-        return Dense(matrix=part.matrix.reshape(positions, pairs * segments, 2, -1, 2).mean(axis=(2, 4)))
+        matrix = part.matrix.reshape(positions, pairs * segments, 2, -1, 2).mean(axis=(2, 4))
+        return replace(part, matrix=matrix)
     first, second = part.factor[:, :, ::2], part.factor[:, :, 1::2]
     return LowRank(factor=(first + second) / 2, coupled=part.coupled)
 
@@ -274,7 +275,7 @@ def _shared_compliance(parts: Sequence[LowRank | Dense], lines: ContactLines) ->
     position, pair = np.nonzero(lines.active)
     for part in parts:
         if isinstance(part, Dense):
-            whole += _without_negative(part.matrix, lines)
+            whole += part.matrix if part.positive else _without_negative(part.matrix, lines)
         elif part.coupled:
             factor = part.factor.reshape(*whole.shape[:2], -1)
             for pattern in np.unique(lines.active, axis=0):  # of lines that exist, so that the others cost nothing
