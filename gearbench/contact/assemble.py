@@ -18,6 +18,7 @@ from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.geometry.separation import Separation, separation
 from gearbench.scene import Scene
+from gearbench.threads import single_threaded_blas
 
 #: A gap that varies less than this along the contact lines is constant [mm].
 LEAST_VARIATION = 1e-10
@@ -140,6 +141,7 @@ def gap_and_variation(
     return total_gap(scene, lines, effects), soft
 
 
+@single_threaded_blas()
 def assemble(
     scene: Scene, lines: ContactLines, effects: Sequence[Effect] | None = None, *, truncation: float = TRUNCATION
 ) -> ContactProblem:

@@ -141,7 +141,8 @@ class ToothBending(Tooth):
     def flank(self, pair: Pair, role: Role, beside: Effects) -> FlankCompliance:
         """Compliance of the flank of pinion (k = 0) or wheel (k = 1), as a solid or by finite elements."""
         if self.model == "solid":
-            return solid_tooth(pair, role, self.solid_order).flank
+            rooted = getattr(beside.get("gear_body"), "model", None) == "ring"
+            return solid_tooth(pair, role, self.solid_order, rooted).flank
         return replace(
             meshed_flank(self.body(pair, role, beside), pair.material, self.accuracy), driven=role == Role.WHEEL
         )
