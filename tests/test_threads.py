@@ -39,18 +39,13 @@ def test_simulate_computes_on_one_thread(monkeypatch):
 
 
 def test_compliance_by_itself_is_computed_on_one_thread(monkeypatch):
-    """``assemble`` called directly, and a dask worker's designs."""
     import gearbench.contact.assemble as assembling
-    from gearbench.optimisation import engine
 
     seen, own = [], assembling.gap_and_variation
     monkeypatch.setattr(assembling, "gap_and_variation", lambda *a: (seen.append(threads()), own(*a))[1])
     scene = case(1, Resolution(positions=4))
     assembling.assemble(scene, assembling.scene_lines(scene, assembling.mesh_phases(scene)[0]))
     assert seen == [{1}]
-    monkeypatch.setattr(engine, "evaluate", lambda *_: seen.append(threads()))
-    engine._evaluate_all(None, [None])  # type: ignore[arg-type]
-    assert seen == [{1}, {1}]
 
 
 def test_errors_give_the_setting_back():
