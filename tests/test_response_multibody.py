@@ -1,4 +1,4 @@
-"""The response against a multibody program, exudyn: linear over time, and with backlash and loss of contact."""
+"""The response against a multibody program, exudyn, which integrates the same oscillator over time."""
 
 import numpy as np
 import pytest
@@ -18,6 +18,7 @@ def integrated(mass, force, damping, mesh_force, start, times):
 
     mbs = exudyn.SystemContainer().AddSystem()
     ground = mbs.AddNode(items.NodePointGround())
+    x, v = ([float(value)] for value in start)
     node = mbs.AddNode(
         items.Node1D(
             referenceCoordinates=[0.0], initialCoordinates=[float(start[0])], initialVelocities=[float(start[1])]
