@@ -19,11 +19,7 @@ def integrated(mass, force, damping, mesh_force, start, times):
     mbs = exudyn.SystemContainer().AddSystem()
     ground = mbs.AddNode(items.NodePointGround())
     x, v = ([float(value)] for value in start)
-    node = mbs.AddNode(
-        items.Node1D(
-            referenceCoordinates=[0.0], initialCoordinates=[float(start[0])], initialVelocities=[float(start[1])]
-        )
-    )
+    node = mbs.AddNode(items.Node1D(referenceCoordinates=[0.0], initialCoordinates=x, initialVelocities=v))
     mbs.AddObject(items.Mass1D(mass=float(mass), nodeNumber=node))
     ends = [mbs.AddMarker(items.MarkerNodeCoordinate(nodeNumber=n, coordinate=0)) for n in (ground, node)]
     mbs.AddObject(
