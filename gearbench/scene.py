@@ -276,7 +276,7 @@ class Scene:
     @property
     def relative_load(self) -> float:
         """F_bn / (b E m_n), the mean line load in terms of module and elasticity [–]; 5·10⁻⁴ is common for steel."""
-        return self._load_of_torque * self.load.torque
+        return self._load_of_torque * abs(self.load.torque)
 
     @property
     def _load_of_torque(self) -> float:
