@@ -51,7 +51,7 @@ def _at(scene: Scene, segments: list[Namespace]) -> list[list[Number]]:
 
 
 def _means(scene: Scene, segments: list[Namespace], lines: ContactLines) -> list[list[Number]]:
-    """Ψ as the mean over each cell, by Simpson's rule from the polynomial through the Gauss points of its whole line."""
+    """Ψ as the mean over each cell, by Simpson's rule from the Gauss points of its whole line."""
     count, means = smooth_nodes(lines), []
     t, _ = np.polynomial.legendre.leggauss(count)
     for k in dict.fromkeys(s.pair for s in segments):
