@@ -9,7 +9,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Output, Plots, Quiet, SceneFile, Threads, Verbose, plot_folder, shows_progress
+from gearbench.cli.options import (
+    Json,
+    Memory,
+    Output,
+    Plots,
+    Quiet,
+    SceneFile,
+    Threads,
+    Verbose,
+    plot_folder,
+    shows_progress,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,6 +48,7 @@ def sweep(
     seed: Seed = 0,
     threads: Threads = None,
     plots: Plots = None,
+    memory: Memory = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,

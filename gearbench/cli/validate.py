@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Quiet, Verbose, progress_lines
+from gearbench.cli.options import Json, Memory, Quiet, Verbose, progress_lines
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,6 +25,7 @@ def validate(
     scenes: SceneFiles,
     output: Folder,
     accuracy: Accuracy = 0.01,
+    memory: Memory = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,
