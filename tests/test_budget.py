@@ -109,7 +109,7 @@ def test_memory_is_predicted_within_a_factor_of_two_and_never_exceeded(name):
 
 @pytest.mark.parametrize("positions", [100_000, 2000])
 def test_a_resolution_beyond_the_memory_is_refused_with_one_that_fits(monkeypatch, positions):
-    monkeypatch.setenv(budget.VARIABLE, "1e9")
+    monkeypatch.setenv(budget.VARIABLE, "3e9")
     scene = on_bodies(positions=positions, segments=2000)
     with pytest.raises(MemoryBudgetError, match=r"would fit$") as fault:
         simulate(scene)
@@ -120,13 +120,13 @@ def test_a_resolution_beyond_the_memory_is_refused_with_one_that_fits(monkeypatc
     assert found is not None
     segments, fewer = (int(number or 1) for number in found.groups())
     fitting = Resolution(positions=positions, segments=segments)
-    assert contact_memory(replace(scene, resolution=fitting), positions) <= 1e9
-    assert contact_memory(scene, fewer) <= 1e9 or not found[2]
+    assert contact_memory(replace(scene, resolution=fitting), positions) <= 3e9
+    assert contact_memory(scene, fewer) <= 3e9 or not found[2]
 
 
 def test_error_samples_and_orders_beyond_the_memory_are_refused(monkeypatch):
     monkeypatch.setenv(budget.VARIABLE, "3e8")
-    scene = gear("SC").scene(errors=True, resolution=Resolution(positions=20_000, segments=15))
+    scene = gear("SC").scene(errors=True, resolution=Resolution(positions=80_000, segments=15))
     assert robust(replace(scene, resolution=Resolution(positions=50)), samples=8).sizes["sample"] == 8
     with pytest.raises(MemoryBudgetError, match=r"^resolution = .* needs about .* would fit$"):
         robust(scene, samples=8)
@@ -183,7 +183,7 @@ def test_the_search_for_an_accuracy_ends_at_its_time_and_says_what_it_reached(mo
 
     def dear(scene: Scene) -> np.ndarray:
         r = scene.resolution
-        now[0] += 1e-5 * (60 + (r.gauss_points or 1) * (4 + r.segments)) ** 1.5
+        now[0] += 1e-2 * (60 + (r.gauss_points or 1) * (4 + r.segments)) ** 1.5
         return never_agrees(scene)
 
     monkeypatch.setattr("gearbench.accuracy.choose.time.perf_counter", lambda: now[0])

@@ -45,7 +45,7 @@ def jumping(seed):
     return lambda: now() + rng.uniform(-1e7, 1e7)
 
 print("ready", flush=True)
-for line in sys.stdin:
+for line in iter(sys.stdin.readline, ""):
     folder, clock, *more = line.split()
     child = os.fork()
     if child == 0:
@@ -56,6 +56,7 @@ for line in sys.stdin:
         sys.argv = ["gearbench", "optimise", sys.argv[1], "-o", folder, "--resume", "-q", *more]
         main()
     print(child, flush=True)
+    sys.stdin.readline()  # until then its number is not given to another process
     _, status = os.waitpid(child, 0)
     print(os.waitstatus_to_exitcode(status), flush=True)
 """
@@ -68,20 +69,20 @@ class Nursery:
     process: subprocess.Popen[str]
     folder: Path
 
-    def _line(self) -> str:
+    def _answer(self, line: str) -> int:
+        assert self.process.stdin is not None
         assert self.process.stdout is not None
-        return self.process.stdout.readline()
+        self.process.stdin.write(line + "\n")
+        self.process.stdin.flush()
+        return int(self.process.stdout.readline())
 
     def start(self, folder: Path, *more: str, clock: str = "steady") -> int:
         """Begin or resume a search in ``folder``; its process."""
-        assert self.process.stdin is not None
-        self.process.stdin.write(" ".join([str(folder), clock, *more]) + "\n")
-        self.process.stdin.flush()
-        return int(self._line())
+        return self._answer(" ".join([str(folder), clock, *more]))
 
     def end(self) -> int:
         """Exit code of the search, the number of the signal that killed it less than zero."""
-        return int(self._line())
+        return self._answer("")
 
 
 @contextmanager

@@ -20,7 +20,7 @@ Results = Annotated[
     list[Path] | None,
     typer.Argument(
         metavar="[RESULT…]",
-        help="Folders or front.nc of optimisations; or one scene, REXS file or result of simulate or robust.",
+        help="Folders or front.nc of optimisations; or scenes, REXS files, results of simulate or robust.",
         show_default=False,
     ),
 ]
@@ -41,7 +41,7 @@ def explore(
 ) -> None:
     """Open a local page: a design bench for one scene, or fronts, filters and the picked gear of stored RESULTs.
 
-    The bench is for a scene file, a stage of a REXS file, or a result of simulate or robust; an example by default.
+    The bench is for scene files, stages of REXS files, results of simulate or robust; an example by default.
 
     Example: gearbench explore scene.toml --port 5006
     """
@@ -79,11 +79,12 @@ def _opened(
     results: list[Path], stage: str | None
 ) -> tuple[dict[str, Any], Callable[[], Callable[..., object]], Callable[[], str]]:
     """A summary of the results, and the page of them: what opens it, and its text as a file."""
-    scene = _scene(results, stage)
-    if scene is not None:
+    scenes = _scenes(results, stage)
+    if scenes:
         from gearbench.explore.bench.session import bench, bench_html
 
-        return {"scene": scene.name}, partial(bench, scene), partial(bench_html, scene)
+        names = [scene.name for scene in scenes]
+        return {"scenes": names}, partial(bench, *scenes), partial(bench_html, *scenes)
     from gearbench.explore.catalogue import catalogue
     from gearbench.explore.live import Session
     from gearbench.explore.static import html
@@ -96,23 +97,35 @@ def _opened(
     return {"designs": len(designs), "results": found}, lambda: partial(Session, designs), partial(html, designs)
 
 
-def _scene(results: list[Path], stage: str | None) -> Scene | None:
-    """The scene of a bench: an example, or that of a scene file, a REXS file or a single result; None of studies."""
-    from gearbench.cli.rexs import load_any
-    from gearbench.exchange.rexs_document import is_rexs
+def _scenes(results: list[Path], stage: str | None) -> list[Scene]:
+    """The scenes of a bench: an example, or those of scene files, REXS files and results of one gear; none of studies.
+
+    Raises
+    ------
+    InputError
+        If scenes and studies are mixed.
+    """
+    from gearbench.errors import InputError
 
     if not results:
         from gearbench.explore.bench.session import example
 
-        return example()
-    (path, *others) = results
-    if not others and (path.suffix.lower() == ".toml" or is_rexs(path)):
-        return load_any(path, stage)[0]
-    if stage is not None:
-        from gearbench.errors import InputError
+        return [example()]
+    found = [_scene(path, stage) for path in results]
+    scenes = [scene for scene in found if scene is not None]
+    if scenes and len(scenes) < len(found):
+        raise InputError("", str(results[found.index(None)]), "is a study: open scenes and studies apart")
+    return scenes
 
-        raise InputError("--stage", stage, "only for one REXS file")
-    if others or path.is_dir():
+
+def _scene(path: Path, stage: str | None) -> Scene | None:
+    """The scene of a scene file, of a stage of a REXS file or of a result of one gear; None of a study."""
+    from gearbench.cli.rexs import load_any
+    from gearbench.exchange.rexs_document import is_rexs
+
+    if path.suffix.lower() == ".toml" or is_rexs(path):
+        return load_any(path, stage)[0]
+    if path.is_dir():
         return None
     from gearbench.explore.stored import scene_of_run
 

@@ -75,7 +75,9 @@ def prepare_scene(scene: Scene, solved: Solved | None = None) -> RobustProblem:
     InputError
         If the scene has no random errors.
     """
-    return prepare_phases(scene, *mesh_phases(scene), solved)
+    if solved is None:
+        return prepare_phases(scene, *mesh_phases(scene))
+    return prepare_phases(scene, solved.lines.mesh_phase, solved.weight, solved)
 
 
 @single_threaded_blas()
@@ -91,7 +93,7 @@ def prepare_phases(scene: Scene, phase: NDArray, weight: NDArray, solved: Solved
     need, size = 8.0 * 4 * positions * pairs * segments * number, f"{positions} positions × {segments} segments"
     require(need, "resolution", f"{size} × {number} errors", "fewer segments or positions would fit")
     modes = (errors.modes(lines) / np.expand_dims(lines.lever, -1)).reshape(positions, pairs * segments, -1)
-    phases = Phases(phase=phase, weight=weight, size=scene.resolution.panel_size)
+    phases = solved.phases if solved else Phases(phase=phase, weight=weight, size=scene.resolution.panel_size)
     return RobustProblem(
         scene=scene, errors=errors, batch=prepare(problem, modes), mean=errors.mean(scene.pair), phases=phases
     )

@@ -1,13 +1,19 @@
 """The design bench in a real browser: layout, keyboard, screen readers, changes, files; and the page of studies."""
 
+import subprocess
+import sys
 import tomllib
 from importlib.resources import files
 
+import numpy as np
 import pytest
 
 from gearbench.explore.bench.session import example
+from gearbench.explore.catalogue import catalogue, fronts
+from gearbench.explore.stored import open_results
 from gearbench.results.netcdf import save
 from gearbench.scene_file import load_scene
+from gearbench.simulation import simulate
 from tests.browser.chromium import chromium, faults, missing, shot, wait
 from tests.explore_designs import front
 
@@ -156,3 +162,63 @@ def test_the_last_of_many_moves_is_what_stays(explored, scene_file, tmp_path):
         wait(lambda: abs(driver.execute_script(least) - 0.2 * 195) < 0.1, "no Harris map of the last answer")
         assert in_scene(driver, "load", "torque") == 195
         assert faults(driver) == []
+
+
+def test_a_single_result_as_a_file_shows_no_empty_panels(scene_file, tmp_path):
+    page, result = tmp_path / "page.html", tmp_path / "result.nc"
+    save(simulate(load_scene(scene_file)), result)
+    command = [sys.executable, "-m", "gearbench", "explore", str(result), "--export", str(page), "-q"]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == ("", "")
+    with chromium(tmp_path, offline=True) as driver:
+        show(driver, page.as_uri())
+        figures = driver.execute_script(
+            "return [...document.querySelectorAll('[data-figure]')].filter((f) => f.checkVisibility())"
+            ".map((f) => f.dataset.figure)"
+        )
+        assert figures == ["ste", "stiffness", "ste_orders", "stiffness_orders", "harris", "torque", "load", "teeth"]
+        assert driver.execute_script(SWEPT)
+        heads = "return [...document.querySelectorAll('#numbers thead th')].map((c) => c.textContent)"
+        assert driver.execute_script(heads) == ["example"]
+        assert driver.execute_script("return document.querySelectorAll('button, form').length") == 0
+        shot(driver, "11_single_result")
+        assert faults(driver) == []
+
+
+def test_any_quantity_across_up_and_as_colour(explored, studies_file, tmp_path):
+    choose = """
+    const [id, title] = arguments, select = document.getElementById(id);
+    select.value = [...select.options].find((option) => option.textContent.startsWith(title)).value;
+    select.dispatchEvent(new Event("change"));
+    """
+    designs = catalogue(open_results([studies_file]))
+    with chromium(tmp_path) as driver:
+        show(driver, explored(studies_file))
+        wait(lambda: driver.execute_script(MODEL + "return model('designs')?.explore?.painted"), "not painted")
+        drawn = MODEL + "return Array.from(model('front').data.design)"
+        assert sorted(driver.execute_script(drawn)) == sorted(fronts(designs).tolist())
+        # less scatter is better, too: a front of its own
+        driver.execute_script(choose, "across", "max RMS k")
+        expected = front_of(designs, "mesh_stiffness_rms_max", "transmission_error_rms_mean")
+        wait(lambda: sorted(driver.execute_script(drawn)) == expected, "not the front of the axes chosen")
+        # of a variable less is not better
+        driver.execute_script(choose, "up", "crowning")
+        wait(lambda: driver.execute_script(drawn) == [], "a front of a variable")
+        label = MODEL + "return model('cloud').left[0].axis_label"
+        assert driver.execute_script(label) == designs.column("effects.crowning.amount").title
+        driver.execute_script(choose, "colour", "helix angle")
+        shades = MODEL + "return new Set(model('designs').explore.shade).size"
+        wait(lambda: driver.execute_script(shades) > 3, "no colours")
+        shot(driver, "10_axes_chosen")
+        assert faults(driver) == []
+
+
+def front_of(designs, across, up):
+    """Designs that no other has both values below or equal of."""
+    x, y = designs.column(across).values, designs.column(up).values
+    order = np.lexsort((y, x))
+    return sorted(
+        int(i)
+        for i, before in zip(order, np.minimum.accumulate(np.r_[np.inf, y[order]]), strict=False)
+        if y[i] < before
+    )

@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from pydantic import ValidationError
 
 from gearbench.contact.off_line import advice
@@ -79,6 +78,8 @@ def _solved(scene: Scene) -> Iterator[dict[str, Any]]:
 
 def warnings(now: Picture, solved: Solved) -> list[str]:
     """What a reader of the curves should know, a line each."""
+    import xarray as xr
+
     found = []
     if support(now.scene) == "clamped":
         found.append("Teeth are clamped at their roots: without [effects.gear_body] they are too stiff.")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import Any
 
 from bokeh.core.templates import get_env
@@ -33,10 +34,12 @@ class BenchPage:
         The gear to begin with; also the baseline.
     begin
         Its tables.
+    beside
+        Variants to begin with, see ``session.variants``.
     """
 
-    def __init__(self, scene: Scene, begin: Tables) -> None:
-        self.scene = scene
+    def __init__(self, scene: Scene, begin: Tables, beside: Sequence[dict[str, Any]] = ()) -> None:
+        self.scene, self.beside = scene, list(beside)
         self.question = ColumnDataSource({"scene": [json.dumps(scene.to_mapping())], "number": [0]}, name="question")
         self.answer = ColumnDataSource(answer_data(), name="answer")
         self.gear = GearPanel({**NOT_SWEPT, "warnings": {"text": []}, **begin})
@@ -72,7 +75,8 @@ class BenchPage:
         }
         return script(
             "bench", question=self.question, now=self.gear.now, before=self.gear.before, phase=self.gear.phase,
-            variants=self.variants, examples=json.dumps(added), colours=[*PALETTE[2:], *PALETTE[:2]],
+            variants=self.variants, beside=self.beside, examples=json.dumps(added),
+            colours=[*PALETTE[2:], *PALETTE[:2]],
             plots=[self.figures[name] for name in self._shown()],
             curves=[line.glyph for name in _OVERLAID for line in self.figures[name].renderers],
         )  # fmt: skip
@@ -93,8 +97,9 @@ class BenchPage:
         plot.multi_line("xs", "ys", source=source, color={"field": "torque", "transform": mapper}, line_width=1.6)
         bar = ColorBar(color_mapper=mapper, title="T [N·m]", width=10, title_text_font_size="12px", padding=3)
         plot.add_layout(bar, "right")
-        source.js_on_change("data", script("torques", source=source, mapper=mapper))
-        self.gear.ready.append(fitted(plot, (source,), (), ("ys",)))
+        colours = script("torques", source=source, mapper=mapper)
+        source.js_on_change("data", colours)
+        self.gear.ready += [colours, fitted(plot, (source,), (), ("ys",))]
         return plot
 
     def _torque(self) -> Any:

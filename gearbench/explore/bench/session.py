@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
+from typing import Any
 
 from bokeh.document import Document
 
@@ -30,34 +32,51 @@ class BenchSession:
         Its picture.
     document
         The open page.
+    beside
+        Pictures of other gears, variants from the beginning.
     """
 
-    def __init__(self, scene: Scene, begin: Picture, document: Document) -> None:
-        self.page = BenchPage(scene, {**tables(begin), **numbers(begin)})
+    def __init__(self, scene: Scene, begin: Picture, document: Document, beside: Sequence[Picture] = ()) -> None:
+        self.page = BenchPage(scene, {**tables(begin), **numbers(begin)}, variants(beside))
         self._talk = Conversation(document, self.page.question, self.page.answer, partial(answers, scene))
         self.page.put(document)
 
 
-def bench(scene: Scene) -> Callable[[Document], object]:
-    """Pages of a bench that begins with ``scene``, which is solved now.
+def bench(scene: Scene, *others: Scene) -> Callable[[Document], object]:
+    """Pages of a bench that begins with ``scene``, ``others`` as variants; all are solved now.
 
     Raises
     ------
     GearbenchError
         If its contact problem is not solved.
     """
-    begin = picture(scene)
-    return lambda document: BenchSession(scene, begin, document)
+    begin, beside = picture(scene), [picture(other) for other in others]
+    return lambda document: BenchSession(scene, begin, document, beside)
 
 
-def bench_html(scene: Scene) -> str:
-    """The bench as one page that needs no server: all it shows of ``scene``, without controls."""
+def bench_html(scene: Scene, *others: Scene) -> str:
+    """The bench as one page that needs no server: all it shows of ``scene`` and its variants, without controls."""
     now, solved = outline(scene)
     shown = {**tables(scattered(now, solved)), **numbers(now), **over_torque(scene)}
-    page = BenchPage(scene, {**shown, "warnings": {"text": warnings(now, solved)}})
+    beside = [picture(other) for other in others]
+    page = BenchPage(scene, {**shown, "warnings": {"text": warnings(now, solved)}}, variants(beside))
     document = Document()
     page.put(document, live=False)
     return as_file(document)
+
+
+def variants(beside: Sequence[Picture]) -> list[dict[str, Any]]:
+    """Pictures as variants of a page: name, scene, numbers and curves."""
+    return [
+        {
+            "name": each.scene.name or f"variant {i}",
+            "number": i,
+            "scene": json.dumps(each.scene.to_mapping()),
+            "numbers": numbers(each)["numbers"],
+            "curves": {name: tables(each, teeth=False)[name] for name in ("ste", "stiffness")},
+        }
+        for i, each in enumerate(beside, start=1)
+    ]
 
 
 def example() -> Scene:
