@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gearbench.cli.log import begin
+from gearbench.errors import escaped
 
 if TYPE_CHECKING:
     from gearbench.scene import Scene
@@ -68,6 +69,11 @@ Memory = Annotated[
         help="Memory that may be used, e.g. 4GB; 70 % of the machine's by default. What needs more is refused.",
     ),
 ]
+
+
+def say(line: str) -> None:
+    """Print a line that may hold names, which are text whatever characters they have."""
+    print(escaped(line))
 
 
 def shows_progress(*, quiet: bool, json: bool) -> bool:

@@ -19,6 +19,7 @@ from gearbench.cli.options import (
     Threads,
     Verbose,
     plot_folder,
+    say,
     shows_progress,
 )
 
@@ -87,9 +88,11 @@ def sweep(
         head = {"scene_sha256": loaded.digest, "wall_time_s": dataset.attrs["wall_time_s"]}
         print_mapping({**head, "points": sizes, "complete": bool(dataset.attrs["complete"]), "files": files})
     elif not quiet:
+        from gearbench.cli.summary import warnings
+
         _print(loaded, dataset, list(ranges))
-        for path in written:
-            print(f"wrote {path}")
+        for line in (*warnings(dataset), *(f"wrote {path}" for path in written)):
+            say(line)
     if not dataset.attrs["complete"]:
         print("gearbench: interrupted; what is done is kept, the rest is NaN", file=sys.stderr)
         raise typer.Exit(130)
