@@ -25,6 +25,7 @@ from gearbench.compliance.local import half_space_compression, waves_across
 from gearbench.errors import GearbenchError
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
+from gearbench.threads import single_threaded_blas
 
 _LOG = logging.getLogger(__name__)
 
@@ -113,6 +114,7 @@ def levels(body: Body, accuracy: float, order: tuple[int, int] | None = None) ->
     return Level(body=body, number=chosen[0] - 1, waves=waves), fine
 
 
+@single_threaded_blas()
 def refined_compliance(
     body: Body, material: Material, accuracy: float = 0.01, order: tuple[int, int] | None = None
 ) -> FlankCompliance:
