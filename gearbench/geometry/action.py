@@ -116,7 +116,7 @@ class ContactLines:
         """Radii of the nodes on pinion and wheel [mm]."""
         if self.touch is None:
             return self.pair.meshing.radii(self.u)
-        # where material is missing the edge is that of an involute point beyond the tip circle, even beyond pointed tips
+        # where material is missing the edge is an involute point from beyond the tip circle, even beyond pointed tips
         first, second = (
             np.minimum(np.hypot(gear.base_radius, roll), gear.tip_radius)
             for gear, roll in zip(self.pair.gears, self.rolls, strict=True)
