@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Output, Plots, Quiet, Threads, Verbose, plot_folder
+from gearbench.cli.options import Json, Output, Plots, Quiet, Threads, Verbose, plot_folder, say
 from gearbench.cli.rexs import AnyFile, LoadCase, StageName, Torque, load_any
 
 if TYPE_CHECKING:
@@ -89,8 +89,12 @@ def response(
     if quiet:
         return
     summary.print_table(summary.pair_line(loaded), list(_rows(dataset)))
-    for line in (*(f"note: {note}" for note in notes), *(f"wrote {path}" for path in written)):
-        print(line)
+    for line in (
+        *summary.warnings(dataset),
+        *(f"note: {note}" for note in notes),
+        *(f"wrote {path}" for path in written),
+    ):
+        say(line)
 
 
 def _kind(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Quiet, Verbose, progress_lines
+from gearbench.cli.options import Json, Quiet, Verbose, progress_lines, say
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -65,7 +65,7 @@ def validate(
     elif not quiet:
         _print_findings(dataset)
         for path in written:
-            print(f"wrote {path}")
+            say(f"wrote {path}")
 
 
 def _contact(paths: list[Path], output: Path, phases: int, *, quiet: bool, json: bool) -> None:
@@ -100,7 +100,7 @@ def _print_findings(dataset: xr.Dataset) -> None:
     from gearbench.validation.report import finding
 
     for i, name in enumerate(dataset["scene"].values):
-        print(f"{name}. {finding(of_scene(dataset, i))}")
+        say(f"{name}. {finding(of_scene(dataset, i))}")
 
 
 def _print_json(dataset: xr.Dataset, written: list[Path]) -> None:
