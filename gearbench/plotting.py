@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gearbench.errors import plain
 from gearbench.files import replacing
 from gearbench.results.cycle import fourier, panels
 
@@ -198,7 +199,17 @@ def heading(dataset: xr.Dataset) -> str:
     """Name of the scene and support of its teeth, which titles begin with."""
     import tomllib
 
-    return f"{tomllib.loads(dataset.attrs['scene']).get('name') or 'scene'}, support: {dataset.attrs['support']}"
+    return (
+        f"{as_label(tomllib.loads(dataset.attrs['scene']).get('name') or 'scene')}, support: {dataset.attrs['support']}"
+    )
+
+
+def as_label(name: str) -> str:
+    """A name as text of a figure: $ begins no formula, and what the font lacks is a question mark."""
+    from matplotlib.font_manager import FontProperties, findfont, get_font
+
+    known = get_font(findfont(FontProperties())).get_charmap()
+    return "".join("\\$" if c == "$" else c if ord(c) in known else "?" for c in plain(name))
 
 
 def write_figure(figure: Any, path: Path) -> Path:

@@ -2,7 +2,18 @@
 
 from __future__ import annotations
 
-from gearbench.cli.options import AccuracyText, Json, Output, Plots, Quiet, Verbose, plot_folder, say, with_accuracy
+from gearbench.cli.options import (
+    AccuracyText,
+    Json,
+    Memory,
+    Output,
+    Plots,
+    Quiet,
+    Verbose,
+    plot_folder,
+    say,
+    with_accuracy,
+)
 from gearbench.cli.rexs import AnyFile, LoadCase, StageName, Torque, load_any
 
 
@@ -14,6 +25,7 @@ def simulate(
     torque: Torque = None,
     load_case: LoadCase = None,
     accuracy: AccuracyText = None,
+    memory: Memory = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,
