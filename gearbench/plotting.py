@@ -75,6 +75,10 @@ def order_spectrum(dataset: xr.Dataset, name: str = "transmission_error", axes: 
     amplitude = amplitude[np.isfinite(amplitude)]
     order = order[: len(amplitude)]
     axes.bar(order, amplitude, color=colour, width=0.6)
+    if f"{name}_amplitude_noise_floor" in dataset:
+        floor = dataset[f"{name}_amplitude_noise_floor"].values[: len(order)]
+        axes.plot(order, floor, "_", color=GREY, ms=16, mew=1.5, label="numerical noise floor")
+        axes.legend(frameon=False)
     axes.set_xticks(order)
     axes.set(xlabel="mesh order [–]", yscale="log")
     axes.set_ylim(top=2 * amplitude.max(), bottom=max(amplitude.min() / 2, 1e-4 * amplitude.max()))

@@ -90,7 +90,8 @@ class Resolution:
         Number of uniformly spaced mesh phases. Absent: Gauss points between the transition phases, which converge
         much faster, because the stiffness jumps where a pair enters or leaves.
     gauss_points
-        Gauss points on each panel between two transitions, where ``positions`` is absent; 8 unless given.
+        Gauss points on each panel between two transitions, where ``positions`` is absent; unless given 5 where the
+        transitions under load are found first, 8 for error samples and sweeps over the torque.
     segments
         Segments of constant line load on each contact line.
     accuracy

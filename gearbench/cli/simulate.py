@@ -6,7 +6,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import AccuracyText, Json, Output, Plots, Quiet, Verbose, plot_folder, say, with_accuracy
+from gearbench.cli.options import (
+    AccuracyText,
+    Json,
+    Memory,
+    Output,
+    Plots,
+    Quiet,
+    Verbose,
+    plot_folder,
+    say,
+    with_accuracy,
+)
 from gearbench.cli.rexs import AnyFile, LoadCase, StageName, Torque, load_any
 
 if TYPE_CHECKING:
@@ -33,6 +44,7 @@ def simulate(
     accuracy: AccuracyText = None,
     also: Also = None,
     scale: Scale = None,
+    memory: Memory = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Quiet, Verbose, progress_lines, say
+from gearbench.cli.options import Json, Memory, Quiet, Verbose, progress_lines, say
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,6 +37,7 @@ def validate(
     accuracy: Accuracy = 0.01,
     contact: Contact = False,
     phases: Phases = 20,
+    memory: Memory = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,

@@ -20,6 +20,7 @@ from gearbench.contact.problem import (
     stiffness_of_law,
     truncated_root,
 )
+from gearbench.contact.size import require_contact_memory
 from gearbench.contact.solver import solve
 from gearbench.effects.base import ComplianceEffect, Dense, Effect, GapEffect, LineLaw, LowRank
 from gearbench.errors import InputError
@@ -58,7 +59,14 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
 
 
 def scene_lines(scene: Scene, mesh_phase: NDArray) -> ContactLines:
-    """Contact lines of the scene at the given phases."""
+    """Contact lines of the scene at the given phases.
+
+    Raises
+    ------
+    MemoryBudgetError
+        If they, or what is computed on them, need more memory than there may be.
+    """
+    require_contact_memory(scene, len(mesh_phase))
     flanks = flank_separation(scene)
     if flanks is None:
         return _lines(scene, mesh_phase)

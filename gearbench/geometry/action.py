@@ -155,8 +155,12 @@ class ContactLines:
         """Radii of the nodes on pinion and wheel [mm]."""
         if self.touch is None:
             return self.pair.meshing.radii(self.u)
-        (first, second), (pinion, wheel) = self.rolls, self.pair.gears
-        return np.hypot(pinion.base_radius, first), np.hypot(wheel.base_radius, second)
+        # where material is missing the edge is an involute point from beyond the tip circle, even beyond pointed tips
+        first, second = (
+            np.minimum(np.hypot(gear.base_radius, roll), gear.tip_radius)
+            for gear, roll in zip(self.pair.gears, self.rolls, strict=True)
+        )
+        return first, second
 
     @property
     def lever(self) -> NDArray | float:

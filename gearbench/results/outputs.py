@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gearbench.errors import InputError
 from gearbench.geometry.role import Role
 from gearbench.results import flank
-from gearbench.results.cycle import coefficients
+from gearbench.results.cycle import MeshCycle, coefficients, noise_floor
 from gearbench.results.responses import USUAL, is_response, response, responses
 from gearbench.results.solved import Solved
 
@@ -26,8 +26,10 @@ OUTPUTS: Mapping[str, tuple[tuple[str, ...], Callable[[Solved], NDArray]]] = Map
         "load_share": (("position", "pair"), Solved.load_share),
         "initial_gap": (_SEGMENTS, Solved.initial_gap),
         "transmission_error_amplitude": (("harmonic",), lambda s: 2 * np.abs(_harmonics(s, "transmission_error"))),
+        "transmission_error_amplitude_noise_floor": (("harmonic",), lambda s: _noise_floor(s, "transmission_error")),
         "transmission_error_phase": (("harmonic",), lambda s: np.angle(_harmonics(s, "transmission_error"))),
         "mesh_stiffness_amplitude": (("harmonic",), lambda s: 2 * np.abs(_harmonics(s, "mesh_stiffness"))),
+        "mesh_stiffness_amplitude_noise_floor": (("harmonic",), lambda s: _noise_floor(s, "mesh_stiffness")),
         "mesh_stiffness_phase": (("harmonic",), lambda s: np.angle(_harmonics(s, "mesh_stiffness"))),
         "flank_pressure": (_SEGMENTS, flank.pressure),
         "specific_sliding_pinion": (_SEGMENTS, lambda s: flank.specific_sliding(s, Role.PINION)),
@@ -73,6 +75,15 @@ def check_outputs(names: tuple[str, ...]) -> None:
     for name in names:
         if name not in OUTPUTS and not is_response(name):
             raise InputError("outputs", name, f"allowed: {', '.join([*OUTPUTS, *responses()])}")
+
+
+def _noise_floor(solved: Solved, curve: str) -> NDArray:
+    """Estimated error of the amplitudes of a curve, in its unit, (…, harmonic)."""
+    coarse = MeshCycle.of(
+        solved.scene, solved.phases, solved.solution.coarse_approach, solved.solution.coarse_stiffness
+    )
+    values = getattr(solved.cycle, curve)
+    return noise_floor(solved.phases, values, values - getattr(coarse, curve))
 
 
 def _harmonics(solved: Solved, curve: str) -> NDArray:

@@ -60,8 +60,14 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "share_outside_path": Quantity("1", "X_out", "share of the load outside the path of contact"),
             "initial_gap": Quantity("µm", "e", "initial gap from micro-geometry and errors"),
             "transmission_error_amplitude": Quantity("µm", "|δ_n|", "amplitudes of the harmonics of δ"),
+            "transmission_error_amplitude_noise_floor": Quantity(
+                "µm", "ε(δ_n)", "numerical noise floor of the amplitudes of the harmonics of δ"
+            ),
             "transmission_error_phase": Quantity("rad", "arg δ_n", "phases of the harmonics of δ"),
             "mesh_stiffness_amplitude": Quantity("N/µm", "|k_n|", "amplitudes of the harmonics of k"),
+            "mesh_stiffness_amplitude_noise_floor": Quantity(
+                "N/µm", "ε(k_n)", "numerical noise floor of the amplitudes of the harmonics of k"
+            ),
             "mesh_stiffness_phase": Quantity("rad", "arg k_n", "phases of the harmonics of k"),
         },
         "over the revolutions": {
