@@ -9,7 +9,6 @@ levels far above it has bounded the error, which mostly was two to four times sm
 from __future__ import annotations
 
 import logging
-import os
 import time
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -20,11 +19,13 @@ from fem_reference.circulant import flank_blocks
 from fem_reference.section import Body
 from fem_reference.sector import Grain, Section
 from fem_reference.solver import available_solver
+from gearbench.budget import memory_limit, require
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.local import half_space_compression, waves_across
 from gearbench.errors import GearbenchError
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
+from gearbench.threads import single_threaded_blas
 
 _LOG = logging.getLogger(__name__)
 
@@ -34,8 +35,6 @@ EXTRA = {2: 3, 3: 6, 4: 9, 5: 13, 6: 17, 7: 21}
 USUAL = {3: 0.008, 4: 1e-3, 5: 2.5e-4, 6: 1e-4, 7: 4e-5}
 #: Share of the last step that is added, and is the error bar.
 STEP = 0.25
-#: Share of the machine's memory that may be used.
-MOST_MEMORY = 0.7
 #: Neighbours on each side whose displacements are kept.
 NEIGHBOURS = 6
 
@@ -100,26 +99,22 @@ def levels(body: Body, accuracy: float, order: tuple[int, int] | None = None) ->
     Raises
     ------
     AccuracyError
-        If no level reaches it, or if it takes more memory than ``MOST_MEMORY`` of the machine's; says what fits.
+        If no level reaches it.
+    MemoryBudgetError
+        If it takes more memory than there may be; says what fits.
     """
     waves = (order or default_order(body.gear))[1]
     chosen = [n for n, usual in USUAL.items() if usual <= accuracy]
     if not chosen:
         raise AccuracyError(f"accuracy = {accuracy:g}: must be at least {min(USUAL.values()):g}")
     fine = Level(body=body, number=chosen[0], waves=waves)
-    if fine.memory > (limit := memory_limit()):
-        fitting = [n for n in USUAL if Level(body=body, number=n, waves=waves).memory <= limit]
-        instead = f"accuracy = {USUAL[fitting[-1]]:g} fits" if fitting else "none fits"
-        need = f"needs about {fine.memory / 1e9:.2g} GB of memory, {limit / 1e9:.2g} GB are allowed"
-        raise AccuracyError(f"accuracy = {accuracy:g}: {need}; {instead}")
+    fitting = [n for n in USUAL if Level(body=body, number=n, waves=waves).memory <= memory_limit()]
+    instead = f"accuracy = {USUAL[fitting[-1]]:g} would fit" if fitting else "no accuracy would fit"
+    require(fine.memory, "effects.tooth_bending.accuracy", accuracy, instead)
     return Level(body=body, number=chosen[0] - 1, waves=waves), fine
 
 
-def memory_limit() -> float:
-    """Bytes that may be used on this machine."""
-    return MOST_MEMORY * os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-
-
+@single_threaded_blas()
 def refined_compliance(
     body: Body, material: Material, accuracy: float = 0.01, order: tuple[int, int] | None = None
 ) -> FlankCompliance:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearbench.cli.options import Json, Quiet, Verbose
+from gearbench.cli.options import Json, Quiet, Verbose, say
 
 if TYPE_CHECKING:
     from gearbench.exchange.rexs import Stage
@@ -71,12 +71,10 @@ def load_any(
 
 def with_torque(scene: Scene, torque: float) -> Scene:
     """``scene`` under the torque of the command line."""
-    from dataclasses import replace
-
     from gearbench.scene import Load
-    from gearbench.schema import read
+    from gearbench.schema import changed, read
 
-    return replace(scene, load=read(Load, {"torque": torque}, "--torque"))
+    return changed(scene, load=read(Load, {"torque": torque}, "--torque"))
 
 
 def rexs(
@@ -116,7 +114,7 @@ def rexs(
         print_mapping({"file": str(document.path), "notes": notes, "files": [str(path) for path in files]})
     elif not quiet:
         for line in (*(f"note: {note}" for note in notes), *(f"wrote {path}" for path in files)):
-            print(line)
+            say(line)
 
 
 def _write_scene(

@@ -7,12 +7,14 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from gearbench.errors import escaped
 from gearbench.results.provenance import support
 from gearbench.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
     from rich.console import Console
+    from rich.text import Text
 
 
 def scalars(dataset: xr.Dataset) -> dict[str, float]:
@@ -27,7 +29,7 @@ def print_json(scene: Scene, dataset: xr.Dataset, **more: object) -> None:
     """
     head: dict[str, Any] = {"name": scene.name, "scene_sha256": scene.digest, "support": support(scene)}
     head["wall_time_s"] = dataset.attrs["wall_time_s"]
-    head |= {key: value for key, value in dataset.attrs.items() if key.startswith("accuracy_")}
+    head |= {key: value for key, value in dataset.attrs.items() if key.startswith("accuracy_") or key == "warning"}
     values = scalars(dataset)
     head["units"] = {name: dataset[name].attrs.get("units", "1") for name in values}
     residuals = [str(name) for name in dataset.data_vars if str(name).endswith("_residual")]
@@ -59,6 +61,51 @@ def pair_line(scene: Scene) -> str:
     )
 
 
+def geometry_rows(scene: Scene) -> list[tuple[str, str, str, str]]:
+    """Rows of the derived geometry: quantity, pinion, wheel, unit; one value where it is the pair's."""
+    pair, m = scene.pair, scene.pair.meshing
+    body = [member.bore_diameter for member in pair.members]
+    both = (
+        ("profile shift x", pair.profile_shifts, "1"),
+        ("tip diameter", [2 * gear.tip_radius for gear in pair.gears], "mm"),
+        ("reference diameter", [2 * gear.pitch_radius for gear in pair.gears], "mm"),
+        ("start of active profile, diameter", [2 * ends[0] for ends in m.active_radii], "mm"),
+        ("root form diameter", [2 * gear.form_radius for gear in pair.gears], "mm"),
+        ("root diameter", [2 * gear.root_radius for gear in pair.gears], "mm"),
+        ("tip clearance", m.tip_clearances, "mm"),
+        ("tip thickness, normal", [float(gear.normal_thickness(gear.tip_radius)) for gear in pair.gears], "mm"),
+    )
+    rows = [(name, f"{first:.6g}", f"{second:.6g}", unit) for name, (first, second), unit in both]
+    bores = ["–" if bore is None else f"{bore:.6g}" for bore in body]
+    rows.append(("bore", bores[0], bores[1], "mm"))
+    for name, value, unit in (
+        ("working pressure angle", math.degrees(m.alpha_wt), "°"),
+        ("contact ratio ε_α", m.transverse_contact_ratio, "1"),
+        ("overlap ratio ε_β", m.overlap_ratio, "1"),
+        ("circumferential backlash", pair.actual_backlash, "mm"),
+    ):
+        rows.append((name, f"{value:.6g}", "", unit))
+    rows.append(("teeth stand on", support(scene), "", ""))
+    return rows
+
+
+def print_geometry(scene: Scene) -> None:
+    """Print the derived geometry, under the line of the pair."""
+    from rich.table import Table
+
+    table = Table(title=pair_line(scene), title_justify="left", title_style="bold", box=None, pad_edge=False)
+    for name in ("geometry", "pinion", "wheel", "unit"):
+        table.add_column(name, justify="right" if name in ("pinion", "wheel") else "left")
+    for row in geometry_rows(scene):
+        table.add_row(*row)
+    console().print(table)
+
+
+def warnings(dataset: xr.Dataset) -> tuple[str, ...]:
+    """Lines on what limits the meaning of a result."""
+    return (f"warning: {dataset.attrs['warning']}",) if "warning" in dataset.attrs else ()
+
+
 def accuracy_line(dataset: xr.Dataset) -> str:
     """Settings chosen for an accuracy, and the error they leave by estimate."""
     attrs = dataset.attrs
@@ -69,10 +116,14 @@ def accuracy_line(dataset: xr.Dataset) -> str:
 
 
 def console(**options: Any) -> Console:
-    """A console that takes names as they are: brackets and colons are no markup."""
+    """A console that takes names as they are: brackets and colons are no markup, control characters are escaped."""
     from rich.console import Console
 
-    return Console(soft_wrap=True, markup=False, emoji=False, **options)
+    class Plain(Console):
+        def render_str(self, text: str, **given: Any) -> Text:
+            return super().render_str("\n".join(map(escaped, text.split("\n"))), **given)
+
+    return Plain(soft_wrap=True, markup=False, emoji=False, **options)
 
 
 def print_table(title: str, rows: list[tuple[str, str, str]]) -> None:

@@ -9,6 +9,7 @@ import typer
 
 from gearbench.cli.options import (
     Json,
+    Memory,
     Output,
     Plots,
     Quiet,
@@ -17,6 +18,7 @@ from gearbench.cli.options import (
     Verbose,
     plot_folder,
     progress_lines,
+    say,
 )
 
 if TYPE_CHECKING:
@@ -39,6 +41,7 @@ def verify(
     markdown: Markdown = None,
     plots: Plots = None,
     threads: Threads = None,
+    memory: Memory = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,
@@ -72,9 +75,9 @@ def verify(
     if json:
         _print_json(dataset, targets)
     elif not quiet:
-        print(f"{name or 'study'}: {dataset.sizes['design']} designs, {dataset.attrs['macro_geometries']} FE models")
+        say(f"{name or 'study'}: {dataset.sizes['design']} designs, {dataset.attrs['macro_geometries']} FE models")
         for line in [*findings(dataset), *(f"wrote {path}" for path in targets)]:
-            print(line)
+            say(line)
 
 
 def _print_json(dataset: xr.Dataset, targets: list[Path]) -> None:

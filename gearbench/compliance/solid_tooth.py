@@ -19,16 +19,22 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.budget import require
 from gearbench.compliance.bases import axis_functions, gauss, legendre_functions
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.local import flank_functions, half_space_compression, waves_across
 from gearbench.compliance.outline import roll_angles, tooth_outline
+from gearbench.compliance.rooted import RootParts, root_parts
 from gearbench.compliance.section import Section
 from gearbench.compliance.solid import Solid
 from gearbench.geometry.gear import Gear
 
 #: Eigenvalues of the compliance below this fraction of the largest are rounding, or beyond the basis.
 RANK_TOLERANCE = 1e-10
+#: Numbers that are kept at the same time for each two functions of the section and function along the axis. Measured.
+_NUMBERS = 4.0
+#: Polynomials along the axis that the root of a tooth is joined by at most: a body is too smooth to tell more apart.
+ROOT_AXIS_ORDER = 6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,6 +53,8 @@ class SolidTooth:
         See above.
     driven
         Whether the gear is the driven one, see ``FlankCompliance``.
+    rooted
+        Whether the tooth will be joined to a body by its root: one system then answers for both.
     heights
         Number of polynomials in R onto which loads and displacements are projected, by default min(5, order[1]);
         in y as many as the tooth has, but no more than it can feel (``waves_across``).
@@ -58,6 +66,7 @@ class SolidTooth:
     order: tuple[int, int, int] = (4, 5, 5)
     measured_at: Literal["smooth", "mid", "flank"] = "smooth"
     driven: bool = False
+    rooted: bool = False
     heights: int | None = None
 
     @cached_property
@@ -71,8 +80,18 @@ class SolidTooth:
         return self.build(free=True)
 
     def build(self, *, free: bool) -> Solid:
-        """A new Ritz system, held or with moving root; megabytes at high order, so that kept teeth do not keep it."""
+        """A new Ritz system, held or with moving root; megabytes at high order, so that kept teeth do not keep it.
+
+        Raises
+        ------
+        MemoryBudgetError
+            If it needs more memory than there may be.
+        """
         gear, (across, along, axis) = self.gear, self.order
+        functions = 3 * across * (along + free)
+        # blocks of the chains of all classes and their Cholesky factors, the functions of the section with each other
+        need = _NUMBERS * 8 * functions**2 * (axis + 4) * (1.0 if gear.beta else 0.5)
+        require(need, "effects.tooth_bending.order", list(self.order), "a lower order would fit")
         r_f = gear.root_radius
         section = Section(
             height=gear.tooth_height,
@@ -99,6 +118,9 @@ class SolidTooth:
     @cached_property
     def matrix(self) -> NDArray:
         """Compliance [mm/N] between the polynomials of the flank, (p·q, p·q), before rounding to rank (S5, L3)."""
+        if self.rooted and self.measured_at == "smooth":
+            held = self.root_parts(min(self.order[2], ROOT_AXIS_ORDER)).held
+            return held - half_space_compression(self.gear, self.E, self.nu, self.flank_order)
         solid = self.build(free=False)
         flank = self.flank_functionals(solid)
         if self.measured_at == "mid":
@@ -110,6 +132,17 @@ class SolidTooth:
         if self.measured_at == "flank":
             return compliance
         return compliance - half_space_compression(self.gear, self.E, self.nu, self.flank_order)
+
+    def root_parts(self, count: int) -> RootParts:
+        """Stiffness against motions of the root, ``count`` polynomials in z, and the flank with the root held."""
+        if count not in self._root_parts:
+            solid = self.build(free=True)
+            self._root_parts[count] = root_parts(solid, self.flank_functionals(solid), count)
+        return self._root_parts[count]
+
+    @cached_property
+    def _root_parts(self) -> dict[int, RootParts]:
+        return {}
 
     @cached_property
     def flank(self) -> FlankCompliance:

@@ -10,17 +10,29 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.phases import gauss_phases, uniform_phases
-from gearbench.contact.problem import TRUNCATION, ContactProblem, gram, reduce_rank, stiffness_of_law, truncated_root
+from gearbench.contact.phases import gauss_phases, mirrored_phases, uniform_phases
+from gearbench.contact.problem import (
+    TRUNCATION,
+    Along,
+    ContactProblem,
+    gram,
+    reduce_rank,
+    stiffness_of_law,
+    truncated_root,
+)
+from gearbench.contact.size import require_contact_memory
 from gearbench.contact.solver import solve
-from gearbench.effects.base import ComplianceEffect, Dense, Effect, Effects, GapEffect, LineLaw, LowRank
+from gearbench.effects.base import ComplianceEffect, Dense, Effect, GapEffect, LineLaw, LowRank
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.geometry.separation import Separation, separation
 from gearbench.scene import Scene
+from gearbench.threads import single_threaded_blas
 
 #: A gap that varies less than this along the contact lines is constant [mm].
 LEAST_VARIATION = 1e-10
+#: Phases, and nodes on their lines, at which the gap is looked at.
+TRIAL_PHASES, TRIAL_SEGMENTS = 8, 12
 #: How far lines reach beyond the path of contact where the deflection is not known yet [base pitches].
 _REACH = 0.3
 #: How much farther the lines of a solution reach than flanks as far apart as the gears deflect.
@@ -35,7 +47,7 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
     if resolution.positions is not None:
         return uniform_phases(resolution.positions)
     meshing, flanks = scene.pair.meshing, flank_separation(scene)
-    kinks, face = _kinks(scene, flanks)
+    kinks, face = gap_kinks(scene, flanks)
     changes = tuple(kinks) if flanks is not None else (meshing.path_start, meshing.path_end, *kinks)
     if flanks is not None and not meshing.overlap_ratio:
         # spur pairs take and leave their load, with a kink, where they are as far apart as the others are deflected
@@ -47,7 +59,14 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
 
 
 def scene_lines(scene: Scene, mesh_phase: NDArray) -> ContactLines:
-    """Contact lines of the scene at the given phases."""
+    """Contact lines of the scene at the given phases.
+
+    Raises
+    ------
+    MemoryBudgetError
+        If they, or what is computed on them, need more memory than there may be.
+    """
+    require_contact_memory(scene, len(mesh_phase))
     flanks = flank_separation(scene)
     if flanks is None:
         return _lines(scene, mesh_phase)
@@ -60,22 +79,40 @@ def _lines(
 ) -> ContactLines:
     """Contact lines over the path of contact, or with the separation of the ``flanks`` over ``span``."""
     pair, load = scene.pair, 0.0 if flanks is None else typical_load(scene)
-    sparse = replace(contact_lines(pair, (np.arange(4) + 0.5) / 4, 8, separation=flanks, span=span), typical_load=load)
+    coast = scene.load.coast
+    kinks, face = gap_kinks(scene, flanks)
+    trial = mirrored_phases(pair, TRIAL_PHASES)
+    sparse = contact_lines(pair, trial, TRIAL_SEGMENTS, kinks, face, coast=coast, separation=flanks, span=span)
+    sparse = replace(sparse, typical_load=load)
     gap = np.where(sparse.active[..., None], total_gap(scene, sparse), 0.0)
     parting = bool(np.ptp(gap, axis=2).max() > LEAST_VARIATION)
-    kinks, face = _kinks(scene, flanks)
     lines = contact_lines(
-        pair, mesh_phase, scene.resolution.segments, kinks, face, parting=parting, separation=flanks, span=span
-    )
+        pair, mesh_phase, scene.resolution.segments, kinks, face,
+        parting=parting, coast=coast, separation=flanks, span=span,
+    )  # fmt: skip
     return replace(lines, typical_load=load)
 
 
-def _kinks(scene: Scene, flanks: Separation | None) -> tuple[list[float], list[float]]:
-    """Positions u and y [mm] at which the gap of a scene has a kink; those of the profiles are the separation's."""
+def conforming(scene: Scene) -> bool:
+    """Whether the gap of the flanks is the same everywhere, so that all lines are loaded over their length."""
+    if flank_separation(scene) is not None:
+        return False
+    kinks, face = gap_kinks(scene, None)
+    phase = mirrored_phases(scene.pair, TRIAL_PHASES)
+    lines = contact_lines(scene.pair, phase, TRIAL_SEGMENTS, kinks, face, coast=scene.load.coast)
+    return bool(np.ptp(total_gap(scene, lines)[lines.active], axis=None) <= LEAST_VARIATION)
+
+
+def gap_kinks(scene: Scene, flanks: Separation | None) -> tuple[list[float], list[float]]:
+    """Positions u and y [mm] at which a gap or an output has a kink; those of the profiles are the separation's."""
     gaps = [effect for effect in scene.acting_effects if isinstance(effect, GapEffect)]
     added = [gap for gap in gaps if flanks is None or not gap.modifications(scene.pair)]
     own = [] if flanks is None else [float(u) for u in flanks.kinks]
+    if scene.operation is not None:
+        own.append(scene.pair.meshing.pitch_point)  # sliding changes its sign there, and friction has a kink
     face = [y for gap in gaps for y in gap.face_kinks(scene.pair)]
+    if scene.load.coast:
+        face = [scene.pair.face_width - y for y in face]
     return own + [u for gap in added for u in gap.kinks(scene.pair)], face
 
 
@@ -86,7 +123,7 @@ def flank_separation(scene: Scene) -> Separation | None:
 
 def profile_separation(scene: Scene) -> Separation:
     """Separation of the profiles with the scene's modifications of them."""
-    gaps = [effect for effect in scene.effects if isinstance(effect, GapEffect)]
+    gaps = [effect for effect in scene.flank_effects if isinstance(effect, GapEffect)]
     return separation(scene.pair, tuple(m for effect in gaps for m in effect.modifications(scene.pair)))
 
 
@@ -103,9 +140,9 @@ def greatest_deflection(scene: Scene, flanks: Separation) -> float:
     most = meshing.transverse_contact_ratio % 1.0
     lines = _lines(scene, np.array([(1 + most) / 2, most / 2]), flanks, span)
     deflection = float(solve(assemble(scene, lines)).approach.max())
-    if any(isinstance(effect, GapEffect) and not effect.modifications(scene.pair) for effect in scene.effects):
-        other = replace(scene, effects=tuple(e for e in scene.effects if e.name != "off_line_contact"))
-        deflection += float(np.ptp(total_gap(other, lines)[lines.active]))
+    others = [effect for effect in scene.flank_effects if effect.name != "off_line_contact"]
+    if any(isinstance(effect, GapEffect) and not effect.modifications(scene.pair) for effect in others):
+        deflection += float(np.ptp(total_gap(scene, lines, others)[lines.active]))
     return deflection / math.cos(meshing.beta_b)
 
 
@@ -140,31 +177,83 @@ def gap_and_variation(
     return total_gap(scene, lines, effects), soft
 
 
+@single_threaded_blas()
 def assemble(
-    scene: Scene, lines: ContactLines, effects: Sequence[Effect] | None = None, *, truncation: float = TRUNCATION
+    scene: Scene,
+    lines: ContactLines,
+    effects: Sequence[Effect] | None = None,
+    *,
+    truncation: float = TRUNCATION,
+    nodes: int | None = None,
 ) -> ContactProblem:
     """Contact problem of ``scene`` on ``lines``: the sum over its effects, or over other ``effects`` where given.
 
-    ``truncation``: how much of the smooth compliance may be left out, see ``truncated_root``.
+    ``truncation``: how much of the smooth compliance may be left out, see ``truncated_root``; ``nodes`` on a line that
+    it is computed at where segments are cells, by default ``smooth_nodes``.
     """
     acting = scene.acting_effects if effects is None else effects
     beside = {effect.name: effect for effect in acting}
-    parts = [_over_segments(effect, lines, beside) for effect in acting if isinstance(effect, ComplianceEffect)]
+    gap, soft = gap_and_variation(scene, lines, acting)
+    at, rows = lines.uncut(nodes or smooth_nodes(lines)) if lines.cells else (lines, None)
+    adding = [effect for effect in acting if isinstance(effect, ComplianceEffect)]
+    parts = [effect.compliance(at, beside) for effect in adding]
+    laws = [effect for effect, part in zip(adding, parts, strict=True) if isinstance(part, LineLaw)]
+    if rows is None:
+        return _problem(scene, lines, parts, gap, soft, truncation)
+    if not laws:
+        # compliance alone determines the loads: it must be known on every segment
+        parts = [effect.compliance(lines, beside) for effect in adding]
+        return _problem(scene, lines, parts, gap, np.zeros(lines.shape), truncation)
+    none = np.zeros(at.shape)
+    smooth = _problem(scene, at, parts, none, none, truncation)
+    own = [effect.compliance(lines, beside) for effect in laws]
+    problem = _problem(scene, lines, own, gap, soft, truncation, smooth.length_scale)
+    factor = smooth.factor.reshape(*at.shape, -1)
+    along = Along(scene=scene, effects=tuple(acting), lines=lines, factor=factor, rows=rows, laws=tuple(laws))
+    # the load on a cell is spread: Ψ is its mean, by Simpson's rule
+    factor = np.array([1, 4, 1]) / 6 @ rows @ factor
+    return replace(
+        problem,
+        factor=np.ascontiguousarray(factor.reshape(*problem.gap.shape, -1)),
+        block=np.repeat(smooth.block[:: at.shape[2]], lines.shape[2]),
+        blocks=smooth.blocks,
+        along=along,
+    )
+
+
+def smooth_nodes(lines: ContactLines) -> int:
+    """Gauss points on an uncut line that resolve its smooth compliance, and the load on it, as its segments do the gap.
+
+    8 and one for every two modules of its width at 15 segments: on gears in use harmonics then miss by less than 0.2 of
+    what they may (``studies/s09_resolution``). They converge exponentially: √2 as many for twice the cells.
+    """
+    meshing = lines.pair.meshing
+    tan_b = math.tan(meshing.beta_b)
+    path = meshing.path_end - meshing.path_start
+    width = min(lines.pair.face_width, path / tan_b) if tan_b > 0 else lines.pair.face_width
+    return max(2, math.ceil((8 + width / lines.pair.normal_module / 2) * math.sqrt(lines.shape[2] / 15)))
+
+
+def _problem(
+    scene: Scene,
+    lines: ContactLines,
+    parts: Sequence[LowRank | Dense | LineLaw],
+    gap: NDArray,
+    soft: NDArray,
+    truncation: float,
+    unit: float | None = None,
+) -> ContactProblem:
+    """The problem with compliances at the nodes of ``lines``; ``unit`` of displacement [mm], where it is given."""
     smooth = [part for part in parts if not isinstance(part, LineLaw)]
     laws = [part for part in parts if isinstance(part, LineLaw)]
     own = [part for part in smooth if isinstance(part, LowRank) and not part.coupled]
     coupled = not laws or len(own) < len(smooth)
     factor = np.zeros((*lines.shape, 0)) if coupled else _own_factor(own, lines)
     matrix = _shared_compliance(smooth, lines) if coupled else np.empty(0)
-    if laws:
-        a, h = sum((law.a for law in laws), np.zeros(lines.shape)), sum((law.h for law in laws), np.zeros(lines.shape))
-        unit = _typical_compression(a, h, scene)
-    else:
-        a = h = np.zeros(lines.shape)
-        unit = _even_deflection(matrix, lines) * scene.F_bn
-    gap, soft = gap_and_variation(scene, lines, acting)
-    if not laws:
-        soft = np.zeros(lines.shape)
+    none = np.zeros(lines.shape)
+    a, h = sum((law.a for law in laws), none), sum((law.h for law in laws), none)
+    if unit is None:
+        unit = _typical_compression(a, h, scene) if laws else _even_deflection(matrix, lines) * scene.F_bn
     if lines.touch is not None:
         factor, matrix, a, h = _by_lever(lines.touch.levers[0], factor, matrix, a, h)
     problem = scale_problem(lines, gap, factor, a, h, soft, scene.F_bn, unit, coupled=coupled)
@@ -173,20 +262,6 @@ def assemble(
         return replace(problem, factor=truncated_root(matrix, stiffness_of_law(problem), truncation))
     # a tooth of high order has more amplitudes than a contact line has segments
     return problem if factor.shape[-1] <= lines.shape[2] else reduce_rank(problem, truncation)
-
-
-def _over_segments(effect: ComplianceEffect, lines: ContactLines, beside: Effects) -> LowRank | Dense | LineLaw:
-    """Compliance of an effect; H as its mean over each cell, by two Gauss points: the load on a cell is spread."""
-    if not lines.cells:
-        return effect.compliance(lines, beside)
-    positions, pairs, segments = lines.shape
-    part = effect.compliance(lines.halved(), beside)
-    if isinstance(part, LineLaw):
-        return effect.compliance(lines, beside)
-    if isinstance(part, Dense):
-        return Dense(matrix=part.matrix.reshape(positions, pairs * segments, 2, -1, 2).mean(axis=(2, 4)))
-    first, second = part.factor[:, :, ::2], part.factor[:, :, 1::2]
-    return LowRank(factor=(first + second) / 2, coupled=part.coupled)
 
 
 def _by_lever(
@@ -274,7 +349,7 @@ def _shared_compliance(parts: Sequence[LowRank | Dense], lines: ContactLines) ->
     position, pair = np.nonzero(lines.active)
     for part in parts:
         if isinstance(part, Dense):
-            whole += _without_negative(part.matrix, lines)
+            whole += part.matrix if part.positive else _without_negative(part.matrix, lines)
         elif part.coupled:
             factor = part.factor.reshape(*whole.shape[:2], -1)
             for pattern in np.unique(lines.active, axis=0):  # of lines that exist, so that the others cost nothing

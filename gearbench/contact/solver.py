@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.dense import polish, solve_dense
-from gearbench.contact.law import compression
 from gearbench.contact.problem import ContactProblem, ContactSolution
 from gearbench.errors import GearbenchError
 
@@ -78,10 +77,13 @@ def solve(problem: ContactProblem, guess: Guess | None = None) -> ContactSolutio
         residual = _residual(p, force, delta)
     if not residual.max() <= RESIDUAL_LIMIT:
         raise ConvergenceError(f"contact not solved: residual {residual.max():.1e} after {int(steps.max())} steps")
+    approach, stiffness = p.length_scale * (delta + least), p.force / p.length_scale * stiffness
     return ContactSolution(
         force=p.force * force.reshape(p.shape),
-        approach=p.length_scale * (delta + least),
-        stiffness=p.force / p.length_scale * stiffness,
+        approach=approach,
+        stiffness=stiffness,
+        coarse_approach=approach,
+        coarse_stiffness=stiffness,
         equilibrium=residual[0],
         least_force=force.min(axis=1),
         complementarity=residual[1],
@@ -139,11 +141,8 @@ def scratch(blocks: int, rank: int) -> tuple[tuple[NDArray, ...], NDArray]:
 
 def complementarity_residual(problem: ContactProblem, force: NDArray, delta: NDArray) -> NDArray:
     """max |min(P, gap)| of each position, from the equations themselves: gap = H P + g(P) + e − δ, (position,)."""
-    p = problem
-    shared = np.zeros((*force.shape[:1], p.blocks, p.factor.shape[-1]))
-    for k in range(p.blocks):
-        mine = p.block == k
-        shared[:, k] = np.einsum("pn,pnr->pr", force[:, mine], p.factor[:, mine])
-    smooth = np.einsum("pnr,pnr->pn", p.factor, shared[:, p.block])
-    gap = smooth + compression(force, p.a, p.h, p.soft) + p.gap - delta[:, None]
-    return np.max(np.abs(np.where(p.active, np.minimum(force, gap), 0.0)), axis=1)
+    from gearbench.contact._kernels import complementarity
+
+    p, residual = problem, np.empty(len(delta))
+    complementarity(force, delta, p.gap, p.a, p.h, p.soft, p.active, p.factor, p.block, p.blocks, residual)
+    return residual

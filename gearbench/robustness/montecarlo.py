@@ -13,14 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.accuracy.measure import MEASURED
+from gearbench.budget import require
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.batch import Batch, BatchSolution, chunks, on_threads, prepare, solve_one_chunk
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import InputError
 from gearbench.interruption import arrived
 from gearbench.results.cycle import MeshCycle, Phases
-from gearbench.results.outputs import Solved
 from gearbench.results.responses import response
+from gearbench.results.solved import Solved
 from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.scene import Scene
 from gearbench.threads import single_threaded_blas
@@ -74,7 +75,9 @@ def prepare_scene(scene: Scene, solved: Solved | None = None) -> RobustProblem:
     InputError
         If the scene has no random errors.
     """
-    return prepare_phases(scene, *mesh_phases(scene), solved)
+    if solved is None:
+        return prepare_phases(scene, *mesh_phases(scene))
+    return prepare_phases(scene, solved.lines.mesh_phase, solved.weight, solved)
 
 
 @single_threaded_blas()
@@ -86,8 +89,11 @@ def prepare_phases(scene: Scene, phase: NDArray, weight: NDArray, solved: Solved
     lines = solved.lines if solved else scene_lines(scene, phase)
     problem = solved.problem if solved else assemble(scene, lines)
     positions, pairs, segments = lines.shape
+    number = len(errors.error_modes(scene.pair))
+    need, size = 8.0 * 4 * positions * pairs * segments * number, f"{positions} positions × {segments} segments"
+    require(need, "resolution", f"{size} × {number} errors", "fewer segments or positions would fit")
     modes = (errors.modes(lines) / np.expand_dims(lines.lever, -1)).reshape(positions, pairs * segments, -1)
-    phases = Phases(phase=phase, weight=weight, size=scene.resolution.panel_size)
+    phases = solved.phases if solved else Phases(phase=phase, weight=weight, size=scene.resolution.panel_size)
     return RobustProblem(
         scene=scene, errors=errors, batch=prepare(problem, modes), mean=errors.mean(scene.pair), phases=phases
     )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -13,11 +12,11 @@ from gearbench.contact.problem import ContactSolution
 from gearbench.errors import InputError
 from gearbench.interruption import arrived
 from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs
-from gearbench.results.provenance import provenance
+from gearbench.results.provenance import beyond_elasticity, provenance
 from gearbench.results.responses import is_response
 from gearbench.robustness.montecarlo import default_threads
 from gearbench.scene import Load, Scene
-from gearbench.schema import read
+from gearbench.schema import changed, read
 from gearbench.sweeps.axes import TORQUE, Axis, axes_of, grid, scene_at
 from gearbench.sweeps.dataset import combined, completed, loads_dataset, robust_loads_dataset
 from gearbench.sweeps.shared import Shared
@@ -81,13 +80,21 @@ def sweep(
     axes, count = axes_of({**(ranges or {}), **keys}), threads or default_threads()
     # where flanks touch off the line of action, the load decides how far contact lines reach: each has its own
     shares = scene.effect("off_line_contact") is None
-    loads = next((each for each in axes if each.path == TORQUE and shares), None)
+    # so do the torques of either flank
+    loads = next((each for each in axes if each.path == TORQUE and shares and each.one_sign), None)
     dim, runs = _runs(scene, axes, loads)
     draws = {"samples": samples, "seed": seed, "sampler": sampler} if samples else {}
     parts, complete = _solved(runs, count, progress, _reduction(dim, outputs, draws, count))
     whole = combined(completed(parts, dim, runs, keep=loads is not None), axes, loads)
     own = draws | {"complete": int(complete), "swept": [each.path for each in axes]}
-    return whole.assign_attrs(provenance(scene, wall_time=time.perf_counter() - start) | own)
+    return whole.assign_attrs(provenance(scene, wall_time=time.perf_counter() - start) | own | _warning(scene, axes))
+
+
+def _warning(scene: Scene, axes: Sequence[Axis]) -> dict[str, str]:
+    """The warning of the greatest torque, where it has one."""
+    greatest = max((float(max(each.values)) for each in axes if each.path == TORQUE), default=scene.load.torque)
+    warning = beyond_elasticity(changed(scene, load=Load(torque=greatest)))
+    return {} if warning is None else {"warning": warning}
 
 
 def _reduction(dim: str, outputs: Sequence[str], draws: dict[str, Any], threads: int) -> Callable[..., xr.Dataset]:
@@ -104,7 +111,7 @@ def _runs(scene: Scene, axes: Sequence[Axis], torque: Axis | None) -> tuple[str,
     if torque is None:
         return "torque", [[each] for each in scenes]
     loads = [read(Load, {"torque": value}, "load") for value in torque.values]
-    return torque.name, [[replace(each, load=load) for load in loads] for each in scenes]
+    return torque.name, [[changed(each, load=load) for load in loads] for each in scenes]
 
 
 def _solved(

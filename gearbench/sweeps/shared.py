@@ -41,7 +41,7 @@ class Shared:
         lines = scene_lines(scene, phase)
         # lines end and bend where gaps do; a separation is kept by those that use it, and so is its identity
         nodes = (lines.u.tobytes(), lines.y.tobytes(), lines.length.tobytes())
-        key = (scene.pair, stiff, nodes, lines.cells, id(lines.separation), lines.typical_load)
+        key = (scene.pair, stiff, nodes, lines.cells, lines.coast, id(lines.separation), lines.typical_load)
         known = self._known.get(key)
         if known is None:
             known = Assembled(scene=scene, lines=lines, weight=weight, problem=assemble(scene, lines))
@@ -55,5 +55,8 @@ class Shared:
         scale = known.problem.length_scale
         soft = soft if known.problem.a.any() else np.zeros_like(soft)  # without a law there is nothing to average
         gap, soft = np.ascontiguousarray((gap - soft) / scale), np.ascontiguousarray(soft / scale)
-        problem = replace(known.problem, gap=gap, soft=soft)
+        along = known.problem.along
+        if along is not None:
+            along = replace(along, scene=scene, effects=tuple(scene.acting_effects))
+        problem = replace(known.problem, gap=gap, soft=soft, along=along)
         return replace(known, scene=scene, weight=weight, problem=problem)
