@@ -54,8 +54,6 @@ def draw_cycle(dataset: xr.Dataset, name: str, axis: Axes) -> None:
     axis.axvline(1.0, color=GREY, lw=0.8, ls=":")
     axis.set_xlim(0, 2)
     axis.set_ylabel(f"{dataset[name].attrs['symbol']} [{dataset[name].attrs['units']}]")
-    # zero must be in sight, or a small fluctuation looks large
-    axis.set_ylim(bottom=0)
 
 
 def load_share_figure(dataset: xr.Dataset) -> Figure:

@@ -210,7 +210,7 @@ def _method(dataset: xr.Dataset) -> str:
     paragraphs = (
         "Reference: the same pair, load, gaps, contact law and mesh phases; every compliance but the contact law is "
         "replaced by that of three-dimensional finite elements, a clamped tooth or, where the scene models the gear "
-        "body, a sector of teeth on the body. The compression near the contact is counted once, by the contact law.",
+        "body, the whole gear on its bore. The compression near the contact is counted once, by the contact law.",
         "Errors are those of the fast model, (fast − reference) / reference. Peak-to-peak values include both sides of "
         "each jump. Load sharing: difference of the share of a tooth pair while it is in contact.",
         f"MAC = (aᵀb)² / ((aᵀa)(bᵀb)) of the deflections a, b of one flank, in the middle of {RESPONSES[0]} × "
@@ -218,7 +218,7 @@ def _method(dataset: xr.Dataset) -> str:
         f"{heights} × {positions} positions, or spread evenly over each contact line of the mesh cycle (the mean "
         "weighted with its length).",
         "Times are wall times on this computer: medians of repeats after warm-up for the fast model; for the finite "
-        "elements meshing, assembly and solution of all meshes, both gears.",
+        "elements assembly and solution of all levels, both gears.",
     )
     return "\n".join(f"<p>{escape(text)}</p>" for text in paragraphs)
 
