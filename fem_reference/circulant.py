@@ -23,11 +23,13 @@ from gearbench.compliance.solid import axis_integrals
 from gearbench.geometry.material import Material
 
 
-def tensor_stiffness(section: Section, count: int, material: Material) -> sp.csr_matrix:
+def tensor_stiffness(section: Section, counts: NDArray, material: Material) -> sp.csr_matrix:
     """Upper triangle of A₀₀⊗M + A₀₁⊗G + A₁₀⊗Gᵀ + A₁₁⊗S on the nodes that are not held, M = ∫hh, G = ∫hh′, S = ∫h′h′.
 
-    Degree of freedom = count·(that of the section) + function along the axis.
+    ``counts``: numbers of functions along the axis of the degrees of freedom of the section that are not held; those of
+    one follow each other.
     """
+    count = int(counts.max())
     b = section.body.gear.face_width
     integrals = axis_integrals(count) * np.array([[b, 1.0], [1.0, 1 / b]])[:, :, None, None]
     parts = section.stiffness(material)
@@ -52,34 +54,39 @@ def tensor_stiffness(section: Section, count: int, material: Material) -> sp.csr
         target = (start[row * count + a] + within * len(band[a]))[:, None] + np.arange(len(band[a]))
         data[target] = values.T @ of_axis[:, a, band[a]]
         indices[target] = col[:, None] * count + band[a]
-    keep = (indices >= np.repeat(np.arange(n * count), np.diff(start))) & (data != 0)
+    there = np.arange(count) < counts[:, None]
+    row_there, number = np.flatnonzero(there), (np.cumsum(there) - 1).astype(np.int32)
+    whole = np.repeat(np.arange(n * count), np.diff(start))
+    keep = (indices >= whole) & (data != 0) & there.ravel()[indices] & there.ravel()[whole]
     kept = np.concatenate([[0], np.cumsum(keep)])
-    return sp.csr_matrix((data[keep], indices[keep], kept[start]), shape=(n * count, n * count))
+    pointer = np.append(kept[start[row_there]], kept[-1])
+    return sp.csr_matrix((data[keep], number[indices[keep]], pointer), shape=(len(row_there),) * 2)
 
 
-def flank_blocks(section: Section, count: int, material: Material, order: tuple[int, int], n: int) -> NDArray:
+def flank_blocks(section: Section, counts: NDArray, material: Material, order: tuple[int, int], n: int) -> NDArray:
     """C_d, d = −n … n, (2n+1, p·q, p·q) [mm/N] of the surface under polynomial loads on the right flank.
 
     Parameters
     ----------
     section
         The section of a sector with its body, or of a tooth alone (n = 0).
-    count
-        Number of functions along the axis.
+    counts
+        Number of functions along the axis of each degree of freedom of the section that is not held.
     order
         Numbers p, q of polynomials of the loads along height and face width.
     """
     gear = section.body.gear
-    stiffness = tensor_stiffness(section, count, material)
-    along = axis_load(gear.face_width, count, order[1])
-    load = sp.csr_matrix(sp.kron(section.flank_load(order[0])[section.free], along))
+    stiffness = tensor_stiffness(section, counts, material)
+    there = np.arange(counts.max()) < counts[:, None]
+    along = axis_load(gear.face_width, int(counts.max()), order[1])
+    load = sp.csr_matrix(sp.kron(section.flank_load(order[0])[section.free], along))[there.ravel()]
     if section.body.bore_radius is None:
         return -schur_complement(stiffness, load, np.zeros(0, dtype=np.int64))[None]
     number = np.where(section.free, np.cumsum(section.free) - 1, -1)
-    faces = []
+    of, faces = np.repeat(np.arange(len(counts)), counts), []
     for sign in (-1, 1):
         dofs = number[(3 * section.side(sign)[:, None] + np.arange(3)).ravel()]
-        faces.append((dofs[dofs >= 0][:, None] * count + np.arange(count)).ravel())
+        faces.append(np.concatenate([np.flatnonzero(of == dof) for dof in dofs[dofs >= 0]]))
     return circulant_compliance(schur_complement(stiffness, load, np.concatenate(faces)), len(faces[0]), gear.teeth, n)
 
 

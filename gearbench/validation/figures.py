@@ -98,7 +98,7 @@ def harmonics_figure(dataset: xr.Dataset) -> Figure:
             axis.bar(harmonic + shift, amplitude, 0.38, color=style["color"], hatch=hatch, label=style["label"])
         worst = dataset[f"{name}_amplitude_error"].values
         i = int(np.nanargmax(np.abs(worst)))
-        axis.set_title(f"harmonic {harmonic[i]}: {percent(float(worst[i]))} of the strongest", fontsize=10)
+        axis.set_title(f"harmonic {harmonic[i]}: {percent(float(worst[i]))} of the fundamental", fontsize=10)
         attrs = dataset[f"{name}_amplitude"].attrs
         axis.set(xlabel="harmonic n [–]", ylabel=f"amplitude {attrs['symbol']} [{attrs['units']}]")
         axis.set_xticks(harmonic)
