@@ -91,8 +91,10 @@ def test_the_report_says_what_the_dataset_holds(page, dataset):
     for i in range(2):
         one = dataset.isel(scene=i)
         for name in ("transmission_error_mean", "mesh_stiffness_peak_to_peak"):
-            bar = f"{float(one[f'{name}_error_bar']):.2g}"
-            error = f"{float(one[f'{name}_error']):+.1f} % ± {bar} %".replace("-", "−")
+            error, bar = (float(one[f"{name}_error{end}"]) for end in ("", "_bar"))
+            digits = 1 if bar > 0.1 else 2
+            assert bar > 0.01
+            error = f"{error:+.{digits}f} ± {bar:.1g} %".replace("-", "−")
             assert error in text
             assert f"{float(one[name][0]):.4g} {one[name].attrs['units']}" in text
         assert f"{float(one['mac_worst'].min()):.3f}" in text

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 JUDGED = tuple(f"{curve}_{part}_error" for curve in CURVES for part in ("mean", "peak_to_peak"))
 TIMES = 5.0
 #: Differences below this need not be told from none [%].
-NEGLIGIBLE = 0.5
+NEGLIGIBLE = 1.0
 #: Accuracies of the compliance that are tried in turn, and the processor time that a better one may take [s].
 ACCURACIES = (0.01, 0.001, 0.00025)
 MOST_SECONDS = 120.0

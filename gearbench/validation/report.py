@@ -11,12 +11,14 @@ from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from gearbench.errors import InputError
 from gearbench.files import check_target, replacing
 from gearbench.results.netcdf import save
 from gearbench.validation import figures
 from gearbench.validation.dataset import of_scene
-from gearbench.validation.figures import duration, percent
+from gearbench.validation.figures import duration
 from gearbench.validation.judge import NEGLIGIBLE, TIMES
 from gearbench.validation.mac import RESPONSES
 from gearbench.validation.mesh_picture import mesh_figure
@@ -97,8 +99,12 @@ def finding(one: xr.Dataset) -> str:
 
 
 def _error(one: xr.Dataset, name: str) -> str:
-    """A difference [%] and its error bar."""
-    return f"{percent(float(one[name]))} ± {float(one[f'{name}_bar']):.2g} %"
+    """A difference [%] and its error bar, to the digits that it allows."""
+    value, bar = float(one[name]), float(one[f"{name}_bar"])
+    if not np.isfinite(value):
+        return "undefined"
+    digits = int(np.clip(np.ceil(-np.log10(max(bar, 1e-9))), 1, 3))
+    return f"{value:+.{digits}f} ± {bar:.1g} %".replace("-", "−")
 
 
 def _unsettled(one: xr.Dataset) -> str:
