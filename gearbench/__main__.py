@@ -1,5 +1,5 @@
 """``python -m gearbench``."""
 
-from gearbench.cli.app import main
+from gearbench.cli import main
 
 main()

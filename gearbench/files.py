@@ -1,4 +1,8 @@
-"""Files on disk, written atomically: whole, or as they were before."""
+"""Files on disk, written atomically: whole, or as they were before.
+
+A file is written beside its name and then takes it. Its writer holds a lock on it meanwhile, so that those of writers
+that were killed can be told from those that are being written: the next writer of the name takes them away.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +10,8 @@ import errno
 import os
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from glob import escape
 from pathlib import Path
 
 from gearbench.errors import InputError
@@ -47,15 +52,14 @@ def replacing(path: str | Path) -> Iterator[Path]:
         If the disk is full or fails; it names ``path``.
     """
     path = check_target(path)
+    _take_away_left_parts(path)
     try:
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+        handle, part = _new_part(path)
     except OSError as error:
         if error.errno not in _REFUSED:
             raise OSError(error.errno, error.strerror, str(path)) from None
         reason = f"the folder {path.parent} is not writable ({error.strerror})"
         raise InputError("output", str(path), reason) from None
-    os.close(handle)
-    part = Path(name)
     try:
         yield part
         _finish(part)
@@ -66,6 +70,48 @@ def replacing(path: str | Path) -> Iterator[Path]:
         raise OSError(error.errno, error.strerror, str(path)) from None
     finally:
         part.unlink(missing_ok=True)
+        os.close(handle)
+
+
+def lock(handle: int) -> bool | None:
+    """Lock an open file, until it is closed or its process ends.
+
+    False where somebody else holds it, None on a file system without locks.
+    """
+    from filelock import lock_descriptor
+
+    try:
+        return lock_descriptor(handle, blocking=False)
+    except OSError:
+        return None
+
+
+def is_part(name: str) -> bool:
+    """Whether a file is one that is being written, or was left behind by a writer that was killed."""
+    return name.startswith(".") and name.endswith(".part")
+
+
+def _new_part(path: Path) -> tuple[int, Path]:
+    """A new file beside ``path``, open and locked."""
+    while True:
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+        # another writer may have held it for dead before it was locked
+        if lock(handle) is not False and os.fstat(handle).st_nlink:
+            return handle, Path(name)
+        os.close(handle)
+
+
+def _take_away_left_parts(path: Path) -> None:
+    """Remove what writers of ``path`` that were killed have left behind."""
+    flags = os.O_RDWR | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+    for part in path.parent.glob(f".{escape(path.name)}.*.part"):
+        with suppress(OSError):  # it is gone by now, or belongs to somebody else
+            handle = os.open(part, flags)
+            try:
+                if lock(handle):
+                    part.unlink(missing_ok=True)
+            finally:
+                os.close(handle)
 
 
 def _finish(part: Path) -> None:

@@ -43,7 +43,7 @@ segments = 4
 @pytest.fixture
 def run(capsys, monkeypatch):
     """Run the command line in this process; return exit code, output, error output."""
-    from gearbench.cli.app import main
+    from gearbench.cli import main
 
     def call(*words: object) -> tuple[int, str, str]:
         monkeypatch.setattr(sys, "argv", ["gearbench", *map(str, words)])

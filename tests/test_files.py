@@ -83,12 +83,34 @@ with replacing("file.txt") as part:
 """
 
 
-def test_a_killed_process_leaves_the_earlier_file(tmp_path):
+def test_a_killed_process_leaves_the_earlier_file_and_the_next_writer_takes_its_rest_away(tmp_path):
     write_text(tmp_path / "file.txt", "before")
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     done = subprocess.run([sys.executable, "-c", KILLED], cwd=tmp_path, env=environment, check=False)
     assert done.returncode < 0
     assert (tmp_path / "file.txt").read_text() == "before"
+    assert len(os.listdir(tmp_path)) == 2
+    write_text(tmp_path / "other.txt", "")
+    assert len(os.listdir(tmp_path)) == 3
+    write_text(tmp_path / "file.txt", "after")
+    assert sorted(os.listdir(tmp_path)) == ["file.txt", "other.txt"]
+
+
+def test_two_writers_of_one_name_do_not_take_each_others_files_away(tmp_path):
+    path = tmp_path / "file.txt"
+    with replacing(path) as first:
+        first.write_text("first")
+        write_text(path, "second")
+        assert first.exists()
+        assert path.read_text() == "second"
+    assert path.read_text() == "first"
+    assert os.listdir(tmp_path) == ["file.txt"]
+
+
+def test_a_name_with_signs_of_a_pattern_is_a_name(tmp_path):
+    (tmp_path / ".a1.x.part").write_text("of another file")
+    write_text(tmp_path / "a[0-9]", "")
+    assert sorted(os.listdir(tmp_path)) == [".a1.x.part", "a[0-9]"]
 
 
 #: Refuses new files to everyone, the administrator too.

@@ -166,7 +166,7 @@ def test_a_stored_run_equals_one_that_is_not_stored(reference, tmp_path):
     dataset = optimise(STUDY, directory=tmp_path / "out")
     assert_same(dataset, reference)
     names = sorted(path.name for path in (tmp_path / "out").iterdir())
-    assert names == ["front.nc", *(f"generation_{g:04d}.nc" for g in range(1, 7)), "study.toml"]
+    assert names == [".lock", "front.nc", *(f"generation_{g:04d}.nc" for g in range(1, 7)), "study.toml"]
     with xr.open_dataset(tmp_path / "out" / "front.nc", engine="h5netcdf") as front:
         assert front.attrs["data_sha256"] == reference.attrs["data_sha256"]
         np.testing.assert_array_equal(front["objective"], reference["objective"])
@@ -203,7 +203,7 @@ def test_a_damaged_generation_is_computed_again(reference, tmp_path):
     (tmp_path / ".generation_0006.nc.abc.part").write_bytes(b"half")
     assert_same(optimise(STUDY, directory=tmp_path, resume=True), reference)
     assert (tmp_path / "generation_0004.nc").read_bytes() == whole
-    assert not list(tmp_path.glob(".*"))
+    assert [path.name for path in tmp_path.glob(".*")] == [".lock"]
 
 
 def test_generations_of_another_search_are_refused(tmp_path):
@@ -220,8 +220,57 @@ def test_generations_of_another_search_are_refused(tmp_path):
 def test_a_folder_holds_one_run_at_a_time(tmp_path):
     from gearbench.optimisation.store import Store
 
-    with Store(tmp_path, STUDY, resume=False), pytest.raises(InputError, match="another run is writing"):
+    with (
+        Store(tmp_path, STUDY, resume=False),
+        pytest.raises(
+            InputError, match=rf"another run is writing into the folder: process {os.getpid()} on .*, since 2"
+        ),
+    ):
         optimise(STUDY, directory=tmp_path, resume=True)
+    with Store(tmp_path, STUDY, resume=True):
+        pass
+
+
+TWO = """
+import sys, time
+from gearbench import load_study
+from gearbench.errors import InputError
+from gearbench.optimisation.store import Store
+study, at = load_study(sys.argv[1]), float(sys.argv[2])
+for folder in sys.argv[3:]:
+    at += 0.05
+    time.sleep(max(at - time.time(), 0))
+    try:
+        with Store(folder, study, resume=False):
+            print("held", flush=True)
+            time.sleep(0.04)
+    except InputError as error:
+        print(error, flush=True)
+"""
+
+
+def test_of_two_runs_on_a_new_folder_one_is_refused_and_told_by_whom(study_file, tmp_path):
+    folders = [tmp_path / str(i) for i in range(10)]
+    command = [sys.executable, "-c", TWO, str(study_file), str(time.time() + 3.0), *map(str, folders)]
+    runs = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    lines = [process.communicate(timeout=60)[0].splitlines() for process in runs]
+    for folder, pair in zip(folders, zip(*lines, strict=True), strict=True):
+        assert sorted(line == "held" for line in pair) == [False, True], pair
+        loser = next(line for line in pair if line != "held")
+        winner = runs[pair.index("held")].pid
+        assert loser in (
+            f"output = {folder}: another run is writing into the folder: it has just begun",
+            loser if f"process {winner} on " in loser else "",
+        )
+
+
+def test_nothing_is_left_in_a_folder_that_is_refused(tmp_path):
+    from gearbench.optimisation.store import Store
+
+    (tmp_path / "letter.txt").write_text("")
+    with pytest.raises(InputError, match="not empty"):
+        Store(tmp_path, STUDY, resume=False)
+    assert os.listdir(tmp_path) == ["letter.txt"]
 
 
 CHILD = """
@@ -351,12 +400,13 @@ def test_a_full_disk_is_one_line_and_keeps_what_was_stored(reference, study_file
     optimise(STUDY, directory=folder)
     for name in ("generation_0004.nc", "generation_0005.nc", "generation_0006.nc", "front.nc"):
         (folder / name).unlink()
-    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    before = {path.name: path.read_bytes() for path in folder.glob("[!.]*")}
     command = [sys.executable, "-c", FULL_DISK, str(study_file), "-o", str(folder), "--resume"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 1, done.stderr
     assert done.stderr == f"gearbench: [Errno 27] File too large: '{folder / 'generation_0004.nc'}'\n"
-    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+    assert {path.name: path.read_bytes() for path in folder.glob("[!.]*")} == before
+    assert not list(folder.glob(".*.part"))
     assert_same(optimise(STUDY, directory=folder, resume=True), reference)
 
 
@@ -380,7 +430,7 @@ def test_ctrl_c_keeps_the_generations_and_says_how_to_continue(reference, tmp_pa
     kept = len(list(folder.glob("generation_*.nc")))
     again = f"gearbench optimise {path} -o {folder} --resume"
     assert err == f"gearbench: interrupted; {kept} generations are kept. Continue with: {again}\n"
-    assert not list(folder.glob(".*"))
+    assert [path.name for path in folder.glob(".*")] == [".lock"]
     with xr.open_dataset(folder / "generation_0001.nc", engine="h5netcdf") as first:
         np.testing.assert_array_equal(first["code"], reference["code"][:8])
 

@@ -272,7 +272,7 @@ def test_equal_opposite_forces_cancel_to_rounding():
     )
     omega = np.array([0.3, 0.8]) * found.frequency[-1]
     x, f = solve(both, receptances(found, np.arange(2), omega, H), np.array([k, k]))
-    reach = found.at_bearings(omega[:, None] * np.arange(1, H + 1))
+    reach = found.at_bearings(omega[:, None] * np.arange(1, H + 1), np.arange(2))
     felt = [np.einsum("snbm,smn->sbn", reach * part, (f - k * x)[..., 1:]) for part in (1, np.array([1, 0]))]
     assert np.abs(felt[0]).max() < 1e-12 * np.abs(felt[1]).max()
 

@@ -8,10 +8,12 @@ from numpy.testing import assert_allclose
 from scipy.integrate import solve_ivp
 
 from gearbench.dynamics.analysis import response
+from gearbench.dynamics.branches import branches, sweeps
 from gearbench.dynamics.continuation import follow
 from gearbench.dynamics.force_curve import force_curve
 from gearbench.dynamics.model import Model
-from gearbench.dynamics.nonlinear import Oscillator, at_speeds, nonlinear_response, solution_curve
+from gearbench.dynamics.nonlinear import nonlinear_response
+from gearbench.dynamics.oscillator import Oscillator
 from gearbench.scene_file import parse_scene
 
 #: Spur rig gears of Kahraman and Blankenship, 50/50, with play.
@@ -28,7 +30,7 @@ RIG = {
     "effects": {"tooth_bending": {"model": "solid"}, "hertz": {}, "tip_relief": {"amount": 10.0, "length": 1.5}},
     "system": {"damping_ratio": 0.02},
 }
-SPEEDS = np.array([4000.0, 4600.0, 5000.0, 6400.0])
+SPEEDS = np.array([3400.0, 4000.0, 4600.0, 5000.0, 6400.0, 6500.0])
 
 
 @cache
@@ -36,30 +38,31 @@ def rig():
     model = Model(scene=parse_scene(RIG))
     curve = force_curve(model.cycles[0], 256)
     oscillator = Oscillator(model=model, group=model.groups[0], curve=curve, harmonics=16, speeds=(3400.0, 6500.0))
-    z, parameter = solution_curve(oscillator)
-    return oscillator, z, parameter, *at_speeds(oscillator, z, parameter, SPEEDS)
+    known = branches(oscillator, SPEEDS)
+    return oscillator, known, known.solutions[sweeps(known, SPEEDS)]
 
 
 def test_curve_folds_and_the_jump_is_down_the_speeds():
     """Softening: between the folds the sweep down stays on the branch with loss of contact, the sweep up does not."""
-    oscillator, _, parameter, found, _, count = rig()
-    assert (np.diff(parameter) < 0).any()
-    assert list(count >= 3) == [True, True, True, False]
-    assert count[3] == 1
+    oscillator, known, found = rig()
+    assert any((np.diff(curve.parameter) < 0).any() and (np.diff(curve.parameter) > 0).any() for curve in known.curves)
+    count = np.bincount(known.speed, minlength=len(SPEEDS))
+    assert (count[1:4] >= 3).all()
+    assert list(count[4:]) == [1, 1]
     assert (count % 2 == 1).all()
     rms = np.sqrt(2 * (found[..., 1:] ** 2).sum(axis=-1))
-    assert (rms[1, :3] > 2 * rms[0, :3]).all()
-    assert_allclose(found[0, 3], found[1, 3])
+    assert (rms[1, 1:4] > 2 * rms[0, 1:4]).all()
+    assert_allclose(found[0, 4:], found[1, 4:])
     kept = oscillator.curve.force(oscillator.values(found))[0].min(axis=-1) > 0
-    assert list(kept[0]) == [True, True, True, True]
-    assert list(kept[1]) == [False, False, False, True]
+    assert kept[0].all()
+    assert list(kept[1, 1:]) == [False, False, False, True, True]
 
 
 @pytest.mark.parametrize("sweep", [0, 1])
-@pytest.mark.parametrize("at", [0, 1, 3])
+@pytest.mark.parametrize("at", [1, 2, 4])
 def test_branches_against_time_integration(sweep, at):
     """Started on the branch, time integration of the same force curve stays on it."""
-    oscillator, _, _, found, _, _ = rig()
+    oscillator, _, found = rig()
     model, curve = oscillator.model, oscillator.curve
     mesh = 0
     J = 1 / np.diag(model.mechanics.mass)
@@ -118,14 +121,57 @@ def test_force_curve_meets_the_contact_at_the_mean_force():
     assert (curve.force(np.full(curve.steps, -curve.backlash - 0.02))[0] < 0).all()
 
 
+def cubic(z, parameter):
+    """λ = (z³ − 3z + 5)/10, of order one: folds at z = ±1."""
+    return z**3 - 3 * z + 5 - 10 * parameter, np.diag(3 * z**2 - 3), np.array([-10.0])
+
+
 def test_arc_length_goes_around_folds():
-    """λ = z³ − 3z + … has folds at z = ±1: a curve followed from z = −2.2 to z = 2.2 meets each λ in between thrice."""
+    """A curve followed from z = −2.2 to z = 2.2 meets each λ in between thrice."""
+    curve = follow(cubic, np.array([-2.2]), ((-2.2) ** 3 + 6.6 + 5) / 10, 1, 0.02, 0.1)
+    z, parameter = curve.z[:, 0], curve.parameter
+    assert curve.ends == "range"
+    assert_allclose((z**3 - 3 * z + 5) / 10, parameter, atol=1e-10)
+    assert_allclose(parameter.max(initial=-9, where=z < 0), 0.7, atol=0.01)
+    assert np.sum(np.diff(np.sign(np.diff(parameter))) != 0) == 2
 
-    def cubic(z, parameter):
-        return z**3 - 3 * z - parameter, np.diag(3 * z**2 - 3), -np.ones(1)
 
-    start = (-2.2) ** 3 + 6.6
-    z, parameter = follow(cubic, np.array([-2.2]), start, 4.0, 0.05, 0.2)
-    assert_allclose(z[:, 0] ** 3 - 3 * z[:, 0], parameter, atol=1e-9)
-    assert_allclose(parameter.max(initial=-9, where=z[:, 0] < 0), 2.0, atol=0.02)
-    assert np.sum(np.diff(np.sign(parameter)) != 0) == 3
+def test_curves_end_where_they_close_or_grow():
+    """A circle comes back to its start; λ = 1/2 + 1/z leaves for ever greater z, and is followed as far as is said."""
+
+    def circle(z, parameter):
+        return z**2 + (parameter - 0.5) ** 2 - 0.09, np.diag(2 * z), 2 * np.array([parameter - 0.5])
+
+    closed = follow(circle, np.array([0.3]), 0.5, 1, 0.02, 0.05)
+    assert closed.ends == "closed"
+    assert_allclose(np.ptp(closed.parameter), 0.6, atol=0.01)
+
+    def hyperbola(z, parameter):
+        return z * (parameter - 0.5) - 1, np.array([[parameter - 0.5]]), z
+
+    far = follow(hyperbola, np.array([2.5]), 0.9, -1, 0.02, 0.05, largest=20.0)
+    assert far.ends == "size"
+    assert 20 < far.z[-1, 0] < 25
+
+
+def test_osu_50_with_little_damping():
+    """Softening and hysteresis of the spur rig at ζ 0.01: going up contact is kept for longer.
+
+    Curves that run off to large motions between both flanks are followed as far as the notes say, and the sweep ends.
+    """
+    tables = RIG | {
+        "effects": RIG["effects"] | {"gear_body": {}},
+        "pair": RIG["pair"] | {g: {"teeth": 50, "dedendum": 1.4, "bore_diameter": 50.0} for g in ("pinion", "wheel")},
+        "system": {"damping_ratio": 0.01},
+    }
+    data = nonlinear_response(parse_scene(tables), speed=np.linspace(500, 6500, 200))
+    assert "is followed to 20 × the mean deflection, not beyond, at" in data.attrs["notes"]
+    assert "two stable responses, by the way the speed changes" in data.attrs["notes"]
+    up, down = (data.sel(sweep=way, mesh="pair") for way in ("up", "down"))
+    both = slice(1700, 2300)
+    assert bool(up["contact_kept"].sel(speed=slice(1900, 2300)).all())
+    assert not bool(down["contact_kept"].sel(speed=both).any())
+    rms = "dynamic_transmission_error_rms"
+    assert bool((down[rms] > 3 * up[rms]).sel(speed=both).all())
+    # the branch bends to lower speeds: its motion grows as the speed falls
+    assert bool((down[rms].sel(speed=slice(1700, 3300)).diff("speed") < 0).all())

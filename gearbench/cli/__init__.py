@@ -4,9 +4,17 @@ from __future__ import annotations
 
 import os
 
+from gearbench.interruption import Hearing
+
 # before numpy is loaded: the matrices are small, and the parallel work is done by gearbench's own threads
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from gearbench.cli.app import main
-
 __all__ = ["main"]
+
+
+def main() -> None:
+    """Run the command line, which ends by ``SystemExit``; from its first import on Ctrl-C ends it with one line."""
+    with Hearing():
+        from gearbench.cli import app
+
+        app.main()

@@ -23,9 +23,10 @@ from gearbench.cli.sweep import sweep
 from gearbench.cli.validate import validate
 from gearbench.cli.verify import verify
 from gearbench.errors import GearbenchError, InputError
+from gearbench.interruption import pending
 
-#: 0 done, 1 failed, 2 bad input, 130 interrupted.
-FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
+#: 0 done, 1 failed, 2 bad input; 130 and 143 where a signal ended it, see ``gearbench.interruption``.
+FAILED, BAD_INPUT = 1, 2
 
 #: Modules that an extra brings.
 EXTRAS = {"skfem": "fem", "gmsh": "fem", "meshio": "fem", "platformdirs": "fem"}
@@ -77,7 +78,7 @@ def _options(
 def main() -> None:
     """Run the command line; every expected fault is one line on stderr."""
     try:
-        app()
+        _run()
     except InputError as error:
         _end(error, BAD_INPUT)
     except ModuleNotFoundError as error:
@@ -86,10 +87,17 @@ def main() -> None:
         _end(f"{module} is not installed: pip install 'gearbench[{extra}]'" if extra else error, FAILED)
     except (GearbenchError, OSError, ImportError) as error:
         _end(error, FAILED)
-    except KeyboardInterrupt:
-        _end("interrupted", INTERRUPTED)
     finally:
         log.end()
+
+
+def _run() -> None:
+    try:
+        app()
+    except Exception as error:
+        if pending():  # Ctrl-C in the midst of an import comes out as another error
+            raise KeyboardInterrupt from error
+        raise
 
 
 def _end(error: object, code: int) -> None:

@@ -43,6 +43,7 @@ def optimise(
 
     Example: gearbench optimise examples/optimise_small.toml -o front
     """
+    from gearbench.interruption import arrived
     from gearbench.optimisation.run import optimise as run
     from gearbench.optimisation.study_file import load_study
 
@@ -53,6 +54,7 @@ def optimise(
                 loaded, directory=output, resume=resume, scheduler=scheduler, threads=threads, progress=report
             )
     except KeyboardInterrupt:
+        arrived()
         kept = len(list(output.glob("generation_*.nc")))
         again = f"gearbench optimise {study} -o {output} --resume"
         print(f"gearbench: interrupted; {kept} generations are kept. Continue with: {again}", file=sys.stderr)

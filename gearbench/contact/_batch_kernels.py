@@ -10,8 +10,6 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-#: Columns of a single block from which its Hessian is a product of matrices.
-PRODUCT_RANK = 12
 #: Samples solved side by side.
 LANES = 128
 
@@ -186,7 +184,7 @@ def compress(first, ranks, gap, factor, q, delta, s):
 def normal_equations(first, ranks, factor, product, q, p, w, grad, cross, hess, total, slope):
     """Gradient and Hessian of J(q, δ) per block; lower triangles of the Hessian stored row by row.
 
-    product (rank(rank+1)/2, n). A single block of many columns is left to BLAS.
+    product (rank(rank+1)/2, n).
     """
     blocks, rank = first.size - 1, factor.shape[1]
     size = rank * (rank + 1) // 2
@@ -197,11 +195,6 @@ def normal_equations(first, ranks, factor, product, q, p, w, grad, cross, hess, 
         for j in range(LANES):
             total[j] += p[i, j]
             slope[j] += w[i, j]
-    loops = blocks > 1 or ranks[0] < PRODUCT_RANK
-    if not loops:
-        w[first[1] :] = 0.0
-        most = ranks[0] * (ranks[0] + 1) // 2
-        np.dot(product[:most], w, hess[:most])
     for k in range(blocks):
         for c in range(rank):
             r = k * rank + c
@@ -214,13 +207,9 @@ def normal_equations(first, ranks, factor, product, q, p, w, grad, cross, hess, 
             add_combination(first[k], first[k + 1], factor, c, w, cross, r)
             for j in range(LANES):
                 grad[r, j] = q[r, j] - grad[r, j]
-            for d in range(0 if loops else c, c + 1):
+            for d in range(c + 1):
                 t = c * (c + 1) // 2 + d
                 one = 1.0 if c == d else 0.0
-                if not loops:
-                    for j in range(LANES):
-                        hess[t, j] += one
-                    continue
                 for j in range(LANES):
                     hess[k * size + t, j] = one
                 add_combination(first[k], first[k + 1], product.T, t, w, hess, k * size + t)

@@ -2,8 +2,9 @@
 
 The gap of a sample is linear in its errors, e = e₀ + Σ_m ε_m e_m, and the compliance is the same for all samples. So
 everything that does not depend on the sample is made once: the factor of each position, reduced to its numerical rank;
-the products of its columns; the solution at the mean errors and its derivative with respect to each error, from which
-each sample starts (B1 of docs/theory.md). The rest is done by compiled kernels, chunk by chunk of samples, on as
+the solution at the mean errors and its derivative with respect to each error, from which each sample starts (B1 of
+docs/theory.md); and where segments move each other through many amplitudes, the linear problem at the mean errors,
+which is the preconditioner of every sample (B2). The rest is done by compiled kernels, chunk by chunk of samples, on as
 many threads as asked for. A sample's answer depends neither on the chunk it is in nor on the number of threads.
 """
 
@@ -19,12 +20,16 @@ from numpy.typing import NDArray
 
 from gearbench.contact.law import kernel_coefficients
 from gearbench.contact.problem import ContactProblem, reduce_rank
+from gearbench.contact.reference import Reference, linearised
 from gearbench.contact.solver import MAX_STEPS, ConvergenceError, scratch
 
 #: Residual at which a sample takes its last Newton step; the step squares it.
 NEWTON_TOLERANCE = 1e-10
 #: Newton steps after which a sample is handed to the solver with line search.
 NEWTON_LIMIT = 25
+#: Amplitudes of a coupled problem from which conjugate gradients are faster than eliminating them, and the sum of the
+#: residual forces at which they have converged.
+COUPLED_RANK, COUPLED_TOLERANCE = 12, 1e-11
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +50,8 @@ class Batch:
         a, h, ln-coefficient κ, the compression where the tangent takes over, and soft, (position, 5, n).
     start, guess
         (q, δ) at the mean errors, (position, block·rank + 1), and their derivatives, (position, error, block·rank + 1).
+    reference
+        In place of ``product``, ``start`` and ``guess`` where segments move each other through many amplitudes.
     """
 
     problem: ContactProblem
@@ -58,6 +65,7 @@ class Batch:
     laws: NDArray
     start: NDArray
     guess: NDArray
+    reference: Reference | None = None
 
     @property
     def rank(self) -> int:
@@ -124,13 +132,32 @@ def prepare(problem: ContactProblem, modes: NDArray) -> Batch:
         gap=pick(problem.gap),
         modes=np.ascontiguousarray(np.swapaxes(pick(modes / problem.length_scale), 1, 2)),
         factor=factor,
-        product=_products(factor),
+        product=np.empty(0),
         laws=kernel_coefficients(a, h, pick(problem.soft)),
         start=np.empty(0),
         guess=np.empty(0),
     )
+    if problem.blocks == 1 and batch.rank >= COUPLED_RANK:
+        return replace(batch, reference=_reference(batch))
     start, guess = _first_guess(batch)
-    return replace(batch, start=start, guess=guess)
+    return replace(batch, product=_products(factor), start=start, guess=guess)
+
+
+def _reference(batch: Batch) -> Reference:
+    """The linear problem at the mean errors, (q, δ) of which the solver of single positions finds."""
+    from gearbench.contact._kernels import solve_position
+
+    a, h, soft, active, block = batch.single_arrays
+    count = len(batch.gap)
+    work, hess = scratch(1, batch.rank)
+    force, delta, q = np.zeros_like(batch.gap), np.empty(count), np.empty((count, batch.rank))
+    for t in range(count):
+        delta[t], _, _ = solve_position(
+            t, batch.gap, a, h, soft, active, batch.factor, block, force, work, hess, MAX_STEPS
+        )
+        q[t] = work[0][0]
+    factor = np.where(active[..., None], batch.factor, 0.0)
+    return linearised(factor, active, batch.gap, (a, h, soft), q, delta)
 
 
 def _products(factor: NDArray) -> NDArray:
@@ -198,16 +225,11 @@ def chunks(draws: NDArray) -> Iterator[NDArray]:
 
 def solve_one_chunk(batch: Batch, draws: NDArray) -> BatchSolution:
     """Solve every position for one full chunk of errors, (lanes, error), on this thread."""
-    from gearbench.contact._batch_kernels import solve_chunk
-
     shape = (len(batch.count), len(draws))
     delta, stiffness, done = np.empty(shape), np.empty(shape), np.empty(shape)
     lanes = np.ascontiguousarray(draws.T)
     with np.errstate(all="ignore"):
-        solve_chunk(
-            batch.firsts, batch.blocks, batch.ranks, batch.gap, batch.modes, lanes, batch.factor, batch.product,
-            batch.laws, batch.start, batch.guess, NEWTON_TOLERANCE, NEWTON_LIMIT, delta, stiffness, done,
-        )  # fmt: skip
+        _run(batch, lanes, delta, stiffness, done)
     good = (done == 1.0) & np.isfinite(delta) & np.isfinite(stiffness)
     missed = np.argwhere(~good)
     for t, j in missed:
@@ -216,6 +238,24 @@ def solve_one_chunk(batch: Batch, draws: NDArray) -> BatchSolution:
     return BatchSolution(
         approach=p.length_scale * delta, stiffness=p.force / p.length_scale * stiffness, rescued=len(missed)
     )
+
+
+def _run(batch: Batch, lanes: NDArray, delta: NDArray, stiffness: NDArray, done: NDArray) -> None:
+    """Fill δ, ∂F/∂δ and whether they converged, (position, lane), by the kernel of the batch."""
+    from gearbench.contact._batch_kernels import solve_chunk
+    from gearbench.contact._coupled_kernels import solve_coupled_chunk
+
+    b, r = batch, batch.reference
+    if r is None:
+        solve_chunk(
+            b.firsts, b.blocks, b.ranks, b.gap, b.modes, lanes, b.factor, b.product, b.laws, b.start, b.guess,
+            NEWTON_TOLERANCE, NEWTON_LIMIT, delta, stiffness, done,
+        )  # fmt: skip
+    else:
+        solve_coupled_chunk(
+            b.count, b.gap, b.modes, lanes, b.laws, r.response, r.single_response, r.rise, r.flexibility, r.weight,
+            r.start, COUPLED_TOLERANCE, NEWTON_LIMIT, delta, stiffness, done,
+        )  # fmt: skip
 
 
 def _rescue(batch: Batch, t: int, draw: NDArray) -> tuple[float, float]:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from gearbench.dynamics import waves
 from gearbench.dynamics.balance import solve
 from gearbench.dynamics.model import Group, Model
-from gearbench.dynamics.stability import multipliers
+from gearbench.dynamics.stability import is_proven, multipliers
 from gearbench.errors import InputError
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
@@ -91,7 +91,7 @@ def over_speed(model: Model, speeds: NDArray, harmonics: int) -> Variables:
     """Variables of the Dataset that depend on speed."""
     meshes, bearings = len(model.names), len(model.mechanics.bearing_names)
     te = np.zeros((len(speeds), meshes, harmonics + 1), dtype=complex)
-    force, stability = np.zeros_like(te), np.zeros((len(speeds), meshes))
+    force, stability = np.zeros_like(te), np.full((len(speeds), meshes), np.nan)
     shaken = np.zeros((len(speeds), meshes, bearings, 3, harmonics + 1), dtype=complex)
     for group in model.groups:
         excitation = model.excitation(group, harmonics)
@@ -99,8 +99,8 @@ def over_speed(model: Model, speeds: NDArray, harmonics: int) -> Variables:
         h = model.receptances(group, speeds, harmonics)
         te[:, mine], force[:, mine] = solve(excitation, h, model.stiffness[mine])
         stiffness = waves.curve(excitation.stiffness, max(256, 16 * harmonics))
-        found = multipliers(model.modes, mine, model.omega(group, speeds), stiffness[None])
-        stability[:, mine] = found[:, None]
+        if not is_proven(model.modes, mine, stiffness):
+            stability[:, mine] = multipliers(model.modes, mine, model.omega(group, speeds), stiffness[None])[:, None]
         if bearings:
             shaken[:, mine[0], ..., 1:] = bearing_forces(model, group, speeds, te, force)
     # where it grows there is no steady response to speak of
@@ -131,7 +131,7 @@ def bearing_forces(model: Model, group: Group, speeds: NDArray, te: NDArray, for
     """Orders 1 … H of the forces on the bearings (speed, bearing, 3, harmonic) that a group of meshes causes [N]."""
     mine, harmonics = group.meshes, te.shape[-1] - 1
     n = np.arange(1, harmonics + 1)
-    reach = model.modes.at_bearings(model.omega(group, speeds)[:, None] * n)[..., mine]
+    reach = model.modes.at_bearings(model.omega(group, speeds)[:, None] * n, mine)
     # the springs k̄ are in the modes already
     push = force[:, mine, 1:] - model.stiffness[mine][:, None] * te[:, mine, 1:]
     found = np.einsum("snbm,smn->sbn", reach, push)

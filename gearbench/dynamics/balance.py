@@ -72,8 +72,7 @@ def orders(values: NDArray) -> NDArray:
 def receptances(modes: Modes, meshes: NDArray, omega: NDArray, orders: int) -> NDArray:
     """ĥ_c (speed, order 1 … H, mesh, mesh) of the ``meshes`` in question, at mesh frequencies ω (speed,)."""
     n = np.arange(1, orders + 1)
-    h = modes.at_meshes(omega[:, None] * n)
-    return h[..., meshes[:, None], meshes]
+    return modes.at_meshes(omega[:, None] * n, meshes)
 
 
 def block_rows(h: NDArray) -> NDArray:

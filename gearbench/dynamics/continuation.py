@@ -6,29 +6,48 @@ Source: Keller (1977); Seydel, Practical Bifurcation and Stability Analysis, ch.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.errors import GearbenchError
-
 #: Residual (dimensionless) of a solution, Newton steps allowed, points of a curve at most.
-TOLERANCE, NEWTON, POINTS = 1e-10, 12, 20000
+TOLERANCE, NEWTON, POINTS = 1e-10, 12, 5000
 
 #: R (n,), ∂R/∂z (n, n), ∂R/∂λ (n,)
 System = Callable[[NDArray, float], tuple[NDArray, NDArray, NDArray]]
 
 
-def at_fixed(system: System, z: NDArray, parameter: float) -> NDArray | None:
+@dataclass(frozen=True, kw_only=True)
+class Curve:
+    """A curve of solutions.
+
+    Parameters
+    ----------
+    z
+        Solutions (point, n).
+    parameter
+        λ (point,).
+    ends
+        Why it ends: it leaves the range of the parameter, exceeds the largest size, closes, or no next point is found.
+    """
+
+    z: NDArray
+    parameter: NDArray
+    ends: Literal["range", "size", "closed", "lost"]
+
+
+def at_fixed(system: System, z: NDArray, parameter: float, steps: int = 4 * NEWTON) -> NDArray | None:
     """Solution near z at a fixed parameter, by Newton's method with halved steps; None where it does not converge."""
     residual, J, _ = system(z, parameter)
-    for _ in range(8 * NEWTON):
+    for _ in range(steps):
         size = np.abs(residual).max()
         if size <= TOLERANCE:
             return z
         step = np.linalg.solve(J, residual)
         share = 1.0
-        while share > 1e-4:
+        while share > 1e-3:
             new, J_new, _ = system(z - share * step, parameter)
             if np.abs(new).max() < size:
                 break
@@ -40,9 +59,9 @@ def at_fixed(system: System, z: NDArray, parameter: float) -> NDArray | None:
 
 
 def follow(
-    system: System, z: NDArray, start: float, end: float, step: float, longest: float
-) -> tuple[NDArray, NDArray]:
-    """Points (point, n) and parameters (point,) of the curve through the solution z at ``start``, until ``end``.
+    system: System, z: NDArray, start: float, way: int, step: float, longest: float, largest: float = np.inf
+) -> Curve:
+    """Curve of solutions from z at ``start``, at first with the parameter rising (``way`` 1) or falling (−1), in 0 … 1.
 
     Parameters
     ----------
@@ -50,36 +69,39 @@ def follow(
         In units in which all its unknowns and the parameter are of order one.
     z
         Solution at ``start``.
-    start, end
-        Parameter, where the curve begins and ends.
+    start, way
+        Parameter where it begins, and its sense there.
     step, longest
-        First and longest step along the curve.
-
-    Raises
-    ------
-    GearbenchError
-        If the curve cannot be followed to its end.
+        First and longest step along the curve, the latter times the size of the solution where that exceeds 1.
+    largest
+        Size of a solution (largest unknown) beyond which it is not followed.
     """
     point = np.append(z, start)
-    tangent = np.append(np.zeros(len(z)), np.sign(end - start))
+    tangent = np.append(np.zeros(len(z)), float(way))
     found, shortest = [point], 1e-7 * step
+
+    def curve(ends: Literal["range", "size", "closed", "lost"]) -> Curve:
+        points = np.array(found)
+        return Curve(z=points[:, :-1], parameter=points[:, -1], ends=ends)
+
     while len(found) < POINTS:
         tangent = _tangent(system, point, tangent)
         new, steps = _correct(system, point + step * tangent, tangent)
         while new is None or np.linalg.norm(new - point) > 3 * step:
             step /= 2
             if step < shortest:
-                raise GearbenchError(f"the curve of responses cannot be followed beyond {point[-1]:.6g} of its range")
+                return curve("lost")
             new, steps = _correct(system, point + step * tangent, tangent)
+        back = np.linalg.norm(found[0] - point) < step and (found[0] - point) @ tangent > 0 and len(found) > 10
         point = new
         found.append(point)
-        if (point[-1] - end) * np.sign(end - start) >= 0:
-            curve = np.array(found)
-            return curve[:, :-1], curve[:, -1]
-        if (point[-1] - start) * np.sign(end - start) < -0.5 * abs(end - start):
-            break
-        step = min(step * (1.5 if steps <= 4 else 0.7 if steps > 7 else 1.0), longest)
-    raise GearbenchError(f"the curve of responses does not reach its end after {len(found)} points")
+        if not 0 <= point[-1] <= 1:
+            return curve("range")
+        size = float(np.abs(point[:-1]).max())
+        if back or size > largest:
+            return curve("closed" if back else "size")
+        step = min(step * (1.5 if steps <= 4 else 0.7 if steps > 7 else 1.0), longest * max(1.0, size))
+    return curve("lost")
 
 
 def _tangent(system: System, point: NDArray, before: NDArray) -> NDArray:

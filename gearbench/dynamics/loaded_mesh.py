@@ -12,7 +12,7 @@ from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.bearings import settle
 from gearbench.contact.solver import solve
 from gearbench.effects.base import Effect
-from gearbench.effects.shafts import flank_loads, system_effects
+from gearbench.effects.shafts import SeatedGear, system_effects
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.results.cycle import MICROMETRES, MeshCycle, fourier_matrix, mean
@@ -37,15 +37,15 @@ class LoadedMesh:
         Contact lines.
     cycle
         k and δ_s of teeth and bodies, shafts excluded.
-    loads
-        On the nodes of the shafts of pinion and wheel, where there are shafts.
+    gears
+        Pinion and wheel on their shafts at rest under its forces, where there are shafts.
     """
 
     scene: Scene
     effects: tuple[Effect, ...]
     lines: ContactLines
     cycle: MeshCycle
-    loads: tuple[NDArray, NDArray] | None = None
+    gears: tuple[SeatedGear, ...] = ()
 
     @property
     def stiffness(self) -> NDArray:
@@ -95,11 +95,10 @@ def loaded_mesh(scene: Scene, mesh: str = "") -> LoadedMesh:
         own = replace(own, load=replace(own.load, torque=box.torques[mesh]), system=None, further=())
     phase, weight = mesh_phases(own)
     lines = scene_lines(own, phase)
-    effects, loads = own.effects, None
+    effects, gears = own.effects, ()
     if scene.has_shafts:
-        _, shafted, motion = settle(own, partial(system_effects, scene.gearbox, mesh), lines, weight)
-        effects = (*own.effects, motion)
-        loads = flank_loads(motion.gears, lines, shafted.force, weight)
+        _, _, motion = settle(own, partial(system_effects, scene.gearbox, mesh), lines, weight)
+        effects, gears = (*own.effects, motion), motion.gears
     problem = assemble(own, lines, effects)
     solved = Solved(scene=own, lines=lines, weight=weight, problem=problem, solution=solve(problem))
-    return LoadedMesh(scene=own, effects=effects, lines=lines, cycle=solved.cycle, loads=loads)
+    return LoadedMesh(scene=own, effects=effects, lines=lines, cycle=solved.cycle, gears=gears)

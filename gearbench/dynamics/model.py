@@ -72,7 +72,11 @@ class Model:
         scene = self.scene
         if not scene.has_shafts:
             return two_wheels(scene.system, scene.pair)
-        return mechanics(scene.gearbox, shafts_at_rest(scene.gearbox, "", self.cycles[0].loads))
+        box = scene.gearbox
+        settled = list(shafts_at_rest(box))
+        for gear in self.cycles[0].gears:
+            settled[box.seats[("", gear.role)][0]] = gear.settled
+        return mechanics(box, tuple(settled))
 
     @cached_property
     def stiffness(self) -> NDArray:

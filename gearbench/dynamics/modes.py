@@ -46,22 +46,20 @@ class Modes:
     def _between(self, left: NDArray, right: NDArray, omega: NDArray) -> NDArray:
         """Receptance (…, left, right) at ω > 0 between rows of modes; dampers joined to it by their forces."""
         g = self._dynamic(omega)
-        direct = (left * g[..., None, :]) @ right.T
         rows, constants = self.dampers
         if not len(constants):
-            return direct
-        own = (rows * g[..., None, :]) @ rows.T
+            return _summed(left, g, right)
+        own = _summed(rows, g, rows)
         own[..., range(len(constants)), range(len(constants))] += 1 / (1j * omega[..., None] * constants)
-        to, back = (left * g[..., None, :]) @ rows.T, (rows * g[..., None, :]) @ right.T
-        return direct - to @ np.linalg.solve(own, back)
+        return _summed(left, g, right) - _summed(left, g, rows) @ np.linalg.solve(own, _summed(rows, g, right))
 
-    def at_meshes(self, omega: NDArray) -> NDArray:
-        """ĥ_c: relative motion at each mesh, with its sign turned, per force at each, (…, mesh, mesh) [mm/N]."""
-        return self._between(self.mesh, self.mesh, omega)
+    def at_meshes(self, omega: NDArray, meshes: NDArray) -> NDArray:
+        """ĥ_c: relative motion at each of ``meshes``, its sign turned, per force at each, (…, mesh, mesh) [mm/N]."""
+        return self._between(self.mesh[meshes], self.mesh[meshes], omega)
 
-    def at_bearings(self, omega: NDArray) -> NDArray:
-        """Force on the bearings (…, bearing·3, mesh) per force at each mesh."""
-        return self._between(self.bearing.reshape(-1, len(self.frequency)), self.mesh, omega)
+    def at_bearings(self, omega: NDArray, meshes: NDArray) -> NDArray:
+        """Force on the bearings (…, bearing·3, mesh) per force at each of the ``meshes``."""
+        return self._between(self.bearing.reshape(-1, len(self.frequency)), self.mesh[meshes], omega)
 
     @property
     def participation(self) -> NDArray:
@@ -69,6 +67,12 @@ class Modes:
         safe = np.where(self.frequency > 0, self.frequency, np.inf)
         share = self.mesh**2 / safe**2
         return share / np.maximum(share.sum(axis=1, keepdims=True), 1e-300)
+
+
+def _summed(left: NDArray, g: NDArray, right: NDArray) -> NDArray:
+    """Σ_r left_ir g_r right_jr, (…, left, right): one real product for all frequencies."""
+    both = (left[:, None] * right).reshape(-1, g.shape[-1]).T
+    return (np.real(g) @ both + 1j * (np.imag(g) @ both)).reshape(*g.shape[:-1], len(left), len(right))
 
 
 def modes(mechanics: Mechanics, stiffness: NDArray, damping_ratio: float) -> Modes:

@@ -30,6 +30,10 @@ if TYPE_CHECKING:
 PERCENTILES = (5.0, 25.0, 50.0, 75.0, 95.0, 99.0)
 
 
+#: Speeds solved in one go.
+BLOCK = 50
+
+
 @dataclass(frozen=True, kw_only=True)
 class SampleCycles:
     """Orders of stiffness (sample, 2H + 1) [N/mm] and transmission error (sample, H + 1) [mm] of error samples."""
@@ -67,32 +71,31 @@ def sample_cycles(
     return SampleCycles(stiffness=np.concatenate(stiffness)[:samples], error=np.concatenate(error)[:samples])
 
 
-def force_rms(model: Model, group: Group, cycles: SampleCycles, speed: NDArray, threads: int) -> list[NDArray]:
-    """RMS of the mesh force (sample,) [N] at each speed, by harmonic balance (D5).
+def force_rms(model: Model, group: Group, cycles: SampleCycles, speed: NDArray, threads: int) -> NDArray:
+    """RMS of the mesh force (speed, sample) [N], by harmonic balance (D5).
 
-    The matrix of a sample, K, is made once; a speed adds its dynamic stiffness to the diagonal blocks.
+    The matrix of a sample, K, is made once, its order 0 eliminated: a speed adds its dynamic stiffness to the blocks of
+    the other orders.
     """
-    K = convolution(cycles.stiffness)
-    drive = np.einsum("sab,sb->sa", K, real(cycles.error))
-    harmonics = cycles.error.shape[-1] - 1
-    mesh = group.meshes[0]
-    h = model.receptances(group, speed, harmonics)[:, :, 0, 0]
-    dynamic = 1 / h - model.stiffness[mesh]
-    a = np.arange(harmonics) * 2 + 1
+    from gearbench.dynamics._kernels import LANES, force_squares
 
-    def one(at: int) -> NDArray:
-        A, D = K.copy(), dynamic[at]
-        A[:, a, a] += D.real
-        A[:, a + 1, a + 1] += D.real
-        A[:, a, a + 1] -= D.imag
-        A[:, a + 1, a] += D.imag
-        x = np.linalg.solve(A, drive[..., None])[..., 0]
-        # K x − K δ = −D x: the force
-        squares = np.abs(D) ** 2 * (x[:, a] ** 2 + x[:, a + 1] ** 2)
-        return np.sqrt(2 * squares.sum(axis=1))
+    harmonics = cycles.error.shape[-1] - 1
+    h = model.receptances(group, speed, harmonics)[:, :, 0, 0]
+    dynamic = 1 / h - model.stiffness[group.meshes[0]]
+    out = np.empty((len(speed), len(cycles.error)))
+
+    def some(first: int) -> None:
+        here = slice(first, first + LANES)
+        K = convolution(cycles.stiffness[here])
+        drive = np.einsum("sab,sb->sa", K, real(cycles.error[here]))
+        held = K[:, 1:, 0] / K[:, :1, 0]
+        left, load = K[:, 1:, 1:] - held[:, :, None] * K[:, :1, 1:], drive[:, 1:] - held * drive[:, :1]
+        matrix, right = (np.ascontiguousarray(np.moveaxis(part, 0, -1)) for part in (left, load))
+        out[:, here] = np.sqrt(2 * force_squares(matrix, right, dynamic))
 
     with ThreadPoolExecutor(threads) as pool:
-        return list(pool.map(one, range(len(speed))))
+        list(pool.map(some, range(0, len(cycles.error), LANES)))
+    return out
 
 
 def robust_response(
@@ -159,12 +162,12 @@ def _statistics(
     squares = np.zeros(len(cycles.error))
     table, moments = np.empty((len(speeds), len(PERCENTILES))), np.empty((3, len(speeds)))
     # block by block of speeds: memory does not grow with speeds times samples
-    for first in range(0, len(speeds), 4 * workers):
-        here = np.arange(first, min(first + 4 * workers, len(speeds)))
-        for k, values in zip(here, force_rms(model, group, cycles, speeds[here], workers), strict=True):
-            squares += values**2 / len(speeds)
-            table[k] = np.percentile(values, PERCENTILES)
-            moments[:, k] = values.mean(), values.std(ddof=1), values.max()
+    for first in range(0, len(speeds), BLOCK):
+        here = slice(first, first + BLOCK)
+        values = force_rms(model, group, cycles, speeds[here], workers)
+        squares += (values**2).sum(axis=0) / len(speeds)
+        table[here] = np.percentile(values, PERCENTILES, axis=1).T
+        moments[:, here] = values.mean(axis=1), values.std(axis=1, ddof=1), values.max(axis=1)
     variables = {
         f"mesh_force_rms_{name}": (("speed",), m) for name, m in zip(("mean", "std", "max"), moments, strict=True)
     }

@@ -228,8 +228,6 @@ def _robust_parts(trials: Trials) -> list[Part]:
         [lambda: robust_dataset(few, errors, responses, complete=True, sampler="sobol", seed=0, wall_time=0.0)], REPEATS
     )[0]
     batch = many.batch
-    # as many amplitudes as the compliance has independent columns on a contact line, or as there are segments
-    full = batch.rank >= int(batch.count.max()) // int(batch.blocks.max())
-    path = "dense, one amplitude a segment" if full else "structured"
+    path = "structured" if batch.reference is None else "conjugate gradients"
     size = f"{path}: rank {batch.rank} a block, {batch.modes.shape[1]} errors, {threads} threads"
     return [Part(f"robust ({SAMPLES} samples)", "batch of samples in lanes", size, seconds)]

@@ -1,6 +1,7 @@
 """A folder that holds a search: the study, one file for each generation, and the front at the end.
 
-Every file is written whole or not at all. No state of the search is stored: it is run again from its seed, and the
+Every file is written whole or not at all. One run at a time: it holds a lock on a file that is never replaced, and
+which says who holds it. No state of the search is stored: it is run again from its seed, and the
 results of the generations on disk are told to it instead of being computed.
 """
 
@@ -10,12 +11,12 @@ import os
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError
-from gearbench.files import write_text
+from gearbench.files import is_part, lock, write_text
 from gearbench.optimisation.dataset import checksum, designs_dataset, read_designs, read_names
 from gearbench.optimisation.problem import Evaluation
 from gearbench.optimisation.study import Design, OptimisationStudy
@@ -24,7 +25,7 @@ from gearbench.results.netcdf import save
 if TYPE_CHECKING:
     import xarray as xr
 
-STUDY, FRONT = "study.toml", "front.nc"
+STUDY, FRONT, LOCK = "study.toml", "front.nc", ".lock"
 
 
 class Store:
@@ -55,14 +56,21 @@ class Store:
             raise InputError("output", str(folder), f"must be a folder ({error.strerror})") from None
         if not os.access(self.folder, os.W_OK | os.X_OK):
             raise InputError("output", str(folder), "the folder is not writable")
-        self._check(names, resume)
-        if STUDY not in names:
-            write_text(self.folder / STUDY, self._study.to_toml())
+        if LOCK not in names:  # so that nothing is left in a folder that is refused
+            self._check(names, resume)
         self._lock = self._take_lock()
+        try:
+            names = os.listdir(self.folder)  # another run may have come and gone
+            self._check(names, resume)
+            if STUDY not in names:
+                write_text(self.folder / STUDY, self._study.to_toml())
+        except BaseException:
+            os.close(self._lock)
+            raise
         self._writer = ThreadPoolExecutor(1)
         self._pending: Future[None] | None = None
         for name in names:
-            if _is_part(name):
+            if is_part(name):
                 (self.folder / name).unlink(missing_ok=True)
 
     def __enter__(self) -> Store:
@@ -74,7 +82,7 @@ class Store:
             self.flush()
         finally:
             self._writer.shutdown()
-            self._lock.close()
+            os.close(self._lock)
 
     def flush(self) -> None:
         """Wait until everything is on disk.
@@ -89,7 +97,7 @@ class Store:
             pending.result()
 
     def _check(self, names: Sequence[str], resume: bool) -> None:
-        kept = [name for name in names if not _is_part(name)]
+        kept = [name for name in names if name != LOCK and not is_part(name)]
         same = STUDY in kept and (self.folder / STUDY).read_text(encoding="utf-8") == self._study.to_toml()
         if not kept or (same and (resume or kept == [STUDY])):  # a run that ended before its first generation
             return
@@ -99,19 +107,22 @@ class Store:
             raise InputError("output", str(self.folder), f"holds no optimisation: there is no {STUDY}")
         raise InputError("output", str(self.folder), f"belongs to another study: see its {STUDY}")
 
-    def _take_lock(self) -> TextIO:
-        """The study, open: a second run into the folder is refused as long as this process lives."""
-        file = (self.folder / STUDY).open(encoding="utf-8")
-        try:
-            import fcntl
+    def _take_lock(self) -> int:
+        """The lock, open: a second run into the folder is refused as long as this process lives."""
+        from datetime import datetime
+        from platform import node
 
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            file.close()
-            raise InputError("output", str(self.folder), "another run is writing into the folder") from None
-        except (ImportError, OSError):
-            pass  # a system or a file system without locks
-        return file
+        handle = os.open(self.folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
+        if lock(handle) is False:
+            with os.fdopen(handle, encoding="utf-8", errors="replace") as file:
+                holder = " ".join(file.read(200).split())
+            reason = f"another run is writing into the folder: {holder or 'it has just begun'}"
+            raise InputError("output", str(self.folder), reason)
+        os.truncate(handle, 0)
+        # the first byte stays blank: it is the one that Windows locks, and then nobody else can read it
+        since = datetime.now().astimezone().isoformat(timespec="seconds")
+        os.write(handle, f" process {os.getpid()} on {node() or 'this machine'}, since {since}\n".encode())
+        return handle
 
     def path(self, generation: int) -> Path:
         """File of a generation, counted from 1."""
@@ -131,7 +142,7 @@ class Store:
         try:
             arrays, attrs = _read(path, read_names(self._study))
             whole = attrs["data_sha256"] == checksum(arrays)
-        except (OSError, KeyError, ValueError, RuntimeError):  # whatever HDF5 says of a damaged file
+        except Exception:  # of a damaged file HDF5 says anything
             return None
         if not whole:
             return None
@@ -170,11 +181,6 @@ class Store:
         save(dataset, path)
         _sync(self.folder)
         return path
-
-
-def _is_part(name: str) -> bool:
-    """Whether a file was left behind by an interrupted write."""
-    return name.startswith(".") and name.endswith(".part")
 
 
 def _read(path: Path, names: Sequence[str]) -> tuple[dict[str, NDArray], dict[str, str]]:

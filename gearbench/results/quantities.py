@@ -135,7 +135,11 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "mesh_force_max": Quantity("N", "M_f", "largest RMS of the mesh force over speed of all samples"),
             "dynamic_factor": Quantity("1", "max f/F_bt", "largest over mean mesh force"),
             "contact_kept": Quantity("1", "f > 0", "whether the flanks never part"),
-            "floquet_multiplier": Quantity("1", "max |μ|", "largest Floquet multiplier; stable where below 1"),
+            "floquet_multiplier": Quantity(
+                "1",
+                "max |μ|",
+                "largest Floquet multiplier; stable below 1, NaN where proven without it",
+            ),
             "bearing_force_amplitude": Quantity("N", "B_n", "amplitude of a bearing force order"),
             "bearing_force_phase": Quantity("rad", "arg B_n", "phase of a bearing force order"),
             "branches": Quantity("1", "–", "periodic responses at a speed, stable or not"),

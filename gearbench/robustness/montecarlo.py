@@ -17,6 +17,7 @@ from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.batch import Batch, BatchSolution, chunks, on_threads, prepare, solve_one_chunk
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import InputError
+from gearbench.interruption import arrived
 from gearbench.results.cycle import MeshCycle, Phases
 from gearbench.results.outputs import Solved
 from gearbench.results.responses import response
@@ -140,6 +141,7 @@ def respond(
             done.append(_reduce(problem, solution, names))
             progress(min(sum(map(len, done)), len(errors)))
     except KeyboardInterrupt:
+        arrived()
         complete = False
     return join(done, len(errors), names), complete
 

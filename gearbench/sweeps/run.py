@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from gearbench.contact.loads import solve_loads
 from gearbench.contact.problem import ContactSolution
 from gearbench.errors import InputError
+from gearbench.interruption import arrived
 from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import is_response
@@ -121,6 +122,7 @@ def _solved(
                 progress(done + len(found), sum(map(len, runs)))
             parts.append(reduce(at, run, found))
         except KeyboardInterrupt:
+            arrived()
             if at is not None and found:
                 parts.append(reduce(at, run, found))
             if not parts:

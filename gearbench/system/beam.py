@@ -8,10 +8,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike, NDArray
+
+#: Gauss nodes and weights for flexibility and mass.
+_FLEXIBILITY, _MASS = leggauss(12), leggauss(6)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,7 +53,7 @@ class Beam:
 
     def stiffness(self) -> NDArray:
         """Exact static stiffness (12, 12), from the flexibility of the element held at its start (W1)."""
-        free = np.linalg.inv(self._flexibility(np.array([1.0]))[0])
+        free = np.linalg.inv(self._whole)
         carry = _carry(self.length)
         K = np.empty((12, 12))
         K[6:, 6:], K[:6, 6:] = free, -carry @ free
@@ -58,7 +62,12 @@ class Beam:
 
     def twist(self) -> float:
         """Rotation of one end against the other per torque [rad/(N·mm)]."""
-        return float(self._flexibility(np.array([1.0]))[0, 5, 5])
+        return float(self._whole[5, 5])
+
+    @cached_property
+    def _whole(self) -> NDArray:
+        """Flexibility (6, 6) of its far end."""
+        return self._flexibility(np.array([1.0]))[0]
 
     def shapes(self, s: ArrayLike) -> NDArray:
         """Motion (…, 6, 12) at s ∈ [0, 1] of the unloaded element per motion of its ends: exact in statics (W2)."""
@@ -66,12 +75,12 @@ class Beam:
         L = self.length
         rigid = np.swapaxes(_carry(t * L), -1, -2)
         # forces at the far end that produce its motion relative to the rigid one, times the flexibility up to s
-        bent = self._flexibility(t) @ np.linalg.inv(self._flexibility(np.array([1.0]))[0])
+        bent = self._flexibility(t) @ np.linalg.inv(self._whole)
         return np.concatenate([rigid - bent @ _carry(L).T, bent], axis=-1)
 
     def mass(self) -> NDArray:
         """Consistent mass (12, 12), rotary inertia included."""
-        node, weight = leggauss(6)
+        node, weight = _MASS
         s = (node + 1) / 2
         A, I, _ = self.section(s)
         per_length = self.density * np.stack([A, A, A, I, I, 2 * I], axis=-1)
@@ -81,7 +90,7 @@ class Beam:
 
     def _flexibility(self, s: NDArray) -> NDArray:
         """Motion (…, 6, 6) at s of the element held at its start, per force and moment at its far end."""
-        L, node, weight = self.length, *leggauss(12)
+        L, node, weight = self.length, *_FLEXIBILITY
         t = s[..., None] * (node + 1) / 2
         w = s[..., None] * weight / 2 * L
         A, I, kappa = self.section(t)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
 from gearbench.system.gearbox import Gearbox
 from gearbench.system.schema import Disc, Seat, System
-from gearbench.system.shaft_model import DENSITY, INERTIA, METRE, ShaftModel, add_disc
+from gearbench.system.shaft_model import DENSITY, DYNAMIC_ELEMENTS, INERTIA, METRE, ShaftModel, add_disc
 from gearbench.system.static import Settled, external_load
 
 #: Directions in which the force on a bearing is given.
@@ -89,7 +89,7 @@ def shafts_at_rest(box: Gearbox, mesh: str = "", own: tuple[NDArray, NDArray] | 
 
 def mechanics(box: Gearbox, settled: tuple[Settled, ...]) -> Mechanics:
     """Matrices of all shafts, bearings as stiff as they are where they settled, and the couplings' inertias."""
-    models = box.models
+    models = tuple(replace(model, face_elements=DYNAMIC_ELEMENTS) for model in box.models)
     starts = np.cumsum([0, *(model.size for model in models)])
     couplings = [c for c in (m.shaft.coupling for m in models) if c is not None and c.torsional_stiffness and c.inertia]
     n = int(starts[-1]) + len(couplings)

@@ -7,6 +7,7 @@ those of the elastic energy of the contacts (W5), (W6).
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -208,6 +209,7 @@ class Rolling:
         return sum(hertz_point_stiffness(self.D_w, g, f) ** (-2 / 3) for g, f in rings) ** -1.5
 
 
+@lru_cache
 def hertz_point_stiffness(D_w: float, curving: float, conformity: float) -> float:
     """Q/δ^1.5 of a ball in a groove whose other radius of curvature is D_w/(2·curving). Source: Hertz; Harris ch. 6."""
     from scipy.optimize import brentq

@@ -15,8 +15,8 @@ from gearbench.errors import InputError
 from gearbench.system.beam import Beam
 from gearbench.system.schema import Disc, Shaft
 
-#: Elements across the face of a gear.
-FACE_ELEMENTS = 12
+#: Elements across the face of a gear: where its load is distributed, and in the dynamic system.
+FACE_ELEMENTS, DYNAMIC_ELEMENTS = 12, 4
 #: Nodes closer than this share of the shaft's length are one.
 _SAME = 1e-9
 #: t/mm³ in 1 g/cm³, t·mm² in 1 kg·m², t in 1 kg, mm in 1 m.
@@ -42,10 +42,13 @@ class ShaftModel:
         What it is made of.
     faces
         Stretches that carry gears.
+    face_elements
+        Elements across each of them.
     """
 
     shaft: Shaft
     faces: tuple[Face, ...]
+    face_elements: int = FACE_ELEMENTS
 
     def __post_init__(self) -> None:
         room = 1e-6 * self.shaft.length
@@ -64,7 +67,7 @@ class ShaftModel:
         if shaft.coupling is not None:
             marks.append(shaft.coupling.position)
         for face in self.faces:
-            marks += [*np.linspace(face.start, face.end, FACE_ELEMENTS + 1)]
+            marks += [*np.linspace(face.start, face.end, self.face_elements + 1)]
         marks = np.unique(np.clip(marks, 0.0, shaft.length))
         keep = np.concatenate([[True], np.diff(marks) > _SAME * shaft.length])
         coarse = marks[keep]
