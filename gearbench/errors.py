@@ -6,6 +6,30 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from difflib import get_close_matches
 
+#: Longest message, longest value and longest path in it [characters]: a line that can be read, whatever a file holds.
+LONGEST, LONGEST_VALUE, LONGEST_PATH = 288, 80, 120
+
+
+def plain(text: object) -> str:
+    """A text as one line that a terminal shows as it is: white space as blanks, control characters as escapes."""
+    joined = " ".join(_text(text).split())
+    return "".join(c if c.isprintable() else c.encode("unicode_escape", "surrogatepass").decode() for c in joined)
+
+
+def _text(value: object) -> str:
+    """The value as text; whole numbers of more digits than Python converts are none that anybody reads."""
+    try:
+        return str(value)
+    except ValueError:
+        return "a number of thousands of digits"
+
+
+def shortened(text: object, longest: int = LONGEST_VALUE) -> str:
+    """``plain``, the middle of a long text left out."""
+    line = plain(text)
+    half = (longest - 3) // 2
+    return line if len(line) <= longest else f"{line[: longest - 3 - half]} … {line[-half:]}"
+
 
 class InputError(ValueError):
     """Input that cannot be simulated.
@@ -24,10 +48,12 @@ class InputError(ValueError):
 
     def __init__(self, key: str, value: object, allowed: str, file: str | None = None) -> None:
         self.key, self.value, self.allowed, self.file = key, value, allowed, file
-        shown = f"{value:.6g}" if isinstance(value, float) else f"{value}"
-        where = f"{file}: " if file else ""
+        shown = f"{value:.6g}" if isinstance(value, float) else shortened(value, LONGEST_VALUE if key else LONGEST_PATH)
+        where = f"{shortened(file, LONGEST_PATH)}: " if file else ""
+        key = shortened(key)
         at = f"{key} = {shown}: " if key else f"{shown}: " if shown else ""
-        super().__init__(f"{where}{at}{allowed}")
+        message = f"{where}{at}{plain(allowed)}"
+        super().__init__(message if len(message) <= LONGEST else f"{message[: LONGEST - 1]}…")
 
     def __reduce__(self) -> tuple:
         return type(self), (self.key, self.value, self.allowed, self.file)

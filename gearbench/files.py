@@ -7,10 +7,13 @@ that were killed can be told from those that are being written: the next writer 
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
+import re
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from glob import escape
 from pathlib import Path
 
@@ -38,11 +41,92 @@ def check_target(path: str | Path) -> Path:
     return path
 
 
+#: Last line of a sealed file: the digest of all bytes before it. Readers of HDF5 take no notice of it.
+_SEAL = re.compile(rb"\ngearbench sha256 ([0-9a-f]{64})\n", re.ASCII)
+_SEAL_LENGTH = len("\ngearbench sha256 \n") + 64
+
+
+def seal(data: bytes) -> bytes:
+    """``data`` with its digest behind it."""
+    return data + f"\ngearbench sha256 {hashlib.sha256(data).hexdigest()}\n".encode()
+
+
+def is_sealed(data: bytes) -> bool:
+    """Whether ``data`` end in a digest, right or wrong."""
+    return _SEAL.fullmatch(data[-_SEAL_LENGTH:]) is not None
+
+
+def unseal(data: bytes) -> bytes:
+    """What ``seal`` was given.
+
+    Raises
+    ------
+    InputError
+        Without key and value, if there is no digest, or the data are not those it was made of.
+    """
+    found = _SEAL.fullmatch(data[-_SEAL_LENGTH:])
+    if found is None:
+        raise InputError("", "", "carries no digest: it is cut off, or gearbench did not write it")
+    whole = data[:-_SEAL_LENGTH]
+    if hashlib.sha256(whole).hexdigest().encode() != found[1]:
+        raise InputError("", "", "is damaged: its data are not those of its digest")
+    return whole
+
+
+def read_bytes(path: str | Path) -> bytes:
+    """Content of a file.
+
+    Raises
+    ------
+    InputError
+        Naming it, if it cannot be read.
+    """
+    try:
+        return Path(path).read_bytes()
+    except FileNotFoundError:
+        raise InputError("", str(path), "no such file") from None
+    except (OSError, ValueError) as error:  # the last: a name with a NUL
+        reason = getattr(error, "strerror", None) or str(error)
+        raise InputError("", str(path), f"must be a readable file ({reason.lower()})") from None
+
+
+#: Files written in a block of ``together``: temporary file, name, and the lock of the first.
+_waiting: ContextVar[list[tuple[Path, Path, int]] | None] = ContextVar("waiting", default=None)
+
+
+@contextmanager
+def together() -> Iterator[None]:
+    """Files written in the block, by this thread, take their places at its end; if the block fails, none does."""
+    written: list[tuple[Path, Path, int]] = []
+    token = _waiting.set(written)
+    try:
+        yield
+        for part, path, _ in written:
+            with _naming(path):
+                part.replace(path)
+    finally:
+        _waiting.reset(token)
+        for part, _, handle in written:
+            _abandon(part, handle)
+
+
+@contextmanager
+def _naming(path: Path) -> Iterator[None]:
+    """Let every fault of the disk in the block name ``path``."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno is None:
+            raise
+        raise OSError(error.errno, error.strerror, str(path)) from None
+
+
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
     """A temporary file beside ``path``, to be written; at the end of the block it takes the place of ``path``.
 
-    If the block fails or is interrupted, the temporary file is removed and ``path`` is as it was before.
+    Within ``together`` it does so at the end of that block. If the block fails or is interrupted, the temporary file is
+    removed and ``path`` is as it was before.
 
     Raises
     ------
@@ -60,17 +144,26 @@ def replacing(path: str | Path) -> Iterator[Path]:
             raise OSError(error.errno, error.strerror, str(path)) from None
         reason = f"the folder {path.parent} is not writable ({error.strerror})"
         raise InputError("output", str(path), reason) from None
+    waiting = _waiting.get()
     try:
-        yield part
-        _finish(part)
-        part.replace(path)
-    except OSError as error:
-        if error.errno is None:
-            raise
-        raise OSError(error.errno, error.strerror, str(path)) from None
-    finally:
-        part.unlink(missing_ok=True)
+        with _naming(path):
+            yield part
+            _finish(part)
+            if waiting is None:
+                part.replace(path)
+    except BaseException:
+        _abandon(part, handle)
+        raise
+    if waiting is None:
         os.close(handle)
+    else:
+        waiting.append((part, path, handle))
+
+
+def _abandon(part: Path, handle: int) -> None:
+    """Remove a file that was being written, and its lock."""
+    part.unlink(missing_ok=True)
+    os.close(handle)
 
 
 def lock(handle: int) -> bool | None:

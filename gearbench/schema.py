@@ -112,7 +112,9 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InputError("", (error.strerror or "cannot be read").lower(), "must be a readable TOML file") from None
     except UnicodeDecodeError:
         raise InputError("", "not UTF-8 text", "must be a readable TOML file") from None
-    except tomllib.TOMLDecodeError as error:
+    except RecursionError:
+        raise InputError("", "not TOML", "nested too deeply") from None
+    except ValueError as error:  # no TOML, or numbers of thousands of digits
         raise InputError("", "not TOML", str(error)) from None
 
 

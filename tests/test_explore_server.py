@@ -5,6 +5,7 @@ import socket
 import threading
 import urllib.error
 import urllib.request
+from functools import partial
 
 import pytest
 
@@ -22,6 +23,7 @@ def designs():
 
 @pytest.fixture(scope="module")
 def explorer(designs):
+    from gearbench.explore.live import Session
     from gearbench.explore.server import Explorer
 
     started, found = threading.Event(), []
@@ -30,7 +32,7 @@ def explorer(designs):
         import asyncio
 
         asyncio.set_event_loop(loop := asyncio.new_event_loop())
-        found.append(Explorer(designs))
+        found.append(Explorer(partial(Session, designs)))
         found[0].run(started.set)
         loop.close()
 
@@ -105,10 +107,11 @@ def test_no_files_are_served_but_the_scripts_of_the_page(explorer, path):
 
 
 def test_a_port_in_use_is_refused(explorer, designs):
+    from gearbench.explore.live import Session
     from gearbench.explore.server import Explorer
 
     with pytest.raises(InputError, match="port"):
-        Explorer(designs, explorer.port)
+        Explorer(partial(Session, designs), explorer.port)
 
 
 def test_the_file_holds_all_it_needs(designs, tmp_path):

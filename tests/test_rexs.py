@@ -377,7 +377,7 @@ def test_a_packed_file_holds_one_model(tmp_path, members, says):
 def test_files_that_cannot_be_read(tmp_path):
     with pytest.raises(InputError, match="no such file"):
         read_rexs(tmp_path / "none.rexs")
-    with pytest.raises(InputError, match="not a ZIP file"):
+    with pytest.raises(InputError, match="damaged ZIP file"):
         read_rexs(write(tmp_path, MODEL, "model.rexsz"))
 
 

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import logging
 import sys
+from collections.abc import Callable
+from functools import wraps
 from typing import Annotated
 
 import typer
 
 from gearbench.cli import log
+from gearbench.cli.check import check
 from gearbench.cli.cost import cost
 from gearbench.cli.doctor import doctor
 from gearbench.cli.explore import explore
@@ -22,7 +25,8 @@ from gearbench.cli.simulate import simulate
 from gearbench.cli.sweep import sweep
 from gearbench.cli.validate import validate
 from gearbench.cli.verify import verify
-from gearbench.errors import GearbenchError, InputError
+from gearbench.errors import GearbenchError, InputError, plain, shortened
+from gearbench.files import together
 from gearbench.interruption import pending
 
 #: 0 done, 1 failed, 2 bad input; 130 and 143 where a signal ended it, see ``gearbench.interruption``.
@@ -40,6 +44,26 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     help="Static transmission error and mesh stiffness of involute gear pairs, and how robust they are.",
 )
+
+
+def _whole(command: Callable[..., None]) -> Callable[..., None]:
+    """The command; its files take their places as it ends, and none where it fails."""
+
+    @wraps(command)
+    def run(*args: object, **options: object) -> None:
+        with together():
+            try:
+                command(*args, **options)
+                return
+            except typer.Exit as end:  # an interruption that keeps what is done
+                code = end.exit_code
+        raise typer.Exit(code)
+
+    return run
+
+
+#: Commands that commit their files one by one.
+_STEPWISE = (optimise,)
 for command in (
     simulate,
     sweep,
@@ -53,9 +77,10 @@ for command in (
     plan,
     cost,
     rexs,
+    check,
     doctor,
 ):
-    app.command()(command)
+    app.command()(command if command in _STEPWISE else _whole(command))
 
 
 def _version(wanted: bool) -> None:
@@ -76,7 +101,7 @@ def _options(
 
 
 def main() -> None:
-    """Run the command line; every expected fault is one line on stderr."""
+    """Run the command line; every fault is one line on stderr, one that nobody expected leaves a report, too."""
     try:
         _run()
     except InputError as error:
@@ -87,6 +112,15 @@ def main() -> None:
         _end(f"{module} is not installed: pip install 'gearbench[{extra}]'" if extra else error, FAILED)
     except (GearbenchError, OSError, ImportError) as error:
         _end(error, FAILED)
+    except MemoryError:
+        _end("out of memory", FAILED)
+    except Exception as error:  # a fault of the program
+        from gearbench.cli.report import write_report
+
+        _end(
+            f"unexpected {type(error).__name__}: {shortened(error)}; please report it with {write_report(error)}",
+            FAILED,
+        )
     finally:
         log.end()
 
@@ -103,5 +137,5 @@ def _run() -> None:
 def _end(error: object, code: int) -> None:
     if code == FAILED:
         logging.getLogger("gearbench").debug("where it happened:", exc_info=True)
-    print(f"gearbench: {' '.join(str(error).split())}", file=sys.stderr)
+    print(f"gearbench: {plain(error)}", file=sys.stderr)
     sys.exit(code)

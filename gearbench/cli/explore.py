@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from gearbench.cli.options import Json, Quiet, Verbose
+from gearbench.cli.rexs import StageName
 
 if TYPE_CHECKING:
-    from gearbench.explore.catalogue import Catalogue
+    from gearbench.scene import Scene
 
 Results = Annotated[
-    list[Path],
-    typer.Argument(metavar="RESULT…", help="Folders or front.nc of optimisations, results.", show_default=False),
+    list[Path] | None,
+    typer.Argument(
+        metavar="[RESULT…]",
+        help="Folders or front.nc of optimisations; or scenes, REXS files, results of simulate or robust.",
+        show_default=False,
+    ),
 ]
 Port = Annotated[int, typer.Option(min=0, max=65535, help="Port on 127.0.0.1; 0: any that is free.")]
 Export = Annotated[
@@ -24,57 +31,110 @@ Export = Annotated[
 
 
 def explore(
-    results: Results,
+    results: Results = None,
+    stage: StageName = None,
     port: Port = 5006,
     export: Export = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:
-    """Open a local page over stored RESULTs: fronts, filters, and the picked gear computed anew as sliders move.
+    """Open a local page: a design bench for one scene, or fronts, filters and the picked gear of stored RESULTs.
 
-    Example: gearbench explore front --port 5006
+    The bench is for scene files, stages of REXS files, results of simulate or robust; an example by default.
+
+    Example: gearbench explore scene.toml --port 5006
     """
     from gearbench.errors import GearbenchError
-    from gearbench.explore.catalogue import catalogue
-    from gearbench.explore.stored import open_results
-    from gearbench.files import check_target
+    from gearbench.files import check_target, write_text
 
     if export is not None:
         check_target(export)
-    designs = catalogue(open_results(results))
     try:
         import bokeh  # noqa: F401
     except ImportError as error:
         raise GearbenchError("the explorer needs the extra: pip install 'gearbench[explore]'") from error
+    summary, page, html = _opened(results or [], stage)
     if export is not None:
-        from gearbench.explore.static import write
-
-        write(designs, export)
+        write_text(export, html())
         if json:
-            _print_json(designs, files=[str(export)])
+            _print_json(summary, files=[str(export)])
         elif not quiet:
             print(f"wrote {export}")
         return
     from gearbench.explore.server import Explorer
 
-    explorer = Explorer(designs, port)
+    explorer = Explorer(page(), port)
 
     def ready() -> None:
         if json:
-            _print_json(designs, url=explorer.url, port=explorer.port)
+            _print_json(summary, url=explorer.url, port=explorer.port)
         elif not quiet:
             print(f"{explorer.url} (end with Ctrl-C)", flush=True)
 
     explorer.run(ready)
 
 
-def _print_json(designs: Catalogue, **more: object) -> None:
+def _opened(
+    results: list[Path], stage: str | None
+) -> tuple[dict[str, Any], Callable[[], Callable[..., object]], Callable[[], str]]:
+    """A summary of the results, and the page of them: what opens it, and its text as a file."""
+    scenes = _scenes(results, stage)
+    if scenes:
+        from gearbench.explore.bench.session import bench, bench_html
+
+        names = [scene.name for scene in scenes]
+        return {"scenes": names}, partial(bench, *scenes), partial(bench_html, *scenes)
+    from gearbench.explore.catalogue import catalogue
+    from gearbench.explore.live import Session
+    from gearbench.explore.static import html
+    from gearbench.explore.stored import open_results
+
+    designs = catalogue(open_results(results))
+    found = [
+        {"label": result.label, "designs": int((designs.study == i).sum())} for i, result in enumerate(designs.results)
+    ]
+    return {"designs": len(designs), "results": found}, lambda: partial(Session, designs), partial(html, designs)
+
+
+def _scenes(results: list[Path], stage: str | None) -> list[Scene]:
+    """The scenes of a bench: an example, or those of scene files, REXS files and results of one gear; none of studies.
+
+    Raises
+    ------
+    InputError
+        If scenes and studies are mixed.
+    """
+    from gearbench.errors import InputError
+
+    if not results:
+        from gearbench.explore.bench.session import example
+
+        return [example()]
+    found = [_scene(path, stage) for path in results]
+    scenes = [scene for scene in found if scene is not None]
+    if scenes and len(scenes) < len(found):
+        raise InputError("", str(results[found.index(None)]), "is a study: open scenes and studies apart")
+    return scenes
+
+
+def _scene(path: Path, stage: str | None) -> Scene | None:
+    """The scene of a scene file, of a stage of a REXS file or of a result of one gear; None of a study."""
+    from gearbench.cli.rexs import load_any
+    from gearbench.exchange.rexs_document import is_rexs
+
+    if path.suffix.lower() == ".toml" or is_rexs(path):
+        return load_any(path, stage)[0]
+    if path.is_dir():
+        return None
+    from gearbench.explore.stored import scene_of_run
+
+    return scene_of_run(path)
+
+
+def _print_json(summary: dict[str, Any], **more: object) -> None:
     """The results shown, and the address; flushed, because whoever starts the server waits for the address."""
     from gearbench.cli.summary import print_mapping
 
-    results = [
-        {"label": result.label, "designs": int((designs.study == i).sum())} for i, result in enumerate(designs.results)
-    ]
-    print_mapping({"designs": len(designs), "results": results, **more})
+    print_mapping({**summary, **more})
     sys.stdout.flush()

@@ -16,7 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError
+from gearbench.files import is_sealed, unseal
 from gearbench.geometry.gear import Gear
+from gearbench.netcdf_bytes import dataset_of, is_netcdf
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -84,11 +86,10 @@ def read_grid(key: str, name: str, data: bytes) -> FlankGrid:
     InputError
         Keyed ``key``, naming file and row (CSV) or variable (netCDF).
     """
-    netcdf = data[:4] == b"\x89HDF" or data[:3] == b"CDF"
-    grid = _from_netcdf(key, name, data) if netcdf else _from_csv(key, name, data)
+    grid = _from_netcdf(key, name, data) if is_netcdf(data) else _from_csv(key, name, data)
     for axis, values in ((grid.along, grid.coordinate), (FACE, grid.face)):
-        if not np.all(np.diff(values) > 0):
-            raise InputError(key, f"{name}, {axis}", "must increase")
+        if not (values.size and np.isfinite(values).all() and np.all(np.diff(values) > 0)):
+            raise InputError(key, f"{name}, {axis}", "must increase, number by number")
     if not np.all(np.isfinite(grid.deviation)) or np.any(np.abs(grid.deviation) > 1000):
         row, column = np.argwhere(~(np.abs(grid.deviation) <= 1000))[0]
         where = f"{name}, {grid.along} {grid.coordinate[row]:g}, y {grid.face[column]:g}"
@@ -131,14 +132,10 @@ def _numbers(key: str, where: str, cells: list[str], count: int, separator: str)
 
 
 def _from_netcdf(key: str, name: str, data: bytes) -> FlankGrid:
-    import io
-
-    import xarray as xr
-
     try:
-        dataset = xr.load_dataset(io.BytesIO(data), engine="scipy" if data[:3] == b"CDF" else "h5netcdf")
-    except (OSError, ValueError, TypeError, KeyError) as error:
-        raise InputError(key, name, f"must be a readable netCDF file ({str(error).splitlines()[0]})") from None
+        dataset = dataset_of(unseal(data) if is_sealed(data) else data)
+    except InputError as error:
+        raise InputError(key, name, error.allowed) from None
     fitting = [(along, v) for along in ALONG for v in dataset.data_vars.values() if set(v.dims) == {along, FACE}]
     if len(fitting) != 1:
         dims = f"{' or '.join(ALONG)}, and {FACE}"
@@ -147,8 +144,11 @@ def _from_netcdf(key: str, name: str, data: bytes) -> FlankGrid:
     for coordinate in (along, FACE):
         if coordinate not in dataset.coords:
             raise InputError(key, f"{name}, {coordinate}", "must be a coordinate, in mm")
-        if dataset[coordinate].attrs.get("units", "mm") != "mm":
-            raise InputError(key, f"{name}, {coordinate} in {dataset[coordinate].attrs['units']}", "must be in mm")
+        if (units := str(dataset[coordinate].attrs.get("units", "mm"))) != "mm":
+            raise InputError(key, f"{name}, {coordinate} in {units}", "must be in mm")
+    for part in (dataset[along], dataset[FACE], variable):
+        if part.dtype.kind not in "iuf":
+            raise InputError(key, f"{name}, {part.name}", "must be numbers")
     factor = _factor(key, name, variable)
     deviation = factor * variable.transpose(along, FACE).values.astype(float)
     coordinates = (dataset[along].values.astype(float), dataset[FACE].values.astype(float))
@@ -157,7 +157,7 @@ def _from_netcdf(key: str, name: str, data: bytes) -> FlankGrid:
 
 def _factor(key: str, name: str, variable: xr.DataArray) -> float:
     """Worth of the variable's unit in µm."""
-    units = variable.attrs.get("units", "missing")
+    units = str(variable.attrs.get("units", "missing"))
     if units not in _MICROMETRES:
         raise InputError(key, f"{name}, {variable.name}: units {units}", "must be µm or mm")
     return _MICROMETRES[units]

@@ -47,7 +47,7 @@ class ToothBending(Tooth):
     basis
         Plate only. "paper": 9 unknowns, each field x(a + by + cx). The default where no ``order`` is given.
     order
-        Numbers of functions: plate [height, face width], instead of ``basis``; solid [thickness, height, face width],
+        Numbers of functions: plate (height, face width), instead of ``basis``; solid (thickness, height, face width),
         by default 6, 7 and about one for each module of face width.
     fillet
         Plate only. Thickness with the generated root fillet, or without it (involute; constant below the base circle).

@@ -185,8 +185,14 @@ def _parse(path: Path) -> Element:
                 raise InputError("", f"unpacks from {packed} to {size} bytes", allowed)
             with archive.open(member) as file:
                 return parse_xml(file)
-    except (zipfile.BadZipFile, RuntimeError, NotImplementedError) as error:
-        raise InputError("", "not a ZIP file", f"must be a packed REXS file ({error})") from None
+    except InputError:
+        raise
+    except OSError as error:
+        if error.errno is not None:  # of the disk; bzip2 has none
+            raise
+        raise InputError("", "a damaged ZIP file", f"must be a packed REXS file ({error})") from None
+    except Exception as error:  # zipfile passes on whatever its decompressors raise: zlib.error, LZMAError, EOFError
+        raise InputError("", "a damaged ZIP file", f"must be a packed REXS file ({error})") from None
 
 
 def _model(archive: zipfile.ZipFile) -> zipfile.ZipInfo:

@@ -31,12 +31,15 @@ class Catalogue:
         Number of each design in its file, (design,).
     columns
         Quantities of the designs, NaN where a result does not have them.
+    left_out
+        Number of designs that lack one of the two objectives.
     """
 
     results: tuple[Stored, ...]
     study: NDArray
     number: NDArray
     columns: tuple[Column, ...]
+    left_out: int = 0
 
     def __len__(self) -> int:
         return len(self.study)
@@ -69,7 +72,9 @@ def catalogue(results: Sequence[Stored]) -> Catalogue:
         Column(name=c.name, label=c.label, unit=c.unit, kind=c.kind, values=c.values[drawn], categories=c.categories)
         for c in joined
     )
-    return Catalogue(results=tuple(results), study=study[drawn], number=number[drawn], columns=columns)
+    return Catalogue(
+        results=tuple(results), study=study[drawn], number=number[drawn], columns=columns, left_out=int((~drawn).sum())
+    )
 
 
 def _join(results: Sequence[Stored], title: str) -> Column:

@@ -6,12 +6,12 @@ import math
 from typing import Any
 
 import numpy as np
-from bokeh.models import ColumnDataSource, HoverTool, Legend, LegendItem
+from bokeh.models import ColorBar, ColumnDataSource, HoverTool, Legend, LegendItem, LinearColorMapper
 from numpy.typing import NDArray
 
 from gearbench.explore.catalogue import ACROSS, SCATTER_ACROSS, SCATTER_UP, UP, Catalogue, fronts
 from gearbench.explore.columns import Column
-from gearbench.explore.look import PICK, chart, colour, fixed
+from gearbench.explore.look import INK, PICK, chart, colour, fixed
 
 #: Keys of columns in the sources: c0, c1, …
 Sources = dict[str, ColumnDataSource]
@@ -38,7 +38,8 @@ def sources(catalogue: Catalogue) -> Sources:
 
 def front_data(catalogue: Catalogue, numbers: NDArray) -> dict[str, Any]:
     """Columns of the front: values, σ, width and height of the 2σ boxes (0 where none is drawn), results, numbers."""
-    drawn = np.arange(len(numbers)) % max(1, math.ceil(len(numbers) / BOXES)) == 0
+    every = max(1, math.ceil(len(numbers) / BOXES))
+    drawn, labelled = (np.arange(len(numbers)) % step == 0 for step in (every, 3 * every))
     x, y, sx, sy = (catalogue.column(n).values[numbers] for n in (ACROSS, UP, SCATTER_ACROSS, SCATTER_UP))
     return {
         "x": x,
@@ -50,6 +51,7 @@ def front_data(catalogue: Catalogue, numbers: NDArray) -> dict[str, Any]:
         "study": catalogue.study[numbers],
         "number": catalogue.number[numbers],
         "design": numbers,
+        "label": np.where(labelled, catalogue.number[numbers].astype(str), ""),
         "colour": np.array([colour(i) for i in catalogue.study[numbers]], dtype=object),
     }
 
@@ -57,10 +59,11 @@ def front_data(catalogue: Catalogue, numbers: NDArray) -> dict[str, Any]:
 def cloud(catalogue: Catalogue, data: Sources) -> Any:
     """The figure. All designs are one image, which ``js/filter.js`` paints; fronts and boxes are glyphs."""
     across, up = catalogue.column(ACROSS), catalogue.column(UP)
-    title = f"Fronts with 2σ boxes; {len(catalogue):,} designs".replace(",", " ")
+    without = f", {catalogue.left_out:,} without both objectives left out" if catalogue.left_out else ""
+    title = f"Fronts with 2σ boxes; {len(catalogue):,} designs".replace(",", " ") + without
     tools: dict[str, Any] = {"tools": "pan,wheel_zoom,box_zoom,box_select,lasso_select,reset,save"}
     ranges: dict[str, Any] = {"x_range": fixed(*_room(across, data, "x")), "y_range": fixed(*_room(up, data, "y"))}
-    plot = chart(title, across.title, up.title, width=640, height=490, active_scroll="wheel_zoom", **tools, **ranges)
+    plot = chart(title, across.title, up.title, height=490, active_scroll="wheel_zoom", **tools, **ranges)
     plot.name = "cloud"
     plot.image_rgba("image", "x", "y", "dw", "dh", source=data["raster"], level="underlay")
     plot.rect(
@@ -68,6 +71,9 @@ def cloud(catalogue: Catalogue, data: Sources) -> Any:
         line_alpha=0.7,
     )  # fmt: skip
     front = plot.scatter("x", "y", source=data["front"], size=8, color="colour", line_color="white", marker="circle")
+    plot.text(
+        "x", "y", text="label", source=data["front"], text_font_size="11px", x_offset=5, y_offset=-3, text_color=INK
+    )
     plot.scatter("x", "y", source=data["pick"], size=17, marker="circle", fill_alpha=0, line_color=PICK, line_width=2.5)
     tips = [("design", "@number"), (across.label, f"@x{{0.000}} {across.unit}"), (up.label, f"@y{{0.000}} {up.unit}")]
     scatter = [("σ across, up", f"@sx{{0.000}} {across.unit}, @sy{{0.000}} {up.unit}")]
@@ -80,6 +86,14 @@ def cloud(catalogue: Catalogue, data: Sources) -> Any:
     ]
     plot.add_layout(Legend(items=named, label_text_font_size="12px", background_fill_alpha=0.8), "center")
     return plot
+
+
+def colour_bar(plot: Any) -> ColorBar:
+    """Scale of a third quantity as colour beside the cloud; shown once one is chosen."""
+    mapper = LinearColorMapper(palette="Viridis256", low=0, high=1)
+    bar = ColorBar(color_mapper=mapper, width=10, title_text_font_size="12px", padding=3, visible=False)
+    plot.add_layout(bar, "right")
+    return bar
 
 
 def _room(column: Column, data: Sources, axis: str) -> tuple[float, float]:

@@ -7,12 +7,11 @@ from typing import Any
 from bokeh.models import ColorBar, ColumnDataSource, LinearColorMapper, Slider, Span
 
 from gearbench.explore.gear_data import Tables
-from gearbench.explore.look import BEFORE, INK, NOW, PALETTE, SMALL, chart, fixed, from_zero
+from gearbench.explore.look import BEFORE, HEIGHT, INK, NOW, PALETTE, chart, fitted, fixed, from_zero
 from gearbench.explore.scripts import script
 
 #: Parts of the stored gear drawn beside the changed one.
 COMPARED = ("ste", "stiffness", "ste_orders", "stiffness_orders", "ste_density", "stiffness_density")
-_WIDTH, _HEIGHT = SMALL
 
 
 class GearPanel:
@@ -28,6 +27,8 @@ class GearPanel:
         self.now = {name: ColumnDataSource(table, name=f"now {name}") for name, table in now.items()}
         self.before = {name: ColumnDataSource(now[name], name=f"before {name}") for name in COMPARED}
         self.phase = Slider(start=0, end=1, value=0, step=0.01, title="mesh phase τ", width=250, name="phase")
+        #: Scripts to run once the page is there.
+        self.ready: list[Any] = []
         self.ste = self._curve("ste", "Static transmission error", "δ [µm]", "#0072B2")
         self.stiffness = self._curve("stiffness", "Mesh stiffness", "k [N/µm]", "#D55E00")
         self.ste_orders = self._bars("ste", "Orders of δ", "amplitude of δ [µm]", "#0072B2")
@@ -46,7 +47,7 @@ class GearPanel:
         return upper | lower | {"ste_density": self.ste_density, "stiffness_density": self.stiffness_density}
 
     def _curve(self, name: str, title: str, label: str, colour: str) -> Any:
-        plot = chart(title, "mesh phase τ [mesh periods]", label, width=_WIDTH, height=_HEIGHT, x_range=fixed(0, 2))
+        plot = chart(title, "mesh phase τ [mesh periods]", label, height=HEIGHT, x_range=fixed(0, 2))
         plot.line("phase", "value", source=self.before[name], color=BEFORE, line_dash="dashed", line_width=1.5)
         plot.line("phase", "value", source=self.now[name], color=colour, line_width=2.2)
         mark = Span(location=0, dimension="height", line_color=INK, line_dash="dotted", line_alpha=0.6)
@@ -55,7 +56,7 @@ class GearPanel:
         return plot
 
     def _bars(self, name: str, title: str, label: str, colour: str) -> Any:
-        plot = from_zero(chart(title, "mesh order [–]", label, width=_WIDTH, height=_HEIGHT, x_range=fixed(0.3, 10.7)))
+        plot = from_zero(chart(title, "mesh order [–]", label, height=HEIGHT, x_range=fixed(0.3, 10.7)))
         key = f"{name}_orders"
         plot.vbar("order", top="amplitude", width=0.85, source=self.before[key], color="#CFCFCF")
         plot.vbar("order", top="amplitude", width=0.5, source=self.now[key], color=colour)
@@ -64,17 +65,16 @@ class GearPanel:
         return plot
 
     def _density(self, name: str, title: str, label: str, unit: str, colour: str) -> Any:
-        plot = from_zero(chart(title, label, f"density [{unit}]", width=_WIDTH, height=_HEIGHT))
+        plot = chart(title, label, f"density [{unit}]", height=HEIGHT)
         key = f"{name}_density"
+        self.ready.append(fitted(plot, (self.now[key], self.before[key]), ("value",), ("density",), 0))
         plot.line("value", "density", source=self.before[key], color=BEFORE, line_dash="dashed", line_width=1.5)
         plot.varea("value", 0, "density", source=self.now[key], color=colour, alpha=0.2)
         plot.line("value", "density", source=self.now[key], color=colour, line_width=2.2)
         return plot
 
     def _load(self, now: Tables) -> Any:
-        plot = chart(
-            "Line load on the flank", "path of contact u [mm]", "face width y [mm]", width=_WIDTH, height=_HEIGHT
-        )
+        plot = chart("Line load on the flank", "path of contact u [mm]", "face width y [mm]", height=HEIGHT)
         plot.x_range.range_padding = plot.y_range.range_padding = 0
         mapper = LinearColorMapper(palette="Cividis256", low=0, high=now["load"]["top"][0], nan_color="white")
         source = self.now["load"]
@@ -88,13 +88,11 @@ class GearPanel:
     def _teeth(self, now: Tables) -> Any:
         motion = now["motion"]
         middle, half = motion["middle"][0], motion["half"][0]
-        frame = (_WIDTH - 65, _HEIGHT - 75)
-        wide = half * frame[0] / frame[1]
+        wide = 1.5 * half
         plot = chart(
-            "Teeth in mesh, middle of the face", "x [mm]", "y [mm]", width=_WIDTH, height=_HEIGHT,
+            "Teeth in mesh, middle of the face", "x [mm]", "y [mm]", height=HEIGHT,
             x_range=fixed(-wide, wide), y_range=fixed(middle - half, middle + half),
         )  # fmt: skip
-        plot.frame_width, plot.frame_height = frame
         drawn = {name: ColumnDataSource({"x": [], "y": []}) for name in ("pinion", "wheel", "contacts")}
         for name, colour in (("pinion", PALETTE[5]), ("wheel", PALETTE[4])):
             plot.patch("x", "y", source=drawn[name], fill_color=colour, fill_alpha=0.45, line_color=INK, line_width=1.2)
@@ -102,9 +100,10 @@ class GearPanel:
         plot.scatter("x", "y", source=drawn["contacts"], size=8, color="#D55E00", line_color="white")
         turn = script(
             "teeth", phase=self.phase, shapes=[self.now["pinion"], self.now["wheel"]], motion=self.now["motion"],
-            drawn=[drawn["pinion"], drawn["wheel"]], contacts=drawn["contacts"], plot=plot, aspect=frame[0] / frame[1],
+            drawn=[drawn["pinion"], drawn["wheel"]], contacts=drawn["contacts"], plot=plot,
         )  # fmt: skip
-        self.turn = turn
+        self.ready.append(turn)
         self.phase.js_on_change("value", turn)
+        plot.js_on_change("inner_width", turn)
         self.now["motion"].js_on_change("data", turn)
         return plot

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gearbench.explore.model import Picture, density
+from gearbench.explore.model import Cycle, Picture, density
 from gearbench.explore.tooth_shapes import mesh
 
 #: Tables of columns by the name of their source.
@@ -23,8 +23,8 @@ def tables(picture: Picture, *, teeth: bool = True) -> Tables:
     pair = picture.scene.pair
     ste, k = picture.transmission_error, picture.mesh_stiffness
     found: Tables = {
-        "ste": {"phase": [*ste.phase, *(ste.phase + 1)], "value": [*ste.values, *ste.values]},
-        "stiffness": {"phase": [*k.phase, *(k.phase + 1)], "value": [*k.values, *k.values]},
+        "ste": _curve(ste),
+        "stiffness": _curve(k),
         "ste_orders": _orders(ste.amplitude),
         "stiffness_orders": _orders(k.amplitude),
     }
@@ -53,6 +53,12 @@ def densities(picture: Picture) -> Tables:
 
 def _short(found: Tables) -> Tables:
     return {name: {key: np.asarray(v, dtype="float32") for key, v in table.items()} for name, table in found.items()}
+
+
+def _curve(cycle: Cycle) -> dict[str, Any]:
+    """Two mesh periods, as they are and less their mean."""
+    values = np.tile(cycle.values, 2)
+    return {"phase": [*cycle.phase, *(cycle.phase + 1)], "value": values, "fluctuation": values - cycle.mean}
 
 
 def _orders(amplitude: np.ndarray) -> dict[str, Any]:

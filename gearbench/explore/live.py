@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from bokeh.document import Document, without_document_lock
+from bokeh.document import Document
 from bokeh.models import ColumnDataSource
 from pydantic import ValidationError
 
 from gearbench.errors import GearbenchError, InputError
 from gearbench.explore.catalogue import Catalogue
 from gearbench.explore.controls import positions, settings_of, sliders
+from gearbench.explore.conversation import Conversation
 from gearbench.explore.gear_data import densities, summary, tables
 from gearbench.explore.model import Picture, outline, picture, scattered
 from gearbench.explore.page import Page, answer_data, knee
@@ -26,60 +26,34 @@ PATIENCE = 0.04
 
 
 class Session:
-    """One open page.
+    """One open page: a question is a design and the values of its sliders.
 
-    The browser asks one question at a time, a design and the values of its sliders, and gets one answer, because every
-    message costs both sides a turn; two where the scatter over the errors takes long, and then the curves first.
-    Computing happens on a thread beside the server. While it runs, a newer question replaces the one that waits: the
-    page follows a moving slider at the speed of the model, and ends with the last value.
+    It gets one answer; two where the scatter over the errors takes long, and then the curves first.
     """
 
     def __init__(self, catalogue: Catalogue, document: Document) -> None:
-        self._catalogue, self._document = catalogue, document
+        self._catalogue = catalogue
         first = knee(catalogue)
         self._stored: dict[int, Picture] = {}
         self.slow = False
         before = self._keep(first, self._finished(*outline(catalogue.scene(first))))
-        self._question = ColumnDataSource({"design": [first], "settings": [None]}, name="question")
-        self._wanted, self._running = False, False
+        question = ColumnDataSource({"design": [first], "settings": [None]}, name="question")
         self._page = Page(catalogue, first, tables(before), summary(catalogue.name(first), before, before))
         moved = sliders(catalogue.scene(first))
         self._page.listen(moved)
-        ask = script("ask", question=self._question, answer=self._page.answer, pick=self._page.pick, sliders=moved)
+        ask = script("ask", question=question, answer=self._page.answer, pick=self._page.pick, sliders=moved)
         self._page.pick.js_on_change("data", ask)
         for slider in moved:
             slider.js_on_change("value", ask)
-        self._question.on_change("data", self._asked)
+        self._talk = Conversation(
+            document, question, self._page.answer, lambda asked: self.answers(asked["design"][0], asked["settings"][0])
+        )
         self._page.put(document, moved)
 
     @property
     def page(self) -> Page:
         """The parts of the page."""
         return self._page
-
-    def _asked(self, _attr: str, _old: Any, _new: Any) -> None:
-        self._wanted = True
-        if not self._running:
-            self._running = True
-            work: Any = self._work
-            self._document.add_next_tick_callback(work)
-
-    @without_document_lock
-    async def _work(self) -> None:
-        """Compute until nothing newer is wanted."""
-        while self._wanted:
-            self._wanted = False
-            asked: Any = self._question.data
-            answers = self.answers(asked["design"][0], asked["settings"][0])
-            while not self._wanted and (found := await asyncio.to_thread(next, answers, None)) is not None:
-                shown = asyncio.Event()
-                self._document.add_next_tick_callback(lambda found=found, shown=shown: self._show(found, shown))
-                await shown.wait()
-        self._running = False
-
-    def _show(self, found: dict[str, Any], shown: asyncio.Event) -> None:
-        self._page.answer.data = found
-        shown.set()
 
     def answers(self, design: Any, values: Mapping[str, Any] | None) -> Iterator[dict[str, Any]]:
         """Answers to a question, one or two; its faults stand in the message of the last."""

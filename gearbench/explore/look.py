@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
-from bokeh.models import Range1d
+from bokeh.models import ColumnDataSource, Range1d
 from bokeh.plotting import figure
+
+from gearbench.explore.scripts import script
 
 #: Okabe–Ito colours, safe for colour-blind readers: one a result, then again from the first.
 PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 NOW, BEFORE, INK, PICK = "#0072B2", "#8A8A8A", "#222222", "#000000"
-SIDE, SMALL = 290, (322, 250)
+SIDE, HEIGHT = 290, 250
 
 
 def colour(study: int) -> str:
@@ -18,16 +21,16 @@ def colour(study: int) -> str:
     return PALETTE[study % len(PALETTE)]
 
 
-def chart(title: str, x: str, y: str, *, width: int, height: int, tools: str = "", **options: Any) -> Any:
-    """An empty figure in the page's look, its axes labelled with units."""
+def chart(title: str, x: str, y: str, *, height: int, tools: str = "", **options: Any) -> Any:
+    """An empty figure in the page's look, as wide as its frame, its axes labelled with units."""
     plot: Any = figure(
         title=title,
         x_axis_label=x,
         y_axis_label=y,
-        width=width,
         height=height,
         tools=tools,
         toolbar_location="above" if tools else None,
+        sizing_mode="stretch_width",
         **options,
     )
     plot.title.text_font_size = "14px"
@@ -51,3 +54,19 @@ def from_zero(plot: Any) -> Any:
 def fixed(start: float, end: float) -> Range1d:
     """A range that does not follow the data."""
     return Range1d(start=start, end=end)
+
+
+def fitted(
+    plot: Any, sources: Sequence[ColumnDataSource], x: Sequence[str], y: Sequence[str], floor: Any = None
+) -> Any:
+    """Fit the ranges of ``plot`` to columns of its sources as they change; the script, to be run once at the beginning.
+
+    Bokeh's own ranges complain where there is nothing to show yet. ``x`` may be empty: that range is kept.
+    """
+    plot.y_range = fixed(0, 1)
+    if x:
+        plot.x_range = fixed(0, 1)
+    fit = script("fit", plot=plot, sources=list(sources), x=list(x), y=list(y), floor=floor)
+    for source in sources:
+        source.js_on_change("data", fit)
+    return fit

@@ -9,7 +9,7 @@ import numpy as np
 from bokeh.core.templates import get_env
 from bokeh.document import Document
 from bokeh.events import DocumentReady, DoubleTap, Pan, PanEnd, PanStart, Reset, SelectionGeometry, Tap
-from bokeh.models import Button, ColumnDataSource
+from bokeh.models import Button, ColumnDataSource, HoverTool
 from bokeh.models.layouts import Column as Stack
 
 from gearbench.explore import cloud, filters, parallel
@@ -56,13 +56,17 @@ class Page:
     def put(self, document: Document, controls: Sequence[Any] = ()) -> None:
         """Make this the page of a document; ``controls`` stand beside the picked gear."""
         document.template = get_env().from_string("{% extends base %}" + text_of("page.html"))
-        document.template_variables.update(summary=self._text, figures=list(self.gear.figures))
+        chosen = [column["title"] for column in choices(self.catalogue)]
+        titles = [self.catalogue.column(name).title for name in (ACROSS, UP)]
+        document.template_variables.update(
+            summary=self._text, figures=list(self.gear.figures), columns=chosen, across=titles[0], up=titles[1]
+        )
         beside = Stack(children=[*controls, self.gear.phase, self.export], width=SIDE, name="controls")
         for name, root in {**self._above, "controls": beside, **self.gear.figures}.items():
             root.name = name
             document.add_root(root)
         document.title = "gearbench explore"
-        document.js_on_event(DocumentReady, self.refresh, self.follow, self.gear.turn)
+        document.js_on_event(DocumentReady, self.refresh, self.follow, *self.gear.ready, script("labels"), self._choose)
 
     def _designs(self) -> tuple[dict[str, Any], Any, Any]:
         """Filters, cloud and parallel coordinates, wired in the browser."""
@@ -72,6 +76,7 @@ class Page:
         many = cloud.cloud(catalogue, self.sources)
         coordinates = parallel.parallel(catalogue, lines)
         axes = axes_of(catalogue, by_column)
+        bar = cloud.colour_bar(many)
         refresh = script(
             "filter", designs=self.sources["designs"], front=self.sources["front"],
             raster=self.sources["raster"], plot=many, size=list(cloud.PIXELS), axes=axes,
@@ -90,6 +95,11 @@ class Page:
             axes=axes,
         )
         brush = script("brush", plot=coordinates, axes=axes)
+        self._choose = script(
+            "axes", designs=self.sources["designs"], pick=self.pick, plot=many, refresh=refresh, bar=bar,
+            hover=many.select_one(HoverTool), columns=choices(catalogue), palette=list(bar.color_mapper.palette),
+            front_title=many.title.text,
+        )  # fmt: skip
         for slider in by_column.values():
             slider.js_on_change("value", refresh)
         for span in (many.x_range, many.y_range):
@@ -132,6 +142,18 @@ def axes_of(catalogue: Catalogue, by_column: dict[int, Any]) -> list[dict[str, A
         for i, column in enumerate(catalogue.columns)
         if id(column) in shown
     ]
+
+
+def choices(catalogue: Catalogue) -> list[dict[str, Any]]:
+    """Quantities for the axes and the colour of the cloud: key, title, scatter, whether less is better."""
+    found = []
+    for i, column in enumerate(catalogue.columns):
+        if not column.categories and column.range[0] < column.range[1]:
+            of = f"{column.name.removesuffix('_mean')}_std" if column.name.endswith("_mean") else ""
+            scatter = key(catalogue, of) if any(c.name == of for c in catalogue.columns) else None
+            less = column.kind == "statistic"
+            found.append({"key": f"c{i}", "title": column.title, "scatter": scatter, "less": less})
+    return found
 
 
 def key(catalogue: Catalogue, name: str) -> str:

@@ -38,9 +38,7 @@ def parallel(catalogue: Catalogue, data: dict[str, ColumnDataSource]) -> Any:
     """The figure."""
     shown = axes(catalogue)
     count = max(len(shown), 2)
-    plot = chart(
-        SWITCHED_ON, "", "", width=640, height=490, x_range=fixed(-0.45, count - 0.55), y_range=fixed(-0.11, 1.11)
-    )
+    plot = chart(SWITCHED_ON, "", "", height=490, x_range=fixed(-0.45, count - 0.55), y_range=fixed(-0.11, 1.11))
     plot.name = "parallel"
     plot.image_rgba("image", "x", "y", "dw", "dh", source=data["everything"])
     plot.image_rgba("image", "x", "y", "dw", "dh", source=data["kept"])

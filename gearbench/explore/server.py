@@ -15,8 +15,6 @@ from tornado.ioloop import IOLoop
 from tornado.routing import HostMatches, Rule, RuleRouter
 
 from gearbench.errors import InputError
-from gearbench.explore.catalogue import Catalogue
-from gearbench.explore.live import Session
 
 ADDRESS = "127.0.0.1"
 
@@ -29,8 +27,8 @@ class Explorer:
 
     Parameters
     ----------
-    catalogue
-        The page shown.
+    open_page
+        Makes the page of a new document.
     port
         0: any that is free.
 
@@ -40,17 +38,17 @@ class Explorer:
         If the port is not free.
     """
 
-    def __init__(self, catalogue: Catalogue, port: int = 0) -> None:
+    def __init__(self, open_page: Callable[[Document], object], port: int = 0) -> None:
         listening = _listen(port)
         self.port: int = listening.getsockname()[1]
 
-        def open_page(document: Document) -> None:
-            Session(catalogue, document)
+        def opened(document: Document) -> None:
+            open_page(document)
 
         loop = IOLoop.current()
         hosts = [f"{name}:{self.port}" for name in (ADDRESS, "localhost")]
         pages = BokehTornado(
-            {"/": Application(FunctionHandler(open_page))}, extra_websocket_origins=hosts, use_index=False,
+            {"/": Application(FunctionHandler(opened))}, extra_websocket_origins=hosts, use_index=False,
             include_headers=[], include_cookies=[],
         )  # fmt: skip
         router = RuleRouter([Rule(HostMatches(r"(?:127\.0\.0\.1|localhost)$"), pages)])

@@ -45,10 +45,15 @@ def html(catalogue: Catalogue, pictures: int = PICTURES) -> str:
     page.pick.js_on_change("data", script("show", pick=page.pick, answer=page.answer, texts=texts, pictures=drawn))
     document = Document()
     page.put(document)
+    return as_file(document)
+
+
+def as_file(document: Document) -> str:
+    """A document as the text of a page that loads nothing."""
     return file_html(
         document,
         INLINE,
-        title="gearbench explore",
+        title=document.title,
         template=document.template,
         template_variables=document.template_variables,
     )

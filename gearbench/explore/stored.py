@@ -82,6 +82,19 @@ def _open(path: Path) -> Stored:
     raise InputError("", str(path), "must be a result of gearbench optimise, robust or simulate")
 
 
+def scene_of_run(path: Path) -> Scene | None:
+    """The scene of a result of one gear; None where the file is of a study.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read.
+    """
+    dataset = load(path)
+    single = "study" not in dataset.attrs and "scene" in dataset.attrs
+    return parse_scene(tomllib.loads(dataset.attrs["scene"])) if single else None
+
+
 def of_designs(designs: Designs, file: str) -> Stored:
     """The feasible designs of an optimisation.
 

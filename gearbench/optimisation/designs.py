@@ -79,12 +79,16 @@ class Designs:
         if "study" not in dataset.attrs or "design" not in dataset.dims or "on_front" not in dataset:
             raise InputError("", "dataset", "must be the result of an optimisation (front.nc)")
         self.dataset = dataset
+        _check(dataset, self.study)
         self._scenes: dict[int, Scene] = {}
 
     @cached_property
     def study(self) -> OptimisationStudy:
         """The study that was run."""
-        return parse_study(tomllib.loads(self.dataset.attrs["study"]))
+        try:
+            return parse_study(tomllib.loads(str(self.dataset.attrs["study"])))
+        except (ValueError, RecursionError) as error:  # an InputError is one, too
+            raise InputError("", "dataset", f"its study cannot be read: {error}") from None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -134,6 +138,22 @@ class Designs:
     def support(self, rows: Iterable[int]) -> str:
         """Support of the teeth of the designs at ``rows``."""
         return " or ".join(sorted({support(self.scene(int(row))) for row in rows}))
+
+
+def _check(dataset: xr.Dataset, study: OptimisationStudy) -> None:
+    """Refuse a Dataset that does not hold the designs of its study."""
+    texts = {"reason", *(v.name for v in study.variables if v.kind == "choice")}
+    shared = {"feasible", "on_front", *(v.name for v in study.variables)}
+    for name in (*read_names(study), *shared):
+        dims = ("design", "variable") if name == "code" else ("design",)
+        if name not in dataset or dataset[name].dims != dims:
+            raise InputError("", "dataset", f"{name} is missing, or has other dimensions than {', '.join(dims)}")
+        if name not in texts and dataset[name].dtype.kind not in "iufb":
+            raise InputError("", "dataset", f"{name} must be numbers")
+    codes = dataset["code"].values
+    bounds = np.array([variable.bounds for variable in study.variables], dtype=float)
+    if codes.shape[1] != len(bounds) or not np.all((codes >= bounds[:, 0]) & (codes <= bounds[:, 1])):
+        raise InputError("", "dataset", "the codes of its designs are not those of its study")
 
 
 def design_scene(dataset: xr.Dataset, design: int) -> Scene:

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
-import logging
-import re
 from abc import ABC, abstractmethod
+from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
-from importlib.util import find_spec
+from contextlib import ExitStack, suppress
+from queue import Empty, SimpleQueue
 from typing import Any
 
-from gearbench.errors import GearbenchError, InputError
+from gearbench.errors import GearbenchError
+from gearbench.optimisation.crew import Crew
+from gearbench.optimisation.local_cluster import local_cluster
 from gearbench.optimisation.problem import Evaluation, evaluate, macro_geometry
+from gearbench.optimisation.scheduler import check_scheduler, connected, require_scheduler, silent
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.threads import single_threaded_blas
 
-#: Module that local workers load as they begin.
-WORKER = "gearbench.optimisation.worker"
-#: Tasks of a generation for each worker: a worker that is lost costs one of them, a slow one holds up the others less.
-TASKS = 8
+#: Tasks of a generation for each thread of the workers: one that is lost costs one of them, a slow one holds up the
+#: others less. So many are handed out at a time, so that workers that join get their share.
+TASKS, AHEAD = 8, 2
+#: Seconds after which the workers are counted again.
+LOOK = 1.0
 
 
 class Engine(ABC):
@@ -60,6 +64,9 @@ class Threads(Engine):
 class Dask(Engine):
     """Designs on the workers of a dask scheduler, a few at a time; connected inside its context.
 
+    A worker is given designs once it has proved that it computes what this process does (``proof``), those that join
+    later too. A search does not begin with a worker that differs; one that differs and joins later is left out.
+
     Parameters
     ----------
     scheduler
@@ -69,63 +76,86 @@ class Dask(Engine):
     ------
     InputError
         If it is neither, or dask.distributed is not installed.
-    OSError
+    GearbenchError
         If no scheduler answers there (on entering the context).
     """
 
     def __init__(self, scheduler: str) -> None:
-        local = re.fullmatch(r"local:([1-9]\d{0,3})", scheduler)
-        address = re.fullmatch(r"\w+://\S+|(?!local:)[\w.-]+:\d+", scheduler)
-        if local is None and address is None:
-            raise InputError("scheduler", scheduler, "must be local:N, or an address such as tcp://host:8786")
-        if find_spec("distributed") is None:
-            raise InputError("scheduler", scheduler, "needs dask.distributed: install the extra gearbench[optimise]")
-        self._scheduler, self._workers = scheduler, int(local[1]) if local is not None else None
+        self._scheduler, self._workers = scheduler, check_scheduler(scheduler)
+        self._open = ExitStack()
         self.client: Any = None
-        self._cluster: Any = None
+        self._crew: Crew | None = None
 
     def __enter__(self) -> Dask:
-        from distributed import Client, LocalCluster
-
-        # a lost connection is reported here, in one line
-        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
-        if self._workers is not None:
-            options: dict[str, Any] = {"dashboard_address": None, "silence_logs": 50, "preload": WORKER}
-            self._cluster = LocalCluster(n_workers=self._workers, threads_per_worker=1, **options)
         try:
-            self.client = Client(self._cluster or self._scheduler, set_as_default=False)
+            self._open.enter_context(silent())
+            address = self._scheduler
+            if self._workers is not None:
+                address = self._open.enter_context(local_cluster(self._workers))
+            require_scheduler(address)
+            self.client = self._open.enter_context(connected(address))
         except BaseException:
             self.close()
             raise
+        self._crew = Crew(self.client, self._scheduler)
         return self
 
     def evaluate(self, study: OptimisationStudy, designs: Sequence[Design]) -> Iterator[tuple[Design, Evaluation]]:
-        """See ``Engine``. A task on a worker that is lost is given to another one."""
-        from distributed import KilledWorker, as_completed
+        """See ``Engine``. A task on a worker that is lost is given to another one.
 
-        ordered = by_geometry(study, designs)
-        workers = max(1, sum(self.client.nthreads().values()))
-        count = min(len(ordered), TASKS * workers)
-        # dealt out in turn: gears that do not exist cost nothing, and stand side by side in this order
-        tasks = [ordered[i::count] for i in range(count)]
-        futures = [self.client.submit(_evaluate_all, study, task, pure=False) for task in tasks]
+        Raises
+        ------
+        InputError
+            If a worker differs before anything is evaluated.
+        GearbenchError
+            If no worker comes in time, workers keep dying, or the connection is lost.
+        """
+        from distributed import KilledWorker
+
+        assert self._crew is not None
+        if not designs:
+            return
         try:
-            for future in as_completed(futures, loop=self.client.loop):
-                yield from future.result()
+            yield from self._evaluated(study, by_geometry(study, designs), self._crew)
         except KilledWorker as error:
             raise GearbenchError(f"workers keep dying while they evaluate designs: {error}") from None
-        except CancelledError:
-            raise GearbenchError("the connection to the scheduler is lost: start it again and continue") from None
+        except (CancelledError, OSError):
+            reason = "the connection to the scheduler is lost: start it again, and continue with --resume"
+            raise GearbenchError(reason) from None
+
+    def _evaluated(
+        self, study: OptimisationStudy, ordered: Sequence[Design], crew: Crew
+    ) -> Iterator[tuple[Design, Evaluation]]:
+        threads = crew.proven(study)
+        count = min(len(ordered), TASKS * sum(threads.values()))
+        # dealt out in turn: gears that do not exist cost nothing, and stand side by side in this order
+        waiting = deque(ordered[i::count] for i in range(count))
+        running: dict[Any, tuple[Sequence[Design], set[str]]] = {}
+        done: SimpleQueue[Any] = SimpleQueue()
+        try:
+            while waiting or running:
+                for future, (task, given) in list(running.items()):
+                    if not given & threads.keys():  # nobody is left who may do it
+                        future.cancel()
+                        del running[future]
+                        waiting.append(task)
+                while waiting and len(running) < AHEAD * sum(threads.values()):
+                    task = waiting.popleft()
+                    future = self.client.submit(_evaluate_all, study, task, workers=[*threads], pure=False)
+                    running[future] = task, {*threads}
+                    future.add_done_callback(done.put)
+                with suppress(Empty):
+                    future = done.get(timeout=LOOK)
+                    if running.pop(future, None) is not None:
+                        yield from future.result()
+                threads = crew.proven(study)
         finally:
-            for future in futures:
+            for future in running:
                 future.cancel()
 
     def close(self) -> None:
         """Leave the scheduler; end the workers started here."""
-        if self.client is not None:
-            self.client.close()
-        if self._cluster is not None:
-            self._cluster.close()
+        self._open.close()
 
 
 def choose_engine(scheduler: str | None, threads: int | None) -> Engine:

@@ -16,6 +16,8 @@ Value = bool | int | float | str
 
 #: More values than this are no grid any more: leave out the step.
 MOST_VALUES = 1_000_000
+#: Beyond this neighbouring whole numbers are no longer told apart.
+LARGEST = 1e15
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -65,15 +67,17 @@ class Variable:
         for key in ("min", "max"):
             if getattr(self, key) is None:
                 raise InputError(key, "missing", "is required where values is absent")
+        for key in ("min", "max", "step"):
+            if abs(getattr(self, key) or 0) > LARGEST:
+                raise InputError(key, getattr(self, key), f"must be within ±{LARGEST:g}")
         low, high = self._range
         if high < low:
             raise InputError("max", high, f"must not be below min = {low:g}")
         if self.step is not None and not self.step > 0:
             raise InputError("step", self.step, "must be positive; without it the variable is real")
-        if self.step is not None and (high - low) / self.step >= MOST_VALUES:
-            raise InputError(
-                "step", self.step, f"makes more than {MOST_VALUES} values; without it the variable is real"
-            )
+        if self._step is not None and (high - low) / self._step >= MOST_VALUES:
+            reason = f"makes more than {MOST_VALUES} values; a real variable has decimals as ends, and no step"
+            raise InputError("step", self._step, reason)
 
     @property
     def _range(self) -> tuple[int | float, int | float]:
@@ -81,13 +85,17 @@ class Variable:
         assert self.max is not None
         return self.min, self.max
 
+    @property
+    def _step(self) -> int | float | None:
+        """Distance of its values; whole numbers follow each other without one."""
+        return 1 if self.step is None and all(isinstance(end, int) for end in self._range) else self.step
+
     @cached_property
     def grid(self) -> tuple[Value, ...] | None:
         """All its values in order; None where it is real."""
         if self.values is not None:
             return self.values
-        low, high = self._range
-        step = 1 if self.step is None and isinstance(low, int) and isinstance(high, int) else self.step
+        (low, high), step = self._range, self._step
         if step is None:
             return None
         positions = range(math.floor((high - low) / step + 1e-9) + 1)

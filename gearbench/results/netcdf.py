@@ -1,4 +1,4 @@
-"""Datasets on disk: netCDF, written atomically, so that a file is either whole or not there."""
+"""Datasets on disk: netCDF with a digest behind it, written atomically: a file is whole, or it says that it is not."""
 
 from __future__ import annotations
 
@@ -7,14 +7,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gearbench.errors import InputError
-from gearbench.files import write_bytes
+from gearbench.files import read_bytes, seal, unseal, write_bytes
+from gearbench.netcdf_bytes import dataset_of, is_netcdf
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
 def save(dataset: xr.Dataset, path: str | Path) -> Path:
-    """Write ``dataset`` to ``path`` as netCDF, whole or not at all.
+    """Write ``dataset`` to ``path`` as netCDF with the digest of its bytes, whole or not at all.
 
     Raises
     ------
@@ -23,7 +24,7 @@ def save(dataset: xr.Dataset, path: str | Path) -> Path:
     OSError
         If the disk is full or fails; a file that was there before is untouched.
     """
-    return write_bytes(path, _netcdf(dataset))
+    return write_bytes(path, seal(_netcdf(dataset)))
 
 
 def _netcdf(dataset: xr.Dataset) -> bytes:
@@ -46,14 +47,26 @@ def load(path: str | Path) -> xr.Dataset:
     Raises
     ------
     InputError
-        If the file is missing or no netCDF file.
+        If the file is missing, is none that ``save`` has written, or has been damaged or changed since.
     """
-    import xarray as xr
-
     try:
-        return xr.load_dataset(path, engine="h5netcdf")
-    except FileNotFoundError:
-        raise InputError("", f"{path}", "no such file") from None
-    except (OSError, ValueError) as error:
-        reason = str(error).splitlines()[0]
-        raise InputError("", f"{path}", f"must be a readable netCDF file ({reason})") from None
+        return dataset_of(whole_bytes(path))
+    except InputError as error:
+        raise error if error.value else InputError("", str(path), error.allowed) from None
+
+
+def whole_bytes(path: str | Path) -> bytes:
+    """Bytes of a netCDF file that are those ``save`` has written.
+
+    Raises
+    ------
+    InputError
+        As ``load``.
+    """
+    data = read_bytes(path)
+    try:
+        if not is_netcdf(data):
+            raise InputError("", "", "must be a netCDF file that gearbench has written")
+        return unseal(data)
+    except InputError as error:
+        raise InputError("", str(path), error.allowed) from None

@@ -12,13 +12,12 @@ from tests.explore_designs import front
 
 
 @pytest.fixture
-def served(tmp_path):
-    """Start ``gearbench explore`` in a process of its own: its address, for so many designs."""
+def explored():
+    """Start ``gearbench explore FILE`` in a process of its own: its address."""
     processes = []
 
-    def start(count):
-        save(front(count), tmp_path / "front.nc")
-        command = [sys.executable, "-m", "gearbench", "explore", str(tmp_path / "front.nc"), "--port", "0"]
+    def start(file):
+        command = [sys.executable, "-m", "gearbench", "explore", str(file), "--port", "0"]
         process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, "NO_COLOR": "1"})
         processes.append(process)
         return re.match(r"(http://127\.0\.0\.1:\d+/)", process.stdout.readline())[1]
@@ -28,3 +27,14 @@ def served(tmp_path):
         process.terminate()
         process.wait(20)
         process.stdout.close()
+
+
+@pytest.fixture
+def served(explored, tmp_path):
+    """Start the explorer over so many designs: its address."""
+
+    def start(count):
+        save(front(count), tmp_path / "front.nc")
+        return explored(tmp_path / "front.nc")
+
+    return start

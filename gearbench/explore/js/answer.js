@@ -17,7 +17,8 @@ for (const name of Object.keys(sources)) {
 }
 const figures = [
   ["scene", "ste"], ["stiffness"], ["load"], ["ste_orders"], ["stiffness_orders"], ["ste_density"],
-  ["stiffness_density"], ["pinion", "wheel", "path", "motion"],  // the last of them draws the teeth
+  ["stiffness_density"], ["numbers", "warnings"], ["pinion", "wheel", "path", "motion"],  // the last draws the teeth
+  ["harris"], ["torque"],
 ];
 
 function draw() {

@@ -19,20 +19,23 @@ function keptDesigns() {
 function fronts(mask) {
   const { x, y, study, number } = designs.data;
   const found = { x: [], y: [], sx: [], sy: [], w: [], h: [], study: [], number: [], colour: [], design: [] };
+  const sigma = (state.scatter ?? scatter).map((key) => key && designs.data[key]);
   let lowest = Infinity, current = -1;
-  for (const i of order) {  // by result, then across, then up
-    if (!mask[i]) continue;
+  if (state.front === false) return { ...found, label: [] };  // of a variable, less is not better
+  for (const i of state.order ?? order) {  // by result, then across, then up
+    if (!mask[i] || !(x[i] === x[i] && y[i] === y[i])) continue;
     if (study[i] !== current) { current = study[i]; lowest = Infinity; }
     if (y[i] >= lowest) continue;
     lowest = y[i];
     found.x.push(x[i]); found.y.push(y[i]); found.study.push(study[i]); found.number.push(number[i]);
-    found.sx.push(designs.data[scatter[0]][i]); found.sy.push(designs.data[scatter[1]][i]);
+    found.sx.push(sigma[0]?.[i] ?? NaN); found.sy.push(sigma[1]?.[i] ?? NaN);
     found.colour.push(colours[study[i] % colours.length]); found.design.push(i);
   }
   // boxes of some of them, because those of neighbours hide each other
   const every = Math.ceil(found.x.length / boxes);
   found.w = found.sx.map((s, k) => (k % every === 0 ? 2 * s || 0 : 0));
   found.h = found.sy.map((s, k) => (k % every === 0 ? 2 * s || 0 : 0));
+  found.label = found.number.map((n, k) => (k % (3 * every) === 0 ? `${n}` : ""));
   return found;
 }
 
@@ -120,13 +123,13 @@ function marked(mask) {  // the kept designs inside the box or lasso drawn last;
 }
 
 function pixels_of_designs(x0, x1, y0, y1) {  // the middle pixel of every design; −1 outside, or at the very edge
-  const { x, y } = designs.data, [h, w] = size, seen = [x0, x1, y0, y1].join();
+  const { x, y } = designs.data, [h, w] = size, seen = [x0, x1, y0, y1, state.axes].join();
   if (state.seen === seen) return state.pixels;
   const found = (state.pixels ??= new Int32Array(count));
   const wide = w / (x1 - x0), high = h / (y1 - y0);
   for (let i = 0; i < count; i++) {
     const column = Math.round((x[i] - x0) * wide), row = Math.round((y[i] - y0) * high);
-    found[i] = column < 1 || row < 1 || column >= w - 1 || row >= h - 1 ? -1 : row * w + column;
+    found[i] = !(x[i] === x[i] && y[i] === y[i]) || column < 1 || row < 1 || column >= w - 1 || row >= h - 1 ? -1 : row * w + column;
   }
   state.seen = seen;
   return found;
@@ -143,7 +146,7 @@ function scatterPlot(mask, drawn) {  // the cloud as an image: far below the tim
   for (const layer of [0, 1, 2]) {  // left out, kept but not marked, marked
     for (let i = 0; i < count; i++) {
       if (middle[i] < 0 || mask[i] + (mask[i] & drawn[i]) !== layer) continue;
-      const ink = inks[layer < 2 ? layer : 2 + study[i] % colours.length];
+      const ink = layer < 2 ? inks[layer] : state.shade?.[i] ?? inks[2 + study[i] % colours.length];
       for (let row = middle[i] - w; row <= middle[i] + w; row += w) for (let at = row - 1; at <= row + 1; at++) {
         const alpha = layer === 2 ? ((pixels[at] & 0xffffff) === ink ? 0xff : 0xb0) : 0xa0;
         pixels[at] = (ink | (alpha << 24)) >>> 0;
@@ -171,14 +174,18 @@ requestAnimationFrame(() => {
   const mask = keptDesigns();
   let left = 0;
   for (let i = 0; i < count; i++) left += mask[i];
-  const values = sliders.map((slider) => slider.value.join()).join(";");
+  const values = [...sliders.map((slider) => slider.value.join()), state.axes].join(";");
   if (values !== state.values) {
     state.values = values;
     const found = fronts(mask);
     front.setv({ data: found }, { sync: false });
     const text = `<b>${left.toLocaleString("en")}</b> of ${count.toLocaleString("en")} designs kept, ` +
       `${found.x.length} on the fronts`;
-    document.getElementById("count").innerHTML = text;
+    let lacking = 0;
+    const { x, y } = designs.data;
+    for (let i = 0; i < count; i++) if (mask[i] && !(x[i] === x[i] && y[i] === y[i])) lacking++;
+    const unknown = lacking ? `; ${lacking.toLocaleString("en")} lack a value of the axes` : "";
+    document.getElementById("count").innerHTML = text + unknown;
     showRanges();
   }
   if (!state.painted) { paint(everything, new Uint8Array(count).fill(1), true); state.painted = true; }

@@ -23,5 +23,6 @@ for (let k = -20; k <= 20; k++) {
   points.y.push(m.pinion_base * cos + u * sin);
 }
 contacts.setv({ data: points }, { sync: false });
+const aspect = plot.inner_width / plot.inner_height || 1.5;
 plot.x_range.setv({ start: -m.half * aspect, end: m.half * aspect }, { sync: false });
 plot.y_range.setv({ start: m.middle - m.half, end: m.middle + m.half }, { sync: false });

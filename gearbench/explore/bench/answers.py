@@ -1,0 +1,154 @@
+"""What the design bench answers: the scene that its controls describe, solved coarsely, finely, then over torque."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from gearbench.contact.off_line import advice
+from gearbench.errors import GearbenchError, InputError
+from gearbench.explore.bench.form import takes_files
+from gearbench.explore.gear_data import Tables, densities, tables
+from gearbench.explore.model import Picture, outline, scattered
+from gearbench.explore.page import answer_data
+from gearbench.results.outputs import Solved
+from gearbench.results.provenance import support
+from gearbench.scene import Resolution, Scene
+from gearbench.scene_file import TABLES, table_class
+from gearbench.schema import as_table, make, read
+from gearbench.sweeps.run import sweep
+
+#: Quick look while a slider moves.
+COARSE = Resolution(positions=16, segments=10)
+#: Torques of the Harris map over that of the scene, and mesh orders shown over torque.
+TORQUES, ORDERS = tuple(np.round(np.linspace(0.2, 1.6, 8), 3)), (1, 2, 3)
+#: Resolution of the Harris map.
+_MAP = Resolution(positions=32, segments=10)
+
+
+def changed(base: Scene, given: Mapping[str, Any]) -> Scene:
+    """The scene of the tables of a page. System and tables that name files stay those of ``base``.
+
+    Raises
+    ------
+    InputError
+        Naming key, value and the values allowed.
+    """
+    found = {name: read(kind, given[name], name) for name, kind in TABLES.items() if name in given}
+    effects = []
+    for name, table in as_table("effects", given.get("effects", {})).items():
+        kind = table_class(f"effects.{name}")
+        own = base.effect(name)
+        if takes_files(kind) and own is None:
+            raise InputError(f"effects.{name}", "given", "names files: write it into the scene file")
+        effects.append(own if takes_files(kind) else read(kind, table, f"effects.{name}"))
+    name = str(given.get("name", base.name))
+    return make(Scene, name=name, **found, effects=tuple(effects), system=base.system, further=base.further)
+
+
+def answers(base: Scene, asked: Any) -> Iterator[dict[str, Any]]:
+    """Answers to the tables of a scene: coarse, as fine as the scene, scatter, over torque; or the fault in them."""
+    try:
+        scene = changed(base, json.loads(asked["scene"][0]))
+        yield from _solved(scene)
+    except ValidationError as error:
+        yield answer_data(message=str(error.errors()[0]["msg"]).removeprefix("Value error, "))
+    except (InputError, GearbenchError, ArithmeticError) as error:
+        yield answer_data(message=str(error))
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError):
+        yield answer_data(message="this is no question of the page")
+
+
+def _solved(scene: Scene) -> Iterator[dict[str, Any]]:
+    quick, _ = outline(replace(scene, resolution=COARSE))
+    yield answer_data({**tables(replace(quick, scene=scene)), **numbers(quick)})
+    now, solved = outline(scene)
+    yield answer_data({**tables(now), **numbers(now)})
+    yield answer_data({"warnings": {"text": warnings(now, solved)}})
+    if now.unfinished:
+        now = scattered(now, solved)
+        yield answer_data({**densities(now), **numbers(now)})
+    yield answer_data(over_torque(scene))
+
+
+def warnings(now: Picture, solved: Solved) -> list[str]:
+    """What a reader of the curves should know, a line each."""
+    import xarray as xr
+
+    found = []
+    if support(now.scene) == "clamped":
+        found.append("Teeth are clamped at their roots: without [effects.gear_body] they are too stiff.")
+    cycle = now.transmission_error
+    known = xr.Dataset({"transmission_error_mean": cycle.mean, "transmission_error_rms": cycle.rms})
+    missed = advice(now.scene, known)
+    if missed:
+        found.append(missed)
+    parted = int((~(solved.solution.force > 0).any(axis=(-2, -1))).sum())
+    if parted:
+        found.append(f"Contact is lost at {parted} mesh phases.")
+    return found
+
+
+def numbers(now: Picture) -> Tables:
+    """Numbers of a picture by label, as text."""
+    ste, k, meshing = now.transmission_error, now.mesh_stiffness, now.scene.pair.meshing
+    rows = [
+        ("peak-to-peak STE [µm]", f"{ste.peak_to_peak:.3f}"),
+        ("RMS STE [µm]", f"{ste.rms:.3f}"),
+        *((f"order {n} of STE [µm]", f"{ste.amplitude[n - 1]:.3f}") for n in ORDERS),
+        ("mean STE [µm]", f"{ste.mean:.2f}"),
+        ("mean stiffness k [N/µm]", f"{k.mean:.1f}"),
+        ("RMS of k [%]", f"{k.rms:.2f}"),
+        ("greatest line load [N/mm]", f"{np.nanmax(now.load):.0f}"),
+        ("contact ratios ε_α, ε_β", f"{meshing.transverse_contact_ratio:.3f}, {meshing.overlap_ratio:.3f}"),
+        ("working pressure angle α_wt [°]", f"{np.degrees(meshing.alpha_wt):.3f}"),
+        ("backlash j_wt [mm]", f"{now.scene.pair.actual_backlash:.4f}"),
+        ("teeth stand on", support(now.scene).replace("_", " ")),
+    ]
+    if now.scatter is not None:
+        values = now.scatter.transmission_error
+        rows.append(("RMS STE over the errors [µm]", f"{values.mean():.3f} ± {values.std(ddof=1):.3f}"))
+    labels, values = zip(*rows, strict=True)
+    return {"numbers": {"label": list(labels), "value": list(values)}}
+
+
+#: Tables over torque of a scene that is not swept yet.
+NOT_SWEPT: Tables = {
+    "harris": {"xs": [], "ys": [], "torque": []},
+    "torque": {"torque": [], "peak_to_peak": [], **{f"order {n}": [] for n in ORDERS}},
+}
+
+
+def over_torque(scene: Scene) -> Tables:
+    """Harris map, and orders and peak-to-peak STE over torque; of the scene's own load case."""
+    torque = [float(f"{ratio * scene.load.torque:.4g}") for ratio in TORQUES]
+    names = ("transmission_error", "transmission_error_amplitude", "transmission_error_peak_to_peak")
+    found = sweep(replace(scene, resolution=_MAP), {"torque": torque}, outputs=names)
+    phase, values = found["mesh_phase"].values, found["transmission_error"].transpose("torque", ...).values
+    phase = phase if phase.ndim == 2 else np.broadcast_to(phase, values.shape)
+    lines = [_two_periods(x, y - y.mean()) for x, y in zip(phase, values, strict=True)]
+    amplitude = found["transmission_error_amplitude"].transpose("harmonic", "torque").values
+    over = {f"order {n}": amplitude[n - 1] for n in ORDERS}
+    return {
+        "harris": {
+            "xs": [x for x, _ in lines],
+            "ys": [y for _, y in lines],
+            "torque": torque,
+        },
+        "torque": {
+            "torque": torque,
+            "peak_to_peak": found["transmission_error_peak_to_peak"].values.astype("float32"),
+            **{name: values.astype("float32") for name, values in over.items()},
+        },
+    }
+
+
+def _two_periods(phase: np.ndarray, values: np.ndarray) -> tuple[list[float], list[float]]:
+    order = np.argsort(phase)
+    x, y = phase[order], values[order]
+    return [*x, *(x + 1), x[0] + 2], [*y, *y, y[0]]

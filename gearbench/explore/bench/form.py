@@ -1,0 +1,214 @@
+"""Controls of a scene, made from its input classes: each key with its unit, its limits and what it means."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, dataclass
+from types import NoneType
+from typing import Any, Literal, get_args, get_origin
+
+from annotated_types import Ge, Gt, Le, Lt
+from pydantic.fields import FieldInfo
+
+from gearbench.effects.registry import effect_class, effect_names
+from gearbench.errors import GearbenchError
+from gearbench.explore.controls import round_up
+from gearbench.results.quantities import KEYS
+from gearbench.scene import Scene
+from gearbench.scene_file import TABLES
+from gearbench.schema import Key, keys, parts
+
+Kind = Literal["number", "integer", "choice", "switch", "list"]
+
+#: Ends of a slider that starts at zero, by unit.
+_SPANS = {"µm": 20.0, "mm": 2.0, "°": 10.0, "N·m": 100.0}
+#: Steps of a slider from end to end, at least.
+_STEPS = 200
+
+
+@dataclass(frozen=True, kw_only=True)
+class Control:
+    """One key of a scene as a page shows it.
+
+    Parameters
+    ----------
+    path
+        Dotted key, e.g. "pair.pinion.teeth".
+    label, unit, meaning
+        To show; the unit is "" where it has none.
+    kind
+        Number, whole number, one of ``choices``, switch, or list of numbers.
+    value
+        As the scene has it; None where it is absent and a default or a derived value stands.
+    optional
+        Whether it may be absent.
+    low, high, step
+        Ends and step of its slider; None where it has none.
+    least, most
+        Limits of the value; None where it has none.
+    choices
+        Values of a choice.
+    """
+
+    path: str
+    label: str
+    unit: str
+    meaning: str
+    kind: Kind
+    value: Any
+    optional: bool
+    low: float | None = None
+    high: float | None = None
+    step: float | None = None
+    least: float | None = None
+    most: float | None = None
+    choices: tuple[Any, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Group:
+    """Controls of one table of a scene.
+
+    Parameters
+    ----------
+    path, title, text
+        The table, its heading, and what it is.
+    controls
+        Its keys.
+    present
+        Whether the scene has the table.
+    optional
+        Whether it may be left out: an effect.
+    """
+
+    path: str
+    title: str
+    text: str
+    controls: tuple[Control, ...]
+    present: bool
+    optional: bool
+
+
+def form(scene: Scene) -> tuple[Group, ...]:
+    """Groups of controls: pair, both gears, load, resolution, then every effect that a page can add or change."""
+    tables = scene.to_mapping()
+    groups = []
+    for name, kind in TABLES.items():
+        groups += _groups(kind, name, tables.get(name, {}), present=True, optional=False)
+    for name in effect_names():
+        given = tables["effects"].get(name)
+        try:
+            kind = effect_class(name)
+        except GearbenchError:  # of another package, and broken: the scene can do without
+            continue
+        if given is not None or not takes_files(kind):
+            shown = kind.example if given is None else given
+            groups += _groups(kind, f"effects.{name}", shown, present=given is not None, optional=True)
+    return tuple(groups)
+
+
+def _groups(kind: type, path: str, table: Mapping[str, Any], *, present: bool, optional: bool) -> Iterator[Group]:
+    """Groups of an input class: its own values, then the tables within it that it must have."""
+    fixed = takes_files(kind)
+    below = {
+        name: key.table
+        for name, key in keys(kind).items()
+        if key.table is not None and not _is_list(key.hint) and NoneType not in get_args(key.hint)
+    }
+    found = [] if fixed else [_control(key, f"{path}.{name}", table.get(name)) for name, key in keys(kind).items()]
+    yield Group(
+        path=path,
+        title=path.split(".")[-1].replace("_", " ").capitalize(),
+        text=" ".join(parts(kind)[0].split("\n\n")[0].split()),
+        controls=tuple(each for each in found if each is not None),
+        present=present,
+        optional=optional,
+    )
+    for name, inner in below.items():
+        yield from _groups(inner, f"{path}.{name}", table.get(name, {}), present=True, optional=False)
+
+
+def takes_files(kind: type) -> bool:
+    """Whether an input class names files: a page shows such a table, and does not change it."""
+    return any(name.endswith("_sha256") for name in keys(kind))
+
+
+def _control(key: Key, path: str, given: Any) -> Control | None:
+    """Control of a value; None where it is of a kind that a page has no control for."""
+    if key.table is not None:
+        return None
+    hints = tuple(hint for hint in _choices_of(key.hint) if hint is not NoneType)
+    optional = NoneType in _choices_of(key.hint) or key.default is not MISSING
+    default = None if key.default is MISSING else key.default
+    value = default if given is None else given
+    quantity = KEYS.get(".".join(path.split(".")[-2:])) or KEYS.get(key.name)
+    label = key.name.replace("_", " ") if quantity is None else quantity.label
+    unit = key.unit if quantity is None else quantity.unit
+    common = {"path": path, "label": label, "unit": unit, "meaning": key.meaning, "optional": optional}
+    plain, limits = _unwrapped(hints[0])
+    if len(hints) == 1 and get_origin(plain) is Literal:
+        return Control(**common, kind="choice", value=value, choices=get_args(plain))
+    if plain is bool:
+        return Control(**common, kind="switch", value=bool(value))
+    if plain in (int, float):
+        least, most, above = _limits(limits)
+        narrow = path.startswith("pair.") and key.name not in ("profile_shift", "helix_angle")
+        low, high, step = _span(value, least, most, unit, whole=plain is int, above=above, narrow=narrow)
+        kind: Kind = "integer" if plain is int else "number"
+        return Control(**common, kind=kind, value=value, least=least, most=most, low=low, high=high, step=step)
+    if get_origin(plain) is tuple and all(_unwrapped(item)[0] in (int, float, ...) for item in get_args(plain)):
+        return Control(**common, kind="list", value=None if value is None else list(value))
+    return None
+
+
+def _choices_of(hint: Any) -> tuple[Any, ...]:
+    """The types of a union, or the type itself."""
+    return get_args(hint) if NoneType in get_args(hint) else (hint,)
+
+
+def _is_list(hint: Any) -> bool:
+    return any(get_origin(_unwrapped(each)[0]) in (tuple, dict) for each in _choices_of(hint))
+
+
+def _unwrapped(hint: Any) -> tuple[Any, tuple[Any, ...]]:
+    """A type without its annotations, and the annotations."""
+    found: tuple[Any, ...] = ()
+    while hasattr(hint, "__metadata__"):
+        found += hint.__metadata__
+        hint = hint.__origin__
+    return hint, found
+
+
+def _limits(annotations: tuple[Any, ...]) -> tuple[float | None, float | None, bool]:
+    """Least and greatest value that the annotations of a number allow, and whether the least itself is excluded."""
+    flat = [each for note in annotations for each in (note.metadata if isinstance(note, FieldInfo) else (note,))]
+    bounds = {type(note): note for note in flat}
+    least = bounds[Ge].ge if Ge in bounds else bounds[Gt].gt if Gt in bounds else None
+    most = bounds[Le].le if Le in bounds else bounds[Lt].lt if Lt in bounds else None
+    return least, most, Gt in bounds
+
+
+def _span(
+    value: float | None, least: float | None, most: float | None, unit: str, *, whole: bool, above: bool, narrow: bool
+) -> tuple[float | None, float | None, float | None]:
+    """Ends and step of a slider about ``value``: round numbers, within the limits; None where the value is absent.
+
+    From zero to about twice the value; ``narrow``: a fifth to either side.
+    """
+    if value is None:
+        return None, None, None
+    low, high = (0.0, round_up(2 * value)) if value > 0 else (-1.0, 1.0)
+    if value <= 0:
+        low, high = (x * (round_up(-2 * value) if value else _SPANS.get(unit, 1.0)) for x in (low, high))
+    if narrow and value > 0:
+        low, high = 0.8 * value, 1.2 * value
+    step = 1.0 if whole else round_up((high - low) / _STEPS)
+    low, high = math.floor(low / step) * step, math.ceil(high / step) * step
+    low = low if least is None else max(low, math.ceil(least / step) * step + (step if above else 0.0))
+    high = high if most is None else min(high, math.floor(most / step) * step)
+    return _round(low), _round(high), _round(step)
+
+
+def _round(value: float) -> float:
+    return float(f"{value:.10g}")

@@ -1,0 +1,122 @@
+"""The design bench as a page: controls on one side, curves, orders, load, teeth and numbers on the other."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+from bokeh.core.templates import get_env
+from bokeh.document import Document
+from bokeh.events import DocumentReady
+from bokeh.models import ColorBar, ColumnDataSource, LinearColorMapper
+
+from gearbench.effects.registry import effect_class
+from gearbench.explore.bench.answers import NOT_SWEPT, ORDERS
+from gearbench.explore.bench.form import Group, form
+from gearbench.explore.gear import GearPanel
+from gearbench.explore.gear_data import Tables
+from gearbench.explore.look import HEIGHT, INK, PALETTE, chart, fitted, fixed
+from gearbench.explore.page import answer_data
+from gearbench.explore.scripts import script, text_of
+from gearbench.scene import Scene
+
+#: Curves of variants laid over those of the gear.
+_OVERLAID = ("ste", "stiffness")
+
+
+class BenchPage:
+    """The parts of the page, wired in the browser; what it asks is answered by the caller.
+
+    Parameters
+    ----------
+    scene
+        The gear to begin with; also the baseline.
+    begin
+        Its tables.
+    beside
+        Variants to begin with, see ``session.variants``.
+    """
+
+    def __init__(self, scene: Scene, begin: Tables, beside: Sequence[dict[str, Any]] = ()) -> None:
+        self.scene, self.beside = scene, list(beside)
+        self.question = ColumnDataSource({"scene": [json.dumps(scene.to_mapping())], "number": [0]}, name="question")
+        self.answer = ColumnDataSource(answer_data(), name="answer")
+        self.gear = GearPanel({**NOT_SWEPT, "warnings": {"text": []}, **begin})
+        empty = {"xs": [], "ys": [], "fluctuations": [], "colour": [], "label": []}
+        self.variants = {name: ColumnDataSource(dict(empty), name=f"variants {name}") for name in _OVERLAID}
+        self.figures = {**self.gear.figures, "harris": self._harris(), "torque": self._torque()}
+        for name, source in self.variants.items():
+            self.figures[name].multi_line("xs", "ys", source=source, color="colour", line_width=1.6)
+
+    def put(self, document: Document, *, live: bool = True) -> None:
+        """Make this the page of a document; one that is not ``live`` has no controls."""
+        groups = form(self.scene)
+        document.template = get_env().from_string("{% extends base %}" + text_of("bench/page.html"))
+        document.template_variables.update(
+            name=self.scene.name or "scene", figures=self._shown(), groups=groups, live=live, text_of=text_of
+        )
+        for name, figure in self.figures.items():
+            figure.name = name
+            document.add_root(figure)
+        document.title = f"gearbench: {self.scene.name or 'scene'}"
+        show = script("answer", answer=self.answer, sources=self.gear.now, before=self.gear.before, sliders=[])
+        self.answer.js_on_change("data", show)
+        # scripts of a document alone do not tell the server of the models they work on
+        self.figures["ste"].tags = [self.question, self.answer]
+        document.js_on_event(DocumentReady, self._begin(groups), *self.gear.ready)
+
+    def _begin(self, groups: tuple[Group, ...]) -> Any:
+        """The script that brings controls, variants and numbers to life."""
+        added = {
+            group.path.partition(".")[2]: dict(effect_class(group.path.partition(".")[2]).example)
+            for group in groups
+            if group.optional and not group.present
+        }
+        return script(
+            "bench", question=self.question, now=self.gear.now, before=self.gear.before, phase=self.gear.phase,
+            variants=self.variants, beside=self.beside, examples=json.dumps(added),
+            colours=[*PALETTE[2:], *PALETTE[:2]],
+            plots=[self.figures[name] for name in self._shown()],
+            curves=[line.glyph for name in _OVERLAID for line in self.figures[name].renderers],
+        )  # fmt: skip
+
+    def _shown(self) -> list[str]:
+        """Figures in their order; those over errors only where the scene draws errors."""
+        last = [name for name in self.figures if name.endswith("_density")]
+        order = ["ste", "stiffness", "ste_orders", "stiffness_orders", "harris", "torque", "load", "teeth"]
+        return [*order, *last]
+
+    def _harris(self) -> Any:
+        plot = chart(
+            "Harris map: STE less its mean", "mesh phase τ [mesh periods]", "δ − mean [µm]", height=HEIGHT,
+            x_range=fixed(0, 2),
+        )  # fmt: skip
+        source = self.gear.now["harris"]
+        mapper = LinearColorMapper(palette="Viridis256", low=0, high=1)
+        plot.multi_line("xs", "ys", source=source, color={"field": "torque", "transform": mapper}, line_width=1.6)
+        bar = ColorBar(color_mapper=mapper, title="T [N·m]", width=10, title_text_font_size="12px", padding=3)
+        plot.add_layout(bar, "right")
+        source.js_on_change("data", script("torques", source=source, mapper=mapper))
+        self.gear.ready.append(fitted(plot, (source,), (), ("ys",)))
+        return plot
+
+    def _torque(self) -> Any:
+        plot = chart("STE over torque", "torque on the pinion [N·m]", "STE [µm]", height=HEIGHT)
+        source = self.gear.now["torque"]
+        plot.line("torque", "peak_to_peak", source=source, color=INK, line_width=2.2, legend_label="peak-to-peak")
+        for n, colour in zip(ORDERS, PALETTE, strict=False):
+            plot.line("torque", f"order {n}", source=source, color=colour, line_width=1.8, legend_label=f"order {n}")
+            plot.scatter("torque", f"order {n}", source=source, color=colour, size=5)
+        names = ("peak_to_peak", *(f"order {n}" for n in ORDERS))
+        self.gear.ready.append(fitted(plot, (source,), ("torque",), names, 0))
+        return _small_legend(plot)
+
+
+def _small_legend(plot: Any) -> Any:
+    """Move the legend beside the frame, in small letters."""
+    plot.add_layout(plot.legend[0], "right")
+    plot.legend.label_text_font_size = "11px"
+    plot.legend.spacing, plot.legend.padding, plot.legend.border_line_color = 0, 2, None
+    plot.legend.glyph_width = 14
+    return plot

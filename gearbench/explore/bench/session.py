@@ -1,0 +1,84 @@
+"""The design bench, live or as a file."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+from bokeh.document import Document
+
+from gearbench.explore.bench.answers import answers, numbers, over_torque, warnings
+from gearbench.explore.bench.page import BenchPage
+from gearbench.explore.conversation import Conversation
+from gearbench.explore.gear_data import tables
+from gearbench.explore.model import Picture, outline, picture, scattered
+from gearbench.explore.scripts import text_of
+from gearbench.explore.static import as_file
+from gearbench.scene import Scene
+from gearbench.scene_file import parse_scene
+
+
+class BenchSession:
+    """One open bench: a question is the tables of a scene.
+
+    Parameters
+    ----------
+    scene
+        The gear to begin with.
+    begin
+        Its picture.
+    document
+        The open page.
+    beside
+        Pictures of other gears, variants from the beginning.
+    """
+
+    def __init__(self, scene: Scene, begin: Picture, document: Document, beside: Sequence[Picture] = ()) -> None:
+        self.page = BenchPage(scene, {**tables(begin), **numbers(begin)}, variants(beside))
+        self._talk = Conversation(document, self.page.question, self.page.answer, partial(answers, scene))
+        self.page.put(document)
+
+
+def bench(scene: Scene, *others: Scene) -> Callable[[Document], object]:
+    """Pages of a bench that begins with ``scene``, ``others`` as variants; all are solved now.
+
+    Raises
+    ------
+    GearbenchError
+        If its contact problem is not solved.
+    """
+    begin, beside = picture(scene), [picture(other) for other in others]
+    return lambda document: BenchSession(scene, begin, document, beside)
+
+
+def bench_html(scene: Scene, *others: Scene) -> str:
+    """The bench as one page that needs no server: all it shows of ``scene`` and its variants, without controls."""
+    now, solved = outline(scene)
+    shown = {**tables(scattered(now, solved)), **numbers(now), **over_torque(scene)}
+    beside = [picture(other) for other in others]
+    page = BenchPage(scene, {**shown, "warnings": {"text": warnings(now, solved)}}, variants(beside))
+    document = Document()
+    page.put(document, live=False)
+    return as_file(document)
+
+
+def variants(beside: Sequence[Picture]) -> list[dict[str, Any]]:
+    """Pictures as variants of a page: name, scene, numbers and curves."""
+    return [
+        {
+            "name": each.scene.name or f"variant {i}",
+            "number": i,
+            "scene": json.dumps(each.scene.to_mapping()),
+            "numbers": numbers(each)["numbers"],
+            "curves": {name: tables(each, teeth=False)[name] for name in ("ste", "stiffness")},
+        }
+        for i, each in enumerate(beside, start=1)
+    ]
+
+
+def example() -> Scene:
+    """A helical pair to begin with where no file is named."""
+    return parse_scene(tomllib.loads(text_of("bench/example.toml")))

@@ -1,0 +1,62 @@
+"""Questions of an open page and their answers: the newest question counts."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from bokeh.document import Document, without_document_lock
+from bokeh.models import ColumnDataSource
+
+#: Answers to the data of a question, one after the other.
+Answers = Callable[[Any], Iterator[dict[str, Any]]]
+
+
+class Conversation:
+    """What the browser asks and what it is told.
+
+    The browser asks one question at a time, because every message costs both sides a turn, and gets one answer or
+    several, the quick ones first. Computing happens on a thread beside the server. While it runs, a newer question
+    replaces the one that waits and ends the answers to the older one: the page follows a moving slider at the speed of
+    the model, and ends with the last value.
+
+    Parameters
+    ----------
+    document
+        The open page.
+    question, answer
+        The source that the browser fills, and the one that it shows.
+    answers
+        From the data of a question to answers.
+    """
+
+    def __init__(
+        self, document: Document, question: ColumnDataSource, answer: ColumnDataSource, answers: Answers
+    ) -> None:
+        self._document, self._question, self._answer, self._answers = document, question, answer, answers
+        self._wanted, self._running = False, False
+        question.on_change("data", self._asked)
+
+    def _asked(self, _attr: str, _old: Any, _new: Any) -> None:
+        self._wanted = True
+        if not self._running:
+            self._running = True
+            work: Any = self._work
+            self._document.add_next_tick_callback(work)
+
+    @without_document_lock
+    async def _work(self) -> None:
+        """Compute until nothing newer is wanted."""
+        while self._wanted:
+            self._wanted = False
+            answers = self._answers(self._question.data)
+            while not self._wanted and (found := await asyncio.to_thread(next, answers, None)) is not None:
+                shown = asyncio.Event()
+                self._document.add_next_tick_callback(lambda found=found, shown=shown: self._show(found, shown))
+                await shown.wait()
+        self._running = False
+
+    def _show(self, found: dict[str, Any], shown: asyncio.Event) -> None:
+        self._answer.data = found
+        shown.set()

@@ -1,0 +1,261 @@
+// The design bench in the browser: controls to tables of a scene and back, undo, baseline, variants, numbers.
+// Everything shown is set as text; nothing that comes from a file is read as markup.
+const byId = (id) => document.getElementById(id);
+const form = byId("controls");
+const start = question.data.scene[0];
+let tables = JSON.parse(start);
+let committed = start;
+const undone = [];  // earlier scenes, the last one on top
+const added = JSON.parse(examples);
+const variants_ = [...beside];  // { name, scene, numbers, curves, colour }
+let baseline = null;
+
+// -- tables and controls ----------------------------------------------------------------------------------------------
+function parent(path, make) {
+  const parts = path.split(".");
+  let table = tables;
+  for (const part of parts.slice(0, -1)) {
+    if (!(part in table)) {
+      if (!make) return [undefined, parts.at(-1)];
+      table[part] = {};
+    }
+    table = table[part];
+  }
+  return [table, parts.at(-1)];
+}
+
+function get(path) {
+  const [table, last] = parent(path, false);
+  return table?.[last];
+}
+
+function set(path, value) {
+  const [table, last] = parent(path, value !== undefined);
+  if (value === undefined) {
+    if (table) delete table[last];
+  } else table[last] = value;
+}
+
+function valueOf(input) {
+  const kind = input.dataset.kind;
+  if (kind === "switch") return input.checked;
+  if (input.value.trim() === "") return undefined;
+  if (kind === "choice") return JSON.parse(input.value);
+  if (kind === "list") return input.value.split(",").map(Number);
+  return Number(input.value);
+}
+
+function put(input) {
+  const value = get(input.dataset.path);
+  if (input.dataset.kind === "switch") input.checked = value ?? false;
+  else if (input.dataset.kind === "choice") {
+    if (value !== undefined) input.value = JSON.stringify(value);
+    else input.selectedIndex = 0;
+  } else if (input !== document.activeElement) input.value = value === undefined ? "" : [value].flat().join(", ");
+  const slider = form.querySelector(`[data-slides="${CSS.escape(input.dataset.path)}"]`);
+  if (slider && value !== undefined) {
+    if (value > Number(slider.max)) slider.max = value;
+    if (value < Number(slider.min)) slider.min = value;
+    slider.value = value;
+  }
+}
+
+function show() {
+  for (const input of form.querySelectorAll("[data-path]")) put(input);
+  for (const box of form.querySelectorAll("[data-effect]")) {
+    box.checked = box.dataset.effect in (tables.effects ?? {});
+  }
+  byId("undo").disabled = undone.length === 0;
+}
+
+function ask() {
+  question.data = { scene: [JSON.stringify(tables)], number: [question.data.number[0] + 1] };
+}
+
+function commit() {
+  const text = JSON.stringify(tables);
+  if (text === committed) return;
+  undone.push(committed);
+  committed = text;
+  byId("undo").disabled = false;
+}
+
+function replace(text) {
+  tables = JSON.parse(text);
+  committed = text;
+  show();
+  ask();
+}
+
+// an effect that is not simulated yet begins with its example
+function include(effect) {
+  tables.effects ??= {};
+  tables.effects[effect] ??= structuredClone(added[effect] ?? JSON.parse(start).effects[effect] ?? {});
+}
+
+if (form) {
+  form.addEventListener("input", ({ target }) => {
+    const { effect, path, slides } = target.dataset;
+    if (effect) {
+      if (target.checked) {
+        include(effect);
+        target.parentElement.querySelector("details").open = true;
+      } else delete tables.effects[effect];
+      show();
+    } else {
+      const key = path ?? slides;
+      if (key?.startsWith("effects.")) include(key.split(".")[1]);
+      const value = slides ? Number(target.value) : valueOf(target);
+      if (Number.isNaN(value) || (Array.isArray(value) && value.some(Number.isNaN))) return;
+      set(key, value);
+      if (slides) put(form.querySelector(`[data-path="${CSS.escape(key)}"]`));
+      else put(target);
+      const box = form.querySelector(`[data-effect="${CSS.escape(key.split(".")[1] ?? "")}"]`);
+      if (box && !box.checked) show();
+    }
+    ask();
+  });
+  form.addEventListener("change", commit);
+  form.addEventListener("submit", (event) => event.preventDefault());
+  byId("undo").addEventListener("click", () => undone.length && replace(undone.pop()));
+  document.addEventListener("keydown", (event) => {
+    if ((event.ctrlKey || event.metaKey) && event.key === "z" && !event.target.matches?.("input[type=text]")) {
+      event.preventDefault();
+      if (undone.length) replace(undone.pop());
+    }
+  });
+  byId("baseline").addEventListener("click", () => {
+    for (const [name, source] of Object.entries(before)) source.data = { ...now[name].data };
+    baseline = { ...now.numbers.data };
+    numbers();
+  });
+  byId("variant").addEventListener("click", () => {
+    const name = `variant ${variants_.reduce((most, v) => Math.max(most, v.number), 0) + 1}`;
+    variants_.push({
+      name, number: Number(name.split(" ")[1]), scene: JSON.stringify(tables), numbers: { ...now.numbers.data },
+      curves: Object.fromEntries(Object.keys(variants).map((key) => [key, now[key].data])),
+    });
+    overlay();
+  });
+  byId("save").addEventListener("click", () => {
+    const text = now.scene.data.text[0];
+    const file = ((/^name = "(.*)"$/m.exec(text)?.[1] ?? "scene").replace(/[^\w]+/g, "_") || "scene") + ".toml";
+    download(new Blob([text], { type: "application/toml" }), file);
+  });
+  byId("pictures").addEventListener("click", pictures);
+  show();
+}
+
+// -- numbers and variants ---------------------------------------------------------------------------------------------
+function cell(tag, text, scope) {
+  const found = document.createElement(tag);
+  found.textContent = text;
+  if (scope) found.scope = scope;
+  return found;
+}
+
+function numbers() {
+  const shown = now.numbers.data, table = byId("numbers");
+  baseline ??= { ...shown };
+  const columns = [["baseline", baseline], ...variants_.map((v) => [v.name, v.numbers, v]), ["now", shown]];
+  const head = document.createElement("tr");
+  head.append(cell("td", ""));
+  for (const [name, , variant] of columns) {
+    const th = cell("th", name, "col");
+    if (variant) {
+      th.style.borderTop = `3px solid ${variant.colour}`;
+      for (const [label, act] of [["restore", () => { commit(); undone.push(committed); replace(variant.scene); }],
+        ["drop", () => { variants_.splice(variants_.indexOf(variant), 1); overlay(); }]]) {
+        const button = cell("button", label);
+        button.type = "button";
+        button.setAttribute("aria-label", `${label} ${name}`);
+        button.addEventListener("click", act);
+        th.append(document.createElement("br"), button);
+      }
+    }
+    head.append(th);
+  }
+  const rows = shown.label.map((label, i) => {
+    const row = document.createElement("tr");
+    row.append(cell("th", label, "row"));
+    for (const [, values] of columns) row.append(cell("td", values.value[values.label.indexOf(label)] ?? "–"));
+    return row;
+  });
+  const thead = document.createElement("thead"), tbody = document.createElement("tbody");
+  thead.append(head);
+  tbody.append(...rows);
+  table.replaceChildren(thead, tbody);
+}
+
+function overlay() {
+  variants_.forEach((variant, i) => { variant.colour = colours[i % colours.length]; });
+  for (const [key, source] of Object.entries(variants)) {
+    source.data = {
+      xs: variants_.map((v) => v.curves[key].phase), ys: variants_.map((v) => v.curves[key].value),
+      fluctuations: variants_.map((v) => v.curves[key].fluctuation),
+      colour: variants_.map((v) => v.colour), label: variants_.map((v) => v.name),
+    };
+  }
+  numbers();
+}
+
+function warn() {
+  byId("warnings").replaceChildren(...Array.from(now.warnings.data.text, (text) => cell("li", text)));
+}
+
+// figures of the scatter over errors are shown where there is one
+function errors() {
+  const none = !now.ste_density.data.value.length;
+  for (const figure of document.querySelectorAll('[data-figure$="_density"]')) figure.hidden = none;
+}
+
+// -- files ------------------------------------------------------------------------------------------------------------
+function download(blob, name) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
+
+// Figures are drawn as SVG for the file alone: on the screen that would be slow. Two beside each other in one file.
+async function pictures() {
+  const parts = [];
+  let y = 0, x = 0, width = 0, height = 0;
+  for (const plot of plots) {
+    const view = Bokeh.index.find_one(plot);
+    if (!view || !view.el.offsetParent) continue;
+    plot.output_backend = "svg";
+    await new Promise(requestAnimationFrame);
+    const text = await (await Bokeh.index.find_one(plot).export("svg").to_blob()).text();
+    plot.output_backend = "canvas";
+    const figure = new DOMParser().parseFromString(text, "image/svg+xml").documentElement;
+    figure.setAttribute("x", x);
+    figure.setAttribute("y", y);
+    parts.push(new XMLSerializer().serializeToString(figure));
+    height = Math.max(height, y + plot.outer_height);
+    width = Math.max(width, x + plot.outer_width);
+    [x, y] = x ? [0, height] : [plot.outer_width, y];
+  }
+  const size = `width="${width}" height="${height}" viewBox="0 0 ${width} ${height}"`;
+  const whole = `<svg xmlns="http://www.w3.org/2000/svg" ${size}>${parts.join("")}</svg>`;
+  download(new Blob([whole], { type: "image/svg+xml" }), "curves.svg");
+}
+
+// STE and stiffness as they are, or less their means
+byId("fluctuation").addEventListener("change", ({ target }) => {
+  const [one, many] = target.checked ? ["fluctuation", "fluctuations"] : ["value", "ys"];
+  for (const glyph of curves) {
+    if (glyph.xs) glyph.ys = { field: many };
+    else glyph.y = { field: one };
+  }
+});
+
+byId("phase").addEventListener("input", ({ target }) => { phase.value = Number(target.value); });
+now.numbers.connect(now.numbers.properties.data.change, numbers);
+now.warnings.connect(now.warnings.properties.data.change, warn);
+now.ste_density.connect(now.ste_density.properties.data.change, errors);
+overlay();
+warn();
+errors();
+if (form) ask();  // warnings, and curves over torque

@@ -1,0 +1,14 @@
+// Names for screen readers on what Bokeh leaves without: the handles of its sliders.
+function name(root) {
+  for (const element of root.querySelectorAll("*")) {
+    if (!element.shadowRoot) continue;
+    const handles = element.shadowRoot.querySelectorAll(".noUi-handle");
+    const title = element.shadowRoot.querySelector(".bk-slider-title")?.textContent.split(":")[0];
+    handles.forEach((handle, i) => {
+      const end = handles.length < 2 ? "" : i ? ", at most" : ", at least";
+      handle.setAttribute("aria-label", title + end);
+    });
+    name(element.shadowRoot);
+  }
+}
+name(document);

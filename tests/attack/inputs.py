@@ -1,0 +1,210 @@
+"""Attacked inputs by kind and seed: files in a folder, and the command that reads them."""
+
+from __future__ import annotations
+
+import io
+import tomllib
+import zipfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tomli_w
+from numpy.random import Generator
+
+from gearbench.effects.registry import EFFECTS, effect_class
+from gearbench.files import seal
+from tests.attack import hostile, netcdf
+
+ROOT = Path(__file__).parents[2]
+DATA = ROOT / "tests" / "data"
+
+#: A pair that is solved in milliseconds.
+PAIR = """
+name = "attacked"
+[pair]
+normal_module = 2.0
+helix_angle = 20.0
+face_width = 20.0
+centre_distance = 70.0
+[pair.pinion]
+teeth = 25
+[pair.wheel]
+teeth = 40
+[load]
+torque = 100.0
+[effects.hertz]
+[effects.tip_relief]
+amount = 10.0
+length = 0.8
+[resolution]
+gauss_points = 2
+segments = 5
+"""
+BENDING = '[effects.tooth_bending]\nbasis = "paper"\n'
+ERRORS = '[effects.manufacturing_errors]\npreset = "garambois2017"\n'
+#: Settings of seconds or gigabytes that are allowed: budgets of time and memory are tested elsewhere.
+HEAVY = ("finite_elements",)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Attack:
+    """A command line, and the files that it may write."""
+
+    arguments: tuple[object, ...]
+    targets: tuple[str, ...] = ()
+
+
+@cache
+def scene_tables() -> tuple[dict[str, Any], ...]:
+    texts = [PAIR + BENDING, PAIR + ERRORS, PAIR + BENDING + ERRORS]
+    shafts = (ROOT / "examples" / "shafts.toml").read_text(encoding="utf-8")
+    fast = shafts.replace('model = "solid"', 'basis = "paper"') + "[resolution]\ngauss_points = 2\nsegments = 5\n"
+    return tuple(tomllib.loads(text) for text in (*texts, fast))
+
+
+@cache
+def known_tables() -> Mapping[str, Any]:
+    """An example of each effect, and of what else a scene may hold."""
+    found: dict[str, Any] = {f"effects.{name}": dict(effect_class(name).example) for name in EFFECTS}
+    found["pair.material"] = {"youngs_modulus": 210.0, "poisson_ratio": 0.3}
+    found["pair.pinion.profile_shift"] = 0.2
+    found["pair.wheel.bore_diameter"] = 30.0
+    found["resolution.positions"] = 16
+    return found
+
+
+def text_of(rng: Generator, given: Mapping[str, Any], known: Mapping[str, Any]) -> bytes:
+    """TOML of changed tables, its bytes changed now and then."""
+    try:
+        whole = tomli_w.dumps(hostile.tables(rng, given, known)).encode("utf-8", "surrogatepass")
+    except (TypeError, ValueError):  # what TOML cannot say
+        whole = tomli_w.dumps(given).encode()
+    return hostile.data(rng, whole) if rng.random() < 0.15 else whole
+
+
+def scene(rng: Generator, folder: Path) -> Attack:
+    """A mutated scene."""
+    given = scene_tables()[rng.integers(4)]
+    (folder / "scene.toml").write_bytes(text_of(rng, given, known_tables()))
+    kind = rng.random()
+    if kind < 0.65:
+        return Attack(arguments=("simulate", "scene.toml", "-o", "out.nc"), targets=("out.nc",))
+    if kind < 0.85:
+        return Attack(arguments=("robust", "scene.toml", "--samples", 4, "-o", "out.nc"), targets=("out.nc",))
+    if kind < 0.9:
+        return Attack(arguments=("sweep", "scene.toml", "--torque", "20:100:3", "-o", "out.nc"), targets=("out.nc",))
+    if kind < 0.95:
+        return Attack(arguments=("simulate", "scene.toml", "--json"))
+    return Attack(arguments=("plan", "scene.toml"))
+
+
+@cache
+def study_tables() -> dict[str, Any]:
+    given = tomllib.loads((ROOT / "examples" / "optimise_small.toml").read_text(encoding="utf-8"))
+    given["algorithm"] = {"population": 4, "generations": 1, "seed": 1}
+    given["robustness"] = {"samples": 2}
+    given["base"]["resolution"] = {"gauss_points": 2, "segments": 4}
+    del given["variables"]["effects"]["crowning"]
+    return given
+
+
+def study(rng: Generator, folder: Path) -> Attack:
+    """A mutated study."""
+    known = {f"base.{name}": table for name, table in known_tables().items()}
+    known["variables.extra"] = {"paths": ["pair.helix_angle", "load.torque"], "min": 1.0, "max": 2.0}
+    known["constraints.root_stress"] = {"max": 400.0}
+    (folder / "study.toml").write_bytes(text_of(rng, study_tables(), known))
+    return Attack(arguments=("optimise", "study.toml", "-o", "front"), targets=("front",))
+
+
+@cache
+def models() -> tuple[bytes, ...]:
+    names = ("sew_3_stage_cylindrical_gearbox_1.0.rexs", "stage_1.6.rexs")
+    return tuple((DATA / name).read_bytes() for name in names)
+
+
+def rexs(rng: Generator, folder: Path) -> Attack:
+    """A mutated REXS file, plain or packed."""
+    number = int(rng.integers(2))
+    whole = hostile.xml(rng, models()[number]) if rng.random() < 0.7 else hostile.data(rng, models()[number])
+    name = "model.rexs"
+    if rng.random() < 0.4:
+        name, buffer = "model.rexsz", io.BytesIO()
+        packing = (zipfile.ZIP_DEFLATED, zipfile.ZIP_LZMA, zipfile.ZIP_BZIP2, zipfile.ZIP_STORED)[rng.integers(4)]
+        with zipfile.ZipFile(buffer, "w", packing) as archive:
+            archive.writestr("model.rexs", whole)
+        whole = hostile.data(rng, buffer.getvalue()) if rng.random() < 0.8 else buffer.getvalue()
+    (folder / name).write_bytes(whole)
+    stage = ("1", "2", "id:37", "1")[rng.integers(4)] if number == 0 else "1"
+    if rng.random() < 0.5:
+        return Attack(arguments=("rexs", name))
+    arguments = ("rexs", name, "--scene", stage, "out.toml", "--torque", "50")
+    return Attack(arguments=arguments, targets=("out.toml",))
+
+
+@cache
+def grids() -> tuple[bytes, bytes]:
+    """A topography that suits the pair, as CSV and as netCDF."""
+    import xarray as xr
+
+    radius, face = np.linspace(24, 28.6, 6), np.linspace(-10, 10, 5)
+    deviation = np.add.outer((radius - 26) ** 2, 0.02 * face**2)
+    rows = [["radius", *map(str, face)], *([str(r), *map(str, row)] for r, row in zip(radius, deviation, strict=True))]
+    csv = "\n".join(map(",".join, rows)).encode()
+    coords = {"radius": ("radius", radius, {"units": "mm"}), "face_position": ("face_position", face, {"units": "mm"})}
+    data = {"deviation": (("radius", "face_position"), deviation, {"units": "µm"})}
+    return csv, netcdf.written(xr.Dataset(data, coords))
+
+
+def topography(rng: Generator, folder: Path) -> Attack:
+    """A scene with a mutated grid of a flank."""
+    csv, whole = grids()
+    if rng.random() < 0.4:
+        name, found = "grid.csv", hostile.csv(rng, csv)
+    else:
+        name, found = "grid.nc", netcdf.damaged(rng, whole)
+    (folder / name).write_bytes(found)
+    text = f'{PAIR}[effects.topography]\npinion = "{name}"\n'
+    (folder / "scene.toml").write_text(text, encoding="utf-8")
+    return Attack(arguments=("simulate", "scene.toml", "-o", "out.nc"), targets=("out.nc",))
+
+
+@cache
+def fronts() -> tuple[bytes, ...]:
+    """Results of all kinds that are read again: a front and a simulation."""
+    from gearbench.optimisation.run import optimise
+    from gearbench.optimisation.study_file import parse_study
+    from gearbench.scene_file import parse_scene
+    from gearbench.simulation import simulate
+
+    given = hostile.copy(study_tables())
+    given["algorithm"] = {"population": 8, "generations": 3, "seed": 1}
+    front = optimise(parse_study(given), threads=1)
+    return netcdf.written(front), netcdf.written(simulate(parse_scene(scene_tables()[0])))
+
+
+def stored(data: bytes, *, sealed: bool) -> bytes:
+    """A result: hostile, with the right digest, or damaged after it was written."""
+    return seal(data) if sealed else seal(data)[:-1]
+
+
+def result(rng: Generator, folder: Path) -> Attack:
+    """A damaged result, read again."""
+    kind, sealed = rng.random(), rng.random() < 0.6
+    if kind < 0.7:
+        (folder / "front.nc").write_bytes(stored(netcdf.damaged(rng, fronts()[0]), sealed=sealed))
+        arguments = ("select", "front.nc", "--csv", "out.csv") if kind < 0.5 else ("select", "front.nc", "--json")
+        return Attack(arguments=arguments, targets=("out.csv",) if kind < 0.5 else ())
+    (folder / "result.nc").write_bytes(stored(netcdf.damaged(rng, fronts()[1]), sealed=sealed))
+    (folder / "model.rexs").write_bytes(models()[1])
+    arguments = ("rexs", "model.rexs", "--stage", "1", "--write", "result.nc", "out.rexs")
+    return Attack(arguments=arguments, targets=("out.rexs",))
+
+
+KINDS: dict[str, Callable[[Generator, Path], Attack]] = {
+    "scene": scene, "study": study, "rexs": rexs, "topography": topography, "result": result,
+}  # fmt: skip

@@ -1,0 +1,127 @@
+"""One attacked input through the command line, in this process, and the judgement on how it went."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import signal
+import sys
+import time
+import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+#: Longest line of an error, and longest run [s].
+LINE, SECONDS = 300, 30
+
+
+class Hang(BaseException):
+    """A command that takes too long."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ending:
+    """How a command ended: exit code, both streams, warnings, exceptions that went through."""
+
+    code: int
+    out: str
+    err: str
+    warned: tuple[str, ...] = ()
+    escaped: str = ""
+    seconds: float = 0.0
+
+
+def shoot(arguments: Sequence[object]) -> Ending:
+    """Run the command line in this process, as the shell does."""
+    from gearbench.cli import main
+
+    out, err, before = io.StringIO(), io.StringIO(), sys.argv
+    code, escaped, begun = 0, "", time.process_time()
+    sys.argv = ["gearbench", *map(str, arguments)]
+    try:
+        with (
+            warnings.catch_warnings(record=True) as caught,
+            contextlib.redirect_stdout(out),
+            contextlib.redirect_stderr(err),
+            _alarm(),
+        ):
+            warnings.simplefilter("always")
+            try:
+                main()
+            except SystemExit as end:
+                code = end.code if isinstance(end.code, int) else 0 if end.code is None else 1
+            except (Exception, Hang) as error:
+                code, escaped = 1, f"{type(error).__name__}: {error}"[:400]
+    finally:
+        sys.argv = before
+    warned = tuple(f"{w.category.__name__}: {w.message} ({Path(w.filename).name}:{w.lineno})" for w in caught)
+    return Ending(
+        code=code, out=out.getvalue(), err=err.getvalue(), warned=warned, escaped=escaped,
+        seconds=time.process_time() - begun,
+    )  # fmt: skip
+
+
+@contextlib.contextmanager
+def _alarm() -> Iterator[None]:
+    def ring(*_: object) -> None:
+        raise Hang(f"longer than {SECONDS} s")
+
+    before = signal.signal(signal.SIGALRM, ring)
+    signal.alarm(SECONDS)
+    try:
+        yield
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def faults(ending: Ending, folder: Path, given: frozenset[str], targets: Sequence[str]) -> list[str]:
+    """All that is not as it must be: ``given`` stood in ``folder`` before, ``targets`` stand there after success."""
+    found = [f"escaped: {ending.escaped}"] if ending.escaped else []
+    found += [f"warning: {text}" for text in ending.warned[:1]]
+    if "Traceback" in ending.err:
+        found.append(f"traceback: {ending.err[-300:]}")
+    new = {path.name for path in folder.iterdir()} - given
+    if ending.code == 0:
+        if ending.err:
+            found.append(f"success, but: {ending.err[:300]}")
+        found += [f"debris: {name}" for name in new - set(targets)]
+        found += [f"not written: {name}" for name in set(targets) - new]
+        found += [fault for name in new & set(targets) for fault in unfit(folder / name)]
+        return found
+    found += [f"debris: {name}" for name in new]
+    lines = ending.err.splitlines()
+    if len(lines) != 1 or not ending.err.endswith("\n"):
+        found.append(f"{len(lines)} lines: {ending.err[:300]!r}")
+    elif len(lines[0]) > LINE:
+        found.append(f"{len(lines[0])} characters: {lines[0][:LINE]}…")
+    elif not lines[0].startswith("gearbench: ") or not lines[0].isprintable():
+        found.append(f"not a line of ours: {lines[0]!r}")
+    if ending.code not in (1, 2):
+        found.append(f"exit code {ending.code}")
+    if ending.code == 1 and "report" in ending.err:
+        found.append(f"unexpected: {ending.err}")
+    if ending.out:
+        found.append(f"output before the fault: {ending.out[:100]!r}")
+    return found
+
+
+#: Quantities that may be unknown.
+UNKNOWN = ("noise_floor", "sensitivity")
+
+
+def unfit(path: Path) -> list[str]:
+    """NaN and infinities in a result."""
+    if path.suffix != ".nc":
+        return []
+    from gearbench.results.netcdf import load
+
+    dataset = load(path)
+    return [
+        f"{name} is not finite"
+        for name, variable in dataset.variables.items()
+        if variable.dtype.kind == "f" and not np.isfinite(variable.values).all() and not str(name).endswith(UNKNOWN)
+    ]

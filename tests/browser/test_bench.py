@@ -1,0 +1,200 @@
+"""The design bench in a real browser: layout, keyboard, screen readers, changes, files; and the page of studies."""
+
+import tomllib
+from importlib.resources import files
+
+import numpy as np
+import pytest
+
+from gearbench.explore.bench.session import example
+from gearbench.explore.catalogue import catalogue, fronts
+from gearbench.explore.stored import open_results
+from gearbench.results.netcdf import save
+from gearbench.scene_file import load_scene
+from tests.browser.chromium import chromium, faults, missing, shot, wait
+from tests.explore_designs import front
+
+pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "–")
+
+SIZES = {"wide": (1440, 900), "small": (1000, 700), "phone": (390, 844)}
+DRAWN = "return !!window.Bokeh?.documents[0]?.is_idle && (!document.getElementById('numbers') ||"
+DRAWN += " !!document.querySelector('#numbers tbody tr'))"
+MODEL = "const model = (name) => Bokeh.documents[0].get_model_by_name(name); "
+SWEPT = MODEL + "return model('now torque').data.torque.length > 0"
+SCENE = MODEL + "return model('now scene').data.text[0]"
+NUMBER = """
+const row = [...document.querySelectorAll("#numbers tbody tr")].find((r) => r.textContent.startsWith(arguments[0]));
+return [...row.children].map((c) => c.textContent);
+"""
+#: Elements that a keyboard should reach, and those of them that it does.
+REACHED = """
+const controls = [...document.querySelectorAll("button, input, select, summary, a[href]")].filter(
+  (e) => !e.disabled && e.checkVisibility());
+return controls.filter((e) => e.tabIndex < 0).map((e) => e.id || e.dataset.path || e.outerHTML);
+"""
+
+
+@pytest.fixture
+def scene_file(tmp_path):
+    path = tmp_path / "scene.toml"
+    path.write_text(example().to_toml(), encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def studies_file(tmp_path):
+    save(front(300), tmp_path / "front.nc")
+    return tmp_path / "front.nc"
+
+
+def resize(driver, size):
+    """Give the page this size, smaller than a window of the system may be."""
+    width, height = SIZES[size]
+    metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+    driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+
+
+def show(driver, url, size="wide"):
+    resize(driver, size)
+    driver.get(url)
+    wait(lambda: driver.execute_script(DRAWN), "the page was not drawn")
+
+
+def enter(driver, path, value):
+    """Give a number input a value as a hand does."""
+    code = """
+    const input = document.querySelector(`[data-path="${arguments[0]}"]`);
+    input.closest("details").open = true;
+    input.focus(); input.value = arguments[1];
+    input.dispatchEvent(new Event("input", { bubbles: true })); input.blur();
+    input.dispatchEvent(new Event("change", { bubbles: true }));
+    """
+    driver.execute_script(code, path, value)
+
+
+def in_scene(driver, *keys):
+    """A value of the scene that is shown."""
+    table = tomllib.loads(driver.execute_script(SCENE))
+    for key in keys:
+        table = table.get(key, {})
+    return table
+
+
+@pytest.mark.parametrize("page", ["scene_file", "studies_file"])
+def test_pages_fit_every_window_and_serve_everyone(request, explored, tmp_path, page):
+    url = explored(request.getfixturevalue(page))
+    axe = files("axe_core_python").joinpath("axe.min.js").read_text("utf-8")
+    with chromium(tmp_path) as driver:
+        for size in SIZES:
+            show(driver, url, size)
+            shot(driver, f"8_{page}_{size}")
+            wide, room = driver.execute_script(
+                "const e = document.documentElement; return [e.scrollWidth, e.clientWidth]"
+            )
+            assert wide <= room, f"{size}: {wide} of {room} px"
+            driver.execute_script("for (const e of document.querySelectorAll('details')) e.open = true")
+            assert driver.execute_script(REACHED) == []
+            driver.execute_script(axe)
+            found = driver.execute_async_script("axe.run().then(arguments[0])")["violations"]
+            serious = [(v["id"], v["nodes"][0]["target"]) for v in found if v["impact"] in {"serious", "critical"}]
+            assert serious == []
+        assert faults(driver) == []
+
+
+def test_change_compare_undo_and_save(explored, scene_file, tmp_path):
+    with chromium(tmp_path) as driver:
+        show(driver, explored(scene_file))
+        wait(lambda: driver.execute_script(SWEPT), "no Harris map")
+        first = driver.execute_script(NUMBER, "peak-to-peak")
+        assert first[1] == first[2]
+
+        enter(driver, "effects.crowning.amount", 7)
+        wait(lambda: in_scene(driver, "effects", "crowning", "amount") == 7, "not computed")
+        driver.find_element("id", "variant").click()
+        enter(driver, "effects.tip_relief.amount", 3)
+        wait(lambda: in_scene(driver, "effects", "tip_relief", "amount") == 3, "not computed")
+        wait(lambda: driver.execute_script(NUMBER, "peak-to-peak")[3] != first[1], "no new number")
+        heads = "return [...document.querySelectorAll('#numbers thead th')].map((c) => c.firstChild.textContent)"
+        assert driver.execute_script(heads) == ["baseline", "variant 1", "now"]
+        assert driver.execute_script(NUMBER, "peak-to-peak")[1] == first[1]
+        assert driver.execute_script(MODEL + "return model('variants ste').data.xs.length") == 1
+
+        # an effect that is added begins with an example, and leaves without a trace
+        driver.execute_script("document.querySelector('[data-effect=\"end_relief\"]').click()")
+        wait(lambda: in_scene(driver, "effects", "end_relief"), "not added")
+        driver.find_element("id", "undo").click()
+        wait(lambda: not in_scene(driver, "effects", "end_relief"), "not undone")
+        driver.find_element("id", "undo").click()
+        wait(lambda: in_scene(driver, "effects", "tip_relief", "amount") == 8, "not undone")
+        shot(driver, "9_bench_changed")
+
+        # a fault is a line, and the curves before it stay
+        enter(driver, "pair.face_width", -1)
+        wait(lambda: "must be greater than 0" in driver.find_element("id", "message").text, "no message")
+        driver.find_element("id", "undo").click()
+        wait(lambda: driver.find_element("id", "message").text == "", "the message stayed")
+
+        driver.find_element("id", "save").click()
+        file = wait(lambda: next((p for p in tmp_path.glob("example*.toml") if p.stat().st_size), None), "no file")
+        assert load_scene(file).effect("crowning").amount == 7
+        driver.find_element("id", "pictures").click()
+        drawn = wait(lambda: next((p for p in tmp_path.glob("*.svg") if p.stat().st_size), None), "no picture")
+        assert drawn.read_text(encoding="utf-8").count("<svg") >= 8
+        assert faults(driver) == []
+
+
+def test_the_last_of_many_moves_is_what_stays(explored, scene_file, tmp_path):
+    """Answers that are overtaken are never shown over newer ones."""
+    move = """
+    const slider = document.querySelector('[data-slides="load.torque"]');
+    slider.value = arguments[0];
+    slider.dispatchEvent(new Event("input", { bubbles: true }));
+    """
+    with chromium(tmp_path) as driver:
+        show(driver, explored(scene_file))
+        for torque in range(60, 200, 5):
+            driver.execute_script(move, torque)
+        wait(lambda: in_scene(driver, "load", "torque") == 195, "an older answer stayed")
+        least = MODEL + "return model('now torque').data.torque[0] ?? 0"
+        wait(lambda: abs(driver.execute_script(least) - 0.2 * 195) < 0.1, "no Harris map of the last answer")
+        assert in_scene(driver, "load", "torque") == 195
+        assert faults(driver) == []
+
+
+def test_any_quantity_across_up_and_as_colour(explored, studies_file, tmp_path):
+    choose = """
+    const [id, title] = arguments, select = document.getElementById(id);
+    select.value = [...select.options].find((option) => option.textContent.startsWith(title)).value;
+    select.dispatchEvent(new Event("change"));
+    """
+    designs = catalogue(open_results([studies_file]))
+    with chromium(tmp_path) as driver:
+        show(driver, explored(studies_file))
+        wait(lambda: driver.execute_script(MODEL + "return model('designs')?.explore?.painted"), "not painted")
+        drawn = MODEL + "return Array.from(model('front').data.design)"
+        assert sorted(driver.execute_script(drawn)) == sorted(fronts(designs).tolist())
+        # less scatter is better, too: a front of its own
+        driver.execute_script(choose, "across", "max RMS k")
+        expected = front_of(designs, "mesh_stiffness_rms_max", "transmission_error_rms_mean")
+        wait(lambda: sorted(driver.execute_script(drawn)) == expected, "not the front of the axes chosen")
+        # of a variable less is not better
+        driver.execute_script(choose, "up", "crowning")
+        wait(lambda: driver.execute_script(drawn) == [], "a front of a variable")
+        label = MODEL + "return model('cloud').left[0].axis_label"
+        assert driver.execute_script(label) == designs.column("effects.crowning.amount").title
+        driver.execute_script(choose, "colour", "helix angle")
+        shades = MODEL + "return new Set(model('designs').explore.shade).size"
+        wait(lambda: driver.execute_script(shades) > 3, "no colours")
+        shot(driver, "10_axes_chosen")
+        assert faults(driver) == []
+
+
+def front_of(designs, across, up):
+    """Designs that no other has both values below or equal of."""
+    x, y = designs.column(across).values, designs.column(up).values
+    order = np.lexsort((y, x))
+    return sorted(
+        int(i)
+        for i, before in zip(order, np.minimum.accumulate(np.r_[np.inf, y[order]]), strict=False)
+        if y[i] < before
+    )

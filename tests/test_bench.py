@@ -1,0 +1,170 @@
+"""The design bench: controls from the input classes, scenes from controls, answers that agree with simulate."""
+
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+pytest.importorskip("bokeh", reason="the explorer needs the extra gearbench[explore]")
+
+from gearbench.effects.crowning import Crowning
+from gearbench.effects.registry import EFFECTS
+from gearbench.errors import InputError
+from gearbench.explore.bench.answers import COARSE, TORQUES, answers, changed
+from gearbench.explore.bench.form import form
+from gearbench.explore.bench.session import bench_html, example
+from gearbench.scene import Load
+from gearbench.scene_file import load_scene, parse_scene
+from gearbench.simulation import simulate
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return example()
+
+
+@pytest.fixture(scope="module")
+def controls(scene):
+    return {control.path: control for group in form(scene) for control in group.controls}
+
+
+def asked(scene, **changes):
+    """The question that a page asks after values were set at dotted keys."""
+    tables = scene.to_mapping()
+    for path, value in changes.items():
+        *parents, last = path.split("__")
+        table = tables
+        for part in parents:
+            table = table.setdefault(part, {})
+        table[last] = value
+    return {"scene": [json.dumps(tables)]}
+
+
+# -- controls ---------------------------------------------------------------------------------------------------------
+
+
+def test_every_table_of_a_scene_has_its_controls(scene, controls):
+    groups = {group.path: group for group in form(scene)}
+    files = {"effects.topography"}
+    assert {f"effects.{name}" for name in EFFECTS} - files <= set(groups)
+    for name, table in scene.to_mapping()["effects"].items():
+        assert groups[f"effects.{name}"].present
+        for key, value in table.items():
+            assert controls[f"effects.{name}.{key}"].value == value
+    for key in ("pair.normal_module", "pair.pinion.teeth", "pair.wheel.bore_diameter", "load.torque"):
+        *parents, last = key.split(".")
+        table = scene.to_mapping()
+        for part in parents:
+            table = table[part]
+        assert controls[key].value == table[last]
+
+
+def test_controls_know_units_and_limits(controls):
+    assert controls["pair.helix_angle"].unit == "°"
+    assert controls["load.torque"].unit == "N·m"
+    assert controls["effects.crowning.amount"].label == "crowning C_β"
+    assert (controls["pair.pinion.teeth"].kind, controls["pair.pinion.teeth"].least) == ("integer", 5)
+    assert controls["effects.tooth_bending.model"].choices == ("plate", "solid", "finite_elements")
+
+
+def test_sliders_stay_within_the_limits_and_hold_the_value_in_round_steps(controls):
+    sliders = [control for control in controls.values() if control.high is not None]
+    assert len(sliders) > 20
+    for control in sliders:
+        assert control.low < control.high
+        assert control.low <= control.value <= control.high
+        assert control.least is None or control.low >= control.least
+        assert control.most is None or control.high <= control.most
+        assert re.fullmatch(r"[125](\.0)?(e-?\d+)?|0\.0*[125]|[125]0*(\.0)?", f"{control.step}"), control
+        assert 20 <= (control.high - control.low) / control.step <= 1000 or control.kind == "integer"
+
+
+# -- scenes -----------------------------------------------------------------------------------------------------------
+
+
+def test_untouched_controls_give_the_scene_back(scene):
+    assert changed(scene, scene.to_mapping()) == scene
+
+
+def test_a_change_is_that_of_the_scene_file(scene):
+    tables = scene.to_mapping()
+    tables["effects"]["crowning"]["amount"] = 6.0
+    tables["pair"]["helix_angle"] = 19.0
+    assert changed(scene, tables) == parse_scene(tables)
+
+
+def test_a_page_names_no_files(scene, tmp_path):
+    (tmp_path / "secret.csv").write_text("1,2\n3,4\n")
+    tables = scene.to_mapping()
+    tables["effects"]["topography"] = {"pinion": str(tmp_path / "secret.csv")}
+    with pytest.raises(InputError, match="names files"):
+        changed(scene, tables)
+
+
+def test_faults_are_one_line_with_key_and_value(scene):
+    (found,) = answers(scene, asked(scene, pair__face_width=-1.0))
+    assert found["message"] == ["pair.face_width = -1.0: must be greater than 0"]
+    (found,) = answers(scene, asked(scene, effects__crowning__amont=1.0))
+    assert "amont" in found["message"][0]
+    (found,) = answers(scene, asked(scene, effects__tip_relief__length=50.0))
+    assert "length" in found["message"][0]
+    for junk in ({}, {"scene": ["no json"]}, {"scene": ["[1]"]}, {"scene": ['{"effects": 3}']}):
+        (found,) = answers(scene, junk)
+        assert found["message"][0]
+
+
+# -- answers ----------------------------------------------------------------------------------------------------------
+
+
+def test_answers_are_coarse_then_those_of_simulate(scene):
+    found = [answer["now"][0] for answer in answers(scene, asked(scene, effects__crowning__amount=6.0))]
+    moved = replace(scene, effects=tuple(Crowning(amount=6.0) if e.name == "crowning" else e for e in scene.effects))
+    for tables, expected in ((found[0], replace(moved, resolution=COARSE)), (found[1], moved)):
+        dataset = simulate(expected)
+        numbers = dict(zip(tables["numbers"]["label"], tables["numbers"]["value"], strict=True))
+        assert numbers["peak-to-peak STE [µm]"] == f"{float(dataset['transmission_error_peak_to_peak']):.3f}"
+        assert numbers["mean stiffness k [N/µm]"] == f"{float(dataset['mesh_stiffness_mean']):.1f}"
+        orders, amplitude = tables["ste_orders"], dataset["transmission_error_amplitude"]
+        known = amplitude.sel(harmonic=orders["order"].astype(int))
+        assert_allclose(orders["amplitude"], known, rtol=1e-5, atol=1e-7)
+        assert load_text(tables["scene"]["text"][0]) == moved
+    assert [list(t) for t in found[2:]] == [["warnings"], ["harris", "torque"]]
+
+
+def test_torques_are_those_of_single_scenes(scene):
+    *_, last = answers(scene, asked(scene))
+    table = last["now"][0]["torque"]
+    assert_allclose(table["torque"], np.array(TORQUES) * scene.load.torque, rtol=1e-3)
+    alone = replace(scene, load=Load(torque=table["torque"][2]), resolution=replace(COARSE, positions=32))
+    assert_allclose(table["peak_to_peak"][2], simulate(alone)["transmission_error_peak_to_peak"], rtol=1e-4)
+    harris = last["now"][0]["harris"]
+    for x, y in zip(harris["xs"], harris["ys"], strict=True):
+        assert_allclose(y[-1], y[0])
+        assert_allclose(x[-1] - x[0], 2.0)
+
+
+def test_clamped_teeth_are_warned_of(scene):
+    clamped = replace(scene, effects=tuple(e for e in scene.effects if e.name != "gear_body"))
+    lines = [answer["now"][0] for answer in answers(clamped, asked(clamped))][2]["warnings"]["text"]
+    assert any("gear_body" in line for line in lines)
+
+
+def test_the_file_holds_all_it_needs(scene):
+    text = bench_html(scene)
+    markup = re.sub(r"(<script[^>]*>).*?</script>", r"\1", text, flags=re.DOTALL)
+    assert not re.search(r"<(?:script|link|img)[^>]+(?:src|href)=", markup)
+    assert "<form" not in markup
+
+
+def load_text(text):
+    import tomllib
+
+    return parse_scene(tomllib.loads(text))
+
+
+def test_the_example_is_a_scene_file(tmp_path, scene):
+    (tmp_path / "example.toml").write_text(scene.to_toml(), encoding="utf-8")
+    assert load_scene(tmp_path / "example.toml") == scene
