@@ -27,6 +27,8 @@ from gearbench.geometry.material import Material
 
 #: Points on each edge of a quadrilateral, and along the axis for each polynomial of the loads.
 POINTS, STATIONS = 6, 1.0
+#: Height of the row below the teeth [modules]: where it is thicker, level 4 has the peak 12 % too large, not 0.4 %.
+RIM = 0.4
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,7 +155,7 @@ def fillet_stress(
         If flanks or fillets of the section cross.
     """
     order = order or default_order(body.gear)
-    level = Level(body=body, number=number, waves=order[1])
+    level = Level(body=body, number=number, waves=order[1], rim=RIM)
     b, counts = body.gear.face_width, level.counts
     fillet = Fillet(section=level.section)
     eta = gauss(max(3, math.ceil(STATIONS * order[1])))[0]

@@ -60,16 +60,19 @@ class Level:
         Degree of the quadrilaterals.
     waves
         Number of polynomials of the loads over the face width.
+    rim
+        Height of the row below the teeth in modules.
     """
 
     body: Body
     number: int
     waves: int
+    rim: float = 1.2
 
     @cached_property
     def section(self) -> Section:
         """The section."""
-        return Section(body=self.body, grain=Grain(degree=self.number))
+        return Section(body=self.body, grain=Grain(degree=self.number, rim=self.rim))
 
     @property
     def count(self) -> int:
