@@ -1,5 +1,5 @@
 """Fixtures that benchmarks share with the tests."""
 
-from tests.browser.conftest import served
+from tests.browser.conftest import explored, served
 
-__all__ = ["served"]
+__all__ = ["explored", "served"]

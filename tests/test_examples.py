@@ -2,12 +2,13 @@
 
 import runpy
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib as mpl
 import pytest
 
-from gearbench import load_scene, simulate
+from gearbench import Resolution, load_scene, simulate
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 mpl.use("agg")
@@ -60,3 +61,15 @@ def test_a_search_finds_the_smoothest(run_example):
     feasible = front.where(front["feasible"] == 1)
     assert int(feasible["mesh_stiffness_rms_mean"].argmin("design")) == names["best"]
     assert lines[-1].startswith(f"design {names['best']}: ")
+
+
+@pytest.mark.parametrize("path", sorted((EXAMPLES / "gears").glob("*.toml")), ids=lambda path: path.stem)
+def test_gears_in_use_stand_on_their_bodies(path):
+    """Twelve pairs of practice: wide, helical, high contact ratio, thin rims, large wheels."""
+    scene = load_scene(path)
+    assert scene.name == path.stem
+    dataset = simulate(replace(scene, resolution=Resolution(positions=8, segments=7)))
+    assert dataset.attrs["support"] == "ring"
+    # ISO 6336-1: c_γ = c' (0.75 ε_α + 0.25), c' = 14 N/(mm·µm) with 20° and bodies of average kind
+    iso = 14 * (0.75 * scene.pair.meshing.transverse_contact_ratio + 0.25) * scene.pair.face_width
+    assert 0.5 < float(dataset["mesh_stiffness_mean"]) / iso < 1.6

@@ -1,5 +1,7 @@
 """The design bench in a real browser: layout, keyboard, screen readers, changes, files; and the page of studies."""
 
+import subprocess
+import sys
 import tomllib
 from importlib.resources import files
 
@@ -11,6 +13,7 @@ from gearbench.explore.catalogue import catalogue, fronts
 from gearbench.explore.stored import open_results
 from gearbench.results.netcdf import save
 from gearbench.scene_file import load_scene
+from gearbench.simulation import simulate
 from tests.browser.chromium import chromium, faults, missing, shot, wait
 from tests.explore_designs import front
 
@@ -158,6 +161,27 @@ def test_the_last_of_many_moves_is_what_stays(explored, scene_file, tmp_path):
         least = MODEL + "return model('now torque').data.torque[0] ?? 0"
         wait(lambda: abs(driver.execute_script(least) - 0.2 * 195) < 0.1, "no Harris map of the last answer")
         assert in_scene(driver, "load", "torque") == 195
+        assert faults(driver) == []
+
+
+def test_a_single_result_as_a_file_shows_no_empty_panels(scene_file, tmp_path):
+    page, result = tmp_path / "page.html", tmp_path / "result.nc"
+    save(simulate(load_scene(scene_file)), result)
+    command = [sys.executable, "-m", "gearbench", "explore", str(result), "--export", str(page), "-q"]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == ("", "")
+    with chromium(tmp_path, offline=True) as driver:
+        show(driver, page.as_uri())
+        figures = driver.execute_script(
+            "return [...document.querySelectorAll('[data-figure]')].filter((f) => f.checkVisibility())"
+            ".map((f) => f.dataset.figure)"
+        )
+        assert figures == ["ste", "stiffness", "ste_orders", "stiffness_orders", "harris", "torque", "load", "teeth"]
+        assert driver.execute_script(SWEPT)
+        heads = "return [...document.querySelectorAll('#numbers thead th')].map((c) => c.textContent)"
+        assert driver.execute_script(heads) == ["example"]
+        assert driver.execute_script("return document.querySelectorAll('button, form').length") == 0
+        shot(driver, "11_single_result")
         assert faults(driver) == []
 
 

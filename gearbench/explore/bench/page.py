@@ -97,8 +97,9 @@ class BenchPage:
         plot.multi_line("xs", "ys", source=source, color={"field": "torque", "transform": mapper}, line_width=1.6)
         bar = ColorBar(color_mapper=mapper, title="T [N·m]", width=10, title_text_font_size="12px", padding=3)
         plot.add_layout(bar, "right")
-        source.js_on_change("data", script("torques", source=source, mapper=mapper))
-        self.gear.ready.append(fitted(plot, (source,), (), ("ys",)))
+        colours = script("torques", source=source, mapper=mapper)
+        source.js_on_change("data", colours)
+        self.gear.ready += [colours, fitted(plot, (source,), (), ("ys",))]
         return plot
 
     def _torque(self) -> Any:

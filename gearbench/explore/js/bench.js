@@ -9,6 +9,7 @@ const undone = [];  // earlier scenes, the last one on top
 const added = JSON.parse(examples);
 const variants_ = [...beside];  // { name, scene, numbers, curves, colour }
 let baseline = null;
+const file_name = byId("bench-name").textContent;
 
 // -- tables and controls ----------------------------------------------------------------------------------------------
 function parent(path, make) {
@@ -157,14 +158,15 @@ function cell(tag, text, scope) {
 function numbers() {
   const shown = now.numbers.data, table = byId("numbers");
   baseline ??= { ...shown };
-  const columns = [["baseline", baseline], ...variants_.map((v) => [v.name, v.numbers, v]), ["now", shown]];
+  const others = variants_.map((v) => [v.name, v.numbers, v]);
+  const columns = form ? [["baseline", baseline], ...others, ["now", shown]] : [[file_name, shown], ...others];
   const head = document.createElement("tr");
   head.append(cell("td", ""));
   for (const [name, , variant] of columns) {
     const th = cell("th", name, "col");
     if (variant) {
       th.style.borderTop = `3px solid ${variant.colour}`;
-      for (const [label, act] of [["restore", () => { commit(); undone.push(committed); replace(variant.scene); }],
+      if (form) for (const [label, act] of [["restore", () => { commit(); undone.push(committed); replace(variant.scene); }],
         ["drop", () => { variants_.splice(variants_.indexOf(variant), 1); overlay(); }]]) {
         const button = cell("button", label);
         button.type = "button";
