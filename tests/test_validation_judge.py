@@ -15,6 +15,7 @@ from gearbench.simulation import simulate
 from gearbench.validation import judge as module
 from gearbench.validation.comparison import compare, validate
 from gearbench.validation.judge import ACCURACIES, JUDGED, NEGLIGIBLE, TIMES
+from gearbench.validation.reference import reference_scene
 from gearbench.validation.ste_error import OUTPUTS
 from tests.validation_fakes import plates_for_finite_elements
 
@@ -40,10 +41,9 @@ def test_the_accuracy_is_raised_until_the_reference_can_judge(monkeypatch, corre
     """Fast and reference agree: each bar must be below a fifth of what is negligible."""
     plates_for_finite_elements(monkeypatch, correction=correction)
     scene, asked = case(1), []
-    judgement = module._judgement
-    monkeypatch.setattr(module, "_judgement", lambda *a: asked.append(a[2]) or judgement(*a))
+    monkeypatch.setattr(module, "reference_scene", lambda *a: asked.append(a[1]) or reference_scene(*a))
     found = module.judge(scene, simulate(scene, outputs=OUTPUTS))
-    assert [module.finite_elements(each).accuracy for each in asked] == list(ACCURACIES[:tried])
+    assert asked == list(ACCURACIES[:tried])
     bars = [float(found.found[f"{name}_bar"][1]) for name in JUDGED]
     assert found.settled == (max(bars) <= NEGLIGIBLE / TIMES) == (correction < 50)
     assert found.reason == ("" if found.settled else "accuracy = 0.00025 is the finest that is tried")

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from numpy.typing import NDArray
 
@@ -19,10 +17,6 @@ from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
 from gearbench.scene import Scene
-from gearbench.simulation import dataset, solve_scene
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 def smooth_effects(scene: Scene) -> tuple[ToothCompliance, ...]:
@@ -114,9 +108,3 @@ def finest_level(reference: Scene) -> Scene:
     )
     kept = [effect for effect in reference.effects if effect.name != ToothBending.name]
     return replace(reference, effects=(SolvedTeeth(flanks=(pinion, wheel)), *kept))
-
-
-def finest_cycle(reference: Scene, outputs: Sequence[str]) -> xr.Dataset:
-    """What ``simulate`` gives of the reference, by its finest level alone."""
-    start = time.perf_counter()
-    return dataset(replace(solve_scene(finest_level(reference)), scene=reference), outputs, start)

@@ -21,8 +21,9 @@ from gearbench.geometry.role import Role
 from gearbench.scene import Scene
 from gearbench.simulation import simulate
 from gearbench.validation.comparison import compliance_seconds
+from gearbench.validation.judge import finest_cycle
 from gearbench.validation.mac import compare_shapes
-from gearbench.validation.reference import finest_cycle, finest_level, meshed_flanks, reference_scene
+from gearbench.validation.reference import finest_level, meshed_flanks, reference_scene
 from gearbench.validation.ste_error import OUTPUTS, cycle_errors, error_bars
 from studies.s05_tooth_models.pairs import draw, in_use
 
