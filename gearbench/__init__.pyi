@@ -3,6 +3,7 @@
 from .contact.solver import ConvergenceError as ConvergenceError
 from .dynamics.analysis import response as response
 from .dynamics.nonlinear import nonlinear_response as nonlinear_response
+from .dynamics.revolution import revolution_response as revolution_response
 from .dynamics.scatter import robust_response as robust_response
 from .effects.base import ComplianceEffect as ComplianceEffect
 from .effects.base import Dense as Dense

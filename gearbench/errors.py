@@ -12,8 +12,12 @@ LONGEST, LONGEST_VALUE, LONGEST_PATH = 288, 80, 120
 
 def plain(text: object) -> str:
     """A text as one line that a terminal shows as it is: white space as blanks, control characters as escapes."""
-    joined = " ".join(_text(text).split())
-    return "".join(c if c.isprintable() else c.encode("unicode_escape", "surrogatepass").decode() for c in joined)
+    return escaped(" ".join(_text(text).split()))
+
+
+def escaped(text: str) -> str:
+    """A text with its control characters, and those that turn the direction of writing, as escapes."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def _text(value: object) -> str:

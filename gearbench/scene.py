@@ -17,6 +17,8 @@ from gearbench.geometry.pair import Pair
 from gearbench.notebook import scene_html
 from gearbench.schema import STRICT, given
 
+#: Line load over E m_n that a scene may have: below, rounding rules; above, teeth would be pressed through many times.
+LOADS = (1e-15, 100.0)
 #: Gauss points on each panel unless a scene says otherwise.
 DEFAULT_GAUSS_POINTS = 8
 
@@ -132,6 +134,11 @@ class Scene:
                 effect.check(self.pair, self.effects_by_name)
             except InputError as error:
                 raise error.within(f"effects.{effect.name}") from None
+        low, high = (self.load.torque * end / self.relative_load for end in LOADS)
+        if not low <= self.load.torque <= high:
+            raise InputError(
+                "load.torque", self.load.torque, f"must lie within {low:.3g} to {high:.3g} N·m for this pair"
+            )
         if not any(isinstance(effect, ComplianceEffect) for effect in self.effects):
             raise InputError("effects", ", ".join(names) or "none", "at least one must add compliance, e.g. hertz")
 
@@ -190,6 +197,12 @@ class Scene:
     def F_bn(self) -> float:
         """F_bn = F_bt / cos β_b, normal to the flank [N]."""
         return self.F_bt / math.cos(self.pair.meshing.beta_b)
+
+    @property
+    def relative_load(self) -> float:
+        """F_bn / (b E m_n), the mean line load in terms of module and elasticity [–]; 5·10⁻⁴ is common for steel."""
+        pair = self.pair
+        return self.F_bn / (pair.face_width * pair.material.E * pair.normal_module)
 
     def to_mapping(self) -> dict[str, Any]:
         """The scene as nested tables, as in a file; defaults are left out."""

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
-from gearbench.contact.solver import solve
+from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.patches import solve_patches
+from gearbench.contact.transitions import loaded_phases
 from gearbench.geometry.action import ContactLines
 from gearbench.results.cycle import HARMONICS
 from gearbench.results.outputs import DEFAULT_OUTPUTS, Solved, check_outputs, output
@@ -82,13 +83,16 @@ def cycle_values(scene: Scene) -> NDArray:
 
 def solve_scene(scene: Scene) -> Solved:
     """Contact solution of ``scene`` at all its mesh phases."""
-    phase, weight = mesh_phases(scene)
-    return solve_lines(scene, scene_lines(scene, phase), weight)
+    phase, weight, size = loaded_phases(scene)
+    return solve_lines(scene, scene_lines(scene, phase), weight, size)
 
 
 @single_threaded_blas()
-def solve_lines(scene: Scene, lines: ContactLines, weight: NDArray) -> Solved:
-    """As ``solve_scene``, on the contact lines and with the weights of their positions given, (position,)."""
+def solve_lines(scene: Scene, lines: ContactLines, weight: NDArray, size: int | None = None) -> Solved:
+    """As ``solve_scene``, on the contact lines and with the weights of their positions given, (position,).
+
+    ``size`` is the number of Gauss points on each panel, where that is not the scene's.
+    """
     _LOG.debug("contact problem: %d positions, %d pairs, %d segments", *lines.shape)
     if scene.has_shafts:
         from gearbench.contact.bearings import settle
@@ -96,9 +100,9 @@ def solve_lines(scene: Scene, lines: ContactLines, weight: NDArray) -> Solved:
         problem, solution, _ = settle(scene, scene.shaft_effects, lines, weight)
     else:
         problem = assemble(scene, lines)
-        solution = solve(problem)
+        solution = solve_patches(problem)
     _LOG.debug("solved in at most %d Newton steps a position", solution.iterations.max(initial=0))
-    return Solved(scene=scene, lines=lines, weight=weight, problem=problem, solution=solution)
+    return Solved(scene=scene, lines=lines, weight=weight, problem=problem, solution=solution, size=size)
 
 
 def dataset(solved: Solved, outputs: Sequence[str], start: float, before: tuple[str, ...] = ()) -> xr.Dataset:

@@ -13,6 +13,7 @@ from gearbench.optimisation.dataset import designs_dataset
 from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.front import non_dominated
 from gearbench.optimisation.problem import Evaluation, scene_of
+from gearbench.optimisation.study import OptimisationStudy
 from gearbench.optimisation.study_file import load_study
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -31,12 +32,18 @@ def macro_geometries() -> tuple[tuple[int, int, int], ...]:
     return tuple(found)
 
 
-def front(count: int, seed: int = 0) -> xr.Dataset:
-    """Designs of the small example drawn at random; what is stored of them is made up, with one that is no gear."""
-    study = load_study(EXAMPLES / "optimise_small.toml")
+def front(count: int, seed: int = 0, study: OptimisationStudy | None = None) -> xr.Dataset:
+    """Designs of the small example drawn at random; what is stored of them is made up, with one that is no gear.
+
+    Variables that ``study`` has beside those of the example take their first value in the first design.
+    """
+    study = study or load_study(EXAMPLES / "optimise_small.toml")
     random = np.random.default_rng(seed)
     macro = np.array(macro_geometries())
     codes = np.column_stack([macro[random.integers(len(macro), size=count)], random.integers(0, (8, 6, 6), (count, 3))])
+    more = np.ones((count, len(study.variables) - codes.shape[1]), dtype=int)
+    more[:1] = 0
+    codes = np.hstack([codes, more])
     k = 6 + 12 * random.beta(2, 3, count)
     ste = 6 / k + random.gamma(2, 0.3, count)
     statistics = np.column_stack([k, 0.1 * k, 1.3 * k, ste, 0.15 * ste, 1.5 * ste])

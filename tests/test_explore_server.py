@@ -54,13 +54,14 @@ def status(url: str, **headers: str) -> int:
             return error.code
 
 
-def handshake(explorer, origin: str) -> str:
+def handshake(explorer, origin: str, path: str = "") -> str:
     """First line of the answer to a request for the connection that data goes through."""
+    path = path or "/" + explorer.url.split("/")[3] + "/ws"
     with urllib.request.urlopen(explorer.url, timeout=30) as answer:
         token = re.search(r'"token":"([^"]+)"', answer.read().decode())[1]
     with socket.create_connection(("127.0.0.1", explorer.port), timeout=30) as connection:
         lines = [
-            "GET /ws HTTP/1.1", f"Host: 127.0.0.1:{explorer.port}", "Upgrade: websocket", "Connection: Upgrade",
+            f"GET {path} HTTP/1.1", f"Host: 127.0.0.1:{explorer.port}", "Upgrade: websocket", "Connection: Upgrade",
             "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==", "Sec-WebSocket-Version: 13", f"Origin: {origin}",
             f"Sec-WebSocket-Protocol: bokeh, {token}", "", "",
         ]  # fmt: skip
@@ -73,9 +74,10 @@ def test_the_page_and_its_scripts_come_from_this_server(explorer):
         text = answer.read().decode()
     sources = re.findall(r'(?:src|href)="([^"]+)"', text)
     assert sources
-    assert all(source.startswith(("static/", "/static/", "data:")) for source in sources)
+    own = explorer.url.removeprefix(f"http://127.0.0.1:{explorer.port}")
+    assert all(source.startswith((f"{own}static/", "data:")) for source in sources)
     script = next(source for source in sources if "bokeh.min.js" in source)
-    assert status(explorer.url + script.lstrip("/")) == 200
+    assert status(explorer.url + script.removeprefix(own)) == 200
 
 
 def test_only_loopback_is_listened_on(explorer):
@@ -91,6 +93,29 @@ def test_its_own_pages_may_connect(explorer, host):
 @pytest.mark.parametrize("origin", ["http://evil.example", "http://127.0.0.1:1", "http://localhost.evil.example"])
 def test_other_origins_are_refused(explorer, origin):
     assert " 403 " in handshake(explorer, origin)
+
+
+@pytest.mark.parametrize(
+    "path", ["", "ws", "static/js/bokeh.min.js", "autoload.js", "metadata", "{half}/", "{half}0/ws"]
+)
+def test_without_the_token_everything_is_refused(explorer, path):
+    token = explorer.url.split("/")[3]
+    assert len(token) == 48
+    assert status(f"http://127.0.0.1:{explorer.port}/" + path.format(half=token[:-1])) == 403
+    origin = f"http://127.0.0.1:{explorer.port}"
+    assert " 403 " in handshake(explorer, origin, f"/{path.format(half=token[:-1])}")
+
+
+def test_scripts_in_place_are_forbidden_but_for_the_pages_own(explorer):
+    with urllib.request.urlopen(explorer.url, timeout=30) as answer:
+        policy, text = answer.headers["Content-Security-Policy"], answer.read().decode()
+    (nonce,) = re.findall(r"script-src 'nonce-([^']+)' 'self' 'unsafe-eval';", policy)
+    scripts = re.findall(r"<script[^>]*>", text)
+    own = f'<script nonce="{nonce}"'
+    assert all(script.startswith((own, '<script src="', '<script type="application/json"')) for script in scripts)
+    assert any(script.startswith(own) for script in scripts)
+    with urllib.request.urlopen(explorer.url, timeout=30) as again:
+        assert nonce not in again.headers["Content-Security-Policy"]
 
 
 def test_other_host_names_find_nothing(explorer):

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from fem_reference.contact.cycle import widened
-from fem_reference.contact.phase import PhaseResult
+from fem_reference.contact.result import PhaseResult
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.results.netcdf import load
 from studies.s08_contact import checks, figures

@@ -9,11 +9,14 @@ import pytest
 
 import gearbench.contact.assemble
 from gearbench import load_scene, robust, simulate, sweep
+from gearbench.contact.assemble import mesh_phases, scene_lines
 from gearbench.contact.loads import solve_loads
 from gearbench.contact.problem import ContactProblem
 from gearbench.errors import InputError
+from gearbench.results.outputs import DEFAULT_OUTPUTS
 from gearbench.scene import Load, Scene
 from gearbench.scene_file import parse_scene
+from gearbench.simulation import dataset, solve_lines
 from gearbench.sweeps import shared
 from gearbench.sweeps.ranges import parse_range, parse_setting
 from tests.test_architecture import ROOT
@@ -30,6 +33,12 @@ def example(name: str = "case2") -> Scene:
 def with_tables(scene: Scene, **effects: dict) -> Scene:
     tables = scene.to_mapping()
     return parse_scene({**tables, "effects": {**tables["effects"], **effects}})
+
+
+def single_run(scene: Scene):
+    """As ``simulate``, at the mesh phases that are known without a solution: those that all loads share."""
+    phase, weight = mesh_phases(scene)
+    return dataset(solve_lines(scene, scene_lines(scene, phase), weight), DEFAULT_OUTPUTS, 0.0)
 
 
 def assert_equal(point, single):
@@ -51,8 +60,16 @@ def test_torques_equal_single_runs(scene):
     assert dataset.attrs["complete"] == 1
     assert dataset["line_load"].dims == ("torque", "position", "pair", "segment")
     for torque in torques:
-        single = simulate(replace(scene, load=Load(torque=torque)))
+        single = single_run(replace(scene, load=Load(torque=torque)))
         assert_equal(dataset.sel(torque=torque), single)
+
+
+def test_sweeps_are_simulations_within_what_their_phases_leave_out():
+    """Panels of ``simulate`` end where its load changes the contact, those of a sweep where all loads share them."""
+    found = sweep(RELIEVED, torque=[RELIEVED.load.torque]).isel(torque=0)
+    alone = simulate(RELIEVED)
+    for name, most in (("transmission_error_mean", 1e-4), ("mesh_stiffness_mean", 1e-4), ("mesh_stiffness_rms", 0.01)):
+        assert float(found[name]) == pytest.approx(float(alone[name]), rel=most)
 
 
 def test_without_a_contact_law_too():
@@ -84,7 +101,7 @@ def test_gaps_kinks_and_gears_equal_single_runs():
         tables = RELIEVED.to_mapping()
         tables["effects"]["tip_relief"] |= {"amount": amount, "length": length}
         tables["pair"]["pinion"]["teeth"] = z
-        single = simulate(parse_scene({**tables, "load": {"torque": torque}}))
+        single = single_run(parse_scene({**tables, "load": {"torque": torque}}))
         present = point["pair_index"].isin(single["pair_index"])
         assert_equal(point.isel(pair=np.flatnonzero(present)), single)
         assert float(point["phase_weight"].sum()) == pytest.approx(1.0, abs=1e-14)
@@ -200,7 +217,7 @@ def test_torques_off_the_line_of_action_each_have_their_own_lines():
     torques = [0.1 * scene.load.torque, 2.0 * scene.load.torque]
     found = sweep(scene, torque=torques)
     for torque in torques:
-        alone, at = simulate(replace(scene, load=Load(torque=torque))), found.sel(torque=torque)
+        alone, at = single_run(replace(scene, load=Load(torque=torque))), found.sel(torque=torque)
         for name in ("transmission_error_mean", "transmission_error_rms", "mesh_stiffness_mean"):
             np.testing.assert_allclose(float(at[name]), float(alone[name]), rtol=1e-9)
         weight = at["phase_weight"].values

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench.contact.assemble import mesh_phases, scene_lines
+from gearbench.contact.assemble import scene_lines
 from gearbench.simulation import simulate, solve_scene
 from tests.systems import RIGID, shafts, spur_scene
 
@@ -206,8 +206,8 @@ def test_scene_without_system_imports_none_of_it():
 
 def test_mean_force_balances_on_bearings():
     scene = spur_scene(shafts(), helix=15.0)
-    phase, weight = mesh_phases(scene)
     solved = solve_scene(scene)
+    phase, weight = solved.lines.mesh_phase, solved.weight
     gears = next(e for e in scene.acting_effects if e.name == "shafts").gears
     from gearbench.effects.shafts import flank_loads
 

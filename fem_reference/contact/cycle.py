@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fem_reference.contact.calculix import version
-from fem_reference.contact.phase import PhaseResult, Settings, solve_phase
+from fem_reference.contact.phase import Settings, solve_phase
+from fem_reference.contact.result import PhaseResult
+from fem_reference.contact.spatial import SpatialSettings, solve_spatial
 from gearbench.contact.phases import uniform_phases
 from gearbench.effects.base import GapEffect
 from gearbench.effects.teeth import require_bores
@@ -28,74 +30,86 @@ if TYPE_CHECKING:
 
 #: Phases at which a coarser mesh and a stiffer contact tell the error.
 _CHECKED = 3
+#: How much less accurate the compliance of the bodies is that tells its error.
+_COARSE = 5.0
 
 
 def contact_cycle(
     scene: Scene,
-    phases: int = 20,
+    phases: int | Sequence[float] = 20,
     *,
     torques: Sequence[float] | None = None,
     width_factor: float = 1.0,
-    settings: Settings | None = None,
+    settings: Settings | SpatialSettings | None = None,
     workers: int = 2,
 ) -> xr.Dataset:
-    """Mesh cycle of a spur pair by contact finite elements in plane strain, on the whole bodies held at their bores.
+    """Mesh cycle by contact finite elements on the whole bodies held at their bores.
 
-    Tips, flanks and fillets of all near tooth pairs may touch, frictionless. The compliance effects of the scene are
-    not used; its gaps are cut from the flanks.
+    Spur pairs in plane strain, where tips, flanks and fillets of all near tooth pairs may touch; helical pairs, and
+    with ``SpatialSettings`` spur pairs too, with their finite width. Frictionless. The compliance effects of the scene
+    are not used; its gaps are cut from the flanks.
 
     Parameters
     ----------
     scene
         The pair with its bores, the load and the modifications.
     phases
-        Number of uniform mesh phases.
+        Number of uniform mesh phases, or the phases themselves, ascending.
     torques
         Torques on the pinion [N·m], rising, in place of the scene's; they become the dimension ``torque``.
     width_factor
-        Factor on the elastic deflections, not on gaps: 1 is plane strain; narrow teeth deflect some 3 % more.
+        Factor on the elastic deflections in plane strain, not on gaps; narrow teeth deflect some 3 % more.
     settings, workers
-        How each phase is computed, and how many at a time.
+        How each phase is computed, and how many at a time (one, where the width is finite: they need the memory).
 
     Returns
     -------
     Dataset like that of ``simulate``, with ``load_share`` and ``contact_radius`` (on the pinion) of each pair, and in
-    ``transmission_error_uncertainty`` the error bar [µm]: what a mesh coarser by √2 and half the penalty change.
+    ``transmission_error_uncertainty`` the error bar [µm]: what a mesh coarser by √2 and half the penalty, or a coarser
+    compliance of the bodies, change at the greatest.
 
     Raises
     ------
     InputError
-        If the pair is helical or lacks bores, or the torques do not rise.
-    MissingDependencyError
-        If CalculiX is not there.
-    ContactError
-        If it does not solve a phase.
+        If the pair lacks bores, or is helical and plane strain is asked for, or the torques do not rise.
+    MissingDependencyError, ContactError
+        If CalculiX is not there; if it does not solve a phase.
     """
     start = time.perf_counter()
     loads = tuple(torques) if torques is not None else (scene.load.torque,)
-    _check(scene, loads)
-    phase, weight = uniform_phases(phases)
-    found, checks = _solved(scene, phase, loads, settings or Settings(), workers)
+    chosen = settings or (SpatialSettings() if scene.pair.helix_angle else Settings())
+    _check(scene, loads, chosen, width_factor)
+    phase, weight = uniform_phases(phases) if isinstance(phases, int) else _alike(phases)
+    found, checks = _solved(scene, phase, loads, chosen, workers)
     force = 1e3 * np.array(loads)[:, None] / scene.pair.gears[0].base_radius
     q = widened(found, force, width_factor)
     k = np.array([each.stiffness for each in found]).T / width_factor
     cycle = MeshCycle.of(scene, Phases(phase=phase, weight=weight, size=None), q, k)
     names, share, radius = _of_pairs(found)
-    changed = [widened(some, force, width_factor) for some in (checks.coarser, checks.softer)]
-    error = MICROMETRES * np.sum([np.abs(other - q[:, checks.at]).max(axis=1) for other in changed], axis=0)
+    changed = [widened(some, force, width_factor) - q[:, checks.at] for some in (checks.coarser, checks.softer)]
+    error = MICROMETRES * np.sum([np.abs(change).max(axis=1) for change in changed], axis=0)
     of_pairs = {"load_share": share, "contact_radius": radius}
-    attrs = {
-        **provenance(scene, wall_time=time.perf_counter() - start),
-        "support": "finite_elements",
-        "method": f"contact finite elements, plane strain, CalculiX {version()}",
-        "width_factor": width_factor,
-    }
+    attrs = {"support": "finite_elements", "method": _method(chosen), "width_factor": width_factor}
+    attrs |= provenance(scene, wall_time=time.perf_counter() - start)
     return _dataset(cycle, of_pairs, names, error, loads, torques is None).assign_attrs(attrs)
 
 
-def _check(scene: Scene, loads: Sequence[float]) -> None:
-    if scene.pair.helix_angle:
-        raise InputError("pair.helix_angle", scene.pair.helix_angle, "must be 0: contact is computed in plane strain")
+def _alike(phases: Sequence[float]) -> tuple[NDArray, NDArray]:
+    """Phases that all weigh the same."""
+    return np.array(phases), np.full(len(phases), 1 / len(phases))
+
+
+def _method(settings: Settings | SpatialSettings) -> str:
+    if isinstance(settings, Settings):
+        return f"contact finite elements, plane strain, CalculiX {version()}"
+    return "contact finite elements, strips of contact on the compliance of the whole gears"
+
+
+def _check(scene: Scene, loads: Sequence[float], settings: Settings | SpatialSettings, factor: float) -> None:
+    if isinstance(settings, Settings) and scene.pair.helix_angle:
+        raise InputError("pair.helix_angle", scene.pair.helix_angle, "must be 0 in plane strain")
+    if isinstance(settings, SpatialSettings) and factor != 1:
+        raise InputError("width_factor", factor, "must be 1 where the width is finite")
     require_bores(scene.pair)
     if not loads or not all(a < b for a, b in pairwise((0.0, *loads))):
         raise InputError("torques", list(loads), "must be positive and rise")
@@ -103,7 +117,7 @@ def _check(scene: Scene, loads: Sequence[float]) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class _Checks:
-    """Some phases once more, at the numbers ``at``: with a coarser mesh, and with a softer contact."""
+    """Some phases once more, at the numbers ``at``: on coarser meshes, with a softer contact or coarser bodies."""
 
     at: NDArray
     coarser: list[PhaseResult]
@@ -111,17 +125,22 @@ class _Checks:
 
 
 def _solved(
-    scene: Scene, phase: NDArray, loads: tuple[float, ...], settings: Settings, workers: int
+    scene: Scene, phase: NDArray, loads: tuple[float, ...], settings: Settings | SpatialSettings, workers: int
 ) -> tuple[list[PhaseResult], _Checks]:
     """All phases, and what tells their error."""
-    at = np.unique(np.linspace(0, len(phase) - 1, _CHECKED + 2).astype(int)[1:-1])
-    coarser = replace(settings, fineness=settings.fineness.halved())
-    softer = replace(settings, penalty=settings.penalty / 2)
+    gaps = tuple(effect for effect in scene.effects if isinstance(effect, GapEffect))
+    if isinstance(settings, Settings):
+        at = np.unique(np.linspace(0, len(phase) - 1, _CHECKED + 2).astype(int)[1:-1])
+        coarser = replace(settings, fineness=settings.fineness.halved())
+        solve, softer = solve_phase, replace(settings, penalty=settings.penalty / 2)
+    else:
+        at = np.array([len(phase) // 2])
+        coarser = replace(settings, fineness=settings.fineness.coarser())
+        solve, softer, workers = solve_spatial, replace(settings, accuracy=_COARSE * settings.accuracy), 1
     jobs = [(float(tau), settings) for tau in phase]
     jobs += [(float(phase[i]), other) for other in (coarser, softer) for i in at]
-    gaps = tuple(effect for effect in scene.effects if isinstance(effect, GapEffect))
     with ThreadPoolExecutor(workers) as pool:
-        found = list(pool.map(lambda job: solve_phase(scene.pair, gaps, job[0], loads, job[1]), jobs))
+        found = list(pool.map(lambda job: solve(scene.pair, gaps, job[0], loads, job[1]), jobs))  # type: ignore[arg-type]
     n, m = len(phase), len(phase) + len(at)
     return found[:n], _Checks(at=at, coarser=found[n:m], softer=found[m:])
 

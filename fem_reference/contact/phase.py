@@ -1,24 +1,18 @@
-"""One mesh phase by contact finite elements, kept on disk."""
+"""One mesh phase by contact finite elements in plane strain."""
 
 from __future__ import annotations
 
-import hashlib
-import json
 import math
-import os
-import tempfile
 from dataclasses import asdict, dataclass, field, replace
-from functools import cache
-from pathlib import Path
 
 import numpy as np
 
-from fem_reference.cache import cache_folder, code_version
 from fem_reference.contact.calculix import ContactError, run, version
 from fem_reference.contact.deck import Load, deck
 from fem_reference.contact.mesh import Fineness, gear_mesh
 from fem_reference.contact.placement import Placement
 from fem_reference.contact.profile import Profile
+from fem_reference.contact.result import PhaseResult, kept
 from gearbench.effects.base import GapEffect
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
@@ -50,28 +44,6 @@ class Settings:
     large_displacements: bool = False
 
 
-@dataclass(frozen=True, kw_only=True)
-class PhaseResult:
-    """A mesh phase under each torque.
-
-    Parameters
-    ----------
-    approach
-        q [mm], how far the pinion turns beyond the conjugate position, along the line of action, (torque,).
-    stiffness
-        ∂F_bt/∂q [N/mm], (torque,).
-    share
-        Tooth pair → its share of the torque, (torque,).
-    radius
-        Tooth pair → radius on the pinion where it touches [mm], NaN where it does not, (torque,).
-    """
-
-    approach: list[float]
-    stiffness: list[float]
-    share: dict[int, list[float]]
-    radius: dict[int, list[float]]
-
-
 def solve_phase(
     pair: Pair, gaps: tuple[GapEffect, ...], phase: float, torques: tuple[float, ...], settings: Settings
 ) -> PhaseResult:
@@ -82,20 +54,16 @@ def solve_phase(
     ContactError, MissingDependencyError, MeshingError
         As CalculiX and the mesher fail.
     """
-    path = _entry(pair, gaps, phase, torques, settings)
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-        for name in ("share", "radius"):
-            found[name] = {int(k): values for k, values in found[name].items()}
-        return PhaseResult(**found)
-    except (OSError, ValueError, KeyError, TypeError):
-        pass
-    try:
-        result = _solve(pair, gaps, phase, torques, settings, start=0.3)
-    except ContactError:  # another start of the iteration
-        result = _solve(pair, gaps, phase, torques, settings, start=0.8)
-    _store(path, result)
-    return result
+    effects = [(effect.name, asdict(effect)) for effect in gaps]
+    key = [asdict(pair), effects, phase, torques, asdict(settings), version()]
+
+    def compute() -> PhaseResult:
+        try:
+            return _solve(pair, gaps, phase, torques, settings, start=0.3)
+        except ContactError:  # another start of the iteration
+            return _solve(pair, gaps, phase, torques, settings, start=0.8)
+
+    return kept(key, compute)
 
 
 def _solve(
@@ -143,30 +111,3 @@ def _solve(
         share={k: [step.moment[k] / whole for step, whole in zip(at, total, strict=True)] for k in pairs},
         radius={k: [math.hypot(*step.centre[k]) for step in at] for k in pairs},
     )
-
-
-def _entry(
-    pair: Pair, gaps: tuple[GapEffect, ...], phase: float, torques: tuple[float, ...], settings: Settings
-) -> Path:
-    effects = [(effect.name, asdict(effect)) for effect in gaps]
-    key = [asdict(pair), effects, phase, torques, asdict(settings), _code(), version()]
-    digest = hashlib.sha256(json.dumps(key, sort_keys=True, default=repr).encode()).hexdigest()[:32]
-    return cache_folder() / f"contact-{digest}.json"
-
-
-@cache
-def _code() -> str:
-    """Hash of the sources that determine a result."""
-    total = hashlib.sha256(code_version().encode())
-    for name in ("calculix", "deck", "mesh", "phase", "placement", "profile"):
-        total.update(Path(__file__).with_name(f"{name}.py").read_bytes())
-    return total.hexdigest()
-
-
-def _store(path: Path, result: PhaseResult) -> None:
-    """Whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    with os.fdopen(handle, "w", encoding="utf-8") as file:
-        json.dump(asdict(result), file)
-    Path(name).replace(path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -13,10 +14,13 @@ from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
 
+#: Steps of the fixed point for the roll length: each gains a factor of its slope, some hundredths.
+_STEPS = 5
+
 
 @dataclass(frozen=True, kw_only=True)
 class Profile:
-    """Right flank of one gear in the middle of its face.
+    """Right flank of one gear in one transverse section.
 
     Parameters
     ----------
@@ -24,29 +28,46 @@ class Profile:
         The pair, and which gear of it.
     effects
         Effects that take material away. One that does not say from which gear is cut from the pinion.
+    y
+        Position across the face [mm]; by default its middle.
     """
 
     pair: Pair
     role: Role
     effects: tuple[GapEffect, ...]
+    y: float | None = None
 
     def missing(self, R: NDArray, k: int) -> NDArray:
-        """Missing material normal to the flank [mm] at the radii R (n,) of the tooth of pair k."""
-        u = np.array([self.pair.meshing.path_coordinate(self.role, float(r)) for r in R])
+        """Missing material normal to the flank [mm] at the radii R (n,) of the tooth of pair k.
+
+        R is where the flank is: the point of the involute that was moved there lies farther out (T1 of docs/theory.md).
+        """
+        gear, own = self.pair.gears[self.role], self._own()
+        if not own:
+            return np.zeros(len(R))
+        length = np.sqrt(np.maximum(R**2 - gear.base_radius**2, 0.0))
+        found = np.zeros(len(R))
+        for _ in range(_STEPS):
+            found = self._missing_at(length + found / math.cos(gear.beta_b), own, k)
+        return found
+
+    def _missing_at(self, roll: NDArray, own: list[GapEffect], k: int) -> NDArray:
+        """The same at roll lengths of the involute."""
+        u = roll if self.role == Role.PINION else self.pair.meshing.tangent_length - roll
         lines = ContactLines(
             pair=self.pair,
             mesh_phase=np.zeros(1),
             index=np.array([k]),
             u=u[None, None],
-            y=np.full((1, 1, len(u)), self.pair.face_width / 2),
+            y=np.full((1, 1, len(u)), self.pair.face_width / 2 if self.y is None else self.y),
             length=np.ones((1, 1)),
         )
-        return sum((each.gap(lines)[0, 0] for each in self._own()), np.zeros(len(R)))
+        return sum((each.gap(lines)[0, 0] for each in own), np.zeros(len(u)))
 
     def angle(self, R: NDArray, k: int) -> NDArray:
-        """Angle [rad] of the flank from the middle of its tooth: e = r_b Δψ."""
+        """Angle [rad] of the flank from the middle of its tooth: e = r_b cos β_b Δψ."""
         gear = self.pair.gears[self.role]
-        return gear.half_angle(R) - self.missing(R, k) / gear.base_radius
+        return gear.half_angle(R) - self.missing(R, k) / (gear.base_radius * math.cos(gear.beta_b))
 
     def _own(self) -> list[GapEffect]:
         found: list[GapEffect] = []

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Quiet, Verbose
+from gearbench.cli.options import Json, Quiet, Verbose, say
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,7 +41,7 @@ def check(files: Files, quiet: Quiet = False, verbose: Verbose = False, json: Js
     elif not quiet:
         for row in rows:
             if row["whole"]:
-                print(plain(f"{row['file']}: whole, {row['is']}"))
+                say(plain(f"{row['file']}: whole, {row['is']}"))
     for fault in faults:
         print(f"gearbench: {fault}", file=sys.stderr)
     if faults:
@@ -132,7 +132,8 @@ def _grid(path: Path, data: bytes) -> str:
     try:
         grid = read_grid("", str(path), data)
     except InputError as error:
-        raise InputError("", str(error.value), f"no result of gearbench, and as a flank: {error.allowed}") from None
+        none = "" if path.suffix.lower() == ".csv" else "carries no digest, so it is no whole result; as a flank: "
+        raise InputError("", str(path), f"{none}{error.value}: {error.allowed}") from None
     return f"flank of {grid.deviation.shape[0]} by {grid.deviation.shape[1]} points over {grid.along}"
 
 

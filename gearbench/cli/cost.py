@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Quiet, SceneFile, Verbose
+from gearbench.cli.options import Json, Quiet, SceneFile, Verbose, say
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -94,7 +94,7 @@ def _print(scene: Scene, dataset: xr.Dataset, written: list[Path]) -> None:
         out.print("meshes by cells across the tooth; compliance: error of the flanks' compliance, and its order")
         out.print("finite elements: of a process of its own, both gears meshed and solved, memory beside libraries")
     for path in written:
-        print(f"wrote {path}")
+        say(f"wrote {path}")
 
 
 def _table(title: str, dataset: xr.Dataset) -> Table:

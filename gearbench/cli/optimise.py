@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Quiet, Threads, Verbose, shows_progress
+from gearbench.cli.options import Json, Quiet, Threads, Verbose, say, shows_progress
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -112,7 +112,7 @@ def _print_json(dataset: xr.Dataset, folder: Path) -> None:
 
 def _print_summary(name: str, dataset: xr.Dataset, folder: Path) -> None:
     n = _numbers(dataset)
-    print(
+    say(
         f"{name or 'study'}: {n['generations']} generations, {n['asked']} designs asked for, "
         f"{n['evaluated']} evaluated, {n['feasible']} feasible, {n['on_front']} on the front, "
         f"hypervolume {n['hypervolume']:.4f}"
@@ -121,8 +121,8 @@ def _print_summary(name: str, dataset: xr.Dataset, folder: Path) -> None:
         _print_front(dataset)
     else:
         reasons, counts = _reasons(dataset)
-        print(f"no feasible design; most often: {reasons[0]} ({counts[0]} designs)")
-    print(f"wrote {folder / 'front.nc'}")
+        say(f"no feasible design; most often: {reasons[0]} ({counts[0]} designs)")
+    say(f"wrote {folder / 'front.nc'}")
 
 
 def _print_front(dataset: xr.Dataset) -> None:

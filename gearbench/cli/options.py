@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gearbench.cli.log import begin
+from gearbench.errors import escaped
 
 if TYPE_CHECKING:
     from gearbench.scene import Scene
@@ -43,6 +44,11 @@ AccuracyText = Annotated[
     str | None,
     typer.Option("--accuracy", metavar="A", help="Choose the cheapest settings of this accuracy, e.g. 1% or 0.01."),
 ]
+
+
+def say(line: str) -> None:
+    """Print a line that may hold names, which are text whatever characters they have."""
+    print(escaped(line))
 
 
 def shows_progress(*, quiet: bool, json: bool) -> bool:

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Output, Plots, Quiet, Verbose, plot_folder
+from gearbench.cli.options import Json, Output, Plots, Quiet, Threads, Verbose, plot_folder, say
 from gearbench.cli.rexs import AnyFile, LoadCase, StageName, Torque, load_any
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     import xarray as xr
     from numpy.typing import NDArray
@@ -27,6 +27,15 @@ Sound = Annotated[Path | None, typer.Option("--sound", metavar="OUT.wav", help="
 Nonlinear = Annotated[bool, typer.Option("--nonlinear", help="With loss of contact, up and down in speed.")]
 
 
+Revolution = Annotated[
+    bool, typer.Option("--revolution", help="Over whole revolutions: side bands of teeth that differ (pitch_errors).")
+]
+Samples = Annotated[
+    int | None, typer.Option(metavar="N", help="Scatter over N samples of the random manufacturing errors.")
+]
+Seed = Annotated[int, typer.Option(metavar="S", help="Seed of the samples.")]
+
+
 def response(
     scene: AnyFile,
     speed: Speed,
@@ -34,6 +43,10 @@ def response(
     plots: Plots = None,
     harmonics: Harmonics = 10,
     nonlinear: Nonlinear = False,
+    revolution: Revolution = False,
+    samples: Samples = None,
+    seed: Seed = 0,
+    threads: Threads = None,
     sound: Sound = None,
     stage: StageName = None,
     torque: Torque = None,
@@ -57,10 +70,7 @@ def response(
         if target is not None:
             check_target(target)
     folder = plot_folder(plots)
-    if nonlinear:
-        from gearbench.dynamics.nonlinear import nonlinear_response as run
-    else:
-        from gearbench.dynamics.analysis import response as run
+    run = _kind(nonlinear=nonlinear, revolution=revolution, samples=samples, seed=seed, threads=threads)
     with naming(scene):
         dataset = run(loaded, speed=speeds, harmonics=harmonics)
     written = [save(dataset, output)] if output is not None else []
@@ -72,15 +82,55 @@ def response(
         from gearbench.dynamics.sound import write_run_up
 
         written.append(write_run_up(dataset, sound))
-    notes = [*remarks, *filter(None, dataset.attrs["notes"].split("\n"))]
+    notes = [*remarks, *filter(None, dataset.attrs.get("notes", "").split("\n"))]
     if json:
         summary.print_json(loaded, dataset, files=[str(path) for path in written], notes=notes)
         return
     if quiet:
         return
     summary.print_table(summary.pair_line(loaded), list(_rows(dataset)))
-    for line in (*(f"note: {note}" for note in notes), *(f"wrote {path}" for path in written)):
-        print(line)
+    for line in (
+        *summary.warnings(dataset),
+        *(f"note: {note}" for note in notes),
+        *(f"wrote {path}" for path in written),
+    ):
+        say(line)
+
+
+def _kind(
+    *, nonlinear: bool, revolution: bool, samples: int | None, seed: int, threads: int | None
+) -> Callable[..., xr.Dataset]:
+    """The analysis asked for."""
+    from functools import partial
+
+    from gearbench.errors import InputError
+
+    asked = [
+        name
+        for name, wanted in (
+            ("--nonlinear", nonlinear),
+            ("--revolution", revolution),
+            ("--samples", samples is not None),
+        )
+        if wanted
+    ]
+    if len(asked) > 1:
+        raise InputError(asked[1], "given", f"conflicts with {asked[0]}: one of them at a time")
+    if nonlinear:
+        from gearbench.dynamics.nonlinear import nonlinear_response
+
+        return nonlinear_response
+    if revolution:
+        from gearbench.dynamics.revolution import revolution_response
+
+        return revolution_response
+    if samples is not None:
+        from gearbench.dynamics.scatter import robust_response
+
+        return partial(robust_response, samples=samples, seed=seed, threads=threads)
+    from gearbench.dynamics.analysis import response
+
+    return response
 
 
 def _load(path: Path, stage: str | None, torque: float | None, load_case: int | None) -> tuple[Scene, tuple[str, ...]]:
@@ -124,13 +174,23 @@ def _rows(dataset: xr.Dataset) -> Iterator[tuple[str, str, str]]:
     """Rows of the printed table."""
     import numpy as np
 
-    for mesh in dataset["mesh"].values:
-        one = dataset.sel(mesh=mesh)
-        factor = one["dynamic_factor"].values
-        if np.isnan(factor).all():
-            continue
-        at = int(np.nanargmax(factor))
-        yield f"mesh {mesh}: largest dynamic factor", f"{factor[at]:.3f}", "1"
+    if "percentile" in dataset.dims:
+        high = dataset["mesh_force_percentile"].sel(percentile=95.0)
+        at = int(np.argmax(high.values))
+        yield "95 % of the samples: largest RMS of the mesh force", f"{float(high[at]):.4g}", "N"
         yield "  at a speed of", f"{float(dataset['speed'][at]):.5g}", "1/min"
-        yield "  RMS of the mesh force there", f"{float(one['mesh_force_rms'][at]):.4g}", "N"
+        for name, text in (("mean", "mean"), ("std", "standard deviation"), ("max", "largest")):
+            yield f"RMS over all speeds, {text} of the samples", f"{float(dataset[f'mesh_force_{name}']):.4g}", "N"
+    for mesh in dataset["mesh"].values if "mesh" in dataset.dims else []:
+        one = dataset.sel(mesh=mesh)
+        for sweep in one["sweep"].values if "sweep" in one.dims else [None]:
+            here = one if sweep is None else one.sel(sweep=sweep)
+            factor = here["dynamic_factor"].values
+            if np.isnan(factor).all():
+                continue
+            at = int(np.nanargmax(factor))
+            of = "" if sweep is None else f", speed {'rising' if sweep == 'up' else 'falling'}"
+            yield f"mesh {mesh}: largest dynamic factor{of}", f"{factor[at]:.3f}", "1"
+            yield "  at a speed of", f"{float(dataset['speed'][at]):.5g}", "1/min"
+            yield "  RMS of the mesh force there", f"{float(here['mesh_force_rms'][at]):.4g}", "N"
     yield "computing time", f"{1e3 * dataset.attrs['wall_time_s']:.0f}", "ms"

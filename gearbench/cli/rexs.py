@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearbench.cli.options import Json, Quiet, Verbose
+from gearbench.cli.options import Json, Quiet, Verbose, say
 
 if TYPE_CHECKING:
     from gearbench.exchange.rexs import Stage
@@ -116,7 +116,7 @@ def rexs(
         print_mapping({"file": str(document.path), "notes": notes, "files": [str(path) for path in files]})
     elif not quiet:
         for line in (*(f"note: {note}" for note in notes), *(f"wrote {path}" for path in files)):
-            print(line)
+            say(line)
 
 
 def _write_scene(

@@ -19,6 +19,7 @@ from gearbench.cli.options import (
     Threads,
     Verbose,
     plot_folder,
+    say,
     shows_progress,
     with_accuracy,
 )
@@ -78,9 +79,9 @@ def robust(
     elif not quiet:
         summary.print_table(f"{summary.pair_line(loaded)}, {done} samples", summary.result_rows(dataset))
         if "accuracy_settings" in dataset.attrs:
-            print(summary.accuracy_line(dataset))
-        for path in written:
-            print(f"wrote {path}")
+            say(summary.accuracy_line(dataset))
+        for line in (*summary.warnings(dataset), *(f"wrote {path}" for path in written)):
+            say(line)
     if not dataset.attrs["complete"]:
         print(f"gearbench: interrupted after {done} of {wanted or 'more'} samples; they are kept", file=sys.stderr)
         raise typer.Exit(130)

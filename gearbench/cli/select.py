@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Quiet, Stored, Verbose
+from gearbench.cli.options import Json, Quiet, Stored, Verbose, say
 
 if TYPE_CHECKING:
     from gearbench.optimisation.select import Resonance, Selection
@@ -83,7 +83,7 @@ def select(
     elif not quiet:
         _print_list(selection, top)
         for path in targets:
-            print(f"wrote {path}")
+            say(f"wrote {path}")
 
 
 def _resonances(bands: list[str], speed: str | None, orders: int) -> list[Resonance]:
@@ -121,9 +121,9 @@ def _print_list(selection: Selection, top: int) -> None:
     from gearbench.optimisation.listing import heading, ranking_text
 
     for condition, left in selection.steps:
-        print(f"{left:7d}  {condition}")
+        say(f"{left:7d}  {condition}")
     if len(selection.numbers) == 0:
-        print("no design is left")
+        say("no design is left")
         return
     support = selection.designs.support(selection.numbers[:top])
     columns = selection.table(top)

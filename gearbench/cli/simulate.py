@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gearbench.cli.options import AccuracyText, Json, Output, Plots, Quiet, Verbose, plot_folder, with_accuracy
+from gearbench.cli.options import AccuracyText, Json, Output, Plots, Quiet, Verbose, plot_folder, say, with_accuracy
 from gearbench.cli.rexs import AnyFile, LoadCase, StageName, Torque, load_any
 
 
@@ -58,6 +58,10 @@ def simulate(
     ]
     summary.print_table(summary.pair_line(loaded), rows)
     if "accuracy_settings" in dataset.attrs:
-        print(summary.accuracy_line(dataset))
-    for line in (*(f"note: {note}" for note in notes), *(f"wrote {path}" for path in written)):
-        print(line)
+        say(summary.accuracy_line(dataset))
+    for line in (
+        *summary.warnings(dataset),
+        *(f"note: {note}" for note in notes),
+        *(f"wrote {path}" for path in written),
+    ):
+        say(line)

@@ -7,12 +7,14 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from gearbench.errors import escaped
 from gearbench.results.provenance import support
 from gearbench.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
     from rich.console import Console
+    from rich.text import Text
 
 
 def scalars(dataset: xr.Dataset) -> dict[str, float]:
@@ -27,7 +29,7 @@ def print_json(scene: Scene, dataset: xr.Dataset, **more: object) -> None:
     """
     head: dict[str, Any] = {"name": scene.name, "scene_sha256": scene.digest, "support": support(scene)}
     head["wall_time_s"] = dataset.attrs["wall_time_s"]
-    head |= {key: value for key, value in dataset.attrs.items() if key.startswith("accuracy_")}
+    head |= {key: value for key, value in dataset.attrs.items() if key.startswith("accuracy_") or key == "warning"}
     values = scalars(dataset)
     head["units"] = {name: dataset[name].attrs.get("units", "1") for name in values}
     residuals = [str(name) for name in dataset.data_vars if str(name).endswith("_residual")]
@@ -59,6 +61,11 @@ def pair_line(scene: Scene) -> str:
     )
 
 
+def warnings(dataset: xr.Dataset) -> tuple[str, ...]:
+    """Lines on what limits the meaning of a result."""
+    return (f"warning: {dataset.attrs['warning']}",) if "warning" in dataset.attrs else ()
+
+
 def accuracy_line(dataset: xr.Dataset) -> str:
     """Settings chosen for an accuracy, and the error they leave by estimate."""
     attrs = dataset.attrs
@@ -69,10 +76,14 @@ def accuracy_line(dataset: xr.Dataset) -> str:
 
 
 def console(**options: Any) -> Console:
-    """A console that takes names as they are: brackets and colons are no markup."""
+    """A console that takes names as they are: brackets and colons are no markup, control characters are escaped."""
     from rich.console import Console
 
-    return Console(soft_wrap=True, markup=False, emoji=False, **options)
+    class Plain(Console):
+        def render_str(self, text: str, **given: Any) -> Text:
+            return super().render_str("\n".join(map(escaped, text.split("\n"))), **given)
+
+    return Plain(soft_wrap=True, markup=False, emoji=False, **options)
 
 
 def print_table(title: str, rows: list[tuple[str, str, str]]) -> None:

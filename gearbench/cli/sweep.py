@@ -9,7 +9,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Output, Plots, Quiet, SceneFile, Threads, Verbose, plot_folder, shows_progress
+from gearbench.cli.options import (
+    Json,
+    Output,
+    Plots,
+    Quiet,
+    SceneFile,
+    Threads,
+    Verbose,
+    plot_folder,
+    say,
+    shows_progress,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -75,9 +86,11 @@ def sweep(
         head = {"scene_sha256": loaded.digest, "wall_time_s": dataset.attrs["wall_time_s"]}
         print_mapping({**head, "points": sizes, "complete": bool(dataset.attrs["complete"]), "files": files})
     elif not quiet:
+        from gearbench.cli.summary import warnings
+
         _print(loaded, dataset, list(ranges))
-        for path in written:
-            print(f"wrote {path}")
+        for line in (*warnings(dataset), *(f"wrote {path}" for path in written)):
+            say(line)
     if not dataset.attrs["complete"]:
         print("gearbench: interrupted; what is done is kept, the rest is NaN", file=sys.stderr)
         raise typer.Exit(130)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Quiet, Verbose, progress_lines
+from gearbench.cli.options import Json, Quiet, Verbose, progress_lines, say
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -26,11 +26,23 @@ Accuracy = Annotated[
     ),
 ]
 
+Contact = Annotated[
+    bool,
+    typer.Option(
+        "--contact",
+        help="Compare with contact finite elements instead, which assume no line and no law of contact: minutes a "
+        "scene. Writes contact.nc and contact.png.",
+    ),
+]
+Phases = Annotated[int, typer.Option(min=4, max=200, help="With --contact: phases of the mesh cycle.")]
+
 
 def validate(
     scenes: SceneFiles,
     output: Folder,
     accuracy: Accuracy = None,
+    contact: Contact = False,
+    phases: Phases = 20,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,
@@ -44,6 +56,9 @@ def validate(
     from gearbench.validation.comparison import validate as run
     from gearbench.validation.report import check_folder, write
 
+    if contact:
+        _contact(scenes, output, phases, quiet=quiet, json=json)
+        return
     loaded = [load_scene(path) for path in scenes]
     for path, scene in zip(scenes, loaded, strict=True):
         check(scene, str(path))
@@ -56,6 +71,33 @@ def validate(
     elif not quiet:
         _print_findings(dataset)
         for path in written:
+            say(f"wrote {path}")
+
+
+def _contact(paths: list[Path], output: Path, phases: int, *, quiet: bool, json: bool) -> None:
+    """Three-way comparison with contact finite elements."""
+    from gearbench.cli.summary import print_mapping
+    from gearbench.scene_file import load_scene
+    from gearbench.validation.contact import check, compare_contact, findings, write
+    from gearbench.validation.report import check_folder
+
+    loaded = [load_scene(path) for path in paths]
+    for path, scene in zip(paths, loaded, strict=True):
+        check(scene, str(path))
+    folder = check_folder(output)
+    report = progress_lines(quiet=quiet, json=json)
+    found = []
+    for path, scene in zip(paths, loaded, strict=True):
+        name = scene.name or path.stem
+        found.append(compare_contact(scene, phases, lambda part, name=name: report(f"{name}: {part} …")))
+    written = write(found, folder)
+    if json:
+        print_mapping({"findings": [findings(each) for each in found], "files": [str(path) for path in written]})
+    elif not quiet:
+        for dataset, path in zip(found, paths, strict=True):
+            for line in findings(dataset):
+                print(f"{dataset.attrs['name'] or path.stem}: {line}")
+        for path in written:
             print(f"wrote {path}")
 
 
@@ -64,7 +106,7 @@ def _print_findings(dataset: xr.Dataset) -> None:
     from gearbench.validation.report import finding
 
     for i, name in enumerate(dataset["scene"].values):
-        print(f"{name}. {finding(of_scene(dataset, i))}")
+        say(f"{name}. {finding(of_scene(dataset, i))}")
 
 
 def _print_json(dataset: xr.Dataset, written: list[Path]) -> None:

@@ -17,6 +17,7 @@ from gearbench.cli.options import (
     Verbose,
     plot_folder,
     progress_lines,
+    say,
 )
 
 if TYPE_CHECKING:
@@ -72,9 +73,9 @@ def verify(
     if json:
         _print_json(dataset, targets)
     elif not quiet:
-        print(f"{name or 'study'}: {dataset.sizes['design']} designs, {dataset.attrs['macro_geometries']} FE models")
+        say(f"{name or 'study'}: {dataset.sizes['design']} designs, {dataset.attrs['macro_geometries']} FE models")
         for line in [*findings(dataset), *(f"wrote {path}" for path in targets)]:
-            print(line)
+            say(line)
 
 
 def _print_json(dataset: xr.Dataset, targets: list[Path]) -> None:

@@ -10,10 +10,18 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.phases import gauss_phases, uniform_phases
-from gearbench.contact.problem import TRUNCATION, ContactProblem, gram, reduce_rank, stiffness_of_law, truncated_root
+from gearbench.contact.phases import gauss_phases, mirrored_phases, uniform_phases
+from gearbench.contact.problem import (
+    TRUNCATION,
+    Along,
+    ContactProblem,
+    gram,
+    reduce_rank,
+    stiffness_of_law,
+    truncated_root,
+)
 from gearbench.contact.solver import solve
-from gearbench.effects.base import ComplianceEffect, Dense, Effect, Effects, GapEffect, LineLaw, LowRank
+from gearbench.effects.base import ComplianceEffect, Dense, Effect, GapEffect, LineLaw, LowRank
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.geometry.separation import Separation, separation
@@ -21,6 +29,8 @@ from gearbench.scene import Scene
 
 #: A gap that varies less than this along the contact lines is constant [mm].
 LEAST_VARIATION = 1e-10
+#: Phases, and nodes on their lines, at which the gap is looked at.
+TRIAL_PHASES, TRIAL_SEGMENTS = 8, 12
 #: How far lines reach beyond the path of contact where the deflection is not known yet [base pitches].
 _REACH = 0.3
 #: How much farther the lines of a solution reach than flanks as far apart as the gears deflect.
@@ -35,7 +45,7 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
     if resolution.positions is not None:
         return uniform_phases(resolution.positions)
     meshing, flanks = scene.pair.meshing, flank_separation(scene)
-    kinks, face = _kinks(scene, flanks)
+    kinks, face = gap_kinks(scene, flanks)
     changes = tuple(kinks) if flanks is not None else (meshing.path_start, meshing.path_end, *kinks)
     if flanks is not None and not meshing.overlap_ratio:
         # spur pairs take and leave their load, with a kink, where they are as far apart as the others are deflected
@@ -60,17 +70,28 @@ def _lines(
 ) -> ContactLines:
     """Contact lines over the path of contact, or with the separation of the ``flanks`` over ``span``."""
     pair, load = scene.pair, 0.0 if flanks is None else typical_load(scene)
-    sparse = replace(contact_lines(pair, (np.arange(4) + 0.5) / 4, 8, separation=flanks, span=span), typical_load=load)
+    kinks, face = gap_kinks(scene, flanks)
+    trial = mirrored_phases(pair, TRIAL_PHASES)
+    sparse = contact_lines(pair, trial, TRIAL_SEGMENTS, kinks, face, separation=flanks, span=span)
+    sparse = replace(sparse, typical_load=load)
     gap = np.where(sparse.active[..., None], total_gap(scene, sparse), 0.0)
     parting = bool(np.ptp(gap, axis=2).max() > LEAST_VARIATION)
-    kinks, face = _kinks(scene, flanks)
     lines = contact_lines(
         pair, mesh_phase, scene.resolution.segments, kinks, face, parting=parting, separation=flanks, span=span
     )
     return replace(lines, typical_load=load)
 
 
-def _kinks(scene: Scene, flanks: Separation | None) -> tuple[list[float], list[float]]:
+def conforming(scene: Scene) -> bool:
+    """Whether the gap of the flanks is the same everywhere, so that all lines are loaded over their length."""
+    if flank_separation(scene) is not None:
+        return False
+    kinks, face = gap_kinks(scene, None)
+    lines = contact_lines(scene.pair, mirrored_phases(scene.pair, TRIAL_PHASES), TRIAL_SEGMENTS, kinks, face)
+    return bool(np.ptp(total_gap(scene, lines)[lines.active], axis=None) <= LEAST_VARIATION)
+
+
+def gap_kinks(scene: Scene, flanks: Separation | None) -> tuple[list[float], list[float]]:
     """Positions u and y [mm] at which the gap of a scene has a kink; those of the profiles are the separation's."""
     gaps = [effect for effect in scene.acting_effects if isinstance(effect, GapEffect)]
     added = [gap for gap in gaps if flanks is None or not gap.modifications(scene.pair)]
@@ -141,30 +162,81 @@ def gap_and_variation(
 
 
 def assemble(
-    scene: Scene, lines: ContactLines, effects: Sequence[Effect] | None = None, *, truncation: float = TRUNCATION
+    scene: Scene,
+    lines: ContactLines,
+    effects: Sequence[Effect] | None = None,
+    *,
+    truncation: float = TRUNCATION,
+    nodes: int | None = None,
 ) -> ContactProblem:
     """Contact problem of ``scene`` on ``lines``: the sum over its effects, or over other ``effects`` where given.
 
-    ``truncation``: how much of the smooth compliance may be left out, see ``truncated_root``.
+    ``truncation``: how much of the smooth compliance may be left out, see ``truncated_root``; ``nodes`` on a line that
+    it is computed at where segments are cells, by default ``smooth_nodes``.
     """
     acting = scene.acting_effects if effects is None else effects
     beside = {effect.name: effect for effect in acting}
-    parts = [_over_segments(effect, lines, beside) for effect in acting if isinstance(effect, ComplianceEffect)]
+    gap, soft = gap_and_variation(scene, lines, acting)
+    at, rows = lines.uncut(nodes or smooth_nodes(lines)) if lines.cells else (lines, None)
+    adding = [effect for effect in acting if isinstance(effect, ComplianceEffect)]
+    parts = [effect.compliance(at, beside) for effect in adding]
+    laws = [effect for effect, part in zip(adding, parts, strict=True) if isinstance(part, LineLaw)]
+    if rows is None:
+        return _problem(scene, lines, parts, gap, soft, truncation)
+    if not laws:
+        # compliance alone determines the loads: it must be known on every segment
+        parts = [effect.compliance(lines, beside) for effect in adding]
+        return _problem(scene, lines, parts, gap, np.zeros(lines.shape), truncation)
+    none = np.zeros(at.shape)
+    smooth = _problem(scene, at, parts, none, none, truncation)
+    own = [effect.compliance(lines, beside) for effect in laws]
+    problem = _problem(scene, lines, own, gap, soft, truncation, smooth.length_scale)
+    factor = smooth.factor.reshape(*at.shape, -1)
+    along = Along(scene=scene, effects=tuple(acting), lines=lines, factor=factor, rows=rows, laws=tuple(laws))
+    # the load on a cell is spread: Ψ is its mean, by Simpson's rule
+    factor = np.array([1, 4, 1]) / 6 @ rows @ factor
+    return replace(
+        problem,
+        factor=np.ascontiguousarray(factor.reshape(*problem.gap.shape, -1)),
+        block=np.repeat(smooth.block[:: at.shape[2]], lines.shape[2]),
+        blocks=smooth.blocks,
+        along=along,
+    )
+
+
+def smooth_nodes(lines: ContactLines) -> int:
+    """Gauss points on an uncut line that resolve its smooth compliance, and the load on it, as its segments do the gap.
+
+    8 and one for every two modules of its width at 15 segments: on gears in use harmonics then miss by less than 0.2 of
+    what they may (``studies/s09_resolution``). They converge exponentially: √2 as many for twice the cells.
+    """
+    meshing = lines.pair.meshing
+    tan_b = math.tan(meshing.beta_b)
+    path = meshing.path_end - meshing.path_start
+    width = min(lines.pair.face_width, path / tan_b) if tan_b > 0 else lines.pair.face_width
+    return max(2, math.ceil((8 + width / lines.pair.normal_module / 2) * math.sqrt(lines.shape[2] / 15)))
+
+
+def _problem(
+    scene: Scene,
+    lines: ContactLines,
+    parts: Sequence[LowRank | Dense | LineLaw],
+    gap: NDArray,
+    soft: NDArray,
+    truncation: float,
+    unit: float | None = None,
+) -> ContactProblem:
+    """The problem with compliances at the nodes of ``lines``; ``unit`` of displacement [mm], where it is given."""
     smooth = [part for part in parts if not isinstance(part, LineLaw)]
     laws = [part for part in parts if isinstance(part, LineLaw)]
     own = [part for part in smooth if isinstance(part, LowRank) and not part.coupled]
     coupled = not laws or len(own) < len(smooth)
     factor = np.zeros((*lines.shape, 0)) if coupled else _own_factor(own, lines)
     matrix = _shared_compliance(smooth, lines) if coupled else np.empty(0)
-    if laws:
-        a, h = sum((law.a for law in laws), np.zeros(lines.shape)), sum((law.h for law in laws), np.zeros(lines.shape))
-        unit = _typical_compression(a, h, scene)
-    else:
-        a = h = np.zeros(lines.shape)
-        unit = _even_deflection(matrix, lines) * scene.F_bn
-    gap, soft = gap_and_variation(scene, lines, acting)
-    if not laws:
-        soft = np.zeros(lines.shape)
+    none = np.zeros(lines.shape)
+    a, h = sum((law.a for law in laws), none), sum((law.h for law in laws), none)
+    if unit is None:
+        unit = _typical_compression(a, h, scene) if laws else _even_deflection(matrix, lines) * scene.F_bn
     if lines.touch is not None:
         factor, matrix, a, h = _by_lever(lines.touch.levers[0], factor, matrix, a, h)
     problem = scale_problem(lines, gap, factor, a, h, soft, scene.F_bn, unit, coupled=coupled)
@@ -173,20 +245,6 @@ def assemble(
         return replace(problem, factor=truncated_root(matrix, stiffness_of_law(problem), truncation))
     # a tooth of high order has more amplitudes than a contact line has segments
     return problem if factor.shape[-1] <= lines.shape[2] else reduce_rank(problem, truncation)
-
-
-def _over_segments(effect: ComplianceEffect, lines: ContactLines, beside: Effects) -> LowRank | Dense | LineLaw:
-    """Compliance of an effect; H as its mean over each cell, by two Gauss points: the load on a cell is spread."""
-    if not lines.cells:
-        return effect.compliance(lines, beside)
-    positions, pairs, segments = lines.shape
-    part = effect.compliance(lines.halved(), beside)
-    if isinstance(part, LineLaw):
-        return effect.compliance(lines, beside)
-    if isinstance(part, Dense):
-        return Dense(matrix=part.matrix.reshape(positions, pairs * segments, 2, -1, 2).mean(axis=(2, 4)))
-    first, second = part.factor[:, :, ::2], part.factor[:, :, 1::2]
-    return LowRank(factor=(first + second) / 2, coupled=part.coupled)
 
 
 def _by_lever(

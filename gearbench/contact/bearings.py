@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble
+from gearbench.contact.patches import solve_patches
 from gearbench.contact.problem import ContactProblem, ContactSolution
-from gearbench.contact.solver import ConvergenceError, solve
+from gearbench.contact.solver import ConvergenceError
 from gearbench.effects.base import Effect
 from gearbench.effects.shafts import ShaftMotion, Shafts, flank_loads
 from gearbench.geometry.action import ContactLines
@@ -42,7 +43,7 @@ def settle(
     effects, before = around(None), None
     for _ in range(ROUNDS):
         problem = assemble(scene, lines, (*scene.effects, *effects))
-        solution = solve(problem)
+        solution = solve_patches(problem)
         shafts = next(effect for effect in effects if isinstance(effect, Shafts))
         own = flank_loads(shafts.gears, lines, solution.force, weight)
         constant = len(effects) == 1

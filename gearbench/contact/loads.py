@@ -10,8 +10,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from gearbench.contact.problem import ContactProblem, ContactSolution
-from gearbench.contact.solver import Guess, solve
+from gearbench.contact.patches import solve_patches
+from gearbench.contact.problem import ContactProblem, ContactSolution, part_of
+from gearbench.contact.solver import Guess
 
 #: Positions that a thread takes at least: fewer are not worth handing over.
 LEAST_POSITIONS = 8
@@ -47,7 +48,7 @@ def solve_loads(problem: ContactProblem, forces: Sequence[float], threads: int =
     ConvergenceError
         As ``solve``.
     """
-    parts = [_slice(problem, s) for s in _slices(len(problem.gap), threads)]
+    parts = [part_of(problem, s) for s in _slices(len(problem.gap), threads)]
     chains = [_Chain(part) for part in parts]
     if len(chains) == 1:
         yield from map(chains[0].solve, forces)
@@ -67,7 +68,7 @@ class _Chain:
     def solve(self, force: float) -> ContactSolution:
         x = math.log(force / self._problem.force)
         guess = self._extrapolated(x)
-        solution = solve(under(self._problem, force), guess)
+        solution = solve_patches(under(self._problem, force), guess)
         self._known = [*self._known, (x, guess)][-KNOWN:]
         return solution
 
@@ -88,17 +89,6 @@ def _slices(positions: int, threads: int) -> list[slice]:
     count = max(1, min(threads, positions // LEAST_POSITIONS))
     edges = np.linspace(0, positions, count + 1).astype(int)
     return [slice(a, b) for a, b in pairwise(edges)]
-
-
-def _slice(problem: ContactProblem, part: slice) -> ContactProblem:
-    """The positions ``part`` of a problem."""
-    positions = {
-        field.name: getattr(problem, field.name)[part]
-        for field in fields(problem)
-        if field.name != "block" and isinstance(getattr(problem, field.name), np.ndarray)
-    }
-    shape = (len(positions["gap"]), *problem.shape[1:])
-    return replace(problem, **positions, shape=shape)
 
 
 def _join(parts: Sequence[ContactSolution]) -> ContactSolution:

@@ -7,10 +7,23 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.geometry.pair import Pair
+from gearbench.geometry.quadrature import gauss
+
 
 def uniform_phases(count: int) -> tuple[NDArray, NDArray]:
     """Midpoints of ``count`` equal intervals of [0, 1) and their weights; first order where the stiffness jumps."""
     return (np.arange(count) + 0.5) / count, np.full(count, 1 / count)
+
+
+def mirrored_phases(pair: Pair, count: int) -> NDArray:
+    """``count`` equidistant phases in [0, 1), ascending, the same ones for pinion and wheel exchanged.
+
+    What is decided at them is the same for both: seen from the other end of path and face τ is ε_α − ε_β − τ.
+    """
+    meshing = pair.meshing
+    middle = (meshing.transverse_contact_ratio - meshing.overlap_ratio) / 2
+    return np.sort(((np.arange(count) + 0.5) / count + middle) % 1.0 % 1.0)
 
 
 def gauss_phases(transitions: Iterable[float], points: int) -> tuple[NDArray, NDArray]:
@@ -27,7 +40,7 @@ def gauss_phases(transitions: Iterable[float], points: int) -> tuple[NDArray, ND
     edges = np.append(edges, edges[0] + 1.0)
     widths = np.diff(edges)
     long = widths > 1e-9
-    node, weight = np.polynomial.legendre.leggauss(points)
+    node, weight = gauss(points)
     phase = edges[:-1][long, None] + widths[long, None] * (node + 1) / 2
     weights = widths[long, None] * weight / 2
     order = np.argsort(phase.ravel() % 1.0, kind="stable")

@@ -7,10 +7,44 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.effects.base import ComplianceEffect, Effect
+from gearbench.geometry.action import ContactLines
+from gearbench.scene import Scene
+
 #: What a factor may leave out, trace of H over that of the law's slope: compliances change by less than this fraction.
 TRUNCATION = 1e-4
 #: Rounding: the same over the trace of H itself.
 RANK_TOLERANCE = 1e-14
+
+
+@dataclass(frozen=True, kw_only=True)
+class Along:
+    """A contact problem along whole contact lines, from which that at any nodes on them follows.
+
+    Parameters
+    ----------
+    scene, effects
+        The scene, and the effects that act in it.
+    lines
+        Lines whose segments are cells.
+    factor
+        Ψ at the nodes of the uncut lines, (position, pair, node, rank).
+    rows
+        From these nodes to the beginning, middle and end of each segment, (position, pair, segment, 3, node).
+    laws
+        The effects that are laws of contact.
+    """
+
+    scene: Scene
+    effects: tuple[Effect, ...]
+    lines: ContactLines
+    factor: NDArray
+    rows: NDArray
+    laws: tuple[ComplianceEffect, ...]
+
+    def part(self, positions: slice | NDArray) -> Along:
+        """The same of some of the positions."""
+        return replace(self, lines=self.lines.part(positions), factor=self.factor[positions], rows=self.rows[positions])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,6 +71,8 @@ class ContactProblem:
         Unit of displacement λ [mm].
     shape
         (positions, pairs, segments) of the arrays before the pairs were put side by side.
+    along
+        The problem along the lines, where segments are cells.
     """
 
     gap: NDArray
@@ -50,6 +86,7 @@ class ContactProblem:
     force: float
     length_scale: float
     shape: tuple[int, int, int]
+    along: Along | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,6 +121,13 @@ class ContactSolution:
     complementarity: NDArray
     iterations: NDArray
     polished: int = 0
+
+
+def part_of(problem: ContactProblem, positions: slice | NDArray) -> ContactProblem:
+    """Some positions of a problem."""
+    arrays = {name: getattr(problem, name)[positions] for name in ("gap", "a", "h", "soft", "active", "factor")}
+    along = problem.along.part(positions) if problem.along else None
+    return replace(problem, **arrays, shape=(len(arrays["gap"]), *problem.shape[1:]), along=along)
 
 
 def full_factor(problem: ContactProblem, position: int) -> NDArray:

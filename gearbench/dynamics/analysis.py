@@ -62,8 +62,7 @@ def response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS) -> x
     """
     start = time.perf_counter()
     speeds = check_speeds(speed)
-    if not 1 <= harmonics <= MOST:
-        raise InputError("harmonics", harmonics, f"must be 1 to {MOST}")
+    check_harmonics(harmonics)
     model = Model(scene=scene)
     variables = over_speed(model, speeds, harmonics)
     variables |= modal_variables(model, speeds, harmonics)
@@ -85,6 +84,12 @@ def check_speeds(speed: ArrayLike) -> NDArray:
         if not (np.isfinite(value) and value > 0):
             raise InputError("speed", float(value), "must be positive [1/min]")
     return speeds
+
+
+def check_harmonics(harmonics: int) -> None:
+    """Raise ``InputError`` unless it is a whole number of orders that can be computed."""
+    if not (isinstance(harmonics, (int, np.integer)) and 1 <= harmonics <= MOST):
+        raise InputError("harmonics", harmonics, f"must be a whole number, 1 to {MOST}")
 
 
 def over_speed(model: Model, speeds: NDArray, harmonics: int) -> Variables:
@@ -158,6 +163,8 @@ def modal_variables(model: Model, speeds: NDArray, harmonics: int) -> Variables:
 def notes(model: Model, speeds: NDArray, harmonics: int, variables: Variables) -> list[str]:
     """What a reader of the result must know, one line each."""
     lines = []
+    if any(hasattr(effect, "pinion_tooth") for effect in model.scene.effects):
+        lines.append("teeth differ from one another: one mesh cycle stands for all, side bands need a revolution")
     kept, growth = variables["contact_kept"][1], variables["floquet_multiplier"][1]
     for mesh, name in enumerate(model.names):
         for where, text in (

@@ -18,14 +18,21 @@ def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
     """PNG plots of a response, one set for each mesh.
 
     ``force_…`` the dynamic factor and the RMS of the mesh force over speed, ``orders_…`` the amplitude of every order
-    over speed, ``campbell_…`` orders and natural frequencies over speed, coloured by the mesh force.
+    over speed, ``campbell_…`` orders and natural frequencies over speed, coloured by the mesh force; ``bands_…`` the
+    orders of a revolution; ``scatter`` the percentiles over error samples.
     """
+    if "percentile" in dataset.dims:
+        _figure(_scatter, dataset, folder / "scatter.png")
+        return [folder / "scatter.png"]
+    kinds: tuple[tuple[str, Any], ...] = (("force", _force),)
+    if "order" in dataset.dims:
+        kinds = (*kinds, ("bands", _bands))
+    elif "sweep" not in dataset.dims and dataset.sizes["speed"] > 1:
+        kinds = (*kinds, ("orders", _orders), ("campbell", _campbell))
     written = []
     for mesh in dataset["mesh"].values:
         one = dataset.sel(mesh=mesh)
-        for name, draw in (("force", _force), ("orders", _orders), ("campbell", _campbell)):
-            if name != "force" and dataset.sizes["speed"] < 2:
-                continue
+        for name, draw in kinds:
             path = folder / f"{name}_{mesh}.png"
             _figure(draw, one, path)
             written.append(path)
@@ -44,14 +51,16 @@ def _figure(draw: Any, one: xr.Dataset, path: Path) -> None:
 
 def _force(figure: Any, one: xr.Dataset) -> None:
     axes = figure.subplots()
-    speed = one["speed"]
-    kept = one["contact_kept"].values
-    axes.plot(speed, one["dynamic_factor"], color="C0", label="largest mesh force over mean")
-    if not kept.all():
-        axes.plot(speed[~kept], one["dynamic_factor"].values[~kept], ".", color="C3", label="flanks part")
+    speed, other = one["speed"], axes.twinx()
+    for sweep in one["sweep"].values if "sweep" in one.dims else [None]:
+        here = one if sweep is None else one.sel(sweep=sweep)
+        style, of = ("--", ", speed falling") if sweep == "down" else ("-", "" if sweep is None else ", speed rising")
+        kept = here["contact_kept"].values
+        axes.plot(speed, here["dynamic_factor"], style, color="C0", label=f"largest mesh force over mean{of}")
+        if not kept.all():
+            axes.plot(speed[~kept], here["dynamic_factor"].values[~kept], ".", color="C3", label=f"flanks part{of}")
+        other.plot(speed, here["mesh_force_rms"], style, color="C1", linewidth=0.8, label=f"RMS of the mesh force{of}")
     axes.set(xlabel="speed of the pinion [1/min]", ylabel="dynamic factor", title="Mesh force over speed")
-    other = axes.twinx()
-    other.plot(speed, one["mesh_force_rms"], color="C1", linewidth=0.8, label="RMS of the mesh force")
     other.set_ylabel("RMS of the mesh force [N]")
     lines = [*axes.get_lines(), *other.get_lines()]
     axes.legend(lines, [str(line.get_label()) for line in lines])
@@ -64,6 +73,27 @@ def _orders(figure: Any, one: xr.Dataset) -> None:
         axes.semilogy(one["speed"], one["mesh_force_amplitude"].sel(harmonic=order), label=f"order {order}")
     axes.set(xlabel="speed of the pinion [1/min]", ylabel="mesh force [N]", title="Orders of the mesh frequency")
     axes.legend(ncols=4, fontsize="small")
+
+
+def _bands(figure: Any, one: xr.Dataset) -> None:
+    """Mesh orders and their side bands over speed, in decades below the largest."""
+    axes = figure.subplots()
+    force = one["mesh_force_amplitude"].values
+    level = np.log10(np.maximum(force, max(force.max() * 1e-5, 1e-300)))
+    shown = axes.pcolormesh(one["order"], one["speed"], level, cmap="viridis", shading="nearest")
+    figure.colorbar(shown, ax=axes, label="log₁₀ of the mesh force [N]")
+    axes.set(xlabel="order of the mesh frequency", ylabel="speed of the pinion [1/min]", title="Orders and side bands")
+
+
+def _scatter(figure: Any, one: xr.Dataset) -> None:
+    axes = figure.subplots()
+    for k, percentile in enumerate(one["percentile"].values):
+        values = one["mesh_force_percentile"].sel(percentile=percentile)
+        axes.plot(one["speed"], values, color=f"C{k}", label=f"{percentile:g} %")
+    axes.set(
+        xlabel="speed of the pinion [1/min]", ylabel="RMS of the mesh force [N]", title="Scatter of the mesh force"
+    )
+    axes.legend(title="of the samples below")
 
 
 def _campbell(figure: Any, one: xr.Dataset) -> None:

@@ -88,7 +88,9 @@ def force_curve(cycle: LoadedMesh, steps: int) -> ForceCurve:
         loaded = replace(scene, load=replace(scene.load, torque=level * scene.load.torque))
         knots.append(solve(assemble(loaded, lines, cycle.effects)).approach / cos_b)
         forces.append(loaded.F_bt)
-    x = np.maximum.accumulate(np.array(knots).T + np.arange(len(knots)) * 1e-12, axis=1)
+    # the least gap of all segments may lie above what cells along which it varies yield to the least load
+    knots[0] = np.minimum(touch, knots[1] - 0.1 * LEVELS[0] * scene.F_bt / cycle.mean_stiffness)
+    x = np.maximum.accumulate(np.array(knots).T, axis=1) + np.arange(len(knots)) * 1e-12
     coefficients = np.empty((steps, len(forces), 4))
     for i in range(steps):
         curve = PchipInterpolator(x[i], forces)

@@ -8,9 +8,10 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.assemble import assemble, scene_lines
 from gearbench.contact.bearings import settle
-from gearbench.contact.solver import solve
+from gearbench.contact.patches import solve_patches
+from gearbench.contact.transitions import loaded_phases
 from gearbench.effects.base import Effect
 from gearbench.effects.shafts import SeatedGear, system_effects
 from gearbench.errors import InputError
@@ -93,12 +94,12 @@ def loaded_mesh(scene: Scene, mesh: str = "") -> LoadedMesh:
         number = scene.gearbox.names.index(mesh)
         own = scene if not mesh else scene.further[number - 1]
         own = replace(own, load=replace(own.load, torque=box.torques[mesh]), system=None, further=())
-    phase, weight = mesh_phases(own)
+    phase, weight, size = loaded_phases(own)
     lines = scene_lines(own, phase)
     effects, gears = own.effects, ()
     if scene.has_shafts:
         _, _, motion = settle(own, partial(system_effects, scene.gearbox, mesh), lines, weight)
         effects, gears = (*own.effects, motion), motion.gears
     problem = assemble(own, lines, effects)
-    solved = Solved(scene=own, lines=lines, weight=weight, problem=problem, solution=solve(problem))
+    solved = Solved(scene=own, lines=lines, weight=weight, problem=problem, solution=solve_patches(problem), size=size)
     return LoadedMesh(scene=own, effects=effects, lines=lines, cycle=solved.cycle, gears=gears)

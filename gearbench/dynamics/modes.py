@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from gearbench.errors import InputError
 from gearbench.system.mechanics import Mechanics
 
+#: σ over k̄/m of the stiffest mesh.
+_SHIFT = 1e-3
+
 
 @dataclass(frozen=True, kw_only=True)
 class Modes:
@@ -39,9 +42,13 @@ class Modes:
     stiffness: NDArray
 
     def _dynamic(self, omega: NDArray) -> NDArray:
-        """1/(ω_r² − ω² + 2iζω_rω), (…, mode)."""
+        """1/(ω_r² − ω² + 2iζω_rω), (…, mode); ``InputError`` where nothing damps a mode that is met."""
         w, r = omega[..., None], self.frequency
-        return 1 / (r**2 - w**2 + 2j * self.damping_ratio * r * w)
+        stiffness = r**2 - w**2 + 2j * self.damping_ratio * r * w
+        if self.damping_ratio == 0 and (stiffness == 0).any():
+            f = r[np.argwhere(stiffness == 0)[0, -1]] / (2 * np.pi)
+            raise InputError("system.damping_ratio", 0.0, f"an order meets the mode at {f:.6g} Hz: give it damping")
+        return 1 / stiffness
 
     def _between(self, left: NDArray, right: NDArray, omega: NDArray) -> NDArray:
         """Receptance (…, left, right) at ω > 0 between rows of modes; dampers joined to it by their forces."""
@@ -101,13 +108,20 @@ def modes(mechanics: Mechanics, stiffness: NDArray, damping_ratio: float) -> Mod
     if np.any(scale <= 0):
         raise InputError("system", "a part without mass", "every shaft and gear must have inertia")
     d = 1 / np.sqrt(scale)
+    K, M = K * d[:, None] * d, mechanics.mass * d[:, None] * d
+    # shifted and inverted, 1/(ω² + σ): rounding then falls on the highest modes, not on the lowest, and meshes that act
+    # against each other cancel; σ well below the modes of the meshes
+    sigma = _SHIFT * float(np.max(k * (a**2 @ d**2)))
     try:
-        values, vectors = eigh(K * d[:, None] * d, mechanics.mass * d[:, None] * d)
+        inverse, vectors = eigh(M, K + sigma * M)
     except LinAlgError:
-        raise InputError("system", "mass matrix not positive", "every shaft and gear must have inertia") from None
+        inverse, vectors = np.zeros(1), K
+    if inverse[0] <= 0:
+        raise InputError("system", "mass matrix not positive", "every shaft and gear must have inertia")
+    values = 1 / inverse[::-1] - sigma
     # rounding makes a rigid body's ω² of either sign
     values = np.where(np.abs(values) < 1e-11 * values[-1], 0.0, values)
-    rows = d[:, None] * vectors
+    rows = d[:, None] * (vectors / np.sqrt(inverse))[:, ::-1]
     rigid = values == 0
     mesh = a @ rows
     # a rigid body does not move against its mate: no mesh would hold it otherwise

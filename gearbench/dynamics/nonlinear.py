@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gearbench.dynamics import waves
-from gearbench.dynamics.analysis import HARMONICS, check_speeds, modal_variables
+from gearbench.dynamics.analysis import HARMONICS, check_harmonics, check_speeds, modal_variables
 from gearbench.dynamics.balance import orders
 from gearbench.dynamics.branches import Branches, branches, remarks, sweeps
 from gearbench.dynamics.force_curve import force_curve
@@ -56,6 +56,7 @@ def nonlinear_response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMO
     """
     start = time.perf_counter()
     speeds = check_speeds(speed)
+    check_harmonics(harmonics)
     model = Model(scene=scene)
     first = model.groups[0]
     group = Group(meshes=first.meshes[:1], rate=first.rate, phase=first.phase[:1])

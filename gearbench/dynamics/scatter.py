@@ -12,9 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gearbench.contact.batch import chunks, on_threads, prepare, solve_one_chunk
-from gearbench.dynamics.analysis import HARMONICS, check_speeds
+from gearbench.dynamics import waves
+from gearbench.dynamics.analysis import GROWTH, HARMONICS, check_harmonics, check_speeds, spans
 from gearbench.dynamics.balance import convolution, real
 from gearbench.dynamics.model import Group, Model
+from gearbench.dynamics.stability import is_proven, multipliers
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import InputError
 from gearbench.results.provenance import provenance
@@ -138,6 +140,7 @@ def robust_response(
 
     start = time.perf_counter()
     speeds = check_speeds(speed)
+    check_harmonics(harmonics)
     if samples < 2:
         raise InputError("samples", samples, "must be at least 2")
     model, workers = Model(scene=scene), threads or default_threads()
@@ -151,8 +154,24 @@ def robust_response(
     for name, value in zip(("mean", "std", "max"), per_sample, strict=True):
         variables[f"mesh_force_{name}"] = ((), np.asarray(value))
     coords = {"speed": ("speed", speeds), "percentile": ("percentile", list(PERCENTILES))}
-    attrs = provenance(scene, wall_time=time.perf_counter() - start, seed=seed)
+    lines = remarks(model, group, harmonics, speeds, over_speed["mesh_force_rms_max"][1])
+    attrs = provenance(scene, wall_time=time.perf_counter() - start, seed=seed) | {"notes": "\n".join(lines)}
     return xr.Dataset(described(variables), coords=described(coords), attrs=attrs)
+
+
+def remarks(model: Model, group: Group, harmonics: int, speeds: NDArray, largest: NDArray) -> list[str]:
+    """What a reader of the scatter must know, one line each; ``largest`` RMS of all samples at each speed (speed,)."""
+    lines = []
+    stiffness = waves.curve(model.excitation(group, harmonics).stiffness, max(256, 16 * harmonics))
+    if not is_proven(model.modes, group.meshes, stiffness):
+        grows = multipliers(model.modes, group.meshes, model.omega(group, speeds), stiffness[None]) > 1 + GROWTH
+        if grows.any():
+            lines.append(f"parametric instability without scatter at {spans(speeds, grows)} 1/min: no steady response")
+    parts = largest > model.force[group.meshes[0]]
+    if parts.any():
+        where = spans(speeds, parts)
+        lines.append(f"flanks part: the RMS of samples exceeds the mean force, not theirs any more, at {where} 1/min")
+    return lines
 
 
 def _statistics(

@@ -25,7 +25,8 @@ def run_up(dataset: xr.Dataset, seconds: float = 10.0, bearing: str | None = Non
     Parameters
     ----------
     dataset
-        From ``response``, at two speeds or more.
+        From ``response`` or ``nonlinear_response`` (the speed rising; silence where nothing is stable), at two speeds
+        or more.
     seconds
         Duration.
     bearing
@@ -36,6 +37,10 @@ def run_up(dataset: xr.Dataset, seconds: float = 10.0, bearing: str | None = Non
     InputError
         If there are fewer than two speeds, or no such bearing.
     """
+    if "harmonic" not in dataset.dims:
+        raise InputError("sound", "no orders of the mesh frequency", "is for a response, linear or nonlinear")
+    if "sweep" in dataset.dims:
+        dataset = dataset.sel(sweep="up").fillna(0.0)
     speeds = dataset["speed"].values
     if len(speeds) < 2:
         raise InputError("speed", len(speeds), "a run-up needs two speeds or more")

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.explore.names import as_text
 from gearbench.results.quantities import KEYS
 from gearbench.results.responses import quantity
 
@@ -39,6 +40,11 @@ class Column:
     kind: Kind
     values: NDArray
     categories: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        # labels and categories stand in titles and on axes, where Bokeh would set them as TeX
+        for name, value in (("label", as_text(self.label)), ("categories", tuple(map(as_text, self.categories)))):
+            object.__setattr__(self, name, value)
 
     @property
     def title(self) -> str:

@@ -143,7 +143,7 @@ def _scatter(solved: Solved, samples: int) -> Scatter | None:
     if not isinstance(scene.effect("manufacturing_errors"), ManufacturingErrors):
         return None
     # of the solved scene: lines, gaps and compliance are the same
-    problem = prepare_scene(scene, solved)
+    problem = prepare_scene(scene)
     answer, complete = respond(problem, problem.draw(samples, 0, "sobol"), default_threads())
     if not complete:
         raise GearbenchError("interrupted")

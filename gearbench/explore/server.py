@@ -12,9 +12,11 @@ from bokeh.server.server import BaseServer
 from bokeh.server.tornado import BokehTornado
 from tornado.httpserver import HTTPServer
 from tornado.ioloop import IOLoop
-from tornado.routing import HostMatches, Rule, RuleRouter
+from tornado.routing import AnyMatches, HostMatches, Rule, RuleRouter
+from tornado.web import Application as TornadoApplication
 
 from gearbench.errors import InputError
+from gearbench.explore.guard import Policy, Refused, TokenMatches, new_token
 
 ADDRESS = "127.0.0.1"
 
@@ -22,8 +24,9 @@ ADDRESS = "127.0.0.1"
 class Explorer:
     """A server on the loopback interface. It answers requests that name this machine, and its own pages alone.
 
-    Other origins are refused the connection that all data goes through (403), other host names everything (404): a
-    page elsewhere reaches nothing, even if its name resolves to this machine.
+    Whoever lacks the token of its address is refused everything (403), other origins the connection that all data goes
+    through (403), other host names everything (404): neither another user of this machine nor a page elsewhere reaches
+    anything, even if its name resolves to this machine.
 
     Parameters
     ----------
@@ -41,6 +44,7 @@ class Explorer:
     def __init__(self, open_page: Callable[[Document], object], port: int = 0) -> None:
         listening = _listen(port)
         self.port: int = listening.getsockname()[1]
+        self._token = new_token()
 
         def opened(document: Document) -> None:
             open_page(document)
@@ -49,9 +53,12 @@ class Explorer:
         hosts = [f"{name}:{self.port}" for name in (ADDRESS, "localhost")]
         pages = BokehTornado(
             {"/": Application(FunctionHandler(opened))}, extra_websocket_origins=hosts, use_index=False,
-            include_headers=[], include_cookies=[],
+            include_headers=[], include_cookies=[], prefix=self._token,
         )  # fmt: skip
-        router = RuleRouter([Rule(HostMatches(r"(?:127\.0\.0\.1|localhost)$"), pages)])
+        pages.add_transform(Policy)
+        refused = TornadoApplication([(".*", Refused)])
+        known = RuleRouter([Rule(TokenMatches(self._token), pages), Rule(AnyMatches(), refused)])
+        router = RuleRouter([Rule(HostMatches(r"(?:127\.0\.0\.1|localhost)$"), known)])
         http = HTTPServer(router)
         http.add_sockets([listening])
         self._server = BaseServer(loop, pages, http)
@@ -59,8 +66,8 @@ class Explorer:
 
     @property
     def url(self) -> str:
-        """Address of the page."""
-        return f"http://{ADDRESS}:{self.port}/"
+        """Address of the page, with its token."""
+        return f"http://{ADDRESS}:{self.port}/{self._token}/"
 
     @property
     def sockets(self) -> list[socket.socket]:

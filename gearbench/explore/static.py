@@ -10,9 +10,10 @@ from bokeh.embed import file_html
 from bokeh.resources import INLINE
 from numpy.typing import NDArray
 
-from gearbench.errors import GearbenchError
+from gearbench.errors import GearbenchError, InputError
 from gearbench.explore.catalogue import Catalogue, fronts
 from gearbench.explore.gear_data import Tables, summary, tables
+from gearbench.explore.guard import guarded_file
 from gearbench.explore.model import picture
 from gearbench.explore.page import Page, knee
 from gearbench.explore.scripts import script
@@ -33,7 +34,7 @@ def html(catalogue: Catalogue, pictures: int = PICTURES) -> str:
     for design in _spread(catalogue, first, pictures):
         try:
             answer = picture(catalogue.scene(design))
-        except (GearbenchError, ArithmeticError):
+        except (GearbenchError, InputError, ArithmeticError):
             continue
         shown[str(design)] = (summary(catalogue.name(design), answer), tables(answer))
     if str(first) not in shown:
@@ -50,13 +51,14 @@ def html(catalogue: Catalogue, pictures: int = PICTURES) -> str:
 
 def as_file(document: Document) -> str:
     """A document as the text of a page that loads nothing."""
-    return file_html(
+    text = file_html(
         document,
         INLINE,
         title=document.title,
         template=document.template,
         template_variables=document.template_variables,
     )
+    return guarded_file(text)
 
 
 def write(catalogue: Catalogue, path: Path) -> None:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from gearbench.errors import InputError
 from gearbench.explore.columns import Column, known_column, variable_column
+from gearbench.explore.names import as_text
 from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.select import chosen_scene, open_designs
 from gearbench.optimisation.study import RESPONSES
@@ -48,6 +49,9 @@ class Stored:
     columns: tuple[Column, ...]
     numbers: NDArray
     scene: Callable[[int], Scene]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "label", as_text(self.label))
 
 
 def open_results(paths: Sequence[str | Path]) -> tuple[Stored, ...]:
@@ -114,9 +118,17 @@ def of_designs(designs: Designs, file: str) -> Stored:
     return Stored(label=label, columns=tuple(columns), numbers=numbers, scene=lambda n: chosen_scene(designs, n))
 
 
+def _scene(dataset: xr.Dataset, file: str) -> Scene:
+    """The scene that a run has stored with its result."""
+    try:
+        return parse_scene(tomllib.loads(str(dataset.attrs["scene"])))
+    except (ValueError, RecursionError) as error:  # an InputError is one, too
+        raise InputError("", file, f"its scene cannot be read: {error}") from None
+
+
 def of_run(dataset: xr.Dataset, file: str) -> Stored:
     """The one scene of a simulation or a robustness run."""
-    scene = parse_scene(tomllib.loads(dataset.attrs["scene"]))
+    scene = _scene(dataset, file)
     columns = []
     for response in dict.fromkeys((*RESPONSES, *filter(is_response, map(str, dataset.data_vars)))):
         for name in statistics_of([response]):

@@ -12,14 +12,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.quadrature import gauss, interpolation
 from gearbench.geometry.separation import Separation, Touch
 
 #: Segments that a panel has at least.
@@ -48,6 +48,8 @@ class ContactLines:
         Nodes, one a segment [mm].
     length
         Length of each segment along the contact line, Δy / cos β_b [mm]: the weight of its node.
+    panel
+        Number of the panel between kinks that each segment belongs to, where it is known.
     cells
         Whether the segments are cells with their nodes in the middle; Gauss points otherwise.
     separation
@@ -62,6 +64,7 @@ class ContactLines:
     u: NDArray
     y: NDArray
     length: NDArray
+    panel: NDArray | None = None
     cells: bool = False
     separation: Separation | None = None
     typical_load: float = 0.0
@@ -77,6 +80,11 @@ class ContactLines:
         """Whether a pair has a contact line at a position, (position, pair)."""
         return self.length[..., 0] > 0
 
+    def part(self, positions: slice | NDArray) -> ContactLines:
+        """The lines at some of the positions."""
+        arrays = {name: getattr(self, name)[positions] for name in ("mesh_phase", "u", "y", "length")}
+        return replace(self, **arrays, panel=None if self.panel is None else self.panel[positions])
+
     def moved(self, share: float) -> ContactLines:
         """The lines with each node moved by ``share`` of half its segment along the line: ±1 are the ends."""
         meshing = self.pair.meshing
@@ -87,12 +95,34 @@ class ContactLines:
             u = np.clip(u, meshing.path_start, meshing.path_end)
         return replace(self, u=u, y=y)
 
-    def halved(self) -> ContactLines:
-        """The lines with two segments in place of each, side by side: their nodes are its two Gauss points."""
-        p, k, s = self.shape
-        parts = [self.moved(share) for share in (-math.sqrt(1 / 3), math.sqrt(1 / 3))]
-        u, y = (np.stack([getattr(part, name) for part in parts], axis=-1).reshape(p, k, 2 * s) for name in "uy")
-        return replace(self, u=u, y=y, length=np.repeat(self.length / 2, 2, axis=2), cells=False)
+    @property
+    def ends(self) -> tuple[NDArray, NDArray]:
+        """y of both ends of lines whose segments are cells, (position, pair, 1) each [mm]."""
+        half = self.length * math.cos(self.pair.meshing.beta_b) / 2
+        return (self.y - half)[..., :1], (self.y + half)[..., -1:]
+
+    def uncut(self, nodes: int) -> tuple[ContactLines, NDArray]:
+        """The same lines with ``nodes`` Gauss points on the whole of each, and how to come back to the cells.
+
+        The second is (position, pair, segment, 3, node): what is smooth along a line, from its values at these points
+        to those at the beginning, middle and end of each cell.
+        """
+        half = self.length * math.cos(self.pair.meshing.beta_b) / 2
+        low, high = self.ends
+        middle, reach = (low + high) / 2, (high - low) / 2
+        t, w = gauss(nodes)
+        line = self.at(middle + reach * t, reach * w)
+        safe = np.where(reach > 0, reach, 1.0)
+        at = ((self.y - middle) / safe)[..., None] + (half / safe)[..., None] * np.array([-1.0, 0.0, 1.0])
+        return line, interpolation(nodes, at)
+
+    def at(self, y: NDArray, width: NDArray) -> ContactLines:
+        """The lines with other nodes on them, (position, pair, node): at y, with widths Δy [mm]."""
+        meshing = self.pair.meshing
+        u = self.u[..., :1] + (y - self.y[..., :1]) * math.tan(meshing.beta_b)
+        if self.separation is None:
+            u = np.clip(u, meshing.path_start, meshing.path_end)
+        return replace(self, u=u, y=y, length=width / math.cos(meshing.beta_b), panel=None, cells=False)
 
     @cached_property
     def touch(self) -> Touch | None:
@@ -179,7 +209,7 @@ def contact_lines(
     # the widest that a panel becomes while a line passes, whatever the phases asked for
     passing = _panel_edges(pair, np.linspace(u_a - b * tan_b, u_e, 401), ends, *cuts)
     widest = np.diff(passing, axis=0).max(axis=1, initial=0.0)
-    y, width = _on_panels(edges, widest, segments, b, parting=parting)
+    y, width, panel = _on_panels(edges, widest, segments, pair, parting=parting)
     # a line shorter than rounding is no line
     absent = (edges[-1] - edges[0] <= SHORTEST * b)[..., None]
     return ContactLines(
@@ -189,6 +219,7 @@ def contact_lines(
         u=np.where(absent, (u_a + u_e) / 2, np.clip(start[..., None] + y * tan_b, u_a, u_e)),
         y=np.where(absent, b / 2, y),
         length=np.where(absent, 0.0, width / math.cos(meshing.beta_b)),
+        panel=panel,
         cells=parting,
         separation=separation,
     )
@@ -210,15 +241,16 @@ def _panel_edges(
 
 
 def _on_panels(
-    edges: NDArray, widest: NDArray, segments: int, face_width: float, *, parting: bool
-) -> tuple[NDArray, NDArray]:
-    """Nodes y and widths of the segments on the panels between ``edges``, (position, pair, segment) [mm].
+    edges: NDArray, widest: NDArray, segments: int, pair: Pair, *, parting: bool
+) -> tuple[NDArray, NDArray, NDArray]:
+    """Nodes y and widths of the segments [mm], and the panels between ``edges`` they are on, (position, pair, segment).
 
     How many segments a panel gets depends on which panels there are on a line, and nothing else: it stays the same
     between two transitions of the mesh cycle, where the sums over the nodes are then as smooth as the integrals.
     """
-    real = np.diff(edges, axis=0) > SHORTEST * face_width
+    real = np.diff(edges, axis=0) > SHORTEST * pair.face_width
     y, width = np.zeros((2, *edges.shape[1:], segments))
+    on = np.zeros(y.shape, dtype=np.intp)
     for pattern in np.unique(real.reshape(len(real), -1), axis=1).T:
         alike = np.all(real == pattern[:, None, None], axis=0)
         panel = np.flatnonzero(pattern)
@@ -227,18 +259,22 @@ def _on_panels(
         if panel.size * FEWEST > segments:
             counts, ends = [segments], np.stack([edges[0], edges[-1]])[:, alike]
         else:
-            counts = _shares(segments, np.sqrt(widest[panel]))
+            counts = _shares(segments, np.sqrt(widest[panel]), last=pair.wheel.teeth > pair.pinion.teeth)
             ends = edges[np.append(panel, panel[-1] + 1)][:, alike]
+        on[alike] = np.repeat(np.arange(len(counts)), counts)
         rules = [_rule(count, parting) for count in counts]
         half = [np.diff(pair_of_ends, axis=0).T / 2 for pair_of_ends in pairwise(ends)]
         parts = zip(ends[:-1], half, rules, strict=True)
         y[alike] = np.concatenate([low[:, None] + h * (1 + node) for low, h, (node, _) in parts], axis=1)
         width[alike] = np.concatenate([h * weight for h, (_, weight) in zip(half, rules, strict=True)], axis=1)
-    return y, width
+    return y, width, on
 
 
-def _shares(segments: int, sizes: NDArray) -> list[int]:
-    """``segments`` shared among panels in proportion to ``sizes``, each at least ``FEWEST``."""
+def _shares(segments: int, sizes: NDArray, *, last: bool = False) -> list[int]:
+    """``segments`` shared among panels in proportion to ``sizes``, each at least ``FEWEST``.
+
+    Of panels that are alike the first ones get what is left over, or the ``last``.
+    """
     wanted = segments * sizes / sizes.sum()
     counts = np.maximum(FEWEST, np.floor(wanted + 1e-9)).astype(int)
     while left := segments - int(counts.sum()):
@@ -246,14 +282,13 @@ def _shares(segments: int, sizes: NDArray) -> list[int]:
         owed = np.where(counts > (0 if step > 0 else FEWEST), np.round(step * (wanted - counts), 6), -np.inf)
         # alike panels get alike shares where they can: a line and its mirror image are cut alike
         groups = [np.flatnonzero(owed == value) for value in np.unique(owed[np.isfinite(owed)])[::-1]]
-        chosen = next((group for group in groups if group.size <= abs(left)), groups[0][:1])
+        chosen = next((group for group in groups if group.size <= abs(left)), groups[0][-1:] if last else groups[0][:1])
         counts[chosen] += step
     return counts.tolist()
 
 
-@lru_cache(maxsize=256)
 def _rule(count: int, parting: bool) -> tuple[NDArray, NDArray]:
     """Nodes and weights on [−1, 1]: midpoints of equal cells, or Gauss–Legendre."""
     if parting:
         return (np.arange(count) + 0.5) * 2 / count - 1, np.full(count, 2 / count)
-    return legendre.leggauss(count)
+    return gauss(count)

@@ -19,14 +19,12 @@ from gearbench.optimisation.constraints import constrained, judge
 from gearbench.optimisation.derived import DERIVED
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.variables import Value
-from gearbench.results.outputs import Solved
 from gearbench.results.responses import STATISTICS
 from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from gearbench.schema import read
 from gearbench.simulation import simulate, solve_scene
-from gearbench.strength.rating import GEOMETRIC
 
 #: Violation of a design that makes no scene, or none that can be solved: more than limits can add up to.
 NO_GEAR = 1e6
@@ -80,8 +78,7 @@ def evaluate(study: OptimisationStudy, design: Design) -> Evaluation:
         unknown = tuple(values.values())
         if violation > 0:
             return Evaluation(violation=violation, reason=reason, constraints=unknown, statistics=nothing)
-        known = solved() if any(name not in GEOMETRIC for name in study.constraints) else None
-        statistics = _statistics(study, scene, known)
+        statistics = _statistics(study, scene)
         return Evaluation(violation=0.0, reason="", constraints=unknown, statistics=statistics)
     except (InputError, GearbenchError, ArithmeticError, np.linalg.LinAlgError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
@@ -163,25 +160,25 @@ def _put(tables: dict[str, Any], path: str, value: Any) -> None:
     tables[last] = value
 
 
-def _statistics(study: OptimisationStudy, scene: Scene, solved: Solved | None) -> tuple[float, ...]:
-    """In the order of ``study.statistics``; ``solved`` is the scene where its limits asked for that."""
+def _statistics(study: OptimisationStudy, scene: Scene) -> tuple[float, ...]:
+    """In the order of ``study.statistics``."""
     if study.robustness.samples == 0:
         dataset = simulate(scene, outputs=study.responses)
         found = {f"{name}_mean": float(dataset[name]) for name in study.responses}
     else:
-        found = _dispersion(study, scene, solved)
+        found = _dispersion(study, scene)
     for name in {name for objective in study.objectives for name in objective.weights}:
         if not math.isfinite(found.get(name, math.nan)):
             raise GearbenchError(f"{name} is not finite")
     return tuple(found.get(name, math.nan) for name in study.statistics)
 
 
-def _dispersion(study: OptimisationStudy, scene: Scene, solved: Solved | None) -> dict[str, float]:
+def _dispersion(study: OptimisationStudy, scene: Scene) -> dict[str, float]:
     """Statistics of each response over the error samples, by name."""
     from gearbench.robustness.montecarlo import prepare_scene, respond
 
     r = study.robustness
-    problem = prepare_scene(scene, solved)
+    problem = prepare_scene(scene)
     errors = problem.errors.draw(_unit(r.sampler, r.samples, len(problem.names), r.seed), scene.pair)
     answers, complete = respond(problem, errors, names=study.responses)
     if not complete:

@@ -16,9 +16,9 @@ from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
+from gearbench.geometry.quadrature import gauss, interpolation, legendre_transform
 from gearbench.scene import Scene
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ class Phases:
     def edges(self) -> NDArray:
         """Begin and end of each Gauss panel, (panel, 2)."""
         assert self.size is not None, "uniform phases have no panels"
-        x, t = self.phase.reshape(-1, self.size), legendre.leggauss(self.size)[0]
+        x, t = self.phase.reshape(-1, self.size), gauss(self.size)[0]
         # a single point says nothing of the width, its weight does
         half = (x[:, -1] - x[:, 0]) / (t[-1] - t[0]) if self.size > 1 else self.weight / 2
         return x.mean(axis=1)[:, None] + half[:, None] * np.array([-1.0, 1.0])
@@ -151,7 +151,12 @@ def fourier(dataset: xr.Dataset, name: str, orders: int = HARMONICS) -> NDArray:
 @lru_cache(maxsize=16)
 def fourier_matrix(phases: Phases, orders: int) -> NDArray:
     """Values at the phases → complex Fourier coefficients of the orders 1 … ``orders``, (harmonic, position)."""
-    n, x = np.arange(1, orders + 1), phases.phase
+    return fourier_rows(phases, np.arange(1, orders + 1))
+
+
+def fourier_rows(phases: Phases, orders: NDArray) -> NDArray:
+    """Values at the phases → ∫ y e^{−2πinτ} dτ over the cycle for any n, whole or not, (order, position)."""
+    n, x = np.asarray(orders), phases.phase
     if phases.size is None:
         wave = np.exp(-2j * np.pi * np.outer(n, x)) / len(x)
         return np.where(2 * n[:, None] < len(x), wave, np.nan)
@@ -162,22 +167,11 @@ def fourier_matrix(phases: Phases, orders: int) -> NDArray:
     # ∫ P_k(s) e^{−iωs} ds over [−1, 1] = 2 (−i)^k j_k(ω)
     waves = 2 * (-1j) ** k * spherical_jn(k, 2 * np.pi * np.multiply.outer(n, half)[..., None])
     waves *= (half * np.exp(-2j * np.pi * np.multiply.outer(n, middle)))[..., None]
-    return (waves @ _legendre(phases.size)).reshape(orders, -1)
+    return (waves @ legendre_transform(phases.size)).reshape(len(n), -1)
 
 
 def _on_panels(phases: Phases, values: NDArray, points: int) -> NDArray:
     """Values (…, position) at equidistant points of the panels, ends included, (…, panel, point)."""
     assert phases.size is not None
     by_panel = values.reshape(*values.shape[:-1], -1, phases.size)
-    return by_panel @ _interpolation(phases.size, np.linspace(-1, 1, points)).T
-
-
-def _legendre(size: int) -> NDArray:
-    """Values at ``size`` Gauss points → Legendre coefficients of their polynomial; exact by the Gauss rule itself."""
-    nodes, w = legendre.leggauss(size)
-    return (2 * np.arange(size)[:, None] + 1) / 2 * legendre.legvander(nodes, size - 1).T * w
-
-
-def _interpolation(size: int, t: NDArray) -> NDArray:
-    """Values at ``size`` Gauss points → those of their polynomial at t in [−1, 1], (point, size)."""
-    return legendre.legvander(t, size - 1) @ _legendre(size)
+    return by_panel @ interpolation(phases.size, np.linspace(-1, 1, points)).T

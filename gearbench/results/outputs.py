@@ -24,6 +24,7 @@ class Solved:
     """A scene solved on its contact lines: the source of all outputs.
 
     The arrays of the solution may have dimensions before the position; so have the outputs that follow from it.
+    ``size`` is the number of Gauss points on each panel, by default the scene's.
     """
 
     scene: Scene
@@ -31,12 +32,18 @@ class Solved:
     weight: NDArray
     problem: ContactProblem
     solution: ContactSolution
+    size: int | None = None
+
+    @property
+    def phases(self) -> Phases:
+        """The mesh phases."""
+        size = self.size or self.scene.resolution.panel_size
+        return Phases(phase=self.lines.mesh_phase, weight=self.weight, size=size)
 
     @cached_property
     def cycle(self) -> MeshCycle:
         """Static transmission error and mesh stiffness at the scene's mesh phases."""
-        phases = Phases(phase=self.lines.mesh_phase, weight=self.weight, size=self.scene.resolution.panel_size)
-        return MeshCycle.of(self.scene, phases, self.solution.approach, self.solution.stiffness)
+        return MeshCycle.of(self.scene, self.phases, self.solution.approach, self.solution.stiffness)
 
     def line_load(self) -> NDArray:
         """Line load, (position, pair, segment) [N/mm]; zero where a pair has no contact line."""

@@ -13,15 +13,35 @@ from typing import Any
 from gearbench.effects.base import ComplianceEffect
 from gearbench.scene import Scene, digest
 
+#: Strain at the root of the teeth beyond which results carry a warning: twice what hardened steel bears, and plastics.
+LARGEST_STRAIN = 0.02
 _PACKAGES = ("gearbench", "numpy", "scipy", "numba", "xarray")
 
 
 def provenance(scene: Scene, *, wall_time: float, seed: int | None = None) -> dict[str, Any]:
-    """Attributes of a Dataset: scene as TOML, its hash, support, versions, git revision, seed, wall time [s], host."""
+    """Attributes of a Dataset: scene as TOML, its hash, support, versions, git revision, seed, wall time [s], host.
+
+    A ``warning`` where linear elasticity does not hold for the load.
+    """
     text = scene.to_toml()
     own = {"scene": text, "scene_sha256": digest(text), "support": support(scene)}
+    if (warning := beyond_elasticity(scene)) is not None:
+        own["warning"] = warning
     attrs = {**own, **run_provenance(wall_time=wall_time)}
     return attrs if seed is None else {**attrs, "seed": seed}
+
+
+def beyond_elasticity(scene: Scene) -> str | None:
+    """A warning where the teeth would be strained beyond what linear elasticity can mean, else None.
+
+    The strain at the root is about 3 F_bn / (b m_n E): a tooth form and stress factor of 3, as ISO 6336-3 has them.
+    """
+    strain = 3 * scene.relative_load
+    if strain <= LARGEST_STRAIN:
+        return None
+    return (
+        f"teeth strained by about {100 * strain:.2g} %: linear elasticity, on which all of this rests, ends far below"
+    )
 
 
 def support(scene: Scene) -> str:

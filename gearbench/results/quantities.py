@@ -57,6 +57,7 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "mesh_stiffness": Quantity("N/µm", "k", "mesh stiffness"),
             "line_load": Quantity("N/mm", "q", "line load"),
             "load_share": Quantity("1", "X", "share of the load on a tooth pair"),
+            "share_outside_path": Quantity("1", "X_out", "share of the load outside the path of contact"),
             "initial_gap": Quantity("µm", "e", "initial gap from micro-geometry and errors"),
             "transmission_error_amplitude": Quantity("µm", "|δ_n|", "amplitudes of the harmonics of δ"),
             "transmission_error_phase": Quantity("rad", "arg δ_n", "phases of the harmonics of δ"),

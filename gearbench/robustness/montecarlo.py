@@ -74,7 +74,9 @@ def prepare_scene(scene: Scene, solved: Solved | None = None) -> RobustProblem:
     InputError
         If the scene has no random errors.
     """
-    return prepare_phases(scene, *mesh_phases(scene), solved)
+    if solved is None:
+        return prepare_phases(scene, *mesh_phases(scene))
+    return prepare_phases(scene, solved.lines.mesh_phase, solved.weight, solved)
 
 
 @single_threaded_blas()
@@ -87,7 +89,7 @@ def prepare_phases(scene: Scene, phase: NDArray, weight: NDArray, solved: Solved
     problem = solved.problem if solved else assemble(scene, lines)
     positions, pairs, segments = lines.shape
     modes = (errors.modes(lines) / np.expand_dims(lines.lever, -1)).reshape(positions, pairs * segments, -1)
-    phases = Phases(phase=phase, weight=weight, size=scene.resolution.panel_size)
+    phases = solved.phases if solved else Phases(phase=phase, weight=weight, size=scene.resolution.panel_size)
     return RobustProblem(
         scene=scene, errors=errors, batch=prepare(problem, modes), mean=errors.mean(scene.pair), phases=phases
     )

@@ -13,7 +13,7 @@ from gearbench.contact.problem import ContactSolution
 from gearbench.errors import InputError
 from gearbench.interruption import arrived
 from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs
-from gearbench.results.provenance import provenance
+from gearbench.results.provenance import beyond_elasticity, provenance
 from gearbench.results.responses import is_response
 from gearbench.robustness.montecarlo import default_threads
 from gearbench.scene import Load, Scene
@@ -87,7 +87,14 @@ def sweep(
     parts, complete = _solved(runs, count, progress, _reduction(dim, outputs, draws, count))
     whole = combined(completed(parts, dim, runs, keep=loads is not None), axes, loads)
     own = draws | {"complete": int(complete), "swept": [each.path for each in axes]}
-    return whole.assign_attrs(provenance(scene, wall_time=time.perf_counter() - start) | own)
+    return whole.assign_attrs(provenance(scene, wall_time=time.perf_counter() - start) | own | _warning(scene, axes))
+
+
+def _warning(scene: Scene, axes: Sequence[Axis]) -> dict[str, str]:
+    """The warning of the greatest torque, where it has one."""
+    greatest = max((float(max(each.values)) for each in axes if each.path == TORQUE), default=scene.load.torque)
+    warning = beyond_elasticity(replace(scene, load=Load(torque=greatest)))
+    return {} if warning is None else {"warning": warning}
 
 
 def _reduction(dim: str, outputs: Sequence[str], draws: dict[str, Any], threads: int) -> Callable[..., xr.Dataset]:

@@ -55,5 +55,8 @@ class Shared:
         scale = known.problem.length_scale
         soft = soft if known.problem.a.any() else np.zeros_like(soft)  # without a law there is nothing to average
         gap, soft = np.ascontiguousarray((gap - soft) / scale), np.ascontiguousarray(soft / scale)
-        problem = replace(known.problem, gap=gap, soft=soft)
+        along = known.problem.along
+        if along is not None:
+            along = replace(along, scene=scene, effects=tuple(scene.acting_effects))
+        problem = replace(known.problem, gap=gap, soft=soft, along=along)
         return replace(known, scene=scene, weight=weight, problem=problem)

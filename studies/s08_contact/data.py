@@ -64,9 +64,8 @@ _RELIEF = TipRelief(amount=20.0, length=1.0)
 CASES = {
     "spur": Case(scene=_scene("spur", _SPUR, 100.0), torques=(100.0,), width_factor=1.0278),
     "spur_loads": Case(scene=_scene("spur_loads", _SPUR, 100.0), torques=(50.0, 200.0), width_factor=1.0278),
-    "spur_relief": Case(scene=_scene("spur_relief", _SPUR, 100.0, _RELIEF), torques=(100.0,), width_factor=1.0278),
-    "relief_loads": Case(
-        scene=_scene("relief_loads", _SPUR, 100.0, _RELIEF), torques=(50.0, 200.0), width_factor=1.0278
+    "spur_relief": Case(
+        scene=_scene("spur_relief", _SPUR, 100.0, _RELIEF), torques=(50.0, 100.0, 200.0), width_factor=1.0278
     ),
     "hcr_spur": Case(scene=_scene("hcr_spur", _HCR, 250.0, TipRelief(amount=15.0, length=1.0)), torques=(250.0,)),
     "nasa_28": Case(scene=_scene("nasa_28", _NASA, 71.8, TipRelief(amount=23.0, length=2.0)), torques=(71.8,)),

@@ -46,8 +46,6 @@ segments = 5
 """
 BENDING = '[effects.tooth_bending]\nbasis = "paper"\n'
 ERRORS = '[effects.manufacturing_errors]\npreset = "garambois2017"\n'
-#: Settings of seconds or gigabytes that are allowed: budgets of time and memory are tested elsewhere.
-HEAVY = ("finite_elements",)
 
 
 @dataclass(frozen=True, kw_only=True)

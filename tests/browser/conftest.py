@@ -13,14 +13,14 @@ from tests.explore_designs import front
 
 @pytest.fixture
 def explored():
-    """Start ``gearbench explore FILE`` in a process of its own: its address."""
+    """Start ``gearbench explore FILE…`` in a process of its own: its address."""
     processes = []
 
-    def start(file):
-        command = [sys.executable, "-m", "gearbench", "explore", str(file), "--port", "0"]
+    def start(*files):
+        command = [sys.executable, "-m", "gearbench", "explore", *map(str, files), "--port", "0"]
         process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, "NO_COLOR": "1"})
         processes.append(process)
-        return re.match(r"(http://127\.0\.0\.1:\d+/)", process.stdout.readline())[1]
+        return re.match(r"(http://127\.0\.0\.1:\d+/\w+/)", process.stdout.readline())[1]
 
     yield start
     for process in processes:

@@ -73,7 +73,8 @@ def test_linear_relief_moves_the_first_touch():
     relief = TipRelief(amount=10.0, length=1.0, gear="pinion")
     placement = placed(PAIR, 0.55, relief)
     u = placement.path_position(1)
-    R = float(np.hypot(PAIR.gears[0].base_radius, u))
+    # the involute point that is moved onto the line of action
+    R = float(np.hypot(PAIR.gears[0].base_radius, u + placement.touch(1).gap))
     e = 0.01 * (R - PAIR.gears[0].tip_radius + 1.0)
     # along the involute ds = u du / r_b, and R dR = u du
     kappa = 0.01 * PAIR.gears[0].base_radius / R

@@ -1,0 +1,72 @@
+"""What a mesh phase by contact finite elements comes to, kept on disk."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import tempfile
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from fem_reference.cache import cache_folder, code_version
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhaseResult:
+    """A mesh phase under each torque.
+
+    Parameters
+    ----------
+    approach
+        q [mm], how far the pinion turns beyond the conjugate position, along the line of action, (torque,).
+    stiffness
+        ∂F_bt/∂q [N/mm], (torque,).
+    share
+        Tooth pair → its share of the torque, (torque,).
+    radius
+        Tooth pair → radius on the pinion where it touches [mm], NaN where it does not, (torque,).
+    """
+
+    approach: list[float]
+    stiffness: list[float]
+    share: dict[int, list[float]]
+    radius: dict[int, list[float]]
+
+
+def kept(key: list[Any], compute: Callable[[], PhaseResult]) -> PhaseResult:
+    """A result from the cache where the same was computed before: same ``key``, same program."""
+    digest = hashlib.sha256(json.dumps([*key, _code()], sort_keys=True, default=repr).encode()).hexdigest()[:32]
+    path = cache_folder() / f"contact-{digest}.json"
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+        for name in ("share", "radius"):
+            found[name] = {int(k): values for k, values in found[name].items()}
+        return PhaseResult(**found)
+    except (OSError, ValueError, KeyError, TypeError):
+        pass
+    result = compute()
+    _store(path, result)
+    return result
+
+
+@cache
+def _code() -> str:
+    """Hash of the sources that determine a result."""
+    total = hashlib.sha256(code_version().encode())
+    for source in sorted(Path(__file__).parent.glob("*.py")):
+        if source.name != "cycle.py":
+            total.update(source.read_bytes())
+    return total.hexdigest()
+
+
+def _store(path: Path, result: PhaseResult) -> None:
+    """Whole or not at all."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(dir=path.parent, suffix=".part")
+    with os.fdopen(handle, "w", encoding="utf-8") as file:
+        json.dump(asdict(result), file)
+    Path(name).replace(path)

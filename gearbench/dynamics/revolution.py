@@ -1,0 +1,272 @@
+"""Response over whole revolutions: teeth that differ from one another excite side bands of the mesh orders (D11)."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gearbench.contact.assemble import assemble
+from gearbench.contact.batch import chunks, prepare, solve_one_chunk
+from gearbench.dynamics import waves
+from gearbench.dynamics.analysis import HARMONICS, check_harmonics, check_speeds, spans
+from gearbench.dynamics.balance import Excitation, solve
+from gearbench.dynamics.loaded_mesh import LoadedMesh
+from gearbench.dynamics.model import Group, Model
+from gearbench.errors import InputError
+from gearbench.results.cycle import MICROMETRES, fourier_rows
+from gearbench.results.provenance import provenance
+from gearbench.results.responses import described
+from gearbench.scene import Scene
+from gearbench.system.mechanics import DIRECTIONS
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Singular values of the gaps of all teeth below this share of the largest are rounding.
+_RANK = 1e-12
+#: Mesh cycles of a revolution from which bearing forces, one for each order, are left out.
+_LONG = 400
+
+
+@dataclass(frozen=True, kw_only=True)
+class Revolution:
+    """Excitation over as many mesh cycles as it takes to repeat.
+
+    Parameters
+    ----------
+    cycles
+        P: teeth of the pinion or the wheel, or all pairs of teeth that meet.
+    error
+        δ̂_s of the orders 0, 1/P, 2/P … H of the mesh frequency (H·P + 1,) [mm].
+    stiffness
+        k̂ of the whole orders 0 … 2H, the mean of all cycles (2H + 1,) [N/mm].
+    """
+
+    cycles: int
+    error: NDArray
+    stiffness: NDArray
+
+    @property
+    def harmonics(self) -> int:
+        """H."""
+        return (len(self.stiffness) - 1) // 2
+
+
+def by_tooth(scene: Scene) -> tuple[Any, ...]:
+    """Effects of a scene whose gap differs from tooth to tooth."""
+    return tuple(effect for effect in scene.effects if hasattr(effect, "pinion_tooth"))
+
+
+def revolution(mesh: LoadedMesh, effects: tuple[Any, ...], harmonics: int) -> Revolution:
+    """Excitation of a mesh over a revolution, each mesh cycle with its own teeth, from one prepared contact problem.
+
+    Parameters
+    ----------
+    mesh
+        The mesh without the effects that differ from tooth to tooth.
+    effects
+        Those, their gaps sums of what the pinion's and what the wheel's tooth bring.
+    harmonics
+        H.
+    """
+    lines, pair = mesh.lines, mesh.scene.pair
+    z1, z2 = (gear.teeth for gear in pair.gears)
+
+    def gaps(pinion: int, wheel: int) -> NDArray:
+        at = ((effect, effect.pinion_tooth + pinion, effect.wheel_tooth + wheel) for effect in effects)
+        parts = [replace(e, pinion_tooth=p % z1, wheel_tooth=w % z2).gap(lines) for e, p, w in at]
+        return np.sum(parts, axis=0).ravel()
+
+    none = gaps(0, 0)
+    first = np.array([gaps(i, 0) for i in range(z1)])
+    second = np.array([gaps(0, j) for j in range(z2)]) - none
+    own = [bool(np.abs(part - part[0]).max() > 0) for part in (first, second)]
+    cycles = math.lcm(z1 if own[0] else 1, z2 if own[1] else 1)
+    u, s, vt = np.linalg.svd(np.concatenate([first, second]), full_matrices=False)
+    keep = s > _RANK * max(s[0], 1e-300)
+    shares, shapes = u[:, keep] * s[keep], vt[keep]
+    i = np.arange(cycles)
+    drawn = shares[i % z1] + shares[z1 + i % z2]
+    positions, pairs, segments = lines.shape
+    modes = shapes.T.reshape(positions, pairs * segments, -1)
+    batch = prepare(assemble(mesh.scene, lines, mesh.effects), modes)
+    solved = [solve_one_chunk(batch, chunk) for chunk in chunks(drawn)]
+    cos_b = math.cos(pair.meshing.beta_b)
+    error = np.concatenate([one.approach for one in solved], axis=1)[:, :cycles] / cos_b
+    stiffness = np.concatenate([one.stiffness for one in solved], axis=1)[:, :cycles].mean(axis=1) * cos_b**2
+    return Revolution(
+        cycles=cycles, error=_orders(mesh, error, harmonics), stiffness=mesh.rows(2 * harmonics) @ stiffness
+    )
+
+
+def _orders(mesh: LoadedMesh, curves: NDArray, harmonics: int) -> NDArray:
+    """Orders 0, 1/P … H (H·P + 1,) of the curves of P cycles, (position, cycle), one after the other."""
+    P = curves.shape[1]
+    q = np.arange(harmonics * P + 1)
+    out = np.empty(len(q), dtype=complex)
+    for part in np.array_split(q, max(1, len(q) // 4000)):
+        rows = fourier_rows(mesh.cycle.phases, part / P)
+        # the cycle i begins at i/P of the revolution
+        out[part] = np.fft.fft(rows @ curves, axis=1)[np.arange(len(part)), part % P] / P
+    out[0] = mesh.cycle.phases.weight @ curves.mean(axis=1)
+    return out
+
+
+def given(mesh: LoadedMesh, error: ArrayLike, harmonics: int) -> Revolution:
+    """Excitation by a transmission error known at equal steps of one revolution of the pinion, (step,) [µm].
+
+    Raises
+    ------
+    InputError
+        If its steps do not resolve the orders.
+    """
+    values, P = np.asarray(error, dtype=float), mesh.scene.pair.gears[0].teeth
+    if values.ndim != 1 or len(values) <= 2 * harmonics * P or not np.isfinite(values).all():
+        allowed = f"must be finite numbers in a list, more than {2 * harmonics * P} for {harmonics} orders of the mesh"
+        raise InputError("error", f"shape {values.shape}", allowed)
+    orders = np.fft.rfft(values / MICROMETRES)[: harmonics * P + 1] / len(values)
+    return Revolution(cycles=P, error=orders, stiffness=mesh.rows(2 * harmonics) @ mesh.stiffness)
+
+
+def side_bands(excitation: Revolution, h: NDArray, mean: float, force: float) -> tuple[NDArray, NDArray]:
+    """Dynamic transmission error [mm] and mesh force [N] of the orders 0, 1/P … H, (order,), at one speed.
+
+    The stiffness couples orders that differ by whole ones: each fraction s/P is a problem of its own (D11).
+
+    Parameters
+    ----------
+    excitation
+        δ̂_s and k̂.
+    h
+        ĥ_c at the orders 1/P … H (order,), with the mean stiffness.
+    mean
+        That mean stiffness k̄ [N/mm].
+    force
+        Mean force [N].
+    """
+    P, H = excitation.cycles, excitation.harmonics
+    whole = Excitation(stiffness=excitation.stiffness[None], error=excitation.error[None, ::P], force=np.array([force]))
+    x, f = np.zeros(H * P + 1, dtype=complex), np.zeros(H * P + 1, dtype=complex)
+    x[::P], f[::P] = (one[0, 0] for one in solve(whole, h[P - 1 :: P].reshape(1, H, 1, 1), np.array([mean])))
+    # orders n + s/P, n = −H … H − 1, of each s = 1 … P/2; those below zero are conjugates
+    n, s = np.arange(-H, H), np.arange(1, P // 2 + 1)[:, None]
+    k = np.concatenate([np.conj(excitation.stiffness[:0:-1]), excitation.stiffness])
+    K = k[(n[:, None] - n) + 2 * H]
+    at = n * P + s + H * P
+    reach = np.concatenate([np.conj(h[::-1]), [0], h])[at]
+    error = np.concatenate([np.conj(excitation.error[:0:-1]), excitation.error])[at]
+    A = np.eye(2 * H) + reach[..., None] * (K - mean * np.eye(2 * H))
+    found = np.linalg.solve(A, (reach * (error @ K.T))[..., None])[..., 0]
+    push = (found - error) @ K.T
+    for values, into in ((found, x), (push, f)):
+        into[at[:, H:] - H * P], into[H * P - at[:, :H]] = values[:, H:], np.conj(values[:, :H])
+    return x, f
+
+
+def _over_speed(
+    model: Model, group: Group, excitation: Revolution, speeds: NDArray
+) -> tuple[dict[str, tuple[tuple[str, ...], NDArray]], NDArray]:
+    """Variables of the Dataset, and the orders (order,) of the mesh frequency that they are at."""
+    mesh, order = group.meshes[0], np.arange(1, len(excitation.error)) / excitation.cycles
+    mean, force = float(model.stiffness[mesh]), float(model.force[mesh])
+    bearings = len(model.mechanics.bearing_names) if excitation.cycles <= _LONG else 0
+    te, forces = (np.empty((len(speeds), len(order) + 1), dtype=complex) for _ in range(2))
+    shaken = np.empty((len(speeds), bearings, 3, len(order)), dtype=complex)
+    for k, omega in enumerate(model.omega(group, speeds)):
+        h = model.modes.at_meshes(omega * order, group.meshes)[:, 0, 0]
+        te[k], forces[k] = side_bands(excitation, h, mean, force)
+        if bearings:
+            reach = model.modes.at_bearings(omega * order, group.meshes)[..., 0]
+            push = forces[k, 1:] - mean * te[k, 1:]
+            shaken[k] = (reach * push[:, None]).T.reshape(bearings, 3, -1)
+    over_time = waves.curve(forces, excitation.cycles * waves.points(excitation.harmonics))
+    dims = ("speed", "mesh")
+    variables = {
+        "dynamic_transmission_error_amplitude": ((*dims, "order"), 1e3 * waves.amplitude(te)[:, None]),
+        "dynamic_transmission_error_rms": (dims, 1e3 * waves.rms(te)[:, None]),
+        "mesh_force_amplitude": ((*dims, "order"), waves.amplitude(forces)[:, None]),
+        "mesh_force_phase": ((*dims, "order"), waves.phase(forces)[:, None]),
+        "mesh_force_rms": (dims, waves.rms(forces)[:, None]),
+        "mean_force": (("mesh",), np.array([force])),
+        "dynamic_factor": (dims, over_time.max(axis=-1)[:, None] / force),
+        "contact_kept": (dims, (over_time.min(axis=-1) > 0)[:, None]),
+    }
+    if bearings:
+        amplitude = waves.amplitude(np.concatenate([np.zeros_like(shaken[..., :1]), shaken], axis=-1))
+        variables["bearing_force_amplitude"] = (("speed", "mesh", "bearing", "direction", "order"), amplitude[:, None])
+    return variables, order
+
+
+def revolution_response(
+    scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS, error: ArrayLike | None = None
+) -> xr.Dataset:
+    """Response of the scene's own pair over whole revolutions, with the side bands that unlike teeth excite.
+
+    Stiffness and modes are as in ``response``, the stiffness the mean over all teeth; other meshes are springs of their
+    mean stiffness.
+
+    Parameters
+    ----------
+    scene
+        With ``[system]``, and effects that differ from tooth to tooth, unless ``error`` is given.
+    speed
+        Of the pinion [1/min].
+    harmonics
+        Orders of the mesh frequency.
+    error
+        Transmission error at equal steps of one revolution of the pinion [µm], under the mean force, in place of what
+        the scene's teeth make.
+
+    Returns
+    -------
+    Dataset with the dimensions ``speed``, ``mesh``, ``order`` (of the mesh frequency, in steps of one over the mesh
+    cycles of the revolution), ``bearing``, ``direction``.
+
+    Raises
+    ------
+    InputError
+        As ``response``; if no effect differs from tooth to tooth.
+    """
+    import xarray as xr
+
+    start, speeds = time.perf_counter(), check_speeds(speed)
+    check_harmonics(harmonics)
+    unlike = by_tooth(scene)
+    if error is None and not unlike:
+        raise InputError("effects", "all teeth alike", "a revolution needs pitch_errors, or an error that is given")
+    model = Model(scene=replace(scene, effects=tuple(e for e in scene.effects if e not in unlike)))
+    mesh = model.cycles[0]
+    excitation = revolution(mesh, unlike, harmonics) if error is None else given(mesh, error, harmonics)
+    first = model.groups[0]
+    group = Group(meshes=first.meshes[:1], rate=first.rate, phase=first.phase[:1])
+    variables, order = _over_speed(model, group, excitation, speeds)
+    coords: dict[str, Any] = {
+        "mesh": ("mesh", list(model.names[:1])),
+        "speed": ("speed", speeds),
+        "order": ("order", order),
+        "mesh_frequency": (("speed", "mesh"), speeds[:, None] / 60 * group.rate),
+    }
+    if "bearing_force_amplitude" in variables:
+        coords |= {
+            "bearing": ("bearing", list(model.mechanics.bearing_names)),
+            "direction": ("direction", list(DIRECTIONS)),
+        }
+    lines = _remarks(model, excitation, speeds, variables)
+    attrs = provenance(scene, wall_time=time.perf_counter() - start) | {"notes": "\n".join(lines)}
+    return xr.Dataset(described(variables), coords=described(coords), attrs=attrs)
+
+
+def _remarks(model: Model, excitation: Revolution, speeds: NDArray, variables: Mapping[str, Any]) -> list[str]:
+    lines = []
+    if "bearing_force_amplitude" not in variables and model.mechanics.bearing_names:
+        lines.append(f"forces on the bearings left out: too many orders, of {excitation.cycles} mesh cycles")
+    kept = variables["contact_kept"][1][:, 0]
+    if not kept.all():
+        lines.append(f"flanks part: the linear response is no longer theirs at {spans(speeds, ~kept)} 1/min")
+    return lines

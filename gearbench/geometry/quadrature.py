@@ -1,0 +1,27 @@
+"""Gauss–Legendre quadrature and the polynomials through its points."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+
+@lru_cache(maxsize=256)
+def gauss(count: int) -> tuple[NDArray, NDArray]:
+    """Nodes and weights on [−1, 1]."""
+    return legendre.leggauss(count)
+
+
+@lru_cache(maxsize=64)
+def legendre_transform(count: int) -> NDArray:
+    """Values at ``count`` Gauss points → Legendre coefficients of their polynomial; exact by the Gauss rule itself."""
+    nodes, weight = gauss(count)
+    return (2 * np.arange(count)[:, None] + 1) / 2 * legendre.legvander(nodes, count - 1).T * weight
+
+
+def interpolation(count: int, t: NDArray) -> NDArray:
+    """Values at ``count`` Gauss points → those of their polynomial at t in [−1, 1], (…, count)."""
+    return legendre.legvander(t, count - 1) @ legendre_transform(count)

@@ -1,0 +1,166 @@
+"""A scene three ways: fast model, finite elements on contact lines, and contact finite elements, which assume neither.
+
+What the fast model misses falls into two parts: compliance of teeth and bodies (fast model less finite elements on
+lines), and where and how flanks touch (finite elements on lines less contact finite elements).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.effects.teeth import require_bores
+from gearbench.errors import InputError
+from gearbench.results.netcdf import save
+from gearbench.results.provenance import provenance
+from gearbench.results.responses import described
+from gearbench.scene import Resolution, Scene
+from gearbench.simulation import simulate
+from gearbench.validation.reference import reference_scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gearbench.geometry.pair import Pair
+
+#: The three ways.
+MODELS = ("fast", "lines", "contact")
+#: Relative accuracy of the finite elements on lines.
+ACCURACY = 0.002
+#: Segments on a line at least.
+_SEGMENTS = 60
+#: Files of a report.
+DATASET, PICTURE = "contact.nc", "contact.png"
+
+
+def check(scene: Scene, source: str = "") -> None:
+    """Refuse what cannot be compared, before anything is computed.
+
+    Raises
+    ------
+    InputError
+        If the scene lacks the bores, the gear body or the contact law, or runs on finite elements itself.
+    MissingDependencyError
+        If CalculiX is not there, which spur pairs need.
+    """
+    try:
+        require_bores(scene.pair)
+        for name in ("gear_body", "hertz"):
+            if scene.effect(name) is None:
+                raise InputError("effects", f"no {name}", "contact finite elements have it: add it")
+        reference_scene(scene, ACCURACY)
+    except InputError as error:
+        raise error.in_file(source) if source else error from None
+    if not scene.pair.helix_angle:
+        from fem_reference.contact.calculix import executable
+
+        executable()
+
+
+def compare_contact(scene: Scene, phases: int, report: Callable[[str], None] = lambda _: None) -> xr.Dataset:
+    """Mesh cycle of a scene three ways, at the same uniform phases.
+
+    Returns
+    -------
+    Dataset with ``transmission_error`` [µm] and ``mesh_stiffness`` [N/µm] (model, position), the error bar
+    ``transmission_error_uncertainty`` of the contact finite elements, ``share_outside_path`` (position), the share of
+    the load that they find outside the path of contact, and ``residual`` (model): RMS of what a model is off by from
+    them, over their mean.
+    """
+    import xarray as xr
+
+    from fem_reference.contact.cycle import contact_cycle
+
+    resolution = Resolution(positions=phases, segments=max(scene.resolution.segments, _SEGMENTS))
+    alike = replace(scene, resolution=resolution)
+    report("fast model")
+    outputs = ("transmission_error", "mesh_stiffness")
+    cycles = [simulate(alike, outputs=outputs)]
+    report("finite elements on lines")
+    cycles.append(simulate(reference_scene(alike, ACCURACY), outputs=outputs))
+    report("contact finite elements")
+    cycles.append(contact_cycle(alike, phases))
+    grid = ("model", "position")
+    ste, k = (np.stack([cycle[name].values for cycle in cycles]) for name in outputs)
+    variables = {
+        "transmission_error": (grid, ste),
+        "mesh_stiffness": (grid, k),
+        "transmission_error_uncertainty": ((), float(cycles[-1].transmission_error_uncertainty)),
+        "share_outside_path": (("position",), _outside_path(cycles[-1], scene.pair)),
+        "residual": (("model",), np.sqrt(((ste - ste[-1]) ** 2).mean(axis=1)) / ste[-1].mean()),
+    }
+    coords = {"mesh_phase": ("position", cycles[-1].mesh_phase.values), "model": ("model", list(MODELS))}
+    attrs = {
+        **provenance(scene, wall_time=sum(float(cycle.attrs["wall_time_s"]) for cycle in cycles)),
+        "name": scene.name, "method": cycles[-1].attrs["method"],
+    }  # fmt: skip
+    return xr.Dataset(described(variables), coords=described(coords), attrs=attrs)
+
+
+def _outside_path(dataset: xr.Dataset, pair: Pair) -> NDArray:
+    """Share of the load of pairs all of whose face is outside the path of contact, (position,)."""
+    turns, meshing = dataset.mesh_phase.values[:, None] + dataset.pair_index.values, pair.meshing
+    rise = pair.face_width * math.tan(meshing.beta_b) / meshing.base_pitch
+    outside = (turns + rise < 0) | (turns > meshing.transverse_contact_ratio)
+    return (dataset.load_share.values * outside).sum(axis=-1)
+
+
+def findings(dataset: xr.Dataset) -> list[str]:
+    """How far the models are apart, where most, and why."""
+    ste = {str(model): dataset.transmission_error.values[i] for i, model in enumerate(dataset.model.values)}
+    mean = float(ste["contact"].mean())
+    bar = 100 * float(dataset.transmission_error_uncertainty) / mean
+    fast, lines = (100 * float(dataset.residual.sel(model=name)) for name in ("fast", "lines"))
+    off = ste["fast"] - ste["contact"]
+    at = int(np.argmax(np.abs(off)))
+    compliance, touching = (float((ste[a] - ste[b])[at]) for a, b in (("fast", "lines"), ("lines", "contact")))
+    outside = 100 * float(dataset.share_outside_path[at])
+    return [
+        f"RMS off contact finite elements, of the mean STE {mean:.4g} µm ± {bar:.2f} %: fast model {fast:.2f} %, "
+        f"finite elements on lines {lines:.2f} %",
+        f"most at τ = {float(dataset.mesh_phase[at]):.3g}: fast model {off[at]:+.3f} µm, of which {compliance:+.3f} µm "
+        f"compliance of teeth and bodies, {touching:+.3f} µm where and how flanks touch; {outside:.0f} % of the load "
+        "lies outside the path of contact there",
+    ]
+
+
+def write(datasets: list[xr.Dataset], folder: Path) -> list[Path]:
+    """One Dataset and one picture a scene: contact.nc and contact.png, numbered from 1 where there are more."""
+    written = []
+    for i, dataset in enumerate(datasets, start=1):
+        number = f"-{i}" if len(datasets) > 1 else ""
+        data, picture = (folder / f"{Path(name).stem}{number}{Path(name).suffix}" for name in (DATASET, PICTURE))
+        written += [save(dataset, data), _picture(dataset, picture)]
+    return written
+
+
+def _picture(dataset: xr.Dataset, path: Path) -> Path:
+    """STE of all three, and what the two others are off by, with the error bar."""
+    from gearbench.plotting import BLUE, GREY, ORANGE, new_figure, write_figure
+
+    figure, axes = new_figure(2, 1, (7.0, 5.6), sharex=True)
+    upper, lower = axes[:, 0]
+    phase, ste = dataset.mesh_phase.values, dataset.transmission_error.values
+    labels = ("fast model", "finite elements on lines", "contact finite elements")
+    for curve, label, style, color in zip(ste, labels, ("--", "-", "o"), (ORANGE, BLUE, "black"), strict=True):
+        upper.plot(phase, curve, style, color=color, label=label, ms=3)
+    for curve, style, color in zip(ste[:2], ("--", "-"), (ORANGE, BLUE), strict=True):
+        lower.plot(phase, curve - ste[2], style, color=color)
+    bar = float(dataset.transmission_error_uncertainty)
+    lower.axhspan(-bar, bar, color=GREY, alpha=0.3, lw=0)
+    lower.set_xlabel("mesh phase")
+    upper.set_ylabel("transmission error [µm]")
+    lower.set_ylabel("off contact FE [µm]")
+    upper.legend(frameon=False, fontsize=8)
+    percent = 100 * float(dataset.residual[0])
+    upper.set_title(
+        f"{dataset.attrs['name']}: fast model within {percent:.2f} % of contact finite elements", fontsize=10
+    )
+    write_figure(figure, path)
+    return path
