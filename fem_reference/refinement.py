@@ -27,6 +27,7 @@ from gearbench.compliance.local import half_space_compression, waves_across
 from gearbench.errors import GearbenchError
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
+from gearbench.threads import single_threaded_blas
 
 _LOG = logging.getLogger(__name__)
 
@@ -148,6 +149,7 @@ def memory_limit() -> float:
     return MOST_MEMORY * os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
 
 
+@single_threaded_blas()
 def refined_compliance(
     body: Body, material: Material, accuracy: float = 0.01, order: tuple[int, int] | None = None
 ) -> FlankCompliance:

@@ -2,6 +2,8 @@
 
 from .contact.solver import ConvergenceError as ConvergenceError
 from .dynamics.analysis import response as response
+from .dynamics.housing import housing_response as housing_response
+from .dynamics.housing import load_housing as load_housing
 from .dynamics.nonlinear import nonlinear_response as nonlinear_response
 from .dynamics.revolution import revolution_response as revolution_response
 from .dynamics.scatter import robust_response as robust_response

@@ -134,7 +134,7 @@ class Scene:
                 effect.check(self.pair, self.effects_by_name)
             except InputError as error:
                 raise error.within(f"effects.{effect.name}") from None
-        low, high = (self.load.torque * end / self.relative_load for end in LOADS)
+        low, high = (end / self._load_of_torque for end in LOADS)
         if not low <= self.load.torque <= high:
             raise InputError(
                 "load.torque", self.load.torque, f"must lie within {low:.3g} to {high:.3g} N·m for this pair"
@@ -201,8 +201,14 @@ class Scene:
     @property
     def relative_load(self) -> float:
         """F_bn / (b E m_n), the mean line load in terms of module and elasticity [–]; 5·10⁻⁴ is common for steel."""
+        return self._load_of_torque * self.load.torque
+
+    @property
+    def _load_of_torque(self) -> float:
+        """``relative_load`` under 1 N·m."""
         pair = self.pair
-        return self.F_bn / (pair.face_width * pair.material.E * pair.normal_module)
+        force = 1e3 / (pair.gears[0].base_radius * math.cos(pair.meshing.beta_b))
+        return force / (pair.face_width * pair.material.E * pair.normal_module)
 
     def to_mapping(self) -> dict[str, Any]:
         """The scene as nested tables, as in a file; defaults are left out."""

@@ -11,7 +11,7 @@ import json
 import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import MISSING, dataclass, fields, is_dataclass
+from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, get_args, get_type_hints
@@ -160,6 +160,20 @@ def make(kind: type[T], **given: Any) -> T:
         return kind(**given)
     except ValidationError as error:
         raise _one_line(error.errors(), kind) from None
+
+
+def changed(table: T, **parts: Any) -> T:
+    """An input object with other parts.
+
+    Raises
+    ------
+    InputError
+        As ``read``.
+    """
+    try:
+        return replace(table, **parts)  # type: ignore[type-var]
+    except ValidationError as error:
+        raise _one_line(error.errors(), type(table)) from None
 
 
 def check(kind: type, table: Any, key: str, later: Iterable[str]) -> None:

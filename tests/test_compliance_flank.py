@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gearbench.compliance.bases import gauss
-from gearbench.compliance.flank import FlankCompliance, flank_factor, flank_polynomials
+from gearbench.compliance.flank import FlankCompliance, flank_factor, flank_matrix, flank_polynomials
 from gearbench.geometry.action import contact_lines
 from tests.gears import standard_gear
 from tests.test_effects_gear_body import scene
@@ -89,11 +89,31 @@ def test_both_flanks_on_contact_lines_are_their_factors_side_by_side(coupled):
     lines = contact_lines(pair, np.array([0.1, 0.6]), 4)
     count = lines.shape[1]
     own = [FlankCompliance(gear=g, order=(2, 2), blocks=blocks(1), driven=k == 1) for k, g in enumerate(pair.gears)]
-    found = flank_factor(own, lines, coupled=coupled)
     height = [R - gear.root_radius for R, gear in zip(lines.radii, pair.gears, strict=True)]
+    factors = []
     for i in range(count):
         row = (i, count) if coupled else (0, 1)
         parts = [f.factor(height[k][:, i], lines.y[:, i], *row) for k, f in enumerate(own)]
-        there = lines.active[:, i]
-        expected = np.where(there[:, None, None], np.concatenate(parts, axis=-1), 0.0)
-        assert_allclose(found[:, i], expected, rtol=0, atol=1e-14 * np.abs(found).max())
+        factors.append(np.where(lines.active[:, i, None, None], np.concatenate(parts, axis=-1), 0.0))
+    expected = np.stack(factors, axis=1)
+    if not coupled:
+        assert_allclose(flank_factor(own, lines), expected, rtol=0, atol=1e-14 * np.abs(expected).max())
+        return
+    psi = expected.reshape(2, count * 4, -1)
+    H = psi @ np.swapaxes(psi, 1, 2)
+    assert_allclose(flank_matrix(own, lines), H, rtol=0, atol=1e-13 * H.max())
+
+
+def test_a_matrix_that_is_negative_somewhere_loses_that_part():
+    """Blocks that say more of the neighbours than of the tooth itself: not a compliance."""
+    C = blocks(1)
+    C[[0, 2]] *= 1.2 * np.linalg.norm(C[1], 2) / np.linalg.norm(C[0], 2)
+    found = flank(C)
+    basis, matrix = found.between(3)
+    wide = matrix.reshape(2 * (3 * basis.shape[1],))
+    assert np.linalg.eigvalsh(wide)[0] > -1e-12 * np.linalg.norm(wide)
+    psi = found.root(3).reshape(3 * len(C[0]), -1)
+    whole = np.block([[basis @ matrix[i, :, j] @ basis.T for j in range(3)] for i in range(3)])
+    assert_allclose(whole, psi @ psi.T, rtol=0, atol=1e-12 * np.abs(whole).max())
+    exact = np.block([[found.block(i - j) for j in range(3)] for i in range(3)])
+    assert np.linalg.eigvalsh(exact)[0] < -0.1 * np.linalg.eigvalsh(exact)[-1]

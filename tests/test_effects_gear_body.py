@@ -17,7 +17,7 @@ from numpy.testing import assert_allclose
 from gearbench.compliance.flank import NEGLIGIBLE
 from gearbench.contact.assemble import assemble, scene_lines
 from gearbench.contact.solver import solve
-from gearbench.effects.base import LowRank
+from gearbench.effects.base import Dense, LowRank
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.registry import RENAMED
 from gearbench.effects.teeth import toothed_ring
@@ -161,8 +161,10 @@ def lines(kind: str) -> ContactLines:
     return scene_lines(scene(kind), np.linspace(0.02, 0.98, 9))
 
 
-def pair_blocks(part: LowRank, at: ContactLines) -> np.ndarray:
+def pair_blocks(part: LowRank | Dense, at: ContactLines) -> np.ndarray:
     """Compliance between all segments, (position, pair, segment, pair, segment), absent lines zero."""
+    if isinstance(part, Dense):
+        return part.matrix.reshape(*at.shape, *at.shape[1:])
     psi = np.where(at.active[..., None, None], part.factor, 0.0)
     if part.coupled:
         return np.einsum("pkir,pljr->pkilj", psi, psi)

@@ -1,6 +1,7 @@
 """Harmonic balance against time integration, Mathieu's tongues, limits, and meshes that cancel."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from gearbench.dynamics.balance import Excitation, receptances, solve
 from gearbench.dynamics.modes import modes
 from gearbench.dynamics.stability import multipliers
 from gearbench.errors import InputError
+from gearbench.scene_file import load_scene
 from gearbench.schema import read
 from gearbench.system.gearbox import Gearbox
 from gearbench.system.mechanics import Mechanics
@@ -211,8 +213,6 @@ def test_two_equal_opposite_meshes_cancel(tmp_path):
     """In phase, wheels on opposite sides press a pinion from both: its bearings feel nothing."""
     import tomli_w
 
-    from gearbench.scene_file import load_scene
-
     plain = spur_scene()
     (tmp_path / "left.toml").write_text(plain.to_toml())
     forces = {}
@@ -278,6 +278,17 @@ def test_dataset_of_a_pair_on_shafts():
     # below all modes the bearings share what the pinion feels: nothing, as the mesh force does not vary
     slow = response(scene, speed=0.5, harmonics=3)
     assert float(slow["mesh_force_rms"].max()) < 1e-3 * scene.F_bt
+
+
+def test_relief_that_a_helical_stage_needs():
+    """The numbers of docs/tutorial_response.md: largest RMS of the mesh force over the relief of both gears."""
+    scene = load_scene(Path(__file__).parents[1] / "examples" / "shafts.toml")
+    relief, found = scene.effect("tip_relief"), []
+    for amount in (0.0, 10.0, 20.0, 30.0):
+        changed = tuple(replace(e, amount=amount) if e is relief else e for e in scene.effects)
+        data = response(replace(scene, effects=changed), speed=np.linspace(500, 8000, 200))
+        found.append(float(data["mesh_force_rms"].max()))
+    assert_allclose(found, [318, 112, 365, 533], rtol=0.01)
 
 
 @pytest.mark.parametrize(

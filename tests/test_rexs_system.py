@@ -54,6 +54,18 @@ def test_mesh_frequencies_follow_the_ratios():
     assert (data["bearing_force_amplitude"] > 0).any()
 
 
+@pytest.mark.parametrize("stage", [1, 2, 3])
+def test_each_stage_answers_over_speed(stage):
+    """Forces of all three meshes on all bearings; the mean force of each is its torque over the base radius."""
+    scene, _ = system_scene(read_rexs(SEW), stage)
+    data = response(scene, speed=[300.0, 900.0], harmonics=3)
+    assert data.sizes["mesh"] == 3
+    assert np.isfinite(data["bearing_force_amplitude"]).all()
+    torques = [scene.gearbox.torques[name] for name in scene.pairs]
+    radii = [pair.gears[0].base_radius for pair in scene.pairs.values()]
+    assert_allclose(data["mean_force"], 1e3 * np.array(torques) / radii, rtol=1e-12)
+
+
 def test_bearing_of_unknown_kind_is_named(tmp_path):
     text = SEW.read_text().replace("radial_roller_bearing", "magnetic_bearing")
     path = tmp_path / "odd.rexs"

@@ -38,6 +38,16 @@ def test_simulate_computes_on_one_thread(monkeypatch):
     assert threads() == {2}
 
 
+def test_compliance_by_itself_is_computed_on_one_thread(monkeypatch):
+    import gearbench.contact.assemble as assembling
+
+    seen, own = [], assembling.gap_and_variation
+    monkeypatch.setattr(assembling, "gap_and_variation", lambda *a: (seen.append(threads()), own(*a))[1])
+    scene = case(1, Resolution(positions=4))
+    assembling.assemble(scene, assembling.scene_lines(scene, assembling.mesh_phases(scene)[0]))
+    assert seen == [{1}]
+
+
 def test_errors_give_the_setting_back():
     @single_threaded_blas()
     def fails() -> None:

@@ -38,6 +38,15 @@ def test_validate_your_own_pair(folder, monkeypatch):
     assert "<html" in (folder / "validation" / "report.html").read_text(encoding="utf-8")
 
 
+def test_from_a_gearbox_to_its_whine(folder):
+    shutil.copy(GEARBOX, folder / "gearbox.rexs")
+    for block in follow("tutorial_response.md"):
+        if block.language == "text":
+            break
+    assert (folder / "stage1.wav").stat().st_size == 44 + 2 * 441000
+    assert len(list((folder / "plots").glob("*.png"))) == 9
+
+
 def test_bring_measured_flanks(folder):
     shutil.copy(GEARBOX, folder / "gearbox.rexs")
     assert GEARBOX.relative_to(ROOT).as_posix() in (ROOT / "docs" / "tutorial_measured.md").read_text(encoding="utf-8")

@@ -33,6 +33,10 @@ Revolution = Annotated[
 Samples = Annotated[
     int | None, typer.Option(metavar="N", help="Scatter over N samples of the random manufacturing errors.")
 ]
+Housing = Annotated[
+    Path | None,
+    typer.Option("--housing", metavar="H.nc", help="Transfer functions of a housing."),
+]
 Seed = Annotated[int, typer.Option(metavar="S", help="Seed of the samples.")]
 
 
@@ -47,6 +51,7 @@ def response(
     samples: Samples = None,
     seed: Seed = 0,
     threads: Threads = None,
+    housing: Housing = None,
     sound: Sound = None,
     stage: StageName = None,
     torque: Torque = None,
@@ -73,6 +78,10 @@ def response(
     run = _kind(nonlinear=nonlinear, revolution=revolution, samples=samples, seed=seed, threads=threads)
     with naming(scene):
         dataset = run(loaded, speed=speeds, harmonics=harmonics)
+    if housing is not None:
+        from gearbench.dynamics.housing import housing_response, load_housing
+
+        dataset = housing_response(dataset, load_housing(housing))
     written = [save(dataset, output)] if output is not None else []
     if folder is not None:
         from gearbench.dynamics.figures import draw_response

@@ -71,12 +71,10 @@ def load_any(
 
 def with_torque(scene: Scene, torque: float) -> Scene:
     """``scene`` under the torque of the command line."""
-    from dataclasses import replace
-
     from gearbench.scene import Load
-    from gearbench.schema import read
+    from gearbench.schema import changed, read
 
-    return replace(scene, load=read(Load, {"torque": torque}, "--torque"))
+    return changed(scene, load=read(Load, {"torque": torque}, "--torque"))
 
 
 def rexs(

@@ -99,15 +99,31 @@ class FlankCompliance:
         """
         least = max(tolerance, self.rank_tolerance)
         if (pairs, least) not in self._roots:
-            basis = np.eye(len(self.block(0)))
-            if pairs > 1:  # what tooth 0 does not feel, its neighbours do not either: the matrix is not negative
-                basis = self._felt(0.1 * least)
-            small = {d: basis.T @ self.block(d) @ basis for d in range(-pairs + 1, pairs)}
-            value, vector = np.linalg.eigh(np.block([[small[i - j] for j in range(pairs)] for i in range(pairs)]))
-            keep = value > least * value[-1]
-            half = (vector[:, keep] * np.sqrt(value[keep])).reshape(pairs, basis.shape[1], -1)
+            if pairs == 1:
+                basis, matrix = np.eye(len(self.block(0))), self.block(0)
+            else:
+                basis, blocks = self.between(pairs, tolerance)
+                matrix = blocks.reshape(2 * (pairs * basis.shape[1],))
+            half = _positive_root(matrix, least).reshape(pairs, basis.shape[1], -1)
             self._roots[pairs, least] = basis @ half
         return self._roots[pairs, least]
+
+    def between(self, pairs: int, tolerance: float = 0.0) -> tuple[NDArray, NDArray]:
+        """Directions B (p·q, k) that a tooth feels, and B C_{i−j} B (pair, k, pair, k) of neighbouring ``pairs``.
+
+        Without the directions of one tooth below a tenth of ``tolerance``, or ``rank_tolerance``, of the greatest
+        compliance: tooth 0 does not feel them, nor do its neighbours, and the matrix is not negative.
+        """
+        least = max(tolerance, self.rank_tolerance)
+        if (pairs, least) not in self._between:
+            basis = self._felt(0.1 * least)
+            k = basis.shape[1]
+            small = {d: basis.T @ self.block(d) @ basis for d in range(-pairs + 1, pairs)}
+            matrix = np.block([[small[i - j] for j in range(pairs)] for i in range(pairs)])
+            if not _is_positive(matrix):
+                matrix = gram(_positive_root(matrix, least))
+            self._between[pairs, least] = basis, matrix.reshape(pairs, k, pairs, k)
+        return self._between[pairs, least]
 
     def _felt(self, tolerance: float) -> NDArray:
         """Directions (p·q, rank) whose compliance is above ``tolerance`` of the greatest."""
@@ -116,6 +132,10 @@ class FlankCompliance:
 
     @cached_property
     def _roots(self) -> dict[tuple[int, float], NDArray]:
+        return {}
+
+    @cached_property
+    def _between(self) -> dict[tuple[int, float], tuple[NDArray, NDArray]]:
         return {}
 
     def factor(self, height: ArrayLike, y: ArrayLike, pair: int = 0, pairs: int = 1) -> NDArray:
@@ -135,20 +155,58 @@ class FlankCompliance:
         return np.einsum("...a,ab,...b->...", self.shapes(x, y) @ felt, block, self.shapes(x0, y0) @ felt)
 
 
-def flank_factor(flanks: Sequence[FlankCompliance], lines: ContactLines, *, coupled: bool = False) -> NDArray:
-    """Ψ of the flanks of pinion and wheel side by side, (position, pair, segment, rank) [√(mm/N)].
+def gram(factor: NDArray) -> NDArray:
+    """Ψ Ψᵀ of many Ψ (…, n, m) at once, (…, n, n)."""
+    return factor @ np.swapaxes(factor, -1, -2)
 
-    ``coupled``: columns are shared by all pairs, whose teeth move each other.
-    """
-    pairs = lines.shape[1]
-    roots = [flank.root(pairs if coupled else 1, NEGLIGIBLE) for flank in flanks]
-    ends = np.cumsum([0, *(root.shape[-1] for root in roots)])
-    factor = np.zeros((*lines.shape, ends[-1]))
-    for pair in range(pairs):
-        here = lines.active[:, pair]
-        if not here.any():
-            continue
-        for k, (flank, root) in enumerate(zip(flanks, roots, strict=True)):
-            shapes = flank.shapes(lines.radii[k][here, pair] - flank.gear.root_radius, lines.y[here, pair])
-            factor[here, pair, :, ends[k] : ends[k + 1]] = shapes @ root[pair if coupled else 0]
-    return factor
+
+def _is_positive(matrix: NDArray) -> bool:
+    try:
+        np.linalg.cholesky(matrix)
+    except np.linalg.LinAlgError:
+        return False
+    return True
+
+
+def _positive_root(matrix: NDArray, tolerance: float) -> NDArray:
+    """Square root (n, rank) without the directions below ``tolerance`` of the greatest."""
+    value, vector = np.linalg.eigh(matrix)
+    keep = value > tolerance * value[-1]
+    return vector[:, keep] * np.sqrt(value[keep])
+
+
+def flank_factor(flanks: Sequence[FlankCompliance], lines: ContactLines) -> NDArray:
+    """Ψ of the flanks of pinion and wheel side by side, each by itself, (position, pair, segment, rank) [√(mm/N)]."""
+    roots = [flank.root(1, NEGLIGIBLE)[0] for flank in flanks]
+    return np.concatenate(_on_lines(flanks, lines, roots), axis=-1)
+
+
+def flank_matrix(flanks: Sequence[FlankCompliance], lines: ContactLines) -> NDArray:
+    """H of the flanks of pinion and wheel, whose teeth move each other, (position, n, n) [mm/N], n = pair · segment."""
+    positions, pairs, segments = lines.shape
+    between = [flank.between(pairs, NEGLIGIBLE) for flank in flanks]
+    H = np.zeros((positions, pairs, segments, pairs, segments))
+    felt = _on_lines(flanks, lines, [basis for basis, _ in between])
+    for i in range(pairs):
+        for j in range(i + 1):
+            both = np.flatnonzero(lines.active[:, i] & lines.active[:, j])
+            if not both.size:
+                continue
+            block = sum(
+                (X[both, i] @ C[i, :, j]) @ np.swapaxes(X[both, j], 1, 2)
+                for X, (_, C) in zip(felt, between, strict=True)
+            )
+            H[both, i, :, j] = block
+            H[both, j, :, i] = np.swapaxes(block, 1, 2)
+    return H.reshape(positions, pairs * segments, -1)
+
+
+def _on_lines(flanks: Sequence[FlankCompliance], lines: ContactLines, bases: Sequence[NDArray]) -> list[NDArray]:
+    """Flank polynomials times the basis (p·q, k) of each gear, (position, pair, segment, k); zero where no line is."""
+    result = []
+    for radii, flank, basis in zip(lines.radii, flanks, bases, strict=True):
+        values = np.zeros((*lines.shape, basis.shape[1]))
+        shapes = flank.shapes(radii[lines.active] - flank.gear.root_radius, lines.y[lines.active])
+        values[lines.active] = (shapes.reshape(-1, len(basis)) @ basis).reshape(*shapes.shape[:-1], -1)
+        result.append(values)
+    return result

@@ -21,7 +21,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.compliance.bases import axis_functions, gauss, legendre_functions
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.ring import Ring
 from gearbench.compliance.solid_tooth import SolidTooth
@@ -50,42 +49,16 @@ class ToothedRing:
 
     @property
     def axis_order(self) -> int:
-        """Number of polynomials in z of the root: six, and one more for each five modules of face width.
-
-        The body is too smooth to tell more apart. Six alone make the peak-to-peak STE of helical gears 20 modules wide
-        a tenth too small.
-        """
-        gear = self.tooth.gear
-        return min(self.tooth.order[2], 6 + int(gear.face_width / gear.normal_module / 5))
+        """Number of polynomials in z of the root."""
+        return self.tooth.root_axis_order
 
     @cached_property
     def tooth_parts(self) -> tuple[NDArray, NDArray]:
         """S (r, r) and Φ (flank, r) of the tooth, r = (field, k, j): (R5)."""
-        solid, count = self.tooth.build(free=True), self.axis_order
-        field, across, along, axis = solid.shape
-        flank = self.tooth.flank_functionals(solid)
-        polynomials = _in_axis_functions(count, axis)
-        number = np.arange(field * across * count).reshape(field * across, count)
-        S, phi = np.zeros((number.size, number.size)), np.zeros((len(flank), number.size))
-        for inner, root, chain in zip(solid.classes, solid.root_classes, solid.chains, strict=True):
-            at = solid.amplitudes(root)
-            # from functions along the axis to polynomials in z of this class
-            position = np.concatenate([number[root[j % 2] // along, j] for j in range(count)])
-            owner = np.concatenate([root[k % 2] for k in range(axis)])
-            degree = np.concatenate([np.full(len(root[k % 2]), k) for k in range(axis)])
-            column_owner = np.concatenate([root[j % 2] for j in range(count)])
-            column_degree = np.concatenate([np.full(len(root[j % 2]), j) for j in range(count)])
-            T = np.where(owner[:, None] == column_owner, polynomials[column_degree][:, degree].T, 0.0)
-            K_bi = solid.block(inner, root) @ T
-            K_ii = T.T @ solid.block(root, root) @ T
-            rows = flank[:, solid.amplitudes(inner)]
-            half = chain.half_solve(np.hstack([K_bi, rows.T]))
-            moved, loaded = half[:, : len(position)], half[:, len(position) :]
-            S[np.ix_(position, position)] = K_ii - moved.T @ moved
-            phi[:, position] += flank[:, at] @ T - loaded.T @ moved
         # from the Ritz functions, orthonormal on [0, 1], to those orthonormal on the root
         scale = math.sqrt(self.root_arc * self.tooth.gear.face_width)
-        return (S + S.T) / (2 * scale**2), phi / scale
+        parts = self.tooth.root_parts(self.axis_order)
+        return parts.stiffness / scale**2, parts.moved / scale
 
     @cached_property
     def root_half_angle(self) -> float:
@@ -149,32 +122,23 @@ class ToothedRing:
     def blocks(self, neighbours: int) -> NDArray:
         """Deflection [mm/N] of the flank of tooth d = −n … n due to the body, loads on tooth 0 (R7): (d, p·q, p·q)."""
         z = self.tooth.gear.teeth
-        waves, phi = self._waves, self.tooth_parts[1] * self._phase
+        real, imaginary = np.real(self._phase), np.imag(self._phase)
+        waves, phi = self._waves, self.tooth_parts[1] * (real + imaginary)
         m = np.arange(len(waves))
-        parity = np.real(self._phase**2)
-        even = np.equal.outer(parity, parity)
+        # of the phases ±1 and ±i the real part of φ η M η̄ φᵀ is left: sines between them, cosines otherwise
+        side = np.abs(real)
+        turn = side[:, None] - side
         twice = np.where((m == 0) | (2 * m == z), 1.0, 2.0) / z
-        result = []
-        for d in range(-neighbours, neighbours + 1):
-            angle = 2 * math.pi * m * d / z
-            same = np.tensordot(twice * np.cos(angle), waves, 1)
-            other = np.tensordot(twice * np.sin(angle), waves, 1)
-            motion = np.where(even, same, 1j * other)
-            result.append(np.real(phi @ motion @ np.conj(phi).T))
-        return np.array(result)
+        angle = 2 * math.pi * np.outer(np.arange(neighbours + 1), m) / z
+        same, other = (np.tensordot(twice * f(angle), waves, 1) for f in (np.cos, np.sin))
+        found = phi @ np.where(turn == 0, same, turn * other) @ phi.T
+        return np.concatenate([np.swapaxes(found[:0:-1], 1, 2), found])
 
     def flank(self, neighbours: int) -> FlankCompliance:
         """The compliance for any points of the flanks of a tooth and its ``neighbours`` on each side."""
         tooth = self.tooth
         blocks = self.blocks(neighbours)
         return FlankCompliance(gear=tooth.gear, order=tooth.flank_order, blocks=blocks, driven=tooth.driven)
-
-
-def _in_axis_functions(count: int, axis: int) -> NDArray:
-    """Legendre functions g_j, j < ``count``, as sums of the functions along the axis, (count, axis)."""
-    eta, weight = gauss(axis + 2)
-    h, g = axis_functions(axis, eta)[0], legendre_functions(count, eta)
-    return np.linalg.solve(h.T @ (weight[:, None] * h), h.T @ (weight[:, None] * g)).T
 
 
 def _legendre_transform(count: int, x: NDArray) -> NDArray:

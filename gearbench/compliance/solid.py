@@ -134,14 +134,21 @@ class Solid:
         one += other
         return one
 
-    def block(self, left: Class, right: Class) -> NDArray:
-        """Stiffness between all functions of two classes, in the order of ``amplitudes``."""
-        starts = [np.cumsum([0, *(len(side[k % 2]) for k in range(self.order))]) for side in (left, right)]
+    def block(self, left: Class, right: Class, most: int | None = None) -> NDArray:
+        """Stiffness between all functions of two classes, in the order of ``amplitudes``.
+
+        Of the class on the right those with the first ``most`` functions along the axis only, by default all.
+        """
+        orders = (self.order, min(most or self.order, self.order))
+        starts = [
+            np.cumsum([0, *(len(side[k % 2]) for k in range(order))])
+            for side, order in zip((left, right), orders, strict=True)
+        ]
         result = np.zeros((starts[0][-1], starts[1][-1]))
         for step in range(-2, 3):
             for parity in range(2):
                 k = np.arange(parity, self.order, 2)
-                k = k[(k + step >= 0) & (k + step < self.order)]
+                k = k[(k + step >= 0) & (k + step < orders[1])]
                 if len(k):
                     found = self._products(left, parity, k, right, (parity + step) % 2, k + step)
                     for i, l, part in zip(k, k + step, found, strict=True):

@@ -11,6 +11,10 @@ from gearbench.contact.law import TANGENT_FROM
 
 #: Steps in a row without fall of the energy after which rounding is reached; convergence needs two or three.
 IDLE_STEPS = 8
+#: L − ln L where the law is continued by its tangent.
+TANGENT_LEVEL = TANGENT_FROM - math.log(TANGENT_FROM)
+#: Sums may be computed in any order, and so several terms at a time.
+_SUMS = {"contract", "nsz", "reassoc"}
 
 
 @njit(cache=True, error_model="numpy")
@@ -23,16 +27,19 @@ def law(s, a, h):
         return p, 1.0 / a, 0.5 * s * p
     # with L = a/h − ln P: s = h P L, so that L − ln L = a/h + ln h − ln s
     level = a / h + math.log(h) - math.log(s)
-    if level <= TANGENT_FROM - math.log(TANGENT_FROM):
+    if level <= TANGENT_LEVEL:
         p0 = math.exp(a / h - TANGENT_FROM)
         over = s - h * p0 * TANGENT_FROM
         energy = h * p0 * p0 * (TANGENT_FROM / 2 - 0.25) + over * (p0 + over / (2 * h))
         return p0 + over / h, 1.0 / h, energy
-    big = level + math.log(level) + 0.5
-    for _ in range(20):
-        step = (big - math.log(big) - level) * big / (big - 1.0)
+    rise = math.log(level)
+    big = level + rise + rise / level
+    for _ in range(20):  # Halley's method: the digits triple
+        residual = big - math.log(big) - level
+        slope = big - 1.0
+        step = residual * big * slope / (slope * slope - 0.5 * residual)
         big -= step
-        if abs(step) <= 1e-15 * big:
+        if abs(step) <= 1e-6 * big:
             break
     p = s / (h * big)
     return p, 1.0 / (h * (big - 1.0)), h * p * p * (big / 2 - 0.25)
@@ -54,6 +61,76 @@ def cell_law(s, a, h, soft):
 
 
 @njit(cache=True, error_model="numpy")
+def compression(p, a, h, soft):
+    """Compression of a segment, or of the end of a cell that touches first, under the force p."""
+    if soft > 0.0:
+        whole = law(soft, a, h)[0]
+        if p < whole:
+            return 2.0 * soft * math.sqrt(p / whole)
+    if p <= 0.0:
+        return soft
+    if h == 0.0:
+        return soft + a * p
+    edge = math.exp(min(a / h - TANGENT_FROM, 700.0))
+    low = min(p, edge)
+    return soft + low * (a - h * math.log(low)) + h * (p - low)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def complementarity(force, delta, gap, a, h, soft, active, factor, block, blocks, residual):
+    """max |min(P, gap)| of each position, gap = H P + g(P) + e − δ."""
+    positions, n = gap.shape
+    rank = factor.shape[2]
+    for i in range(positions):
+        shared = np.zeros((blocks, rank))
+        for j in range(n):
+            if active[i, j]:
+                for c in range(rank):
+                    shared[block[j], c] += factor[i, j, c] * force[i, j]
+        residual[i] = 0.0
+        for j in range(n):
+            if active[i, j]:
+                apart = compression(force[i, j], a[i, j], h[i, j], soft[i, j]) + gap[i, j] - delta[i]
+                for c in range(rank):
+                    apart += factor[i, j, c] * shared[block[j], c]
+                worst = abs(min(force[i, j], apart))
+                if not worst <= residual[i] and not math.isnan(residual[i]):
+                    residual[i] = worst
+
+
+@njit(cache=True, error_model="numpy", fastmath=_SUMS)
+def add_loaded(i, loaded, weight, factor, block, force, grad, hess, cross):
+    """Add what the ``loaded`` segments contribute to gradient and Hessian, four of a block at a time."""
+    rank, n = factor.shape[2], 0
+    while n < loaded.size:
+        j0 = loaded[n]
+        k = block[i, j0]
+        p0, w0 = force[i, j0], weight[n]
+        if n + 4 <= loaded.size and block[i, loaded[n + 3]] == k:
+            j1, j2, j3 = loaded[n + 1], loaded[n + 2], loaded[n + 3]
+            p1, p2, p3 = force[i, j1], force[i, j2], force[i, j3]
+            w1, w2, w3 = weight[n + 1], weight[n + 2], weight[n + 3]
+            for c in range(rank):
+                f0, f1, f2, f3 = factor[i, j0, c], factor[i, j1, c], factor[i, j2, c], factor[i, j3, c]
+                grad[k, c] -= p0 * f0 + p1 * f1 + p2 * f2 + p3 * f3
+                f0, f1, f2, f3 = w0 * f0, w1 * f1, w2 * f2, w3 * f3
+                cross[k, c] += f0 + f1 + f2 + f3
+                for d in range(c + 1):
+                    one = f0 * factor[i, j0, d] + f1 * factor[i, j1, d]
+                    hess[k, c, d] += one + (f2 * factor[i, j2, d] + f3 * factor[i, j3, d])
+            n += 4
+            continue
+        for c in range(rank):
+            f0 = factor[i, j0, c]
+            grad[k, c] -= p0 * f0
+            f0 *= w0
+            cross[k, c] += f0
+            for d in range(c + 1):
+                hess[k, c, d] += f0 * factor[i, j0, d]
+        n += 1
+
+
+@njit(cache=True, error_model="numpy", fastmath=_SUMS)
 def derivatives(i, q, delta, gap, a, h, soft, active, factor, block, force, grad, hess, cross):
     """Fill forces, gradient and Hessian blocks of J; return ∂J/∂δ, ∂²J/∂δ² and J."""
     rank = q.shape[1]
@@ -65,6 +142,7 @@ def derivatives(i, q, delta, gap, a, h, soft, active, factor, block, force, grad
                 hess[k, c, d] = 0.0
             hess[k, c, c] = 1.0
             value += 0.5 * q[k, c] * q[k, c]
+    weight, loaded, count = np.empty(gap.shape[1]), np.empty(gap.shape[1], dtype=np.int64), 0
     for j in range(gap.shape[1]):
         force[i, j] = 0.0
         if not active[i, j]:
@@ -77,18 +155,14 @@ def derivatives(i, q, delta, gap, a, h, soft, active, factor, block, force, grad
         total += p
         slope += w
         value += e
-        if p == 0.0:
-            continue
-        for c in range(rank):
-            fc = factor[i, j, c]
-            grad[k, c] -= p * fc
-            cross[k, c] += w * fc
-            for d in range(c + 1):
-                hess[k, c, d] += w * fc * factor[i, j, d]
+        if p > 0.0:
+            weight[count], loaded[count] = w, j
+            count += 1
+    add_loaded(i, loaded[:count], weight, factor, block, force, grad, hess, cross)
     return total, slope, value
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath=_SUMS)
 def newton_direction(total, slope, grad, hess, cross, x, step_q):
     """Newton step of δ and ∂F/∂δ, by eliminating the amplitudes of each block (C6); fills the step of q.
 

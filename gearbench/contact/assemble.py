@@ -26,6 +26,7 @@ from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.geometry.separation import Separation, separation
 from gearbench.scene import Scene
+from gearbench.threads import single_threaded_blas
 
 #: A gap that varies less than this along the contact lines is constant [mm].
 LEAST_VARIATION = 1e-10
@@ -161,6 +162,7 @@ def gap_and_variation(
     return total_gap(scene, lines, effects), soft
 
 
+@single_threaded_blas()
 def assemble(
     scene: Scene,
     lines: ContactLines,
@@ -332,7 +334,7 @@ def _shared_compliance(parts: Sequence[LowRank | Dense], lines: ContactLines) ->
     position, pair = np.nonzero(lines.active)
     for part in parts:
         if isinstance(part, Dense):
-            whole += _without_negative(part.matrix, lines)
+            whole += part.matrix if part.positive else _without_negative(part.matrix, lines)
         elif part.coupled:
             factor = part.factor.reshape(*whole.shape[:2], -1)
             for pattern in np.unique(lines.active, axis=0):  # of lines that exist, so that the others cost nothing

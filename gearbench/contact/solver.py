@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.dense import polish, solve_dense
-from gearbench.contact.law import compression
 from gearbench.contact.problem import ContactProblem, ContactSolution
 from gearbench.errors import GearbenchError
 
@@ -139,11 +138,8 @@ def scratch(blocks: int, rank: int) -> tuple[tuple[NDArray, ...], NDArray]:
 
 def complementarity_residual(problem: ContactProblem, force: NDArray, delta: NDArray) -> NDArray:
     """max |min(P, gap)| of each position, from the equations themselves: gap = H P + g(P) + e − δ, (position,)."""
-    p = problem
-    shared = np.zeros((*force.shape[:1], p.blocks, p.factor.shape[-1]))
-    for k in range(p.blocks):
-        mine = p.block == k
-        shared[:, k] = np.einsum("pn,pnr->pr", force[:, mine], p.factor[:, mine])
-    smooth = np.einsum("pnr,pnr->pn", p.factor, shared[:, p.block])
-    gap = smooth + compression(force, p.a, p.h, p.soft) + p.gap - delta[:, None]
-    return np.max(np.abs(np.where(p.active, np.minimum(force, gap), 0.0)), axis=1)
+    from gearbench.contact._kernels import complementarity
+
+    p, residual = problem, np.empty(len(delta))
+    complementarity(force, delta, p.gap, p.a, p.h, p.soft, p.active, p.factor, p.block, p.blocks, residual)
+    return residual

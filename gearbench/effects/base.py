@@ -46,9 +46,12 @@ class Dense:
     ----------
     matrix
         (position, pair·segment, pair·segment); rows of absent lines are ignored.
+    positive
+        Whether it is known not to be negative in any direction; otherwise a negative part is left out.
     """
 
     matrix: NDArray
+    positive: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

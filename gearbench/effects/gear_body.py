@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import Effects, LowRank, ToothCompliance, refuse_foreign_keys
+from gearbench.effects.base import Dense, Effects, LowRank, ToothCompliance, refuse_foreign_keys
 from gearbench.effects.teeth import require_bores, ring_flank, tooth_among
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
@@ -65,15 +65,17 @@ class GearBody(ToothCompliance):
                 except InputError as error:
                     raise InputError("model", self.model, f"pair.{name}: {error.allowed}") from None
 
-    def compliance(self, lines: ContactLines, beside: Effects) -> LowRank:
-        """Factor of both gears side by side, (position, pair, segment, rank), shared by all pairs if coupled (R8)."""
+    def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense:
+        """Factor of both gears side by side, (position, pair, segment, rank); of all pairs if they are coupled (R8)."""
         if self.model != "ring" or _meshed(beside):
             return self.both_teeth(lines, beside)
-        from gearbench.compliance.flank import flank_factor
+        from gearbench.compliance.flank import flank_factor, flank_matrix
 
         neighbours = lines.shape[1] - 1 if self.coupled else 0
         flanks = [ring_flank(lines.pair, role, _joint_order(beside), neighbours) for role in Role]
-        return LowRank(factor=flank_factor(flanks, lines, coupled=self.coupled), coupled=self.coupled)
+        if self.coupled:
+            return Dense(matrix=flank_matrix(flanks, lines), positive=True)
+        return LowRank(factor=flank_factor(flanks, lines))
 
     def tooth_factor(self, pair: Pair, role: Role, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
         """Ψ of one tooth by itself; of rank 0 beside finite elements, which contain the body."""

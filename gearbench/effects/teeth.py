@@ -74,13 +74,18 @@ def solid_order(gear: Gear) -> tuple[int, int, int]:
 
 
 @lru_cache(maxsize=256)
-def solid_tooth(pair: Pair, role: Role, order: tuple[int, int, int] | None) -> SolidTooth:
-    """Solid tooth of pinion (k = 0) or wheel (k = 1)."""
+def solid_tooth(pair: Pair, role: Role, order: tuple[int, int, int] | None, rooted: bool = False) -> SolidTooth:
+    """Solid tooth of pinion (k = 0) or wheel (k = 1); ``rooted`` where a ring is joined to it."""
     from gearbench.compliance.solid_tooth import SolidTooth
 
     gear, material = pair.gears[role], pair.material
     return SolidTooth(
-        gear=gear, E=material.E, nu=material.nu, order=order or solid_order(gear), driven=role == Role.WHEEL
+        gear=gear,
+        E=material.E,
+        nu=material.nu,
+        order=order or solid_order(gear),
+        driven=role == Role.WHEEL,
+        rooted=rooted,
     )
 
 
@@ -89,7 +94,7 @@ def toothed_ring(pair: Pair, role: Role, order: tuple[int, int, int] | None) -> 
     """Body of pinion (k = 0) or wheel (k = 1) as a ring, with solid teeth."""
     from gearbench.compliance.gear_body import ToothedRing
 
-    return ToothedRing(tooth=solid_tooth(pair, role, order), bore_radius=require_bores(pair)[role] / 2)
+    return ToothedRing(tooth=solid_tooth(pair, role, order, True), bore_radius=require_bores(pair)[role] / 2)
 
 
 @lru_cache(maxsize=256)

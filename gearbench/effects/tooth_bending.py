@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import Effects, LowRank, refuse_foreign_keys
+from gearbench.effects.base import Dense, Effects, LowRank, refuse_foreign_keys
 from gearbench.effects.teeth import Tooth, meshed_body, meshed_flank, plate_tooth, solid_tooth
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
@@ -117,15 +117,16 @@ class ToothBending(Tooth):
         missing = [body for body in bodies if not entry(body, pair.material, self.accuracy).exists()]
         return sum(level.seconds for body in missing for level in levels(body, self.accuracy))
 
-    def compliance(self, lines: ContactLines, beside: Effects) -> LowRank:
-        """Factor of both teeth side by side, (position, pair, segment, rank); shared by all pairs of meshed bodies."""
+    def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense:
+        """Factor of both teeth side by side, (position, pair, segment, rank); matrix of all pairs of meshed bodies."""
         if self.model == "plate":
             return self.both_teeth(lines, beside)
-        from gearbench.compliance.flank import flank_factor
+        from gearbench.compliance.flank import flank_factor, flank_matrix
 
-        coupled = self.meshed and _on_body(beside)
         flanks = [self.flank(lines.pair, role, beside) for role in Role]
-        return LowRank(factor=flank_factor(flanks, lines, coupled=coupled), coupled=coupled)
+        if self.meshed and _on_body(beside):
+            return Dense(matrix=flank_matrix(flanks, lines), positive=True)
+        return LowRank(factor=flank_factor(flanks, lines))
 
     def tooth_factor(self, pair: Pair, role: Role, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
         """Ψ of one tooth; see ``ToothCompliance``."""
@@ -140,7 +141,8 @@ class ToothBending(Tooth):
     def flank(self, pair: Pair, role: Role, beside: Effects) -> FlankCompliance:
         """Compliance of the flank of pinion (k = 0) or wheel (k = 1), as a solid or by finite elements."""
         if self.model == "solid":
-            return solid_tooth(pair, role, self.solid_order).flank
+            rooted = getattr(beside.get("gear_body"), "model", None) == "ring"
+            return solid_tooth(pair, role, self.solid_order, rooted).flank
         return replace(
             meshed_flank(self.body(pair, role, beside), pair.material, self.accuracy), driven=role == Role.WHEEL
         )

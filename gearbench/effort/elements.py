@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from gearbench.accuracy.knobs import FE_ACCURACY, label
 from gearbench.accuracy.measure import relative_errors
-from gearbench.compliance.flank import FlankCompliance, flank_factor
-from gearbench.effects.base import ComplianceEffect, Effects, LowRank
+from gearbench.compliance.flank import FlankCompliance, flank_factor, flank_matrix
+from gearbench.effects.base import ComplianceEffect, Dense, Effects, LowRank
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.tooth_bending import ToothBending, tooth_bending
 from gearbench.effort.apart import apart
@@ -60,9 +60,11 @@ class Meshed(ComplianceEffect):
     summary: ClassVar[str] = "compliance: both gears by finite elements on meshes that are given"
     source: ClassVar[str] = ToothBending.source
 
-    def compliance(self, lines: ContactLines, beside: Effects) -> LowRank:
-        """Factor of both gears side by side, (position, pair, segment, rank)."""
-        return LowRank(factor=flank_factor(self.flanks, lines, coupled=self.coupled), coupled=self.coupled)
+    def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense:
+        """Factor of both gears side by side, (position, pair, segment, rank), or the matrix of coupled pairs."""
+        if self.coupled:
+            return Dense(matrix=flank_matrix(self.flanks, lines), positive=True)
+        return LowRank(factor=flank_factor(self.flanks, lines))
 
 
 @dataclass(frozen=True, kw_only=True)

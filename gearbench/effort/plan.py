@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import mesh_phases, scene_lines
-from gearbench.effects.base import ComplianceEffect, Effect, GapEffect, LowRank
+from gearbench.effects.base import ComplianceEffect, Dense, Effect, GapEffect, LowRank
 from gearbench.effort.clock import peak_megabytes, quickest, unseen
 from gearbench.geometry.action import ContactLines
 from gearbench.results.outputs import DEFAULT_OUTPUTS, Solved
@@ -196,7 +196,9 @@ def _size(effect: Effect, trial: Trial) -> str:
     if not isinstance(effect, ComplianceEffect):
         return ""
     part = _contribution(effect, trial)
-    return f"{part.factor.shape[-1]} amplitudes a pair" if isinstance(part, LowRank) else "one law a segment"
+    if isinstance(part, LowRank):
+        return f"{part.factor.shape[-1]} amplitudes a pair"
+    return "all segments with each other" if isinstance(part, Dense) else "one law a segment"
 
 
 def _dataset(solved: Solved) -> None:

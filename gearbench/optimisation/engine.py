@@ -172,5 +172,6 @@ def by_geometry(study: OptimisationStudy, designs: Sequence[Design]) -> list[Des
     return sorted(designs, key=lambda design: macro_geometry(study, design))
 
 
+@single_threaded_blas()
 def _evaluate_all(study: OptimisationStudy, designs: Sequence[Design]) -> list[tuple[Design, Evaluation]]:
     return [(design, evaluate(study, design)) for design in designs]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +16,7 @@ from gearbench.results.provenance import beyond_elasticity, provenance
 from gearbench.results.responses import is_response
 from gearbench.robustness.montecarlo import default_threads
 from gearbench.scene import Load, Scene
-from gearbench.schema import read
+from gearbench.schema import changed, read
 from gearbench.sweeps.axes import TORQUE, Axis, axes_of, grid, scene_at
 from gearbench.sweeps.dataset import combined, completed, loads_dataset, robust_loads_dataset
 from gearbench.sweeps.shared import Shared
@@ -93,7 +92,7 @@ def sweep(
 def _warning(scene: Scene, axes: Sequence[Axis]) -> dict[str, str]:
     """The warning of the greatest torque, where it has one."""
     greatest = max((float(max(each.values)) for each in axes if each.path == TORQUE), default=scene.load.torque)
-    warning = beyond_elasticity(replace(scene, load=Load(torque=greatest)))
+    warning = beyond_elasticity(changed(scene, load=Load(torque=greatest)))
     return {} if warning is None else {"warning": warning}
 
 
@@ -111,7 +110,7 @@ def _runs(scene: Scene, axes: Sequence[Axis], torque: Axis | None) -> tuple[str,
     if torque is None:
         return "torque", [[each] for each in scenes]
     loads = [read(Load, {"torque": value}, "load") for value in torque.values]
-    return torque.name, [[replace(each, load=load) for load in loads] for each in scenes]
+    return torque.name, [[changed(each, load=load) for load in loads] for each in scenes]
 
 
 def _solved(

@@ -48,7 +48,7 @@ def answers(design):
 
 @pytest.mark.parametrize("design", range(len(DESIGNS)))
 def test_response_of_helical_pairs_is_linear(design):
-    """Claim 1: contact is kept at all speeds; with the whole force curve the answer is the same to a tenth, up and down."""
+    """Claim 1: contact is kept at all speeds; with the whole force curve the answer is the same to a tenth."""
     one, linear, _ = answers(design)
     assert bool(linear["contact_kept"].all())
     whole = nonlinear_response(one, speed=SPEEDS, harmonics=6)

@@ -1,0 +1,87 @@
+"""What a housing makes of the forces at its bearings: motion or pressure at its points, by transfer functions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearbench.errors import InputError
+from gearbench.results.responses import described
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Dimensions of a file of transfer functions, its variables, and those that name what is in them.
+DIMENSIONS, PARTS = ("point", "bearing", "direction", "frequency"), ("transfer_real", "transfer_imaginary")
+
+
+def load_housing(path: str | Path) -> xr.Dataset:
+    """Transfer functions of a housing from a netCDF file.
+
+    ``transfer_real`` and ``transfer_imaginary`` (point, bearing, direction, frequency): response at a point per force
+    on a bearing of the shafts, the unit in their attribute ``units`` ("m/s²/N", "Pa/N"), over ``frequency`` [Hz],
+    ascending; bearings and the directions "x", "y", "axial" named as in the scene.
+
+    Raises
+    ------
+    InputError
+        Naming the file and what it lacks.
+    """
+    import xarray as xr
+
+    try:
+        data = xr.load_dataset(path)
+    except (OSError, ValueError) as error:
+        raise InputError(str(path), "unreadable", f"must be a netCDF file: {error}") from None
+    for name in (*PARTS, *DIMENSIONS):
+        if name not in data.variables:
+            raise InputError(f"{path}: {name}", "missing", f"must have {', '.join((*PARTS, *DIMENSIONS))}")
+    if set(data[PARTS[0]].dims) != set(DIMENSIONS):
+        raise InputError(f"{path}: {PARTS[0]}", str(data[PARTS[0]].dims), f"must have the dimensions {DIMENSIONS}")
+    if np.any(np.diff(data["frequency"].values) <= 0):
+        raise InputError(f"{path}: frequency", "given", "must ascend")
+    return data
+
+
+def housing_response(dataset: xr.Dataset, housing: xr.Dataset) -> xr.Dataset:
+    """``dataset`` of ``response`` with the orders that its bearing forces cause at the points of a housing.
+
+    Returns
+    -------
+    It, with ``housing_amplitude`` and ``housing_phase`` (speed, mesh, point, harmonic), each mesh's orders by
+    themselves; NaN, and a note, where an order lies outside the frequencies of the transfer functions.
+
+    Raises
+    ------
+    InputError
+        If there are no bearing forces by order, or the housing lacks a bearing.
+    """
+    if "bearing_force_phase" not in dataset:
+        raise InputError("housing", "no bearing forces", "is for the linear response of a pair on shafts")
+    known = list(map(str, housing["bearing"].values))
+    for name in map(str, dataset["bearing"].values):
+        if name not in known:
+            raise InputError("housing", f"no bearing {name}", f"must have all of the scene's: it has {known}")
+    chosen = housing.sel(bearing=dataset["bearing"].values, direction=dataset["direction"].values)
+    real, imaginary = (chosen[part].transpose(*DIMENSIONS).values for part in PARTS)
+    H, at = real + 1j * imaginary, chosen["frequency"].values
+    force = dataset["bearing_force_amplitude"] * np.exp(1j * dataset["bearing_force_phase"])
+    force = force.transpose("speed", "mesh", "harmonic", "bearing", "direction").values
+    f = dataset["mesh_frequency"].values[..., None] * dataset["harmonic"].values
+    k = np.clip(np.searchsorted(at, f) - 1, 0, len(at) - 2)
+    share = (f - at[k]) / (at[k + 1] - at[k])
+    outside = (share < 0) | (share > 1)
+    reach = np.moveaxis(H[..., k] * (1 - share) + H[..., k + 1] * share, (0, 1, 2), (-3, -2, -1))
+    total = np.einsum("smnpbd,smnbd->smpn", reach, force)
+    total[np.broadcast_to(outside[:, :, None], total.shape)] = np.nan
+    dims = ("speed", "mesh", "point", "harmonic")
+    found = described({"housing_amplitude": (dims, np.abs(total)), "housing_phase": (dims, np.angle(total))})
+    units = {"units": str(housing[PARTS[0]].attrs.get("units", "1/N")).removesuffix("/N")}
+    found["housing_amplitude"] = (*found["housing_amplitude"][:2], found["housing_amplitude"][2] | units)
+    result = dataset.assign(found).assign_coords(point=("point", list(map(str, housing["point"].values))))
+    if outside.any():
+        line = f"orders outside {at[0]:g} to {at[-1]:g} Hz have no response of the housing: its file ends there"
+        result.attrs["notes"] = "\n".join(filter(None, [dataset.attrs.get("notes", ""), line]))
+    return result

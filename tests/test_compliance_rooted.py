@@ -1,0 +1,17 @@
+"""The tooth whose root moves holds the tooth whose root is held."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from gearbench.compliance.solid_tooth import SolidTooth
+from tests.gears import standard_gear
+
+
+@pytest.mark.parametrize("helix", [0.0, 20.0])
+@pytest.mark.parametrize("order", [(4, 5, 5), (3, 4, 9)])
+def test_one_system_answers_for_the_held_and_the_moving_root(helix, order):
+    gear = standard_gear(25, 12.0, module=2.0, helix=helix, shift=0.1)
+    held, rooted = (SolidTooth(gear=gear, E=210e3, nu=0.3, order=order, rooted=x).matrix for x in (False, True))
+    # the same functions, zero at the root, stand in both systems
+    assert_allclose(rooted, held, rtol=0, atol=1e-12 * np.abs(held).max())
