@@ -1,4 +1,4 @@
-"""The figure of axes and flanks on the page of conventions: ``python -m docs.draw`` draws it from the geometry."""
+"""The figures on the page of conventions: ``python -m docs.draw`` draws them from geometry and effects."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from docs.draw_flanks import draw
 from gearbench.explore.tooth_shapes import mesh
 from gearbench.geometry.action import contact_lines
 from gearbench.geometry.pair import Member, Pair
@@ -39,6 +40,7 @@ def main(folder: Path = FOLDER) -> None:
     plane_of_action(right)
     figure.savefig(folder / "axes.png", dpi=110)
     plt.close(figure)
+    draw(folder / "micro_geometry.png")
 
 
 def transverse(axis: Axes) -> None:

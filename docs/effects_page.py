@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from typing import Any
 
 import numpy as np
 from pydantic import TypeAdapter, ValidationError
@@ -45,9 +46,20 @@ def section(effect: type[Effect], lines: ContactLines) -> str:
     facts |= {"Requires": _reasons(effect.requires), "Conflicts with": _reasons(effect.conflicts)}
     facts["Cost"] = cost(effect, lines)
     listed = "".join(f"- {key}: {value}\n" for key, value in facts.items() if value)
-    table = "".join(f"{key} = {toml_value(value)}\n" for key, value in effect.example.items())
-    head = f"\n## {effect.name}\n\n{prose(effect)}\n\n{listed}\n```toml\n[effects.{effect.name}]\n{table}```\n"
+    table = _table(f"effects.{effect.name}", effect.example)
+    head = f"\n## {effect.name}\n\n{prose(effect)}\n\n{listed}\n```toml\n{table}```\n"
     return head + key_tables(effect)
+
+
+def _table(name: str, table: dict[str, Any]) -> str:
+    """A table as TOML, those below it after its values."""
+    below = {key: value for key, value in table.items() if isinstance(value, dict)}
+    rows = {key: value for key, value in table.items() if isinstance(value, list) and isinstance(value[0], dict)}
+    values = {key: value for key, value in table.items() if key not in below and key not in rows}
+    own = "".join(f"{key} = {toml_value(value)}\n" for key, value in values.items())
+    text = f"[{name}]\n{own}"
+    text += "".join(f"[{_table(f'{name}.{key}', row).replace(']', ']]', 1)}" for key in rows for row in rows[key])
+    return text + "".join(_table(f"{name}.{key}", value) for key, value in below.items())
 
 
 def _reasons(others: dict[str, str]) -> str:

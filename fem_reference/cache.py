@@ -29,7 +29,9 @@ from gearbench.geometry.material import Material
 
 #: Sources of the gearbench package that determine a result.
 SOURCES = (
+    "budget.py",
     "schema.py",
+    "threads.py",
     *(f"geometry/{name}.py" for name in ("fillet", "gear", "involute", "material", "rack", "role", "section")),
     *(f"compliance/{name}.py" for name in ("bases", "chain", "flank", "local", "outline", "section", "solid")),
 )

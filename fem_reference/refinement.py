@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import logging
 import math
-import os
 import time
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -22,6 +21,7 @@ from fem_reference.circulant import flank_blocks
 from fem_reference.section import Body
 from fem_reference.sector import Grain, Section
 from fem_reference.solver import available_solver
+from gearbench.budget import memory_limit, require
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.local import half_space_compression, waves_across
 from gearbench.errors import GearbenchError
@@ -39,8 +39,6 @@ FADED = {2: 2.0, 3: 2.0, 4: 3.0, 5: 4.0, 6: 5.0, 7: 6.0}
 USUAL = {3: 0.008, 4: 1e-3, 5: 2.5e-4, 6: 1e-4, 7: 4e-5}
 #: Share of the last step that is added, and is the error bar.
 STEP = 0.25
-#: Share of the machine's memory that may be used.
-MOST_MEMORY = 0.7
 #: Neighbours on each side whose displacements are kept.
 NEIGHBOURS = 6
 
@@ -124,29 +122,24 @@ def levels(body: Body, accuracy: float, order: tuple[int, int] | None = None) ->
     Raises
     ------
     AccuracyError
-        If no level reaches it, or if it takes more memory than ``MOST_MEMORY`` of the machine's; says what fits.
+        If no level reaches it.
+    MemoryBudgetError
+        If it takes more memory than there may be; says what fits.
     """
     waves = (order or default_order(body.gear))[1]
     chosen = [n for n, usual in USUAL.items() if usual <= accuracy]
     if not chosen:
         raise AccuracyError(f"accuracy = {accuracy:g}: must be at least {min(USUAL.values()):g}")
     fine = Level(body=body, number=chosen[0], waves=waves)
-    if fine.memory > (limit := memory_limit()):
-        fitting = [n for n in USUAL if Level(body=body, number=n, waves=waves).memory <= limit]
-        instead = f"accuracy = {USUAL[fitting[-1]]:g} fits" if fitting else f"none fits: {_smaller(body)}"
-        need = f"needs about {fine.memory / 1e9:.2g} GB of memory, {limit / 1e9:.2g} GB are allowed"
-        raise AccuracyError(f"accuracy = {accuracy:g}: {need}; {instead}")
+    fitting = [n for n in USUAL if Level(body=body, number=n, waves=waves).memory <= memory_limit()]
+    instead = f"accuracy = {USUAL[fitting[-1]]:g} would fit" if fitting else f"no accuracy would fit: {_smaller(body)}"
+    require(fine.memory, "effects.tooth_bending.accuracy", accuracy, instead)
     return Level(body=body, number=chosen[0] - 1, waves=waves), fine
 
 
 def _smaller(body: Body) -> str:
     """What to compute where a body does not fit at any accuracy."""
     return "take a narrower face width" if body.bore_radius is None else "compare without effects.gear_body"
-
-
-def memory_limit() -> float:
-    """Bytes that may be used on this machine."""
-    return MOST_MEMORY * os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
 
 
 @single_threaded_blas()

@@ -17,6 +17,7 @@ from .effects.crowning import Crowning as Crowning
 from .effects.end_relief import EndRelief as EndRelief
 from .effects.flank_twist import FlankTwist as FlankTwist
 from .effects.gear_body import GearBody as GearBody
+from .effects.helix_curve import HelixCurve as HelixCurve
 from .effects.helix_slope import HelixSlope as HelixSlope
 from .effects.hertz import Hertz as Hertz
 from .effects.manufacturing_errors import ErrorKind as ErrorKind
@@ -25,11 +26,13 @@ from .effects.misalignment import Misalignment as Misalignment
 from .effects.off_line_contact import OffLineContact as OffLineContact
 from .effects.pitch_errors import PitchErrors as PitchErrors
 from .effects.profile_crowning import ProfileCrowning as ProfileCrowning
+from .effects.profile_curve import ProfileCurve as ProfileCurve
 from .effects.profile_slope import ProfileSlope as ProfileSlope
 from .effects.root_relief import RootRelief as RootRelief
 from .effects.tip_relief import TipRelief as TipRelief
 from .effects.tooth_bending import ToothBending as ToothBending
 from .effects.topography import Topography as Topography
+from .effects.waviness import Waviness as Waviness
 from .effort.plan import Plan as Plan
 from .effort.plan import plan as plan
 from .effort.workprecision import cost as cost
@@ -42,6 +45,7 @@ from .geometry.gear import Gear as Gear
 from .geometry.material import Material as Material
 from .geometry.pair import Member as Member
 from .geometry.pair import Pair as Pair
+from .hunting import hunting_cycle as hunting_cycle
 from .optimisation.conditions import parse_condition as parse_condition
 from .optimisation.designs import design_scene as design_scene
 from .optimisation.run import optimise as optimise
@@ -56,6 +60,7 @@ from .plotting import density as density
 from .plotting import draw_robust as draw_robust
 from .plotting import draw_simulation as draw_simulation
 from .plotting import load_distribution as load_distribution
+from .plotting import load_map as load_map
 from .plotting import order_spectrum as order_spectrum
 from .plotting import over_two_periods as over_two_periods
 from .results.cycle import MeshCycle as MeshCycle
@@ -66,6 +71,7 @@ from .results.quantities import Quantity as Quantity
 from .results.responses import Response as Response
 from .robustness.run import robust as robust
 from .scene import Load as Load
+from .scene import Operation as Operation
 from .scene import Resolution as Resolution
 from .scene import Scene as Scene
 from .scene_file import load_scene as load_scene

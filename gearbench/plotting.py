@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gearbench.effects.base import GapEffect
+from gearbench.effects.profile_relief import ProfileRelief
+from gearbench.errors import plain
 from gearbench.files import replacing
+from gearbench.geometry.role import Role
 from gearbench.results.cycle import fourier, panels
+from gearbench.scene import Scene
+from gearbench.scene_file import parse_scene
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -68,6 +75,10 @@ def order_spectrum(dataset: xr.Dataset, name: str = "transmission_error", axes: 
     amplitude = amplitude[np.isfinite(amplitude)]
     order = order[: len(amplitude)]
     axes.bar(order, amplitude, color=colour, width=0.6)
+    if f"{name}_amplitude_noise_floor" in dataset:
+        floor = dataset[f"{name}_amplitude_noise_floor"].values[: len(order)]
+        axes.plot(order, floor, "_", color=GREY, ms=16, mew=1.5, label="numerical noise floor")
+        axes.legend(frameon=False)
     axes.set_xticks(order)
     axes.set(xlabel="mesh order [–]", yscale="log")
     axes.set_ylim(top=2 * amplitude.max(), bottom=max(amplitude.min() / 2, 1e-4 * amplitude.max()))
@@ -93,6 +104,57 @@ def load_distribution(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
     figure.colorbar(drawn, ax=axes, label="line load q [N/mm]", extend=extend)
     axes.set(xlabel="position on the path of contact u [mm]", ylabel="position along the face width y [mm]")
     return axes
+
+
+def load_map(dataset: xr.Dataset, role: Role, axes: Axes | None = None, *, scale: float | None = None) -> Axes:
+    """Contact pressure on the flank of one gear over the mesh cycle: face width across, roll angle up.
+
+    With the lines of tip, pitch circle and start of the active profile, and of every begin of a relief; diameters on
+    the right. ``scale`` [MPa] is the end of the colours, by default the largest pressure but for lines that just enter:
+    maps of several designs can be compared where it is the same.
+    """
+    axes = _axes(axes, (6.0, 5.0))
+    scene = parse_scene(tomllib.loads(dataset.attrs["scene"]))
+    pair, gear = scene.pair, scene.pair.gears[role]
+    present = (dataset["segment_length"] > 0).all("segment").values
+    order = np.argsort((dataset["mesh_phase"].values[:, None] + dataset["pair_index"].values)[present])
+    u, y, load, weight = (
+        dataset[name].values[present][order]
+        for name in ("path_position", "face_position", "line_load", "segment_length")
+    )
+    rho = pair.meshing.curvature_radius(np.clip(u, 1e-6 * pair.meshing.tangent_length, None))
+    pressure = np.sqrt(load * pair.material.plane_strain_modulus / (2 * np.pi * np.maximum(rho, 1e-9)))
+    roll = u if role == Role.PINION else pair.meshing.tangent_length - u
+    top = scale or float(np.quantile(pressure, 0.995, weights=weight, method="inverted_cdf"))
+    angle = np.degrees(roll / gear.base_radius)
+    drawn = axes.pcolormesh(y, angle, pressure, shading="gouraud", cmap="viridis", vmin=0, vmax=top)
+    figure = axes.get_figure()
+    assert figure is not None
+    extend = "max" if pressure.max() > 1.005 * top else "neither"
+    figure.colorbar(drawn, ax=axes, label="contact pressure p [MPa]", extend=extend, pad=0.16)
+    for radius, name, style in _circles(scene, role):
+        at = float(np.degrees(np.sqrt(max(radius**2 - gear.base_radius**2, 0.0)) / gear.base_radius))
+        axes.axhline(at, color="black" if style == "-" else "0.25", lw=1.0, ls=style)
+        axes.annotate(
+            f"{name} ⌀{2 * radius:.2f}", (1.01, at), xycoords=("axes fraction", "data"), va="center", fontsize=7
+        )
+    for place in sorted({y for effect in scene.flank_effects if isinstance(effect, GapEffect)
+                         for y in effect.face_kinks(pair)}):  # fmt: skip
+        axes.axvline(place, color="0.25", lw=1.0, ls=":")
+    axes.set(xlim=(0, pair.face_width), xlabel="position along the face width y [mm]", ylabel="roll angle [°]")
+    return axes
+
+
+def _circles(scene: Scene, role: Role) -> list[tuple[float, str, str]]:
+    """Radii on a flank that are marked, with their names and line styles."""
+    pair, gear = scene.pair, scene.pair.gears[role]
+    working = gear.base_radius / np.cos(pair.meshing.alpha_wt)
+    found = [(gear.tip_radius, "tip", "-"), (working, "pitch", "--"), (pair.meshing.active_radii[role][0], "SAP", "-")]
+    reliefs = [effect for effect in scene.flank_effects if isinstance(effect, ProfileRelief)]
+    for slope in (slope for effect in reliefs for slope in effect.slopes(pair) if slope.role == role):
+        radius = slope.start if slope.along == "radius" else float(np.hypot(slope.start, gear.base_radius))
+        found.append((radius, "relief", ":"))
+    return found
 
 
 def density(dataset: xr.Dataset, name: str, axes: Axes | None = None, colour: str = BLUE) -> Axes:
@@ -132,8 +194,11 @@ def contributions(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
     return axes
 
 
-def draw_simulation(dataset: xr.Dataset, folder: Path) -> list[Path]:
-    """Write the plots of a simulation: STE and stiffness, load distribution, order spectra."""
+def draw_simulation(dataset: xr.Dataset, folder: Path, *, scale: float | None = None) -> list[Path]:
+    """Write the plots of a simulation: STE and stiffness, load distribution, load maps, order spectra.
+
+    ``scale``: end of the colours of the load maps [MPa].
+    """
     import matplotlib.pyplot as plt
 
     name = heading(dataset)
@@ -154,6 +219,12 @@ def draw_simulation(dataset: xr.Dataset, folder: Path) -> list[Path]:
     axes = load_distribution(dataset)
     axes.set_title(f"{name}\nline load up to {float(dataset['line_load'].max()):.4g} N/mm")
     written.append(write_figure(axes.get_figure(), folder / "load_distribution.png"))
+
+    figure, both = plt.subplots(1, 2, figsize=(12.5, 5.0), layout="constrained")
+    for role, axis in zip(Role, both, strict=True):
+        load_map(dataset, role, axis, scale=scale).set_title(f"flank of the {role.label}")
+    figure.suptitle(f"{name}\ncontact pressure over the mesh cycle")
+    written.append(write_figure(figure, folder / "load_maps.png"))
 
     figure, both = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
     for axis, variable in zip(both, ("transmission_error", "mesh_stiffness"), strict=True):
@@ -192,9 +263,17 @@ def draw_robust(dataset: xr.Dataset, folder: Path) -> list[Path]:
 
 def heading(dataset: xr.Dataset) -> str:
     """Name of the scene and support of its teeth, which titles begin with."""
-    import tomllib
+    return (
+        f"{as_label(tomllib.loads(dataset.attrs['scene']).get('name') or 'scene')}, support: {dataset.attrs['support']}"
+    )
 
-    return f"{tomllib.loads(dataset.attrs['scene']).get('name') or 'scene'}, support: {dataset.attrs['support']}"
+
+def as_label(name: str) -> str:
+    """A name as text of a figure: $ begins no formula, and what the font lacks is a question mark."""
+    from matplotlib.font_manager import FontProperties, findfont, get_font
+
+    known = get_font(findfont(FontProperties())).get_charmap()
+    return "".join("\\$" if c == "$" else c if ord(c) in known else "?" for c in plain(name))
 
 
 def write_figure(figure: Any, path: Path) -> Path:

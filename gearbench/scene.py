@@ -8,10 +8,10 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import Annotated, Any
 
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import AfterValidator, ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import ComplianceEffect, Effect, Effects
+from gearbench.effects.base import ComplianceEffect, Effect, Effects, GapEffect
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
 from gearbench.notebook import scene_html
@@ -23,6 +23,12 @@ LOADS = (1e-15, 100.0)
 DEFAULT_GAUSS_POINTS = 8
 
 
+def _loaded(torque: float) -> float:
+    if torque == 0:
+        raise InputError("", torque, "must not be 0: above it the drive flanks carry, below it the coast flanks")
+    return torque
+
+
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Load:
     """Load of the pair.
@@ -30,10 +36,48 @@ class Load:
     Parameters
     ----------
     torque
-        On the pinion [N·m].
+        On the pinion [N·m]. Positive: the pinion drives with its drive flanks. Negative: the coast flanks carry, as
+        where the wheel drives while both keep turning.
     """
 
-    torque: Annotated[float, Field(gt=0.0)]
+    torque: Annotated[float, Field(ge=-1e9, le=1e9), AfterValidator(_loaded)]
+
+    @property
+    def coast(self) -> bool:
+        """Whether the coast flanks carry it."""
+        return self.torque < 0
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Operation:
+    """Speed and lubrication, for outputs that depend on them; the contact does not.
+
+    Parameters
+    ----------
+    speed
+        Of the pinion [1/min].
+    friction_coefficient
+        μ of the mesh [–]; absent: by ISO/TR 14179-2 from the lubricant.
+    viscosity
+        Dynamic viscosity of the oil at its temperature [mPa·s].
+    roughness
+        Mean arithmetic roughness R_a of both flanks [µm].
+    lubricant_factor
+        X_L [–]: 1.0 for mineral oils, 0.8 for polyalphaolefins and esters, 0.75 for polyglycols.
+    thermal_contact_coefficient
+        B_M = √(λ ρ c) of the flanks [N/(mm·s^½·K)]; 13.8 for steel.
+    """
+
+    speed: Annotated[float, Field(gt=0.0, le=1e6)] | None = None
+    friction_coefficient: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
+    viscosity: Annotated[float, Field(gt=0.0, le=1e5)] | None = None
+    roughness: Annotated[float, Field(gt=0.0, le=100.0)] = 0.4
+    lubricant_factor: Annotated[float, Field(gt=0.0, le=10.0)] = 1.0
+    thermal_contact_coefficient: Annotated[float, Field(gt=0.0, le=1000.0)] = 13.8
+
+    def __post_init__(self) -> None:
+        if self.friction_coefficient is not None and self.viscosity is not None:
+            raise InputError("viscosity", self.viscosity, "conflicts with friction_coefficient: give one of the two")
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -46,7 +90,8 @@ class Resolution:
         Number of uniformly spaced mesh phases. Absent: Gauss points between the transition phases, which converge
         much faster, because the stiffness jumps where a pair enters or leaves.
     gauss_points
-        Gauss points on each panel between two transitions, where ``positions`` is absent; 8 unless given.
+        Gauss points on each panel between two transitions, where ``positions`` is absent; unless given 5 where the
+        transitions under load are found first, 8 for error samples and sweeps over the torque.
     segments
         Segments of constant line load on each contact line.
     accuracy
@@ -97,6 +142,11 @@ class Scene:
         The gear pair, its load, and the resolution.
     effects
         The effects to simulate, each kind at most once, in any order.
+    coast
+        Effects of the coast flanks, which a negative torque loads, in place of those of the same name. Effects that are
+        not among them are the same on both flanks.
+    operation
+        Speed and lubrication, where outputs ask for them.
     system
         ``gearbench.system.schema.System``: what the pair is built into, where the scene says so.
     further
@@ -113,7 +163,9 @@ class Scene:
     pair: Pair
     load: Load
     effects: tuple[Effect, ...]
+    coast: tuple[Effect, ...] = ()
     resolution: Resolution = Resolution()
+    operation: Operation | None = None
     # Any, because scenes without a system do not import its classes
     system: Any = None
     further: tuple[Any, ...] = ()
@@ -135,12 +187,28 @@ class Scene:
             except InputError as error:
                 raise error.within(f"effects.{effect.name}") from None
         low, high = (end / self._load_of_torque for end in LOADS)
-        if not low <= self.load.torque <= high:
+        if not low <= abs(self.load.torque) <= high:
             raise InputError(
                 "load.torque", self.load.torque, f"must lie within {low:.3g} to {high:.3g} N·m for this pair"
             )
         if not any(isinstance(effect, ComplianceEffect) for effect in self.effects):
             raise InputError("effects", ", ".join(names) or "none", "at least one must add compliance, e.g. hertz")
+        self._check_coast()
+
+    def _check_coast(self) -> None:
+        for effect in self.coast:
+            key = f"coast.{effect.name}"
+            if not (isinstance(effect, GapEffect) and effect.of_flank):
+                raise InputError(key, "given", "must be an effect of the flank's shape, e.g. tip_relief")
+            if [other.name for other in self.coast].count(effect.name) > 1:
+                raise InputError(key, "given twice", "each effect at most once")
+            try:
+                effect.check(self.pair, self.effects_by_name)
+            except InputError as error:
+                raise error.within(key) from None
+        if self.load.coast and self.has_shafts:
+            allowed = "must be positive where [system] has shafts: their forces are those of the drive flanks"
+            raise InputError("load.torque", self.load.torque, allowed)
 
     @property
     def effects_by_name(self) -> Effects:
@@ -151,16 +219,24 @@ class Scene:
         """The effect called ``name``, or None where the scene does not ask for it."""
         return self.effects_by_name.get(name)
 
+    @property
+    def flank_effects(self) -> tuple[Effect, ...]:
+        """The effects, those of the coast flanks where these carry the load."""
+        if not (self.load.coast and self.coast):
+            return self.effects
+        own = {effect.name: effect for effect in self.coast}
+        return tuple({**self.effects_by_name, **own}.values())
+
     @cached_property
     def acting_effects(self) -> tuple[Effect, ...]:
-        """The effects, and what the shafts of the system add to them.
+        """The effects of the loaded flank, and what the shafts of the system add to them.
 
         Raises
         ------
         InputError
             If the shafts do not fit the pair, or their bearings do not hold them.
         """
-        return self.effects if not self.has_shafts else (*self.effects, *self.shaft_effects())
+        return self.flank_effects if not self.has_shafts else (*self.effects, *self.shaft_effects())
 
     @property
     def has_shafts(self) -> bool:
@@ -190,8 +266,8 @@ class Scene:
 
     @property
     def F_bt(self) -> float:
-        """F_bt = T / r_b1, transverse, along the line of action [N]."""
-        return 1e3 * self.load.torque / self.pair.gears[0].base_radius
+        """F_bt = T / r_b1, without its sign: transverse, along the line of action of the loaded flank [N]."""
+        return 1e3 * abs(self.load.torque) / self.pair.gears[0].base_radius
 
     @property
     def F_bn(self) -> float:
@@ -201,7 +277,7 @@ class Scene:
     @property
     def relative_load(self) -> float:
         """F_bn / (b E m_n), the mean line load in terms of module and elasticity [–]; 5·10⁻⁴ is common for steel."""
-        return self._load_of_torque * self.load.torque
+        return self._load_of_torque * abs(self.load.torque)
 
     @property
     def _load_of_torque(self) -> float:
@@ -213,9 +289,10 @@ class Scene:
     def to_mapping(self) -> dict[str, Any]:
         """The scene as nested tables, as in a file; defaults are left out."""
         tables = given(self)
-        tables.pop("effects", None)
         tables.pop("further", None)
-        tables["effects"] = {effect.name: given(effect) for effect in self.effects}
+        for name in ("effects", "coast"):
+            if effects := getattr(self, name):
+                tables[name] = {effect.name: given(effect) for effect in effects}
         return tables
 
     def to_toml(self) -> str:

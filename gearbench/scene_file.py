@@ -7,17 +7,20 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from gearbench.effects.base import Effect
 from gearbench.effects.files import content, files_in, in_folder
 from gearbench.effects.registry import RENAMED, effect_class, effect_names
 from gearbench.errors import InputError, one_of
 from gearbench.geometry.pair import Pair
-from gearbench.scene import Load, Resolution, Scene
+from gearbench.scene import Load, Operation, Resolution, Scene
 from gearbench.schema import Key, as_table, keys, make, read, read_toml
 
 _LOG = logging.getLogger(__name__)
 
 #: Tables of a scene beside those of its effects.
-TABLES: dict[str, type] = {"pair": Pair, "load": Load, "resolution": Resolution}
+TABLES: dict[str, type] = {"pair": Pair, "load": Load, "operation": Operation, "resolution": Resolution}
+#: Tables of the effects: of all, and of those that are others on the coast flanks.
+EFFECT_TABLES = ("effects", "coast")
 
 
 def load_scene(path: str | Path) -> Scene:
@@ -55,14 +58,17 @@ def parse_scene(tables: Mapping[str, Any]) -> Scene:
         Naming key, value and the values allowed.
     """
     parts = dict(tables)
-    effects = as_table("effects", parts.pop("effects", {}))
+    effects, coast = (as_table(name, parts.pop(name, {})) for name in ("effects", "coast"))
     parts |= {name: read(kind, parts[name], name) for name, kind in TABLES.items() if name in parts}
     if "system" in parts:
         parts["system"] = system = read(table_class("system"), parts["system"], "system")
         parts["further"] = tuple(_further(mesh.scene, number) for number, mesh in enumerate(system.meshes))
-    at = [f"effects.{name}" for name in effects]
-    read_effects = [read(table_class(key), table, key) for key, table in zip(at, effects.values(), strict=True)]
-    return make(Scene, **parts, effects=tuple(read_effects))
+    return make(Scene, **parts, effects=_effects("effects", effects), coast=_effects("coast", coast))
+
+
+def _effects(head: str, tables: Mapping[str, Any]) -> tuple[Effect, ...]:
+    """Effects from the tables below ``head``."""
+    return tuple(read(table_class(f"{head}.{name}"), table, f"{head}.{name}") for name, table in tables.items())
 
 
 def _further(name: str, number: int) -> Scene:
@@ -84,7 +90,7 @@ def table_class(table: str) -> type:
         If a scene has no such table.
     """
     head, _, name = table.partition(".")
-    if head == "effects":
+    if head in EFFECT_TABLES:
         if name in RENAMED:
             raise InputError(table, "old name", f"write {RENAMED[name]}")
         if name not in effect_names():
@@ -95,7 +101,7 @@ def table_class(table: str) -> type:
 
         return System
     if table not in TABLES:
-        raise InputError(table, "unknown key", one_of(table, (*TABLES, "effects", "system")))
+        raise InputError(table, "unknown key", one_of(table, (*TABLES, *EFFECT_TABLES, "system")))
     return TABLES[table]
 
 
@@ -108,7 +114,7 @@ def scene_key(path: str) -> Key | None:
         Naming the keys that are allowed, where the table is known but not the key.
     """
     parts = path.split(".")
-    split = 2 if parts[0] == "effects" else 1
+    split = 2 if parts[0] in EFFECT_TABLES else 1
     try:
         kind = table_class(".".join(parts[:split]))
     except InputError:

@@ -14,15 +14,19 @@ from gearbench.contact.assemble import assemble, scene_lines
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.transitions import loaded_phases
 from gearbench.geometry.action import ContactLines
-from gearbench.results.cycle import HARMONICS
-from gearbench.results.outputs import DEFAULT_OUTPUTS, Solved, check_outputs, output
+from gearbench.results.cycle import HARMONICS, peak_to_peak
+from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs, output
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
+from gearbench.results.solved import Solved
 from gearbench.scene import Scene
 from gearbench.threads import single_threaded_blas
 
 if TYPE_CHECKING:
     import xarray as xr
+
+#: Noise floor over peak-to-peak above which a run says so.
+NOISE = 0.01
 
 _LOG = logging.getLogger(__name__)
 
@@ -67,11 +71,24 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
     start = time.perf_counter()
     check_outputs(tuple(outputs))
     if scene.resolution.accuracy is None:
-        return dataset(solve_scene(scene), outputs, start)
+        solved = solve_scene(scene)
+        _warn_of_noise(solved)
+        return dataset(solved, outputs, start)
     from gearbench.accuracy.choose import choose
 
     choice = choose(scene, cycle_values)
     return dataset(solve_scene(choice.scene), outputs, start).assign_attrs(choice.attrs)
+
+
+def _warn_of_noise(solved: Solved) -> None:
+    """Say so where harmonics are not known to ``NOISE`` of peak-to-peak."""
+    for curve in ("transmission_error", "mesh_stiffness"):
+        whole = float(peak_to_peak(solved.phases, getattr(solved.cycle, curve)))
+        floor = float(np.nanmax(output(solved, f"{curve}_amplitude_noise_floor")[1]))
+        # what hardly fluctuates has no harmonics to speak of
+        level = abs(float(getattr(solved.cycle, curve).mean()))
+        if floor > NOISE * whole > 1e-6 * level:
+            _LOG.warning("noise floor of the harmonics of %s: %.1f %% of peak-to-peak", curve, 100 * floor / whole)
 
 
 def cycle_values(scene: Scene) -> NDArray:
@@ -126,7 +143,7 @@ def dataset(solved: Solved, outputs: Sequence[str], start: float, before: tuple[
         grid = ("position", "pair", "segment")
         coords |= {
             "path_position": (grid, lines.u),
-            "face_position": (grid, lines.y),
+            "face_position": (grid, lines.face),
             "segment_length": (grid, lines.length),
         }
     variables |= {

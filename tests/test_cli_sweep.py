@@ -38,7 +38,7 @@ def test_two_keys_as_json(run):
         (["--torque", "20:300"], "torque = 20:300: must be FIRST:LAST:STEP"),
         (["--set", "crowning"], "set = crowning: must be KEY=RANGE"),
         (["--set", "name=1"], "sweep = name: must be a numeric key"),
-        (["--torque", "0,10"], "load.torque = 0.0: must be greater than 0"),
+        (["--torque", "0,10"], "load.torque = 0: must not be 0"),
     ],
 )
 def test_bad_input_is_one_line_and_exit_code_2(run, options, line):

@@ -37,8 +37,10 @@ def test_every_command_is_on_its_page():
 def test_keys_have_meaning_default_and_what_is_allowed():
     assert prose(TipRelief).startswith("Tip relief: e = amount · (R − (r_a − length))/length")
     table = key_tables(TipRelief)
-    assert "| `amount` | Material missing at the tip [µm]. | required | -1000 to 1000 |" in table
-    assert '| `shape` | "linear" (the paper\'s) or "parabolic". | `"linear"` | `"linear"`, `"parabolic"` |' in table
+    assert "| `amount` | Material missing at the tip [µm]. | – | -1000 to 1000 |" in table
+    assert "| `amount` | Material missing at the relieved end [µm]. | required | -1000 to 1000 |" in table
+    shapes = '`"linear"`, `"parabolic"`, `"circular"`'
+    assert f'| `shape` | "linear", "parabolic" or "circular". | `"linear"` | {shapes} |' in table
 
 
 def test_tables_below_a_table_are_shown_once():

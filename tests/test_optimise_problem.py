@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from gearbench.geometry.pair import Pair
-from gearbench.optimisation.constraints import constrained, judge
+from gearbench.optimisation.constraints import constrained, judge, largest_pressure
 from gearbench.optimisation.problem import NO_GEAR, evaluate, scene_of
 from gearbench.optimisation.study import Limit, Robustness
 from gearbench.optimisation.study_file import parse_study
 from gearbench.robustness.run import robust
 from gearbench.simulation import simulate, solve_scene
-from gearbench.strength.rating import largest_pressure, root_stress
+from gearbench.strength.rating import root_stress
 
 SMALL = tomllib.loads((Path(__file__).parents[1] / "examples" / "optimise_small.toml").read_text(encoding="utf-8"))
 STUDY = parse_study(SMALL)

@@ -1,7 +1,6 @@
 """Whole runs: the same result whatever computes it and however often it is interrupted."""
 
 import os
-import random
 import signal
 import subprocess
 import sys
@@ -271,62 +270,6 @@ def test_nothing_is_left_in_a_folder_that_is_refused(tmp_path):
     with pytest.raises(InputError, match="not empty"):
         Store(tmp_path, STUDY, resume=False)
     assert os.listdir(tmp_path) == ["letter.txt"]
-
-
-CHILD = """
-import sys
-from gearbench import load_study, optimise
-optimise(load_study(sys.argv[1]), directory=sys.argv[2], resume=True, threads=2)
-"""
-
-
-def run_and_kill(study_file: Path, folder: Path, after: float) -> tuple[bool, float]:
-    """Run a study in a process of its own and kill it so many seconds after it begins to write.
-
-    Whether it was killed in time, and how long it has lived since it began to write.
-    """
-    process = subprocess.Popen([sys.executable, "-c", CHILD, str(study_file), str(folder)])
-    try:
-        while not folder.exists() and process.poll() is None:
-            time.sleep(0.002)
-        start = time.monotonic()
-        try:
-            process.wait(after)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            return True, after
-        return False, time.monotonic() - start
-    finally:
-        process.kill()
-        process.wait()
-
-
-def kill_and_resume(count: int, study: OptimisationStudy, expected: xr.Dataset, tmp_path: Path, seed: int) -> None:
-    rng = random.Random(seed)
-    path = tmp_path / "study.toml"
-    path.write_text(study.to_toml(), encoding="utf-8")
-    _, duration = run_and_kill(path, tmp_path / "whole", 600.0)
-    whole = sorted(p.name for p in (tmp_path / "whole").iterdir())
-    in_time = 0
-    for i in range(count):
-        folder = tmp_path / str(i)
-        in_time += run_and_kill(path, folder, rng.uniform(0.0, duration))[0]
-        assert_same(optimise(study, directory=folder, resume=True), expected)
-        assert sorted(p.name for p in folder.iterdir()) == whole
-    # machines are uneven: a run may end before its moment comes, but not most of them
-    assert in_time >= count // 3
-
-
-def test_kill_at_random_moments_and_resume(reference, tmp_path):
-    kill_and_resume(3, STUDY, reference, tmp_path, seed=1)
-
-
-@pytest.mark.slow
-def test_twenty_kills_twenty_identical_results(tmp_path):
-    study = replace(
-        STUDY, algorithm=Algorithm(population=12, generations=10, seed=4), robustness=Robustness(samples=64)
-    )
-    kill_and_resume(20, study, optimise(study), tmp_path, seed=2)
 
 
 # -- the command line --------------------------------------------------------------------------------------------------

@@ -12,8 +12,9 @@ from gearbench.contact import transitions
 from gearbench.contact.assemble import gap_kinks, scene_lines
 from gearbench.contact.phases import gauss_phases
 from gearbench.results.cycle import MeshCycle, Phases, coefficients, peak_to_peak
+from gearbench.results.outputs import output
 from gearbench.scene import Resolution, Scene
-from gearbench.simulation import solve_lines, solve_scene
+from gearbench.simulation import simulate, solve_lines, solve_scene
 from tests.test_architecture import ROOT
 
 GEARS = sorted(path.stem for path in (ROOT / "examples" / "gears").glob("*.toml"))
@@ -82,3 +83,25 @@ def test_spur_pairs_converge_exponentially_in_the_points_of_a_panel(name):
     errors = [abs(mean(points) / exact - 1) for points in (1, 2, 3, 4)]
     assert errors[3] < 1e-3 * errors[0]
     assert errors[3] < 1e-5
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[] if n in FAST else [pytest.mark.slow]) for n in GEARS])
+def test_the_noise_floor_bounds_the_error_of_the_harmonics(name, monkeypatch):
+    scene = example(name)
+    solved = solve_scene(scene)
+    exact = fine_cycle(scene, monkeypatch)
+    for curve in ("transmission_error", "mesh_stiffness"):
+        floor = output(solved, f"{curve}_amplitude_noise_floor")[1][:HIGHEST]
+        found, wanted = (2 * np.abs(coefficients(c.phases, getattr(c, curve), HIGHEST)) for c in (solved.cycle, exact))
+        error = np.abs(found - wanted)
+        # an estimate: most of its value is that it is not far above, and next to nothing falls out of it
+        assert np.all(error <= 1.5 * floor), curve
+        assert np.all(floor <= 0.01 * np.ptp(getattr(exact, curve))), curve
+
+
+def test_a_coarse_run_says_that_its_harmonics_are_noise(caplog):
+    simulate(replace(example("nasa_28"), resolution=Resolution(positions=16)))
+    assert "noise floor of the harmonics of mesh_stiffness" in caplog.text
+    caplog.clear()
+    simulate(example("nasa_28"))
+    assert not caplog.text

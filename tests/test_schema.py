@@ -56,7 +56,7 @@ def test_keys_have_names_defaults_units_and_meanings():
 def test_limits_are_words():
     found = limits(Spring)
     assert found["stiffness"] == "above 0 to 10"
-    assert limits(TipRelief)["shape"] == '`"linear"`, `"parabolic"`'
+    assert limits(TipRelief)["shape"] == '`"linear"`, `"parabolic"`, `"circular"`'
     assert limits(Member)["teeth"] == "whole, 5 to 2000"
 
 

@@ -13,11 +13,11 @@ from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.geometry.material import Material
 from gearbench.library.garambois2017 import case, gear, table_2
-from gearbench.optimisation.constraints import constrained, judge
+from gearbench.optimisation.constraints import constrained, judge, largest_pressure
 from gearbench.optimisation.study import Limit
 from gearbench.scene import Resolution
 from gearbench.simulation import solve_scene
-from gearbench.strength.rating import GEOMETRIC, contact_pressure, largest_pressure, root_stress
+from gearbench.strength.rating import GEOMETRIC, contact_pressure, root_stress
 
 
 def test_pressure_in_single_contact_is_that_of_two_cylinders():

@@ -8,8 +8,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from fem_reference import refinement
+from gearbench import budget
 from gearbench.effects.gear_body import GearBody
-from gearbench.errors import GearbenchError
+from gearbench.errors import InputError
 from gearbench.library.garambois2017 import case
 from gearbench.simulation import simulate
 from gearbench.validation import judge as module
@@ -58,11 +59,14 @@ def test_a_better_reference_that_takes_too_long_is_not_begun(monkeypatch):
     assert found.reason == "accuracy = 0.001 would take about 10000 s"
 
 
-def test_a_reference_that_cannot_be_had_says_what_to_do(monkeypatch):
+def test_a_reference_that_cannot_be_had_says_what_to_do(monkeypatch, tmp_path):
+    monkeypatch.setenv("GEARBENCH_CACHE", str(tmp_path))
     monkeypatch.setattr(refinement, "memory_limit", lambda: 1e8)
+    monkeypatch.setattr(budget, "memory_limit", lambda: 1e8)
+    monkeypatch.setattr(budget, "SMALL", 0.0)
     scene = case(1)
     bores = {"pinion": 200.0, "wheel": 500.0}
     members = {name: replace(getattr(scene.pair, name), bore_diameter=bore) for name, bore in bores.items()}
     scene = replace(scene, pair=replace(scene.pair, **members), effects=(*scene.effects, GearBody()))
-    with pytest.raises(GearbenchError, match=r"case 1: accuracy = 0.01: needs about .* none fits: compare without"):
+    with pytest.raises(InputError, match=r"case 1: .*needs about .* no accuracy would fit: compare without"):
         validate([scene])

@@ -12,7 +12,7 @@ from gearbench.effects.teeth import plate_tooth
 from gearbench.geometry.gear import Gear
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PlateFlank:
     """Takes the place of ``FlankCompliance``: the paper's plate, ``blocks`` times as compliant."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -84,7 +85,8 @@ def contact_cycle(
     force = 1e3 * np.array(loads)[:, None] / scene.pair.gears[0].base_radius
     q = widened(found, force, width_factor)
     k = np.array([each.stiffness for each in found]).T / width_factor
-    cycle = MeshCycle.of(scene, Phases(phase=phase, weight=weight, size=None), q, k)
+    cos_b = math.cos(scene.pair.meshing.beta_b)
+    cycle = MeshCycle.of(scene, Phases(phase=phase, weight=weight, size=None), q * cos_b, k / cos_b**2)
     names, share, radius = _of_pairs(found)
     changed = [widened(some, force, width_factor) - q[:, checks.at] for some in (checks.coarser, checks.softer)]
     error = MICROMETRES * np.sum([np.abs(change).max(axis=1) for change in changed], axis=0)
@@ -128,7 +130,7 @@ def _solved(
     scene: Scene, phase: NDArray, loads: tuple[float, ...], settings: Settings | SpatialSettings, workers: int
 ) -> tuple[list[PhaseResult], _Checks]:
     """All phases, and what tells their error."""
-    gaps = tuple(effect for effect in scene.effects if isinstance(effect, GapEffect))
+    gaps = tuple(effect for effect in scene.flank_effects if isinstance(effect, GapEffect))
     if isinstance(settings, Settings):
         at = np.unique(np.linspace(0, len(phase) - 1, _CHECKED + 2).astype(int)[1:-1])
         coarser = replace(settings, fineness=settings.fineness.halved())

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.effects.base import GapEffect
+from gearbench.effects.profile_relief import ProfileRelief
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
@@ -70,11 +70,6 @@ class Profile:
         return gear.half_angle(R) - self.missing(R, k) / (gear.base_radius * math.cos(gear.beta_b))
 
     def _own(self) -> list[GapEffect]:
-        found: list[GapEffect] = []
-        for effect in self.effects:
-            if "gear" not in {field.name for field in fields(effect)}:
-                found += [effect] if self.role == Role.PINION else []
-            elif (gears := getattr(effect, "gear")) in ("both", self.role.label):  # noqa: B009
-                one: Any = effect if gears != "both" else replace(effect, gear=self.role.label)  # type: ignore[call-arg]
-                found.append(one)
-        return found
+        reliefs = [each for each in self.effects if isinstance(each, ProfileRelief)]
+        rest = [each for each in self.effects if each not in reliefs] if self.role == Role.PINION else []
+        return [*rest, *(own for each in reliefs if (own := each.on(self.role)) is not None)]

@@ -6,11 +6,15 @@ gains added are the limit that all trials are held against. The largest differen
 if errors fall like 1/n or faster: e(n) − e(2n) ≥ e(2n). The cheapest levels whose difference to it, with D added, is
 within the accuracy are chosen. Where contact is lost segment by segment, single answers may agree by chance; that is
 why three levels of each knob are compared, not two.
+
+The search ends where the next trial is expected to take it beyond its time, or needs more memory than there may be, and
+says what it has reached.
 """
 
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import product
@@ -29,6 +33,7 @@ from gearbench.accuracy.knobs import (
     with_resolution,
 )
 from gearbench.accuracy.measure import relative_errors
+from gearbench.budget import MemoryBudgetError
 from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.errors import InputError
 from gearbench.scene import Scene
@@ -48,6 +53,8 @@ ALIKE, MOST_RUNGS = 2.0, 4
 NEAR, EXTRA = 1.5, 0.3
 #: Cost of a mesh phase in segments, beside those it has, and of a trial, whatever its settings.
 PHASE_COST, TRIAL_COST = 4, 60
+#: Time that a search may take [s], and how the time of a trial grows with its cost, at most.
+SEARCH_TIME, GROWTH = 300.0, 2.0
 #: Order of convergence of solid teeth in the number of functions along the height: the root is singular.
 SOLID_CONVERGENCE = 2.0
 #: Accuracies of finite elements that their meshes can be refined to, and the one they have by default.
@@ -117,7 +124,7 @@ def choose(scene: Scene, evaluate: Evaluate, share: float = 1.0) -> Choice:
     if orders:
         k, error, trials = _solid_order(scene, orders, evaluate, ORDER_SHARE * (budget - spent))
         scene, spent, settings["order"] = with_order(scene, orders[k]), spent + error, label(orders[k])
-    grid = _Grid(evaluate=evaluate, scene=scene)
+    grid = _Grid(evaluate=evaluate, scene=scene, requested=requested)
     n, g, error = grid.search(budget - spent)
     settings |= {"segments": label(grid.segments[n]), "gauss_points": label(grid.points[g])}
     return Choice(
@@ -169,7 +176,10 @@ class _Grid:
 
     evaluate: Evaluate
     scene: Scene
+    requested: float
     values: dict[tuple[int, int], NDArray] = field(default_factory=dict)
+    seconds: dict[tuple[int, int], float] = field(default_factory=dict)
+    reached: dict[tuple[int, int], float] = field(default_factory=dict)
 
     @property
     def segments(self) -> tuple[Any, ...]:
@@ -184,8 +194,31 @@ class _Grid:
 
     def __call__(self, n: int, g: int) -> NDArray:
         if (n, g) not in self.values:
-            self.values[n, g] = self.evaluate(self.scene_at(n, g))
+            if self._expected((n, g)) + sum(self.seconds.values()) > SEARCH_TIME:
+                raise self._stopped(f"{SEARCH_TIME:.0f} s do not suffice")
+            start = time.perf_counter()
+            try:
+                self.values[n, g] = self.evaluate(self.scene_at(n, g))
+            except MemoryBudgetError as error:
+                raise self._stopped(error.allowed) from None
+            self.seconds[n, g] = time.perf_counter() - start
         return self.values[n, g]
+
+    def _expected(self, at: tuple[int, int]) -> float:
+        """Seconds of a trial, from those of the dearest one so far; the first one prepares teeth and kernels."""
+        if len(self.seconds) < 2:
+            return 0.0
+        last = max(list(self.seconds)[1:], key=self._cost)
+        return self.seconds[last] * (self._cost(at) / self._cost(last)) ** GROWTH
+
+    def _stopped(self, why: str) -> InputError:
+        """The search has come to the end of its budget: why, and what it has reached."""
+        if not self.reached:
+            return InputError("accuracy", self.requested, f"the search cannot begin: {why}")
+        (n, g), error = min(self.reached.items(), key=lambda item: item[1])
+        settings = f"segments = {label(self.segments[n])}, gauss_points = {label(self.points[g])}"
+        reached = f"the search ended at an error of about {100 * error:.2g} % with {settings}"
+        return InputError("accuracy", self.requested, f"{reached}, because {why}: ask for less, or give these settings")
 
     def search(self, budget: float) -> tuple[int, int, float]:
         """Indices of segments and Gauss points whose error is within ``budget``, and that error."""
@@ -195,6 +228,7 @@ class _Grid:
             by_segments = self.difference((n, g), self(n + DOUBLE, g))
             by_phases = self.difference((n, g), self(n, g + DOUBLE))
             spread = max(by_segments, by_phases)
+            self.reached[n, g] = 2 * spread
             if 2 * spread <= budget:
                 limit, spread = self._limit(n, g)
                 if 2 * spread <= budget:

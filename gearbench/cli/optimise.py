@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Quiet, Threads, Verbose, say, shows_progress
+from gearbench.cli.options import Json, Memory, Quiet, Threads, Verbose, say, shows_progress
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,6 +35,7 @@ def optimise(
     resume: Resume = False,
     scheduler: Scheduler = None,
     threads: Threads = None,
+    memory: Memory = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,

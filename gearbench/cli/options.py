@@ -46,6 +46,31 @@ AccuracyText = Annotated[
 ]
 
 
+def _limit_memory(context: typer.Context, text: str | None) -> str | None:
+    """Let the command, and processes that it starts, take no more memory than this."""
+    import os
+
+    from gearbench.budget import VARIABLE, parse_memory
+
+    if text is not None:
+        before = os.environ.get(VARIABLE)
+        os.environ[VARIABLE] = f"{parse_memory(text):.0f}"
+        context.call_on_close(
+            lambda: os.environ.pop(VARIABLE) if before is None else os.environ.update({VARIABLE: before})
+        )
+    return text
+
+
+Memory = Annotated[
+    str | None,
+    typer.Option(
+        metavar="SIZE",
+        callback=_limit_memory,
+        help="Memory that may be used, e.g. 4GB; 70 % of the machine's by default. What needs more is refused.",
+    ),
+]
+
+
 def say(line: str) -> None:
     """Print a line that may hold names, which are text whatever characters they have."""
     print(escaped(line))

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from gearbench.cli.options import Json, Quiet, SceneFile, Verbose
+from gearbench.cli.options import Json, Memory, Quiet, SceneFile, Verbose
 
 
-def plan(scene: SceneFile, quiet: Quiet = False, verbose: Verbose = False, json: Json = False) -> None:
+def plan(
+    scene: SceneFile, memory: Memory = None, quiet: Quiet = False, verbose: Verbose = False, json: Json = False
+) -> None:
     """Parts that will run for SCENE, and the cost of each.
 
     Example: gearbench plan examples/case1.toml
     """
     from dataclasses import asdict
 
+    from gearbench.budget import SMALL, memory_limit, shown
     from gearbench.cli.summary import console, pair_line, print_mapping
     from gearbench.effort.plan import plan as plan_of
     from gearbench.scene_file import load_scene
@@ -33,5 +36,7 @@ def plan(scene: SceneFile, quiet: Quiet = False, verbose: Verbose = False, json:
         table.add_row(part.name, part.does, part.size, f"{1e3 * part.seconds:.2f} ms" if part.seconds else "")
     out.print(table)
     out.print(f"simulate, predicted: {1e3 * made.seconds:.1f} ms, {made.megabytes:.1f} MB")
+    if 1e6 * made.megabytes > max(memory_limit(), SMALL):
+        out.print(f"this is more than the {shown(memory_limit())} of memory that are allowed: simulate refuses it")
     if made.robust_seconds:
         out.print(f"robust, predicted: {1e3 * made.robust_seconds:.1f} ms")

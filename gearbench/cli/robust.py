@@ -12,6 +12,7 @@ import typer
 from gearbench.cli.options import (
     AccuracyText,
     Json,
+    Memory,
     Output,
     Plots,
     Quiet,
@@ -43,6 +44,7 @@ def robust(
     accuracy: AccuracyText = None,
     response: More = None,
     plots: Plots = None,
+    memory: Memory = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,

@@ -2,8 +2,36 @@
 
 from __future__ import annotations
 
-from gearbench.cli.options import AccuracyText, Json, Output, Plots, Quiet, Verbose, plot_folder, say, with_accuracy
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gearbench.cli.options import (
+    AccuracyText,
+    Json,
+    Memory,
+    Output,
+    Plots,
+    Quiet,
+    Verbose,
+    plot_folder,
+    say,
+    with_accuracy,
+)
 from gearbench.cli.rexs import AnyFile, LoadCase, StageName, Torque, load_any
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gearbench.scene import Scene
+
+Also = Annotated[
+    list[str] | None,
+    typer.Option("--also", metavar="NAME", help="One more output, e.g. flank_pressure; give it again for more."),
+]
+Scale = Annotated[
+    float | None, typer.Option("--scale", metavar="MPA", min=1e-3, help="End of the colours of the load maps [MPa].")
+]
 
 
 def simulate(
@@ -14,6 +42,9 @@ def simulate(
     torque: Torque = None,
     load_case: LoadCase = None,
     accuracy: AccuracyText = None,
+    also: Also = None,
+    scale: Scale = None,
+    memory: Memory = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,
@@ -29,6 +60,8 @@ def simulate(
     from gearbench.errors import naming
     from gearbench.files import check_target
     from gearbench.results.netcdf import save
+    from gearbench.results.outputs import DEFAULT_OUTPUTS
+    from gearbench.results.warnings import warnings
     from gearbench.simulation import simulate as run
 
     loaded, notes = load_any(scene, stage, torque, load_case)
@@ -36,7 +69,9 @@ def simulate(
         check_target(output)
     folder = plot_folder(plots)
     with naming(scene):
-        dataset = run(with_accuracy(loaded, accuracy))
+        asked = tuple(dict.fromkeys((*DEFAULT_OUTPUTS, *(also or ()), "flank_pressure_max")))
+        dataset = run(with_accuracy(loaded, accuracy), outputs=asked)
+    cautions = warnings(loaded, dataset)
     if (missed := advice(loaded, dataset)) is not None:
         dataset.attrs["off_line_contact"] = missed
         notes = (*notes, missed)
@@ -44,24 +79,27 @@ def simulate(
     if folder is not None:
         from gearbench.plotting import draw_simulation
 
-        written += draw_simulation(dataset, folder)
+        written += draw_simulation(dataset, folder, scale=scale)
     if json:
-        summary.print_json(loaded, dataset, files=[str(path) for path in written], notes=list(notes))
-        return
-    if quiet:
-        return
+        summary.print_json(loaded, dataset, files=[str(path) for path in written], notes=[*cautions, *notes])
+    elif not quiet:
+        _print(loaded, dataset)
+        lines = (*(f"warning: {each}" for each in cautions), *(f"note: {note}" for note in notes))
+        for line in (*summary.warnings(dataset), *lines, *(f"wrote {path}" for path in written)):
+            say(line)
+
+
+def _print(scene: Scene, dataset: xr.Dataset) -> None:
+    """Geometry, then results."""
+    from gearbench.cli import summary
+
+    summary.print_geometry(scene)
     rows = summary.result_rows(dataset)
     worst = max(float(dataset[f"{kind}_residual"].max()) for kind in ("equilibrium", "complementarity"))
     rows += [
         ("worst residual of the contact solution", f"{worst:.1e}", "1"),
         ("computing time", f"{1e3 * dataset.attrs['wall_time_s']:.1f}", "ms"),
     ]
-    summary.print_table(summary.pair_line(loaded), rows)
+    summary.print_table("over the mesh cycle", rows)
     if "accuracy_settings" in dataset.attrs:
         say(summary.accuracy_line(dataset))
-    for line in (
-        *summary.warnings(dataset),
-        *(f"note: {note}" for note in notes),
-        *(f"wrote {path}" for path in written),
-    ):
-        say(line)

@@ -61,6 +61,46 @@ def pair_line(scene: Scene) -> str:
     )
 
 
+def geometry_rows(scene: Scene) -> list[tuple[str, str, str, str]]:
+    """Rows of the derived geometry: quantity, pinion, wheel, unit; one value where it is the pair's."""
+    pair, m = scene.pair, scene.pair.meshing
+    body = [member.bore_diameter for member in pair.members]
+    both = (
+        ("profile shift x", pair.profile_shifts, "1"),
+        ("tip diameter", [2 * gear.tip_radius for gear in pair.gears], "mm"),
+        ("reference diameter", [2 * gear.pitch_radius for gear in pair.gears], "mm"),
+        ("start of active profile, diameter", [2 * ends[0] for ends in m.active_radii], "mm"),
+        ("root form diameter", [2 * gear.form_radius for gear in pair.gears], "mm"),
+        ("root diameter", [2 * gear.root_radius for gear in pair.gears], "mm"),
+        ("tip clearance", m.tip_clearances, "mm"),
+        ("tip thickness, normal", [float(gear.normal_thickness(gear.tip_radius)) for gear in pair.gears], "mm"),
+    )
+    rows = [(name, f"{first:.6g}", f"{second:.6g}", unit) for name, (first, second), unit in both]
+    bores = ["–" if bore is None else f"{bore:.6g}" for bore in body]
+    rows.append(("bore", bores[0], bores[1], "mm"))
+    for name, value, unit in (
+        ("working pressure angle", math.degrees(m.alpha_wt), "°"),
+        ("contact ratio ε_α", m.transverse_contact_ratio, "1"),
+        ("overlap ratio ε_β", m.overlap_ratio, "1"),
+        ("circumferential backlash", pair.actual_backlash, "mm"),
+    ):
+        rows.append((name, f"{value:.6g}", "", unit))
+    rows.append(("teeth stand on", support(scene), "", ""))
+    return rows
+
+
+def print_geometry(scene: Scene) -> None:
+    """Print the derived geometry, under the line of the pair."""
+    from rich.table import Table
+
+    table = Table(title=pair_line(scene), title_justify="left", title_style="bold", box=None, pad_edge=False)
+    for name in ("geometry", "pinion", "wheel", "unit"):
+        table.add_column(name, justify="right" if name in ("pinion", "wheel") else "left")
+    for row in geometry_rows(scene):
+        table.add_row(*row)
+    console().print(table)
+
+
 def warnings(dataset: xr.Dataset) -> tuple[str, ...]:
     """Lines on what limits the meaning of a result."""
     return (f"warning: {dataset.attrs['warning']}",) if "warning" in dataset.attrs else ()

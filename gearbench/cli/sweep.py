@@ -11,6 +11,7 @@ import typer
 
 from gearbench.cli.options import (
     Json,
+    Memory,
     Output,
     Plots,
     Quiet,
@@ -48,6 +49,7 @@ def sweep(
     seed: Seed = 0,
     threads: Threads = None,
     plots: Plots = None,
+    memory: Memory = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,

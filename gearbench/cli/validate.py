@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Quiet, Verbose, progress_lines, say
+from gearbench.cli.options import Json, Memory, Quiet, Verbose, progress_lines, say
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,6 +43,7 @@ def validate(
     accuracy: Accuracy = None,
     contact: Contact = False,
     phases: Phases = 20,
+    memory: Memory = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,

@@ -9,6 +9,7 @@ import typer
 
 from gearbench.cli.options import (
     Json,
+    Memory,
     Output,
     Plots,
     Quiet,
@@ -40,6 +41,7 @@ def verify(
     markdown: Markdown = None,
     plots: Plots = None,
     threads: Threads = None,
+    memory: Memory = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,

@@ -19,6 +19,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.budget import require
 from gearbench.compliance.bases import axis_functions, gauss, legendre_functions
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.local import flank_functions, half_space_compression, waves_across
@@ -30,6 +31,8 @@ from gearbench.geometry.gear import Gear
 
 #: Eigenvalues of the compliance below this fraction of the largest are rounding, or beyond the basis.
 RANK_TOLERANCE = 1e-10
+#: Numbers that are kept at the same time for each two functions of the section and function along the axis. Measured.
+_NUMBERS = 4.0
 #: Polynomials along the axis that the root of a tooth is joined by at most, and modules of face width for each further
 #: one: a body is too smooth to tell more apart. Six alone make the peak-to-peak STE of helical gears 20 modules wide a
 #: tenth too small.
@@ -79,8 +82,18 @@ class SolidTooth:
         return self.build(free=True)
 
     def build(self, *, free: bool) -> Solid:
-        """A new Ritz system, held or with moving root; megabytes at high order, so that kept teeth do not keep it."""
+        """A new Ritz system, held or with moving root; megabytes at high order, so that kept teeth do not keep it.
+
+        Raises
+        ------
+        MemoryBudgetError
+            If it needs more memory than there may be.
+        """
         gear, (across, along, axis) = self.gear, self.order
+        functions = 3 * across * (along + free)
+        # blocks of the chains of all classes and their Cholesky factors, the functions of the section with each other
+        need = _NUMBERS * 8 * functions**2 * (axis + 4) * (1.0 if gear.beta else 0.5)
+        require(need, "effects.tooth_bending.order", list(self.order), "a lower order would fit")
         r_f = gear.root_radius
         section = Section(
             height=gear.tooth_height,

@@ -20,6 +20,7 @@ from gearbench.contact.problem import (
     stiffness_of_law,
     truncated_root,
 )
+from gearbench.contact.size import require_contact_memory
 from gearbench.contact.solver import solve
 from gearbench.effects.base import ComplianceEffect, Dense, Effect, GapEffect, LineLaw, LowRank
 from gearbench.errors import InputError
@@ -58,7 +59,14 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
 
 
 def scene_lines(scene: Scene, mesh_phase: NDArray) -> ContactLines:
-    """Contact lines of the scene at the given phases."""
+    """Contact lines of the scene at the given phases.
+
+    Raises
+    ------
+    MemoryBudgetError
+        If they, or what is computed on them, need more memory than there may be.
+    """
+    require_contact_memory(scene, len(mesh_phase))
     flanks = flank_separation(scene)
     if flanks is None:
         return _lines(scene, mesh_phase)
@@ -71,15 +79,17 @@ def _lines(
 ) -> ContactLines:
     """Contact lines over the path of contact, or with the separation of the ``flanks`` over ``span``."""
     pair, load = scene.pair, 0.0 if flanks is None else typical_load(scene)
+    coast = scene.load.coast
     kinks, face = gap_kinks(scene, flanks)
     trial = mirrored_phases(pair, TRIAL_PHASES)
-    sparse = contact_lines(pair, trial, TRIAL_SEGMENTS, kinks, face, separation=flanks, span=span)
+    sparse = contact_lines(pair, trial, TRIAL_SEGMENTS, kinks, face, coast=coast, separation=flanks, span=span)
     sparse = replace(sparse, typical_load=load)
     gap = np.where(sparse.active[..., None], total_gap(scene, sparse), 0.0)
     parting = bool(np.ptp(gap, axis=2).max() > LEAST_VARIATION)
     lines = contact_lines(
-        pair, mesh_phase, scene.resolution.segments, kinks, face, parting=parting, separation=flanks, span=span
-    )
+        pair, mesh_phase, scene.resolution.segments, kinks, face,
+        parting=parting, coast=coast, separation=flanks, span=span,
+    )  # fmt: skip
     return replace(lines, typical_load=load)
 
 
@@ -88,16 +98,21 @@ def conforming(scene: Scene) -> bool:
     if flank_separation(scene) is not None:
         return False
     kinks, face = gap_kinks(scene, None)
-    lines = contact_lines(scene.pair, mirrored_phases(scene.pair, TRIAL_PHASES), TRIAL_SEGMENTS, kinks, face)
+    phase = mirrored_phases(scene.pair, TRIAL_PHASES)
+    lines = contact_lines(scene.pair, phase, TRIAL_SEGMENTS, kinks, face, coast=scene.load.coast)
     return bool(np.ptp(total_gap(scene, lines)[lines.active], axis=None) <= LEAST_VARIATION)
 
 
 def gap_kinks(scene: Scene, flanks: Separation | None) -> tuple[list[float], list[float]]:
-    """Positions u and y [mm] at which the gap of a scene has a kink; those of the profiles are the separation's."""
+    """Positions u and y [mm] at which a gap or an output has a kink; those of the profiles are the separation's."""
     gaps = [effect for effect in scene.acting_effects if isinstance(effect, GapEffect)]
     added = [gap for gap in gaps if flanks is None or not gap.modifications(scene.pair)]
     own = [] if flanks is None else [float(u) for u in flanks.kinks]
+    if scene.operation is not None:
+        own.append(scene.pair.meshing.pitch_point)  # sliding changes its sign there, and friction has a kink
     face = [y for gap in gaps for y in gap.face_kinks(scene.pair)]
+    if scene.load.coast:
+        face = [scene.pair.face_width - y for y in face]
     return own + [u for gap in added for u in gap.kinks(scene.pair)], face
 
 
@@ -108,7 +123,7 @@ def flank_separation(scene: Scene) -> Separation | None:
 
 def profile_separation(scene: Scene) -> Separation:
     """Separation of the profiles with the scene's modifications of them."""
-    gaps = [effect for effect in scene.effects if isinstance(effect, GapEffect)]
+    gaps = [effect for effect in scene.flank_effects if isinstance(effect, GapEffect)]
     return separation(scene.pair, tuple(m for effect in gaps for m in effect.modifications(scene.pair)))
 
 
@@ -125,9 +140,9 @@ def greatest_deflection(scene: Scene, flanks: Separation) -> float:
     most = meshing.transverse_contact_ratio % 1.0
     lines = _lines(scene, np.array([(1 + most) / 2, most / 2]), flanks, span)
     deflection = float(solve(assemble(scene, lines)).approach.max())
-    if any(isinstance(effect, GapEffect) and not effect.modifications(scene.pair) for effect in scene.effects):
-        other = replace(scene, effects=tuple(e for e in scene.effects if e.name != "off_line_contact"))
-        deflection += float(np.ptp(total_gap(other, lines)[lines.active]))
+    others = [effect for effect in scene.flank_effects if effect.name != "off_line_contact"]
+    if any(isinstance(effect, GapEffect) and not effect.modifications(scene.pair) for effect in others):
+        deflection += float(np.ptp(total_gap(scene, lines, others)[lines.active]))
     return deflection / math.cos(meshing.beta_b)
 
 

@@ -18,6 +18,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.budget import require
 from gearbench.contact.law import kernel_coefficients
 from gearbench.contact.problem import ContactProblem, reduce_rank
 from gearbench.contact.reference import Reference, linearised
@@ -114,9 +115,16 @@ class BatchSolution:
 
 
 def prepare(problem: ContactProblem, modes: NDArray) -> Batch:
-    """Prepare ``problem`` for gaps e + Σ ε_m ``modes``[..., m], (position, segment, error) [mm]."""
+    """Prepare ``problem`` for gaps e + Σ ε_m ``modes``[..., m], (position, segment, error) [mm].
+
+    Raises
+    ------
+    MemoryBudgetError
+        If that needs more memory than there may be.
+    """
     problem = reduce_rank(problem)
     order, count, blocks, firsts = _order(problem)
+    _require_memory(problem, int(count.max()), modes.shape[2])
 
     def pick(values: NDArray) -> NDArray:
         """Existing segments first, absent ones behind them, cut to the most there are."""
@@ -141,6 +149,16 @@ def prepare(problem: ContactProblem, modes: NDArray) -> Batch:
         return replace(batch, reference=_reference(batch))
     start, guess = _first_guess(batch)
     return replace(batch, product=_products(factor), start=start, guess=guess)
+
+
+def _require_memory(problem: ContactProblem, segments: int, errors: int) -> None:
+    """Refuse what needs more memory than there may be: products of columns, or of coupled problems their matrices."""
+    positions, _, rank = problem.factor.shape
+    coupled = problem.blocks == 1 and rank >= COUPLED_RANK
+    own = 2 * rank * rank if coupled else segments * rank * (rank + 1) / 2 + errors * problem.blocks * rank
+    need = 8.0 * positions * (own + segments * (4 * rank + 4 * errors))
+    size = f"{positions} positions × {segments} segments × {errors} errors"
+    require(need, "resolution", size, "fewer segments or positions would fit")
 
 
 def _reference(batch: Batch) -> Reference:

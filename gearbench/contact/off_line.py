@@ -52,12 +52,13 @@ def estimate(scene: Scene, mean: float, rms: float) -> Missed:
     room = _REACH * meshing.base_pitch
     phase = (np.arange(_PHASES) + 0.5) / _PHASES
     flanks, span = profile_separation(scene), (meshing.path_start - room, meshing.path_end + room)
-    plain = contact_lines(pair, phase, _SEGMENTS)
-    wide = contact_lines(pair, phase, _SEGMENTS, separation=flanks, span=span)
+    coast = scene.load.coast
+    plain = contact_lines(pair, phase, _SEGMENTS, coast=coast)
+    wide = contact_lines(pair, phase, _SEGMENTS, coast=coast, separation=flanks, span=span)
     assert wide.touch is not None
     cos_b = math.cos(meshing.beta_b)
     exact = np.minimum(wide.touch.gap, room) * cos_b
-    for effect in scene.effects:
+    for effect in scene.flank_effects:
         if isinstance(effect, GapEffect) and not effect.modifications(pair):
             exact = exact + effect.gap(wide)
     gaps = [gap.reshape(_PHASES, -1) for gap in (total_gap(scene, plain), exact)]

@@ -35,14 +35,15 @@ def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> Contac
         If a residual stays above 1e-9.
     """
     guess = guess or Guess.nothing(problem)
-    solution = solve(problem, guess)
+    before = solution = solve(problem, guess)
     if problem.along is None:
         return solution
     gap, last = _gaps(problem.along), Guess(q=guess.q.copy(), delta=guess.delta.copy())
     for _ in range(ROUNDS):
         y, width = _nodes(problem, _compression(problem, last, gap))
-        solution = solve(_on_nodes(problem, y, width), last)
-    return replace(solution, force=_forces(problem, last, solution))
+        before, solution = solution, solve(_on_nodes(problem, y, width), last)
+    coarse = {"coarse_approach": before.approach, "coarse_stiffness": before.stiffness}
+    return replace(solution, **coarse, force=_forces(problem, last, solution))
 
 
 def _nodes(problem: ContactProblem, s: NDArray) -> tuple[NDArray, NDArray]:

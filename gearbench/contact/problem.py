@@ -107,6 +107,9 @@ class ContactSolution:
         min P / F, (position,).
     complementarity
         max |min(P_i / F, gap_i / λ)|, (position,): how far the pair (force, gap) is from complementary.
+    coarse_approach, coarse_stiffness
+        The same with the ends of contact patches found once less, of which the difference says how well these are
+        known; the same where there are none.
     iterations
         Newton steps, (position,).
     polished
@@ -116,6 +119,8 @@ class ContactSolution:
     force: NDArray
     approach: NDArray
     stiffness: NDArray
+    coarse_approach: NDArray
+    coarse_stiffness: NDArray
     equilibrium: NDArray
     least_force: NDArray
     complementarity: NDArray

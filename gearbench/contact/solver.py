@@ -77,10 +77,13 @@ def solve(problem: ContactProblem, guess: Guess | None = None) -> ContactSolutio
         residual = _residual(p, force, delta)
     if not residual.max() <= RESIDUAL_LIMIT:
         raise ConvergenceError(f"contact not solved: residual {residual.max():.1e} after {int(steps.max())} steps")
+    approach, stiffness = p.length_scale * (delta + least), p.force / p.length_scale * stiffness
     return ContactSolution(
         force=p.force * force.reshape(p.shape),
-        approach=p.length_scale * (delta + least),
-        stiffness=p.force / p.length_scale * stiffness,
+        approach=approach,
+        stiffness=stiffness,
+        coarse_approach=approach,
+        coarse_stiffness=stiffness,
         equilibrium=residual[0],
         least_force=force.min(axis=1),
         complementarity=residual[1],

@@ -72,7 +72,10 @@ def transitions(scene: Scene) -> list[tuple[float, int]]:
     """
     meshing = scene.pair.meshing
     if conforming(scene):
-        return [(phase, 0) for phase in meshing.transition_phases]
+        known = [(phase, 0) for phase in meshing.transition_phases]
+        if scene.operation is not None:  # sliding changes its sign at the pitch point
+            known += [(phase, 1) for phase in meshing.phases_at((meshing.pitch_point,))]
+        return known
     coarse = replace(scene, resolution=Resolution(positions=COARSE_PHASES, segments=COARSE_SEGMENTS))
     phase = mirrored_phases(scene.pair, COARSE_PHASES)
     lines = scene_lines(coarse, phase)

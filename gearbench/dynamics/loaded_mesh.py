@@ -17,7 +17,7 @@ from gearbench.effects.shafts import SeatedGear, system_effects
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.results.cycle import MICROMETRES, MeshCycle, fourier_matrix, mean
-from gearbench.results.outputs import Solved
+from gearbench.results.solved import Solved
 from gearbench.scene import Scene
 
 #: N/mm in 1 N/µm.
@@ -96,7 +96,7 @@ def loaded_mesh(scene: Scene, mesh: str = "") -> LoadedMesh:
         own = replace(own, load=replace(own.load, torque=box.torques[mesh]), system=None, further=())
     phase, weight, size = loaded_phases(own)
     lines = scene_lines(own, phase)
-    effects, gears = own.effects, ()
+    effects, gears = own.flank_effects, ()
     if scene.has_shafts:
         _, _, motion = settle(own, partial(system_effects, scene.gearbox, mesh), lines, weight)
         effects, gears = (*own.effects, motion), motion.gears

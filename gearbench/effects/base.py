@@ -143,9 +143,28 @@ class ToothCompliance(ComplianceEffect):
         return LowRank(factor=np.concatenate(parts, axis=-1))
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Turning:
+    """Gap that changes from one mesh cycle of a revolution to the next: Σ ``amounts`` (cycle, m) · ``modes`` (…, m).
+
+    Parameters
+    ----------
+    modes
+        (position, pair, segment, mode) [mm].
+    amounts
+        (cycle, mode) [–].
+    """
+
+    modes: NDArray
+    amounts: NDArray
+
+
 @dataclass(frozen=True)
 class GapEffect(Effect):
     """An effect that adds gap."""
+
+    #: Whether it is of the shape of a flank, so that drive and coast flanks may differ in it.
+    of_flank: ClassVar[bool] = True
 
     @abstractmethod
     def gap(self, lines: ContactLines) -> NDArray:
@@ -162,3 +181,7 @@ class GapEffect(Effect):
     def face_kinks(self, pair: Pair) -> tuple[float, ...]:
         """Positions y [mm] along the face where the gap has a kink; none by default."""
         return ()
+
+    def turning(self, lines: ContactLines, cycles: NDArray) -> Turning | None:
+        """The gap of the mesh cycles ``cycles`` (cycle,) where it is another in each; by default it is not."""
+        return None

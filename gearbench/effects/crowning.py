@@ -1,16 +1,19 @@
-"""Crowning: parabolic, symmetric over the face width."""
+"""Crowning over the face width."""
 
 from __future__ import annotations
 
 from typing import Annotated, Any, ClassVar
 
+import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import GapEffect
-from gearbench.effects.relief import MICROMETRE
+from gearbench.effects.base import Effects, GapEffect
+from gearbench.effects.relief import MICROMETRE, Amount
+from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
+from gearbench.geometry.pair import Pair
 from gearbench.schema import STRICT
 
 
@@ -18,20 +21,40 @@ from gearbench.schema import STRICT
 class Crowning(GapEffect):
     """Crowning of the pair, both gears together: e = C_β (2y/b − 1)².
 
+    An unsymmetrical one is of two half parabolas that meet without kink at the highest point y_0:
+    e = C_β0 (1 − y/y_0)² before it, C_β ((y − y_0)/(b − y_0))² after it.
+
     Parameters
     ----------
     amount
         C_β, material missing at either end of the face [µm].
+    amount_at_0
+        C_β0, material missing at y = 0 where it is another amount than at y = b [µm].
+    highest
+        Position y_0 of the highest point [mm]; the middle of the face where absent.
     """
 
-    amount: Annotated[float, Field(ge=-1000.0, le=1000.0)]
+    amount: Amount
+    amount_at_0: Amount | None = None
+    highest: Annotated[float, Field(ge=0.0, le=20000.0)] | None = None
 
     name: ClassVar[str] = "crowning"
     summary: ClassVar[str] = "gap: parabola over the face width"
-    source: ClassVar[str] = "ISO 21771 C_β; Garambois et al. 2017"
+    source: ClassVar[str] = "ISO 21771-1 C_β; Garambois et al. 2017"
     use: ClassVar[str] = "Where the load must stay away from the ends of the face."
     example: ClassVar[dict[str, Any]] = {"amount": 4.0}
 
+    def check(self, pair: Pair, beside: Effects) -> None:
+        """Refuse a highest point beside the face."""
+        if self.highest is not None and self.highest > pair.face_width:
+            raise InputError("highest", self.highest, f"must be at most the face width, {pair.face_width:.4g} mm")
+
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
-        return self.amount * MICROMETRE * (2 * lines.y / lines.pair.face_width - 1) ** 2
+        b = lines.pair.face_width
+        first = self.amount if self.amount_at_0 is None else self.amount_at_0
+        y_0 = b / 2 if self.highest is None else self.highest
+        from_top = lines.face - y_0
+        # a side without width has no point on it
+        before, after = from_top / (y_0 or 1.0), from_top / (b - y_0 or 1.0)
+        return MICROMETRE * np.where(from_top < 0, first * before**2, self.amount * after**2)

@@ -50,12 +50,12 @@ def profile_form(lines: ContactLines, role: Role, along: Along, span: Range) -> 
 
 def helix_slope(lines: ContactLines, *_: object) -> NDArray:
     """η: missing at y = b."""
-    return lines.y / lines.pair.face_width
+    return lines.face / lines.pair.face_width
 
 
 def helix_form(lines: ContactLines, *_: object) -> NDArray:
     """(2η − 1)²: a crown, missing at both ends of the face."""
-    return (2 * lines.y / lines.pair.face_width - 1) ** 2
+    return (2 * lines.face / lines.pair.face_width - 1) ** 2
 
 
 def inclination(lines: ContactLines, *_: object) -> NDArray:
@@ -64,9 +64,9 @@ def inclination(lines: ContactLines, *_: object) -> NDArray:
 
 
 def deviation(lines: ContactLines, *_: object) -> NDArray:
-    """η cos α_wt cos β_b: axes that lean across their common plane."""
-    return _axis(lines) * math.cos(lines.pair.meshing.alpha_wt)
+    """η cos α_wt cos β_b: axes that lean across their common plane; the other way round for the coast flanks."""
+    return (-1 if lines.coast else 1) * _axis(lines) * math.cos(lines.pair.meshing.alpha_wt)
 
 
 def _axis(lines: ContactLines) -> NDArray:
-    return math.cos(lines.pair.meshing.beta_b) * lines.y / lines.pair.face_width
+    return math.cos(lines.pair.meshing.beta_b) * lines.face / lines.pair.face_width

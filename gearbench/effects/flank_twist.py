@@ -42,4 +42,4 @@ class FlankTwist(GapEffect):
         """Gap [mm], (position, pair, segment)."""
         t1, t2 = (profile_coordinate(lines, role) for role in Role)
         slope = self.pinion * (t1 - 0.5) + self.wheel * (t2 - 0.5)
-        return MICROMETRE * (lines.y / lines.pair.face_width - 0.5) * slope
+        return MICROMETRE * (lines.face / lines.pair.face_width - 0.5) * slope

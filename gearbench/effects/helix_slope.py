@@ -34,4 +34,4 @@ class HelixSlope(GapEffect):
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
-        return MICROMETRE * (self.pinion + self.wheel) * lines.y / lines.pair.face_width
+        return MICROMETRE * (self.pinion + self.wheel) * lines.face / lines.pair.face_width

@@ -133,6 +133,7 @@ class ManufacturingErrors(GapEffect):
     inclination: ErrorKind | None = None
     deviation: ErrorKind | None = None
 
+    of_flank: ClassVar[bool] = False
     name: ClassVar[str] = "manufacturing_errors"
     summary: ClassVar[str] = "gap: random errors of profile, helix and axes"
     source: ClassVar[str] = "ISO 1328-1, ISO/TR 10064-3; Garambois et al. 2017"

@@ -34,6 +34,7 @@ class Misalignment(GapEffect):
     inclination: Amount = 0.0
     deviation: Amount = 0.0
 
+    of_flank: ClassVar[bool] = False
     name: ClassVar[str] = "misalignment"
     summary: ClassVar[str] = "gap: linear over the face width, from axes that are not parallel"
     source: ClassVar[str] = "ISO/TR 10064-3 f_Σδ, f_Σβ"
@@ -43,6 +44,8 @@ class Misalignment(GapEffect):
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
         alpha = lines.pair.meshing.alpha_wt
-        opening = self.inclination * math.sin(alpha) + self.deviation * math.cos(alpha)
+        # seen from the other flanks the wheel comes nearer where it receded
+        across = -self.deviation if lines.coast else self.deviation
+        opening = self.inclination * math.sin(alpha) + across * math.cos(alpha)
         normal = MICROMETRE * math.cos(lines.pair.meshing.beta_b)
-        return normal * opening * lines.y / lines.pair.face_width
+        return normal * opening * lines.face / lines.pair.face_width

@@ -27,6 +27,7 @@ class OffLineContact(GapEffect):
     added at the point that touches. Near the edge of a tip the contact law is softer (E4 of docs/theory.md).
     """
 
+    of_flank: ClassVar[bool] = False
     name: ClassVar[str] = "off_line_contact"
     summary: ClassVar[str] = "gap: exact separation of the flanks, before and after the path of contact too"
     source: ClassVar[str] = "kinematics of involute and edge; elastic wedge"

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import Effects, GapEffect
+from gearbench.effects.base import Effects, GapEffect, Turning
 from gearbench.effects.relief import MICROMETRE, Amount
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
@@ -64,11 +64,20 @@ class PitchErrors(GapEffect):
                 raise InputError(f"{name}_tooth", tooth, f"must be below {gear.teeth}, the number of teeth")
 
     def gap(self, lines: ContactLines) -> NDArray:
-        """Gap [mm], (position, pair, segment): f cos α_t cos β_b of both teeth."""
-        total = np.zeros(len(lines.index))
+        """Gap of the first mesh cycle, (position, pair, segment) [mm]: f cos α_t cos β_b of both teeth."""
+        turning = self.turning(lines, np.zeros(1, dtype=int))
+        return turning.modes @ turning.amounts[0]
+
+    def turning(self, lines: ContactLines, cycles: NDArray) -> Turning:
+        """A mode for each pair: in mesh cycle n pair k is of the teeth n − k after the first ones."""
+        later = cycles[:, None] - lines.index
+        if lines.coast:  # the mirror image of the coast flanks turns the other way round
+            later = -later
+        amounts = np.zeros(later.shape)
         for deviations, first in ((self.pinion, self.pinion_tooth), (self.wheel, self.wheel_tooth)):
             if deviations is not None:
-                total += np.array(deviations)[(first - lines.index) % len(deviations)]
-        gear = lines.pair.gears[0]
+                amounts += np.array(deviations)[(first + later) % len(deviations)]
+        gear, pairs = lines.pair.gears[0], len(lines.index)
         normal = MICROMETRE * math.cos(gear.alpha_t) * math.cos(gear.beta_b)
-        return np.broadcast_to(normal * total[:, None], lines.shape)
+        modes = np.broadcast_to(normal * np.eye(pairs)[:, None], (*lines.shape, pairs))
+        return Turning(modes=modes, amounts=amounts)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, ClassVar
 
 from numpy.typing import NDArray
@@ -11,6 +12,8 @@ from gearbench.effects.base import GapEffect
 from gearbench.effects.error_modes import profile_coordinate
 from gearbench.effects.relief import MICROMETRE, Amount
 from gearbench.geometry.action import ContactLines
+from gearbench.geometry.pair import Pair
+from gearbench.geometry.profile import Modification
 from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
@@ -40,3 +43,13 @@ class ProfileCrowning(GapEffect):
         """Gap [mm], (position, pair, segment)."""
         t1, t2 = (profile_coordinate(lines, role) for role in Role)
         return MICROMETRE * (self.pinion * (2 * t1 - 1) ** 2 + self.wheel * (2 * t2 - 1) ** 2)
+
+    def modifications(self, pair: Pair) -> tuple[Modification, ...]:
+        """The same of each profile."""
+        found = []
+        for role, amount in zip(Role, (self.pinion, self.wheel), strict=True):
+            low, high = pair.meshing.active_rolls[role]
+            missing = amount * MICROMETRE / math.cos(pair.meshing.beta_b)
+            shape = {"start": (low + high) / 2, "length": (high - low) / 2, "along": "roll", "one_sided": False}
+            found.append(Modification(role=role, amount=missing, power=2, **shape))
+        return tuple(m for m in found if m.amount != 0)

@@ -50,8 +50,7 @@ class ProfileSlope(GapEffect):
         """The same of each profile."""
         found = []
         for role, amount in zip(Role, (self.pinion, self.wheel), strict=True):
-            r_b = pair.gears[role].base_radius
-            low, high = (math.sqrt(max(r**2 - r_b**2, 0.0)) for r in pair.meshing.active_radii[role])
+            low, high = pair.meshing.active_rolls[role]
             missing = amount * MICROMETRE / math.cos(pair.meshing.beta_b)
             shape = {"start": low, "length": high - low, "along": "roll", "one_sided": False}
             found.append(Modification(role=role, amount=missing, **shape))

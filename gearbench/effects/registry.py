@@ -21,11 +21,14 @@ EFFECTS: dict[str, tuple[str, str]] = {
     "end_relief": ("gearbench.effects.end_relief", "EndRelief"),
     "profile_slope": ("gearbench.effects.profile_slope", "ProfileSlope"),
     "profile_crowning": ("gearbench.effects.profile_crowning", "ProfileCrowning"),
+    "profile_curve": ("gearbench.effects.profile_curve", "ProfileCurve"),
+    "helix_curve": ("gearbench.effects.helix_curve", "HelixCurve"),
     "flank_twist": ("gearbench.effects.flank_twist", "FlankTwist"),
     "helix_slope": ("gearbench.effects.helix_slope", "HelixSlope"),
     "manufacturing_errors": ("gearbench.effects.manufacturing_errors", "ManufacturingErrors"),
     "topography": ("gearbench.effects.topography", "Topography"),
     "pitch_errors": ("gearbench.effects.pitch_errors", "PitchErrors"),
+    "waviness": ("gearbench.effects.waviness", "Waviness"),
     "misalignment": ("gearbench.effects.misalignment", "Misalignment"),
 }
 

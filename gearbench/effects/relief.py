@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 import numpy as np
@@ -10,24 +11,42 @@ from pydantic import Field
 
 from gearbench.geometry.role import Role
 
-Shape = Literal["linear", "parabolic"]
+Shape = Literal["linear", "parabolic", "circular"]
 Gears = Literal["both", "pinion", "wheel"]
 
 #: An amount of missing material [µm]; negative: in excess.
 Amount = Annotated[float, Field(ge=-1000.0, le=1000.0)]
+#: A length on a flank [mm].
+Extent = Annotated[float, Field(ge=0.0, le=1000.0)]
 
 MICROMETRE = 1e-3  # mm
 
 
 def relief(distance: NDArray, length: float, amount: float, shape: Shape) -> NDArray:
-    """Gap [mm] of a relief of ``amount`` [µm] over ``length`` [mm].
+    """Gap [mm] of a relief of ``amount`` [µm] over ``length`` [mm] (G11).
 
     ``distance`` [mm] counts from the relieved edge into the flank; the gap is full at 0 and gone at ``length``.
     """
     if length == 0:
         return np.zeros_like(distance)
     depth = np.clip(length - distance, 0.0, None) / length
-    return amount * MICROMETRE * (depth if shape == "linear" else depth**2)
+    if shape == "linear":
+        return amount * MICROMETRE * depth
+    return amount * MICROMETRE * arc(depth, bend(shape, amount, length))
+
+
+def bend(shape: Shape, amount: float, length: float) -> float:
+    """κ = length/radius of the arc that leaves a line without kink and is ``amount`` [µm] off it after ``length`` [mm].
+
+    0 for a parabola.
+    """
+    C = abs(amount) * MICROMETRE
+    return 2 * C * length / (length**2 + C**2) if shape == "circular" else 0.0
+
+
+def arc(t: NDArray, kappa: float) -> NDArray:
+    """(1 − √(1 − κ²t²))/(1 − √(1 − κ²)), written so that κ = 0 is the parabola t²."""
+    return t**2 * (1 + math.sqrt(1 - kappa**2)) / (1 + np.sqrt(np.maximum(1 - (kappa * t) ** 2, 0.0)))
 
 
 def chosen(gears: Gears) -> tuple[Role, ...]:

@@ -1,27 +1,22 @@
-"""Root relief: material missing towards the start of the active profile, measured on the radius."""
+"""Root relief: material missing towards the start of the active profile."""
 
 from __future__ import annotations
 
-import math
-from typing import Annotated, Any, ClassVar
+from typing import Any, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import Effects, GapEffect
-from gearbench.effects.relief import MICROMETRE, Gears, Shape, chosen, relief
-from gearbench.errors import InputError
-from gearbench.geometry.action import ContactLines
+from gearbench.effects.profile_relief import ProfileRelief
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.profile import Modification
+from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class RootRelief(GapEffect):
+class RootRelief(ProfileRelief):
     """Root relief: full at the start of the active profile (r_SAP), gone at r_SAP + length.
+
+    By ``amount`` and ``length``, the same of both gears or of one, or by a table for each gear as on its drawing.
 
     Parameters
     ----------
@@ -30,56 +25,25 @@ class RootRelief(GapEffect):
     length
         Radial length from there [mm]; 0 means no relief.
     shape
-        "linear" or "parabolic".
+        "linear", "parabolic" or "circular".
     gear
         "both" (each the same), "pinion" or "wheel".
+    pinion, wheel
+        Relief of each gear, in place of the keys above.
     """
-
-    amount: Annotated[float, Field(ge=-1000.0, le=1000.0)]
-    length: Annotated[float, Field(ge=0.0, le=1000.0)]
-    shape: Shape = "linear"
-    gear: Gears = "both"
 
     name: ClassVar[str] = "root_relief"
     summary: ClassVar[str] = "gap: relief of the root side of the active profile"
-    source: ClassVar[str] = "ISO 21771 C_f"
+    source: ClassVar[str] = "ISO 21771-1 C_αf"
     use: ClassVar[str] = "Instead of, or with, relief of the mate's tip."
     example: ClassVar[dict[str, Any]] = {"amount": 3.0, "length": 0.3}
+    side: ClassVar[int] = -1
+    reach: ClassVar[str] = "the active profile"
 
-    def check(self, pair: Pair, beside: Effects) -> None:
-        """Refuse a relief longer than the active profile."""
-        for i in chosen(self.gear):
-            start, end = pair.meshing.active_radii[i]
-            if self.length > end - start:
-                raise InputError("length", self.length, f"must be at most the active profile, {end - start:.4g} mm")
+    def edge(self, pair: Pair, role: Role) -> float:
+        """r_SAP [mm]."""
+        return pair.meshing.active_radii[role][0]
 
-    def gap(self, lines: ContactLines) -> NDArray:
-        """Gap [mm], (position, pair, segment)."""
-        total = np.zeros(lines.shape)
-        for i in chosen(self.gear):
-            start = lines.pair.meshing.active_radii[i][0]
-            total += relief(lines.radii[i] - start, self.length, self.amount, self.shape)
-        return total
-
-    def modifications(self, pair: Pair) -> tuple[Modification, ...]:
-        """The same of each profile."""
-        if self.amount == 0 or self.length == 0:
-            return ()
-        return tuple(
-            Modification(
-                role=i,
-                amount=self.amount * MICROMETRE / math.cos(pair.meshing.beta_b),
-                start=pair.meshing.active_radii[i][0] + self.length,
-                length=-self.length,
-                power=1 if self.shape == "linear" else 2,
-            )
-            for i in chosen(self.gear)
-        )
-
-    def kinks(self, pair: Pair) -> tuple[float, ...]:
-        """Where the relief ends on the path of contact, u [mm]."""
-        if self.amount == 0 or self.length == 0:
-            return ()
-        return tuple(
-            pair.meshing.path_coordinate(i, pair.meshing.active_radii[i][0] + self.length) for i in chosen(self.gear)
-        )
+    def limits(self, pair: Pair, role: Role) -> tuple[float, float]:
+        """The active profile [mm]."""
+        return pair.meshing.active_radii[role]

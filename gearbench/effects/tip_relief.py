@@ -1,83 +1,49 @@
-"""Tip relief: material missing towards the tip, measured on the radius."""
+"""Tip relief: material missing towards the tip."""
 
 from __future__ import annotations
 
-import math
-from typing import Annotated, Any, ClassVar
+from typing import Any, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import Effects, GapEffect
-from gearbench.effects.relief import MICROMETRE, Gears, Shape, chosen, relief
-from gearbench.errors import InputError
-from gearbench.geometry.action import ContactLines
+from gearbench.effects.profile_relief import ProfileRelief
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.profile import Modification
+from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class TipRelief(GapEffect):
+class TipRelief(ProfileRelief):
     """Tip relief: e = amount · (R − (r_a − length))/length above the start radius r_a − length, or its square.
+
+    By ``amount`` and ``length``, the same of both gears or of one, or by a table for each gear as on its drawing.
 
     Parameters
     ----------
     amount
         Material missing at the tip [µm].
     length
-        Radial length L from the tip [mm]; 0 means no relief.
+        Radial length from there [mm]; 0 means no relief.
     shape
-        "linear" (the paper's) or "parabolic".
+        "linear", "parabolic" or "circular".
     gear
         "both" (each the same), "pinion" or "wheel".
+    pinion, wheel
+        Relief of each gear, in place of the keys above.
     """
 
-    amount: Annotated[float, Field(ge=-1000.0, le=1000.0)]
-    length: Annotated[float, Field(ge=0.0, le=1000.0)]
-    shape: Shape = "linear"
-    gear: Gears = "both"
-
     name: ClassVar[str] = "tip_relief"
-    summary: ClassVar[str] = "gap: relief of the tip, linear or parabolic in the radius"
-    source: ClassVar[str] = "ISO 21771 C_α; Garambois et al. 2017"
+    summary: ClassVar[str] = "gap: relief of the tip"
+    source: ClassVar[str] = "ISO 21771-1 C_αa; Garambois et al. 2017"
     use: ClassVar[str] = "Where teeth enter contact too early under load."
     example: ClassVar[dict[str, Any]] = {"amount": 6.0, "length": 0.5}
+    side: ClassVar[int] = 1
+    reach: ClassVar[str] = "the tooth height"
 
-    def check(self, pair: Pair, beside: Effects) -> None:
-        """Refuse a relief longer than the tooth."""
-        for i in chosen(self.gear):
-            height = pair.gears[i].tooth_height
-            if self.length > height:
-                raise InputError("length", self.length, f"must be at most the tooth height, {height:.4g} mm")
+    def edge(self, pair: Pair, role: Role) -> float:
+        """r_a [mm]."""
+        return pair.gears[role].tip_radius
 
-    def gap(self, lines: ContactLines) -> NDArray:
-        """Gap [mm], (position, pair, segment)."""
-        total = np.zeros(lines.shape)
-        for i in chosen(self.gear):
-            total += relief(lines.pair.gears[i].tip_radius - lines.radii[i], self.length, self.amount, self.shape)
-        return total
-
-    def modifications(self, pair: Pair) -> tuple[Modification, ...]:
-        """The same of each profile."""
-        if self.amount == 0 or self.length == 0:
-            return ()
-        return tuple(
-            Modification(
-                role=i,
-                amount=self.amount * MICROMETRE / math.cos(pair.meshing.beta_b),
-                start=pair.gears[i].tip_radius - self.length,
-                length=self.length,
-                power=1 if self.shape == "linear" else 2,
-            )
-            for i in chosen(self.gear)
-        )
-
-    def kinks(self, pair: Pair) -> tuple[float, ...]:
-        """Where the relief begins on the path of contact, u [mm]."""
-        if self.amount == 0 or self.length == 0:
-            return ()
-        starts = [pair.gears[i].tip_radius - self.length for i in chosen(self.gear)]
-        return tuple(pair.meshing.path_coordinate(i, r) for i, r in zip(chosen(self.gear), starts, strict=True))
+    def limits(self, pair: Pair, role: Role) -> tuple[float, float]:
+        """The whole tooth [mm]."""
+        return pair.gears[role].root_radius, pair.gears[role].tip_radius

@@ -96,7 +96,7 @@ class Topography(GapEffect):
         total = np.zeros(lines.shape)
         for gear, radius, grid in zip(lines.pair.gears, lines.radii, self.grids, strict=True):
             if grid is not None:
-                total += grid.at(gear, radius, lines.y)
+                total += grid.at(gear, radius, lines.face)
         return (MICROMETRE if self.positive == "missing" else -MICROMETRE) * total
 
     def kinks(self, pair: Pair) -> tuple[float, ...]:

@@ -2,11 +2,14 @@
 
 Every part costs a constant and an amount for each mesh phase. Both are found by running it on a few phases, so that the
 prediction holds on any machine and for any effect. The set-up of an effect for a pair (the Ritz system of a tooth,
-say) is part of the prediction; a set-up that is kept on disk is not run but estimated.
+say) is part of the prediction; a set-up that is kept on disk is not run but estimated. So many segments that trials
+would take long are not run either: two coarser ones show how each part grows with them.
 """
 
 from __future__ import annotations
 
+import math
+import re
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -16,17 +19,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import mesh_phases, scene_lines
+from gearbench.contact.size import contact_memory
 from gearbench.effects.base import ComplianceEffect, Dense, Effect, GapEffect, LowRank
 from gearbench.effort.clock import peak_megabytes, quickest, unseen
 from gearbench.geometry.action import ContactLines
-from gearbench.results.outputs import DEFAULT_OUTPUTS, Solved
-from gearbench.scene import Scene
+from gearbench.results.outputs import DEFAULT_OUTPUTS
+from gearbench.results.solved import Solved
+from gearbench.scene import Resolution, Scene
 from gearbench.simulation import dataset, solve_lines
 
 #: Phases of the short and the long trial; a cycle with no more phases than the long one is tried as a whole.
 TRIALS = (4, 32)
 #: Each trial is repeated, and the quickest counts: the machine has other things to do at times.
 REPEATS = 2
+#: Segments of the finest trial, and how each part may grow with their number beyond it, at least and at most.
+FINEST, GROWTH = 32, (1.0, 2.5)
 #: Error samples of the robustness run that is predicted.
 SAMPLES = 1000
 
@@ -104,6 +111,38 @@ class Trials:
 
 def plan(scene: Scene) -> Plan:
     """Plan of ``simulate`` for ``scene``, and of ``robust`` where it has random errors."""
+    if scene.resolution.segments <= FINEST:
+        return _plan(scene)
+    finest, coarser = (_plan(replace(scene, resolution=_with_segments(scene, n))) for n in (FINEST, FINEST // 2))
+    segments = scene.resolution.segments
+    before = {part.name: part.seconds for part in coarser.parts}
+    parts = tuple(_grown(part, before.get(part.name, part.seconds), segments / FINEST) for part in finest.parts)
+    robust = sum(part.seconds for part in parts if part.name.startswith("robust"))
+    positions = len(mesh_phases(scene)[0])
+    return Plan(
+        parts=parts,
+        seconds=sum(part.seconds for part in parts) - robust,
+        megabytes=contact_memory(scene, positions) / 1e6,
+        robust_seconds=robust,
+    )
+
+
+def _with_segments(scene: Scene, segments: int) -> Resolution:
+    return replace(scene.resolution, segments=segments)
+
+
+def _grown(part: Part, before: float, times: float) -> Part:
+    """A part with ``times`` as many segments, from its seconds with half as many, ``before``."""
+    if part.name == "finite elements" or not before:
+        return part
+    order = min(max(math.log2(part.seconds / before), GROWTH[0]), GROWTH[1]) if part.seconds else 0.0
+    size = re.sub(rf"\b{FINEST} segments", f"{round(FINEST * times)} segments", part.size)
+    size = re.sub(r"\d+ loaded", lambda m: f"{round(int(m[0].split()[0]) * times)} loaded", size)
+    return replace(part, size=size, seconds=part.seconds * times**order)
+
+
+def _plan(scene: Scene) -> Plan:
+    """The plan from trials with all its segments."""
     phase, _ = mesh_phases(scene)
     kept = sum(effect.preparation(scene.pair, scene.effects_by_name) or 0.0 for effect in scene.effects)
     scene = _without_preparation(scene)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.results.outputs import Solved
+from gearbench.results.solved import Solved
 
 #: Pixels across and up.
 SIZE = (72, 48)

@@ -17,7 +17,7 @@ from gearbench.explore.gear_data import densities, summary, tables
 from gearbench.explore.model import Picture, outline, picture, scattered
 from gearbench.explore.page import Page, answer_data, knee
 from gearbench.explore.scripts import script
-from gearbench.results.outputs import Solved
+from gearbench.results.solved import Solved
 
 #: Pictures kept of designs as they are stored.
 KEPT = 64

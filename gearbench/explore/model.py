@@ -15,8 +15,8 @@ from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import GearbenchError
 from gearbench.explore.flank_map import flank_map, flank_range
 from gearbench.results.cycle import coefficients, curves
-from gearbench.results.outputs import Solved
 from gearbench.results.responses import response
+from gearbench.results.solved import Solved
 from gearbench.robustness.montecarlo import default_threads, prepare_scene, respond
 from gearbench.scene import Resolution, Scene
 from gearbench.simulation import solve_scene

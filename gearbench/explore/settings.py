@@ -37,11 +37,12 @@ class Settings:
     def of(cls, scene: Scene) -> Settings:
         """The numbers of a scene."""
         crowning, relief, errors = (scene.effect(n) for n in ("crowning", "tip_relief", "manufacturing_errors"))
-        has_relief = isinstance(relief, TipRelief) and relief.amount != 0 and relief.length != 0
+        relieved = (relief.amount, relief.length) if isinstance(relief, TipRelief) else (0.0, 0.0)
+        amount, length = (x or 0.0 for x in (relieved if all(relieved) else (0.0, 0.0)))
         return cls(
             crowning=crowning.amount if isinstance(crowning, Crowning) else 0.0,
-            relief_amount=relief.amount if isinstance(relief, TipRelief) and has_relief else 0.0,
-            relief_length=relief.length if isinstance(relief, TipRelief) and has_relief else 0.0,
+            relief_amount=amount,
+            relief_length=length,
             torque=scene.load.torque,
             iso_class=errors.convention().iso_class if isinstance(errors, ManufacturingErrors) else None,
         )
@@ -72,7 +73,7 @@ class Settings:
             return None
         before = scene.effect("tip_relief")
         amount, length = self.relief_amount, self.relief_length
-        if isinstance(before, TipRelief):
+        if isinstance(before, TipRelief) and before.amount is not None:
             return replace(before, amount=amount, length=length)
         return TipRelief(amount=amount, length=length)
 

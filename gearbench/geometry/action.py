@@ -56,6 +56,9 @@ class ContactLines:
         Of the flanks, off the line of action too; absent where contact is taken to lie on it.
     typical_load
         Line load [N/mm] at which contact laws near an edge agree in value and slope; needed with ``separation``.
+    coast
+        Whether they are lines of the coast flanks: then u and y are those of the mirror image, in which the pinion
+        drives (G10).
     """
 
     pair: Pair
@@ -68,6 +71,12 @@ class ContactLines:
     cells: bool = False
     separation: Separation | None = None
     typical_load: float = 0.0
+    coast: bool = False
+
+    @property
+    def face(self) -> NDArray:
+        """Position along the face width as the gears have it: y, or b − y of the coast flanks [mm]."""
+        return self.pair.face_width - self.y if self.coast else self.y
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -146,8 +155,12 @@ class ContactLines:
         """Radii of the nodes on pinion and wheel [mm]."""
         if self.touch is None:
             return self.pair.meshing.radii(self.u)
-        (first, second), (pinion, wheel) = self.rolls, self.pair.gears
-        return np.hypot(pinion.base_radius, first), np.hypot(wheel.base_radius, second)
+        # where material is missing the edge is an involute point from beyond the tip circle, even beyond pointed tips
+        first, second = (
+            np.minimum(np.hypot(gear.base_radius, roll), gear.tip_radius)
+            for gear, roll in zip(self.pair.gears, self.rolls, strict=True)
+        )
+        return first, second
 
     @property
     def lever(self) -> NDArray | float:
@@ -184,6 +197,7 @@ def contact_lines(
     face_kinks: Iterable[float] = (),
     *,
     parting: bool = False,
+    coast: bool = False,
     separation: Separation | None = None,
     span: tuple[float, float] | None = None,
 ) -> ContactLines:
@@ -195,6 +209,8 @@ def contact_lines(
         Positions u on the path of contact and y along the face where the gap has a kink: ends of panels [mm].
     parting
         Whether flanks may part somewhere along a line: equal segments on each panel, not Gauss points.
+    coast
+        Whether they are of the coast flanks; u and y are those of the mirror image even so.
     separation, span
         Of the flanks; with it lines reach over the range ``span`` of u [mm], beyond the path of contact.
     """
@@ -222,6 +238,7 @@ def contact_lines(
         panel=panel,
         cells=parting,
         separation=separation,
+        coast=coast,
     )
 
 

@@ -127,6 +127,12 @@ class Meshing:
         (a1, e1), (a2, e2) = (r.tolist() for r in self.radii(np.array([self.path_start, self.path_end])))
         return (a1, e1), (e2, a2)
 
+    @property
+    def active_rolls(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Roll lengths of start and end of the active profile (root side, tip side) of pinion and wheel [mm]."""
+        T = self.tangent_length
+        return (self.path_start, self.path_end), (T - self.path_end, T - self.path_start)
+
     def curvature_radius(self, u: NDArray) -> NDArray:
         """Relative radius of curvature of the flanks in the normal plane, ρ = u (T1T2 − u) / (T1T2 cos β_b) [mm]."""
         T = self.tangent_length

@@ -45,6 +45,8 @@ class Member:
         Number of teeth z.
     addendum, dedendum
         h_a* and h_f* [normal modules].
+    tip_diameter
+        d_a, in place of the addendum, as on a drawing [mm].
     profile_shift
         x [normal modules]; derived from the centre distance where absent. Those of both gears may make the teeth
         overlap by 10⁻⁴ (1 mm + m_n), as shifts and a distance rounded to four decimals do.
@@ -60,6 +62,7 @@ class Member:
     teeth: Annotated[int, Field(ge=5, le=2000), BeforeValidator(_external)]
     addendum: Annotated[float, Field(gt=0.0, le=2.5)] = 1.0
     dedendum: Annotated[float, Field(gt=0.0, le=3.0)] = 1.25
+    tip_diameter: Length | None = None
     profile_shift: Annotated[float, Field(ge=-3.0, le=3.0)] | None = None
     fillet_radius: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
     bore_diameter: Length | None = None
@@ -67,6 +70,8 @@ class Member:
     tip_chamfer: Annotated[float, Field(gt=0.0, le=50.0)] | None = None
 
     def __post_init__(self) -> None:
+        if self.tip_diameter is not None and self.addendum != 1.0:
+            raise InputError("tip_diameter", self.tip_diameter, "conflicts with addendum: give one of the two")
         if self.tip_rounding is not None and self.tip_chamfer is not None:
             raise InputError("tip_chamfer", self.tip_chamfer, "conflicts with tip_rounding: give one of the two")
 
@@ -147,7 +152,8 @@ class Pair:
         # coefficients are usually given to three decimals: that much overlap is rounding, not interference
         if clearance < -0.002 * self.normal_module:
             allowed = f"tip runs {-clearance:.4g} mm into the root of its mate: reduce it or raise the distance"
-            raise InputError(f"{role.label}.addendum", self.members[role].addendum, allowed)
+            name = "addendum" if self.members[role].tip_diameter is None else "tip_diameter"
+            raise InputError(f"{role.label}.{name}", getattr(self.members[role], name), allowed)
 
     @property
     def members(self) -> tuple[Member, Member]:
@@ -195,6 +201,14 @@ class Pair:
         """The two gears, pinion first."""
         return self._gear(Role.PINION), self._gear(Role.WHEEL)
 
+    def _addendum(self, role: Role) -> float:
+        """h_a*, of the tip diameter where that is given [normal modules]."""
+        member = self.members[role]
+        if member.tip_diameter is None:
+            return member.addendum
+        height = member.tip_diameter / 2 - self.sections[role].pitch_radius
+        return height / self.normal_module - self.profile_shifts[role]
+
     def _gear(self, role: Role) -> Gear:
         member = self.members[role]
         fillet = member.fillet_radius
@@ -209,7 +223,7 @@ class Pair:
                 helix_angle=self.helix_angle,
                 face_width=self.face_width,
                 profile_shift=self.profile_shifts[role],
-                addendum=member.addendum,
+                addendum=self._addendum(role),
                 dedendum=member.dedendum,
                 fillet_radius=fillet,
                 tip_rounding=member.tip_rounding or 0.0,

@@ -36,7 +36,9 @@ class Modification:
     start, length
         Of t [mm]; a negative length counts from the tip side towards the root.
     power
-        1 or 2.
+        1, 2, …
+    arc
+        κ = length/radius where t² is to be an arc, (1 − √(1 − κ²t²))/(1 − √(1 − κ²)); 0 otherwise.
     along
         x is the radius or the roll length.
     one_sided
@@ -48,6 +50,7 @@ class Modification:
     start: float
     length: float
     power: int = 1
+    arc: float = 0.0
     along: Literal["radius", "roll"] = "radius"
     one_sided: bool = True
 
@@ -70,9 +73,18 @@ class Modification:
             x = np.hypot(roll, base_radius)
             dx, ddx = roll / x, base_radius**2 / x**3
         t, dt, ddt = (x - self.start) / self.length, dx / self.length, ddx / self.length
-        if self.power == 1:
-            return self.amount * t, self.amount * dt, self.amount * ddt
-        return self.amount * t**2, 2 * self.amount * t * dt, 2 * self.amount * (dt**2 + t * ddt)
+        f, df, ddf = self._shape(t)
+        return self.amount * f, self.amount * df * dt, self.amount * (ddf * dt**2 + df * ddt)
+
+    def _shape(self, t: NDArray) -> Deviation:
+        """f, f′, f″ of t."""
+        n = self.power
+        if self.arc:
+            # κ²t² reaches 1 only where the arc has turned by 90°
+            w = np.sqrt(np.maximum(1 - (self.arc * t) ** 2, 1e-3))
+            scale = 1 + math.sqrt(1 - self.arc**2)
+            return scale * t**2 / (1 + w), scale * t / w, scale / w**3
+        return t**n, n * t ** (n - 1), n * (n - 1) * t ** max(n - 2, 0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -5,14 +5,26 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from functools import cache, partial
+from types import MappingProxyType
 
 from gearbench.errors import InputError
 from gearbench.optimisation.study import Limit
-from gearbench.results.outputs import Solved
 from gearbench.results.responses import is_response, response, responses
+from gearbench.results.solved import Solved
 from gearbench.scene import Scene
 from gearbench.simulation import solve_scene
-from gearbench.strength.rating import GEOMETRIC, UNDER_LOAD
+from gearbench.strength.rating import GEOMETRIC, contact_pressure, root_stress
+
+
+def largest_pressure(solved: Solved) -> float:
+    """Largest Hertz pressure over the mesh cycle, from the solved load distribution [MPa]."""
+    return float(contact_pressure(solved.lines, solved.solution.force).max())
+
+
+#: From the scene solved.
+UNDER_LOAD: Mapping[str, Callable[[Solved], float]] = MappingProxyType(
+    {"contact_pressure": largest_pressure, "root_stress": lambda solved: max(root_stress(solved.scene))}
+)
 
 
 def check_limited(name: str) -> None:

@@ -55,8 +55,8 @@ OF_SCENE: Mapping[str, Callable[[Scene], float]] = MappingProxyType(
         "modifications": modifications,
         "pinion_teeth": lambda s: s.pair.pinion.teeth,
         "wheel_teeth": lambda s: s.pair.wheel.teeth,
-        "pinion_addendum": lambda s: s.pair.pinion.addendum,
-        "wheel_addendum": lambda s: s.pair.wheel.addendum,
+        "pinion_addendum": lambda s: s.pair.gears[0].addendum,
+        "wheel_addendum": lambda s: s.pair.gears[1].addendum,
     }
 )
 

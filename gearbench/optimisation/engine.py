@@ -10,6 +10,7 @@ from contextlib import ExitStack, suppress
 from queue import Empty, SimpleQueue
 from typing import Any
 
+from gearbench.budget import shared
 from gearbench.errors import GearbenchError
 from gearbench.optimisation.crew import Crew
 from gearbench.optimisation.local_cluster import local_cluster
@@ -51,7 +52,7 @@ class Threads(Engine):
 
     def evaluate(self, study: OptimisationStudy, designs: Sequence[Design]) -> Iterator[tuple[Design, Evaluation]]:
         """See ``Engine``."""
-        with single_threaded_blas():
+        with single_threaded_blas(), shared(self._count):
             pool = ThreadPoolExecutor(self._count)
             try:
                 futures = {pool.submit(evaluate, study, design): design for design in by_geometry(study, designs)}

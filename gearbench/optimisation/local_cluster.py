@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from threading import Thread
 from typing import Any
 
+from gearbench.budget import VARIABLE, memory_limit
 from gearbench.errors import GearbenchError
 
 #: Seconds that it may take to end.
@@ -32,6 +33,7 @@ def local_cluster(workers: int) -> Iterator[str]:
     """
     command = [sys.executable, "-P", "-m", __name__, str(workers)]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    environment[VARIABLE] = f"{memory_limit() / workers:.0f}"
     options: dict[str, Any] = {"text": True, "env": environment, "start_new_session": True}
     options |= dict.fromkeys(("stdin", "stdout"), subprocess.PIPE) | {"stderr": subprocess.DEVNULL}
     with subprocess.Popen(command, **options) as process:

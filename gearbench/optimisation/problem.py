@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.budget import MemoryBudgetError
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.pair import Pair
 from gearbench.optimisation.constraints import constrained, judge
@@ -66,7 +67,12 @@ def evaluate(study: OptimisationStudy, design: Design) -> Evaluation:
     """Evaluate a design: the same answer wherever and in whatever order it is computed.
 
     A design that makes no gear, or one that cannot be solved, is an answer too: it violates the constraints, with the
-    reason. No design raises.
+    reason. No design raises, unless the machine is too small for it, which says nothing about the gear.
+
+    Raises
+    ------
+    MemoryBudgetError
+        If it needs more memory than there may be.
     """
     unknown = (math.nan,) * len(study.constraints)
     nothing = (math.nan,) * len(study.statistics)
@@ -80,6 +86,8 @@ def evaluate(study: OptimisationStudy, design: Design) -> Evaluation:
             return Evaluation(violation=violation, reason=reason, constraints=unknown, statistics=nothing)
         statistics = _statistics(study, scene)
         return Evaluation(violation=0.0, reason="", constraints=unknown, statistics=statistics)
+    except MemoryBudgetError:
+        raise
     except (InputError, GearbenchError, ArithmeticError, np.linalg.LinAlgError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         return Evaluation(violation=NO_GEAR, reason=reason, constraints=unknown, statistics=nothing)

@@ -60,9 +60,39 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "share_outside_path": Quantity("1", "X_out", "share of the load outside the path of contact"),
             "initial_gap": Quantity("µm", "e", "initial gap from micro-geometry and errors"),
             "transmission_error_amplitude": Quantity("µm", "|δ_n|", "amplitudes of the harmonics of δ"),
+            "transmission_error_amplitude_noise_floor": Quantity(
+                "µm", "ε(δ_n)", "numerical noise floor of the amplitudes of the harmonics of δ"
+            ),
             "transmission_error_phase": Quantity("rad", "arg δ_n", "phases of the harmonics of δ"),
             "mesh_stiffness_amplitude": Quantity("N/µm", "|k_n|", "amplitudes of the harmonics of k"),
+            "mesh_stiffness_amplitude_noise_floor": Quantity(
+                "N/µm", "ε(k_n)", "numerical noise floor of the amplitudes of the harmonics of k"
+            ),
             "mesh_stiffness_phase": Quantity("rad", "arg k_n", "phases of the harmonics of k"),
+        },
+        "over the revolutions": {
+            "cycle": Quantity("1", "n", "number of the mesh cycle"),
+            "mesh_order": Quantity("1", "ν", "order in multiples of the mesh frequency"),
+            "pinion_order": Quantity("1", "ν z_1", "order in multiples of the speed of the pinion"),
+            "wheel_order": Quantity("1", "ν z_2", "order in multiples of the speed of the wheel"),
+            "transmission_error_order_amplitude": Quantity("µm", "|δ_ν|", "amplitudes of the orders of δ"),
+            "mesh_stiffness_order_amplitude": Quantity("N/µm", "|k_ν|", "amplitudes of the orders of k"),
+        },
+        "on the flank": {
+            "flank_pressure": Quantity("MPa", "p", "Hertz pressure of a segment"),
+            "flank_pressure_max": Quantity("MPa", "max p", "largest Hertz pressure over the mesh cycle"),
+            "specific_sliding_pinion": Quantity("1", "ζ_1", "specific sliding of the pinion"),
+            "specific_sliding_wheel": Quantity("1", "ζ_2", "specific sliding of the wheel"),
+            "sliding_speed": Quantity("m/s", "v_g", "sliding speed, positive where the pinion's flank is the faster"),
+            "flash_temperature": Quantity("K", "Θ_fl", "flash temperature"),
+            "flash_temperature_max": Quantity("K", "max Θ_fl", "largest flash temperature over the mesh cycle"),
+            "face_load_factor": Quantity("1", "K_Hβ", "largest over mean load of the face"),
+            "loaded_contact_ratio": Quantity("1", "ε_load", "mean number of tooth pairs that carry load"),
+            "root_stress_pinion": Quantity("MPa", "σ_F0,1", "nominal root stress of the pinion"),
+            "root_stress_wheel": Quantity("MPa", "σ_F0,2", "nominal root stress of the wheel"),
+            "friction_coefficient": Quantity("1", "μ", "coefficient of friction of the mesh"),
+            "friction_loss": Quantity("W", "P_VZ", "friction loss of the mesh"),
+            "mesh_efficiency": Quantity("1", "η_z", "efficiency of the mesh"),
         },
         "limits of a design": {
             "total_contact_ratio": Quantity("1", "ε_γ", "total contact ratio"),

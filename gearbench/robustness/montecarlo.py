@@ -13,14 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.accuracy.measure import MEASURED
+from gearbench.budget import require
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.batch import Batch, BatchSolution, chunks, on_threads, prepare, solve_one_chunk
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import InputError
 from gearbench.interruption import arrived
 from gearbench.results.cycle import MeshCycle, Phases
-from gearbench.results.outputs import Solved
 from gearbench.results.responses import response
+from gearbench.results.solved import Solved
 from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.scene import Scene
 from gearbench.threads import single_threaded_blas
@@ -88,6 +89,9 @@ def prepare_phases(scene: Scene, phase: NDArray, weight: NDArray, solved: Solved
     lines = solved.lines if solved else scene_lines(scene, phase)
     problem = solved.problem if solved else assemble(scene, lines)
     positions, pairs, segments = lines.shape
+    number = len(errors.error_modes(scene.pair))
+    need, size = 8.0 * 4 * positions * pairs * segments * number, f"{positions} positions × {segments} segments"
+    require(need, "resolution", f"{size} × {number} errors", "fewer segments or positions would fit")
     modes = (errors.modes(lines) / np.expand_dims(lines.lever, -1)).reshape(positions, pairs * segments, -1)
     phases = solved.phases if solved else Phases(phase=phase, weight=weight, size=scene.resolution.panel_size)
     return RobustProblem(

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
-from gearbench.results.outputs import Solved
 from gearbench.scene import Scene
 from gearbench.strength.bending import RootBending
 
@@ -27,21 +26,10 @@ GEOMETRIC: Mapping[str, Callable[[Pair], float]] = MappingProxyType(
 )
 
 
-def largest_pressure(solved: Solved) -> float:
-    """Largest Hertz pressure over the mesh cycle, from the solved load distribution [MPa]."""
-    return float(np.max(contact_pressure(solved.lines, solved.solution.force)))
-
-
 def root_stress(scene: Scene) -> tuple[float, float]:
     """Nominal root stress of pinion and wheel, ISO 6336-3:2019 method B [MPa]."""
-    pinion, wheel = (RootBending(pair=scene.pair, role=role).stress(scene.load.torque) for role in Role)
+    pinion, wheel = (RootBending(pair=scene.pair, role=role).stress(abs(scene.load.torque)) for role in Role)
     return pinion, wheel
-
-
-#: From the scene solved.
-UNDER_LOAD: Mapping[str, Callable[[Solved], float]] = MappingProxyType(
-    {"contact_pressure": largest_pressure, "root_stress": lambda solved: max(root_stress(solved.scene))}
-)
 
 
 def contact_pressure(lines: ContactLines, force: NDArray) -> NDArray:

@@ -10,7 +10,7 @@ import numpy as np
 from gearbench.accuracy.measure import MEASURED
 from gearbench.contact.loads import stacked, under
 from gearbench.contact.problem import ContactSolution
-from gearbench.results.outputs import Solved
+from gearbench.results.solved import Solved
 from gearbench.robustness.dataset import robust_dataset
 from gearbench.robustness.montecarlo import prepare_scene, respond
 from gearbench.scene import Scene

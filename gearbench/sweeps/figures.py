@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbench.plotting import BLUE, GREY, ORANGE, legend_below, new_figure, write_figure
+from gearbench.plotting import BLUE, GREY, ORANGE, as_label, legend_below, new_figure, write_figure
 from gearbench.results.cycle import panels
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
@@ -77,7 +77,7 @@ def peak_to_peak_over_torque(dataset: xr.Dataset, axes: Axes) -> Axes:
 def draw_sweep(dataset: xr.Dataset, folder: Path) -> list[Path]:
     """Write the figures of a load range; those of the first value of any other key that is swept."""
     whole = dataset.isel({str(dim): 0 for dim in dataset.dims if dim != "torque" and dim in _swept(dataset)})
-    name = _scene(dataset).name or "scene"
+    name = as_label(_scene(dataset).name or "scene")
     load, ptp = dataset["torque"].values, whole["transmission_error_peak_to_peak"].values
     least = int(np.nanargmin(ptp))
     where = "at the lower end of" if least == 0 else "at the upper end of" if least == len(load) - 1 else "within"

@@ -80,7 +80,8 @@ def sweep(
     axes, count = axes_of({**(ranges or {}), **keys}), threads or default_threads()
     # where flanks touch off the line of action, the load decides how far contact lines reach: each has its own
     shares = scene.effect("off_line_contact") is None
-    loads = next((each for each in axes if each.path == TORQUE and shares), None)
+    # so do the torques of either flank
+    loads = next((each for each in axes if each.path == TORQUE and shares and each.one_sign), None)
     dim, runs = _runs(scene, axes, loads)
     draws = {"samples": samples, "seed": seed, "sampler": sampler} if samples else {}
     parts, complete = _solved(runs, count, progress, _reduction(dim, outputs, draws, count))

@@ -41,7 +41,7 @@ class Shared:
         lines = scene_lines(scene, phase)
         # lines end and bend where gaps do; a separation is kept by those that use it, and so is its identity
         nodes = (lines.u.tobytes(), lines.y.tobytes(), lines.length.tobytes())
-        key = (scene.pair, stiff, nodes, lines.cells, id(lines.separation), lines.typical_load)
+        key = (scene.pair, stiff, nodes, lines.cells, lines.coast, id(lines.separation), lines.typical_load)
         known = self._known.get(key)
         if known is None:
             known = Assembled(scene=scene, lines=lines, weight=weight, problem=assemble(scene, lines))

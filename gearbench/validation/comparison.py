@@ -160,6 +160,8 @@ def validate(
         progress(name)
         try:
             found.append(compare(scene, accuracy))
+        except InputError as error:
+            raise error.in_file(name) from None
         except GearbenchError as error:
             raise GearbenchError(f"{name}: {error}") from None
     return stack(found, labels(scenes)).assign_attrs(run_provenance(wall_time=time.perf_counter() - begun))

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gearbench.budget import MemoryBudgetError
 from gearbench.geometry.role import Role
 from gearbench.scene import Scene
 from gearbench.simulation import dataset, simulate, solve_scene
@@ -61,7 +62,7 @@ def judge(scene: Scene, fast: xr.Dataset, accuracy: float | None = None) -> Judg
 
     Raises
     ------
-    AccuracyError
+    AccuracyError, MemoryBudgetError
         If no reference can be had at the first accuracy; says what fits.
     """
     from fem_reference.refinement import AccuracyError
@@ -73,7 +74,7 @@ def judge(scene: Scene, fast: xr.Dataset, accuracy: float | None = None) -> Judg
             if judged is not None and (seconds := price(reference)) > MOST_SECONDS:
                 raise AccuracyError(f"accuracy = {tried:g} would take about {seconds:.0f} s")
             judged = _judgement(scene, fast, reference)
-        except AccuracyError as error:
+        except (AccuracyError, MemoryBudgetError) as error:
             if judged is None:
                 raise
             return Judgement(**{**vars(judged), "reason": str(error)})

@@ -7,8 +7,8 @@ from typing import ClassVar
 
 from numpy.typing import NDArray
 
-from gearbench.compliance.flank import FlankCompliance, flank_factor
-from gearbench.effects.base import Effect, Effects, LowRank, ToothCompliance
+from gearbench.compliance.flank import FlankCompliance, flank_factor, flank_matrix
+from gearbench.effects.base import Dense, Effect, Effects, LowRank, ToothCompliance
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.teeth import Tooth
 from gearbench.effects.tooth_bending import ToothBending, tooth_bending
@@ -87,10 +87,11 @@ class SolvedTeeth(Tooth):
         """No ring is joined to them."""
         return None
 
-    def compliance(self, lines: ContactLines, beside: Effects) -> LowRank:
-        """Factor of both teeth side by side, shared by all pairs where the gears are on their bodies."""
-        coupled = GearBody.name in beside
-        return LowRank(factor=flank_factor(self.flanks, lines, coupled=coupled), coupled=coupled)
+    def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense:
+        """Factor of both teeth side by side, or the matrix of all pairs where the gears are on their bodies."""
+        if GearBody.name in beside:
+            return Dense(matrix=flank_matrix(self.flanks, lines), positive=True)
+        return LowRank(factor=flank_factor(self.flanks, lines))
 
     def tooth_factor(self, pair: Pair, role: Role, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
         """Ψ of one tooth; see ``ToothCompliance``."""

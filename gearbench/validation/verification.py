@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearbench.optimisation.listing import markdown_name
-from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, write_figure
+from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, as_label, write_figure
 from gearbench.results.responses import quantity
 
 if TYPE_CHECKING:
@@ -112,5 +112,5 @@ def draw_verification(dataset: xr.Dataset, folder: Path, name: str) -> Path:
         rho = dataset["rank_correlation"].values
         held = f", their order holds to a rank correlation of {np.nanmin(rho):.3f}" if np.any(np.isfinite(rho)) else ""
         largest = np.nanmax(np.abs(dataset["shift"].values))
-        figure.suptitle(f"{name or 'study'}: finite elements move objectives by up to {largest:.0f} %{held}")
+        figure.suptitle(f"{as_label(name or 'study')}: finite elements move objectives by up to {largest:.0f} %{held}")
         return write_figure(figure, folder / "verification.png")

@@ -22,8 +22,8 @@ from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.effort.clock import quickest, timed
 from gearbench.errors import InputError
-from gearbench.results.outputs import Solved
 from gearbench.results.responses import response
+from gearbench.results.solved import Solved
 from gearbench.robustness.montecarlo import default_threads
 from gearbench.robustness.run import robust
 from gearbench.scene import Resolution, Scene

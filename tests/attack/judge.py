@@ -10,7 +10,10 @@ import time
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
+from typing import Any
+from unittest import mock
 
 import h5py
 import numpy as np
@@ -37,6 +40,7 @@ class Ending:
 
 def shoot(arguments: Sequence[object]) -> Ending:
     """Run the command line in this process, as the shell does."""
+    import gearbench.cli.app as application
     from gearbench.cli import main
 
     out, err, before = io.StringIO(), io.StringIO(), sys.argv
@@ -47,6 +51,8 @@ def shoot(arguments: Sequence[object]) -> Ending:
             warnings.catch_warnings(record=True) as caught,
             contextlib.redirect_stdout(out),
             contextlib.redirect_stderr(err),
+            # made anew for each call, the commands would cost as much time as the inputs
+            mock.patch.object(application, "app", _command()),
             _alarm(),
         ):
             warnings.simplefilter("always")
@@ -63,6 +69,15 @@ def shoot(arguments: Sequence[object]) -> Ending:
         code=code, out=out.getvalue(), err=err.getvalue(), warned=warned, escaped=escaped,
         seconds=time.process_time() - begun,
     )  # fmt: skip
+
+
+@cache
+def _command() -> Any:
+    import typer
+
+    from gearbench.cli.app import app
+
+    return typer.main.get_command(app)
 
 
 @contextlib.contextmanager

@@ -15,6 +15,7 @@ from fem_reference.mesh_family import plain_compliance
 from fem_reference.refinement import AccuracyError, Level, levels, refined_compliance
 from fem_reference.section import Body
 from fem_reference.solver import available_solver, schur_complement
+from gearbench import budget
 from tests.gears import standard_gear
 
 SPUR = Body(gear=standard_gear(24, 3.0), bore_radius=0.8 * standard_gear(24).root_radius, teeth=5)
@@ -136,7 +137,9 @@ def test_what_does_not_fit_is_refused_with_what_does(monkeypatch):
     small = Level(body=SPUR, number=3, waves=5).memory
     monkeypatch.setattr(refinement, "memory_limit", lambda: 1.01 * small)
     assert [level.number for level in levels(SPUR, 0.01, ORDER)] == [2, 3]
-    with pytest.raises(AccuracyError, match=r"needs about .* GB .*; accuracy = 0.008 fits"):
+    monkeypatch.setattr(budget, "memory_limit", lambda: 1.01 * small)
+    monkeypatch.setattr(budget, "SMALL", 0.0)
+    with pytest.raises(budget.MemoryBudgetError, match=r"needs about .* MB .*; accuracy = 0.008 would fit"):
         levels(SPUR, 0.001, ORDER)
 
 

@@ -45,4 +45,4 @@ class Waviness(GapEffect):
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
-        return 1e-3 * self.amplitude * (1 - np.cos(2 * math.pi * self.waves * lines.y / lines.pair.face_width))
+        return 1e-3 * self.amplitude * (1 - np.cos(2 * math.pi * self.waves * lines.face / lines.pair.face_width))

@@ -16,8 +16,8 @@ from gearbench.explore.bench.form import takes_files
 from gearbench.explore.gear_data import Tables, densities, tables
 from gearbench.explore.model import Picture, outline, scattered
 from gearbench.explore.page import answer_data
-from gearbench.results.outputs import Solved
 from gearbench.results.provenance import support
+from gearbench.results.solved import Solved
 from gearbench.scene import Resolution, Scene
 from gearbench.scene_file import TABLES, table_class
 from gearbench.schema import as_table, make, read

@@ -6,17 +6,20 @@ double precision.
 
 from __future__ import annotations
 
+from types import SimpleNamespace as Namespace
+
 import mpmath as mp
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import scene_lines
+from gearbench.contact.assemble import scene_lines, smooth_nodes
 from gearbench.contact.problem import ContactProblem
+from gearbench.geometry.action import ContactLines
 from gearbench.scene import Scene
 from tests.stability.extended.contact import Answer, contact, equal_approach
 from tests.stability.extended.effects import gap, line_law
 from tests.stability.extended.geometry import geometry, moved, segments_at
-from tests.stability.extended.numbers import DIGITS
+from tests.stability.extended.numbers import DIGITS, Number
 from tests.stability.extended.teeth import tooth_factor
 
 
@@ -31,13 +34,9 @@ def solve_scene(scene: Scene, tau: float, start: tuple[NDArray, float]) -> Answe
         laws = [line_law(scene, s) for s in found]
         # unit of force F, of displacement 1 mm: P' = P/F, ψ' = ψ √F, g = P'(a' − h' ln P')
         root = mp.sqrt(F)  # of the force, since forces are in units of F
-        cells = scene_lines(scene, np.array([tau])).cells
-        # Ψ as the mean over a cell, by two Gauss points
-        points = (-1 / mp.sqrt(3), 1 / mp.sqrt(3)) if cells else (mp.mpf(0),)
-        psi = []
-        for s in found:
-            rows = [tooth_factor(scene, moved(scene, s, x)) for x in points]
-            psi.append([root * mp.fsum(x) / len(rows) for x in zip(*rows, strict=True)])
+        lines = scene_lines(scene, np.array([tau]))
+        cells = lines.cells
+        psi = [[root * x for x in row] for row in (_means(scene, found, lines) if cells else _at(scene, found))]
         soft = [abs(gap(scene, moved(scene, s, 1)) - gap(scene, moved(scene, s, -1))) / 2 * cells for s in found]
         h = [F / s.length * h for s, (_, h) in zip(found, laws, strict=True)]
         a = [F / s.length * (a + h * mp.log(s.length / F)) for s, (a, h) in zip(found, laws, strict=True)]
@@ -45,6 +44,31 @@ def solve_scene(scene: Scene, tau: float, start: tuple[NDArray, float]) -> Answe
         begin = ([float(p / float(F)) for p in start[0]], start[1])
         P, delta, k = contact([s.pair for s in found], psi, a, h, soft, e, begin)
         return Answer([F * p for p in P], delta, F * k)
+
+
+def _at(scene: Scene, segments: list[Namespace]) -> list[list[Number]]:
+    return [tooth_factor(scene, s) for s in segments]
+
+
+def _means(scene: Scene, segments: list[Namespace], lines: ContactLines) -> list[list[Number]]:
+    """Ψ as the mean over each cell, by Simpson's rule from the Gauss points of its whole line."""
+    count, means = smooth_nodes(lines), []
+    t, _ = np.polynomial.legendre.leggauss(count)
+    for k in dict.fromkeys(s.pair for s in segments):
+        cells = [s for s in segments if s.pair == k]
+        low, high = cells[0].y - cells[0].half, cells[-1].y + cells[-1].half
+        middle, reach = (low + high) / 2, (high - low) / 2
+        nodes = [middle + reach * mp.mpf(x) for x in t]
+        first = cells[0]
+        values = [tooth_factor(scene, moved(scene, first, (y - first.y) / first.half)) for y in nodes]
+        for s in cells:
+            weight = [mp.mpf(0)] * count
+            for y, share in ((s.y - s.half, 1), (s.y, 4), (s.y + s.half, 1)):
+                for j, own in enumerate(nodes):
+                    others = [n for n in nodes if n is not own]
+                    weight[j] += mp.mpf(share) / 6 * mp.fprod((y - n) / (own - n) for n in others)
+            means.append([mp.fdot(weight, column) for column in zip(*values, strict=True)])
+    return means
 
 
 def solve_problem(problem: ContactProblem, position: int, start: tuple[NDArray, float]) -> Answer:

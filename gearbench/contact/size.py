@@ -1,0 +1,91 @@
+"""Memory of a contact problem, before it is set up."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from gearbench.budget import SMALL, memory_limit, require
+from gearbench.effects.base import ComplianceEffect, Dense, LowRank
+from gearbench.geometry.action import contact_lines, pair_indices
+from gearbench.scene import Scene
+
+#: Numbers that are kept at the same time, at most: for each two segments of a position where all pairs of teeth move
+#: each other, for each segment and column of Ψ (of pairs that move each other, and of others), and for each segment
+#: (contact lines, gaps, laws, results). Measured, with a quarter in reserve.
+SQUARE, COLUMN, SEGMENT = 2.6, (1.6, 3.4), 30.0
+#: Columns that no Ψ has more of: while the size with them is small, the columns are not counted.
+MOST_COLUMNS = 1500
+#: Bytes of a number.
+_NUMBER = 8
+
+
+def contact_memory(scene: Scene, positions: int) -> float:
+    """Peak memory [bytes] of the contact problem of ``scene`` at so many mesh phases and of its results."""
+    segments = scene.resolution.segments
+    columns, coupled = _columns(scene)
+    return positions * _of_position(_pairs(scene), segments, columns, coupled=coupled)
+
+
+def require_contact_memory(scene: Scene, positions: int) -> None:
+    """Refuse a resolution that needs more memory than there may be.
+
+    Raises
+    ------
+    MemoryBudgetError
+        Naming numbers of segments or positions that would fit.
+    """
+    pairs, segments = _pairs(scene), scene.resolution.segments
+    if positions * _of_position(pairs, segments, MOST_COLUMNS, coupled=True) <= SMALL:
+        return
+    columns, coupled = _columns(scene)
+    need = positions * _of_position(pairs, segments, columns, coupled=coupled)
+    limit = max(memory_limit(), SMALL)
+    fewer = int(limit / _of_position(pairs, segments, columns, coupled=coupled))
+    limit /= positions
+    fits = [n for n in _round_numbers(segments) if _of_position(pairs, n, columns, coupled=coupled) <= limit]
+    instead = [f"segments = {fits[0]}"] if fits else []
+    instead += [f"{_round_down(fewer)} positions"] if fewer else []
+    value = f"{positions} positions × {pairs} pairs × {segments} segments"
+    require(need, "resolution", value, f"{' or '.join(instead)} would fit" if instead else "nothing would fit")
+
+
+def _of_position(pairs: int, segments: int, columns: int, *, coupled: bool) -> float:
+    n = pairs * segments
+    # of pairs that deflect by themselves, the compliance of each is reduced where it has more columns than segments
+    square = n * n if coupled else n * segments * (columns > segments)
+    return _NUMBER * (SQUARE * square + n * (COLUMN[not coupled] * columns + SEGMENT))
+
+
+def _pairs(scene: Scene) -> int:
+    """Pairs of teeth whose contact lines are followed, at most."""
+    more = 2 if scene.effect("off_line_contact") else 0
+    return len(pair_indices(scene.pair)) + more
+
+
+def _columns(scene: Scene) -> tuple[int, bool]:
+    """Columns of all Ψ, and whether pairs of teeth move each other."""
+    lines = contact_lines(scene.pair, [0.5], 1)
+    acting = [effect for effect in scene.acting_effects if isinstance(effect, ComplianceEffect)]
+    beside = {effect.name: effect for effect in scene.acting_effects}
+    columns, coupled, law = 0, False, False
+    for effect in acting:
+        if effect.preparation(scene.pair, scene.effects_by_name):  # finite elements that are not there yet
+            columns, coupled = columns + MOST_COLUMNS // 10, True
+            continue
+        part = effect.compliance(lines, beside)
+        law = law or not isinstance(part, (LowRank, Dense))
+        columns += part.factor.shape[-1] if isinstance(part, LowRank) else 0
+        coupled = coupled or isinstance(part, Dense) or (isinstance(part, LowRank) and part.coupled)
+    return columns, coupled or not law
+
+
+def _round_numbers(most: int) -> Iterable[int]:
+    """Numbers of segments below ``most``, from many to few."""
+    return sorted({round(most / 2 ** (i / 2)) for i in range(1, 24)} - {0, most}, reverse=True)
+
+
+def _round_down(number: int) -> int:
+    """To two digits."""
+    step = 10 ** max(int(math.log10(number)) - 1, 0)
+    return number // step * step

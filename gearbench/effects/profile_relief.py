@@ -1,0 +1,212 @@
+"""Relief of one end of the profile, by its amount and its start: what tip and root relief have in common."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from dataclasses import dataclass as plain_dataclass
+from dataclasses import replace
+from typing import Annotated, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from gearbench.effects.base import Effects, GapEffect
+from gearbench.effects.error_modes import Along
+from gearbench.effects.relief import MICROMETRE, Amount, Extent, Gears, Shape, bend, chosen, relief
+from gearbench.errors import InputError
+from gearbench.geometry.action import ContactLines
+from gearbench.geometry.gear import Gear
+from gearbench.geometry.pair import Pair
+from gearbench.geometry.profile import Modification
+from gearbench.geometry.role import Role
+from gearbench.schema import STRICT
+
+_STARTS = ("length", "start_diameter", "start_roll_length", "start_roll_angle")
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Relief:
+    """Relief of one gear, by its amount and by the begin of the relief in one of four ways.
+
+    Parameters
+    ----------
+    amount
+        Material missing at the relieved end [µm].
+    length
+        Height from the relieved end [mm].
+    start_diameter
+        Diameter where it begins [mm].
+    start_roll_length
+        Roll length √(R² − r_b²) where it begins [mm].
+    start_roll_angle
+        Roll angle √(R² − r_b²)/r_b where it begins [°].
+    shape
+        "linear", "parabolic" or "circular": an arc that leaves the flank without kink.
+    along
+        Coordinate in which it has that shape: the "radius" or the "roll" length. By default that of its begin: the
+        radius of a height or a diameter, the roll length of a roll length or angle.
+    """
+
+    amount: Amount
+    length: Extent | None = None
+    start_diameter: Annotated[float, Field(gt=0.0, le=40000.0)] | None = None
+    start_roll_length: Annotated[float, Field(ge=0.0, le=10000.0)] | None = None
+    start_roll_angle: Annotated[float, Field(ge=0.0, le=180.0)] | None = None
+    shape: Shape = "linear"
+    along: Along | None = None
+
+    def __post_init__(self) -> None:
+        given = [name for name in _STARTS if getattr(self, name) is not None]
+        if not given:
+            raise InputError("length", "missing", f"is required, or one of {', '.join(_STARTS[1:])}")
+        if len(given) > 1:
+            raise InputError(given[1], getattr(self, given[1]), f"conflicts with {given[0]}: give one of the two")
+
+
+@plain_dataclass(frozen=True, kw_only=True)
+class Slope:
+    """A relief on its gear: ``amount`` [µm] at ``edge``, nothing at ``start``, both [mm] ``along`` the profile."""
+
+    role: Role
+    amount: float
+    edge: float
+    start: float
+    along: Along
+    shape: Shape
+
+    @property
+    def length(self) -> float:
+        """From the relieved end to the begin [mm]."""
+        return abs(self.edge - self.start)
+
+
+@plain_dataclass(frozen=True)
+class ProfileRelief(GapEffect):
+    """Relief of one end of the profiles: the same of both gears, or a table for each."""
+
+    amount: Amount | None = None
+    length: Extent | None = None
+    shape: Shape = "linear"
+    gear: Gears = "both"
+    pinion: Relief | None = None
+    wheel: Relief | None = None
+
+    #: +1 where the relief is at the tip, −1 where it is at the root.
+    side: ClassVar[int]
+
+    def __post_init__(self) -> None:
+        own = [role.label for role in Role if getattr(self, role.label) is not None]
+        for name in ("amount", "length"):
+            value = getattr(self, name)
+            if own and value is not None:
+                raise InputError(name, value, f"conflicts with the table {own[0]}: give one of the two")
+            if not own and value is None:
+                raise InputError(name, "missing", "is required, or a table pinion or wheel")
+        if own and self.gear != "both":
+            raise InputError("gear", self.gear, f"conflicts with the table {own[0]}: give one of the two")
+
+    @abstractmethod
+    def edge(self, pair: Pair, role: Role) -> float:
+        """Radius of the relieved end [mm]."""
+
+    def tables(self) -> dict[Role, Relief]:
+        """The relief of each gear that has one."""
+        if self.amount is not None and self.length is not None:
+            same = Relief(amount=self.amount, length=self.length, shape=self.shape)
+            return dict.fromkeys(chosen(self.gear), same)
+        return {role: table for role in Role if (table := getattr(self, role.label)) is not None}
+
+    def on(self, role: Role) -> ProfileRelief | None:
+        """The relief of one of the gears alone, None where that has none."""
+        table = self.tables().get(role)
+        rest = {"amount": None, "length": None, "shape": "linear", "gear": "both", role.mate.label: None}
+        return None if table is None else replace(self, **rest, **{role.label: table})
+
+    def slopes(self, pair: Pair) -> list[Slope]:
+        """The reliefs that take something away."""
+        found = []
+        for role, table in self.tables().items():
+            edge, start = self.edge(pair, role), self.start(pair, role, table)
+            by_roll = table.start_roll_length is not None or table.start_roll_angle is not None
+            along = table.along or ("roll" if by_roll else "radius")
+            if along == "roll":
+                edge, start = (_roll(pair.gears[role], radius) for radius in (edge, start))
+            found.append(Slope(role=role, amount=table.amount, edge=edge, start=start, along=along, shape=table.shape))
+        return [slope for slope in found if slope.amount != 0 and slope.length > 0]
+
+    def start(self, pair: Pair, role: Role, table: Relief) -> float:
+        """Radius at which the relief begins [mm]."""
+        r_b = pair.gears[role].base_radius
+        if table.length is not None:
+            return self.edge(pair, role) - self.side * table.length
+        if table.start_diameter is not None:
+            return table.start_diameter / 2
+        if table.start_roll_length is not None:
+            return math.hypot(r_b, table.start_roll_length)
+        return r_b * math.hypot(1.0, math.radians(table.start_roll_angle or 0.0))
+
+    def check(self, pair: Pair, beside: Effects) -> None:
+        """Refuse a relief that does not fit the tooth."""
+        for role, table in self.tables().items():
+            edge, (low, high) = self.edge(pair, role), self.limits(pair, role)
+            key = "" if self.amount is not None else f"{role.label}."
+            start = self.start(pair, role, table)
+            if table.length is not None:
+                longest = edge - low if self.side > 0 else high - edge
+                if table.length > longest:
+                    reach = f"must be at most {self.reach}, {longest:.4g} mm"
+                    raise InputError(f"{key}length", table.length, reach)
+                if table.along == "roll" and start < pair.gears[role].base_radius:
+                    raise InputError(f"{key}along", "roll", "begins below the base circle: no roll length there")
+                continue
+            name = next(name for name in _STARTS if getattr(table, name) is not None)
+            low, high = max(low, pair.gears[role].base_radius), high
+            if not low <= start <= high:
+                allowed = f"must lie on the tooth, at a diameter of {2 * low:.6g} to {2 * high:.6g} mm"
+                raise InputError(f"{key}{name}", getattr(table, name), f"{allowed}, not {2 * start:.6g} mm")
+
+    #: Longest relief in words.
+    reach: ClassVar[str]
+
+    @abstractmethod
+    def limits(self, pair: Pair, role: Role) -> tuple[float, float]:
+        """Radii [mm] between which a relief may begin."""
+
+    def gap(self, lines: ContactLines) -> NDArray:
+        """Gap [mm], (position, pair, segment)."""
+        total = np.zeros(lines.shape)
+        for slope in self.slopes(lines.pair):
+            at = (lines.radii if slope.along == "radius" else lines.rolls)[slope.role]
+            total += relief(self.side * (slope.edge - at), slope.length, slope.amount, slope.shape)
+        return total
+
+    def modifications(self, pair: Pair) -> tuple[Modification, ...]:
+        """The same of each profile."""
+        return tuple(
+            Modification(
+                role=slope.role,
+                amount=slope.amount * MICROMETRE / math.cos(pair.meshing.beta_b),
+                start=slope.start,
+                length=self.side * slope.length,
+                power=1 if slope.shape == "linear" else 2,
+                arc=bend(slope.shape, slope.amount, slope.length),
+                along=slope.along,
+            )
+            for slope in self.slopes(pair)
+        )
+
+    def kinks(self, pair: Pair) -> tuple[float, ...]:
+        """Where each relief begins on the path of contact, u [mm]."""
+        found = []
+        for slope in self.slopes(pair):
+            on_gear = slope.start if slope.along == "roll" else _roll(pair.gears[slope.role], slope.start)
+            found.append(on_gear if slope.role == Role.PINION else pair.meshing.tangent_length - on_gear)
+        return tuple(found)
+
+
+def _roll(gear: Gear, radius: float) -> float:
+    """Roll length at a radius [mm]; zero below the base circle."""
+    return math.sqrt(max(radius**2 - gear.base_radius**2, 0.0))

@@ -1,0 +1,95 @@
+"""Waviness over a revolution: run-out and wobble (order 1), ghost orders of the machine that cut the gear."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from gearbench.effects.base import GapEffect, Turning
+from gearbench.effects.relief import MICROMETRE
+from gearbench.errors import InputError
+from gearbench.geometry.action import ContactLines
+from gearbench.geometry.role import Role
+from gearbench.schema import STRICT
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Wave:
+    """One wave of a gear.
+
+    Parameters
+    ----------
+    order
+        Waves per revolution of the gear: 1 is run-out or wobble, a multiple of the number of teeth a mesh order, any
+        other a ghost order.
+    amplitude
+        a, transverse along the line of action [µm]: of run-out the eccentricity, half of the radial run-out F_r.
+    phase
+        φ, where the mesh cycle begins [°].
+    over_face
+        "even", or "tilting": −a at y = 0 and a at y = b, as wobble.
+    """
+
+    order: Annotated[int, Field(ge=1, le=100_000)]
+    amplitude: Annotated[float, Field(ge=0.0, le=1000.0)]
+    phase: Annotated[float, Field(ge=-360.0, le=360.0)] = 0.0
+    over_face: Literal["even", "tilting"] = "even"
+
+
+Waves = Annotated[tuple[Wave, ...], Field(max_length=100)]
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Waviness(GapEffect):
+    """Waves on the flanks, e = a cos β_b sin(2π q t/z + φ) (F7), t counting mesh periods over all revolutions.
+
+    Points that touch at the same time have the same deviation: the wave is made by a rolling motion, as that of a gear
+    that turns about another axis than its own, or of a hob or grinding worm whose table drive is not even. ``simulate``
+    has the mesh cycle 0 ≤ t < 1; ``hunting_cycle`` all of them.
+
+    Parameters
+    ----------
+    pinion, wheel
+        Waves of each gear, one table for each.
+    """
+
+    pinion: Waves = ()
+    wheel: Waves = ()
+
+    name: ClassVar[str] = "waviness"
+    summary: ClassVar[str] = "gap: waves over a revolution of either gear"
+    source: ClassVar[str] = "ISO 1328-2 F_r; ISO/TR 10064-5 (filtered helix and profile waviness)"
+    use: ClassVar[str] = "Run-out, wobble, ghost orders: what is heard beside the mesh orders."
+    example: ClassVar[dict[str, Any]] = {"pinion": [{"order": 1, "amplitude": 8.0}]}
+
+    def __post_init__(self) -> None:
+        if not self.pinion and not self.wheel:
+            raise InputError("pinion", "missing", "a wave is required, here or for the wheel")
+
+    def _waves(self) -> Iterator[tuple[Role, Wave]]:
+        return ((role, wave) for role in Role for wave in getattr(self, role.label))
+
+    def gap(self, lines: ContactLines) -> NDArray:
+        """Gap of the mesh cycle 0, (position, pair, segment) [mm]."""
+        turning = self.turning(lines, np.zeros(1, dtype=int))
+        return turning.modes @ turning.amounts[0]
+
+    def turning(self, lines: ContactLines, cycles: NDArray) -> Turning:
+        """Two modes a wave: sin(x + ψ) = sin x cos ψ + cos x sin ψ, x of the mesh cycle and ψ of the revolution."""
+        modes, amounts = [], []
+        sign = -1 if lines.coast else 1  # the mirror image of the coast flanks turns the other way round
+        for role, wave in self._waves():
+            rate = 2 * math.pi * wave.order / lines.pair.gears[role].teeth
+            x = (sign * rate * lines.mesh_phase + math.radians(wave.phase))[:, None, None]
+            face = 2 * lines.face / lines.pair.face_width - 1 if wave.over_face == "tilting" else np.ones(lines.shape)
+            modes += [np.sin(x) * face, np.cos(x) * face]
+            psi = sign * rate * cycles
+            amounts += [wave.amplitude * np.cos(psi), wave.amplitude * np.sin(psi)]
+        scale = MICROMETRE * math.cos(lines.pair.meshing.beta_b)
+        return Turning(modes=scale * np.stack(modes, axis=-1), amounts=np.stack(amounts, axis=-1))

@@ -1,0 +1,120 @@
+"""All mesh cycles until the same teeth meet again: pitch errors, run-out and waves, with the side bands that follow.
+
+Mesh cycles differ in their gaps alone. Compliance and contact lines are made once; each cycle is a gap vector of the
+batch solver, which starts from the solution without the errors and its derivatives. So every neighbourhood of teeth is
+solved for itself, to the residual of any contact solution: nothing is linearised.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.batch import chunks, on_threads, prepare, solve_one_chunk
+from gearbench.effects.base import GapEffect
+from gearbench.errors import InputError
+from gearbench.results.cycle import MeshCycle, Phases, fourier_rows
+from gearbench.results.provenance import provenance
+from gearbench.results.responses import described
+from gearbench.scene import Scene
+from gearbench.threads import single_threaded_blas
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Mesh cycles at most.
+MOST_CYCLES = 100_000
+
+
+@single_threaded_blas()
+def hunting_cycle(scene: Scene, *, orders: float = 3.0, threads: int = 1) -> xr.Dataset:
+    """Static transmission error and mesh stiffness over all mesh cycles of ``scene`` until the same teeth meet again.
+
+    Parameters
+    ----------
+    scene
+        A scene with effects that differ from tooth to tooth: pitch_errors, waviness.
+    orders
+        Highest mesh order of the spectrum.
+    threads
+        Threads of the solver.
+
+    Returns
+    -------
+    Dataset with ``transmission_error`` and ``mesh_stiffness`` (cycle, position), and the amplitudes of their orders
+    (mesh_order): all multiples of the frequency at which the same teeth meet, also as orders of either shaft. With
+    x(t) = c_0 + Σ Re(2 c_ν e^{2πiνt}) the amplitude is 2|c_ν|, t in mesh periods.
+
+    Raises
+    ------
+    InputError
+        If no effect differs from tooth to tooth, shafts bear the gears, or there are more than 100 000 mesh cycles.
+    """
+    import xarray as xr
+
+    start = time.perf_counter()
+    cycle = _all_cycles(scene, threads)
+    curves = {"transmission_error": cycle.transmission_error, "mesh_stiffness": cycle.mesh_stiffness}
+    count = len(cycle.transmission_error)
+    order = np.arange(1, math.floor(orders * count + 1e-9) + 1) / count
+    amplitudes = {
+        f"{name}_order_amplitude": (("mesh_order",), 2 * np.abs(order_coefficients(cycle.phases, values, len(order))))
+        for name, values in curves.items()
+    }
+    z_1, z_2 = (gear.teeth for gear in scene.pair.gears)
+    coords = {name: ("position", values) for name, values in cycle.phases.coordinates.items()}
+    coords |= {"cycle": ("cycle", np.arange(count)), "mesh_order": ("mesh_order", order)}
+    coords |= {"pinion_order": ("mesh_order", order * z_1), "wheel_order": ("mesh_order", order * z_2)}
+    variables = {name: (("cycle", "position"), values) for name, values in curves.items()} | amplitudes
+    attrs = provenance(scene, wall_time=time.perf_counter() - start)
+    return xr.Dataset(described(variables), coords=described(coords), attrs=attrs)
+
+
+def _all_cycles(scene: Scene, threads: int) -> MeshCycle:
+    """δ and k of all mesh cycles, (cycle, position)."""
+    count = math.lcm(*(gear.teeth for gear in scene.pair.gears))
+    if scene.has_shafts:
+        raise InputError("system.shafts", "given", "hunting cycles are of gears without shafts")
+    if count > MOST_CYCLES:
+        allowed = f"{count} mesh cycles until the same teeth meet: at most {MOST_CYCLES}"
+        raise InputError("pair.wheel.teeth", scene.pair.wheel.teeth, allowed)
+    phase, weight = mesh_phases(scene)
+    lines = scene_lines(scene, phase)
+    gaps = [effect for effect in scene.flank_effects if isinstance(effect, GapEffect)]
+    found = {effect.name: effect.turning(lines, np.arange(count)) for effect in gaps}
+    turning = {name: part for name, part in found.items() if part is not None}
+    if not turning:
+        raise InputError("effects", "all teeth are alike", "must have pitch_errors or waviness")
+    same = tuple(effect for effect in scene.flank_effects if effect.name not in turning)
+    modes = np.concatenate([part.modes for part in turning.values()], axis=-1) / np.expand_dims(lines.lever, -1)
+    amounts = np.concatenate([part.amounts for part in turning.values()], axis=-1)
+    positions, pairs, segments = lines.shape
+    batch = prepare(assemble(scene, lines, same), modes.reshape(positions, pairs * segments, -1))
+    parts = list(on_threads(partial(solve_one_chunk, batch), chunks(amounts), threads))
+    approach, stiffness = (
+        np.concatenate([getattr(part, name) for part in parts], axis=1).T[:count] for name in ("approach", "stiffness")
+    )
+    phases = Phases(phase=phase, weight=weight, size=scene.resolution.panel_size)
+    return MeshCycle.of(scene, phases, approach, stiffness)
+
+
+def order_coefficients(phases: Phases, values: NDArray, count: int) -> NDArray:
+    """c_ν (F8) of the orders ν = 1/N … count/N of values (cycle, position) over N mesh cycles, (order,).
+
+    c_{q/N} = 1/N Σ_n e^{−2πi q n/N} ∫₀¹ x_n(τ) e^{−2πi (q/N) τ} dτ: a Fourier transform over the cycles for each mesh
+    phase, which repeats itself after N orders, and one over the phase.
+    """
+    N, q = len(values), np.arange(1, count + 1)
+    by_phase = np.fft.fft(values, axis=0) / N
+    if phases.size is None:
+        # uniform phases of all cycles are one equidistant series
+        within = 2 * q < N * len(phases.phase)
+        wave = np.exp(-2j * np.pi * np.outer(q / N, phases.phase)) / len(phases.phase)
+        return np.where(within, np.einsum("qp,qp->q", wave, by_phase[q % N]), np.nan)
+    return np.einsum("qp,qp->q", fourier_rows(phases, q / N), by_phase[q % N])

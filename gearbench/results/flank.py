@@ -1,0 +1,177 @@
+"""On the flank under load: pressure, sliding, friction and its loss, flash temperature, share of the face, root stress.
+
+Arrays of the solution may have dimensions before the position, (…, position, pair, segment); numbers of a mesh cycle
+then have them too. Speeds come from the kinematics of the involute, loads from the contact solution (F1–F6 of
+docs/theory.md).
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.errors import InputError
+from gearbench.geometry.role import Role
+from gearbench.results.solved import Solved
+from gearbench.scene import Operation
+from gearbench.strength.bending import RootBending
+from gearbench.strength.rating import contact_pressure
+
+#: Flash temperature of a semi-elliptical heat source that moves fast, over that of its mean flow [–] (F5).
+BLOK = 1.11
+#: Least line load [N/mm] and largest pitch line speed [m/s] of the friction coefficient, ISO/TR 14179-2.
+LEAST_LOAD, LARGEST_SPEED = 150.0, 50.0
+#: Parts of the face between which the load is compared.
+FACE_PARTS = 20
+
+
+def pressure(solved: Solved) -> NDArray:
+    """Largest Hertz pressure of each segment (F4) [MPa]."""
+    return contact_pressure(solved.lines, solved.solution.force / solved.lines.lever)
+
+
+def root_stress(solved: Solved, role: Role) -> NDArray:
+    """Nominal root stress of one gear, ISO 6336-3:2019 method B [MPa]."""
+    bending = RootBending(pair=solved.scene.pair, role=role)
+    return bending.stress(1.0) * _torque(solved)
+
+
+def specific_sliding(solved: Solved, role: Role) -> NDArray:
+    """ζ_1 = 1 − v_2/v_1 of the pinion, ζ_2 = 1 − v_1/v_2 of the wheel (F1), (position, pair, segment) [–]."""
+    own, mate = _speeds(solved)[role], _speeds(solved)[role.mate]
+    with np.errstate(divide="ignore", invalid="ignore"):  # −∞ where a flank touches at its base circle
+        return 1 - mate / own
+
+
+def sliding_speed(solved: Solved) -> NDArray:
+    """v_g = v_1 − v_2 along the profile, (position, pair, segment) [m/s]; positive where the pinion is the faster.
+
+    Raises
+    ------
+    InputError
+        If the scene has no ``operation.speed``.
+    """
+    v_1, v_2 = _speeds(solved)
+    return 1e-3 * _omega(solved, "sliding_speed") * (v_1 - v_2)
+
+
+def friction_coefficient(solved: Solved) -> NDArray:
+    """μ of the mesh: as given, or by ISO/TR 14179-2 (F3) [–].
+
+    Raises
+    ------
+    InputError
+        If the scene has neither ``operation.friction_coefficient`` nor speed and viscosity.
+    """
+    operation = _operation(solved, "friction_coefficient")
+    if operation.friction_coefficient is not None:
+        return np.full_like(_force(solved), operation.friction_coefficient)
+    if operation.viscosity is None:
+        raise InputError("operation.viscosity", "missing", "is required for friction, or friction_coefficient")
+    pair, meshing = solved.scene.pair, solved.scene.pair.meshing
+    v_t = 1e-3 * _omega(solved, "friction_coefficient") * pair.gears[0].base_radius / math.cos(meshing.alpha_wt)
+    v_sum = 2 * min(v_t, LARGEST_SPEED) * math.sin(meshing.alpha_wt)
+    rho = float(meshing.curvature_radius(np.array(meshing.pitch_point)))
+    w = np.maximum(_force(solved) * math.cos(meshing.beta_b) / pair.face_width, LEAST_LOAD)
+    eta, Ra, X_L = operation.viscosity, operation.roughness, operation.lubricant_factor
+    return 0.048 * (w / (v_sum * rho)) ** 0.2 * eta**-0.05 * Ra**0.25 * X_L
+
+
+def efficiency(solved: Solved) -> NDArray:
+    """1 − loss/power of the mesh over the cycle [–]; the speed has no part in it where μ is given."""
+    v_1, v_2 = _speeds(solved)
+    P = solved.solution.force / solved.lines.lever
+    lost = (P * np.abs(v_1 - v_2)).sum(axis=(-1, -2)) @ solved.weight
+    return 1 - friction_coefficient(solved) * lost / (1e3 * _torque(solved))
+
+
+def friction_loss(solved: Solved) -> NDArray:
+    """Mean over the cycle of Σ μ P |v_g| (F2) [W]."""
+    omega = _omega(solved, "friction_loss")
+    return (1 - efficiency(solved)) * _torque(solved) * omega
+
+
+def flash_temperature(solved: Solved) -> NDArray:
+    """Rise of the flank's temperature where it touches, Blok (F5), (…, position, pair, segment) [K].
+
+    1.11 μ q |v_1 − v_2| / (√(2b_H) (B_M √v_1 + B_M √v_2)), b_H the half width of contact, ISO/TR 13989-1.
+    """
+    operation = _operation(solved, "flash_temperature")
+    v_1, v_2 = (np.maximum(_omega(solved, "flash_temperature") * v, 0.0) for v in _speeds(solved))  # mm/s
+    q, p = solved.line_load(), pressure(solved)
+    width = 4 * q / (math.pi * np.where(p > 0, p, 1.0))  # 2 b_H, since q = π/2 p b_H
+    mu = friction_coefficient(solved)[..., None, None, None]
+    # N/(mm s^½ K); 1 N/(m s^½ K) is a thousandth of it
+    B_M = operation.thermal_contact_coefficient
+    rolling = np.sqrt(v_1) + np.sqrt(v_2)
+    cooled = B_M * np.sqrt(width) * rolling
+    rise = BLOK * mu * q * np.abs(v_1 - v_2) / np.where(cooled > 0, cooled, 1.0)
+    return np.where(cooled > 0, rise, 0.0)
+
+
+def face_load_factor(solved: Solved) -> NDArray:
+    """K_Hβ: largest load per width of the face, averaged over the mesh cycle, over its mean [–] (F6)."""
+    lines = solved.lines
+    P, end = solved.solution.force / lines.lever, _ends(solved)
+    begin = end - lines.length * math.cos(solved.scene.pair.meshing.beta_b)
+    width = np.where(lines.length > 0, end - begin, 1.0)
+    edges = np.linspace(0.0, solved.scene.pair.face_width, FACE_PARTS + 1)
+    parts = []
+    for low, high in pairwise(edges):
+        share = np.clip(np.minimum(end, high) - np.maximum(begin, low), 0.0, None) / width
+        parts.append((P * share).sum(axis=(-1, -2)) @ solved.weight)
+    load = np.stack(parts, axis=-1)
+    return load.max(axis=-1) / load.mean(axis=-1)
+
+
+def _ends(solved: Solved) -> NDArray:
+    """Upper ends y of the segments, (position, pair, segment) [mm]; weights of Gauss points part a line as cells do."""
+    lines, meshing = solved.lines, solved.scene.pair.meshing
+    width = lines.length * math.cos(meshing.beta_b)
+    first = lines.y[..., 0] - width[..., 0] / 2
+    if not lines.cells:
+        tan_b = math.tan(meshing.beta_b)
+        before = meshing.path_start - (lines.u - lines.y * tan_b)[..., 0]
+        first = np.clip(before / tan_b, 0.0, solved.scene.pair.face_width) if tan_b else np.zeros_like(first)
+    return first[..., None] + np.cumsum(width, axis=-1)
+
+
+def loaded_contact_ratio(solved: Solved) -> NDArray:
+    """Mean number of tooth pairs that carry load [–]: the total contact ratio where no flanks part."""
+    carrying = solved.solution.force.sum(axis=-1) > 0
+    return carrying.sum(axis=-1) @ solved.weight
+
+
+def _force(solved: Solved) -> NDArray:
+    """F_bn [N] of the solution, (…,)."""
+    return solved.solution.force.sum(axis=(-1, -2)).mean(axis=-1)
+
+
+def _torque(solved: Solved) -> NDArray:
+    """T on the pinion without its sign [N·m], (…,)."""
+    pair = solved.scene.pair
+    return 1e-3 * _force(solved) * math.cos(pair.meshing.beta_b) * pair.gears[0].base_radius
+
+
+def _speeds(solved: Solved) -> tuple[NDArray, NDArray]:
+    """Speeds of both flanks along the profile for 1 rad/s of the pinion, (position, pair, segment) [mm/s]."""
+    first, second = solved.lines.rolls
+    z_1, z_2 = (gear.teeth for gear in solved.scene.pair.gears)
+    return first, second * z_1 / z_2
+
+
+def _operation(solved: Solved, name: str) -> Operation:
+    if solved.scene.operation is None:
+        raise InputError("operation", "missing", f"is required for {name}: speed, and friction or lubricant")
+    return solved.scene.operation
+
+
+def _omega(solved: Solved, name: str) -> float:
+    """Angular speed of the pinion [rad/s]."""
+    speed = _operation(solved, name).speed
+    if speed is None:
+        raise InputError("operation.speed", "missing", f"is required for {name}")
+    return speed * math.pi / 30

@@ -1,0 +1,54 @@
+"""A scene solved on its contact lines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.contact.assemble import total_gap
+from gearbench.contact.problem import ContactProblem, ContactSolution
+from gearbench.geometry.action import ContactLines
+from gearbench.results.cycle import MICROMETRES, MeshCycle, Phases
+from gearbench.scene import Scene
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solved:
+    """A scene solved on its contact lines: the source of all outputs.
+
+    The arrays of the solution may have dimensions before the position; so have the outputs that follow from it.
+    ``size`` is the number of Gauss points on each panel, by default the scene's.
+    """
+
+    scene: Scene
+    lines: ContactLines
+    weight: NDArray
+    problem: ContactProblem
+    solution: ContactSolution
+    size: int | None = None
+
+    @property
+    def phases(self) -> Phases:
+        """The mesh phases."""
+        size = self.size or self.scene.resolution.panel_size
+        return Phases(phase=self.lines.mesh_phase, weight=self.weight, size=size)
+
+    @cached_property
+    def cycle(self) -> MeshCycle:
+        """Static transmission error and mesh stiffness at the scene's mesh phases."""
+        return MeshCycle.of(self.scene, self.phases, self.solution.approach, self.solution.stiffness)
+
+    def line_load(self) -> NDArray:
+        """Line load, (position, pair, segment) [N/mm]; zero where a pair has no contact line."""
+        return self.solution.force / np.where(self.lines.length > 0, self.lines.length, 1.0) / self.lines.lever
+
+    def load_share(self) -> NDArray:
+        """Share of each pair in the normal force, (position, pair)."""
+        return self.solution.force.sum(axis=-1) / self.solution.force.sum(axis=(-2, -1))[..., None]
+
+    def initial_gap(self) -> NDArray:
+        """Initial gap e, (position, pair, segment) [µm]."""
+        return MICROMETRES * total_gap(self.scene, self.lines)
