@@ -84,7 +84,7 @@ def _warn_of_noise(solved: Solved) -> None:
     """Say so where harmonics are not known to ``NOISE`` of peak-to-peak."""
     for curve in ("transmission_error", "mesh_stiffness"):
         whole = float(peak_to_peak(solved.phases, getattr(solved.cycle, curve)))
-        floor = float(np.nanmax(output(solved, f"{curve}_amplitude_noise_floor")[1]))
+        floor = float(np.fmax.reduce(output(solved, f"{curve}_amplitude_noise_floor")[1], axis=None))
         # what hardly fluctuates has no harmonics to speak of
         level = abs(float(getattr(solved.cycle, curve).mean()))
         if floor > NOISE * whole > 1e-6 * level:
