@@ -29,7 +29,9 @@ from gearbench.geometry.material import Material
 
 #: Sources of the gearbench package that determine a result.
 SOURCES = (
+    "budget.py",
     "schema.py",
+    "threads.py",
     *(f"geometry/{name}.py" for name in ("fillet", "gear", "involute", "material", "rack", "role", "section")),
     *(f"compliance/{name}.py" for name in ("bases", "chain", "flank", "local", "outline", "section", "solid")),
 )
@@ -97,12 +99,13 @@ def code_version() -> str:
 def _payload(result: FlankCompliance) -> dict[str, Any]:
     meta = {"order": list(result.order), "error": result.error, "attrs": dict(result.attrs)}
     text = json.dumps(meta, sort_keys=True)
-    blocks = np.ascontiguousarray(result.blocks)
-    return {"blocks": blocks, "meta": np.array(text), "checksum": np.array(_checksum(blocks, text))}
+    correction = np.zeros_like(result.blocks) if result.correction is None else result.correction
+    arrays = np.ascontiguousarray([result.blocks, correction])
+    return {"arrays": arrays, "meta": np.array(text), "checksum": np.array(_checksum(arrays, text))}
 
 
-def _checksum(blocks: np.ndarray, meta: str) -> str:
-    return hashlib.sha256(blocks.tobytes() + meta.encode()).hexdigest()
+def _checksum(arrays: np.ndarray, meta: str) -> str:
+    return hashlib.sha256(arrays.tobytes() + meta.encode()).hexdigest()
 
 
 def store(path: Path, result: FlankCompliance) -> None:
@@ -126,13 +129,13 @@ def load(path: Path, gear: Gear) -> FlankCompliance | None:
     """Return the entry, or None if there is none that is whole."""
     try:
         with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as stored:
-            blocks, text, checksum = stored["blocks"], str(stored["meta"]), str(stored["checksum"])
-        if checksum != _checksum(blocks, text):
+            arrays, text, checksum = stored["arrays"], str(stored["meta"]), str(stored["checksum"])
+        if checksum != _checksum(arrays, text):
             return None
-        meta = json.loads(text)
+        meta, (blocks, correction) = json.loads(text), arrays
         order = (int(meta["order"][0]), int(meta["order"][1]))
-        return FlankCompliance(
-            gear=gear, order=order, blocks=blocks, error=float(meta["error"]), attrs={**meta["attrs"], "cached": True}
-        )
+        attrs = {**meta["attrs"], "cached": True}
+        error = float(meta["error"])
+        return FlankCompliance(gear=gear, order=order, blocks=blocks, error=error, correction=correction, attrs=attrs)
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return None

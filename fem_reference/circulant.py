@@ -23,11 +23,13 @@ from gearbench.compliance.solid import axis_integrals
 from gearbench.geometry.material import Material
 
 
-def tensor_stiffness(section: Section, count: int, material: Material) -> sp.csr_matrix:
+def tensor_stiffness(section: Section, counts: NDArray, material: Material) -> sp.csr_matrix:
     """Upper triangle of A₀₀⊗M + A₀₁⊗G + A₁₀⊗Gᵀ + A₁₁⊗S on the nodes that are not held, M = ∫hh, G = ∫hh′, S = ∫h′h′.
 
-    Degree of freedom = count·(that of the section) + function along the axis.
+    ``counts``: numbers of functions along the axis of the degrees of freedom of the section that are not held; those of
+    one follow each other.
     """
+    count = int(counts.max())
     b = section.body.gear.face_width
     integrals = axis_integrals(count) * np.array([[b, 1.0], [1.0, 1 / b]])[:, :, None, None]
     parts = section.stiffness(material)
@@ -52,35 +54,57 @@ def tensor_stiffness(section: Section, count: int, material: Material) -> sp.csr
         target = (start[row * count + a] + within * len(band[a]))[:, None] + np.arange(len(band[a]))
         data[target] = values.T @ of_axis[:, a, band[a]]
         indices[target] = col[:, None] * count + band[a]
-    keep = (indices >= np.repeat(np.arange(n * count), np.diff(start))) & (data != 0)
+    there = np.arange(count) < counts[:, None]
+    row_there, number = np.flatnonzero(there), (np.cumsum(there) - 1).astype(np.int32)
+    whole = np.repeat(np.arange(n * count), np.diff(start))
+    keep = (indices >= whole) & (data != 0) & there.ravel()[indices] & there.ravel()[whole]
     kept = np.concatenate([[0], np.cumsum(keep)])
-    return sp.csr_matrix((data[keep], indices[keep], kept[start]), shape=(n * count, n * count))
+    pointer = np.append(kept[start[row_there]], kept[-1])
+    return sp.csr_matrix((data[keep], number[indices[keep]], pointer), shape=(len(row_there),) * 2)
 
 
-def flank_blocks(section: Section, count: int, material: Material, order: tuple[int, int], n: int) -> NDArray:
+def flank_blocks(section: Section, counts: NDArray, material: Material, order: tuple[int, int], n: int) -> NDArray:
     """C_d, d = −n … n, (2n+1, p·q, p·q) [mm/N] of the surface under polynomial loads on the right flank.
 
     Parameters
     ----------
     section
         The section of a sector with its body, or of a tooth alone (n = 0).
-    count
-        Number of functions along the axis.
+    counts
+        Number of functions along the axis of each degree of freedom of the section that is not held.
     order
         Numbers p, q of polynomials of the loads along height and face width.
     """
+    S, face = condensed_sector(section, counts, material, order)
+    return -S[None] if section.body.bore_radius is None else circulant_compliance(S, face, section.body.gear.teeth, n)
+
+
+def condensed_sector(
+    section: Section,
+    counts: NDArray,
+    material: Material,
+    order: tuple[int, int],
+    functionals: sp.csr_array | None = None,
+) -> tuple[NDArray, int]:
+    """The sector condensed to left face, right face and polynomial loads, and the number of unknowns of a face.
+
+    ``functionals``: columns of more loads, of all functions along the axis at each degree of freedom of the section.
+    """
     gear = section.body.gear
-    stiffness = tensor_stiffness(section, count, material)
-    along = axis_load(gear.face_width, count, order[1])
-    load = sp.csr_matrix(sp.kron(section.flank_load(order[0])[section.free], along))
+    stiffness = tensor_stiffness(section, counts, material)
+    there = np.arange(counts.max()) < counts[:, None]
+    along = axis_load(gear.face_width, int(counts.max()), order[1])
+    loads = [sp.kron(section.flank_load(order[0])[section.free], along)]
+    loads += [] if functionals is None else [functionals]
+    load = sp.csr_matrix(sp.csr_array(sp.hstack(loads))[there.ravel()])
     if section.body.bore_radius is None:
-        return -schur_complement(stiffness, load, np.zeros(0, dtype=np.int64))[None]
+        return schur_complement(stiffness, load, np.zeros(0, dtype=np.int64)), 0
     number = np.where(section.free, np.cumsum(section.free) - 1, -1)
-    faces = []
+    of, faces = np.repeat(np.arange(len(counts)), counts), []
     for sign in (-1, 1):
         dofs = number[(3 * section.side(sign)[:, None] + np.arange(3)).ravel()]
-        faces.append((dofs[dofs >= 0][:, None] * count + np.arange(count)).ravel())
-    return circulant_compliance(schur_complement(stiffness, load, np.concatenate(faces)), len(faces[0]), gear.teeth, n)
+        faces.append(np.concatenate([np.flatnonzero(of == dof) for dof in dofs[dofs >= 0]]))
+    return schur_complement(stiffness, load, np.concatenate(faces)), len(faces[0])
 
 
 def axis_load(b: float, count: int, q: int) -> NDArray:
@@ -90,15 +114,16 @@ def axis_load(b: float, count: int, q: int) -> NDArray:
     return np.where(np.abs(found) > 1e-14 * np.abs(found).max(), found, 0.0)
 
 
-def circulant_compliance(S: NDArray, face: int, z: int, n: int) -> NDArray:
-    """C_d, d = −n … n, from the condensed sector S: left face, right face, loads."""
+def circulant_compliance(S: NDArray, face: int, z: int, n: int, loads: int | None = None) -> NDArray:
+    """C_d, d = −n … n, from the condensed sector S: left face, right face, loads; under the first ``loads`` of them."""
     L, R, F = slice(0, face), slice(face, 2 * face), slice(2 * face, None)
     diagonal, waves, found = S[L, L] + S[R, R], wave_numbers(z), []
     for k in waves:
         turn = np.exp(2j * math.pi * k / z)
         A = diagonal + turn * S[L, R] + np.conj(turn) * S[R, L]
         B = S[L, F] + np.conj(turn) * S[R, F]
-        found.append(B.conj().T @ cho_solve(cho_factor(A, lower=True, overwrite_a=True), B) - S[F, F])
+        X = cho_solve(cho_factor(A, lower=True, overwrite_a=True), B[:, :loads])
+        found.append(B.conj().T @ X - S[F, F][:, :loads])
     k, values = np.arange(z // 2 + 1), np.array(found)
     if len(waves) < len(k):
         # smooth in log k beyond the first few: those left out are interpolated

@@ -9,11 +9,13 @@ levels far above it has bounded the error, which mostly was two to four times sm
 from __future__ import annotations
 
 import logging
+import math
 import time
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fem_reference.circulant import flank_blocks
 from fem_reference.section import Body
@@ -31,6 +33,8 @@ _LOG = logging.getLogger(__name__)
 
 #: Polynomials along the axis beyond those of the loads, by level.
 EXTRA = {2: 3, 3: 6, 4: 9, 5: 13, 6: 17, 7: 21}
+#: Waves along the axis are left out where they have faded to e to the minus this, by level.
+FADED = {2: 2.0, 3: 2.0, 4: 3.0, 5: 4.0, 6: 5.0, 7: 6.0}
 #: Error bar that a level usually reaches together with the one before, from which the levels are chosen.
 USUAL = {3: 0.008, 4: 1e-3, 5: 2.5e-4, 6: 1e-4, 7: 4e-5}
 #: Share of the last step that is added, and is the error bar.
@@ -55,32 +59,51 @@ class Level:
         Degree of the quadrilaterals.
     waves
         Number of polynomials of the loads over the face width.
+    rim
+        Height of the row below the teeth in modules.
     """
 
     body: Body
     number: int
     waves: int
+    rim: float = 1.2
 
     @cached_property
     def section(self) -> Section:
         """The section."""
-        return Section(body=self.body, grain=Grain(degree=self.number))
+        return Section(body=self.body, grain=Grain(degree=self.number, rim=self.rim))
 
     @property
     def count(self) -> int:
         """Number of functions along the axis."""
         return self.waves + EXTRA[self.number]
 
+    @cached_property
+    def of_nodes(self) -> NDArray:
+        """Number of functions along the axis at each node: waves along the axis fade with the depth below the teeth.
+
+        A wave q fades at least like exp(−q d cos β) with the depth d, also seen along the screw.
+        """
+        gear, section = self.body.gear, self.section
+        depth = np.maximum(gear.root_radius - section.positions[:, 0], 1e-9 * gear.root_radius)
+        felt = FADED[self.number] * gear.face_width / (math.pi * depth * math.cos(gear.beta))
+        return np.minimum(self.count, np.ceil(EXTRA[self.number] + felt)).astype(int)
+
+    @property
+    def counts(self) -> NDArray:
+        """The same for each degree of freedom of the section that is not held."""
+        return np.repeat(self.of_nodes, 3)[self.section.free]
+
     @property
     def unknowns(self) -> int:
         """Number of unknowns of the sector."""
-        return self.count * int(np.count_nonzero(self.section.free))
+        return int(self.counts.sum())
 
     @property
     def memory(self) -> float:
         """Memory [bytes], good to a factor of two: 120 bytes an entry of the matrix, measured."""
         of_element = (3 * (self.number + 1) ** 2) ** 2
-        return 150e6 + 120 * 2.5 * len(self.section.maps) * of_element * self.count
+        return 150e6 + 120 * 2.5 * of_element * float(self.of_nodes[self.section.nodes].mean(axis=1).sum())
 
     @property
     def seconds(self) -> float:
@@ -109,9 +132,14 @@ def levels(body: Body, accuracy: float, order: tuple[int, int] | None = None) ->
         raise AccuracyError(f"accuracy = {accuracy:g}: must be at least {min(USUAL.values()):g}")
     fine = Level(body=body, number=chosen[0], waves=waves)
     fitting = [n for n in USUAL if Level(body=body, number=n, waves=waves).memory <= memory_limit()]
-    instead = f"accuracy = {USUAL[fitting[-1]]:g} would fit" if fitting else "no accuracy would fit"
+    instead = f"accuracy = {USUAL[fitting[-1]]:g} would fit" if fitting else f"no accuracy would fit: {_smaller(body)}"
     require(fine.memory, "effects.tooth_bending.accuracy", accuracy, instead)
     return Level(body=body, number=chosen[0] - 1, waves=waves), fine
+
+
+def _smaller(body: Body) -> str:
+    """What to compute where a body does not fit at any accuracy."""
+    return "take a narrower face width" if body.bore_radius is None else "compare without effects.gear_body"
 
 
 @single_threaded_blas()
@@ -155,13 +183,14 @@ def refined_compliance(
         "element": f"quadrilaterals of degree {level.number} × {level.count} polynomials", "level": level.number,
         "seconds": time.perf_counter() - start,
     }  # fmt: skip
-    return FlankCompliance(gear=body.gear, order=order, blocks=found[-1] + step, error=error, attrs=attrs)
+    blocks = found[-1] + step
+    return FlankCompliance(gear=body.gear, order=order, blocks=blocks, error=error, correction=step, attrs=attrs)
 
 
 def blocks_of(level: Level, material: Material, order: tuple[int, int]) -> np.ndarray:
     """Blocks C_d (2n+1, p·q, p·q) [mm/N] of a level, the compression of the half-space taken out of C_0."""
     gear = level.body.gear
     n = 0 if level.body.bore_radius is None else min((gear.teeth - 1) // 2, NEIGHBOURS)
-    blocks = flank_blocks(level.section, level.count, material, order, n)
+    blocks = flank_blocks(level.section, level.counts, material, order, n)
     blocks[n] -= half_space_compression(gear, material.E, material.nu, order, points=24)
     return blocks

@@ -275,23 +275,11 @@ class Section:
         N = np.einsum("pi,qj->qpji", value, value).reshape(len(s), -1)
         N_s = np.einsum("pi,qj->qpji", slope, value).reshape(len(s), -1)
         N_t = np.einsum("pi,qj->qpji", value, slope).reshape(len(s), -1)
-        C = _elasticity(material)
-        tau = math.tan(gear.beta) / gear.pitch_radius
+        C = elasticity(material)
         blocks = []
         for at in self.maps:
-            R, _, R_s, R_t, theta_s, theta_t = at(s, t)
-            det = R_t * theta_s - R_s * theta_t
-            N_R = (theta_s[:, None] * N_t - theta_t[:, None] * N_s) / det[:, None]
-            N_theta = (R_t[:, None] * N_s - R_s[:, None] * N_t) / det[:, None]
-            B0 = np.zeros((len(s), 6, N.shape[1], 3))
-            B1 = np.zeros_like(B0)
-            over = 1 / R[:, None]
-            B0[:, 0, :, 0] = N_R
-            B0[:, 1, :, 1], B0[:, 1, :, 0] = N_theta * over, N * over
-            B0[:, 2, :, 2], B1[:, 2, :, 2] = -tau * N_theta, N
-            B0[:, 3, :, 2], B0[:, 3, :, 1], B1[:, 3, :, 1] = N_theta * over, -tau * N_theta, N
-            B0[:, 4, :, 2], B0[:, 4, :, 0], B1[:, 4, :, 0] = N_R, -tau * N_theta, N
-            B0[:, 5, :, 0], B0[:, 5, :, 1] = N_theta * over, N_R - N * over
+            R, _, *slopes = at(s, t)
+            det, B0, B1 = strains(R, slopes, (N, N_s, N_t), gear)
             scale = np.sqrt(weight * det * R)[:, None, None]
             left = (C @ (scale * B0.reshape(*B0.shape[:2], -1))).reshape(6 * len(s), -1)
             B0, B1 = ((scale * B.reshape(*B.shape[:2], -1)).reshape(6 * len(s), -1) for B in (B0, B1))
@@ -330,7 +318,30 @@ class Section:
         return out
 
 
-def _elasticity(material: Material) -> NDArray:
+def strains(
+    R: NDArray, slopes: list[NDArray], shapes: tuple[NDArray, NDArray, NDArray], gear: Gear
+) -> tuple[NDArray, NDArray, NDArray]:
+    """|J| (point,) and strains B₀, B₁ (point, 6, node, 3): RR, θθ, yy, θy, Ry, Rθ are B₀u + B₁ ∂u/∂y, shear as angles.
+
+    ``slopes``: R_s, R_t, θ_s, θ_t; ``shapes``: N and its slopes along s and t, (point, node).
+    """
+    (R_s, R_t, theta_s, theta_t), (N, N_s, N_t) = slopes, shapes
+    det = R_t * theta_s - R_s * theta_t
+    N_R = (theta_s[:, None] * N_t - theta_t[:, None] * N_s) / det[:, None]
+    N_theta = (R_t[:, None] * N_s - R_s[:, None] * N_t) / det[:, None]
+    B0, over = np.zeros((len(R), 6, N.shape[1], 3)), 1 / R[:, None]
+    B1, tau = np.zeros_like(B0), math.tan(gear.beta) / gear.pitch_radius
+    B0[:, 0, :, 0] = N_R
+    B0[:, 1, :, 1], B0[:, 1, :, 0] = N_theta * over, N * over
+    B0[:, 2, :, 2], B1[:, 2, :, 2] = -tau * N_theta, N
+    B0[:, 3, :, 2], B0[:, 3, :, 1], B1[:, 3, :, 1] = N_theta * over, -tau * N_theta, N
+    B0[:, 4, :, 2], B0[:, 4, :, 0], B1[:, 4, :, 0] = N_R, -tau * N_theta, N
+    B0[:, 5, :, 0], B0[:, 5, :, 1] = N_theta * over, N_R - N * over
+    return det, B0, B1
+
+
+def elasticity(material: Material) -> NDArray:
+    """Stiffness of the material (6, 6) [N/mm²]: stress of the strains RR, θθ, yy, θy, Ry, Rθ."""
     lam, mu = lame(material.E, material.nu)
     C = np.diag([2 * mu] * 3 + [mu] * 3)
     C[:3, :3] += lam

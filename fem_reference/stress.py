@@ -1,7 +1,7 @@
 """Stress at the root fillet: the largest principal stress on the loaded side, where a tooth breaks.
 
-The stress is taken at the Gauss points of the facets of the fillet, from the gradients of the displacement itself.
-It is linear in the loads, so any load that is a sum of solved ones needs no further solution.
+The stress is taken at the Gauss points of the facets of the fillet, from the gradients of the displacement itself. Over
+a mesh cycle, and in three dimensions, see ``fem_reference.fillet_stress``.
 """
 
 from __future__ import annotations
@@ -10,10 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 
-from fem_reference.compliance import FlankSolution, Loads
 from fem_reference.elasticity import Lame, Space
 from fem_reference.plane import PlaneSolution
-from gearbench.geometry.action import ContactLines
 from gearbench.geometry.material import Material
 
 
@@ -57,36 +55,6 @@ def plane_root_stress(solution: PlaneSolution, material: Material) -> float:
     space = solution.space
     _, stress = surface_stress(space, solution.u, material, space.mesh.boundaries["right_fillet"])
     return _largest(stress[:, 0])
-
-
-def root_stress(
-    solution: FlankSolution,
-    basis: Loads,
-    material: Material,
-    lines: ContactLines,
-    force: NDArray,
-    *,
-    driven: bool = False,
-) -> NDArray:
-    """Largest principal stress on the loaded fillet under the load of each contact line, (position, pair) [MPa].
-
-    Only the load on the tooth itself is seen, not that on its neighbours.
-
-    Parameters
-    ----------
-    solution
-        Solution under the polynomial loads ``basis`` (``fem_reference.compliance.solve_flank``).
-    lines, force
-        Contact lines of the pair and the normal force on their segments [N], (position, pair, segment). They act
-        through the polynomials of the basis, Σ P_i φ(R_i, y_i), which keeps force and moment.
-    driven
-        Whether the gear is the driven one of the pair; contact then climbs towards the tip the other way along y.
-    """
-    space = solution.tooth.space
-    _, stress = surface_stress(space, solution.u, material, space.mesh.boundaries["right_fillet"])
-    R, y = lines.radii[int(driven)], solution.tooth.body.gear.face_width - lines.y if driven else lines.y
-    weight = np.einsum("pks,pksa->pka", force, basis(R, y))
-    return np.array([[_largest(np.tensordot(a, stress, (0, 1))) for a in pairs] for pairs in weight])
 
 
 def _largest(stress: NDArray) -> float:

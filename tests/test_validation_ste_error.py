@@ -45,8 +45,8 @@ def test_errors_of_known_signals():
         assert found[f"{name}_mean_error"] == pytest.approx(10.0, rel=1e-12)
         expected = 100 * (float(fast[f"{name}_peak_to_peak"]) / float(reference[f"{name}_peak_to_peak"]) - 1)
         assert found[f"{name}_peak_to_peak_error"] == pytest.approx(expected, rel=1e-12)
-        # relative to the strongest of the reference, the second: (3 − 2)/2.5, (1.5 − 2.5)/2.5, −0.5/2.5, 0.2/2.5, 0
-        assert_allclose(found[f"{name}_amplitude_error"], [40, -40, -20, 8, 0], atol=1e-10)
+        # relative to the fundamental of the reference: (3 − 2)/2, (1.5 − 2.5)/2, −0.5/2, 0.2/2, 0
+        assert_allclose(found[f"{name}_amplitude_error"], [50, -50, -25, 10, 0], atol=1e-10)
     assert_allclose(found["transmission_error_amplitude"], [[3, 1.5, 0, 0.2, 0], [2, 2.5, 0.5, 0, 0]], atol=1e-13)
     assert (found["load_share_error_max"], found["load_share_error_rms"]) == (0, 0)
 

@@ -12,13 +12,14 @@ from gearbench.effects.teeth import plate_tooth
 from gearbench.geometry.gear import Gear
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PlateFlank:
-    """Takes the place of ``FlankCompliance``: the paper's plate, ``softness`` times as compliant."""
+    """Takes the place of ``FlankCompliance``: the paper's plate, ``blocks`` times as compliant."""
 
     gear: Gear
     plate: PlateTooth
-    softness: float
+    blocks: float
+    correction: float = 0.0
     error: float = 0.005
     driven: bool = False
     attrs: dict = field(
@@ -28,7 +29,7 @@ class PlateFlank:
     )  # fmt: skip
 
     def factor(self, height, y):
-        return np.sqrt(self.softness) * self.plate.factor(height, y)
+        return np.sqrt(self.blocks) * self.plate.factor(height, y)
 
     shapes = factor
 
@@ -36,10 +37,10 @@ class PlateFlank:
         return np.broadcast_to(np.eye(3), (pairs, 3, 3))
 
 
-def plates_for_finite_elements(monkeypatch, softness: float = 1.0) -> None:
-    """Let the finite elements of this test be the paper's plate."""
+def plates_for_finite_elements(monkeypatch, softness: float = 1.0, correction: float = 0.0) -> None:
+    """Let the finite elements of this test be the paper's plate, ``correction`` × accuracy of it extrapolated."""
 
     def flank(body, material, accuracy):
-        return PlateFlank(body.gear, plate_tooth(body.gear, material, None, False), softness)
+        return PlateFlank(body.gear, plate_tooth(body.gear, material, None, False), softness, correction * accuracy)
 
     monkeypatch.setattr(tooth_bending, "meshed_flank", flank)

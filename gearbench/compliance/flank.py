@@ -60,6 +60,8 @@ class FlankCompliance:
         those that the model cannot resolve.
     error
         Estimated relative error (Frobenius norm) of C_0, where it is known.
+    correction
+        What ``blocks`` add to the finest discretisation that was solved, where they are extrapolated.
     attrs
         How it was computed: solver, unknowns, times, …
     """
@@ -70,6 +72,7 @@ class FlankCompliance:
     driven: bool = False
     rank_tolerance: float = 1e-12
     error: float = math.nan
+    correction: NDArray | None = None
     attrs: Mapping[str, Any] = field(default_factory=dict)
 
     @property

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.ring import Ring
-from gearbench.compliance.solid_tooth import ROOT_AXIS_ORDER, SolidTooth
+from gearbench.compliance.solid_tooth import SolidTooth
 
 #: Greatest n ψ of the harmonics counted, ψ the half-angle of a root: the remainder falls like its square.
 FINEST = 30.0
@@ -50,7 +50,7 @@ class ToothedRing:
     @property
     def axis_order(self) -> int:
         """Number of polynomials in z of the root."""
-        return min(self.tooth.order[2], ROOT_AXIS_ORDER)
+        return self.tooth.root_axis_order
 
     @cached_property
     def tooth_parts(self) -> tuple[NDArray, NDArray]:

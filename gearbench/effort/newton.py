@@ -35,6 +35,7 @@ def newton_curves(scene: Scene, repeats: int) -> list[Curve]:
     exact, before = _stopped(scene, problem, 200), _stopped(scene, problem, 100)
 
     def point(steps: int) -> Point:
+        """The run that stops after ``steps``: its time is that of the whole less the share it leaves out."""
         left = 1 - min(steps / taken, 1.0)
         cost = Cost(
             seconds=whole.seconds - left * alone.seconds,

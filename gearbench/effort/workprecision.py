@@ -54,6 +54,7 @@ def cost(scene: Scene, repeats: int = REPEATS, seeds: int = 8, meshes: Meshes | 
     """
 
     def curves() -> list[Curve]:
+        """A curve for each setting of the scene."""
         return [
             *(knob_curve(scene, knob, repeats) for knob in KNOBS.values() if knob.applies(scene)),
             *newton_curves(scene, repeats),

@@ -1,4 +1,4 @@
-"""Line load on the flank as an image: path of contact across, face width up."""
+"""A quantity on the flank as an image: path of contact across, face width up."""
 
 from __future__ import annotations
 
@@ -20,17 +20,19 @@ def flank_range(solved: Solved) -> tuple[float, float]:
     return min(meshing.path_start, float(u.min())), max(meshing.path_end, float(u.max()))
 
 
-def flank_map(solved: Solved, size: tuple[int, int] = SIZE) -> NDArray:
-    """Line load over the rectangle of ``flank_range`` and 0 … b, (up, across) [N/mm]; NaN where no line is near.
+def flank_map(solved: Solved, values: NDArray, size: tuple[int, int] = SIZE) -> NDArray:
+    """``values`` (position, pair, segment) over the rectangle of ``flank_range`` and 0 … b, (up, across).
+
+    NaN where no line is near.
 
     At fixed y the line of phase τ + k stands at u = u_A + (τ + k) p_bt + y tan β_b: interpolated along each line in y,
     then between lines in u.
     """
     lines, pair = solved.lines, solved.scene.pair
-    active, load = lines.active, solved.line_load()
+    active = lines.active
     turn = (lines.mesh_phase[:, None] + lines.index)[active]
     order = np.argsort(turn)
-    turn, y, q = turn[order], lines.y[active][order], load[active][order]
+    turn, y, q = turn[order], lines.y[active][order], values[active][order]
     half = lines.length[active][order] * math.cos(pair.meshing.beta_b) / 2
     across, up = size
     positions = (np.arange(up) + 0.5) / up * pair.face_width

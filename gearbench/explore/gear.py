@@ -35,7 +35,7 @@ class GearPanel:
         self.stiffness_orders = self._bars("stiffness", "Orders of k", "amplitude of k [N/µm]", "#D55E00")
         self.ste_density = self._density("ste", "RMS δ over the errors", "RMS δ [µm]", "1/µm", "#0072B2")
         self.stiffness_density = self._density("stiffness", "RMS k over the errors", "RMS k [%]", "1/%", "#D55E00")
-        self.load = self._load(now)
+        self.pressure = self._pressure(now)
         self.teeth = self._teeth(now)
 
     @property
@@ -43,7 +43,7 @@ class GearPanel:
         """The figures by name, row after row."""
         upper = {"ste": self.ste, "stiffness": self.stiffness}
         upper |= {"ste_orders": self.ste_orders, "stiffness_orders": self.stiffness_orders}
-        lower = {"load": self.load, "teeth": self.teeth}
+        lower = {"pressure": self.pressure, "teeth": self.teeth}
         return upper | lower | {"ste_density": self.ste_density, "stiffness_density": self.stiffness_density}
 
     def _curve(self, name: str, title: str, label: str, colour: str) -> Any:
@@ -73,13 +73,13 @@ class GearPanel:
         plot.line("value", "density", source=self.now[key], color=colour, line_width=2.2)
         return plot
 
-    def _load(self, now: Tables) -> Any:
-        plot = chart("Line load on the flank", "path of contact u [mm]", "face width y [mm]", height=HEIGHT)
+    def _pressure(self, now: Tables) -> Any:
+        plot = chart("Contact pressure on the flank", "path of contact u [mm]", "face width y [mm]", height=HEIGHT)
         plot.x_range.range_padding = plot.y_range.range_padding = 0
-        mapper = LinearColorMapper(palette="Cividis256", low=0, high=now["load"]["top"][0], nan_color="white")
-        source = self.now["load"]
+        mapper = LinearColorMapper(palette="Cividis256", low=0, high=now["pressure"]["top"][0], nan_color="white")
+        source = self.now["pressure"]
         plot.image("image", "x", "y", "dw", "dh", source=source, color_mapper=mapper)
-        bar = ColorBar(color_mapper=mapper, title="q [N/mm]", width=10, title_text_font_size="12px", padding=3)
+        bar = ColorBar(color_mapper=mapper, title="p [MPa]", width=10, title_text_font_size="12px", padding=3)
         plot.add_layout(bar, "right")
         source.js_on_change("data", script("load", source=source, mapper=mapper))
         plot.grid.visible = False

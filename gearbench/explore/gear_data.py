@@ -29,16 +29,16 @@ def tables(picture: Picture, *, teeth: bool = True) -> Tables:
         "stiffness_orders": _orders(k.amplitude),
     }
     image = {
-        "image": [picture.load.astype("float32")],
-        "x": [picture.load_range[0]],
+        "image": [picture.pressure.astype("float32")],
+        "x": [picture.pressure_range[0]],
         "y": [0.0],
-        "dw": [picture.load_range[1] - picture.load_range[0]],
+        "dw": [picture.pressure_range[1] - picture.pressure_range[0]],
         "dh": [pair.face_width],
-        "top": [float(np.nanquantile(picture.load, 0.99))],
+        "top": [float(np.nanquantile(picture.pressure, 0.99))],
     }
     scatter = {} if picture.unfinished else densities(picture)
     shapes = _teeth(picture) if teeth else {}
-    return {**_short(found), **scatter, "load": image, **shapes, "scene": {"text": [picture.scene.to_toml()]}}
+    return {**_short(found), **scatter, "pressure": image, **shapes, "scene": {"text": [picture.scene.to_toml()]}}
 
 
 def densities(picture: Picture) -> Tables:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import GearbenchError
 from gearbench.explore.flank_map import flank_map, flank_range
+from gearbench.results import flank
 from gearbench.results.cycle import coefficients, curves
 from gearbench.results.responses import response
 from gearbench.results.solved import Solved
@@ -65,9 +66,9 @@ class Picture:
         The results.
     transmission_error, mesh_stiffness
         STE [µm] and stiffness [N/µm] with every error at its mean.
-    load
-        Line load on the flank, see ``flank_map`` [N/mm].
-    load_range
+    pressure
+        Hertz pressure on the flank, see ``flank_map`` [MPa].
+    pressure_range
         u [mm] from which to which it is drawn.
     scatter
         None where the scene has no random errors, or it is not computed yet.
@@ -78,8 +79,8 @@ class Picture:
     scene: Scene
     transmission_error: Cycle
     mesh_stiffness: Cycle
-    load: NDArray
-    load_range: tuple[float, float]
+    pressure: NDArray
+    pressure_range: tuple[float, float]
     scatter: Scatter | None
     seconds: float
 
@@ -112,8 +113,8 @@ def outline(scene: Scene) -> tuple[Picture, Solved]:
         scene=scene,
         transmission_error=_cycle(solved, "transmission_error"),
         mesh_stiffness=_cycle(solved, "mesh_stiffness"),
-        load=flank_map(solved),
-        load_range=flank_range(solved),
+        pressure=flank_map(solved, flank.pressure(solved)),
+        pressure_range=flank_range(solved),
         scatter=None,
         seconds=time.perf_counter() - start,
     )

@@ -133,7 +133,8 @@ def quantity(name: str) -> Quantity | None:
     """Unit, symbol and meaning of anything a Dataset may hold; None where the name is not known.
 
     Names that follow from others are understood: a statistic, its ``…_standard_error``, the ``…_first_order`` shares of
-    the errors in a variance, the relative ``…_error`` against a reference, and the value ``…_verified`` by one.
+    the errors in a variance, the relative ``…_error`` against a reference, its ``…_bar``, and the value ``…_verified``
+    by one.
     """
     if name in QUANTITIES:
         return QUANTITIES[name]
@@ -155,6 +156,7 @@ _DERIVED: Mapping[str, Callable[[Quantity], Quantity]] = MappingProxyType(
         "_first_order": lambda q: Quantity("1", "S", f"share of each error in the variance of the {q.long_name}"),
         "_verified": lambda q: Quantity(q.units, q.symbol, f"{q.long_name}, compliance of the reference"),
         "_error": lambda q: Quantity("%", f"error of {q.symbol}", f"error of the {q.long_name} against the reference"),
+        "_bar": lambda q: Quantity(q.units, f"± {q.symbol}", f"{q.long_name}: what the reference's own error adds"),
     }
 )
 

@@ -11,16 +11,17 @@ import numpy as np
 
 from gearbench.contact.assemble import mesh_phases, scene_lines
 from gearbench.effort.clock import timed, times, unseen
-from gearbench.errors import InputError
+from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.role import Role
 from gearbench.results.provenance import provenance, run_provenance
 from gearbench.results.responses import described
 from gearbench.scene import Scene
 from gearbench.simulation import simulate
 from gearbench.validation.dataset import CYCLE, stack
-from gearbench.validation.mac import compare_shapes, line_mac
+from gearbench.validation.judge import judge
+from gearbench.validation.mac import LOADS, flank_grid
 from gearbench.validation.reference import meshed_flanks, reference_scene, smooth_effects
-from gearbench.validation.ste_error import CURVES, HARMONICS, OUTPUTS, cycle_errors
+from gearbench.validation.ste_error import CURVES, HARMONICS, OUTPUTS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,13 +31,14 @@ REPEATS = 5
 MODELS, GEARS = ("fast", "reference"), ("pinion", "wheel")
 
 
-def compare(scene: Scene, accuracy: float = 0.01) -> xr.Dataset:
+def compare(scene: Scene, accuracy: float | None = None) -> xr.Dataset:
     """Compare a scene with its finite element reference.
 
     Parameters
     ----------
     accuracy
-        Relative error of the reference's compliance that its meshes are refined to.
+        Relative error of the reference's compliance; unless given, the reference is made so accurate that its own
+        error is a fifth of the differences that it judges (``gearbench.validation.judge``).
 
     Returns
     -------
@@ -47,47 +49,36 @@ def compare(scene: Scene, accuracy: float = 0.01) -> xr.Dataset:
     ------
     InputError
         If the scene has no reference, see ``reference_scene``.
+    AccuracyError
+        If no reference can be had; says what fits.
     """
     import xarray as xr
 
     begun = time.perf_counter()
-    reference = reference_scene(scene, accuracy)
+    reference_scene(scene)  # refused before anything is computed
     fast_run, first_call = timed(lambda: simulate(scene, outputs=OUTPUTS))
-    reference_run = simulate(reference, outputs=OUTPUTS)
+    judged = judge(scene, fast_run, accuracy)
+    reference = judged.reference
     variables: dict[str, tuple] = {
-        name: (("model", *fast_run[name].dims), np.array([fast_run[name].values, reference_run[name].values]))
+        name: (("model", *fast_run[name].dims), np.array([fast_run[name].values, judged.cycle[name].values]))
         for name in (*CURVES, "load_share")
     }
+    grids = [flank_grid(scene.pair, role, LOADS) for role in Role]
     coords: dict[str, tuple] = {
         "model": ("model", list(MODELS)),
         "gear": ("gear", list(GEARS)),
         "harmonic": ("harmonic", np.arange(1, HARMONICS + 1)),
         **{name: (fast_run[name].dims, fast_run[name].values) for name in CYCLE},
     }
-    variables |= cycle_errors(fast_run, reference_run) | _shapes(scene, reference) | _reference(reference)
+    variables |= judged.found | _reference(reference)
     variables |= _times(scene, reference, variables["reference_seconds"][1].sum()) | {
-        "first_call_seconds": ((), first_call.seconds)
+        "load_radius": (("gear", "load_height"), np.array([grid.radius for grid in grids])),
+        "load_position": (("load_face",), grids[0].y),
+        "first_call_seconds": ((), first_call.seconds),
+        "reference_settled": ((), int(judged.settled)),
     }
     attrs = provenance(scene, wall_time=time.perf_counter() - begun) | _reference_attrs(reference)
-    return xr.Dataset(described(variables), described(coords), attrs)
-
-
-def _shapes(scene: Scene, reference: Scene) -> dict[str, tuple]:
-    found = [compare_shapes(scene, reference, role) for role in Role]
-    over = ("gear", "load_height", "load_face")
-    criterion = np.array([each.mac for each in found])
-    lines = np.array([line_mac(scene, reference, role) for role in Role])
-    return {
-        "load_radius": (("gear", "load_height"), np.array([each.loads.radius for each in found])),
-        "load_position": (("load_face",), found[0].loads.y),
-        "mac": (over, criterion),
-        "mac_worst": (("gear",), criterion.min(axis=(1, 2))),
-        "mac_mean": (("gear",), criterion.mean(axis=(1, 2))),
-        "line_mac_worst": (("gear",), lines[:, 0]),
-        "line_mac_mean": (("gear",), lines[:, 1]),
-        "norm_ratio": (over, np.array([each.norm_ratio for each in found])),
-        "compliance_ratio": (("gear",), np.array([each.compliance_ratio for each in found])),
-    }
+    return xr.Dataset(described(variables), described(coords), attrs | {"reference_reason": judged.reason})
 
 
 def _reference(reference: Scene) -> dict[str, tuple]:
@@ -132,7 +123,7 @@ def _reference_attrs(reference: Scene) -> dict[str, str]:
         "reference_scene": reference.to_toml(),
         "reference_solver": str(attrs["solver"]),
         "reference_element": str(attrs["element"]),
-        "reference_versions": ", ".join(_installed("gmsh", "scikit-fem", "pypardiso")),
+        "reference_versions": ", ".join(_installed("scipy", "pypardiso")),
     }
 
 
@@ -148,7 +139,7 @@ def _installed(*packages: str) -> list[str]:
 
 
 def validate(
-    scenes: Sequence[Scene], accuracy: float = 0.01, progress: Callable[[str], object] = lambda _: None
+    scenes: Sequence[Scene], accuracy: float | None = None, progress: Callable[[str], object] = lambda _: None
 ) -> xr.Dataset:
     """Compare several scenes, each with its reference, along the dimension ``scene``.
 
@@ -158,21 +149,28 @@ def validate(
     ------
     InputError
         As ``compare``, before anything is computed.
+    GearbenchError
+        If the reference of a scene cannot be had; names the scene, and says what to do.
     """
     begun = time.perf_counter()
     for name, scene in zip(labels(scenes), scenes, strict=True):
-        check(scene, accuracy, name)
+        check(scene, name)
     found = []
     for name, scene in zip(labels(scenes), scenes, strict=True):
         progress(name)
-        found.append(compare(scene, accuracy))
+        try:
+            found.append(compare(scene, accuracy))
+        except InputError as error:
+            raise error.in_file(name) from None
+        except GearbenchError as error:
+            raise GearbenchError(f"{name}: {error}") from None
     return stack(found, labels(scenes)).assign_attrs(run_provenance(wall_time=time.perf_counter() - begun))
 
 
-def check(scene: Scene, accuracy: float, file: str) -> None:
+def check(scene: Scene, file: str) -> None:
     """Refuse a scene that has no reference, naming the file it comes from."""
     try:
-        reference_scene(scene, accuracy)
+        reference_scene(scene)
     except InputError as error:
         raise error.in_file(file) from None
 

@@ -19,6 +19,7 @@ TEXTS = {
     "reference_solver": "reference_solver",
     "reference_element": "reference_element",
     "reference_versions": "reference_versions",
+    "reference_reason": "reference_reason",
 }
 #: Coordinates of a mesh cycle.
 CYCLE = ("mesh_phase", "phase_weight", "panel_start", "panel_end", "pair_index")

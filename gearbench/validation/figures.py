@@ -54,8 +54,6 @@ def draw_cycle(dataset: xr.Dataset, name: str, axis: Axes) -> None:
     axis.axvline(1.0, color=GREY, lw=0.8, ls=":")
     axis.set_xlim(0, 2)
     axis.set_ylabel(f"{dataset[name].attrs['symbol']} [{dataset[name].attrs['units']}]")
-    # zero must be in sight, or a small fluctuation looks large
-    axis.set_ylim(bottom=0)
 
 
 def load_share_figure(dataset: xr.Dataset) -> Figure:
@@ -100,7 +98,7 @@ def harmonics_figure(dataset: xr.Dataset) -> Figure:
             axis.bar(harmonic + shift, amplitude, 0.38, color=style["color"], hatch=hatch, label=style["label"])
         worst = dataset[f"{name}_amplitude_error"].values
         i = int(np.nanargmax(np.abs(worst)))
-        axis.set_title(f"harmonic {harmonic[i]}: {percent(float(worst[i]))} of the strongest", fontsize=10)
+        axis.set_title(f"harmonic {harmonic[i]}: {percent(float(worst[i]))} of the fundamental", fontsize=10)
         attrs = dataset[f"{name}_amplitude"].attrs
         axis.set(xlabel="harmonic n [–]", ylabel=f"amplitude {attrs['symbol']} [{attrs['units']}]")
         axis.set_xticks(harmonic)

@@ -58,6 +58,7 @@ def mesh_figure(dataset: xr.Dataset) -> Figure:
         section = Section(body=body, grain=Grain(degree=2))  # the quadrilaterals are those of every level
         axes = figure.add_subplot(1, 2, role + 1)
         draw_section(section, axes)
+        axes.tick_params(axis="x", rotation=90)  # a sector may be narrower than its numbers
         unknowns, error = int(found["reference_unknowns"]), float(found["reference_error"])
         axes.set_title(
             f"{name}: {len(section.maps)} quadrilaterals, {unknowns} unknowns,\nestimated error {100 * error:.2g} %",

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
-from gearbench.effects.base import Effect, ToothCompliance
+from numpy.typing import NDArray
+
+from gearbench.compliance.flank import FlankCompliance, flank_factor, flank_matrix
+from gearbench.effects.base import Dense, Effect, Effects, LowRank, ToothCompliance
 from gearbench.effects.gear_body import GearBody
+from gearbench.effects.teeth import Tooth
 from gearbench.effects.tooth_bending import ToothBending, tooth_bending
 from gearbench.errors import InputError
+from gearbench.geometry.action import ContactLines
+from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
 from gearbench.scene import Scene
-
-if TYPE_CHECKING:
-    from gearbench.compliance.flank import FlankCompliance
 
 
 def smooth_effects(scene: Scene) -> tuple[ToothCompliance, ...]:
@@ -27,7 +30,7 @@ def reference_scene(scene: Scene, accuracy: float = 0.01) -> Scene:
     Parameters
     ----------
     accuracy
-        Relative error of the compliance that the meshes are refined to.
+        Relative error of the compliance.
 
     Raises
     ------
@@ -56,3 +59,53 @@ def meshed_flanks(reference: Scene) -> tuple[FlankCompliance, FlankCompliance]:
     """Compliances of the flanks of pinion and wheel of a reference."""
     tooth, beside = finite_elements(reference), reference.effects_by_name
     return tooth.flank(reference.pair, Role.PINION, beside), tooth.flank(reference.pair, Role.WHEEL, beside)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SolvedTeeth(Tooth):
+    """Teeth of a reference by the finest level that was solved: what it says differs from the reference by its error.
+
+    Parameters
+    ----------
+    flanks
+        Flanks of pinion and wheel.
+    """
+
+    flanks: tuple[FlankCompliance, FlankCompliance]
+
+    name: ClassVar[str] = ToothBending.name
+    summary: ClassVar[str] = ToothBending.summary
+    source: ClassVar[str] = ToothBending.source
+
+    @property
+    def meshed(self) -> bool:
+        """They are of finite elements."""
+        return True
+
+    @property
+    def solid_order(self) -> None:
+        """No ring is joined to them."""
+        return None
+
+    def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense:
+        """Factor of both teeth side by side, or the matrix of all pairs where the gears are on their bodies."""
+        if GearBody.name in beside:
+            return Dense(matrix=flank_matrix(self.flanks, lines), positive=True)
+        return LowRank(factor=flank_factor(self.flanks, lines))
+
+    def tooth_factor(self, pair: Pair, role: Role, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
+        """Ψ of one tooth; see ``ToothCompliance``."""
+        return self.flanks[role].factor(height, y)
+
+
+def finest_level(reference: Scene) -> Scene:
+    """``reference`` without the extrapolation of its last two levels, which is the error bar of its compliance.
+
+    Not for a file: it holds the flanks themselves.
+    """
+    pinion, wheel = (
+        flank if flank.correction is None else replace(flank, blocks=flank.blocks - flank.correction)
+        for flank in meshed_flanks(reference)
+    )
+    kept = [effect for effect in reference.effects if effect.name != ToothBending.name]
+    return replace(reference, effects=(SolvedTeeth(flanks=(pinion, wheel)), *kept))

@@ -11,12 +11,15 @@ from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from gearbench.errors import InputError
 from gearbench.files import check_target, replacing
 from gearbench.results.netcdf import save
 from gearbench.validation import figures
 from gearbench.validation.dataset import of_scene
-from gearbench.validation.figures import duration, percent
+from gearbench.validation.figures import duration
+from gearbench.validation.judge import NEGLIGIBLE, TIMES
 from gearbench.validation.mac import RESPONSES
 from gearbench.validation.mesh_picture import mesh_figure
 
@@ -84,22 +87,44 @@ def render(dataset: xr.Dataset) -> str:
 
 
 def finding(one: xr.Dataset) -> str:
-    """Findings of the comparison of a scene, in a sentence."""
-    errors = ", ".join(f"{label} {percent(float(one[f'{name}_error']))}" for label, name in _ERRORS.items())
+    """Findings of the comparison of a scene, in sentences; ± is what the reference's own error adds."""
+    errors = ", ".join(f"{label} {_error(one, f'{name}_error')}" for label, name in _ERRORS.items())
     fast, slow = one["compliance_seconds"].values
     worst, mean, line = (float(one[name].min()) for name in ("mac_worst", "mac_mean", "line_mac_mean"))
     return (
         f"Against finite elements: {errors}; deflection shapes agree to MAC {mean:.3f} under a point load "
         f"({worst:.3f} at worst), {line:.3f} under a contact line. Compliance in {duration(fast)} instead of "
-        f"{duration(slow)}, a factor of {slow / fast:.0f}."
+        f"{duration(slow)}, a factor of {slow / fast:.0f}.{_unsettled(one)}"
     )
+
+
+def _error(one: xr.Dataset, name: str) -> str:
+    """A difference [%] and its error bar, to the digits that it allows."""
+    value, bar = float(one[name]), float(one[f"{name}_bar"])
+    if not np.isfinite(value):
+        return "undefined"
+    digits = int(np.clip(np.ceil(-np.log10(max(bar, 1e-9))), 1, 3))
+    return f"{value:+.{digits}f} ± {bar:.1g} %".replace("-", "−")
+
+
+def _unsettled(one: xr.Dataset) -> str:
+    """Which differences the reference cannot judge, and why it is no better."""
+    if int(one["reference_settled"]):
+        return ""
+    coarse = [
+        label
+        for label, name in _ERRORS.items()
+        if TIMES * float(one[f"{name}_error_bar"]) > max(abs(float(one[f"{name}_error"])), NEGLIGIBLE)
+    ]
+    why = one.attrs["reference_reason"] or "give a smaller --accuracy, or none"
+    return f" The reference is less than five times better than the difference of {', '.join(coarse)}: {why}."
 
 
 def _overview(names: Sequence[str], scenes: Sequence[xr.Dataset]) -> str:
     rows = []
     for i, (name, one) in enumerate(zip(names, scenes, strict=True)):
         fast, slow = one["compliance_seconds"].values
-        numbers = [percent(float(one[f"{variable}_error"])) for variable in _ERRORS.values()]
+        numbers = [_error(one, f"{variable}_error") for variable in _ERRORS.values()]
         mac = f"{float(one['mac_worst'].min()):.3f} / {float(one['mac_mean'].mean()):.3f}"
         rows.append([f'<a href="#scene-{i}">{escape(name)}</a>', *numbers, mac, f"{slow / fast:.0f}"])
     return _table(["scene", *_ERRORS, "MAC worst / mean", "compliance: times faster"], rows)
@@ -123,7 +148,7 @@ def _section(i: int, name: str, one: xr.Dataset) -> str:
         [
             f'<section id="scene-{i}"><h2>{escape(name)}</h2>',
             f'<p class="finding">{escape(finding(one))}</p>',
-            "<h3>Errors over the mesh cycle</h3>",
+            "<h3>Differences over the mesh cycle</h3>",
             _cycle_table(one),
             "<h3>Teeth</h3>",
             _tooth_table(one),
@@ -139,21 +164,24 @@ def _section(i: int, name: str, one: xr.Dataset) -> str:
 def _cycle_table(one: xr.Dataset) -> str:
     rows = []
     for label, name in _ERRORS.items():
-        fast, reference = one[name].values
-        units = one[name].attrs["units"]
-        error = percent(float(one[f"{name}_error"]))
-        rows.append([label, f"{fast:.4g} {units}", f"{reference:.4g} {units}", error])
+        rows.append([label, *_both(one[name], one[f"{name}_bar"]), _error(one, f"{name}_error")])
     for word, name in (("STE", "transmission_error"), ("stiffness", "mesh_stiffness")):
-        harmonic, error = one[f"{name}_amplitude"], one[f"{name}_amplitude_error"].values
-        for n, (fast, reference) in enumerate(harmonic.values.T):
-            units = harmonic.attrs["units"]
-            label = f"harmonic {n + 1} of {word}"
-            rows.append([label, f"{fast:.4g} {units}", f"{reference:.4g} {units}", f"{percent(float(error[n]))} *"])
+        known = f"{name}_amplitude"
+        for n in range(one.sizes["harmonic"]):
+            here = one.isel(harmonic=n)
+            error = f"{_error(here, f'{known}_error')} of the fundamental"
+            rows.append([f"harmonic {n + 1} of {word}", *_both(here[known], here[f"{known}_bar"]), error])
     for label, part in (("largest", "max"), ("RMS", "rms")):
-        difference = 100 * float(one[f"load_share_error_{part}"])
-        rows.append([f"{label} difference in load sharing", "", "", f"{difference:.1f} % of the load"])
-    table = _table(["", "fast model", "finite elements", "error"], rows)
-    return f"{table}<p>* of the strongest of these harmonics of the reference.</p>"
+        difference, bar = (100 * float(one[f"load_share_error_{part}{end}"]) for end in ("", "_bar"))
+        rows.append([f"{label} difference in load sharing", "", "", f"{difference:.1f} ± {bar:.2g} % of the load"])
+    return _table(["", "fast model", "finite elements", "difference"], rows)
+
+
+def _both(values: xr.DataArray, bar: xr.DataArray) -> tuple[str, str]:
+    """Numbers of both models, that of the reference with its error."""
+    fast, reference = values.values
+    units = values.attrs["units"]
+    return f"{fast:.4g} {units}", f"{reference:.4g} ± {float(bar[1]):.2g} {units}"
 
 
 def _tooth_table(one: xr.Dataset) -> str:
@@ -167,7 +195,11 @@ def _tooth_table(one: xr.Dataset) -> str:
         "unknowns of the finest level": ("reference_unknowns", ".0f"),
         "levels refined over": ("reference_meshes", ".0f"),
     }
-    rows = [[label, *(f"{v:{form}}" for v in one[name].values)] for label, (name, form) in labels.items()]
+    rows = []
+    for label, (name, form) in labels.items():
+        bars = one[f"{name}_bar"].values if f"{name}_bar" in one else None
+        cells = [f"{v:{form}}" + ("" if bars is None else f" ± {bars[k]:.1g}") for k, v in enumerate(one[name].values)]
+        rows.append([label, *cells])
     return _table(["", *map(str, one["gear"].values)], rows)
 
 
@@ -210,15 +242,19 @@ def _method(dataset: xr.Dataset) -> str:
     paragraphs = (
         "Reference: the same pair, load, gaps, contact law and mesh phases; every compliance but the contact law is "
         "replaced by that of three-dimensional finite elements, a clamped tooth or, where the scene models the gear "
-        "body, a sector of teeth on the body. The compression near the contact is counted once, by the contact law.",
-        "Errors are those of the fast model, (fast − reference) / reference. Peak-to-peak values include both sides of "
-        "each jump. Load sharing: difference of the share of a tooth pair while it is in contact.",
+        "body, the whole gear on its bore. The compression near the contact is counted once, by the contact law.",
+        "Differences are (fast − reference) / reference, those of harmonics over the fundamental of the reference. "
+        "± is how far a number moves where the finest level of the finite elements alone takes the place of the value "
+        "extrapolated from the last two: the error of the reference. Unless an accuracy is given, it is raised until "
+        f"that is a fifth of each difference of STE and stiffness, or of {NEGLIGIBLE:g} %.",
+        "Peak-to-peak values include both sides of each jump. Load sharing: difference of the share of a tooth pair "
+        "while it is in contact.",
         f"MAC = (aᵀb)² / ((aᵀa)(bᵀb)) of the deflections a, b of one flank, in the middle of {RESPONSES[0]} × "
         f"{RESPONSES[1]} equal cells of its active part, under a unit load: at each of "
         f"{heights} × {positions} positions, or spread evenly over each contact line of the mesh cycle (the mean "
         "weighted with its length).",
         "Times are wall times on this computer: medians of repeats after warm-up for the fast model; for the finite "
-        "elements meshing, assembly and solution of all meshes, both gears.",
+        "elements assembly and solution of all levels, both gears.",
     )
     return "\n".join(f"<p>{escape(text)}</p>" for text in paragraphs)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,9 +30,8 @@ def relative_error(value: ArrayLike, reference: ArrayLike, scale: ArrayLike | No
 def cycle_errors(fast: xr.Dataset, reference: xr.Dataset) -> dict[str, tuple]:
     """Variables of the comparison: both sides' numbers, and relative errors [%].
 
-    Harmonics are errors of the amplitude, relative to the strongest harmonic of the reference: the first may all but
-    vanish, as with an overlap ratio near one. Load sharing: largest and RMS difference of the share of a pair, while
-    it is in contact.
+    Harmonics are differences of the amplitude, relative to the fundamental of the reference. Load sharing: largest and
+    RMS difference of the share of a pair, while it is in contact.
     """
     sides = (fast, reference)
     found: dict[str, tuple] = {}
@@ -42,10 +42,23 @@ def cycle_errors(fast: xr.Dataset, reference: xr.Dataset) -> dict[str, tuple]:
             found[f"{name}_{part}_error"] = ((), relative_error(a, b))
         a, b = (fourier(side, name, HARMONICS) for side in sides)
         found[f"{name}_amplitude"] = (("model", "harmonic"), np.array([a, b]))
-        found[f"{name}_amplitude_error"] = (("harmonic",), relative_error(a, b, np.full(HARMONICS, b.max())))
+        found[f"{name}_amplitude_error"] = (("harmonic",), relative_error(a, b, np.full(HARMONICS, b[0])))
     shares = fast["load_share"].values, reference["load_share"].values
     largest, rms = load_share_error(*shares, fast["phase_weight"].values)
     return found | {"load_share_error_max": ((), largest), "load_share_error_rms": ((), rms)}
+
+
+def error_bars(judged: Mapping[str, tuple], again: Mapping[str, tuple]) -> dict[str, tuple]:
+    """Error bar of every error in a comparison: its change where the finest level alone takes the reference's part.
+
+    ``judged`` and ``again`` hold the errors against the reference and against its finest level; of a name the bar is
+    ``…_bar``, in its unit.
+    """
+    return {
+        f"{name}_bar": (dims, np.abs(np.subtract(again[name][1], value)))
+        for name, (dims, value) in judged.items()
+        if name in again
+    }
 
 
 def load_share_error(share: NDArray, reference: NDArray, weight: NDArray) -> tuple[float, float]:

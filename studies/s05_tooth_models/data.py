@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING
@@ -16,15 +15,14 @@ from gearbench.effects.base import Effect
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending
-from gearbench.geometry.involute import inv, inverse_involute
-from gearbench.geometry.pair import Member, Pair
 from gearbench.geometry.role import Role
-from gearbench.scene import Load, Scene
+from gearbench.scene import Scene
 from gearbench.simulation import simulate
 from gearbench.validation.comparison import compliance_seconds
 from gearbench.validation.mac import compare_shapes
 from gearbench.validation.reference import meshed_flanks, reference_scene
 from gearbench.validation.ste_error import OUTPUTS, cycle_errors
+from studies.s05_tooth_models.pairs import draw, everyday
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,65 +55,16 @@ ERRORS = tuple(
 )
 
 
-def draw(seed: int = SEED) -> Iterator[Scene]:
-    """Scenes of pairs drawn at random, those left out that cannot be made or barely mesh (ε_α < 1.1)."""
-    rng = np.random.default_rng(seed)
-    while True:
-        u = rng.uniform(size=12)
-        try:
-            scene = _scene(u)
-        except (ValidationError, ValueError):
-            continue
-        if scene.pair.meshing.transverse_contact_ratio >= 1.1:
-            yield scene
-
-
-def _scene(u: np.ndarray) -> Scene:
-    """Scene of twelve numbers in [0, 1)."""
-    module = round(float(np.exp(np.interp(u[0], [0, 1], np.log([1.0, 12.0])))), 2)
-    teeth = 15 + int(30 * u[1])
-    wheel = min(120, round(teeth * (1 + 3 * u[2])))
-    helix = 0.0 if u[3] < 0.4 else round(5 + 25 * (u[3] - 0.4) / 0.6, 1)
-    alpha, shifts = round(17.5 + 7.5 * u[4], 1), (round(-0.1 + 0.6 * u[5], 2), round(-0.2 + 0.5 * u[6], 2))
-    addendum, width = round(0.85 + 0.3 * u[7], 2), round(module * (4 + 6 * u[8]), 1)
-    alpha_t = math.atan(math.tan(math.radians(alpha)) / math.cos(math.radians(helix)))
-    working = inv(alpha_t) + 2 * sum(shifts) * math.tan(math.radians(alpha)) / (teeth + wheel)
-    reference = module * (teeth + wheel) / 2 / math.cos(math.radians(helix))
-    distance = reference * math.cos(alpha_t) / math.cos(inverse_involute(working))
-    members = [
-        Member(teeth=z, addendum=addendum, dedendum=1.25, profile_shift=x)
-        for z, x in zip((teeth, wheel), shifts, strict=True)
-    ]
-    pair = Pair(
-        normal_module=module,
-        pressure_angle=alpha,
-        helix_angle=helix,
-        face_width=width,
-        centre_distance=distance,
-        pinion=members[0],
-        wheel=members[1],
-    )
-    bores = [round(2 * gear.root_radius * (0.35 + 0.5 * v), 1) for gear, v in zip(pair.gears, u[9:11], strict=True)]
-    bored = [replace(m, bore_diameter=d) for m, d in zip((pair.pinion, pair.wheel), bores, strict=True)]
-    # between 10 and 60 N/mm of line load for each mm of module, on the pitch circle
-    torque = (10 + 50 * u[11]) * module * width * module * teeth / 2e3
-    return Scene(
-        pair=replace(pair, pinion=bored[0], wheel=bored[1]),
-        load=Load(torque=float(f"{torque:.3g}")),
-        effects=(ToothBending(model="solid"), Hertz()),
-    )
-
-
 def scene(i: int = 0) -> Scene:
     """The pair number ``i`` of those drawn."""
-    return next(islice(draw(), i, None))
+    return next(islice(draw(everyday, SEED), i, None))
 
 
 def compute(*, quick: bool = False) -> xr.Dataset:
     """Errors [%], worst MAC and times of every model on every pair; NaN where a model refuses a pair."""
     import xarray as xr
 
-    scenes = list(islice(draw(), 2 if quick else PAIRS))
+    scenes = list(islice(draw(everyday, SEED), 2 if quick else PAIRS))
     data: dict[str, tuple] = {"scene": (("design",), [scene.to_toml() for scene in scenes])}
     for support, models in MODELS.items():
         found = [_pair_errors(scene, support, models, ACCURACY[support] * (4 if quick else 1)) for scene in scenes]

@@ -27,7 +27,7 @@ from gearbench.robustness.montecarlo import default_threads
 from gearbench.robustness.run import robust
 from gearbench.scene import Resolution, Scene
 from gearbench.simulation import solve_scene
-from studies.s05_tooth_models.data import draw
+from studies.s05_tooth_models.pairs import draw, everyday
 
 #: Scenes that the choice was not tuned on: plates, solid teeth, random errors, and the first draw of the latter. Its
 #: constants were settled on the seeds 9, 60, 61, 62 and 7003, and on the draws from 0 on.
@@ -43,7 +43,7 @@ REFUSED = dict.fromkeys(("estimated", "true", "seconds", "best_seconds", "search
 
 def random_scenes(count: int, seed: int = SEED) -> list[Scene]:
     """Spur and helical pairs with plates for teeth, half of them each with relief, crowning, a slope; none left out."""
-    return list(islice(_scenes(np.random.default_rng(seed), draw(seed)), count))
+    return list(islice(_scenes(np.random.default_rng(seed), draw(everyday, seed)), count))
 
 
 def _scenes(rng: np.random.Generator, pairs: Iterator[Scene]) -> Iterator[Scene]:

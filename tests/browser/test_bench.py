@@ -176,7 +176,16 @@ def test_a_single_result_as_a_file_shows_no_empty_panels(scene_file, tmp_path):
             "return [...document.querySelectorAll('[data-figure]')].filter((f) => f.checkVisibility())"
             ".map((f) => f.dataset.figure)"
         )
-        assert figures == ["ste", "stiffness", "ste_orders", "stiffness_orders", "harris", "torque", "load", "teeth"]
+        assert figures == [
+            "ste",
+            "stiffness",
+            "ste_orders",
+            "stiffness_orders",
+            "harris",
+            "torque",
+            "pressure",
+            "teeth",
+        ]
         assert driver.execute_script(SWEPT)
         heads = "return [...document.querySelectorAll('#numbers thead th')].map((c) => c.textContent)"
         assert driver.execute_script(heads) == ["example"]

@@ -32,8 +32,9 @@ def counted(monkeypatch):
         calls.append(accuracy)
         blocks = np.full((1, 4, 4), accuracy) + np.eye(4)
         return FlankCompliance(
-            gear=body.gear, order=(2, 2), blocks=blocks, error=accuracy / 2, attrs={"solver": "none"}
-        )
+            gear=body.gear, order=(2, 2), blocks=blocks, error=accuracy / 2, correction=0.1 * blocks,
+            attrs={"solver": "none"},
+        )  # fmt: skip
 
     monkeypatch.setattr(cache, "refined_compliance", compute)
     return calls
@@ -47,6 +48,7 @@ def test_second_time_comes_from_disk(folder, counted, spur, steel):
     second = cached_compliance(body, steel, 0.01, (2, 2))
     assert counted == [0.01]
     assert_array_equal(first.blocks, second.blocks)
+    assert_array_equal(first.correction, second.correction)
     assert second.error == first.error
     assert second.attrs == {"solver": "none", "cached": True}
     assert [p.suffix for p in folder.iterdir()] == [".npz"]
@@ -76,7 +78,7 @@ def test_damaged_entry_is_computed_anew(folder, counted, spur, steel, damage):
     data = path.read_bytes()
     if damage == "flipped":  # a whole file with other numbers in it
         with np.load(path) as stored:
-            np.savez(path, blocks=stored["blocks"] * 1.001, meta=stored["meta"], checksum=stored["checksum"])
+            np.savez(path, arrays=stored["arrays"] * 1.001, meta=stored["meta"], checksum=stored["checksum"])
     else:
         path.write_bytes({"cut": data[: len(data) // 2], "empty": b"", "garbage": b"\0" * 500}[damage])
     again = cached_compliance(body, steel, 0.01, (2, 2))

@@ -18,6 +18,7 @@ from gearbench.explore.model import Picture, outline, scattered
 from gearbench.explore.page import answer_data
 from gearbench.results.provenance import support
 from gearbench.results.solved import Solved
+from gearbench.results.warnings import warnings as scene_warnings
 from gearbench.scene import Resolution, Scene
 from gearbench.scene_file import TABLES, table_class
 from gearbench.schema import as_table, make, read
@@ -32,7 +33,7 @@ _MAP = Resolution(positions=32, segments=10)
 
 
 def changed(base: Scene, given: Mapping[str, Any]) -> Scene:
-    """The scene of the tables of a page. System and tables that name files stay those of ``base``.
+    """The scene of the tables of a page. Coast flanks, system and tables that name files stay those of ``base``.
 
     Raises
     ------
@@ -48,7 +49,8 @@ def changed(base: Scene, given: Mapping[str, Any]) -> Scene:
             raise InputError(f"effects.{name}", "given", "names files: write it into the scene file")
         effects.append(own if takes_files(kind) else read(kind, table, f"effects.{name}"))
     name = str(given.get("name", base.name))
-    return make(Scene, name=name, **found, effects=tuple(effects), system=base.system, further=base.further)
+    fixed = {key: getattr(base, key) for key in ("coast", "system", "further")}
+    return make(Scene, name=name, **found, effects=tuple(effects), **fixed)
 
 
 def answers(base: Scene, asked: Any) -> Iterator[dict[str, Any]]:
@@ -80,13 +82,12 @@ def warnings(now: Picture, solved: Solved) -> list[str]:
     """What a reader of the curves should know, a line each."""
     import xarray as xr
 
-    found = []
-    if support(now.scene) == "clamped":
-        found.append("Teeth are clamped at their roots: without [effects.gear_body] they are too stiff.")
     cycle = now.transmission_error
-    known = xr.Dataset({"transmission_error_mean": cycle.mean, "transmission_error_rms": cycle.rms})
-    missed = advice(now.scene, known)
-    if missed:
+    known = {"transmission_error_mean": cycle.mean, "transmission_error_rms": cycle.rms}
+    known |= {"transmission_error_peak_to_peak": cycle.peak_to_peak, "flank_pressure_max": np.nanmax(now.pressure)}
+    dataset = xr.Dataset(known)
+    found = list(scene_warnings(now.scene, dataset))
+    if (missed := advice(now.scene, dataset)) is not None:
         found.append(missed)
     parted = int((~(solved.solution.force > 0).any(axis=(-2, -1))).sum())
     if parted:
@@ -104,7 +105,7 @@ def numbers(now: Picture) -> Tables:
         ("mean STE [µm]", f"{ste.mean:.2f}"),
         ("mean stiffness k [N/µm]", f"{k.mean:.1f}"),
         ("RMS of k [%]", f"{k.rms:.2f}"),
-        ("greatest line load [N/mm]", f"{np.nanmax(now.load):.0f}"),
+        ("greatest contact pressure [MPa]", f"{np.nanmax(now.pressure):.0f}"),
         ("contact ratios ε_α, ε_β", f"{meshing.transverse_contact_ratio:.3f}, {meshing.overlap_ratio:.3f}"),
         ("working pressure angle α_wt [°]", f"{np.degrees(meshing.alpha_wt):.3f}"),
         ("backlash j_wt [mm]", f"{now.scene.pair.actual_backlash:.4f}"),

@@ -111,10 +111,11 @@ def form(scene: Scene) -> tuple[Group, ...]:
 def _groups(kind: type, path: str, table: Mapping[str, Any], *, present: bool, optional: bool) -> Iterator[Group]:
     """Groups of an input class: its own values, then the tables within it that it must have."""
     fixed = takes_files(kind)
+    # a table that may be absent has controls where the scene has it
     below = {
         name: key.table
         for name, key in keys(kind).items()
-        if key.table is not None and not _is_list(key.hint) and NoneType not in get_args(key.hint)
+        if key.table is not None and not _is_list(key.hint) and (NoneType not in get_args(key.hint) or name in table)
     }
     found = [] if fixed else [_control(key, f"{path}.{name}", table.get(name)) for name, key in keys(kind).items()]
     yield Group(

@@ -84,7 +84,7 @@ class BenchPage:
     def _shown(self) -> list[str]:
         """Figures in their order; those over errors only where the scene draws errors."""
         last = [name for name in self.figures if name.endswith("_density")]
-        order = ["ste", "stiffness", "ste_orders", "stiffness_orders", "harris", "torque", "load", "teeth"]
+        order = ["ste", "stiffness", "ste_orders", "stiffness_orders", "harris", "torque", "pressure", "teeth"]
         return [*order, *last]
 
     def _harris(self) -> Any:

@@ -1,0 +1,127 @@
+"""A reference accurate enough to judge by: each difference is five times its error bar, or too small to matter.
+
+The error bar of a number is its change where the finest level of the finite elements alone takes the place of the
+value extrapolated from the last two levels.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearbench.budget import MemoryBudgetError
+from gearbench.geometry.role import Role
+from gearbench.scene import Scene
+from gearbench.simulation import dataset, simulate, solve_scene
+from gearbench.validation.mac import compare_shapes, line_mac
+from gearbench.validation.reference import finest_level, finite_elements, reference_scene
+from gearbench.validation.ste_error import CURVES, OUTPUTS, cycle_errors, error_bars
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Errors that are judged, and how much better the reference is to be than each of them.
+JUDGED = tuple(f"{curve}_{part}_error" for curve in CURVES for part in ("mean", "peak_to_peak"))
+TIMES = 5.0
+#: Differences below this need not be told from none [%].
+NEGLIGIBLE = 1.0
+#: Accuracies of the compliance that are tried in turn, and the processor time that a better one may take [s].
+ACCURACIES = (0.01, 0.001, 0.00025)
+MOST_SECONDS = 120.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Judgement:
+    """A scene against a reference.
+
+    Parameters
+    ----------
+    reference, cycle
+        The reference and its mesh cycle.
+    found
+        Variables of the comparison, with their error bars.
+    settled
+        Whether the reference is ``TIMES`` better than each difference judged.
+    reason
+        Why no better reference was taken where it is not; empty where it is, or where the accuracy was given.
+    """
+
+    reference: Scene
+    cycle: xr.Dataset
+    found: dict[str, tuple]
+    settled: bool
+    reason: str = ""
+
+
+def judge(scene: Scene, fast: xr.Dataset, accuracy: float | None = None) -> Judgement:
+    """Compare the cycle ``fast`` of a scene with a reference of the ``accuracy`` given, or with one that can judge it.
+
+    Raises
+    ------
+    AccuracyError, MemoryBudgetError
+        If no reference can be had at the first accuracy; says what fits.
+    """
+    from fem_reference.refinement import AccuracyError
+
+    judged: Judgement | None = None
+    for tried in ACCURACIES if accuracy is None else (accuracy,):
+        reference = reference_scene(scene, tried)
+        try:
+            if judged is not None and (seconds := price(reference)) > MOST_SECONDS:
+                raise AccuracyError(f"accuracy = {tried:g} would take about {seconds:.0f} s")
+            judged = _judgement(scene, fast, reference)
+        except (AccuracyError, MemoryBudgetError) as error:
+            if judged is None:
+                raise
+            return Judgement(**{**vars(judged), "reason": str(error)})
+        if judged.settled:
+            break
+    assert judged is not None
+    if judged.settled or accuracy is not None:
+        return judged
+    return Judgement(**{**vars(judged), "reason": f"accuracy = {ACCURACIES[-1]:g} is the finest that is tried"})
+
+
+def price(reference: Scene) -> float:
+    """Predicted processor time of the finite elements of a reference [s]; 0 where they are kept."""
+    return finite_elements(reference).preparation(reference.pair, reference.effects_by_name) or 0.0
+
+
+def _judgement(scene: Scene, fast: xr.Dataset, reference: Scene) -> Judgement:
+    cycle, bare = simulate(reference, outputs=OUTPUTS), finest_level(reference)
+    found = cycle_errors(fast, cycle) | shapes(scene, reference)
+    bars = error_bars(found, cycle_errors(fast, finest_cycle(reference, OUTPUTS)) | shapes(scene, bare))
+    return Judgement(reference=reference, cycle=cycle, found=found | bars, settled=settled(found | bars))
+
+
+def finest_cycle(reference: Scene, outputs: Sequence[str]) -> xr.Dataset:
+    """What ``simulate`` gives of the reference, by its finest level alone."""
+    start = time.perf_counter()
+    return dataset(replace(solve_scene(finest_level(reference)), scene=reference), outputs, start)
+
+
+def settled(found: dict[str, tuple]) -> bool:
+    """Whether the bar of each difference judged is a fifth of it, or of ``NEGLIGIBLE``, at most."""
+    errors, bars = (np.array([float(found[name + end][1]) for name in JUDGED]) for end in ("", "_bar"))
+    return bool(np.all(TIMES * bars <= np.maximum(np.abs(errors), NEGLIGIBLE)))
+
+
+def shapes(scene: Scene, reference: Scene) -> dict[str, tuple]:
+    """Variables that compare the deflection shapes of both gears."""
+    found = [compare_shapes(scene, reference, role) for role in Role]
+    over = ("gear", "load_height", "load_face")
+    criterion = np.array([each.mac for each in found])
+    lines = np.array([line_mac(scene, reference, role) for role in Role])
+    return {
+        "mac": (over, criterion),
+        "mac_worst": (("gear",), criterion.min(axis=(1, 2))),
+        "mac_mean": (("gear",), criterion.mean(axis=(1, 2))),
+        "line_mac_worst": (("gear",), lines[:, 0]),
+        "line_mac_mean": (("gear",), lines[:, 1]),
+        "norm_ratio": (over, np.array([each.norm_ratio for each in found])),
+        "compliance_ratio": (("gear",), np.array([each.compliance_ratio for each in found])),
+    }

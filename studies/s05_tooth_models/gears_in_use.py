@@ -1,0 +1,118 @@
+"""Errors of the teeth on their bodies against finite elements, on pairs drawn at random from all gears in use."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from pydantic import ValidationError
+
+from gearbench.effects.base import Effect
+from gearbench.effects.gear_body import GearBody
+from gearbench.effects.hertz import Hertz
+from gearbench.effects.tooth_bending import ToothBending
+from gearbench.files import replacing
+from gearbench.geometry.role import Role
+from gearbench.scene import Scene
+from gearbench.simulation import simulate
+from gearbench.validation.comparison import compliance_seconds
+from gearbench.validation.judge import finest_cycle
+from gearbench.validation.mac import compare_shapes
+from gearbench.validation.reference import finest_level, meshed_flanks, reference_scene
+from gearbench.validation.ste_error import OUTPUTS, cycle_errors, error_bars
+from studies.s05_tooth_models.data import ERRORS
+from studies.s05_tooth_models.pairs import draw, in_use
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SEED, PAIRS = 2017, 200
+#: Accuracy of the finite elements.
+ACCURACY = 0.01
+#: Tooth models held against finite elements of the whole gear; "solid" is of its default order.
+MODELS: dict[str, tuple[Effect, ...]] = {
+    "plate, paper": (ToothBending(basis="paper"),),
+    "plate + Sainsot–Velex": (ToothBending(basis="paper"), GearBody(model="sainsot_velex")),
+    "solid + Sainsot–Velex": (ToothBending(model="solid"), GearBody(model="sainsot_velex")),
+    "solid + ring, uncoupled": (ToothBending(model="solid"), GearBody(coupled=False)),
+    "solid + ring (4, 5, 5)": (ToothBending(model="solid", order=(4, 5, 5)), GearBody()),
+    "solid + ring": (ToothBending(model="solid"), GearBody()),
+}
+
+
+def scene(i: int = 0) -> Scene:
+    """The pair number ``i`` of those drawn."""
+    return next(islice(draw(in_use, SEED), i, None))
+
+
+def compute(pairs: int = PAIRS, folder: Path | None = None) -> xr.Dataset:
+    """Errors [%], their error bars, worst MAC and times of every model on every pair; NaN where a model refuses a pair.
+
+    What is done is kept in ``folder``, pair by pair, and not computed again.
+    """
+    import xarray as xr
+
+    scenes = list(islice(draw(in_use, SEED), pairs))
+    found = [_kept(each, folder and folder / f"{i:03d}.json") for i, each in enumerate(scenes)]
+    data: dict[str, tuple] = {"scene": (("design",), [scene.to_toml() for scene in scenes])}
+    for name in found[0]:
+        values = np.array([each[name] for each in found], dtype=float)
+        data[name] = (("design", "tooth_model")[: values.ndim], values)
+    return xr.Dataset(data, coords={"tooth_model": list(MODELS)})
+
+
+def _kept(scene: Scene, path: Path | None) -> dict:
+    """Errors of the models on a pair, from ``path`` where it holds those of the same pair."""
+    key = {"scene": scene.to_toml(), "models": list(MODELS), "accuracy": ACCURACY}
+    if path is not None and path.exists():
+        stored = json.loads(path.read_text(encoding="utf-8"))
+        if stored.pop("key") == key:
+            return stored
+    found = pair_errors(scene)
+    if path is not None:
+        with replacing(path) as part:
+            part.write_text(json.dumps({"key": key} | found), encoding="utf-8")
+    return found
+
+
+def pair_errors(scene: Scene) -> dict:
+    """Errors, error bars, MAC and seconds of the models on a pair, lists; numbers of the reference."""
+    solid = replace(scene, effects=(ToothBending(model="solid"), GearBody(), Hertz()))
+    reference = reference_scene(solid, ACCURACY)
+    exact, again = simulate(reference, outputs=OUTPUTS), finest_cycle(reference, OUTPUTS)
+    bare = finest_level(reference)
+    found: dict[str, list[float]] = {}
+    for effects in MODELS.values():
+        row = _model_errors(scene, effects, (reference, exact), (bare, again))
+        for name, value in row.items():
+            found.setdefault(name, []).append(value)
+    flanks = meshed_flanks(reference)
+    return found | {
+        "reference_seconds": sum(flank.attrs["seconds"] for flank in flanks),
+        "reference_error": max(flank.error for flank in flanks),
+        "reference_level": max(flank.attrs["level"] for flank in flanks),
+    }
+
+
+def _model_errors(
+    scene: Scene, effects: tuple[Effect, ...], exact: tuple[Scene, xr.Dataset], again: tuple[Scene, xr.Dataset]
+) -> dict[str, float]:
+    """One model against the reference and against its finest level, each a scene and its cycle."""
+    names = (*ERRORS, *(f"{name}_bar" for name in ERRORS), "mac", "mac_bar", "seconds")
+    try:
+        fast = replace(scene, effects=(*effects, Hertz()))
+    except ValidationError:  # Sainsot–Velex outside its range
+        return dict.fromkeys(names, math.nan)
+    cycle = simulate(fast, outputs=OUTPUTS)
+    errors = cycle_errors(cycle, exact[1])
+    errors |= error_bars(errors, cycle_errors(cycle, again[1]))
+    worst, bare = (
+        min(float(compare_shapes(fast, each, role).mac.min()) for role in Role) for each, _ in (exact, again)
+    )
+    more = {"mac": worst, "mac_bar": abs(worst - bare), "seconds": compliance_seconds(fast, 1)}
+    return {name: more[name] if name in more else float(errors[name][1]) for name in names}

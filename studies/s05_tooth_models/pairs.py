@@ -1,0 +1,109 @@
+"""Gear pairs drawn at random: over all gears in use, or over an everyday range."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from gearbench.effects.hertz import Hertz
+from gearbench.effects.tooth_bending import ToothBending
+from gearbench.geometry.involute import inv, inverse_involute
+from gearbench.geometry.pair import Member, Pair
+from gearbench.scene import Load, Scene
+
+#: A scene of twelve numbers in [0, 1).
+Maker = Callable[[NDArray], Scene]
+
+
+def draw(make: Maker, seed: int) -> Iterator[Scene]:
+    """Scenes of pairs drawn at random, those left out that cannot be made or barely mesh (ε_α < 1.1)."""
+    rng = np.random.default_rng(seed)
+    while True:
+        u = rng.uniform(size=12)
+        try:
+            scene = make(u)
+        except (ValidationError, ValueError):
+            continue
+        if scene.pair.meshing.transverse_contact_ratio >= 1.1:
+            yield scene
+
+
+def in_use(u: NDArray) -> Scene:
+    """Gears in use: m 0.3–25, z 11–200, β 0–40° (0 in a third of them), α 14.5–25°, b/m 3–25, rims from 1.5 m on.
+
+    Module, numbers of teeth and face width are spread evenly by their logarithms; a rim is anything from 1.5 modules to
+    a body down to a tenth of the root circle.
+    """
+    module, width = _between(u[0], 0.3, 25.0, 2), _between(u[8], 3.0, 25.0, 2)
+    teeth = round(_between(u[1], 11, 120, 1))
+    wheel = round(_between(u[2], teeth, 200, 1))
+    helix = 0.0 if u[3] < 1 / 3 else round(4 + 36 * (1.5 * u[3] - 0.5), 1)
+    alpha, shifts = round(14.5 + 10.5 * u[4], 1), (round(-0.1 + 0.6 * u[5], 2), round(-0.2 + 0.5 * u[6], 2))
+    pair = _pair(module, (teeth, wheel), helix, alpha, shifts, round(0.85 + 0.3 * u[7], 2), round(module * width, 2))
+    bores = [
+        2 * (gear.root_radius - _between(v, 1.5 * module, 0.9 * gear.root_radius, 3))
+        for gear, v in zip(pair.gears, u[9:11], strict=True)
+    ]
+    return _scene(pair, [float(f"{bore:.4g}") for bore in bores], u[11])
+
+
+def everyday(u: NDArray) -> Scene:
+    """Gears of general engineering: m 1–12, z 15–120, β 0–30°, α 17.5–25°, b/m 4–10, bores 0.35–0.85 of the root."""
+    module = _between(u[0], 1.0, 12.0, 2)
+    teeth = 15 + int(30 * u[1])
+    wheel = min(120, round(teeth * (1 + 3 * u[2])))
+    helix = 0.0 if u[3] < 0.4 else round(5 + 25 * (u[3] - 0.4) / 0.6, 1)
+    alpha, shifts = round(17.5 + 7.5 * u[4], 1), (round(-0.1 + 0.6 * u[5], 2), round(-0.2 + 0.5 * u[6], 2))
+    addendum, width = round(0.85 + 0.3 * u[7], 2), round(module * (4 + 6 * u[8]), 1)
+    pair = _pair(module, (teeth, wheel), helix, alpha, shifts, addendum, width)
+    bores = [round(2 * gear.root_radius * (0.35 + 0.5 * v), 1) for gear, v in zip(pair.gears, u[9:11], strict=True)]
+    return _scene(pair, bores, u[11])
+
+
+def _between(u: float, low: float, high: float, digits: int) -> float:
+    """Value between ``low`` and ``high``, evenly by its logarithm."""
+    return round(float(np.exp(np.interp(u, [0, 1], np.log([low, high])))), digits)
+
+
+def _pair(
+    module: float,
+    teeth: tuple[int, int],
+    helix: float,
+    alpha: float,
+    shifts: tuple[float, float],
+    addendum: float,
+    width: float,
+) -> Pair:
+    """Pair without backlash, at the centre distance of its shifts."""
+    alpha_t = math.atan(math.tan(math.radians(alpha)) / math.cos(math.radians(helix)))
+    working = inv(alpha_t) + 2 * sum(shifts) * math.tan(math.radians(alpha)) / sum(teeth)
+    reference = module * sum(teeth) / 2 / math.cos(math.radians(helix))
+    members = [
+        Member(teeth=z, addendum=addendum, dedendum=1.25, profile_shift=x) for z, x in zip(teeth, shifts, strict=True)
+    ]
+    return Pair(
+        normal_module=module,
+        pressure_angle=alpha,
+        helix_angle=helix,
+        face_width=width,
+        centre_distance=reference * math.cos(alpha_t) / math.cos(inverse_involute(working)),
+        pinion=members[0],
+        wheel=members[1],
+    )
+
+
+def _scene(pair: Pair, bores: list[float], load: float) -> Scene:
+    """Scene of a pair on its bores, between 10 and 60 N/mm of line load for each mm of module, on the pitch circle."""
+    bored = [replace(m, bore_diameter=d) for m, d in zip((pair.pinion, pair.wheel), bores, strict=True)]
+    module = pair.normal_module
+    torque = (10 + 50 * load) * module * pair.face_width * module * pair.pinion.teeth / 2e3
+    return Scene(
+        pair=replace(pair, pinion=bored[0], wheel=bored[1]),
+        load=Load(torque=float(f"{torque:.3g}")),
+        effects=(ToothBending(model="solid"), Hertz()),
+    )
