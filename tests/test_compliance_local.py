@@ -93,6 +93,35 @@ def test_even_load_alone_needs_no_waves():
     assert_allclose(half_space_compression(g, E, NU, (1, 1))[0, 0], exact, rtol=2e-6)
 
 
+def even_helix(g: Gear, R: float, other: float) -> float:
+    """Compression at R, y = 0 under point forces all along the helix at ``other``, by positions in space."""
+    depth = math.sqrt(float(g.flank_depth(np.array(R))) * float(g.flank_depth(np.array(other))))
+    near = abs(R**2 - other**2) / (2 * g.base_radius)
+    x, w = np.polynomial.legendre.leggauss(80)
+    end = math.asinh(25 * depth / near)  # the rest is (t/y)²/2 of the whole, 0.1 %
+    y, dy = near * np.sinh(end * x), near * np.cosh(end * x) * end * w
+    own, points = (Flank(g).position(np.full(at.shape, r), at) for r, at in ((R, np.zeros(1)), (other, y)))
+    rho = np.linalg.norm(points - own, axis=1)
+    return sum(d * (boussinesq(r, 0.0) - boussinesq(r, depth)) for r, d in zip(rho, dy, strict=True))
+
+
+@pytest.mark.parametrize("helix", [0.0, 15.0, 25.0])
+def test_a_helical_flank_is_compressed_as_by_point_forces_all_over_it(helix):
+    """On the helicoid generators are b/cos β_b long, and the arc of the involute is square to them."""
+    g = gear(helix)
+    low, high = g.form_radius, g.tip_radius
+    x, w = np.polynomial.legendre.leggauss(8)
+    x, w = (x + 1) / 2, w / 2
+    total = 0.0
+    for share, dR in zip(x, w, strict=True):
+        R = low + share * (high - low)
+        rest = high - R
+        total += (
+            2 * dR * sum(d * 4 * v**3 * rest * even_helix(g, R, R + rest * v**4) for v, d in zip(x, w, strict=True))
+        )
+    assert_allclose(half_space_compression(g, E, NU, (1, 1))[0, 0], total, rtol=2e-3)
+
+
 def test_flank_functions_are_orthonormal_and_constant_outside():
     R, w = np.polynomial.legendre.leggauss(12)
     R, w = 3 + R, w

@@ -101,6 +101,19 @@ def test_moments_of_all_segments_balance_the_torque() -> None:
     assert scene.pair.meshing.path_end < u.max() < scene.pair.meshing.path_end + reach
 
 
+def test_hardly_helical_gears_are_spur_gears() -> None:
+    """Lines that run over a little of the path: what they change falls with the helix angle, corners included."""
+
+    def error(helix: float) -> np.ndarray:
+        scene = replace(spur(OffLineContact(), helix=helix), resolution=Resolution(positions=40, segments=15))
+        return simulate(scene, outputs=("transmission_error",)).transmission_error.values
+
+    straight = error(0.0)
+    apart = [np.abs(error(helix) - straight).max() for helix in (0.02, 0.005)]
+    assert apart[1] < 0.01  # of 4.8 µm peak to peak
+    assert apart[0] / apart[1] == pytest.approx(4, rel=0.1)
+
+
 def test_light_load_leaves_the_line_only_a_little() -> None:
     """Without load pairs touch on the path alone: at a thousandth of the torque nothing lies far beyond it."""
     scene = spur(OffLineContact(), torque=0.1)

@@ -9,6 +9,8 @@ evenly, as in the law; its Fourier components along the line, wave number k, at 
     ĝ_k(r) = 2(1−ν²)/(πE) [K₀(kr) − K₀(kR)] − (1+ν)/(πE) t² k K₁(kR)/R
     ĝ_0(r) = 2(1−ν²)/(πE) ln(R/r) − (1+ν)/(πE) t²/R².
 
+On a helical flank r counts along the involute, square to the generators, and z along them.
+
 Source: Johnson, Contact Mechanics, §2.3 (Flamant), §3.2 (Boussinesq).
 """
 
@@ -90,10 +92,12 @@ def _projected_waves(gear: Gear, E: float, nu: float, p: int, waves: int, points
     t = tip - below
     other = tip - below[:, None] * (1 - between)
     R, R2 = r_b * np.sqrt(1 + t**2), r_b * np.sqrt(1 + other**2)
-    # arc length of the involute r_b t²/2, shortened across the inclined generators
-    r = r_b / 2 * below[:, None] * between * (t[:, None] + other) * math.cos(gear.beta_b)
+    # arc length of the involute r_b t²/2; it is square to the generators
+    r = r_b / 2 * below[:, None] * between * (t[:, None] + other)
     depth = np.sqrt(gear.flank_depth(R)[:, None] * gear.flank_depth(R2))
-    g = compression(E, nu, np.arange(waves) * math.pi / gear.face_width, r, depth)
+    # on a face width the generators are b / cos β_b long
+    cos_b = math.cos(gear.beta_b)
+    g = cos_b * compression(E, nu, np.arange(waves) * math.pi * cos_b / gear.face_width, r, depth)
     # dR = r_b² t/R dt
     dR = r_b**2 * t / R * 3 * (tip - form) * s**2 * ws
     dR2 = r_b**2 * other / R2 * below[:, None] * 4 * v**3 * wv

@@ -176,7 +176,7 @@ def test_bad_input_is_refused():
     spur = scene()
     helical = replace(spur, pair=replace(spur.pair, helix_angle=1.0, centre_distance=65.1))
     with pytest.raises(InputError, match="plane strain"):
-        contact_cycle(helical)
+        contact_cycle(helical, settings=Settings())
     with pytest.raises(InputError, match="rise"):
         contact_cycle(spur, torques=(100.0, 50.0))
 

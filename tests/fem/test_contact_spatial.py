@@ -113,12 +113,11 @@ def loaded() -> Scene:
 
 
 @pytest.mark.slow
-def test_helical_phases_are_a_little_softer_than_finite_elements_on_lines(loaded):
-    """By 1.0 and 1.5 % on teeth six modules wide, why is open; a gear numbered the wrong way is stiffer instead."""
+def test_helical_phases_deflect_as_much_as_finite_elements_on_lines(loaded):
+    """Within the error of the strips: one model assumes lines and a law of contact, the other neither."""
     lines = simulate(loaded, outputs=("transmission_error", "mesh_stiffness"))
     found = contact_cycle(loaded, phases=list(lines.mesh_phase.values[[1, 5]]), settings=COARSE)
-    ratio = found.transmission_error.values / lines.transmission_error.values[[1, 5]]
-    assert 1.003 < ratio.min() <= ratio.max() < 1.02
+    np.testing.assert_allclose(found.transmission_error, lines.transmission_error[[1, 5]], rtol=0.005)
     np.testing.assert_allclose(found.mesh_stiffness, lines.mesh_stiffness[[1, 5]], rtol=0.03)
     np.testing.assert_allclose(found.load_share.sum("pair"), 1, rtol=1e-9)
     assert found.transmission_error_uncertainty < 0.01 * found.transmission_error.mean()
