@@ -67,7 +67,6 @@ def response(
     from gearbench.cli import summary
     from gearbench.errors import naming
     from gearbench.files import check_target
-    from gearbench.results.netcdf import save
 
     speeds = parse_speeds(speed)
     loaded, remarks = _load(scene, stage, torque, load_case)
@@ -82,15 +81,7 @@ def response(
         from gearbench.dynamics.housing import housing_response, load_housing
 
         dataset = housing_response(dataset, load_housing(housing))
-    written = [save(dataset, output)] if output is not None else []
-    if folder is not None:
-        from gearbench.dynamics.figures import draw_response
-
-        written += draw_response(dataset, folder)
-    if sound is not None:
-        from gearbench.dynamics.sound import write_run_up
-
-        written.append(write_run_up(dataset, sound))
+    written = _written(dataset, output, folder, sound)
     notes = [*remarks, *filter(None, dataset.attrs.get("notes", "").split("\n"))]
     if json:
         summary.print_json(loaded, dataset, files=[str(path) for path in written], notes=notes)
@@ -104,6 +95,22 @@ def response(
         *(f"wrote {path}" for path in written),
     ):
         say(line)
+
+
+def _written(dataset: xr.Dataset, output: Path | None, folder: Path | None, sound: Path | None) -> list[Path]:
+    """Files written: the Dataset, its figures, the sound of a run-up."""
+    from gearbench.results.netcdf import save
+
+    written = [save(dataset, output)] if output is not None else []
+    if folder is not None:
+        from gearbench.dynamics.figures import draw_response
+
+        written += draw_response(dataset, folder)
+    if sound is not None:
+        from gearbench.dynamics.sound import write_run_up
+
+        written.append(write_run_up(dataset, sound))
+    return written
 
 
 def _kind(
