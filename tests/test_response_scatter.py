@@ -1,5 +1,7 @@
 """Scatter of the mesh force: each sample is the response of its own scene; statistics; refusals."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -9,6 +11,7 @@ from gearbench.dynamics.balance import Excitation, solve
 from gearbench.dynamics.model import Model
 from gearbench.dynamics.scatter import force_rms, robust_response, sample_cycles
 from gearbench.dynamics.waves import rms
+from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.errors import InputError
 from gearbench.robustness.montecarlo import prepare_phases, respond
 from tests.systems import spur_scene
@@ -32,14 +35,16 @@ def test_each_sample_is_solved_as_by_itself():
         assert_allclose([values[i] for values in found], rms(force)[:, 0], rtol=1e-9)
 
 
-def test_samples_are_those_of_robust():
+@pytest.mark.parametrize("more", [(), (OffLineContact(),)], ids=["on the line", "off the line"])
+def test_samples_are_those_of_robust(more):
     """The orders of a sample give the RMS of its transmission error that ``robust`` finds."""
-    model = Model(scene=scene(20.0))
-    cycles = sample_cycles(model, 60, samples=4, seed=1, sampler="sobol", threads=1)
+    base = scene(20.0)
+    model = Model(scene=replace(base, effects=(*base.effects, *more)))
+    cycles = sample_cycles(model, 120, samples=4, seed=1, sampler="sobol", threads=1)
     phases, name = model.cycles[0].cycle.phases, "transmission_error_rms"
     problem = prepare_phases(model.cycles[0].scene, phases.phase, phases.weight)
     found, _ = respond(problem, problem.draw(4, 1, "sobol"), names=(name,))
-    assert_allclose(1e3 * rms(cycles.error), found[name], rtol=1e-5)  # orders above 60
+    assert_allclose(1e3 * rms(cycles.error), found[name], rtol=1e-5)  # orders above 120
 
 
 def test_samples_on_fine_panels_are_those_of_robust():

@@ -62,7 +62,7 @@ def sample_cycles(
         raise InputError("effects", "no manufacturing_errors", "scatter needs [effects.manufacturing_errors]")
     lines, pair = cycle.lines, cycle.scene.pair
     positions, pairs, segments = lines.shape
-    gaps = errors.modes(lines).reshape(positions, pairs * segments, -1)
+    gaps = (errors.modes(lines) / np.expand_dims(lines.lever, -1)).reshape(positions, pairs * segments, -1)
     batch = prepare(assemble(cycle.scene, lines, cycle.effects), gaps)
     drawn = errors.draw(unit_samples(sampler, samples, gaps.shape[-1], seed), pair) - errors.mean(pair)
     cos_b, rows = math.cos(pair.meshing.beta_b), cycle.rows(2 * harmonics)
@@ -87,6 +87,7 @@ def force_rms(model: Model, group: Group, cycles: SampleCycles, speed: NDArray, 
     out = np.empty((len(speed), len(cycles.error)))
 
     def some(first: int) -> None:
+        """The samples from number ``first`` on, as many as the kernel takes at once."""
         here = slice(first, first + LANES)
         K = convolution(cycles.stiffness[here])
         drive = np.einsum("sab,sb->sa", K, real(cycles.error[here]))
