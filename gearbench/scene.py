@@ -95,8 +95,10 @@ class Resolution:
     segments
         Segments of constant line load on each contact line.
     accuracy
-        Relative accuracy of means and RMS values, in place of the others: ``simulate`` and ``robust`` choose the
-        cheapest settings that meet it. Peak-to-peak values and line loads are not part of it.
+        Relative accuracy of mean, RMS and peak-to-peak values and harmonics 1 to 5 of both curves, over error samples
+        of means and RMS values, in place of the others: ``simulate`` and ``robust`` choose settings that meet it by
+        estimate. Line loads are not part of it. RMS and peak-to-peak are relative to themselves, but to no less than
+        1 % of the mean, harmonics to no less than 20 % of peak-to-peak.
     """
 
     positions: Annotated[int, Field(ge=1, le=100_000)] | None = None

@@ -55,8 +55,9 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
 
     Notes
     -----
-    Where the scene gives ``resolution.accuracy``, settings are chosen first. The Dataset holds the scene with them,
-    and their estimated error in the attribute ``accuracy_estimated``; the wall time includes the choice.
+    Where the scene gives ``resolution.accuracy``, settings are chosen for it. The Dataset holds the scene with them,
+    the largest of the estimated errors in the attribute ``accuracy_estimated``, that of each number in
+    ``accuracy_errors``; the wall time includes the choice, ``accuracy_seconds`` is its part [s].
 
     Examples
     --------
@@ -75,9 +76,10 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
         _warn_of_noise(solved)
         return dataset(solved, outputs, start)
     from gearbench.accuracy.choose import choose
+    from gearbench.accuracy.measure import covered
 
-    choice = choose(scene, cycle_values)
-    return dataset(solve_scene(choice.scene), outputs, start).assign_attrs(choice.attrs)
+    choice = choose(scene, solve_scene, lambda solved: covered(solved.cycle))
+    return dataset(choice.run, outputs, start).assign_attrs(choice.attrs)
 
 
 def _warn_of_noise(solved: Solved) -> None:

@@ -95,7 +95,7 @@ def test_a_fault_of_the_program_is_one_line_a_report_and_no_output(run, tmp_path
 
     import gearbench.plotting
 
-    def broken(*_):
+    def broken(*_, **__):
         raise IndexError("of nothing that\nanybody expected")
 
     (tmp_path / "reports").mkdir()

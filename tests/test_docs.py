@@ -56,8 +56,6 @@ def test_nothing_comes_from_the_network(site):
 def test_files_and_tests_that_a_page_names_exist(page):
     text = page.read_text(encoding="utf-8")
     for path, test in re.findall(r"`((?:tests|studies|gearbench|examples|docs)/[\w/.]+\.\w+)(?:::(\w+))?`", text):
-        if page.stem == "tutorial_effect" and "waviness" in path:
-            continue  # the reader's own files
         if re.search(r"NN|[A-Z]{4}", path):
             continue  # NAME stands for any
         assert (ROOT / path).exists(), path

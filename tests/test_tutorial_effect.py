@@ -32,7 +32,7 @@ FILES = {
     for block in blocks(PAGE)
     if (match := re.match(r"# ([\w.]+)\n", block.text))
 }
-EFFECTS = ("waviness", "hinged_tooth")
+EFFECTS = ("undulation", "hinged_tooth")
 MODULES = (*EFFECTS, "stiffness_modulation")
 MODULATION = "mesh_stiffness_modulation"
 
@@ -83,15 +83,15 @@ def test_the_registry_lists_effects_of_other_packages_and_those_of_gearbench_fir
     assert names[: len(registry.EFFECTS)] == tuple(registry.EFFECTS)
     assert set(names[len(registry.EFFECTS) :]) == set(EFFECTS)
     found = {finding.name: finding.found for finding in examine()}
-    assert found["effect waviness"] == "of wavy_gears 1.0"
+    assert found["effect undulation"] == "of wavy_gears 1.0"
 
 
 def test_a_gap_is_simulated_where_a_scene_names_it():
     plain = gb.simulate(scene(tooth_bending={}, hertz={}))
-    assert "waviness" not in sys.modules
-    wavy = gb.simulate(scene(tooth_bending={}, hertz={}, waviness={"amplitude": 0.5, "waves": 4}))
+    assert "undulation" not in sys.modules
+    wavy = gb.simulate(scene(tooth_bending={}, hertz={}, undulation={"amplitude": 0.5, "waves": 4}))
     assert np.all(wavy.transmission_error > plain.transmission_error)
-    assert gb.parse_scene(tomllib.loads(wavy.attrs["scene"])).effect("waviness") is not None
+    assert gb.parse_scene(tomllib.loads(wavy.attrs["scene"])).effect("undulation") is not None
 
 
 def test_a_tooth_is_simulated_as_its_closed_form_says():
@@ -111,23 +111,23 @@ def test_a_tooth_is_simulated_as_its_closed_form_says():
 
 
 def test_robust_optimise_plan_and_explorer_take_all_three(tmp_path):
-    effects = {"hinged_tooth": {"stiffness": 2e6}, "hertz": {}, "waviness": {"amplitude": 0.5, "waves": 2}}
+    effects = {"hinged_tooth": {"stiffness": 2e6}, "hertz": {}, "undulation": {"amplitude": 0.5, "waves": 2}}
     errors = {"manufacturing_errors": {"preset": "garambois2017"}}
     rough = gb.robust(scene(**effects, **errors), samples=8, responses=[MODULATION])
-    smooth = gb.robust(scene(**{n: t for n, t in effects.items() if n != "waviness"}, **errors), samples=8)
+    smooth = gb.robust(scene(**{n: t for n, t in effects.items() if n != "undulation"}, **errors), samples=8)
     assert not np.allclose(rough.transmission_error_rms, smooth.transmission_error_rms, rtol=1e-6)
-    assert {"hinged_tooth", "waviness"} <= {part.name for part in gb.plan(scene(**effects)).parts}
+    assert {"hinged_tooth", "undulation"} <= {part.name for part in gb.plan(scene(**effects)).parts}
     study = gb.parse_study(
         {
             "base": tables(**effects),
-            "variables": {"effects.waviness.waves": {"min": 1, "max": 3}},
+            "variables": {"effects.undulation.waves": {"min": 1, "max": 3}},
             "objectives": ["transmission_error_rms_mean", f"{MODULATION}_mean"],
             "algorithm": {"population": 4, "generations": 1},
             "robustness": {"samples": 0},
         }
     )
     front = gb.optimise(study, directory=tmp_path / "front", threads=1)
-    assert set(front["effects.waviness.waves"].values) <= {1, 2, 3}
+    assert set(front["effects.undulation.waves"].values) <= {1, 2, 3}
     assert np.all(front["feasible"] == 1)
     for design in range(front.sizes["design"]):
         alone = gb.simulate(gb.design_scene(front, design), outputs=[MODULATION])
@@ -153,13 +153,13 @@ def test_a_response_is_what_its_equation_says():
 
 
 def test_what_does_not_fit_is_refused():
-    with pytest.raises(gb.InputError, match=r"effects\.waviness\.waves = 40: must be at most 32"):
-        scene(hertz={}, waviness={"amplitude": 0.5, "waves": 40})
+    with pytest.raises(gb.InputError, match=r"effects\.undulation\.waves = 40: must be at most 32"):
+        scene(hertz={}, undulation={"amplitude": 0.5, "waves": 40})
     with pytest.raises(gb.InputError, match="unknown key"):
-        scene(hertz={}, waviness={"amplitude": 0.5, "wave": 4})
+        scene(hertz={}, undulation={"amplitude": 0.5, "wave": 4})
     with pytest.raises(gb.InputError, match=r"effects\.hinged_tooth = given: conflicts with effects\.tooth_bending"):
         scene(tooth_bending={}, hertz={}, hinged_tooth={"stiffness": 2e6})
-    key = scene_key("effects.waviness.amplitude")
+    key = scene_key("effects.undulation.amplitude")
     assert key is not None
     assert key.unit == "µm"
 
@@ -167,8 +167,8 @@ def test_what_does_not_fit_is_refused():
 @pytest.mark.parametrize(
     ("line", "fault"),
     [
-        ("noise = waviness:Waviness", "must be a subclass of Effect with the name"),
-        ("noise = waviness:Noise", "cannot be imported"),
+        ("noise = undulation:Undulation", "must be a subclass of Effect with the name"),
+        ("noise = undulation:Noise", "cannot be imported"),
         ("noise = nowhere:Noise", "cannot be imported"),
     ],
 )
@@ -176,7 +176,7 @@ def test_an_entry_point_that_leads_nowhere_is_one_line(line, fault, tmp_path, mo
     folder = tmp_path / "noise-2.0.dist-info"
     folder.mkdir()
     (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: noise\nVersion: 2.0\n")
-    (folder / "entry_points.txt").write_text(f"[gearbench.effects]\n{line}\nhertz = waviness:Waviness\n")
+    (folder / "entry_points.txt").write_text(f"[gearbench.effects]\n{line}\nhertz = undulation:Undulation\n")
     monkeypatch.syspath_prepend(tmp_path)
     forget()
     with pytest.raises(gb.InputError, match=fault):
@@ -215,7 +215,7 @@ def test_a_response_that_leads_nowhere_is_one_line(target, fault, tmp_path, monk
 
 def test_its_test_passes():
     space: dict = {}
-    exec(compile(FILES["test_waviness.py"], "test_waviness.py", "exec"), space)
+    exec(compile(FILES["test_undulation.py"], "test_undulation.py", "exec"), space)
     tests = [value for name, value in space.items() if name.startswith("test_")]
     assert tests
     for test in tests:

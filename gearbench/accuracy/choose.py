@@ -1,13 +1,12 @@
-"""Choose the cheapest resolution that meets an accuracy, from the scene's own answers to finer ones.
+"""Choose the resolution for an accuracy: settings known to leave about such an error, one run, coarser companions.
 
-Segments and Gauss points are turned up, whichever contributes more, from the coarsest levels on, until the answers of
-five levels agree: the present one, one and two rungs more segments (twice as many), and the same of Gauss points. Both
-gains added are the limit that all trials are held against. The largest difference D of the five to it bounds its error,
-if errors fall like 1/n or faster: e(n) − e(2n) ≥ e(2n). The cheapest levels whose difference to it, with D added, is
-within the accuracy are chosen. Where contact is lost segment by segment, single answers may agree by chance; that is
-why three levels of each knob are compared, not two.
+``LEVELS`` says what errors settings left on gears in use. The scene runs at those for its accuracy, then with about
+half the segments and 0.7 of the Gauss points, then with solid teeth two orders lower. Differences of the answers bound
+the errors, by orders of convergence that are safe. What the estimate blames is raised, few times at most; the last run
+is the result. Teeth are those of the first run in the first companion, the second one is coarse in all: both together
+take less than the run itself.
 
-The search ends where the next trial is expected to take it beyond its time, or needs more memory than there may be, and
+The search ends where the next run is expected to take it beyond its time, or needs more memory than there may be, and
 says what it has reached.
 """
 
@@ -16,9 +15,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from itertools import product
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,107 +30,134 @@ from gearbench.accuracy.knobs import (
     with_order,
     with_resolution,
 )
-from gearbench.accuracy.measure import relative_errors
+from gearbench.accuracy.measure import COVERED, relative_errors
 from gearbench.budget import MemoryBudgetError
 from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.errors import InputError
 from gearbench.scene import Scene
 
-#: A scene → the numbers whose error is meant, see ``gearbench.accuracy.measure``.
-Evaluate = Callable[[Scene], NDArray]
+#: The answer of a run.
+R = TypeVar("R")
 
-#: The numbers that an accuracy is of, said with every result.
-COVERS = "mean and RMS over the mesh cycle of transmission_error and mesh_stiffness, over samples their means"
 #: Shares of the budget of the dearest parts, where a scene has it: finite elements, and the order of solid teeth.
 FE_SHARE, ORDER_SHARE = 0.5, 0.6
-#: Rungs of the ladders that make a level about twice as fine, and where the search begins.
-DOUBLE, START = 2, 1
-#: Both knobs are turned where their contributions differ by less than this factor, by at most that number of rungs.
-ALIKE, MOST_RUNGS = 2.0, 4
-#: Levels are tried that are guessed to be within so much of the budget, others within this share of the effort so far.
-NEAR, EXTRA = 1.5, 0.3
-#: Cost of a mesh phase in segments, beside those it has, and of a trial, whatever its settings.
-PHASE_COST, TRIAL_COST = 4, 60
-#: Time that a search may take [s], and how the time of a trial grows with its cost, at most.
+#: Segments, Gauss points and place in the ladder of solid orders for an error of 1 %, and what each factor of ten adds:
+#: the segments are multiplied, as errors fall like their power −2.5; least of each.
+AT_PERCENT, A_DECADE, LEAST = (20, 6, 4), (2.5, 4, 3), (8, 3, 1)
+#: Segments and Gauss points of the companion, as shares, and how many orders lower its teeth are.
+COARSER, LOWER = (0.5, 0.7), 2
+#: Error over the difference to the companion of single runs: order 1.3 in the segments.
+LEFT = 0.7
+#: Safe order of convergence of solid teeth in the number of functions along the height, as the root is singular, and
+#: the highest that is believed.
+SOLID_CONVERGENCE, FASTEST = 2.2, 3.5
+#: Rounds of settings that are tried, and by how much they are raised at most in one.
+ROUNDS, MOST = 6, 3.0
+#: Segments and Gauss points are both raised where their contributions differ by less than this factor.
+ALIKE = 2.0
+#: Cost of a mesh phase in segments, beside those it has, and of a run, whatever its settings.
+PHASE_COST, RUN_COST = 4, 60
+#: Time that a search may take [s], and how the time of a run grows with its cost, at most.
 SEARCH_TIME, GROWTH = 300.0, 2.0
-#: Order of convergence of solid teeth in the number of functions along the height: the root is singular.
-SOLID_CONVERGENCE = 2.0
 #: Accuracies of finite elements that their meshes can be refined to, and the one they have by default.
 FE_RANGE, FE_DEFAULT = (1e-4, 0.1), 0.01
 
 
 @dataclass(frozen=True, kw_only=True)
-class Choice:
+class Choice(Generic[R]):
     """Settings chosen for an accuracy.
 
     Parameters
     ----------
     scene
         The scene with the settings written into it.
-    requested, estimated
-        Relative accuracy asked for, and the estimated error of these settings.
+    run
+        Answer of its run.
+    requested
+        Relative accuracy asked for.
+    errors
+        Estimated relative error of each number, (number,).
+    names
+        Of the numbers.
     settings
         The settings chosen, in words by knob.
-    trials
-        Number of trial runs.
+    trials, seconds
+        Number of runs, and time of all but the one that is the answer [s].
     """
 
     scene: Scene
+    run: R
     requested: float
-    estimated: float
+    errors: NDArray
+    names: tuple[str, ...]
     settings: dict[str, str]
     trials: int
+    seconds: float
+
+    @property
+    def estimated(self) -> float:
+        """Largest of the estimated errors."""
+        return float(self.errors.max())
 
     @property
     def attrs(self) -> dict[str, Any]:
         """As attributes of a Dataset."""
-        chosen = ", ".join(f"{name} = {value}" for name, value in self.settings.items())
+        errors = zip(self.names, self.errors, strict=False)
         return {
             "accuracy_requested": self.requested,
             "accuracy_estimated": self.estimated,
-            "accuracy_covers": COVERS,
-            "accuracy_settings": chosen,
+            "accuracy_errors": ", ".join(f"{name} = {error:.2g}" for name, error in errors),
+            "accuracy_settings": ", ".join(f"{name} = {value}" for name, value in self.settings.items()),
             "accuracy_trials": self.trials,
+            "accuracy_seconds": self.seconds,
         }
 
 
-def choose(scene: Scene, evaluate: Evaluate, share: float = 1.0) -> Choice:
-    """Cheapest resolution of ``scene`` whose estimated error is within its accuracy.
+def choose(
+    scene: Scene,
+    run: Callable[[Scene], R],
+    numbers: Callable[[R], NDArray] = np.asarray,
+    *,
+    share: float = 1.0,
+    left: float = LEFT,
+) -> Choice[R]:
+    """Resolution of ``scene`` whose estimated error is within its accuracy, and the answer of its run.
 
     Parameters
     ----------
     scene
         With ``resolution.accuracy``.
-    evaluate
-        Runs a scene of given resolution and returns the numbers that are to be accurate.
+    run, numbers
+        Runs a scene of given resolution; the numbers of its answer that are to be accurate, the first of ``COVERED``.
     share
         Share of the accuracy that may be spent; the rest belongs to the caller's choices.
+    left
+        Error over the difference to an answer with half the segments and 0.7 of the Gauss points; 1 where errors fall
+        like 1/n only.
 
     Raises
     ------
     InputError
-        If the scene asks for no accuracy, or no level meets it.
+        If the scene asks for no accuracy, or it cannot be met.
     """
     requested = scene.resolution.accuracy
     if requested is None:
         raise InputError("resolution.accuracy", "missing", "the resolution is chosen for it")
-    budget, settings = share * requested, {}
-    scene, spent = _finite_elements(with_resolution(scene), budget)
-    if spent:
-        settings["tooth_bending.accuracy"] = label(spent)
-    orders, trials = SOLID_ORDER.levels(scene), 0
-    if orders:
-        k, error, trials = _solid_order(scene, orders, evaluate, ORDER_SHARE * (budget - spent))
-        scene, spent, settings["order"] = with_order(scene, orders[k]), spent + error, label(orders[k])
-    grid = _Grid(evaluate=evaluate, scene=scene, requested=requested)
-    n, g, error = grid.search(budget - spent)
-    settings |= {"segments": label(grid.segments[n]), "gauss_points": label(grid.points[g])}
+    start, budget, settings = time.perf_counter(), share * requested, {}
+    scene, meshed = _finite_elements(with_resolution(scene), budget)
+    if meshed:
+        settings["tooth_bending.accuracy"] = label(meshed)
+    search = _Search(run=run, numbers=numbers, scene=scene, requested=requested, left=left)
+    at, errors, answer = search.search(budget - meshed)
     return Choice(
-        scene=grid.scene_at(n, g),
+        scene=search.scene_at(at),
+        run=answer,
         requested=requested,
-        estimated=spent + error,
-        settings=settings,
-        trials=trials + len(grid.values),
+        errors=errors + meshed,
+        names=COVERED[: len(errors)],
+        settings=settings | search.words(at),
+        trials=len(search.values),
+        seconds=time.perf_counter() - start - search.seconds[at],
     )
 
 
@@ -145,144 +170,157 @@ def _finite_elements(scene: Scene, budget: float) -> tuple[Scene, float]:
     if accuracy == FE_DEFAULT:
         accuracy = float(np.clip(FE_SHARE * budget, *FE_RANGE))
     if accuracy >= budget:
-        raise _unmet("finite elements", accuracy)
+        raise InputError("accuracy", "too small", f"finite elements leave an error of {100 * accuracy:.2g} %")
     return with_effect(scene, "tooth_bending", accuracy=accuracy), accuracy
 
 
-def _solid_order(scene: Scene, orders: tuple[Any, ...], evaluate: Evaluate, budget: float) -> tuple[int, float, int]:
-    """Index of the lowest order of solid teeth within ``budget``, its error, and the number of trials."""
+@dataclass(frozen=True, kw_only=True, order=True)
+class _At:
+    """Segments, Gauss points, and place in the ladder of solid orders (0 where the scene has none)."""
 
-    def values(k: int) -> NDArray:
-        return evaluate(with_order(with_resolution(scene, segments=12, gauss_points=3), orders[k]))
-
-    error, here = math.inf, values(START)
-    for k in range(START, len(orders) - 1):
-        finer = values(k + 1)
-        ratio = orders[k][1] / orders[k + 1][1]
-        error = float(relative_errors(here, finer).max()) / (1 - ratio**SOLID_CONVERGENCE)
-        if error <= budget:
-            return k, error, k + 2 - START
-        here = finer
-    raise _unmet("the order of solid teeth", error)
-
-
-def _unmet(source: str, error: float) -> InputError:
-    return InputError("accuracy", "too small", f"{source} leaves an error of {100 * error:.2g} % at its finest")
+    n: int
+    g: int
+    order: int = 0
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Grid:
-    """Answers of a scene on the grid of segments and Gauss points, kept by the indices of the levels."""
+class _Search(Generic[R]):
+    """Answers of a scene by settings."""
 
-    evaluate: Evaluate
+    run: Callable[[Scene], R]
+    numbers: Callable[[R], NDArray]
     scene: Scene
     requested: float
-    values: dict[tuple[int, int], NDArray] = field(default_factory=dict)
-    seconds: dict[tuple[int, int], float] = field(default_factory=dict)
-    reached: dict[tuple[int, int], float] = field(default_factory=dict)
+    left: float
+    values: dict[_At, NDArray] = field(default_factory=dict)
+    seconds: dict[_At, float] = field(default_factory=dict)
+    reached: dict[_At, float] = field(default_factory=dict)
 
     @property
-    def segments(self) -> tuple[Any, ...]:
-        return SEGMENTS.levels(self.scene)
+    def orders(self) -> tuple[tuple[int, int, int], ...]:
+        return SOLID_ORDER.levels(self.scene)
 
     @property
-    def points(self) -> tuple[Any, ...]:
-        return GAUSS_POINTS.levels(self.scene)
+    def most(self) -> _At:
+        """The finest settings."""
+        n, g = (knob.levels(self.scene)[-1] for knob in (SEGMENTS, GAUSS_POINTS))
+        return _At(n=n, g=g, order=max(0, len(self.orders) - 1))
 
-    def scene_at(self, n: int, g: int) -> Scene:
-        return GAUSS_POINTS.with_level(SEGMENTS.with_level(self.scene, self.segments[n]), self.points[g])
+    def scene_at(self, at: _At) -> Scene:
+        scene = with_resolution(self.scene, segments=at.n, gauss_points=at.g)
+        return with_order(scene, self.orders[at.order]) if self.orders else scene
 
-    def __call__(self, n: int, g: int) -> NDArray:
-        if (n, g) not in self.values:
-            if self._expected((n, g)) + sum(self.seconds.values()) > SEARCH_TIME:
-                raise self._stopped(f"{SEARCH_TIME:.0f} s do not suffice")
-            start = time.perf_counter()
-            try:
-                self.values[n, g] = self.evaluate(self.scene_at(n, g))
-            except MemoryBudgetError as error:
-                raise self._stopped(error.allowed) from None
-            self.seconds[n, g] = time.perf_counter() - start
-        return self.values[n, g]
+    def words(self, at: _At) -> dict[str, str]:
+        order = {"order": label(self.orders[at.order])} if self.orders else {}
+        return order | {"segments": label(at.n), "gauss_points": label(at.g)}
 
-    def _expected(self, at: tuple[int, int]) -> float:
-        """Seconds of a trial, from those of the dearest one so far; the first one prepares teeth and kernels."""
+    def first(self, budget: float) -> _At:
+        """Settings that left an error of the ``budget`` on gears in use."""
+        decades = math.log10(0.01 / budget)
+        n = AT_PERCENT[0] * A_DECADE[0] ** decades
+        g, order = (at + more * decades for at, more in zip(AT_PERCENT[1:], A_DECADE[1:], strict=True))
+        n, g, order = (max(least, round(at)) for least, at in zip(LEAST, (n, g, order), strict=True))
+        most = self.most
+        return _At(n=min(n, most.n), g=min(g, most.g), order=min(order, most.order))
+
+    def search(self, budget: float) -> tuple[_At, NDArray, R]:
+        """Settings whose error is within ``budget``, the error of each number, and the answer."""
+        at, most = self.first(budget), self.most
+        share = ORDER_SHARE * budget if self.orders else 0.0
+        for _ in range(ROUNDS):
+            answer = self._solve(at)
+            errors, by_order, rest = self._errors(at, share)
+            self.reached[at] = error = float(errors.max())
+            if error <= budget:
+                return at, errors, answer
+            del answer  # may be large
+            finer = at
+            if by_order > share:
+                finer = replace(finer, order=min(most.order, self._order_for(at.order, by_order / share)))
+            if rest > budget - share:
+                n, g = self._finer(at, rest / (budget - share))
+                finer = replace(finer, n=min(most.n, n), g=min(most.g, g))
+            if finer == at:
+                raise self._stopped("nothing finer can be chosen")
+            at = finer
+        raise self._stopped(f"{ROUNDS} rounds do not suffice")
+
+    def _errors(self, at: _At, share: float) -> tuple[NDArray, float, float]:
+        """Estimated error of each number; the largest by the order of solid teeth, and by all else.
+
+        Where that by the order is above its ``share`` with the safe order of convergence, the one observed counts.
+        """
+        coarse = replace(at, n=_coarser(at.n, 0), g=_coarser(at.g, 1))
+        rest = self.left * relative_errors(self(coarse), self(at))
+        if not self.orders:
+            return rest, 0.0, float(rest.max())
+        lower = replace(coarse, order=max(0, at.order - LOWER))
+        difference = relative_errors(self(lower), self(coarse))
+        ratio = self.orders[at.order][1] / self.orders[lower.order][1]
+        falls = ratio**-SOLID_CONVERGENCE
+        if float(difference.max()) * falls / (1 - falls) > share and lower.order >= LOWER:
+            lowest = replace(lower, order=lower.order - LOWER)
+            before = float(relative_errors(self(lowest), self(lower)).max())
+            falls = min(falls, max(float(difference.max()) / before, ratio**-FASTEST))
+        by_order = difference * falls / (1 - falls)
+        return rest + by_order, float(by_order.max()), float(rest.max())
+
+    def _order_for(self, order: int, excess: float) -> int:
+        """Place of the order whose error is less by the factor ``excess``."""
+        height = self.orders[order][1] * min(excess, MOST) ** (1 / SOLID_CONVERGENCE)
+        return max(order + 1, sum(each[1] < height for each in self.orders))
+
+    def _finer(self, at: _At, excess: float) -> tuple[int, int]:
+        """Segments and Gauss points after those which contribute more have been raised, for an error so much less."""
+        between = replace(at, g=_coarser(at.g, 1))
+        coarse = replace(between, n=_coarser(at.n, 0))
+        by_phases = float(relative_errors(self(between), self(at)).max())
+        by_segments = float(relative_errors(self(coarse), self(between)).max())
+        factor = min(max(1.4, excess ** (1 / 2)), MOST)
+        n = math.ceil(factor * at.n) if by_segments * ALIKE >= by_phases else at.n
+        return n, at.g + math.ceil(at.g * (factor - 1) / 2) if by_phases * ALIKE >= by_segments else at.g
+
+    def __call__(self, at: _At) -> NDArray:
+        if at not in self.values:
+            self._solve(at)
+        return self.values[at]
+
+    def _solve(self, at: _At) -> R:
+        if self._expected(at) + sum(self.seconds.values()) > SEARCH_TIME:
+            raise self._stopped(f"{SEARCH_TIME:.0f} s do not suffice")
+        start = time.perf_counter()
+        try:
+            answer = self.run(self.scene_at(at))
+        except MemoryBudgetError as error:
+            raise self._stopped(error.allowed) from None
+        self.values[at] = self.numbers(answer)
+        self.seconds[at] = time.perf_counter() - start
+        return answer
+
+    def _expected(self, at: _At) -> float:
+        """Seconds of a run, from those of the dearest one so far; the first one prepares teeth and kernels."""
         if len(self.seconds) < 2:
             return 0.0
         last = max(list(self.seconds)[1:], key=self._cost)
         return self.seconds[last] * (self._cost(at) / self._cost(last)) ** GROWTH
 
+    def _cost(self, at: _At) -> float:
+        """Cost of a run: a fixed part, and every phase costs as much as a few segments by itself."""
+        return (RUN_COST + at.g * (PHASE_COST + at.n)) * (math.prod(self.orders[at.order]) if self.orders else 1)
+
     def _stopped(self, why: str) -> InputError:
-        """The search has come to the end of its budget: why, and what it has reached."""
+        """The search has come to its end: why, and what it has reached."""
         if not self.reached:
             return InputError("accuracy", self.requested, f"the search cannot begin: {why}")
-        (n, g), error = min(self.reached.items(), key=lambda item: item[1])
-        settings = f"segments = {label(self.segments[n])}, gauss_points = {label(self.points[g])}"
-        reached = f"the search ended at an error of about {100 * error:.2g} % with {settings}"
+        at, error = min(self.reached.items(), key=lambda item: item[1])
+        reached = f"the search ended at an error of about {100 * error:.2g} % with {_listed(self.words(at))}"
         return InputError("accuracy", self.requested, f"{reached}, because {why}: ask for less, or give these settings")
 
-    def search(self, budget: float) -> tuple[int, int, float]:
-        """Indices of segments and Gauss points whose error is within ``budget``, and that error."""
-        n = g = START
-        last = len(self.segments) - 1 - DOUBLE, len(self.points) - 1 - DOUBLE
-        while True:
-            by_segments = self.difference((n, g), self(n + DOUBLE, g))
-            by_phases = self.difference((n, g), self(n, g + DOUBLE))
-            spread = max(by_segments, by_phases)
-            self.reached[n, g] = 2 * spread
-            if 2 * spread <= budget:
-                limit, spread = self._limit(n, g)
-                if 2 * spread <= budget:
-                    at = self._cheapest((n, g), limit, budget - spread)
-                    return *at, spread + self.difference(at, limit)
-            up = (
-                self._rungs(by_segments, budget) * (by_segments * ALIKE >= by_phases),
-                self._rungs(by_phases, budget) * (by_phases * ALIKE >= by_segments),
-            )
-            # where one knob is at its end, the other may still help
-            finer = min(n + up[0], last[0]), min(g + up[1], last[1])
-            if finer == (n, g):
-                raise _unmet("the resolution", spread)
-            n, g = finer
 
-    def _rungs(self, difference: float, budget: float) -> int:
-        """Rungs to climb at once: as many as errors of order 2 need for half of their fall."""
-        return max(1, min(MOST_RUNGS, math.floor(math.log2(max(difference / budget, 1.0)))))
+def _coarser(level: int, knob: int) -> int:
+    """Segments (0) or Gauss points (1) of a companion."""
+    return max(1, round(COARSER[knob] * level))
 
-    def _limit(self, n: int, g: int) -> tuple[NDArray, float]:
-        """The reference, and the largest difference of the levels around it.
 
-        Segments and Gauss points are made finer one at a time, and both gains added: the finest level of both together
-        would cost as much as all the others.
-        """
-        limit = self(n + DOUBLE, g) + self(n, g + DOUBLE) - self(n, g)
-        around = [(n + i, g) for i in range(DOUBLE + 1)] + [(n, g + i) for i in range(1, DOUBLE + 1)]
-        return limit, max(self.difference(at, limit) for at in around)
-
-    def difference(self, at: tuple[int, int], other: NDArray) -> float:
-        """Largest relative difference of an answer to another one."""
-        return float(relative_errors(self(*at), other).max())
-
-    def _cheapest(self, start: tuple[int, int], limit: NDArray, budget: float) -> tuple[int, int]:
-        """The cheapest levels that differ from ``limit`` by no more than ``budget``, in the order of their cost.
-
-        Answers of levels are guessed from those of as many segments and those of as many Gauss points as ``start``,
-        both differences to ``start`` added. Levels whose guess is not near are tried only while that takes a small
-        part of the effort so far: where contact is lost segment by segment, some of them happen to be good.
-        """
-        n, g = start
-        lines = [(i, g) for i in range(n + DOUBLE + 1)] + [(n, k) for k in range(g + DOUBLE + 1)]
-        known = {at: self(*at) for at in lines}
-        spare = EXTRA * sum(self._cost(at) for at in self.values)
-        for at in sorted(product(range(n + DOUBLE + 1), range(g + DOUBLE + 1)), key=self._cost):
-            guess = known[at[0], g] + known[n, at[1]] - known[n, g]
-            if at not in self.values and float(relative_errors(guess, limit).max()) > NEAR * budget:
-                spare -= self._cost(at)
-                if spare < 0:
-                    continue
-            if self.difference(at, limit) <= budget:
-                return at
-        return start  # which is within: its difference is part of the spread
-
-    def _cost(self, at: tuple[int, int]) -> float:
-        """Cost of a trial: a fixed part, and every phase costs as much as a few segments by itself."""
-        return TRIAL_COST + self.points[at[1]] * (PHASE_COST + self.segments[at[0]])
+def _listed(settings: dict[str, str]) -> str:
+    return ", ".join(f"{name} = {value}" for name, value in settings.items())

@@ -101,11 +101,11 @@ _SOLID = (
     (4, 5, 0.8),
     (5, 7, 1.0),
     (6, 9, 1.0),
-    (6, 11, 1.1),
-    (7, 14, 1.2),
-    (8, 18, 1.3),
-    (9, 23, 1.4),
-    (10, 29, 1.5),
+    (8, 11, 1.1),
+    (8, 14, 1.2),
+    (9, 18, 1.3),
+    (10, 23, 1.4),
+    (11, 29, 1.5),
 )
 
 
@@ -124,13 +124,13 @@ SEGMENTS = Knob(
     name="segments",
     levels=lambda _: (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024),
     with_level=lambda scene, level: with_resolution(scene, segments=level),
-    order="exponential; 2, of k 1, where flanks part; exact for spur gears without gaps",
+    order="exponential; 2, of k 1, where flanks part",
 )
 GAUSS_POINTS = Knob(
     name="gauss_points",
     levels=lambda _: (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64, 96),
     with_level=lambda scene, level: with_resolution(scene, gauss_points=level),
-    order="exponential; 1 where contact is lost inside a panel",
+    order="exponential; less where a pair takes its load",
 )
 POSITIONS = Knob(
     name="positions",

@@ -111,7 +111,7 @@ def accuracy_line(dataset: xr.Dataset) -> str:
     attrs = dataset.attrs
     return (
         f"accuracy {100 * attrs['accuracy_requested']:.3g} %: {attrs['accuracy_settings']}; "
-        f"estimated error {100 * attrs['accuracy_estimated']:.2g} %"
+        f"estimated error {100 * attrs['accuracy_estimated']:.2g} %, chosen in {attrs['accuracy_seconds']:.2g} s"
     )
 
 

@@ -50,7 +50,7 @@ def loaded_phases(scene: Scene) -> tuple[NDArray, NDArray, int | None]:
         raise InputError("resolution.accuracy", scene.resolution.accuracy, "is for simulate and robust")
     size = scene.resolution.gauss_points or GAUSS_POINTS
     widest = WIDEST if scene.pair.meshing.overlap_ratio else 1.0
-    return *gauss_phases(panel_ends(transitions(scene), widest), size), size
+    return *gauss_phases(panel_ends(transitions(replace(scene, resolution=Resolution())), widest), size), size
 
 
 def panel_ends(changes: Iterable[tuple[float, int]], widest: float = 1.0) -> list[float]:
@@ -64,6 +64,7 @@ def panel_ends(changes: Iterable[tuple[float, int]], widest: float = 1.0) -> lis
     return [a + i * (b - a) / n for a, b, n in zip(ends[:-1], ends[1:], pieces, strict=True) for i in range(n)]
 
 
+@lru_cache(maxsize=64)
 @single_threaded_blas()
 def transitions(scene: Scene) -> list[tuple[float, int]]:
     """Phases at which the contact changes under load, with ranks: 0 where a pair takes or leaves its load, 1 otherwise.

@@ -8,7 +8,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.errors import InputError
+from gearbench.errors import InputError, one_of
 from gearbench.geometry.role import Role
 from gearbench.results import flank
 from gearbench.results.cycle import MeshCycle, coefficients, noise_floor
@@ -74,7 +74,7 @@ def check_outputs(names: tuple[str, ...]) -> None:
     """
     for name in names:
         if name not in OUTPUTS and not is_response(name):
-            raise InputError("outputs", name, f"allowed: {', '.join([*OUTPUTS, *responses()])}")
+            raise InputError("outputs", name, one_of(name, (*OUTPUTS, *responses())))
 
 
 def _noise_floor(solved: Solved, curve: str) -> NDArray:

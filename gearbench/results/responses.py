@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.errors import InputError
+from gearbench.errors import InputError, one_of
 from gearbench.results.cycle import (
     HARMONICS,
     MeshCycle,
@@ -97,7 +97,7 @@ def response(name: str, key: str = "response") -> Response:
     if name not in KNOWN:
         installed()
     if name not in KNOWN:
-        raise InputError(key, name, f"allowed: {', '.join(KNOWN)}")
+        raise InputError(key, name, one_of(name, KNOWN))
     return KNOWN[name]
 
 

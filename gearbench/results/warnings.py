@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 from gearbench.geometry.role import Role
@@ -16,13 +15,10 @@ if TYPE_CHECKING:
 HARDENED = 1500.0
 #: Least tip thickness of a tooth [normal modules], ISO 21771-1 and usual practice.
 LEAST_TIP = 0.2
-#: Harmonics below this part of the peak-to-peak value are not told from the noise of the discretisation, and the least
-#: peak-to-peak value that is, over the mean.
-NOISE = 1e-3
 
 
 def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]:
-    """Body absent, pointed tips, interference; and of a Dataset a pressure beyond a hardened flank, and noise."""
+    """Body absent, pointed tips, interference; and of a Dataset a pressure beyond a hardened flank."""
     pair, found = scene.pair, []
     if support(scene) == "clamped":
         found.append("teeth are clamped at their roots and too stiff: add [effects.gear_body]")
@@ -38,9 +34,4 @@ def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]
         return tuple(found)
     if "flank_pressure_max" in dataset and (p := float(dataset["flank_pressure_max"])) > HARDENED:
         found.append(f"contact pressure {p:.0f} MPa is beyond a case-hardened flank ({HARDENED:.0f} MPa, ISO 6336-5)")
-    names = ("transmission_error_mean", "transmission_error_peak_to_peak")
-    if all(name in dataset for name in names):
-        mean, swing = (float(dataset[name]) for name in names)
-        if mean > 0 and math.isfinite(swing) and swing < NOISE * mean:
-            found.append(f"noise floor: peak-to-peak STE of {swing:.2g} µm is below {NOISE:g} of its mean")
     return tuple(found)

@@ -18,13 +18,15 @@ from gearbench.scene import Scene
 
 #: Share of the accuracy that belongs to the resolution; the samples converge more slowly and have the rest.
 RESOLUTION_SHARE = 0.4
+#: Error over the difference to a coarser companion: of samples, the phases are not those where contact changes.
+LEFT = 1.0
 #: Samples that the resolution is chosen on: the same ones for each, so that their scatter cancels.
 TRIAL_SAMPLES = 128
 #: Fewest and most samples, and standard errors that count as the error of a mean: the largest of four numbers counts.
 FEWEST, MOST, STANDARD_ERRORS = 64, 2**20, 3.0
 
 
-def choose_robust(scene: Scene, *, seed: int, sampler: Sampler, threads: int) -> tuple[Choice, int]:
+def choose_robust(scene: Scene, *, seed: int, sampler: Sampler, threads: int) -> tuple[Choice[NDArray], int]:
     """Settings whose estimated error is within the accuracy of ``scene``, and the number of samples.
 
     The error is that of the means over the samples of mean and RMS of STE and stiffness.
@@ -34,7 +36,7 @@ def choose_robust(scene: Scene, *, seed: int, sampler: Sampler, threads: int) ->
     InputError
         If no settings meet the accuracy.
     """
-    trial = choose(scene, partial(_means, seed=seed, sampler=sampler), RESOLUTION_SHARE)
+    trial = choose(scene, partial(_means, seed=seed, sampler=sampler), share=RESOLUTION_SHARE, left=LEFT)
     budget = trial.requested - trial.estimated
     problem, count, parts = prepare_scene(trial.scene), FEWEST, []
     while True:
@@ -42,14 +44,14 @@ def choose_robust(scene: Scene, *, seed: int, sampler: Sampler, threads: int) ->
         start = 0 if sampler == "latin_hypercube" or not parts else count // 2
         drawn = problem.draw(count, seed, sampler, start)
         parts = [*(parts if start else []), respond(problem, drawn, threads)[0]]
-        error = STANDARD_ERRORS * float(np.max(_standard_errors(parts, sampler)))
-        if error <= budget:
+        errors = STANDARD_ERRORS * _standard_errors(parts, sampler)
+        if (error := float(errors.max())) <= budget:
             break
         count *= 2
         if count > MOST:
             raise InputError("accuracy", trial.requested, f"{MOST} samples leave an error of {100 * error:.2g} %")
     settings = {**trial.settings, "samples": str(count)}
-    return replace(trial, settings=settings, estimated=trial.estimated + error), count
+    return replace(trial, settings=settings, errors=trial.errors + errors), count
 
 
 def _means(scene: Scene, *, seed: int, sampler: Sampler) -> NDArray:

@@ -142,9 +142,10 @@ def scaled(scene: Scene, s: float) -> Scene:
     pair = scene.pair
     lengths = {n: s * getattr(pair, n) for n in ("normal_module", "face_width", "centre_distance")}
     modulus = pair.material.youngs_modulus / s**2
+    names = ("amount", "length", "pinion", "wheel")
+    given = [{n: x for n in names if (x := getattr(e, n, None)) is not None} for e in scene.effects]
     effects = tuple(
-        replace(e, **{n: s * x for n in ("amount", "length", "pinion", "wheel") if (x := getattr(e, n, None)) is not None})
-        for e in scene.effects
+        replace(e, **{n: s * x for n, x in own.items()}) for e, own in zip(scene.effects, given, strict=True)
     )
     material = Material(youngs_modulus=modulus, poisson_ratio=pair.material.poisson_ratio)
     return replace(

@@ -1,4 +1,4 @@
-"""Waviness: a cosine over the face width."""
+"""Undulation: a cosine over the face width."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from gearbench.schema import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class Waviness(GapEffect):
-    """Waviness of the pair, both gears together: e = A (1 − cos(2π n y/b)).
+class Undulation(GapEffect):
+    """Undulation of the pair, both gears together: e = A (1 − cos(2π n y/b)).
 
     Parameters
     ----------
@@ -30,12 +30,12 @@ class Waviness(GapEffect):
     amplitude: Annotated[float, Field(gt=0.0, le=100.0)]
     waves: Annotated[int, Field(ge=1, le=100)]
 
-    name: ClassVar[str] = "waviness"
+    name: ClassVar[str] = "undulation"
     summary: ClassVar[str] = "gap: cosine over the face width"
     source: ClassVar[str] = "the tutorial"
     use: ClassVar[str] = "Where grinding has left waves across the face."
     example: ClassVar[dict[str, Any]] = {"amplitude": 0.5, "waves": 4}
-    conflicts: ClassVar[dict[str, str]] = {"topography": "which measures the waviness too"}
+    conflicts: ClassVar[dict[str, str]] = {"topography": "which measures the undulation too"}
 
     def check(self, pair: Pair, beside: Mapping[str, Effect]) -> None:
         """Refuse waves shorter than a quarter of a module: no contact follows them."""
