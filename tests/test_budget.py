@@ -93,6 +93,7 @@ PREDICTED = {
     ),
     "on bodies": on_bodies(positions=40, segments=40),
     "on bodies, many segments": on_bodies(positions=6, segments=200),
+    "on bodies, few segments": on_bodies(positions=600, segments=10),
 }
 
 

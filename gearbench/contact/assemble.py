@@ -237,19 +237,24 @@ def smooth_nodes(lines: ContactLines) -> int:
 def _problem(
     scene: Scene,
     lines: ContactLines,
-    parts: Sequence[LowRank | Dense | LineLaw],
+    parts: list[LowRank | Dense | LineLaw],
     gap: NDArray,
     soft: NDArray,
     truncation: float,
     unit: float | None = None,
 ) -> ContactProblem:
-    """The problem with compliances at the nodes of ``lines``; ``unit`` of displacement [mm], where it is given."""
+    """The problem with compliances at the nodes of ``lines``; ``unit`` of displacement [mm], where it is given.
+
+    ``parts`` is emptied: the matrix of all pairs is as large as the sum that it goes into and as its root.
+    """
     smooth = [part for part in parts if not isinstance(part, LineLaw)]
     laws = [part for part in parts if isinstance(part, LineLaw)]
     own = [part for part in smooth if isinstance(part, LowRank) and not part.coupled]
     coupled = not laws or len(own) < len(smooth)
     factor = np.zeros((*lines.shape, 0)) if coupled else _own_factor(own, lines)
     matrix = _shared_compliance(smooth, lines) if coupled else np.empty(0)
+    parts.clear()
+    del smooth, own
     none = np.zeros(lines.shape)
     a, h = sum((law.a for law in laws), none), sum((law.h for law in laws), none)
     if unit is None:

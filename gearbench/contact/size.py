@@ -13,7 +13,7 @@ from gearbench.scene import Scene
 #: Numbers that are kept at the same time, at most: for each two segments of a position where all pairs of teeth move
 #: each other, for each segment and column of Ψ (of pairs that move each other, and of others), and for each segment
 #: (contact lines, gaps, laws, results). Measured, with a quarter in reserve.
-SQUARE, COLUMN, SEGMENT = 2.6, (1.6, 3.4), 30.0
+SQUARE, COLUMN, SEGMENT = 3.0, (2.5, 3.4), 30.0
 #: Columns that no Ψ has more of: while the size with them is small, the columns are not counted.
 MOST_COLUMNS = 1500
 #: Bytes of a number.
