@@ -40,7 +40,7 @@ class Load:
         where the wheel drives while both keep turning.
     """
 
-    torque: Annotated[float, Field(ge=-1e9, le=1e9), AfterValidator(_loaded)]
+    torque: Annotated[float, AfterValidator(_loaded)]
 
     @property
     def coast(self) -> bool:

@@ -124,7 +124,7 @@ SEGMENTS = Knob(
     name="segments",
     levels=lambda _: (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024),
     with_level=lambda scene, level: with_resolution(scene, segments=level),
-    order="2, exponential without gaps",
+    order="exponential; 2, of k 1, where flanks part",
 )
 GAUSS_POINTS = Knob(
     name="gauss_points",

@@ -106,7 +106,9 @@ def add_loaded(i, loaded, weight, factor, block, force, grad, hess, cross):
         j0 = loaded[n]
         k = block[i, j0]
         p0, w0 = force[i, j0], weight[n]
-        if n + 4 <= loaded.size and block[i, loaded[n + 3]] == k:
+        # segments of a block need not lie side by side: all four are asked
+        four = n + 4 <= loaded.size and block[i, loaded[n + 1]] == k and block[i, loaded[n + 2]] == k
+        if four and block[i, loaded[n + 3]] == k:
             j1, j2, j3 = loaded[n + 1], loaded[n + 2], loaded[n + 3]
             p1, p2, p3 = force[i, j1], force[i, j2], force[i, j3]
             w1, w2, w3 = weight[n + 1], weight[n + 2], weight[n + 3]

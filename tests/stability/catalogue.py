@@ -22,7 +22,7 @@ from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.geometry.material import Material
 from gearbench.geometry.pair import Member, Pair
-from gearbench.scene import Load, Resolution, Scene
+from gearbench.scene import LOADS, Load, Resolution, Scene
 
 SPUR = Pair(normal_module=3.0, face_width=24.0, centre_distance=90.0, pinion=Member(teeth=24), wheel=Member(teeth=36))
 HELICAL = Pair(
@@ -224,20 +224,28 @@ def _() -> Scene:
 
 
 # -- load and gaps ----------------------------------------------------------------------------------------------------
-for _t in (1e-9, 1e-3, 1e3, 1e9):
+def heaviest(*gaps: Effect) -> Scene:
+    """``HELICAL`` under the greatest load a scene may have, less what rounding needs where its units are changed."""
+    ordinary = scene(HELICAL, *gaps)
+    return replace(ordinary, load=Load(torque=NOMINAL * LOADS[1] / ordinary.relative_load * (1 - 1e-12)))
+
+
+for _t in (1e-9, 1e-3, 1e3, math.inf):
+    _loaded = heaviest if _t == math.inf else lambda *gaps, t=_t: scene(HELICAL, *gaps, torque=NOMINAL * t)
+    _name = "torque at its upper limit" if _t == math.inf else f"torque × {_t:.0e}"
     hard(
-        f"torque × {_t:.0e}",
+        _name,
         "vanishing load: the logarithm of Weber–Banaschek's law grows without bound"
         if _t < 1
         else "overload: the law is continued by its tangent, the compression dwarfs the tooth",
-    )(lambda t=_t: scene(HELICAL, torque=NOMINAL * t))
+    )(_loaded)
     # with gaps of 1e4 compressions, cells that carry in part share the load by s²: 2e4 ulp, and four digits fewer
     few = _t == 1e-9
     hard(
-        f"torque × {_t:.0e}, gaps",
+        f"{_name}, gaps",
         "the same with gaps: a few segments, or all of them, carry",
         digits=11.5 if few else 13,
-    )(lambda t=_t: scene(HELICAL, Crowning(amount=5.0), HelixSlope(pinion=4.0), torque=NOMINAL * t))
+    )(lambda loaded=_loaded: loaded(Crowning(amount=5.0), HelixSlope(pinion=4.0)))
 
 for _law in (YANG, BANASCHEK):
     hard(f"no gap at all, {_law.law}", "every segment touches at once; a residual of exactly zero must not divide")(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from gearbench.compliance.gear_body import ToothedRing
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.contact.assemble import assemble, scene_lines
 from gearbench.contact.problem import ContactProblem
-from gearbench.contact.solver import solve
+from gearbench.contact.solver import newton, solve
 from gearbench.scene import Scene
 from tests.stability.extended.balls import Matrix, ball, number, working
 from tests.stability.extended.chain import solve_problem, solve_scene
@@ -23,12 +23,16 @@ from tests.stability.models import BodyCase, SolidCase
 
 @dataclass(frozen=True)
 class Digits:
-    """Least number of correct digits of δ, k and the forces (relative to their sum), and the most Newton steps."""
+    """Least number of correct digits of δ, k and the forces (relative to their sum), and the most steps.
+
+    ``polishing`` of the steps are of the dense active set, where it had to polish.
+    """
 
     approach: float
     stiffness: float
     force: float
     steps: int
+    polishing: int = 0
 
     @property
     def least(self) -> float:
@@ -61,7 +65,11 @@ def compare_problem(problem: ContactProblem) -> Digits:
     exact = solve_problem(problem, 0, (force, delta))
     k = solution.stiffness[0] * problem.length_scale / problem.force
     forces = min(digits(x, y, 1) for x, y in zip(force, exact.force, strict=True))
-    return Digits(digits(delta, exact.approach), digits(k, exact.stiffness), forces, int(solution.iterations.max()))
+    steps, polishing = int(solution.iterations.max()), 0
+    if solution.polished:
+        least = np.min(np.where(problem.active, problem.gap, np.inf), axis=1)
+        polishing = steps - int(newton(replace(problem, gap=problem.gap - least[:, None]))[3].max())
+    return Digits(digits(delta, exact.approach), digits(k, exact.stiffness), forces, steps, polishing)
 
 
 def _exact(scene: Scene, tau: float, force: np.ndarray, approach: float) -> Answer:

@@ -14,7 +14,10 @@ from tests.stability.catalogue import HELICAL, YANG, scene
 
 @dataclass(frozen=True, kw_only=True)
 class HardProblem:
-    """A named contact problem, why it is hard, the digits asserted against extended precision and the most steps."""
+    """A named contact problem, why it is hard, the digits asserted against extended precision and the most steps.
+
+    Steps are Newton's; those of the dense active set, where a spoilt residual is polished, come on top.
+    """
 
     name: str
     why: str
@@ -83,7 +86,7 @@ PROBLEMS: dict[str, HardProblem] = {
                 digits=d,
                 steps=n,
             )
-            for f, d, n in ((1e-3, 12, 30), (1e-6, 9.9, 40), (1e-9, 12, 250), (1e6, 13, 30))
+            for f, d, n in ((1e-3, 12, 30), (1e-6, 9.9, 40), (1e-9, 12, 40), (1e6, 13, 30))
         ),
         *(
             HardProblem(

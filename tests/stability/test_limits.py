@@ -22,14 +22,18 @@ from tests.stability.catalogue import CASES
 from tests.stability.measure import compare_problem
 from tests.stability.problems import PROBLEMS, duplicated, no_law, ordinary, stiff_law, tied
 
+#: Steps that polishing may take.
+POLISHING = 210
 EVERY = pytest.mark.parametrize("case", [pytest.param(p, id=p.name) for p in PROBLEMS.values()])
 
 
 @EVERY
 def test_contact_problem_keeps_its_digits(case):
+    """Rounding alone decides whether a residual beside the limit is polished; if so, more digits are right."""
     found = compare_problem(case.build())
-    assert found.least >= case.digits, found
-    assert found.steps <= case.steps
+    assert found.least >= (max(case.digits, 12) if found.polishing else case.digits), found
+    assert found.steps - found.polishing <= case.steps, found
+    assert found.polishing <= POLISHING, found
 
 
 def test_duplicated_segments_answer_like_single_ones():
@@ -65,7 +69,7 @@ def test_a_singular_compliance_without_law_is_solved_to_its_residual_or_an_error
 # -- many samples -----------------------------------------------------------------------------------------------------
 BATCHES = [
     *("undercut, z = 5", "teeth nearly pointed", "β = 0.01°", "β = 45°", "ε_γ just above 1, helical", "b/m = 0.5"),
-    *("x at its lower limit", "torque × 1e-09", "torque × 1e-03, gaps", "torque × 1e+09", "1 segments"),
+    *("x at its lower limit", "torque × 1e-09", "torque × 1e-03, gaps", "torque at its upper limit", "1 segments"),
     *("gaps of 1000 deflections, yang_sun", "gaps of 1000 deflections, weber_banaschek"),
     "contact on one segment, weber_banaschek",
 ]

@@ -64,15 +64,16 @@ def projected(g: Namespace, b: float, E: float, nu: float, p: int, waves: int) -
     x, rest, u = (v[:, None] for v in tanh_sinh())
     # R − low = t span; R′ − low = t x span; R − R′ = t (1 − x) span: the logarithm is at x = 1
     R, other = low + t * span, low + t * x * span
-    r = t * rest * span * (R + other) / (2 * r_b) * cos_bb
+    # the involute is square to the generators, b / cos β_b long
+    r = t * rest * span * (R + other) / (2 * r_b)
     square = depth(R) * depth(other)
     far = np.sqrt(r * r + square)
-    area = w * u * t * span**2
+    area = w * u * t * span**2 * cos_bb
     a, c = 2 * (1 - nu**2) / (math.pi * E), (1 + nu) / (math.pi * E)
     one, two = polynomials(t), polynomials(t * x)
     G = np.empty((waves, p, p))
     for m in range(waves):
-        k = m * math.pi / b
+        k = m * math.pi * cos_bb / b
         with np.errstate(under="ignore"):
             plane = a * np.log(far / r) - c * square / far**2
             value = plane if m == 0 else a * (k0(k * r) - k0(k * far)) - c * square * k * k1(k * far) / far
