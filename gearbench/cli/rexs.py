@@ -71,10 +71,14 @@ def load_any(
 
 def with_torque(scene: Scene, torque: float) -> Scene:
     """``scene`` under the torque of the command line."""
+    from gearbench.errors import InputError
     from gearbench.scene import Load
-    from gearbench.schema import changed, read
+    from gearbench.schema import changed, make
 
-    return changed(scene, load=read(Load, {"torque": torque}, "--torque"))
+    try:
+        return changed(scene, load=make(Load, torque=torque))
+    except InputError as error:
+        raise InputError("--torque", torque, error.allowed) from None
 
 
 def rexs(
