@@ -18,7 +18,7 @@ CASE = load_scene(EXAMPLES / "case1.toml")
 def test_torques_that_mean_nothing_are_one_line(run, torque):
     code, out, err = run("simulate", EXAMPLES / "case1.toml", "--torque", torque)
     assert (code, out, err.count("\n")) == (2, "", 1)
-    assert f"load.torque = {float(torque):.6g}: must lie within " in err
+    assert f"--torque = {float(torque):.6g}: must lie within " in err
 
 
 @pytest.mark.parametrize("end", [0, 1])
