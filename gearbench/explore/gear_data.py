@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from html import escape
 from typing import Any
 
@@ -38,7 +39,13 @@ def tables(picture: Picture, *, teeth: bool = True) -> Tables:
     }
     scatter = {} if picture.unfinished else densities(picture)
     shapes = _teeth(picture) if teeth else {}
-    return {**_short(found), **scatter, "pressure": image, **shapes, "scene": {"text": [picture.scene.to_toml()]}}
+    return {
+        **_short(found),
+        **scatter,
+        "pressure": image,
+        **shapes,
+        "scene": {"text": [picture.scene.to_toml()], "tables": [json.dumps(picture.scene.to_mapping())]},
+    }
 
 
 def densities(picture: Picture) -> Tables:

@@ -16,8 +16,8 @@ for (const name of Object.keys(sources)) {
   if (stored?.[name] && before[name]) waiting.set(before[name], stored[name]);
 }
 const figures = [
-  ["scene", "ste"], ["stiffness"], ["pressure"], ["ste_orders"], ["stiffness_orders"], ["ste_density"],
-  ["stiffness_density"], ["numbers", "warnings"], ["pinion", "wheel", "path", "motion"],  // the last draws the teeth
+  ["scene", "numbers", "warnings", "ste", "stiffness"], ["pressure"], ["ste_orders"], ["stiffness_orders"], ["ste_density"],
+  ["stiffness_density"], ["pinion", "wheel", "path", "motion"],  // the last draws the teeth
   ["harris"], ["torque"],
 ];
 

@@ -133,7 +133,7 @@ if (form) {
   byId("variant").addEventListener("click", () => {
     const name = `variant ${variants_.reduce((most, v) => Math.max(most, v.number), 0) + 1}`;
     variants_.push({
-      name, number: Number(name.split(" ")[1]), scene: JSON.stringify(tables), numbers: { ...now.numbers.data },
+      name, number: Number(name.split(" ")[1]), scene: now.scene.data.tables[0], numbers: { ...now.numbers.data },
       curves: Object.fromEntries(Object.keys(variants).map((key) => [key, now[key].data])),
     });
     overlay();
