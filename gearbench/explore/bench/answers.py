@@ -68,7 +68,7 @@ def answers(base: Scene, asked: Any) -> Iterator[dict[str, Any]]:
 
 def _solved(scene: Scene) -> Iterator[dict[str, Any]]:
     quick, _ = outline(replace(scene, resolution=COARSE))
-    yield answer_data({**tables(replace(quick, scene=scene)), **numbers(quick)})
+    yield answer_data({**tables(replace(quick, scene=scene), teeth=False), **numbers(quick)})
     now, solved = outline(scene)
     yield answer_data({**tables(now), **numbers(now)})
     yield answer_data({"warnings": {"text": warnings(now, solved)}})
