@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
+from gearbench.effects.base import GapEffect
 from gearbench.effects.relief import Amount
 from gearbench.errors import InputError
+from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 #: Curves with more points than this cannot have a panel of the mesh cycle for each.
@@ -66,3 +68,26 @@ class FlankCurve:
     def kinks(self) -> tuple[float, ...]:
         """Positions of the points of a coarse curve; the kinks of a fine one are too many to integrate between."""
         return self.at if self.at is not None and len(self.at) <= MOST_KINKS else ()
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class CurvesOfGears(GapEffect):
+    """A curve of one gear or of both.
+
+    Parameters
+    ----------
+    pinion, wheel
+        The curve of each gear.
+    """
+
+    pinion: FlankCurve | None = None
+    wheel: FlankCurve | None = None
+
+    def __post_init__(self) -> None:
+        if self.pinion is None and self.wheel is None:
+            raise InputError("pinion", "missing", "a curve is required, here or for the wheel")
+
+    @property
+    def curves(self) -> dict[Role, FlankCurve]:
+        """The curve of each gear that has one."""
+        return {role: curve for role in Role if (curve := getattr(self, role.label)) is not None}

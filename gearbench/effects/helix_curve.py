@@ -8,17 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import GapEffect
-from gearbench.effects.curves import FlankCurve
+from gearbench.effects.curves import CurvesOfGears
 from gearbench.effects.relief import MICROMETRE
-from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
 from gearbench.schema import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class HelixCurve(GapEffect):
+class HelixCurve(CurvesOfGears):
     """Deviation of the helix of each gear over the face, the same all along the profile.
 
     A polynomial runs over the face width, t = y/b; points stand at positions y.
@@ -29,28 +27,17 @@ class HelixCurve(GapEffect):
         The curve of each gear.
     """
 
-    pinion: FlankCurve | None = None
-    wheel: FlankCurve | None = None
-
     name: ClassVar[str] = "helix_curve"
     summary: ClassVar[str] = "gap: any curve over the face width of each gear"
     source: ClassVar[str] = "ISO 21771-1, helix modification; ISO 1328-1, helix trace"
     use: ClassVar[str] = "Where the helix is given as a polynomial or as a trace."
     example: ClassVar[dict[str, Any]] = {"pinion": {"at": [0.0, 6.0, 18.0, 24.0], "deviation": [5.0, 0.0, 0.0, 3.0]}}
 
-    def __post_init__(self) -> None:
-        if self.pinion is None and self.wheel is None:
-            raise InputError("pinion", "missing", "a curve is required, here or for the wheel")
-
-    @property
-    def _curves(self) -> list[FlankCurve]:
-        return [curve for curve in (self.pinion, self.wheel) if curve is not None]
-
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
-        values = [curve.values(lines.face / lines.pair.face_width, lines.face) for curve in self._curves]
+        values = [curve.values(lines.face / lines.pair.face_width, lines.face) for curve in self.curves.values()]
         return MICROMETRE * np.sum(values, axis=0)
 
     def face_kinks(self, pair: Pair) -> tuple[float, ...]:
         """Positions y [mm] of the points of coarse curves."""
-        return tuple(y for curve in self._curves for y in curve.kinks)
+        return tuple(y for curve in self.curves.values() for y in curve.kinks)

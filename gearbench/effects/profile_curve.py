@@ -9,20 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import Effects, GapEffect
-from gearbench.effects.curves import FlankCurve
+from gearbench.effects.base import Effects
+from gearbench.effects.curves import CurvesOfGears
 from gearbench.effects.error_modes import profile_coordinate
 from gearbench.effects.relief import MICROMETRE
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.profile import Modification
-from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class ProfileCurve(GapEffect):
+class ProfileCurve(CurvesOfGears):
     """Deviation of the profile of each gear along its roll length, the same all over the face.
 
     A polynomial runs over the active profile: t = 0 at its start (root side), t = 1 at its end (tip side). Points stand
@@ -34,23 +33,11 @@ class ProfileCurve(GapEffect):
         The curve of each gear.
     """
 
-    pinion: FlankCurve | None = None
-    wheel: FlankCurve | None = None
-
     name: ClassVar[str] = "profile_curve"
     summary: ClassVar[str] = "gap: any curve along the profile of each gear"
     source: ClassVar[str] = "ISO 21771-1, profile modification; ISO 1328-1, profile trace"
     use: ClassVar[str] = "Where the profile is given as a polynomial or as a trace."
     example: ClassVar[dict[str, Any]] = {"pinion": {"polynomial": [0.0, 2.0, 6.0]}}
-
-    def __post_init__(self) -> None:
-        if self.pinion is None and self.wheel is None:
-            raise InputError("pinion", "missing", "a curve is required, here or for the wheel")
-
-    @property
-    def curves(self) -> dict[Role, FlankCurve]:
-        """The curve of each gear that has one."""
-        return {role: curve for role in Role if (curve := getattr(self, role.label)) is not None}
 
     def check(self, pair: Pair, beside: Effects) -> None:
         """Refuse points that miss more than half of the active profile: most likely they are of another gear."""
