@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 #: Mesh cycles at most.
 MOST_CYCLES = 100_000
+#: Orders found at once: their waves are an array of their own.
+AT_ONCE = 4000
 
 
 @single_threaded_blas()
@@ -117,4 +119,5 @@ def order_coefficients(phases: Phases, values: NDArray, count: int) -> NDArray:
         within = 2 * q < N * len(phases.phase)
         wave = np.exp(-2j * np.pi * np.outer(q / N, phases.phase)) / len(phases.phase)
         return np.where(within, np.einsum("qp,qp->q", wave, by_phase[q % N]), np.nan)
-    return np.einsum("qp,qp->q", fourier_rows(phases, q / N), by_phase[q % N])
+    parts = np.array_split(q, max(1, count // AT_ONCE))
+    return np.concatenate([np.einsum("qp,qp->q", fourier_rows(phases, o / N), by_phase[o % N]) for o in parts])

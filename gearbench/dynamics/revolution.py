@@ -19,7 +19,8 @@ from gearbench.dynamics.balance import Excitation, solve
 from gearbench.dynamics.loaded_mesh import LoadedMesh
 from gearbench.dynamics.model import Group, Model
 from gearbench.errors import InputError
-from gearbench.results.cycle import MICROMETRES, fourier_rows
+from gearbench.hunting import order_coefficients
+from gearbench.results.cycle import MICROMETRES
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
 from gearbench.scene import Scene
@@ -107,15 +108,9 @@ def revolution(mesh: LoadedMesh, effects: tuple[Any, ...], harmonics: int) -> Re
 
 def _orders(mesh: LoadedMesh, curves: NDArray, harmonics: int) -> NDArray:
     """Orders 0, 1/P … H (H·P + 1,) of the curves of P cycles, (position, cycle), one after the other."""
-    P = curves.shape[1]
-    q = np.arange(harmonics * P + 1)
-    out = np.empty(len(q), dtype=complex)
-    for part in np.array_split(q, max(1, len(q) // 4000)):
-        rows = fourier_rows(mesh.cycle.phases, part / P)
-        # the cycle i begins at i/P of the revolution
-        out[part] = np.fft.fft(rows @ curves, axis=1)[np.arange(len(part)), part % P] / P
-    out[0] = mesh.cycle.phases.weight @ curves.mean(axis=1)
-    return out
+    phases = mesh.cycle.phases
+    others = order_coefficients(phases, curves.T, harmonics * curves.shape[1])
+    return np.concatenate([[phases.weight @ curves.mean(axis=1)], others])
 
 
 def given(mesh: LoadedMesh, error: ArrayLike, harmonics: int) -> Revolution:
