@@ -51,6 +51,7 @@ def _whole(command: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(command)
     def run(*args: object, **options: object) -> None:
+        """The command, its files together."""
         with together():
             try:
                 command(*args, **options)

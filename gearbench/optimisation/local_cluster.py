@@ -61,6 +61,7 @@ def main() -> None:
     found: list[Any] = []
 
     def start() -> None:
+        """Print the address of the workers, or why there are none."""
         options: dict[str, Any] = {"dashboard_address": None, "silence_logs": 50}
         try:
             found.append(LocalCluster(n_workers=int(sys.argv[1]), threads_per_worker=1, **options))

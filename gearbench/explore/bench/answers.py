@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from pydantic import ValidationError
 
 from gearbench.contact.off_line import advice
 from gearbench.errors import GearbenchError, InputError
@@ -58,8 +57,6 @@ def answers(base: Scene, asked: Any) -> Iterator[dict[str, Any]]:
     try:
         scene = changed(base, json.loads(asked["scene"][0]))
         yield from _solved(scene)
-    except ValidationError as error:
-        yield answer_data(message=str(error.errors()[0]["msg"]).removeprefix("Value error, "))
     except (InputError, GearbenchError, ArithmeticError) as error:
         yield answer_data(message=str(error))
     except (AttributeError, IndexError, KeyError, TypeError, ValueError):

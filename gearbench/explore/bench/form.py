@@ -109,7 +109,7 @@ def form(scene: Scene) -> tuple[Group, ...]:
 
 
 def _groups(kind: type, path: str, table: Mapping[str, Any], *, present: bool, optional: bool) -> Iterator[Group]:
-    """Groups of an input class: its own values, then the tables within it that it must have."""
+    """Groups of an input class: its own values, then the tables within it."""
     fixed = takes_files(kind)
     # a table that may be absent has controls where the scene has it
     below = {
