@@ -70,7 +70,7 @@ def _drawn() -> Iterator[Scene]:
             continue
         left[helical] -= 1
         m = each.pair.normal_module
-        # as deep as a tooth deflects under its nominal load, some 7 µm for each N/mm² of load over width and module
+        # about as deep as teeth deflect under their nominal load: 7 µm for each 100 N/mm
         depth = float(f"{7e-2 * each.load.torque * 2e3 / (m * each.pair.pinion.teeth * each.pair.face_width):.2g}")
         gaps = (TipRelief(amount=depth, length=round(0.5 * m, 2)), Crowning(amount=depth / 2)) if count % 2 else ()
         yield replace(
