@@ -25,9 +25,7 @@ def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
     bar = 100 * dataset.transmission_error_uncertainty / dataset.transmission_error.mean("position")
     found = []
     for row, name in enumerate(names(dataset)):
-        best, plain, lines = (
-            float(off.sel(model=model)[row]) for model in ("fast_off_line", "fast", "lines_off_line")
-        )
+        best, plain, lines = (float(off.sel(model=model)[row]) for model in ("fast_off_line", "fast", "lines_off_line"))
         text = f"{name}: residual {best:.2f} % of the mean (limit {RESIDUAL:g} %), {plain:.2f} % with contact on the "
         found.append((f"{text}line, {lines:.2f} % with teeth of finite elements", best <= RESIDUAL))
         error = float(bar[row])
