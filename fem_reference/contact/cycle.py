@@ -47,9 +47,8 @@ def contact_cycle(
 ) -> xr.Dataset:
     """Mesh cycle by contact finite elements on the whole bodies held at their bores.
 
-    Spur pairs in plane strain, where tips, flanks and fillets of all near tooth pairs may touch; helical pairs, and
-    with ``SpatialSettings`` spur pairs too, with their finite width. Frictionless. The compliance effects of the scene
-    are not used; its gaps are cut from the flanks.
+    Frictionless. Spur pairs in plane strain, tips, flanks and fillets of all near tooth pairs; helical pairs, and with
+    ``SpatialSettings`` spur pairs, with their finite width. Of the effects of the scene, its gaps, cut from the flanks.
 
     Parameters
     ----------
@@ -64,7 +63,7 @@ def contact_cycle(
     settings, workers
         How each phase is computed, and how many at a time (one, where the width is finite: they need the memory).
     report
-        Told of each phase that is solved, "phase 3 of 22". Phases are kept on disk: a run that was interrupted goes on.
+        Told of each phase that is solved. Phases are kept on disk: a run that was interrupted goes on.
 
     Returns
     -------
@@ -93,9 +92,9 @@ def contact_cycle(
     names, share, radius = _of_pairs(found)
     changed = [widened(some, force, width_factor) - q[:, checks.at] for some in (checks.coarser, checks.softer)]
     error = MICROMETRES * np.sum([np.abs(change).max(axis=1) for change in changed], axis=0)
-    of_pairs = {"load_share": share, "contact_radius": radius}
     attrs = {"support": "finite_elements", "method": _method(chosen), "width_factor": width_factor}
     attrs |= provenance(scene, wall_time=time.perf_counter() - start)
+    of_pairs = {"load_share": share, "contact_radius": radius}
     return _dataset(cycle, of_pairs, names, error, loads, torques is None).assign_attrs(attrs)
 
 
