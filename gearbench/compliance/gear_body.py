@@ -15,7 +15,7 @@ phases η = i^{k+j} (times i for u_θ, u_z) of the polynomials P_k(s) g_j(z); a 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.ring import Ring, all_harmonics
 from gearbench.compliance.solid_tooth import SolidTooth
-from gearbench.compliance.webbed_ring import WebbedRing
+from gearbench.compliance.webbed_ring import ALONG, BEYOND, WebbedRing
 from gearbench.geometry.web import Web
 
 #: Greatest n ψ of the harmonics counted, ψ the half-angle of a root: the remainder falls like its square.
@@ -85,17 +85,20 @@ class ToothedRing:
     @cached_property
     def ring(self) -> Ring | WebbedRing:
         """The body without its teeth."""
-        gear, web = self.tooth.gear, self.web
-        rim = Ring(
-            inner_radius=self.bore_radius if web is None else web.rim_radius,
+        gear, web, axis = self.tooth.gear, self.web, self.axis_order
+        ring = Ring(
+            inner_radius=self.bore_radius,
             radius=gear.root_radius,
             width=gear.face_width,
             screw=math.tan(gear.beta) / gear.pitch_radius,
             E=self.tooth.E,
             nu=self.tooth.nu,
-            order=(self.order, self.axis_order),
+            order=(self.order, axis),
         )
-        return rim if web is None else WebbedRing(rim=rim, web=web, bore_radius=self.bore_radius)
+        if web is None:
+            return ring
+        rim = replace(ring, inner_radius=web.rim_radius, order=(ALONG, axis + BEYOND))
+        return WebbedRing(rim=rim, web=web, bore_radius=self.bore_radius, seen=axis)
 
     @property
     def _symmetric(self) -> bool:

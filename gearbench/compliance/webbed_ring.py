@@ -20,8 +20,9 @@ from gearbench.compliance.bases import gauss, legendre_functions
 from gearbench.compliance.ring import LAYER, Ring
 from gearbench.geometry.web import Web
 
-#: Most polynomials across the width of a web: its bending needs two, the edges of the rim the others.
-WEB_ORDER = 5
+#: Functions along the radius of each of the three rings, polynomials along the axis of the rim beyond those seen, and
+#: most polynomials across the web.
+ALONG, BEYOND, ACROSS = 8, 9, 8
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,25 +37,29 @@ class WebbedRing:
         Sizes of web and hub, seen as the rim is.
     bore_radius
         Radius [mm] at which hub or, without one, web is held.
+    seen
+        Number of polynomials along the axis whose amplitudes are asked for; the edges of the web need more of the rim.
     """
 
     rim: Ring
     web: Web
     bore_radius: float
+    seen: int
 
     def harmonics(self, n: NDArray) -> NDArray:
         """ĉ_n of the rim's outer edge, as ``Ring.harmonics``; those that do not reach through the rim are its own."""
         rim, n = self.rim, np.asarray(n, dtype=float)
         reaching = n * (rim.radius - rim.inner_radius) < LAYER * rim.radius
-        found = rim.harmonics(n).astype(self._shared.dtype)
-        free = replace(rim, held=False)
-        K, edge = free.stiffness(n[reaching])
-        p, q = len(edge), rim.order[1]
-        K = K.reshape(-1, 3, p, q, 3, p, q).astype(found.dtype)
+        q, seen, dtype = rim.order[1], self.seen, self._shared.dtype
+        found = np.zeros((len(n), 3 * seen, 3 * seen), dtype=dtype)
+        found[~reaching] = replace(rim, order=(rim.order[0], seen)).harmonics(n[~reaching])
+        K, edge = replace(rim, held=False).stiffness(n[reaching])
+        p = len(edge)
+        K = K.reshape(-1, 3, p, q, 3, p, q).astype(dtype)
         T = np.kron(np.eye(3), self._shared)
         K[:, :, 0, :, :, 0] += (T.conj().T @ self.foundation(n[reaching]) @ T).reshape(-1, 3, q, 3, q)
-        load = np.einsum("p,ab->apb", edge, np.eye(3))[:, :, None, :, None] * np.eye(q)[:, None]
-        load = load.reshape(3 * p * q, 3 * q)
+        load = np.einsum("p,ab->apb", edge, np.eye(3))[:, :, None, :, None] * np.eye(q, seen)[:, None]
+        load = load.reshape(3 * p * q, 3 * seen)
         found[reaching] = load.T @ np.linalg.solve(K.reshape(len(K), len(load), -1), load)
         return (found + _adjoint(found)) / 2
 
@@ -96,7 +101,7 @@ class WebbedRing:
     def _shared(self) -> NDArray:
         """T (q of the web, q of the rim)."""
         b, web, q = self.rim.width, self.web, self.rim.order[1]
-        count = min(q, WEB_ORDER)
+        count = min(q, ACROSS)
         eta, weight = gauss(q + 2)
         y = (web.start + web.thickness * eta) / b
         T = legendre_functions(count, eta).T @ (weight[:, None] * legendre_functions(q, y))
