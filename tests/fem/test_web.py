@@ -96,20 +96,19 @@ def plain_blocks(level: Level, steel: Material, fine: int, along: Sequence[int])
     space = Space(mesh, "hex20")
     gear = body.gear
     free = np.hypot(*space.node_positions[:, :2].T) > body.bore_radius * (1 + 1e-6)
-    middle = mesh.p[:, mesh.facets].mean(axis=1)
-    loads = []
-    facets = mesh.boundary_facets()
+    loads, facets = [], mesh.boundary_facets()
+    x, y, z = mesh.p[:, mesh.facets[:, facets]]
+    R = np.hypot(x, y)
     for d in (-1, 0, 1):
-        turn = 2 * np.pi * d / gear.teeth + middle[2] * np.tan(gear.beta) / gear.pitch_radius
-        R, theta = np.hypot(middle[0], middle[1]), np.arctan2(middle[0], middle[1]) - turn
-        theta = (theta + np.pi) % (2 * np.pi) - np.pi
-        near = np.abs(theta - gear.involute_half_angle(np.maximum(R, gear.form_radius))) < 0.01
-        on = facets[(near & (R > gear.form_radius) & (R < 0.9999 * gear.tip_radius))[facets]]
+        turn = 2 * np.pi * d / gear.teeth + z * np.tan(gear.beta) / gear.pitch_radius
+        off = (np.arctan2(x, y) - turn - gear.involute_half_angle(np.maximum(R, gear.form_radius)) + np.pi) % (2 * np.pi)
+        corners = (np.abs(off - np.pi) < 1e-6) & (R > gear.form_radius - 1e-6)
+        on = facets[corners.all(axis=0)]
         points = surface_points(space, on, degree=15)
         flank = Flank(gear, d)
-        at_R, y = flank.coordinates(points.position)
-        density = flank_polynomials(gear, ORDER, at_R, y) / flank.stretch(at_R)[:, None]
-        loads.append(points.load(flank.normal(at_R, y)[:, :, None] * density[:, None, :], space))
+        height, across = flank.coordinates(points.position)
+        density = flank_polynomials(gear, ORDER, height, across) / flank.stretch(height)[:, None]
+        loads.append(points.load(flank.normal(height, across)[:, :, None] * density[:, None, :], space))
     dofs = free_dofs(free, 3)
     u = solve(space.stiffness(Lame.of(steel.E, steel.nu), free), loads[1][dofs]).x
     found = np.array([load[dofs].T @ u for load in loads])
