@@ -65,7 +65,7 @@ class Axis:
             at = piece == i
             found = np.stack(axis_functions(self.counts[i], (y[at] - self.breaks[i]) / self.length(i)))
             found[1] /= self.length(i)
-            out[np.ix_([0, 1], np.flatnonzero(at), self.of_piece(i))] = found @ self._ends(i).T
+            out[np.ix_(np.arange(2), np.flatnonzero(at), self.of_piece(i))] = found @ self._ends(i).T
         return out[0], out[1]
 
     def integrals(self, pieces: tuple[int, ...] | None = None) -> NDArray:
@@ -87,7 +87,6 @@ class Axis:
             scaled = (self.length(i) / math.sqrt(b)) * weight[:, None] * legendre_functions(q, y / b)
             out[self.of_piece(i)] += h.T @ scaled
         return np.where(np.abs(out) > 1e-14 * np.abs(out).max(), out, 0.0)
-
 
     def _ends(self, piece: int) -> NDArray:
         """From 1, t, … to the functions of a piece, (count, count): 1 − η, η, …, t = 2η − 1."""

@@ -79,7 +79,7 @@ class Level:
         """Functions along the axis."""
         breaks = self.body.axis_breaks
         share = np.diff(breaks) / breaks[-1]
-        counts = tuple(math.ceil(self.waves * part) + EXTRA[self.number] for part in share)
+        counts = tuple(math.ceil(self.waves * part - 1e-9) + EXTRA[self.number] for part in share)
         return Axis(breaks=breaks, counts=counts)
 
     @cached_property

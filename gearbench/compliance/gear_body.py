@@ -9,7 +9,8 @@ docs/theory.md),
 
 The gear looks the same from every tooth: with waves e^{2πi m d/z} over the teeth d, the ring's harmonics n = m, m ± z,
 m ± 2z, … make up B(m), and each wave is solved by itself. Half-turn symmetry makes all these matrices real in the
-phases η = i^{k+j} (times i for u_θ, u_z) of the polynomials P_k(s) g_j(z); a web out of the middle leaves them Hermitian.
+phases η = i^{k+j} (times i for u_θ, u_z) of the polynomials P_k(s) g_j(z); with a web out of the middle they are
+Hermitian.
 """
 
 from __future__ import annotations
@@ -110,7 +111,7 @@ class ToothedRing:
         """Motion of the root of tooth 0 per unit force, for each wave m = 0 … z/2, in the phases η: (m, r, r) (R4)."""
         gear = self.tooth.gear
         across, axis = self.tooth.order[0], self.axis_order
-        z, psi, r = gear.teeth, self.root_half_angle, gear.root_radius
+        z, psi = gear.teeth, self.root_half_angle
         turns = math.ceil(FINEST / psi / z)
         m = np.arange(z // 2 + 1)
         n = m[:, None] + z * np.arange(-turns, turns + 1)

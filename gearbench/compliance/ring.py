@@ -111,7 +111,7 @@ class Ring:
         for (a, b), block in blocks.items():
             K[:, a, :, :, b] = block
             K[:, b, :, :, a] = block.transpose(0, 3, 4, 1, 2)
-        return K.reshape(len(n), 3 * p * q, -1), edge
+        return K.reshape(len(n), 3 * p * q, 3 * p * q), edge
 
     def _along(self, n: NDArray) -> tuple[tuple[NDArray, ...], NDArray]:
         """∫ ff R, ∫ ff, ∫ ff/R, ∫ ff′R, ∫ ff′, ∫ f′f′R dR over each harmonic's layer (R2), each (harmonic, p, p)."""

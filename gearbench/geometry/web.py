@@ -41,9 +41,7 @@ class Web:
 THINNEST = 0.05
 
 
-def make_web(
-    gear: Gear, bore: float, rim_thickness: float, thickness: float, offset: float, hub: float | None
-) -> Web:
+def make_web(gear: Gear, bore: float, rim_thickness: float, thickness: float, offset: float, hub: float | None) -> Web:
     """The web of a gear, by the diameters of bore and hub, the rim's thickness and the web's thickness and offset [mm].
 
     Raises
@@ -65,6 +63,6 @@ def make_web(
     start = 0.5 * (b - thickness) + offset
     if not -1e-9 * b <= start <= (1 + 1e-9) * b - thickness:
         furthest = 0.5 * (b - thickness)
-        raise InputError("web_offset", offset, f"must be -{furthest:.6g} to {furthest:.6g} mm: the web lies below the face")
+        raise InputError("web_offset", offset, f"must be at most {furthest:.6g} mm either way, within the face")
     start = min(max(start, 0.0), b - thickness)
     return Web(rim_radius=rim_radius, hub_radius=hub / 2, start=start, stop=start + thickness)

@@ -160,7 +160,10 @@ def test_the_body_winds_up_at_least_like_a_plain_annulus(steel):
     z = gear.teeth
     level = Level(body=SPUR, number=3, waves=1)
     all_of_them = circulant.flank_blocks(level.section, level.axis, level.there, steel, (1, 1), (z - 1) // 2)
-    total = all_of_them.sum() + circulant.flank_blocks(level.section, level.axis, level.there, steel, (1, 1), z // 2)[0].sum()
+    total = (
+        all_of_them.sum()
+        + circulant.flank_blocks(level.section, level.axis, level.there, steel, (1, 1), z // 2)[0].sum()
+    )
     # turning of an annulus by shear between bore and root circle is less than all of it
     shear = z * (1 / SPUR.bore_radius**2 - 1 / gear.root_radius**2) / (4 * math.pi * steel.E / 2.6 * gear.face_width)
     of_unit_load = gear.base_radius**2 * shear * (gear.tip_radius - gear.form_radius) * gear.face_width
