@@ -39,7 +39,7 @@ class SeatedGear:
     def nodes(self) -> NDArray:
         """Nodes of the shaft under its face."""
         seat = self.box.seats[(self.mesh, self.role)][1]
-        half = self.box.pairs[self.mesh].face_width / 2
+        half = self.box.pairs[self.mesh].gears[self.role].face_width / 2
         first, last = (self.model.node(seat.position + s * half) for s in (-1, 1))
         return np.arange(first, last + 1)
 
@@ -74,7 +74,7 @@ class SeatedGear:
         G = self.settled.compliance[np.ix_(here, here)].copy()
         G[5::6, 5::6] += self._spin
         # mm and rad side by side: radians over the half face width
-        scale = np.tile([1, 1, 1, *([2 / lines.pair.face_width] * 3)], len(self.nodes))
+        scale = np.tile([1, 1, 1, *([2 / lines.pair.meshing.face_width] * 3)], len(self.nodes))
         values, vectors = np.linalg.eigh(G / scale[:, None] / scale)
         keep = values > _RANK * values[-1]
         return self.rows(lines)[..., here] @ (scale[:, None] * vectors[:, keep] * np.sqrt(values[keep]))

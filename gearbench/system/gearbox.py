@@ -134,7 +134,7 @@ class Gearbox:
         for shaft in self.system.shafts:
             faces = []
             for seat in shaft.gears:
-                b = self.pairs[seat.mesh].face_width
+                b = self.pairs[seat.mesh].gears[Role[seat.gear.upper()]].face_width
                 faces.append(Face(start=seat.position - b / 2, end=seat.position + b / 2, diameter=seat.diameter))
             models.append(ShaftModel(shaft=shaft, faces=tuple(faces)))
         return tuple(models)
@@ -201,7 +201,7 @@ class Gearbox:
     def wrench(self, mesh: str, role: Role, model: ShaftModel) -> NDArray:
         """Row (size,) of the model's motions: work of a unit transverse force spread evenly over the face (W8)."""
         frame = self.frames[mesh]
-        b = frame.pair.face_width
+        b = frame.pair.meshing.face_width
         node, weight = np.polynomial.legendre.leggauss(32)
         y = b * (node + 1) / 2
         rows = model.rows(frame.position(role, y), frame.wrench(role, np.full(len(y), frame.pair.meshing.pitch_point)))
