@@ -26,6 +26,7 @@ class Hertz(ComplianceEffect):
     "weber_banaschek": g = 4(1−ν²)/(πE) · q · [ln(2√(t₁t₂)/a_H) − ν/(2(1−ν))], a_H² = 8qρ(1−ν²)/(πE), with ρ the
     relative radius of curvature in the normal plane and t_i the depth from the flank, along the line of action, to
     the centre line of the tooth; load dependent, solved to convergence (C3).
+    Gears of two materials add a half of each.
 
     Parameters
     ----------
