@@ -87,7 +87,7 @@ def order_spectrum(dataset: xr.Dataset, name: str = "transmission_error", axes: 
 
 
 def load_distribution(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
-    """Line load on the flank over the mesh cycle: path of contact across, face width up."""
+    """Line load on the flank over the mesh cycle: face width across, path of contact up."""
     axes = _axes(axes, (7.0, 4.5))
     present = (dataset["segment_length"] > 0).all("segment").values
     # the lines of all pairs are one family, ordered by τ + k
@@ -96,13 +96,13 @@ def load_distribution(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
     # a line that just enters at a corner is short and heavily loaded: it must not hide the rest
     weight = dataset["segment_length"].values[present][order]
     top = float(np.quantile(load, 0.99, weights=weight, method="inverted_cdf"))
-    drawn = axes.pcolormesh(u, y, load, shading="gouraud", cmap="viridis", vmin=0, vmax=top)
-    axes.plot(u.T, y.T, color="white", lw=0.4, alpha=0.4)
+    drawn = axes.pcolormesh(y, u, load, shading="gouraud", cmap="viridis", vmin=0, vmax=top)
+    axes.plot(y.T, u.T, color="white", lw=0.4, alpha=0.4)
     figure = axes.get_figure()
     assert figure is not None
     extend = "max" if load.max() > 1.01 * top else "neither"
     figure.colorbar(drawn, ax=axes, label="line load q [N/mm]", extend=extend)
-    axes.set(xlabel="position on the path of contact u [mm]", ylabel="position along the face width y [mm]")
+    axes.set(xlabel="position along the face width y [mm]", ylabel="position on the path of contact u [mm]")
     return axes
 
 
@@ -256,9 +256,25 @@ def draw_robust(dataset: xr.Dataset, folder: Path) -> list[Path]:
     )
     written = [write_figure(figure, folder / "density.png")]
     axes = contributions(dataset)
-    leading = dataset["error_name"].values[int(np.argmax(dataset["transmission_error_rms_first_order"].values))]
-    axes.set_title(f"{name}\n{str(leading).replace('_', ' ')} contributes most to the scatter of STE")
+    axes.set_title(f"{name}\n{_leading(dataset)}")
     return [*written, write_figure(axes.get_figure(), folder / "contributions.png")]
+
+
+def _leading(dataset: xr.Dataset) -> str:
+    """Which error contributes most to the scatter of STE; none is named within the standard error of another."""
+    share, error = (
+        dataset[f"transmission_error_rms_first_order{part}"].values for part in ("", "_standard_error")
+    )
+    if not np.isfinite(share).all():
+        return "too few error samples to tell the errors' shares"
+    names = [str(name).replace("_", " ") for name in dataset["error_name"].values]
+    first = int(np.argmax(share))
+    # two shares differ if their difference exceeds twice its standard error
+    rivals = [i for i in np.argsort(-share) if i != first and share[first] - share[i] <= 2 * np.hypot(error[first], error[i])]
+    if rivals:
+        among = ", ".join(names[i] for i in (first, *rivals[:2])) + (" and others" if len(rivals) > 2 else "")
+        return f"{among}: not told apart within twice the standard error"
+    return f"{names[first]} contributes most to the scatter of STE"
 
 
 def heading(dataset: xr.Dataset) -> str:
