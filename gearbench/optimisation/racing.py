@@ -48,7 +48,7 @@ def stages(study: OptimisationStudy) -> tuple[int, ...]:
 
 
 def statistics(study: OptimisationStudy, values: NDArray) -> NDArray:
-    """All statistics of the responses ``values`` (response, sample), (statistic,), as ``study.statistics`` names them."""
+    """All statistics of responses, (statistic,), as ``study.statistics`` names them; values (response, sample)."""
     return np.array([compute(x) for x in values for compute, _ in STATISTICS.values()])
 
 
