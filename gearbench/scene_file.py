@@ -66,6 +66,24 @@ def parse_scene(tables: Mapping[str, Any]) -> Scene:
     return make(Scene, **parts, effects=_effects("effects", effects), coast=_effects("coast", coast))
 
 
+def scene_at(scene: Scene, point: Mapping[str, float]) -> Scene:
+    """``scene`` with the values of ``point`` at its dotted keys.
+
+    Raises
+    ------
+    InputError
+        Where a value is not allowed.
+    """
+    tables: dict[str, Any] = scene.to_mapping()
+    for path, value in point.items():
+        *parents, last = path.split(".")
+        table = tables
+        for part in parents:
+            table = table.setdefault(part, {})
+        table[last] = value
+    return parse_scene(tables) if point else scene
+
+
 def _effects(head: str, tables: Mapping[str, Any]) -> tuple[Effect, ...]:
     """Effects from the tables below ``head``."""
     return tuple(read(table_class(f"{head}.{name}"), table, f"{head}.{name}") for name, table in tables.items())
