@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.optimisation.archive import Archive
-from gearbench.optimisation.problem import Evaluation
+from gearbench.optimisation.problem import Evaluation, values_of
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.results.responses import described
 
@@ -41,9 +41,10 @@ def designs_dataset(
         "first_generation": ("design", np.array(first, dtype="int64")),
     }
     variables = described(known)
+    shown = [values_of(study, design) for design in designs]
     for i, variable in enumerate(study.variables):
         attrs = {"long_name": variable.name, "paths": ", ".join(variable.paths)}
-        values = np.array([variable.value(design[i]) for design in designs])
+        values = np.array([row[i] for row in shown])
         variables[variable.name] = ("design", values.astype("int8") if values.dtype == bool else values, attrs)
     for name, limit in study.constraints.items():
         given = {"limit_min": limit.min, "limit_max": limit.max}

@@ -152,6 +152,17 @@ def assignments(study: OptimisationStudy, design: Design) -> tuple[tuple[str, Va
     return tuple(sorted(given.items()))
 
 
+def values_of(study: OptimisationStudy, design: Design) -> tuple[Value, ...]:
+    """Value of each variable as the gear has it: 0 for numbers of effects that the design does without."""
+    absent = {path for path, value in assignments(study, design) if value is None}
+    found: list[Value] = []
+    for variable, code in zip(study.variables, design, strict=True):
+        value = variable.value(code)
+        idle = all(".".join(path.split(".")[:2]) in absent for path in variable.paths)
+        found.append(type(value)(0) if idle and isinstance(value, int | float) else value)
+    return tuple(found)
+
+
 def macro_geometry(study: OptimisationStudy, design: Design) -> tuple[tuple[str, str], ...]:
     """Variables of the teeth's compliance: designs are computed in this order."""
     return tuple((path, repr(value)) for path, value in assignments(study, design) if not path.startswith("effects."))
