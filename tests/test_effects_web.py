@@ -32,11 +32,11 @@ def webbed(offset: float = 0.0, torque: float = 60.0, helix: float = 15.0, **whe
             face_width=14.0,
             centre_distance=60.0 if helix == 0 else 62.2,
             pinion=PINION,
-            wheel=replace(WHEEL, web_offset=offset, **wheel),
+            wheel=replace(WHEEL, **{"web_offset": offset, **wheel}),
         ),
         load=Load(torque=torque),
         effects=(ToothBending(model="solid", order=(4, 5, 6)), GearBody(), Hertz()),
-        resolution=Resolution(positions=8, segments=20),
+        resolution=Resolution(positions=4, segments=12),
     )
 
 
@@ -64,7 +64,7 @@ def test_keys_that_need_each_other(keys, message):
 )
 def test_parts_that_do_not_fit(keys, message):
     with pytest.raises(ValueError, match=message):
-        webbed(**{"web_offset": 0.0, **keys}) if "web_offset" not in keys else webbed(keys["web_offset"])
+        webbed(**keys)
 
 
 def test_the_closed_form_knows_no_webs():
