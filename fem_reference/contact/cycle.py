@@ -117,6 +117,10 @@ def _check(scene: Scene, loads: Sequence[float], settings: Settings | SpatialSet
     if scene.pair.overhangs != ((0.0, 0.0), (0.0, 0.0)):
         raise InputError("pair", "faces that overhang", "contact finite elements have both gears equally wide")
     require_bores(scene.pair)
+    for role, member in zip(Role, scene.pair.members, strict=True):
+        if isinstance(settings, Settings) and member.rim_thickness is not None:
+            key, allowed = f"pair.{role.label}.rim_thickness", "plane strain knows no webs: leave it out"
+            raise InputError(key, member.rim_thickness, allowed)
     if not loads or not all(a < b for a, b in pairwise((0.0, *loads))):
         raise InputError("torques", list(loads), "must be positive and rise")
 
