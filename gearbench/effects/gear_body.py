@@ -21,6 +21,8 @@ from gearbench.schema import STRICT
 class GearBody(ToothCompliance):
     """Elastic gear bodies, held at their bores, below the teeth. Needs ``bore_diameter`` of both gears.
 
+    They are as wide as the face, or a rim on a web (``rim_thickness`` and ``web_thickness`` of the gear).
+
     Beside a tooth of finite elements the body is of finite elements too, and has no keys of its own.
 
     Parameters
