@@ -21,6 +21,7 @@ from gearbench.contact.phases import uniform_phases
 from gearbench.effects.base import GapEffect
 from gearbench.effects.teeth import require_bores
 from gearbench.errors import InputError
+from gearbench.geometry.role import Role
 from gearbench.results.cycle import HARMONICS, MICROMETRES, MeshCycle, Phases, coefficients
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import USUAL, described, response

@@ -64,7 +64,7 @@ class WebbedRing:
         return (found + _adjoint(found)) / 2
 
     def foundation(self, n: NDArray) -> NDArray:
-        """Stiffness of web and hub against motions of the web's outer edge, (harmonic, 3·q, 3·q) of the web."""
+        """Stiffness of web and hub against motions of the web's outer edge (R11), (harmonic, 3·q, 3·q) of the web."""
         rim, web, q = self.rim, self.web, len(self._shared)
         hub = self.bore_radius < web.hub_radius
         disc = replace(
