@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from functools import cache, partial
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from types import MappingProxyType
 
 from gearbench.errors import InputError
@@ -41,17 +41,18 @@ def check_limited(name: str) -> None:
 
 
 def constrained(
-    scene: Scene, limits: Mapping[str, Limit], solved: Callable[[], Solved] | None = None
+    scene: Scene, limits: Mapping[str, Limit], solved: Callable[[], Sequence[Solved]] | None = None
 ) -> dict[str, float]:
-    """Limited quantities of ``scene`` by name; NaN where they were not computed.
+    """Limited quantities of ``scene`` by name, of several loads under the worst; NaN where they were not computed.
 
     Quantities beyond the geometry need the scene solved: ``solved`` is called only for that, and only where the
-    geometric limits hold; by default the scene is solved here.
+    geometric limits hold, and gives the scene under each of its loads; by default they are solved here.
     """
-    solved = solved or cache(partial(solve_scene, scene))
+    solved = cache(solved or (lambda: [solve_scene(each) for each in scene.each_load]))
     values = {name: GEOMETRIC[name](scene.pair) if name in GEOMETRIC else math.nan for name in limits}
     if not any(limits[name].violation(value) > 0 for name, value in values.items() if name in GEOMETRIC):
-        values |= {name: _under_load(name, solved()) for name in limits if name not in GEOMETRIC}
+        for name in (name for name in limits if name not in GEOMETRIC):
+            values[name] = limits[name].worst([_under_load(name, each) for each in solved()])
     return values
 
 

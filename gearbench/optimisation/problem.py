@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from copy import deepcopy
 from dataclasses import dataclass
-from functools import cache, lru_cache, partial
-from typing import Any
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from gearbench.budget import MemoryBudgetError
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.pair import Pair
+from gearbench.loads import load_weights
 from gearbench.optimisation.constraints import constrained, judge
 from gearbench.optimisation.derived import DERIVED
 from gearbench.optimisation.study import Design, OptimisationStudy
@@ -26,7 +27,9 @@ from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from gearbench.schema import read
 from gearbench.simulation import simulate
-from gearbench.solution import solve_scene
+
+if TYPE_CHECKING:
+    from gearbench.robustness.montecarlo import RobustProblem
 
 #: Violation of a design that makes no scene, or none that can be solved: more than limits can add up to.
 NO_GEAR = 1e6
@@ -79,8 +82,7 @@ def evaluate(study: OptimisationStudy, design: Design) -> Evaluation:
     nothing = (math.nan,) * len(study.statistics)
     try:
         scene = scene_of(study, design)
-        solved = cache(partial(solve_scene, scene))
-        values = constrained(scene, study.constraints, solved)
+        values = constrained(scene, study.constraints)
         violation, reason = judge(values, study.constraints)
         unknown = tuple(values.values())
         if violation > 0:
@@ -171,32 +173,57 @@ def _put(tables: dict[str, Any], path: str, value: Any) -> None:
 
 def _statistics(study: OptimisationStudy, scene: Scene) -> tuple[float, ...]:
     """In the order of ``study.statistics``."""
-    if study.robustness.samples == 0:
-        dataset = simulate(scene, outputs=study.responses)
-        found = {f"{name}_mean": float(dataset[name]) for name in study.responses}
-    else:
-        found = _dispersion(study, scene)
+    found = _dispersion(study, scene) if study.robustness.samples else _at_nominal(study, scene)
     for name in {name for objective in study.objectives for name in objective.weights}:
         if not math.isfinite(found.get(name, math.nan)):
             raise GearbenchError(f"{name} is not finite")
     return tuple(found.get(name, math.nan) for name in study.statistics)
 
 
+def _at_nominal(study: OptimisationStudy, scene: Scene) -> dict[str, float]:
+    """Responses of the scene as it is, as means over one sample, by name."""
+    if not scene.loads:
+        dataset = simulate(scene, outputs=study.responses)
+        return {f"{name}_mean": float(dataset[name]) for name in study.responses}
+    from gearbench.sweeps.run import sweep
+
+    dataset = sweep(scene, outputs=study.responses, threads=1)
+    return {f"{name}_mean": float(dataset[f"{name}_load_{study.over_loads}"]) for name in study.responses}
+
+
 def _dispersion(study: OptimisationStudy, scene: Scene) -> dict[str, float]:
     """Statistics of each response over the error samples, by name."""
     from gearbench.robustness.montecarlo import prepare_scene, respond
 
-    r = study.robustness
-    problem = prepare_scene(scene)
-    errors = problem.errors.draw(_unit(r.sampler, r.samples, len(problem.names), r.seed), scene.pair)
-    answers, complete = respond(problem, errors, names=study.responses)
-    if not complete:
-        raise KeyboardInterrupt
+    r, under_each = study.robustness, []
+    for problem in _robust_problems(scene) if scene.loads else [prepare_scene(scene)]:
+        errors = problem.errors.draw(_unit(r.sampler, r.samples, len(problem.names), r.seed), scene.pair)
+        answers, complete = respond(problem, errors, names=study.responses)
+        if not complete:
+            raise KeyboardInterrupt
+        under_each.append([answers[name] for name in study.responses])
+    samples = np.array(under_each)
+    if scene.loads:
+        samples = samples.max(axis=0) if study.over_loads == "max" else _weighted(scene, samples)
     return {
-        f"{name}_{statistic}": compute(answers[name])
-        for name in study.responses
+        f"{name}_{statistic}": compute(values)
+        for name, values in zip(study.responses, samples.reshape(len(study.responses), -1), strict=True)
         for statistic, (compute, _) in STATISTICS.items()
     }
+
+
+def _robust_problems(scene: Scene) -> Iterator[RobustProblem]:
+    """Problems of the error samples under each of several loads, torques ascending."""
+    from gearbench.sweeps.shared import Shared, under_loads
+
+    for group in under_loads(scene, [each.load.torque for each in scene.each_load]):
+        at = Shared().assembled(group[0])
+        yield from map(at.robust, group)
+
+
+def _weighted(scene: Scene, values: NDArray) -> NDArray:
+    """Weighted mean over the loads, torques ascending, of values (load, …)."""
+    return np.tensordot(load_weights(scene.loads), values, axes=1)
 
 
 @lru_cache(maxsize=16)

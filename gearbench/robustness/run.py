@@ -50,7 +50,8 @@ def robust(
     -------
     Dataset over the samples: means and RMS values, the errors drawn; of the RMS values and the responses asked for,
     statistics with standard errors, and the share of each error in the variance. After Ctrl-C it holds the samples
-    finished until then, and says so in the attribute ``complete``.
+    finished until then, and says so in the attribute ``complete``. Of several loads it is that of ``sweep`` over their
+    torques, the same samples under each, without the errors drawn; after Ctrl-C it holds the loads finished.
 
     Raises
     ------
@@ -74,9 +75,25 @@ def robust(
             raise InputError("samples", samples, "conflicts with accuracy, which chooses it")
         choice, samples = choose_robust(scene, seed=seed, sampler=sampler, threads=threads or default_threads())
         scene, chosen = choice.scene, choice.attrs
+    if scene.loads:
+        return _under_loads(
+            scene, samples or SAMPLES, responses, progress, seed=seed, sampler=sampler, threads=threads
+        ).assign_attrs(chosen)
     problem, threads = prepare_scene(scene), threads or default_threads()
     errors = problem.draw(samples or SAMPLES, seed, sampler)
     answers, complete = respond(problem, errors, threads, progress, tuple(dict.fromkeys((*MEASURED, *responses))))
     _LOG.info("%d samples of %d errors on %d threads, %d rescued", *errors.shape, threads, answers.rescued)
     run = {"complete": complete, "sampler": sampler, "seed": seed, "wall_time": time.perf_counter() - start}
     return robust_dataset(problem, errors, answers, more=responses, **run).assign_attrs(chosen)
+
+
+def _under_loads(
+    scene: Scene, samples: int, responses: Sequence[str], progress: Callable[[int], None], **how: Any
+) -> xr.Dataset:
+    """Dataset of a scene of several loads."""
+    from gearbench.sweeps.run import sweep
+
+    def advance(done: int, of: int) -> None:
+        progress(done * samples // of)
+
+    return sweep(scene, samples=samples, outputs=responses, progress=advance, **how)
