@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from gearbench.effects.base import Effect
-from gearbench.effects.files import content, files_in, in_folder
 from gearbench.effects.registry import RENAMED, effect_class, effect_names
 from gearbench.errors import InputError, one_of
 from gearbench.geometry.pair import Pair
 from gearbench.loads import Load, WeightedLoad, greatest_load
+from gearbench.named_files import content, files_in, in_folder
 from gearbench.scene import Operation, Resolution, Scene
 from gearbench.schema import Key, as_table, keys, make, read, read_toml
 
@@ -83,6 +83,24 @@ def read_loads(tables: Any, key: str) -> tuple[WeightedLoad, ...]:
     if not isinstance(tables, list | tuple) or not tables:
         raise InputError(key, tables, f"must be one or more tables: [[{key}]]")
     return tuple(read(WeightedLoad, table, f"{key}.{i}") for i, table in enumerate(tables))
+
+
+def scene_at(scene: Scene, point: Mapping[str, float]) -> Scene:
+    """``scene`` with the values of ``point`` at its dotted keys.
+
+    Raises
+    ------
+    InputError
+        Where a value is not allowed.
+    """
+    tables: dict[str, Any] = scene.to_mapping()
+    for path, value in point.items():
+        *parents, last = path.split(".")
+        table = tables
+        for part in parents:
+            table = table.setdefault(part, {})
+        table[last] = value
+    return parse_scene(tables) if point else scene
 
 
 def _effects(head: str, tables: Mapping[str, Any]) -> tuple[Effect, ...]:

@@ -14,7 +14,8 @@ from gearbench.results.provenance import beyond_elasticity, provenance
 from gearbench.results.responses import is_response
 from gearbench.robustness.montecarlo import default_threads
 from gearbench.scene import Load, Scene
-from gearbench.sweeps.axes import TORQUE, Axis, axes_of, grid, scene_at
+from gearbench.scene_file import scene_at
+from gearbench.sweeps.axes import TORQUE, Axis, axes_of, grid
 from gearbench.sweeps.dataset import combined, over_loads
 from gearbench.sweeps.groups import Solver
 from gearbench.sweeps.shared import under_loads
