@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -23,6 +23,11 @@ from gearbench.cli.options import (
     say,
     shows_progress,
 )
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gearbench.scene import Scene
 
 Torques = Annotated[
     str | None,
@@ -88,16 +93,23 @@ def sweep(
         head = {"scene_sha256": loaded.digest, "wall_time_s": dataset.attrs["wall_time_s"]}
         print_mapping({**head, "points": sizes, "complete": bool(dataset.attrs["complete"]), "files": files})
     elif not quiet:
-        from gearbench.cli.summary import print_points, print_table, result_rows, warnings
+        from gearbench.cli.summary import warnings
 
-        print_points(loaded, dataset)
-        if rows := result_rows(dataset):
-            print_table("over the loads", rows)
+        _print(loaded, dataset)
         for line in (*warnings(dataset), *(f"wrote {path}" for path in written)):
             say(line)
     if not dataset.attrs["complete"]:
         print("gearbench: interrupted; what is done is kept, the rest is NaN", file=sys.stderr)
         raise typer.Exit(130)
+
+
+def _print(scene: Scene, dataset: xr.Dataset) -> None:
+    """One line a point, and what several loads have in common."""
+    from gearbench.cli.summary import print_points, print_table, result_rows
+
+    print_points(scene, dataset)
+    if rows := result_rows(dataset):
+        print_table("over the loads", rows)
 
 
 @contextmanager

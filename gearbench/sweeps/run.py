@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from gearbench.errors import InputError
@@ -50,35 +51,24 @@ def sweep(
         What is varied. Where it has several loads, and the torque is not swept, the torque is the last key.
     ranges, **keys
         Values of each key that is swept, several at once: ``torque=[100, 200]``, or, where a key has a dot,
-        ``**{"effects.tip_relief.amount": [0, 5, 10]}``. A key without a dot is one of ``[load]``, ``[pair]`` or
-        ``[resolution]``.
-    outputs, samples, seed, sampler
-        As for ``simulate``; with ``samples``, the same error samples at every point as for ``robust``, and the
-        responses among the outputs.
-    threads, progress
-        As for ``robust``; called with the points done and their number.
-    keep
-        Called now and then with the Dataset as far as it is, for programs that may be killed.
+        ``**{"effects.tip_relief.amount": [0, 5]}``. One without a dot is of ``[load]``, ``[pair]``, ``[resolution]``.
+    outputs, samples, seed, sampler, threads
+        As for ``simulate``; with ``samples``, the same at every point as for ``robust``, and responses for outputs.
+    progress, keep
+        Called with the points done and their number; and now and then with the Dataset so far, in case of a kill.
 
     Returns
     -------
     Dataset of ``simulate``, or, with samples, of ``robust`` less the errors drawn, with the swept keys as its first
-    dimensions, named as given, values ascending. Where mesh phases depend on a key, so does ``mesh_phase``; positions,
-    pairs and segments that a point does not have are NaN, of weight 0. Of several loads ``load_weight`` is the share,
-    and each response has its weighted mean and its greatest value over them, ``…_load_mean`` and ``…_load_max``. After
-    Ctrl-C what was not computed is NaN, and the attribute ``complete`` is 0.
+    dimensions, named as given, values ascending. Positions, pairs and segments that a point does not have are NaN, of
+    weight 0; after Ctrl-C, so is what was not computed, and ``complete`` is 0. Over several loads, with the shares
+    ``load_weight``, each response has its mean ``…_load_mean`` and its greatest value ``…_load_max``. Settings for
+    ``resolution.accuracy`` are those of all torques that share contact lines; each point of other keys has its own.
 
     Raises
     ------
     InputError
-        If a key is none of the scene's numbers, a value is not allowed, or ``samples`` are asked for where the scene
-        gives ``resolution.accuracy``.
-
-    Notes
-    -----
-    Where the scene gives ``resolution.accuracy``, settings are chosen for it, one for all torques that share contact
-    lines and anew for each point of the other keys. The attributes say so as those of ``simulate``, with the largest
-    of the errors.
+        If a key is none of the scene's numbers, a value is not allowed, or ``samples`` meet ``resolution.accuracy``.
 
     Examples
     --------
@@ -100,27 +90,45 @@ def sweep(
         attrs = provenance(scene, wall_time=time.perf_counter() - start) | own | solver.attrs
         return found.assign_attrs(attrs | {"complete": int(solver.done == total)})
 
+    return whole(_solved(points, solver, lambda: progress(solver.done, total), _Keeper(keep=keep, whole=whole)))
+
+
+@dataclass(kw_only=True)
+class _Keeper:
+    """Keeps the Dataset as far as it is, now and then."""
+
+    keep: Callable[[xr.Dataset], object] | None
+    whole: Callable[[Sequence[xr.Dataset]], xr.Dataset]
+    due: float = field(default_factory=lambda: time.perf_counter() + KEEP_LEAST)
+
+    def look(self, parts: Sequence[xr.Dataset], so_far: Callable[[], xr.Dataset]) -> None:
+        """Keep ``parts`` and what ``so_far`` makes, where it is time."""
+        if self.keep is None or (begun := time.perf_counter()) < self.due:
+            return
+        self.keep(self.whole([*parts, so_far()]))
+        now = time.perf_counter()
+        self.due = now + max(KEEP_LEAST, KEEP_SHARE * (now - begun))
+
+
+def _solved(
+    points: Sequence[Sequence[Sequence[Scene]]], solver: Solver, advance: Callable[[], None], keeper: _Keeper
+) -> list[xr.Dataset]:
+    """Datasets of the groups of all points; after Ctrl-C of those until then, the last one as far as it is."""
     parts: list[xr.Dataset] = []
-    kept = time.perf_counter()
-    due = kept + KEEP_LEAST
     for group in (group for groups in points for group in groups):
         so_far = None
         try:
             for so_far in solver.solve(group):
-                progress(solver.done, total)
-                if keep is not None and time.perf_counter() > due and solver.done < total:
-                    kept = time.perf_counter()
-                    keep(whole([*parts, so_far()]))
-                    due = time.perf_counter() + max(KEEP_LEAST, KEEP_SHARE * (time.perf_counter() - kept))
+                advance()
+                keeper.look(parts, so_far)
         except KeyboardInterrupt:
             arrived()
-            parts += [] if so_far is None else [so_far()]
-            if not parts:
+            if so_far is None and not parts:
                 raise
-            break
+            return parts if so_far is None else [*parts, so_far()]
         assert so_far is not None
         parts.append(so_far())
-    return whole(parts)
+    return parts
 
 
 def _solver(scene: Scene, outputs: Sequence[str], draws: dict[str, Any], threads: int | None) -> Solver:
