@@ -65,6 +65,9 @@ class ErrorKind:
     sign: Literal[-1, 1] = 1
 
 
+IsoClass = Annotated[int, Field(ge=0, le=12)]
+
+
 @plain_dataclass(frozen=True)
 class ErrorMode:
     """One random variable of the pair: name, amplitude [µm], distribution, sign, shape, gear and tooth (None: all)."""
@@ -93,6 +96,7 @@ _SHAPES: MappingProxyType[str, Callable[..., NDArray]] = MappingProxyType(
         "deviation": error_modes.deviation,
     }
 )
+_CLASSES = ("iso_class", "pinion_iso_class", "wheel_iso_class")
 _OF_AXES = ("inclination", "deviation")
 
 
@@ -109,7 +113,9 @@ class ManufacturingErrors(GapEffect):
         A published convention, instead of everything below.
     iso_class, edition, rounded
         Where amplitudes come from unless given: class and edition of ISO 1328-1, unrounded by default. Parallelism of
-        the axes by ISO/TR 10064-3 over the face width.
+        the axes by ISO/TR 10064-3 over the face width, from the larger helix tolerance of the two gears.
+    pinion_iso_class, wheel_iso_class
+        Class of one gear, in place of ``iso_class``.
     along
         Whether profile errors are linear and parabolic in "roll" length or in the "radius".
     profile_range
@@ -122,7 +128,9 @@ class ManufacturingErrors(GapEffect):
     """
 
     preset: Literal["garambois2017"] | None = None
-    iso_class: Annotated[int, Field(ge=0, le=12)] | None = None
+    iso_class: IsoClass | None = None
+    pinion_iso_class: IsoClass | None = None
+    wheel_iso_class: IsoClass | None = None
     edition: Edition = "2013"
     rounded: bool = False
     along: Along = "roll"
@@ -144,15 +152,21 @@ class ManufacturingErrors(GapEffect):
     def __post_init__(self) -> None:
         kinds = [name for name in _SHAPES if getattr(self, name) is not None]
         if self.preset is not None:
-            if kinds or self.iso_class is not None:
-                clash = kinds[0] if kinds else "iso_class"
+            classes = [name for name in _CLASSES if getattr(self, name) is not None]
+            if clashes := [*kinds, *classes]:
+                clash = clashes[0]
                 raise InputError(clash, "given", f'conflicts with preset = "{self.preset}": give one of the two')
             return
         if not kinds:
             raise InputError("", "no kind of error", f"give preset, or at least one table of {', '.join(_SHAPES)}")
         for name in kinds:
-            if getattr(self, name).amplitude is None and self.iso_class is None:
+            if getattr(self, name).amplitude is None and None in map(self.class_of, Role):
                 raise InputError(f"{name}.amplitude", "missing", "is required where iso_class is not given")
+
+    def class_of(self, role: Role) -> int | None:
+        """ISO class of a gear."""
+        own = (self.pinion_iso_class, self.wheel_iso_class)[role]
+        return self.iso_class if own is None else own
 
     def check(self, pair: Pair, beside: Effects) -> None:
         """Refuse a class or gears outside the scope of the standard."""
@@ -191,7 +205,7 @@ class ManufacturingErrors(GapEffect):
         return getattr(shaft_parallelism(largest, pair.face_width), tolerance)
 
     def _flank(self, pair: Pair, role: Role) -> FlankTolerances:
-        return gear_tolerances(pair.gears[role], self.iso_class or 0, self.edition, self.rounded)
+        return gear_tolerances(pair.gears[role], self.class_of(role) or 0, self.edition, self.rounded)
 
     def modes(self, lines: ContactLines) -> NDArray:
         """Gap of 1 µm of each error, (position, pair, segment, error) [mm]."""

@@ -20,10 +20,13 @@ class Material:
         Young's modulus E [GPa].
     poisson_ratio
         Poisson's ratio ν [–].
+    density
+        Mass per volume [g/cm³], of steel by default.
     """
 
     youngs_modulus: Annotated[float, Field(ge=0.01, le=5000.0)] = 210.0
     poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)] = 0.3
+    density: Annotated[float, Field(gt=0.0, le=25.0)] = 7.85
 
     @property
     def E(self) -> float:

@@ -157,7 +157,8 @@ class _Run:
         for design, result in self._engine.evaluate(self._study, list(missing)):
             assert result.values is not None
             archive.values[missing[design]] = result.values
-        return Rivals.of(self._study, [archive.values[i] for i in archive.front])
+        known = [archive.results[i].statistics for i in archive.front]
+        return Rivals.of(self._study, [archive.values[i] for i in archive.front], known)
 
     def _report(self, part: float, new: Sequence[Evaluation] = ()) -> None:
         archive, generations = self._archive, self._study.algorithm.generations

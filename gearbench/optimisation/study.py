@@ -12,6 +12,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.errors import InputError
+from gearbench.optimisation.numbers import NUMBERS
 from gearbench.optimisation.variables import Value, Variable
 from gearbench.results.responses import STATISTICS, responses, split_statistic, statistics_of
 from gearbench.robustness.sampling import Sampler
@@ -29,12 +30,13 @@ Seed = Annotated[int, Field(ge=0)]
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Objective:
-    """A weighted sum of statistics, to be made small.
+    """A weighted sum of statistics and numbers of the design, to be made small.
 
     Parameters
     ----------
     weights
-        Weight of each statistic, all positive: a response with ``_mean``, ``_std`` or ``_max`` appended.
+        Weight of each, all positive: a response with ``_mean``, ``_std`` or ``_max`` appended, or a name of
+        ``gearbench.optimisation.numbers``.
     """
 
     weights: dict[str, Annotated[float, Field(gt=0.0)]]
@@ -43,8 +45,10 @@ class Objective:
         if not self.weights:
             raise InputError("weights", "none", "must name at least one statistic")
         for name in self.weights:
-            if split_statistic(name) is None:
-                allowed = f"allowed: {', '.join(responses())}, each with _{', _'.join(STATISTICS)}"
+            if split_statistic(name) is None and name not in NUMBERS:
+                allowed = (
+                    f"allowed: {', '.join(NUMBERS)}; {', '.join(responses())}, each with _{', _'.join(STATISTICS)}"
+                )
                 raise InputError(name, "unknown statistic", allowed)
 
     @property
@@ -141,6 +145,8 @@ class OptimisationStudy:
         Limits by the name of the quantity, from ``gearbench.optimisation.constraints``.
     algorithm, robustness
         The search, and the error samples of each design.
+    costs
+        By the name of a variable what each of its values costs, the values as text; the number ``cost`` is their sum.
 
     Raises
     ------
@@ -156,6 +162,7 @@ class OptimisationStudy:
     constraints: dict[str, Limit] = field(default_factory=dict)
     algorithm: Algorithm = Algorithm()
     robustness: Robustness = Robustness()
+    costs: dict[str, dict[str, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not self.variables:
@@ -168,7 +175,7 @@ class OptimisationStudy:
                 raise InputError("objectives", label, "given twice")
         if self.robustness.samples < 2:
             for name in {name for objective in self.objectives for name in objective.weights}:
-                if not name.endswith("_mean"):
+                if not name.endswith("_mean") and name not in NUMBERS:
                     raise InputError("objectives", name, "needs robustness.samples of at least 2")
 
     @cached_property
@@ -178,9 +185,15 @@ class OptimisationStudy:
         return tuple(dict.fromkeys((*RESPONSES, *(found[0] for found in asked if found))))
 
     @cached_property
+    def numbers(self) -> tuple[str, ...]:
+        """Names of the numbers of the design among the objectives."""
+        asked = (name for objective in self.objectives for name in objective.weights if name in NUMBERS)
+        return tuple(dict.fromkeys(asked))
+
+    @cached_property
     def statistics(self) -> tuple[str, ...]:
-        """Names of the statistics of every feasible design: all statistics over the error samples of its responses."""
-        return statistics_of(self.responses)
+        """Known of every feasible design: all statistics of its responses over the error samples, and its numbers."""
+        return (*statistics_of(self.responses), *self.numbers)
 
     def values(self, design: Design) -> dict[str, Value]:
         """Value of each variable of a design by its name."""
@@ -195,6 +208,7 @@ class OptimisationStudy:
             "robustness": asdict(self.robustness),
             "constraints": {name: given(limit) for name, limit in self.constraints.items()},
             "variables": {variable.name: variable.given() for variable in self.variables},
+            **({"costs": self.costs} if self.costs else {}),
             "base": self.base,
         }
 

@@ -101,6 +101,9 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "specific_sliding": Quantity("1", "ζ", "largest specific sliding"),
             "contact_pressure": Quantity("MPa", "σ_H", "largest contact pressure"),
             "root_stress": Quantity("MPa", "σ_F", "largest nominal root stress"),
+            "gear_ratio": Quantity("1", "u", "ratio of the numbers of teeth"),
+            "mass": Quantity("kg", "m", "mass of both gears"),
+            "cost": Quantity("1", "", "what the values of the variables cost"),
         },
         "comparison with a reference": {
             "load_share_error_max": Quantity("1", "max |ΔX|", "largest difference of the share of a pair"),
