@@ -152,7 +152,10 @@ def test_a_study_of_numbers_is_raced_stored_and_resumed(tmp_path):
         ),
         (lambda t: t["variables"]["tool"]["sets"]["fine"]["pair"].update(normal_module="2"), r"tool = '2': .*must be"),
         (lambda t: t["variables"]["tool"].update(values=[1]), r"tool\.values = .*conflicts with sets"),
-        (lambda t: t["objectives"].append("weight"), r"objectives\.weight = unknown statistic: allowed: cost, "),
+        (
+            lambda t: t["objectives"].append("weight"),
+            r"objectives\.weight = unknown statistic: allowed: transmission_error_mean, ",
+        ),
     ],
 )
 def test_bad_input_names_the_key(change, message):

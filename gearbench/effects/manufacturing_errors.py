@@ -55,6 +55,8 @@ class ErrorKind:
         "gear": the same on all teeth of a gear. "tooth": each tooth its own. Axes are the same for all.
     sign
         −1 turns the shape round: material in excess where it was missing (a hollow instead of a barrel).
+    cost
+        What one class finer of this tolerance costs beside the others; ``robust`` says which to tighten first.
     """
 
     distribution: Distribution = "uniform"
@@ -63,6 +65,7 @@ class ErrorKind:
     gear: Gears = "both"
     drawn: Literal["gear", "tooth"] = "gear"
     sign: Literal[-1, 1] = 1
+    cost: Annotated[float, Field(gt=0.0, le=1e6)] = 1.0
 
 
 IsoClass = Annotated[int, Field(ge=0, le=12)]
@@ -70,7 +73,10 @@ IsoClass = Annotated[int, Field(ge=0, le=12)]
 
 @plain_dataclass(frozen=True)
 class ErrorMode:
-    """One random variable of the pair: name, amplitude [µm], distribution, sign, shape, gear and tooth (None: all)."""
+    """One random variable of the pair: name, amplitude [µm], distribution, sign, shape, gear and tooth (None: all).
+
+    And what one class finer of its tolerance costs.
+    """
 
     name: str
     amplitude: float
@@ -79,6 +85,7 @@ class ErrorMode:
     shape: Callable[..., NDArray]
     gear: Role
     tooth: int | None
+    cost: float
 
     def gap(self, lines: ContactLines, along: Along, span: Range) -> NDArray:
         """Gap of 1 µm of the error, (position, pair, segment) [mm]."""
@@ -194,7 +201,8 @@ class ManufacturingErrors(GapEffect):
                 teeth = (None,) if kind.drawn == "gear" or name in _OF_AXES else tuple(pair_indices(pair).tolist())
                 for tooth in teeth:
                     full = label if tooth is None else f"{label}_tooth{tooth:+d}"
-                    modes.append(ErrorMode(full, amplitude, kind.distribution, kind.sign, shape, gear, tooth))
+                    shown = (kind.distribution, kind.sign, shape, gear, tooth, kind.cost)
+                    modes.append(ErrorMode(full, amplitude, *shown))
         return tuple(modes)
 
     def class_amplitude(self, tolerance: str, pair: Pair, role: Role) -> float:

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 from gearbench.optimisation.archive import Archive
 from gearbench.optimisation.dataset import front_dataset
 from gearbench.optimisation.engine import Engine, choose_engine
-from gearbench.optimisation.nsga2 import Search
 from gearbench.optimisation.problem import Evaluation
 from gearbench.optimisation.racing import Rivals
+from gearbench.optimisation.search import Search
 from gearbench.optimisation.store import Store
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.study_file import check_study

@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import asdict, field
 from functools import cached_property
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 from pydantic.dataclasses import dataclass
@@ -46,10 +46,8 @@ class Objective:
             raise InputError("weights", "none", "must name at least one statistic")
         for name in self.weights:
             if split_statistic(name) is None and name not in NUMBERS:
-                allowed = (
-                    f"allowed: {', '.join(NUMBERS)}; {', '.join(responses())}, each with _{', _'.join(STATISTICS)}"
-                )
-                raise InputError(name, "unknown statistic", allowed)
+                names = f"{', '.join(responses())}, each with _{', _'.join(STATISTICS)}"
+                raise InputError(name, "unknown statistic", f"allowed: {names}; {', '.join(NUMBERS)}")
 
     @property
     def label(self) -> str:
@@ -90,10 +88,13 @@ class Limit:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Algorithm:
-    """NSGA-II (Deb et al. 2002).
+    """How the search goes on.
 
     Parameters
     ----------
+    method
+        "nsga2" (Deb, Pratap, Agarwal & Meyarivan 2002), or "nsga3" (Deb & Jain 2014) where more than three objectives
+        leave crowding distances without meaning: its population is spread over reference directions.
     population
         Designs in a generation.
     generations
@@ -102,6 +103,7 @@ class Algorithm:
         Of everything random in the search.
     """
 
+    method: Literal["nsga2", "nsga3"] = "nsga2"
     population: Annotated[int, Field(ge=4, le=100_000)] = 100
     generations: Whole = 200
     seed: Seed = 0
@@ -169,6 +171,9 @@ class OptimisationStudy:
             raise InputError("variables", "none", "at least one variable is required")
         if not self.objectives:
             raise InputError("objectives", "none", "at least one objective is required")
+        if self.algorithm.method == "nsga3" and not 2 <= len(self.objectives) <= self.algorithm.population:
+            reason = f"needs two objectives or more, and no more than the population: there are {len(self.objectives)}"
+            raise InputError("algorithm.method", "nsga3", reason)
         labels = [objective.label for objective in self.objectives]
         for label in labels:
             if labels.count(label) > 1:

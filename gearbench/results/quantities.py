@@ -185,6 +185,7 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
         },
         "random errors": {
             "error": Quantity("µm", "ε", "manufacturing error drawn"),
+            "tightening_cost": Quantity("1", "", "what one class finer of an error's tolerance costs"),
         },
         "how well the contact is solved": {
             "equilibrium_residual": Quantity("1", "|ΣP−F|/F", "relative residual of the force balance"),
