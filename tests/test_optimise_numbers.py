@@ -18,6 +18,7 @@ from gearbench.library.garambois2017 import case
 from gearbench.optimisation.numbers import largest_pressure, mass
 from gearbench.optimisation.problem import evaluate, scene_of
 from gearbench.optimisation.study_file import parse_study
+from gearbench.results.flank import friction_loss
 from gearbench.simulation import simulate
 from gearbench.solution import solve_scene
 
@@ -85,6 +86,24 @@ def test_objectives_are_the_numbers_of_the_scene():
     assert known["mass"] == mass(scene) == result.constraints[2]
     values = result.objectives(study)
     assert values[study.objectives.index(next(o for o in study.objectives if o.label == "mass"))] == mass(scene)
+
+
+@pytest.mark.parametrize("over_loads", ["mean", "max"])
+def test_numbers_of_several_loads_are_their_mean_or_the_greatest(over_loads):
+    given = tables()
+    del given["base"]["load"]
+    torques, weights = (5.0, 10.0), (3.0, 1.0)
+    given["base"]["loads"] = [{"torque": t, "weight": w} for t, w in zip(torques, weights, strict=True)]
+    given |= {"over_loads": over_loads, "objectives": ["contact_pressure", "friction_loss", "cost"]}
+    study = parse_study(given)
+    result = evaluate(study, design(study))
+    assert result.feasible, result.reason
+    scene = scene_of(study, design(study))
+    each = [solve_scene(one) for one in scene.each_load]
+    assert [one.scene.load.torque for one in each] == list(torques)
+    values = np.array([[largest_pressure(one), float(friction_loss(one))] for one in each])
+    expected = values.max(axis=0) if over_loads == "max" else np.average(values, axis=0, weights=weights)
+    np.testing.assert_allclose(result.objectives(study), [*expected, 6.0], rtol=1e-12)
 
 
 def test_a_tool_sets_its_keys_and_a_finer_class_scatters_less():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, field
 from functools import cached_property
 from typing import Annotated, Any, Literal
@@ -79,6 +79,10 @@ class Limit:
             excess = max(excess, (value - self.max) / (abs(self.max) or 1.0))
         return min(excess, 1000.0) if value == value else 1000.0
 
+    def worst(self, values: Sequence[float]) -> float:
+        """The value that violates the limits most; where none does, the greatest, or the least if only that has one."""
+        return max(values, key=lambda value: (self.violation(value), -value if self.max is None else value))
+
     def describe(self, name: str, value: float) -> str:
         """Say which limit does not hold."""
         if self.max is not None and not value <= self.max:
@@ -149,6 +153,9 @@ class OptimisationStudy:
         The search, and the error samples of each design.
     costs
         By the name of a variable what each of its values costs, the values as text; the number ``cost`` is their sum.
+    over_loads
+        Where the base has several loads: a response is its weighted mean over them, "mean", or its greatest value,
+        "max", of the design itself and of each error sample. Limits hold under every load.
 
     Raises
     ------
@@ -165,10 +172,13 @@ class OptimisationStudy:
     algorithm: Algorithm = Algorithm()
     robustness: Robustness = Robustness()
     costs: dict[str, dict[str, float]] = field(default_factory=dict)
+    over_loads: Literal["mean", "max"] = "mean"
 
     def __post_init__(self) -> None:
         if not self.variables:
             raise InputError("variables", "none", "at least one variable is required")
+        if self.over_loads != "mean" and "loads" not in self.base:
+            raise InputError("over_loads", self.over_loads, "needs base.loads")
         if not self.objectives:
             raise InputError("objectives", "none", "at least one objective is required")
         if self.algorithm.method == "nsga3" and not 2 <= len(self.objectives) <= self.algorithm.population:
@@ -208,6 +218,7 @@ class OptimisationStudy:
         """The study as nested tables, as in a file."""
         return {
             "name": self.name,
+            **({} if self.over_loads == "mean" else {"over_loads": self.over_loads}),
             "objectives": [dict(objective.weights) for objective in self.objectives],
             "algorithm": asdict(self.algorithm),
             "robustness": asdict(self.robustness),
