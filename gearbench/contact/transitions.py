@@ -20,7 +20,7 @@ from gearbench.contact.assemble import assemble, conforming, flank_separation, g
 from gearbench.contact.patches import compression
 from gearbench.contact.phases import gauss_phases, mirrored_phases, uniform_phases
 from gearbench.contact.problem import ContactProblem, part_of
-from gearbench.contact.solver import Guess, solve
+from gearbench.contact.solver import Guess, solve_roughly
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.scene import Resolution, Scene
@@ -83,7 +83,7 @@ def transitions(scene: Scene) -> list[tuple[float, int]]:
     nodes = round(COARSE_NODES * smooth_nodes(lines))
     problem = assemble(coarse, lines, truncation=COARSE_TRUNCATION, nodes=nodes)
     guess = Guess.nothing(problem)
-    solve(problem, guess)
+    solve_roughly(problem, guess)
     s = compression(problem, lines, guess)
     s = s.reshape(*s.shape[:2], -1)
     on_line = np.stack([s.max(axis=2), s[..., 0], s[..., -1]])  # the greatest, and those at both ends
@@ -112,7 +112,7 @@ def _births(problem: ContactProblem, lines: ContactLines, x: NDArray, at: NDArra
     alone = part.active.copy().reshape(part.shape)
     alone[np.arange(len(pair)), pair] = False
     guess = Guess.nothing(part)
-    solve(replace(part, active=alone.reshape(part.active.shape)), guess)
+    solve_roughly(replace(part, active=alone.reshape(part.active.shape)), guess)
     s = compression(part, lines.part(position), guess)[np.arange(len(pair)), pair]
     margin = np.split(s.reshape(len(s), -1).max(axis=1), np.cumsum([len(each) for each in near])[:-1])
     return [_zero(x[j], m, float(x[i]), float(x[i + 1])) for j, m, i in zip(near, margin, at, strict=True)]
