@@ -138,9 +138,9 @@ def load_map(dataset: xr.Dataset, role: Role, axes: Axes | None = None, *, scale
         axes.annotate(
             f"{name} ⌀{2 * radius:.2f}", (1.01, at), xycoords=("axes fraction", "data"), va="center", fontsize=7
         )
-    for place in sorted({y for effect in scene.flank_effects if isinstance(effect, GapEffect)
+    for kink in sorted({y for effect in scene.flank_effects if isinstance(effect, GapEffect)
                          for y in effect.face_kinks(pair)}):  # fmt: skip
-        axes.axvline(place, color="0.25", lw=1.0, ls=":")
+        axes.axvline(kink, color="0.25", lw=1.0, ls=":")
     axes.set(xlim=(0, pair.face_width), xlabel="position along the face width y [mm]", ylabel="roll angle [°]")
     return axes
 

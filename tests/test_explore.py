@@ -21,7 +21,8 @@ from gearbench.optimisation.front import non_dominated
 from gearbench.results.netcdf import save
 from gearbench.robustness.run import robust
 from gearbench.scene_file import load_scene, parse_scene
-from gearbench.simulation import simulate, solve_scene
+from gearbench.simulation import simulate
+from gearbench.solution import solve_scene
 from tests.explore_designs import EXAMPLES, front, stored
 
 

@@ -8,7 +8,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gearbench.contact.assemble import scene_lines
-from gearbench.simulation import simulate, solve_scene
+from gearbench.simulation import simulate
+from gearbench.solution import solve_scene
 from tests.systems import RIGID, shafts, spur_scene
 
 E, NU = 210e3, 0.3

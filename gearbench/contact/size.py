@@ -21,7 +21,7 @@ _NUMBER = 8
 
 
 def contact_memory(scene: Scene, positions: int) -> float:
-    """Peak memory [bytes] of the contact problem of ``scene`` at so many mesh phases and of its results."""
+    """Peak memory [bytes] of the contact problem of ``scene`` at a number of mesh phases, and of its results."""
     segments = scene.resolution.segments
     columns, coupled = _columns(scene)
     return positions * _of_position(_pairs(scene), segments, columns, coupled=coupled)

@@ -29,7 +29,7 @@ from gearbench.errors import GearbenchError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.role import Role
 from gearbench.scene import Scene
-from gearbench.simulation import cycle_values
+from gearbench.solution import cycle_values
 from gearbench.validation.reference import finite_elements, meshed_flanks
 
 if TYPE_CHECKING:

@@ -26,7 +26,7 @@ from gearbench.geometry.action import ContactLines
 from gearbench.results.outputs import DEFAULT_OUTPUTS
 from gearbench.results.solved import Solved
 from gearbench.scene import Resolution, Scene
-from gearbench.simulation import dataset, solve_lines
+from gearbench.solution import dataset, solve_lines
 
 #: Phases of the short and the long trial; a cycle with no more phases than the long one is tried as a whole.
 TRIALS = (4, 32)

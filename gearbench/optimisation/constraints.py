@@ -12,7 +12,7 @@ from gearbench.optimisation.study import Limit
 from gearbench.results.responses import is_response, response, responses
 from gearbench.results.solved import Solved
 from gearbench.scene import Scene
-from gearbench.simulation import solve_scene
+from gearbench.solution import solve_scene
 from gearbench.strength.rating import GEOMETRIC, contact_pressure, root_stress
 
 
