@@ -178,9 +178,10 @@ def solve_coupled(gap, a, h, soft, active, factor, q, delta, enough, limit, forc
     """Solve every position of a problem whose segments share one block of amplitudes q (position, rank).
 
     q and δ are the guess, δ = −∞ for none, and afterwards the solution. Fills forces, ∂F/∂δ and the numbers of steps.
+    Where the last step is taken early, a position without a guess begins from the forces of the one before it.
     """
     positions, n = gap.shape
-    B, work = np.empty((n, n + 2)), np.empty((5, n))
+    B, work, none = np.empty((n, n + 2)), np.empty((5, n)), delta == -math.inf
     for i in range(positions):
         segment = np.flatnonzero(active[i])
         m = segment.size
@@ -188,9 +189,13 @@ def solve_coupled(gap, a, h, soft, active, factor, q, delta, enough, limit, forc
         H = np.dot(psi, psi.T)
         laws = a[i][segment], h[i][segment], soft[i][segment]
         own = np.empty(m)
-        if delta[i] == -math.inf:
-            delta[i] = first_approach(i, gap, a, h, soft, active, factor)
-            q[i] = 0.0
+        if none[i]:
+            before = force[i - 1][segment]
+            total = np.sum(before)
+            if enough > 0.0 and i > 0 and total > 0.0:
+                delta[i], q[i] = delta[i - 1], np.dot(before / total, psi)
+            else:
+                delta[i], q[i] = first_approach(i, gap, a, h, soft, active, factor), 0.0
         delta[i], stiffness[i], steps[i] = solve_forces(
             H, np.dot(psi, q[i]), np.dot(q[i], q[i]), delta[i], gap[i][segment], laws, own,
             (work[0, :m], work[1, :m], work[2, :m], work[3, :m], work[4, :m]), B[:m], enough, limit,

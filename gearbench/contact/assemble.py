@@ -15,14 +15,14 @@ from gearbench.contact.problem import (
     TRUNCATION,
     Along,
     ContactProblem,
-    gram,
     reduce_rank,
     stiffness_of_law,
     truncated_root,
 )
 from gearbench.contact.size import require_contact_memory
+from gearbench.contact.smooth import Smooth, smooth_compliance
 from gearbench.contact.solver import solve
-from gearbench.effects.base import ComplianceEffect, Dense, Effect, GapEffect, LineLaw, LowRank
+from gearbench.effects.base import ComplianceEffect, Effect, GapEffect, LineLaw
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.geometry.separation import Separation, separation
@@ -196,20 +196,20 @@ def assemble(
     gap, soft = gap_and_variation(scene, lines, acting)
     at, rows = lines.uncut(nodes or smooth_nodes(lines)) if lines.cells else (lines, None)
     adding = [effect for effect in acting if isinstance(effect, ComplianceEffect)]
-    parts = [effect.compliance(at, beside) for effect in adding]
-    laws = [effect for effect, part in zip(adding, parts, strict=True) if isinstance(part, LineLaw)]
+    compliance, laws = smooth_compliance(adding, at, beside)
     if rows is None:
-        return _problem(scene, lines, parts, gap, soft, truncation)
+        return _problem(scene, lines, compliance, laws, gap, soft, truncation)
     if not laws:
         # compliance alone determines the loads: it must be known on every segment
-        parts = [effect.compliance(lines, beside) for effect in adding]
-        return _problem(scene, lines, parts, gap, np.zeros(lines.shape), truncation)
+        compliance, laws = smooth_compliance(adding, lines, beside)
+        return _problem(scene, lines, compliance, laws, gap, np.zeros(lines.shape), truncation)
     none = np.zeros(at.shape)
-    smooth = _problem(scene, at, parts, none, none, truncation)
-    own = [effect.compliance(lines, beside) for effect in laws]
-    problem = _problem(scene, lines, own, gap, soft, truncation, smooth.length_scale)
+    smooth = _problem(scene, at, compliance, laws, none, none, truncation)
+    own = replace(compliance, factor=np.zeros((*lines.shape, 0)), matrix=None)
+    laws = [part for effect in own.laws if isinstance(part := effect.compliance(lines, beside), LineLaw)]
+    problem = _problem(scene, lines, own, laws, gap, soft, truncation, smooth.length_scale)
     factor = smooth.factor.reshape(*at.shape, -1)
-    along = Along(scene=scene, effects=tuple(acting), lines=lines, factor=factor, rows=rows, laws=tuple(laws))
+    along = Along(scene=scene, effects=tuple(acting), lines=lines, factor=factor, rows=rows, laws=own.laws)
     # the load on a cell is spread: Ψ is its mean, by Simpson's rule
     factor = np.array([1, 4, 1]) / 6 @ rows @ factor
     return replace(
@@ -237,46 +237,39 @@ def smooth_nodes(lines: ContactLines) -> int:
 def _problem(
     scene: Scene,
     lines: ContactLines,
-    parts: list[LowRank | Dense | LineLaw],
+    smooth: Smooth,
+    laws: list[LineLaw],
     gap: NDArray,
     soft: NDArray,
     truncation: float,
     unit: float | None = None,
 ) -> ContactProblem:
-    """The problem with compliances at the nodes of ``lines``; ``unit`` of displacement [mm], where it is given.
-
-    ``parts`` is emptied: the matrix of all pairs is as large as the sum that it goes into and as its root.
-    """
-    smooth = [part for part in parts if not isinstance(part, LineLaw)]
-    laws = [part for part in parts if isinstance(part, LineLaw)]
-    own = [part for part in smooth if isinstance(part, LowRank) and not part.coupled]
-    coupled = not laws or len(own) < len(smooth)
-    factor = np.zeros((*lines.shape, 0)) if coupled else _own_factor(own, lines)
-    matrix = _shared_compliance(smooth, lines) if coupled else np.empty(0)
-    parts.clear()
-    del smooth, own
+    """The problem with compliances at the nodes of ``lines``; ``unit`` of displacement [mm], where it is given."""
+    factor, matrix = smooth.factor, smooth.matrix
     none = np.zeros(lines.shape)
     a, h = sum((law.a for law in laws), none), sum((law.h for law in laws), none)
-    if unit is None:
-        unit = _typical_compression(a, h, scene) if laws else _even_deflection(matrix, lines) * scene.F_bn
+    if unit is None and matrix is not None and not laws:
+        unit = _even_deflection(matrix, lines) * scene.F_bn
+    elif unit is None:
+        unit = _typical_compression(a, h, scene)
     if lines.touch is not None:
         factor, matrix, a, h = _by_lever(lines.touch.levers[0], factor, matrix, a, h)
-    problem = scale_problem(lines, gap, factor, a, h, soft, scene.F_bn, unit, coupled=coupled)
-    if coupled:
-        matrix *= problem.force / problem.length_scale
+    problem = scale_problem(lines, gap, factor, a, h, soft, scene.F_bn, unit, coupled=matrix is not None)
+    if matrix is not None:
+        matrix = matrix * (problem.force / problem.length_scale)
         return replace(problem, factor=truncated_root(matrix, stiffness_of_law(problem), truncation))
     # a tooth of high order has more amplitudes than a contact line has segments
     return problem if factor.shape[-1] <= lines.shape[2] else reduce_rank(problem, truncation)
 
 
 def _by_lever(
-    w: NDArray, factor: NDArray, matrix: NDArray, a: NDArray, h: NDArray
-) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+    w: NDArray, factor: NDArray, matrix: NDArray | None, a: NDArray, h: NDArray
+) -> tuple[NDArray, NDArray | None, NDArray, NDArray]:
     """Ψ, H, a and h in moments about the pinion's axis over its base radius in place of forces, P̃ = w P (T5).
 
     With compressions s = w (δ − e) the equations keep their form, and their symmetry.
     """
-    if matrix.size:
+    if matrix is not None:
         flat = w.reshape(len(w), -1)
         matrix = matrix / (flat[:, :, None] * flat[:, None, :])
     return factor / w[..., None], matrix, (a + h * np.log(w)) / w**2, h / w**2
@@ -339,36 +332,3 @@ def scale_problem(
         length_scale=scale,
         shape=lines.shape,
     )
-
-
-def _own_factor(parts: Sequence[LowRank], lines: ContactLines) -> NDArray:
-    """Ψ of the sum of compliances that each pair has by itself, (position, pair, segment, rank)."""
-    return np.concatenate([np.zeros((*lines.shape, 0)), *(part.factor for part in parts)], axis=-1)
-
-
-def _shared_compliance(parts: Sequence[LowRank | Dense], lines: ContactLines) -> NDArray:
-    """H of the sum of compliances through which pairs move each other, (position, n, n); zero where no line is."""
-    positions, pairs, segments = lines.shape
-    H = np.zeros((positions, pairs, segments, pairs, segments))
-    whole = H.reshape(positions, pairs * segments, -1)
-    position, pair = np.nonzero(lines.active)
-    for part in parts:
-        if isinstance(part, Dense):
-            whole += part.matrix if part.positive else _without_negative(part.matrix, lines)
-        elif part.coupled:
-            factor = part.factor.reshape(*whole.shape[:2], -1)
-            for pattern in np.unique(lines.active, axis=0):  # of lines that exist, so that the others cost nothing
-                alike, rows = np.all(lines.active == pattern, axis=1), np.repeat(pattern, segments)
-                whole[np.ix_(alike, rows, rows)] += gram(factor[np.ix_(alike, rows)])
-        else:
-            H[position, pair, :, pair] += gram(part.factor[position, pair])
-    active = np.repeat(lines.active, segments, axis=1)
-    whole *= active[:, :, None] & active[:, None, :]
-    return whole
-
-
-def _without_negative(matrix: NDArray, lines: ContactLines) -> NDArray:
-    """A dense compliance on the lines that exist, (position, n, n), less its negative part."""
-    active = np.repeat(lines.active, lines.shape[2], axis=1)
-    value, vector = np.linalg.eigh(np.where(active[:, :, None] & active[:, None, :], matrix, 0.0))
-    return gram(vector * np.sqrt(np.maximum(value, 0.0))[:, None, :])

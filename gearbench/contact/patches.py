@@ -22,6 +22,8 @@ from gearbench.geometry.quadrature import gauss, interpolation
 
 #: How often the ends of patches are found: each time the error of what follows from them is squared.
 ROUNDS = 2
+#: Residual at which the solution on cells takes its last step: their ends of patches are known to 1e-2 only.
+ON_CELLS = 3e-4
 
 
 def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> ContactSolution:
@@ -37,7 +39,7 @@ def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> Contac
     guess = guess or Guess.nothing(problem)
     if problem.along is None:
         return solve(problem, guess)
-    coarse = solve_roughly(problem, guess)
+    coarse = solve_roughly(problem, guess, ON_CELLS)
     gap, last = _gaps(problem.along), Guess(q=guess.q.copy(), delta=guess.delta.copy())
 
     def on_patches() -> ContactProblem:

@@ -94,8 +94,8 @@ def solve(problem: ContactProblem, guess: Guess | None = None) -> ContactSolutio
     )
 
 
-def solve_roughly(problem: ContactProblem, guess: Guess) -> tuple[NDArray, NDArray]:
-    """Approach δ_n [mm] and ∂F_bn/∂δ_n [N/mm], (position,), to 1e-6 and better where there is a contact law.
+def solve_roughly(problem: ContactProblem, guess: Guess, enough: float = ROUGH) -> tuple[NDArray, NDArray]:
+    """Approach δ_n [mm] and ∂F_bn/∂δ_n [N/mm], (position,), to ``enough`` and better where there is a contact law.
 
     ``guess`` holds the solution afterwards. Nothing is proven about it: it is where others begin.
     """
@@ -104,7 +104,7 @@ def solve_roughly(problem: ContactProblem, guess: Guess) -> tuple[NDArray, NDArr
         solution = solve(problem, guess)
         return solution.approach, solution.stiffness
     guess.delta[:] -= least
-    _, delta, stiffness, _ = newton(p, guess=guess, enough=ROUGH)
+    _, delta, stiffness, _ = newton(p, guess=guess, enough=enough)
     guess.delta[:] = delta + least
     return p.length_scale * guess.delta, p.force / p.length_scale * stiffness
 
