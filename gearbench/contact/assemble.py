@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 
@@ -25,6 +25,7 @@ from gearbench.contact.solver import solve
 from gearbench.effects.base import ComplianceEffect, Effect, GapEffect, LineLaw
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, contact_lines
+from gearbench.geometry.pair import Pair
 from gearbench.geometry.separation import Separation, separation
 from gearbench.scene import Scene
 from gearbench.threads import single_threaded_blas
@@ -81,11 +82,7 @@ def _lines(
     pair, load = scene.pair, 0.0 if flanks is None else typical_load(scene)
     coast = scene.load.coast
     kinks, face = gap_kinks(scene, flanks)
-    trial = mirrored_phases(pair, TRIAL_PHASES)
-    sparse = contact_lines(pair, trial, TRIAL_SEGMENTS, kinks, face, coast=coast, separation=flanks, span=span)
-    sparse = replace(sparse, typical_load=load)
-    gap = np.where(sparse.active[..., None], total_gap(scene, sparse), 0.0)
-    parting = bool(np.ptp(gap, axis=2).max() > LEAST_VARIATION)
+    parting = _variation(pair, _gap_effects(scene), coast, tuple(kinks), tuple(face), flanks, span)[0] > LEAST_VARIATION
     lines = contact_lines(
         pair, mesh_phase, scene.resolution.segments, kinks, face,
         parting=parting, coast=coast, separation=flanks, span=span,
@@ -98,9 +95,29 @@ def conforming(scene: Scene) -> bool:
     if flank_separation(scene) is not None:
         return False
     kinks, face = gap_kinks(scene, None)
-    phase = mirrored_phases(scene.pair, TRIAL_PHASES)
-    lines = contact_lines(scene.pair, phase, TRIAL_SEGMENTS, kinks, face, coast=scene.load.coast)
-    return bool(np.ptp(total_gap(scene, lines)[lines.active], axis=None) <= LEAST_VARIATION)
+    variation = _variation(scene.pair, _gap_effects(scene), scene.load.coast, tuple(kinks), tuple(face), None, None)
+    return variation[1] <= LEAST_VARIATION
+
+
+def _gap_effects(scene: Scene) -> tuple[GapEffect, ...]:
+    return tuple(effect for effect in scene.acting_effects if isinstance(effect, GapEffect))
+
+
+@lru_cache(maxsize=32)
+def _variation(
+    pair: Pair,
+    effects: tuple[GapEffect, ...],
+    coast: bool,
+    kinks: tuple[float, ...],
+    face_kinks: tuple[float, ...],
+    flanks: Separation | None,
+    span: tuple[float, float] | None,
+) -> tuple[float, float]:
+    """By how much the gap varies along a line at most, and over all of them [mm], looked at on a few sparse ones."""
+    phase = mirrored_phases(pair, TRIAL_PHASES)
+    lines = contact_lines(pair, phase, TRIAL_SEGMENTS, kinks, face_kinks, coast=coast, separation=flanks, span=span)
+    gap = _sum_of_gaps(effects, lines)[lines.active]
+    return float(np.ptp(gap, axis=1).max(initial=0.0)), float(np.ptp(gap, axis=None)) if gap.size else 0.0
 
 
 def gap_kinks(scene: Scene, flanks: Separation | None) -> tuple[list[float], list[float]]:
@@ -158,10 +175,14 @@ def total_gap(scene: Scene, lines: ContactLines, effects: Sequence[Effect] | Non
 
     Of other ``effects`` than those that act in the scene, where given.
     """
+    return _sum_of_gaps(scene.acting_effects if effects is None else effects, lines)
+
+
+def _sum_of_gaps(effects: Iterable[Effect], lines: ContactLines) -> NDArray:
     total = np.zeros(lines.shape)
-    for effect in scene.acting_effects if effects is None else effects:
+    for effect in effects:
         # modifications of the profiles alone are part of a separation
-        if isinstance(effect, GapEffect) and not (lines.touch and effect.modifications(scene.pair)):
+        if isinstance(effect, GapEffect) and not (lines.touch and effect.modifications(lines.pair)):
             total += effect.gap(lines) / lines.lever
     return total
 
