@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 AnyFile = Annotated[
     Path, typer.Argument(metavar="SCENE", help="Scene file (TOML), or a REXS file.", show_default=False)
 ]
-RexsFile = Annotated[Path, typer.Argument(metavar="FILE", help="REXS file (.rexs, .rexsz).", show_default=False)]
+RexsFile = Annotated[
+    Path, typer.Argument(metavar="FILE", help="REXS file (.rexs, .rexsj, .rexsz).", show_default=False)
+]
 StageName = Annotated[
     str | None, typer.Option("--stage", metavar="N", help="Stage of a REXS file: its number in the list, or its id.")
 ]

@@ -10,13 +10,13 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import Effects, GapEffect
-from gearbench.effects.files import content
 from gearbench.effects.flank_grid import FlankGrid, read_grid
 from gearbench.effects.relief import MICROMETRE
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
+from gearbench.named_files import content
 from gearbench.schema import STRICT
 
 File = Annotated[str, Field(min_length=1, max_length=1000)]

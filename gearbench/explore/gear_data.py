@@ -31,10 +31,10 @@ def tables(picture: Picture, *, teeth: bool = True) -> Tables:
     }
     image = {
         "image": [picture.pressure.astype("float32")],
-        "x": [picture.pressure_range[0]],
-        "y": [0.0],
-        "dw": [picture.pressure_range[1] - picture.pressure_range[0]],
-        "dh": [pair.face_width],
+        "x": [0.0],
+        "y": [picture.pressure_range[0]],
+        "dw": [pair.face_width],
+        "dh": [picture.pressure_range[1] - picture.pressure_range[0]],
         "top": [float(np.nanquantile(picture.pressure, 0.99))],
     }
     scatter = {} if picture.unfinished else densities(picture)

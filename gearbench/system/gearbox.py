@@ -16,6 +16,7 @@ from gearbench.geometry.role import Role
 from gearbench.system.frame import MeshFrame
 from gearbench.system.schema import Seat, System
 from gearbench.system.shaft_model import Face, ShaftModel
+from gearbench.system.structure import Structure, structures
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -136,8 +137,15 @@ class Gearbox:
             for seat in shaft.gears:
                 b = self.pairs[seat.mesh].face_width
                 faces.append(Face(start=seat.position - b / 2, end=seat.position + b / 2, diameter=seat.diameter))
-            models.append(ShaftModel(shaft=shaft, faces=tuple(faces)))
+            joints = (joint for body in self.system.bodies for joint in body.joints)
+            here = tuple(joint.position for joint in joints if joint.shaft == shaft.name)
+            models.append(ShaftModel(shaft=shaft, faces=tuple(faces), joints=here))
         return tuple(models)
+
+    @cached_property
+    def structures(self) -> tuple[Structure, ...]:
+        """Sets of shafts that bodies connect: each shaft by itself where there are none."""
+        return structures(dict(enumerate(self.models)), self.system.bodies)
 
     @cached_property
     def torques(self) -> dict[str, float]:
