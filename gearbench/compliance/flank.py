@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from gearbench.compliance.local import flank_functions
 from gearbench.geometry.gear import Gear
+from gearbench.geometry.role import Role
 
 if TYPE_CHECKING:
     from gearbench.geometry.action import ContactLines
@@ -87,7 +88,7 @@ class FlankCompliance:
         return self.blocks[self.neighbours + (-d if self.driven else d)]
 
     def shapes(self, height: ArrayLike, y: ArrayLike) -> NDArray:
-        """φ (…, p·q) [1/mm] at height x = R − r_f and y [mm] of the pair's contact lines."""
+        """φ (…, p·q) [1/mm] at height x = R − r_f and y [mm] along its own face, counted as on the contact lines."""
         height, y = np.broadcast_arrays(np.asarray(height, dtype=float), np.asarray(y, dtype=float))
         across = self.gear.face_width - y if self.driven else y
         return flank_polynomials(self.gear, self.order, self.gear.root_radius + height, across)
@@ -227,9 +228,9 @@ def _on_lines(flanks: Sequence[FlankCompliance], lines: ContactLines, bases: Seq
     Lines of a pair follow one another.
     """
     there = lines.active.T
-    y = lines.y.swapaxes(0, 1)[there]
     result = []
-    for radii, flank, basis in zip(lines.radii, flanks, bases, strict=True):
-        shapes = flank.shapes(radii.swapaxes(0, 1)[there] - flank.gear.root_radius, y)
-        result.append((shapes.reshape(-1, len(basis)) @ basis).reshape(*y.shape, -1))
+    for role, radii, flank, basis in zip(Role, lines.radii, flanks, bases, strict=True):
+        height = radii.swapaxes(0, 1)[there] - flank.gear.root_radius
+        shapes = flank.shapes(height, lines.own_y(role).swapaxes(0, 1)[there])
+        result.append((shapes.reshape(-1, len(basis)) @ basis).reshape(*height.shape, -1))
     return result

@@ -188,7 +188,7 @@ class ManufacturingErrors(GapEffect):
         if tolerance not in _OF_AXES:
             return getattr(self._flank(pair, role), tolerance)
         largest = max(self._flank(pair, i).helix_total for i in Role)
-        return getattr(shaft_parallelism(largest, pair.face_width), tolerance)
+        return getattr(shaft_parallelism(largest, pair.meshing.face_width), tolerance)
 
     def _flank(self, pair: Pair, role: Role) -> FlankTolerances:
         return gear_tolerances(pair.gears[role], self.iso_class or 0, self.edition, self.rounded)
