@@ -21,6 +21,9 @@ from gearbench.explore.static import as_file
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 
+#: Time after which a slider rests, and the fine answer is begun [s].
+REST = 0.12
+
 
 class BenchSession:
     """One open bench: a question is the tables of a scene.
@@ -39,7 +42,7 @@ class BenchSession:
 
     def __init__(self, scene: Scene, begin: Picture, document: Document, beside: Sequence[Picture] = ()) -> None:
         self.page = BenchPage(scene, tables(begin), variants(beside))
-        self._talk = Conversation(document, self.page.question, self.page.answer, partial(answers, scene))
+        self._talk = Conversation(document, self.page.question, self.page.answer, partial(answers, scene), rest=REST)
         self.page.put(document)
 
 
