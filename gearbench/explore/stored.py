@@ -119,10 +119,20 @@ def of_designs(designs: Designs, file: str) -> Stored:
     columns += [known_column(name, "limit", dataset[name].values[numbers]) for name in study.constraints]
     columns += [known_column(name, "statistic", dataset[name].values[numbers]) for name in study.statistics]
     label = study.name or file
-    teeth = teeth_of(chosen_scene(designs, int(numbers[0])))
+    teeth = _teeth(designs, numbers)
     return Stored(
         label=label, columns=tuple(columns), numbers=numbers, scene=lambda n: chosen_scene(designs, n), teeth=teeth
     )
+
+
+def _teeth(designs: Designs, numbers: NDArray) -> str:
+    """``teeth_of`` the first design whose scene is whole: files that others name may be gone."""
+    for number in numbers[:10]:
+        try:
+            return teeth_of(chosen_scene(designs, int(number)))
+        except InputError:
+            continue
+    return "teeth not known"
 
 
 def _scene(dataset: xr.Dataset, file: str) -> Scene:
