@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from gearbench.effects.base import Effect
-from gearbench.effects.files import content, files_in, in_folder
 from gearbench.effects.registry import RENAMED, effect_class, effect_names
 from gearbench.errors import InputError, one_of
 from gearbench.geometry.pair import Pair
+from gearbench.named_files import content, files_in, in_folder
 from gearbench.scene import Load, Operation, Resolution, Scene
 from gearbench.schema import Key, as_table, keys, make, read, read_toml
 

@@ -35,7 +35,7 @@ def tables(picture: Picture, *, teeth: bool = True) -> Tables:
         "image": [picture.pressure.astype("float32")],
         "x": [0.0],
         "y": [picture.pressure_range[0]],
-        "dw": [pair.face_width],
+        "dw": [pair.meshing.face_width],
         "dh": [picture.pressure_range[1] - picture.pressure_range[0]],
         "top": [float(np.nanquantile(picture.pressure, 0.99))],
     }
@@ -114,7 +114,7 @@ def numbers(picture: Picture) -> Tables:
         ("RMS of k [%]", f"{k.rms:.2f}"),
         ("greatest contact pressure [MPa]", f"{np.nanmax(picture.pressure):.0f}"),
         ("teeth z", f"{pair.pinion.teeth}/{pair.wheel.teeth}"),
-        ("m_n [mm], β [°], b [mm]", f"{pair.normal_module:g}, {pair.helix_angle:g}, {pair.face_width:g}"),
+        ("m_n [mm], β [°], b [mm]", f"{pair.normal_module:g}, {pair.helix_angle:g}, {pair.meshing.face_width:g}"),
         (
             "contact ratios ε_α, ε_β",
             f"{pair.meshing.transverse_contact_ratio:.3f}, {pair.meshing.overlap_ratio:.3f}",
