@@ -82,7 +82,7 @@ def scene_html(scene: Scene) -> str:
     tables = scene.to_mapping()
     given = {**tables["effects"], "resolution": tables.get("resolution", {})}
     rows = {name: ", ".join(f"{k} = {v}" for k, v in table.items()) or "defaults" for name, table in given.items()}
-    load = f"{scene.load.torque:g} N·m on the pinion"
+    load = f"{', '.join(f'{each.load.torque:g}' for each in scene.each_load)} N·m on the pinion"
     return pair_html(scene.pair) + html_table(scene.name or "scene", (), _column({"load": load, **rows}))
 
 

@@ -51,16 +51,18 @@ def bench(scene: Scene, *others: Scene) -> Callable[[Document], object]:
 
     Raises
     ------
+    InputError
+        If it has several loads.
     GearbenchError
         If its contact problem is not solved.
     """
-    begin, beside = picture(scene), [picture(other) for other in others]
+    begin, beside = picture(scene.one_load), [picture(other) for other in others]
     return lambda document: BenchSession(scene, begin, document, beside)
 
 
 def bench_html(scene: Scene, *others: Scene) -> str:
     """The bench as one page that needs no server: all it shows of ``scene`` and its variants, without controls."""
-    now, solved = outline(scene)
+    now, solved = outline(scene.one_load)
     shown = {**tables(scattered(now, solved)), **over_torque(scene)}
     beside = [picture(other) for other in others]
     page = BenchPage(scene, {**shown, "warnings": {"text": warnings(now, solved)}}, variants(beside))
