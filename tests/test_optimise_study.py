@@ -140,7 +140,7 @@ FAULTS = {
     "[base.resolution]\npositions = 4": ("base.resolution.gauss_points", "conflicts with positions"),
     "[base.load]\nunit = 3\n[base.pear]\nx = 1": (
         "base.pear = unknown key",
-        "allowed: pair, load, operation, resolution, effects, coast, system",
+        "allowed: pair, load, operation, resolution, loads, effects, coast, system",
     ),
     "[study]\nx = 1": ("study", "allowed: name, base"),
 }

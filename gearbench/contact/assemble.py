@@ -42,7 +42,7 @@ MARGIN = 1.3
 
 def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
     """Mesh phases τ and weights (position,) that the scene's resolution asks for."""
-    resolution = scene.resolution
+    resolution = scene.one_load.resolution
     if resolution.accuracy is not None:
         raise InputError("resolution.accuracy", resolution.accuracy, "is for simulate and robust; here give segments")
     if resolution.positions is not None:

@@ -46,6 +46,7 @@ def loaded_phases(scene: Scene) -> tuple[NDArray, NDArray, int | None]:
     And the number of Gauss points on each panel, ``GAUSS_POINTS`` unless the scene gives it; None where the phases are
     uniform.
     """
+    scene = scene.one_load
     if scene.resolution.positions is not None:
         return *uniform_phases(scene.resolution.positions), None
     if scene.resolution.accuracy is not None:

@@ -53,8 +53,11 @@ def constrained(
     """Limited quantities of ``scene`` by name; NaN where they were not computed.
 
     Cheap ones come first: those of the geometry, then those of the scene, then those of the scene solved, each only
-    where the limits before it hold. ``solved`` is called for the last; by default the scene is solved here.
+    where the limits before it hold. ``solved`` is called for the last; by default the scene is solved here. Of several
+    loads the worst one counts, and each is solved here.
     """
+    if scene.loads:
+        return _under_the_worst(scene, limits)
     solved = solved or cache(partial(solve_scene, scene))
     values = dict.fromkeys(limits, math.nan)
     values |= {name: GEOMETRIC[name](scene.pair) for name in limits if name in GEOMETRIC}
@@ -87,6 +90,13 @@ def decided(values: Mapping[str, float], limits: Mapping[str, Limit]) -> bool:
     """Whether rough ``values`` are so far from their limits that better ones would not change the verdict."""
     ends = ((values[n], end) for n in limits if n in UNDER_LOAD for end in (limits[n].min, limits[n].max))
     return not any(end is not None and abs(value - end) <= ROUGH * abs(end) for value, end in ends)
+
+
+def _under_the_worst(scene: Scene, limits: Mapping[str, Limit]) -> dict[str, float]:
+    """``constrained`` under several loads."""
+    found = [constrained(each, limits) for each in scene.each_load]
+    known = {name: [values[name] for values in found if not math.isnan(values[name])] for name in limits}
+    return {name: limits[name].worst(values) if values else math.nan for name, values in known.items()}
 
 
 def judge(values: Mapping[str, float], limits: Mapping[str, Limit]) -> tuple[float, str]:

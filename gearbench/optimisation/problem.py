@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache, partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from gearbench.budget import MemoryBudgetError
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.pair import Pair
+from gearbench.loads import load_weights
 from gearbench.optimisation.constraints import constrained, decided, judge, may_be_rough, solve_roughly
 from gearbench.optimisation.derived import DERIVED
 from gearbench.optimisation.racing import Rivals, stages, statistics
@@ -24,10 +25,13 @@ from gearbench.optimisation.variables import Value
 from gearbench.results.solved import Solved
 from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.scene import Scene
-from gearbench.scene_file import parse_scene
+from gearbench.scene_file import parse_scene, read_loads
 from gearbench.schema import read
 from gearbench.simulation import simulate
 from gearbench.solution import solve_scene
+
+if TYPE_CHECKING:
+    from gearbench.robustness.montecarlo import RobustProblem
 
 #: Violation of a design that makes no scene, or none that can be solved: more than limits can add up to.
 NO_GEAR = 1e6
@@ -92,7 +96,7 @@ def evaluate(study: OptimisationStudy, design: Design, rivals: Rivals | None = N
         scene, limits = scene_of(study, design), study.constraints
         solved = cache(partial(solve_scene, scene))
         rough = None
-        if rivals is not None and may_be_rough(scene, limits):
+        if rivals is not None and not scene.loads and may_be_rough(scene, limits):
             rough = cache(partial(solve_roughly, scene))
         values = constrained(scene, limits, rough or solved)
         if rough is not None and not decided(values, limits):
@@ -203,8 +207,7 @@ def _feasible(study: OptimisationStudy, scene: Scene, rivals: Rivals | None, rou
     ``rough`` is the scene at the mesh phases of its error samples, where it was solved there.
     """
     if study.robustness.samples == 0:
-        dataset = simulate(scene, outputs=study.responses)
-        found = {f"{name}_mean": float(dataset[name]) for name in study.responses}
+        found = _at_nominal(study, scene)
         answer = Evaluation(
             violation=0.0, reason="", constraints=(), statistics=tuple(found.get(n, math.nan) for n in study.statistics)
         )
@@ -219,17 +222,12 @@ def _feasible(study: OptimisationStudy, scene: Scene, rivals: Rivals | None, rou
 
 def _dispersion(study: OptimisationStudy, scene: Scene, rivals: Rivals | None, rough: Solved | None) -> Evaluation:
     """Statistics over the error samples, as many as it takes."""
-    from gearbench.robustness.montecarlo import prepare_scene, respond
-
-    r = study.robustness
-    problem = prepare_scene(scene, rough)
-    errors = problem.errors.draw(_unit(r.sampler, r.samples, len(problem.names), r.seed), scene.pair)
+    r, problems = study.robustness, _robust_problems(scene, rough)
+    first = problems[0]
+    errors = first.errors.draw(_unit(r.sampler, r.samples, len(first.names), r.seed), scene.pair)
     values = np.empty((len(study.responses), 0))
     for stop in stages(study) if rivals is not None else (r.samples,):
-        answers, complete = respond(problem, errors[values.shape[1] : stop], names=study.responses)
-        if not complete:
-            raise KeyboardInterrupt
-        values = np.hstack([values, [answers[name] for name in study.responses]])
+        values = np.hstack([values, _responses(study, problems, errors[values.shape[1] : stop])])
         if rivals is not None and stop < r.samples and (by := rivals.beating(values)) is not None:
             found, kept = rivals.estimate(values, by), None
             break
@@ -243,6 +241,50 @@ def _dispersion(study: OptimisationStudy, scene: Scene, rivals: Rivals | None, r
         samples=values.shape[1],
         values=kept,
     )
+
+
+def _at_nominal(study: OptimisationStudy, scene: Scene) -> dict[str, float]:
+    """Responses of the scene as it is, as means over one sample, by name."""
+    if not scene.loads:
+        dataset = simulate(scene, outputs=study.responses)
+        return {f"{name}_mean": float(dataset[name]) for name in study.responses}
+    from gearbench.sweeps.run import sweep
+
+    dataset = sweep(scene, outputs=study.responses, threads=1)
+    return {f"{name}_mean": float(dataset[f"{name}_load_{study.over_loads}"]) for name in study.responses}
+
+
+def _robust_problems(scene: Scene, rough: Solved | None) -> list[RobustProblem]:
+    """Problem of the error samples, or those under each of several loads, torques ascending."""
+    from gearbench.robustness.montecarlo import prepare_problem, prepare_scene
+
+    if rough is not None:
+        return [prepare_problem(scene, rough.lines, rough.weight, rough.problem)]
+    if not scene.loads:
+        return [prepare_scene(scene)]
+    from gearbench.sweeps.shared import Shared, under_loads
+
+    found, shared = [], Shared()
+    for group in under_loads(scene, [each.load.torque for each in scene.each_load]):
+        at = shared.assembled(group[0])
+        found += map(at.robust, group)
+    return found
+
+
+def _responses(study: OptimisationStudy, problems: Sequence[RobustProblem], errors: NDArray) -> NDArray:
+    """Responses to the ``errors`` (sample, error), over the loads as the study has it, (response, sample)."""
+    from gearbench.robustness.montecarlo import respond
+
+    found = []
+    for problem in problems:
+        answers, complete = respond(problem, errors, names=study.responses)
+        if not complete:
+            raise KeyboardInterrupt
+        found.append([answers[name] for name in study.responses])
+    if len(found) == 1:
+        return np.array(found[0])
+    loads = read_loads(study.base["loads"], "base.loads")
+    return np.max(found, axis=0) if study.over_loads == "max" else np.tensordot(load_weights(loads), found, axes=1)
 
 
 @lru_cache(maxsize=16)

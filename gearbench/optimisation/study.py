@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, field
 from functools import cached_property
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 from pydantic.dataclasses import dataclass
@@ -77,6 +77,10 @@ class Limit:
             excess = max(excess, (value - self.max) / (abs(self.max) or 1.0))
         return min(excess, 1000.0) if value == value else 1000.0
 
+    def worst(self, values: Sequence[float]) -> float:
+        """The value that violates the limits most; where none does, the greatest, or the least if only that has one."""
+        return max(values, key=lambda value: (self.violation(value), -value if self.max is None else value))
+
     def describe(self, name: str, value: float) -> str:
         """Say which limit does not hold."""
         if self.max is not None and not value <= self.max:
@@ -141,6 +145,9 @@ class OptimisationStudy:
         Limits by the name of the quantity, from ``gearbench.optimisation.constraints``.
     algorithm, robustness
         The search, and the error samples of each design.
+    over_loads
+        Where the base has several loads: a response is its weighted mean over them, "mean", or its greatest value,
+        "max", of the design itself and of each error sample. Limits hold under every load.
 
     Raises
     ------
@@ -156,10 +163,13 @@ class OptimisationStudy:
     constraints: dict[str, Limit] = field(default_factory=dict)
     algorithm: Algorithm = Algorithm()
     robustness: Robustness = Robustness()
+    over_loads: Literal["mean", "max"] = "mean"
 
     def __post_init__(self) -> None:
         if not self.variables:
             raise InputError("variables", "none", "at least one variable is required")
+        if self.over_loads != "mean" and "loads" not in self.base:
+            raise InputError("over_loads", self.over_loads, "needs base.loads")
         if not self.objectives:
             raise InputError("objectives", "none", "at least one objective is required")
         labels = [objective.label for objective in self.objectives]
@@ -190,6 +200,7 @@ class OptimisationStudy:
         """The study as nested tables, as in a file."""
         return {
             "name": self.name,
+            **({} if self.over_loads == "mean" else {"over_loads": self.over_loads}),
             "objectives": [dict(objective.weights) for objective in self.objectives],
             "algorithm": asdict(self.algorithm),
             "robustness": asdict(self.robustness),

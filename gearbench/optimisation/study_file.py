@@ -13,7 +13,7 @@ from gearbench.optimisation.derived import DERIVED, SETS
 from gearbench.optimisation.study import Algorithm, Limit, Objective, OptimisationStudy, Robustness
 from gearbench.optimisation.variables import Variable
 from gearbench.results.responses import quantity
-from gearbench.scene_file import scene_key, table_class
+from gearbench.scene_file import read_loads, scene_key, table_class
 from gearbench.schema import as_table, check, keys, make, read, read_toml
 
 _TABLES: dict[str, type] = {"algorithm": Algorithm, "robustness": Robustness}
@@ -77,6 +77,8 @@ def check_study(study: OptimisationStudy) -> None:
             if path in driven:
                 raise InputError(f"variables.{variable.name}", path, f"is changed by variables.{driven[path]} too")
             driven[path] = variable.name
+    if "loads" in study.base:
+        _check_loads(study.base, driven)
     _check_base(study.base, driven)
     if study.robustness.samples > 0 and "manufacturing_errors" not in study.base.get("effects", {}):
         allowed = "samples need base.effects.manufacturing_errors; give samples = 0 to optimise without errors"
@@ -114,11 +116,21 @@ def changed_keys(variable: Variable) -> tuple[str, ...]:
     return tuple(found)
 
 
+def _check_loads(base: Mapping[str, Any], driven: Mapping[str, str]) -> None:
+    """Check the loads of the base, beside which there is no other."""
+    read_loads(base["loads"], "base.loads")
+    if "load" in base:
+        raise InputError("base.loads", "given", "conflicts with base.load: give one of the two")
+    if "load.torque" in driven:
+        raise InputError(f"variables.{driven['load.torque']}", "load.torque", "conflicts with base.loads")
+
+
 def _check_base(base: Mapping[str, Any], driven: Collection[str]) -> None:
     """Check the tables of the base, where ``driven`` are the keys that variables set."""
     effects = as_table("base.effects", base.get("effects", {}))
     later = {path.split(".")[1]: {} for path in driven if path.startswith("effects.")}
-    tables = {"pair": {}, "load": {}} | {name: table for name, table in base.items() if name not in ("name", "effects")}
+    tables = {"pair": {}} | ({} if "loads" in base else {"load": {}})
+    tables |= {name: table for name, table in base.items() if name not in ("name", "effects", "loads")}
     tables |= {f"effects.{name}": table for name, table in {**later, **effects}.items()}
     try:
         kinds = [table_class(name) for name in tables]

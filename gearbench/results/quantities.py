@@ -40,6 +40,7 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
         "coordinates": {
             "mesh_phase": Quantity("1", "τ", "mesh phase"),
             "phase_weight": Quantity("1", "w", "weight of the mesh phase in means over the mesh cycle"),
+            "load_weight": Quantity("1", "g", "share of the load in means over the loads"),
             "panel_start": Quantity(
                 "1", "τ_0", "beginning of the position's Gauss panel; NaN where phases are uniform"
             ),
