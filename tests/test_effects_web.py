@@ -17,6 +17,7 @@ from gearbench.geometry.pair import Member, Pair
 from gearbench.geometry.role import Role
 from gearbench.geometry.web import make_web
 from gearbench.results.provenance import support
+from gearbench.results.warnings import warnings
 from gearbench.scene import Load, Resolution, Scene
 from tests.gears import standard_gear
 
@@ -102,3 +103,14 @@ def test_a_web_softens_the_pair():
     found, stiff = simulate(scene), simulate(solid)
     assert float(found.mesh_stiffness.mean()) < 0.95 * float(stiff.mesh_stiffness.mean())
     assert support(scene) == "ring"
+
+
+def test_gears_beyond_those_held_against_finite_elements_are_warned_of():
+    assert warnings(webbed()) == ()
+    assert warnings(webbed(rim_thickness=2.0)) == (
+        "rim of the wheel 1 m_n thick: teeth on a ring were held against finite elements from 1.5",
+    )
+    wide = replace(webbed(), pair=replace(webbed().pair, face_width=54.0))
+    assert [line[:29] for line in warnings(wide)] == ["face of the pinion 27 m_n wid", "face of the wheel 27 m_n wide"]
+    # plates on a ring are not those teeth
+    assert warnings(replace(webbed(rim_thickness=2.0), effects=(ToothBending(), GearBody(), Hertz()))) == ()

@@ -35,8 +35,9 @@ RANK_TOLERANCE = 1e-10
 _NUMBERS = 4.0
 #: Polynomials along the axis that the root of a tooth is joined by at most, and modules of face width for each further
 #: one: a body is too smooth to tell more apart. Six alone make the peak-to-peak STE of helical gears 20 modules wide a
-#: tenth too small.
-ROOT_AXIS_ORDER, ROOT_STEP = 6, 5.0
+#: tenth too small. On gears wider than ``WIDE`` modules one for each five modules leaves shapes of deflection at a MAC
+#: of 0.97.
+ROOT_AXIS_ORDER, ROOT_STEP, ROOT_STEP_WIDE, WIDE = 6, 5.0, 3.0, 15.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,8 +121,8 @@ class SolidTooth:
     @property
     def root_axis_order(self) -> int:
         """Number of polynomials along the axis that the root is joined by to a body."""
-        wide = int(self.gear.face_width / self.gear.normal_module / ROOT_STEP)
-        return min(self.order[2], ROOT_AXIS_ORDER + wide)
+        width = self.gear.face_width / self.gear.normal_module
+        return min(self.order[2], ROOT_AXIS_ORDER + int(width / (ROOT_STEP_WIDE if width > WIDE else ROOT_STEP)))
 
     @cached_property
     def matrix(self) -> NDArray:

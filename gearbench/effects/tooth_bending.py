@@ -48,7 +48,7 @@ class ToothBending(Tooth):
         Plate only. "paper": 9 unknowns, each field x(a + by + cx). The default where no ``order`` is given.
     order
         Numbers of functions: plate (height, face width), instead of ``basis``; solid (thickness, height, face width),
-        by default 6, 7 and about one for each module of face width.
+        by default 6, 7 (8, 9 above 27° of helix) and about one for each module of face width.
     fillet
         Plate only. Thickness with the generated root fillet, or without it (involute; constant below the base circle).
     load

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.geometry.role import Role
 from gearbench.results.provenance import support
 from gearbench.scene import Scene
@@ -11,17 +12,24 @@ from gearbench.scene import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gearbench.geometry.pair import Pair
+
 #: Allowable contact stress of case-hardened steel of quality MQ, ISO 6336-5 [MPa].
 HARDENED = 1500.0
 #: Least tip thickness of a tooth [normal modules], ISO 21771-1 and usual practice.
 LEAST_TIP = 0.2
+#: Gears on which solid teeth on their ring were held against finite elements (``studies/s11_gears_in_use``): helix
+#: angle [°] and face width [normal modules] at most, rim [normal modules] at least.
+STEEPEST, WIDEST, THINNEST_RIM = 40.0, 25.0, 1.5
 
 
 def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]:
-    """Body absent, pointed tips, interference; and of a Dataset a pressure beyond a hardened flank."""
+    """Body absent or unproven, pointed tips, interference; and of a Dataset a pressure beyond a hardened flank."""
     pair, found = scene.pair, []
     if support(scene) == "clamped":
         found.append("teeth are clamped at their roots and too stiff: add [effects.gear_body]")
+    if support(scene) == "ring" and tooth_bending(scene.effects_by_name, "solid") is not None:
+        found += _unproven(pair)
     for role in Role:
         gear = pair.gears[role]
         tip = float(gear.normal_thickness(gear.tip_radius))
@@ -35,3 +43,20 @@ def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]
     if "flank_pressure_max" in dataset and (p := float(dataset["flank_pressure_max"].max())) > HARDENED:
         found.append(f"contact pressure {p:.0f} MPa is beyond a case-hardened flank ({HARDENED:.0f} MPa, ISO 6336-5)")
     return tuple(found)
+
+
+def _unproven(pair: Pair) -> list[str]:
+    """What lies beyond the gears on which solid teeth on their ring were held against finite elements."""
+    found, proof = [], "held against finite elements"
+    if pair.helix_angle > STEEPEST:
+        found.append(f"helix angle {pair.helix_angle:g}°: teeth on a ring were {proof} up to {STEEPEST:g}°")
+    for role, member, gear in zip(Role, pair.members, pair.gears, strict=True):
+        wide = gear.face_width / gear.normal_module
+        if wide > WIDEST:
+            found.append(f"face of the {role.label} {wide:.3g} m_n wide: teeth on a ring were {proof} up to {WIDEST:g}")
+        rim = (member.rim_thickness or gear.root_radius - (member.bore_diameter or 0.0) / 2) / gear.normal_module
+        if rim < THINNEST_RIM:
+            found.append(
+                f"rim of the {role.label} {rim:.3g} m_n thick: teeth on a ring were {proof} from {THINNEST_RIM}"
+            )
+    return found
