@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass as plain_dataclass
 from typing import Annotated, Any, Literal
 
@@ -142,12 +143,12 @@ class Scatter:
 
 @plain_dataclass(frozen=True)
 class Variable:
-    """A random variable: name, amplitude, distribution and unit of the amplitude."""
+    """A random variable: name, amplitude, distribution; and what one class finer of its tolerance costs."""
 
     name: str
     amplitude: float
     distribution: Distribution
-    unit: str = "µm"
+    cost: float = 1.0
 
 
 @plain_dataclass(frozen=True)
@@ -164,7 +165,7 @@ class Eccentricity:
     def variables(self) -> tuple[Variable, Variable]:
         """Amplitude and phase."""
         label = f"{self.name}_{self.gear.label}"
-        phase = Variable(f"{label}_phase", 180.0, "uniform_two_sided", "°")
+        phase = Variable(f"{label}_phase", 180.0, "uniform_two_sided", cost=math.inf)
         return Variable(label, self.amplitude, self.distribution), phase
 
     def modes(self, lines: ContactLines) -> NDArray:
