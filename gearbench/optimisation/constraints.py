@@ -9,7 +9,7 @@ from types import MappingProxyType
 
 from gearbench.errors import InputError
 from gearbench.optimisation.study import Limit
-from gearbench.results.responses import is_response, response, responses
+from gearbench.results.responses import is_over_speed, is_response, response, responses
 from gearbench.results.solved import Solved
 from gearbench.scene import Scene
 from gearbench.solution import solve_scene
@@ -41,17 +41,22 @@ def check_limited(name: str) -> None:
 
 
 def constrained(
-    scene: Scene, limits: Mapping[str, Limit], solved: Callable[[], Solved] | None = None
+    scene: Scene,
+    limits: Mapping[str, Limit],
+    solved: Callable[[], Solved] | None = None,
+    over_speed: Callable[[], float] = lambda: math.nan,
 ) -> dict[str, float]:
     """Limited quantities of ``scene`` by name; NaN where they were not computed.
 
     Quantities beyond the geometry need the scene solved: ``solved`` is called only for that, and only where the
-    geometric limits hold; by default the scene is solved here.
+    geometric limits hold; by default the scene is solved here. So is ``over_speed`` for the force over speeds.
     """
     solved = solved or cache(partial(solve_scene, scene))
     values = {name: GEOMETRIC[name](scene.pair) if name in GEOMETRIC else math.nan for name in limits}
     if not any(limits[name].violation(value) > 0 for name, value in values.items() if name in GEOMETRIC):
-        values |= {name: _under_load(name, solved()) for name in limits if name not in GEOMETRIC}
+        for name in limits:
+            if name not in GEOMETRIC:
+                values[name] = over_speed() if is_over_speed(name) else _under_load(name, solved())
     return values
 
 

@@ -6,27 +6,31 @@ import json
 import math
 from collections.abc import Mapping
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, lru_cache, partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.budget import MemoryBudgetError
+from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.pair import Pair
 from gearbench.optimisation.constraints import constrained, judge
 from gearbench.optimisation.derived import DERIVED
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.variables import Value
-from gearbench.results.responses import STATISTICS
+from gearbench.results.responses import STATISTICS, is_over_speed
 from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from gearbench.schema import read
 from gearbench.simulation import simulate
 from gearbench.solution import solve_scene
+
+if TYPE_CHECKING:
+    from gearbench.dynamics.over_speed import ForceOverSpeed
 
 #: Violation of a design that makes no scene, or none that can be solved: more than limits can add up to.
 NO_GEAR = 1e6
@@ -80,7 +84,7 @@ def evaluate(study: OptimisationStudy, design: Design) -> Evaluation:
     try:
         scene = scene_of(study, design)
         solved = cache(partial(solve_scene, scene))
-        values = constrained(scene, study.constraints, solved)
+        values = constrained(scene, study.constraints, solved, partial(_force_without_errors, study, scene))
         violation, reason = judge(values, study.constraints)
         unknown = tuple(values.values())
         if violation > 0:
@@ -183,8 +187,11 @@ def _put(tables: dict[str, Any], path: str, value: Any) -> None:
 def _statistics(study: OptimisationStudy, scene: Scene) -> tuple[float, ...]:
     """In the order of ``study.statistics``."""
     if study.robustness.samples == 0:
-        dataset = simulate(scene, outputs=study.responses)
-        found = {f"{name}_mean": float(dataset[name]) for name in study.responses}
+        of_cycle = [name for name in study.responses if not is_over_speed(name)]
+        dataset = simulate(scene, outputs=of_cycle) if of_cycle else {}
+        found = {f"{name}_mean": float(dataset[name]) for name in of_cycle}
+        if study.speeds:
+            found["mesh_force_mean"] = _force_without_errors(study, scene)
     else:
         found = _dispersion(study, scene)
     for name in {name for objective in study.objectives for name in objective.weights}:
@@ -198,16 +205,42 @@ def _dispersion(study: OptimisationStudy, scene: Scene) -> dict[str, float]:
     from gearbench.robustness.montecarlo import prepare_scene, respond
 
     r = study.robustness
-    problem = prepare_scene(scene)
-    errors = problem.errors.draw(_unit(r.sampler, r.samples, len(problem.names), r.seed), scene.pair)
-    answers, complete = respond(problem, errors, names=study.responses)
-    if not complete:
-        raise KeyboardInterrupt
+    kinds = scene.effect("manufacturing_errors")
+    assert isinstance(kinds, ManufacturingErrors)
+    errors = kinds.draw(_unit(r.sampler, r.samples, len(kinds.error_modes(scene.pair)), r.seed), scene.pair)
+    of_cycle = [name for name in study.responses if not is_over_speed(name)]
+    forces, parts, answers = _forces(study, scene), [], {}
+    # the dynamics takes its samples of the contact from here, where they are the same
+    shared = [force for force in forces if force.shares(scene)] if of_cycle else []
+    if of_cycle:
+        more = {f"{number}": force.of_cycles for number, force in enumerate(shared)}
+        found, complete = respond(prepare_scene(scene), errors, names=of_cycle, more=more)
+        if not complete:
+            raise KeyboardInterrupt
+        answers, parts = {name: found[name] for name in of_cycle}, [found[name] for name in more]
+    if forces:
+        parts += [force.of_samples(errors) for force in forces if force not in shared]
+        answers["mesh_force"] = np.sqrt(np.mean(np.square(parts), axis=0))
     return {
         f"{name}_{statistic}": compute(answers[name])
         for name in study.responses
         for statistic, (compute, _) in STATISTICS.items()
     }
+
+
+def _forces(study: OptimisationStudy, scene: Scene) -> tuple[ForceOverSpeed, ...]:
+    """The force over speed at each torque, where it is asked for."""
+    if (speeds := study.speeds) is None:
+        return ()
+    from gearbench.dynamics.over_speed import ForceOverSpeed
+
+    scenes = [replace(scene, load=replace(scene.load, torque=torque)) for torque in speeds.torques] or [scene]
+    return tuple(ForceOverSpeed(scene=one, speeds=speeds.values, harmonics=speeds.harmonics) for one in scenes)
+
+
+def _force_without_errors(study: OptimisationStudy, scene: Scene) -> float:
+    """``mesh_force`` of a scene itself [N]."""
+    return float(np.sqrt(np.mean([force.without_errors() ** 2 for force in _forces(study, scene)])))
 
 
 @lru_cache(maxsize=16)

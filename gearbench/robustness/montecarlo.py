@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -133,29 +134,34 @@ def respond(
     threads: int = 1,
     progress: Callable[[int], None] = lambda _: None,
     names: Sequence[str] = MEASURED,
+    more: Mapping[str, Callable[[MeshCycle], NDArray]] = MappingProxyType({}),
 ) -> tuple[Responses, bool]:
     """Responses ``names`` to the ``errors`` (sample, error) [µm], and whether all of them were computed.
+
+    ``more`` are further numbers by their names, from the cycles (sample, position) of a chunk.
 
     An interruption (Ctrl-C) ends the run early; the samples until then are returned. ``progress`` is called with
     the number of samples done so far.
     """
     done: list[Responses] = []
-    complete = True
+    complete, reductions = True, {name: response(name).reduce for name in names} | dict(more)
     solutions = on_threads(partial(solve_one_chunk, problem.batch), chunks(errors - problem.mean), threads)
     try:
         for solution in solutions:
-            done.append(_reduce(problem, solution, names))
+            done.append(_reduce(problem, solution, reductions))
             progress(min(sum(map(len, done)), len(errors)))
     except KeyboardInterrupt:
         arrived()
         complete = False
-    return join(done, len(errors), names), complete
+    return join(done, len(errors), tuple(reductions)), complete
 
 
-def _reduce(problem: RobustProblem, solution: BatchSolution, names: Sequence[str]) -> Responses:
+def _reduce(
+    problem: RobustProblem, solution: BatchSolution, reductions: Mapping[str, Callable[[MeshCycle], NDArray]]
+) -> Responses:
     """Responses of one chunk; the curves over the mesh cycle are not kept."""
     cycle = MeshCycle.of(problem.scene, problem.phases, solution.approach.T, solution.stiffness.T)
-    values = {name: response(name).reduce(cycle) for name in names}
+    values = {name: reduce(cycle) for name, reduce in reductions.items()}
     return Responses(values=values, rescued=solution.rescued)
 
 

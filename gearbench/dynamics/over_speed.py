@@ -1,0 +1,91 @@
+"""One number for the response over a range of speeds: the RMS of the mesh force, of a cycle or of many samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.dynamics import waves
+from gearbench.dynamics.analysis import GROWTH, spans
+from gearbench.dynamics.model import Group, Model
+from gearbench.dynamics.scatter import BLOCK, SampleCycles, force_rms, sample_problem
+from gearbench.dynamics.stability import is_proven, multipliers
+from gearbench.errors import GearbenchError, InputError
+from gearbench.results.cycle import MeshCycle
+from gearbench.robustness.montecarlo import respond
+from gearbench.scene import Scene
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ForceOverSpeed:
+    """RMS over speeds of the RMS of the mesh force, at one torque.
+
+    Parameters
+    ----------
+    scene
+        With a system.
+    speeds
+        Of the pinion (speed,) [1/min].
+    harmonics
+        Orders of the mesh frequency.
+    """
+
+    scene: Scene
+    speeds: NDArray
+    harmonics: int
+
+    @cached_property
+    def model(self) -> Model:
+        """Its dynamic model."""
+        return Model(scene=self.scene)
+
+    @cached_property
+    def group(self) -> Group:
+        """Its own mesh.
+
+        Raises
+        ------
+        InputError
+            If a second mesh shares the mesh frequency.
+        GearbenchError
+            If the motion without scatter grows at one of the speeds: no force is its steady answer.
+        """
+        model = self.model
+        group = model.groups[0]
+        if len(group.meshes) > 1:
+            allowed = "the force over speed is for a pair of its own frequency"
+            raise InputError("system.meshes", "of the same mesh frequency", allowed)
+        stiffness = waves.curve(model.excitation(group, self.harmonics).stiffness, max(256, 16 * self.harmonics))
+        if not is_proven(model.modes, group.meshes, stiffness):
+            size = multipliers(model.modes, group.meshes, model.omega(group, self.speeds), stiffness[None])
+            if (grows := size > 1 + GROWTH).any():
+                raise GearbenchError(f"no steady response at {spans(self.speeds, grows)} 1/min: parametric instability")
+        return group
+
+    def of_cycles(self, cycle: MeshCycle) -> NDArray:
+        """RMS (sample,) [N] of cycles (sample, position) of k and δ_s, in which shafts do not yield."""
+        orders, squares = SampleCycles.of(cycle, self.harmonics), np.zeros(len(cycle.transmission_error))
+        for first in range(0, len(self.speeds), BLOCK):
+            values = force_rms(self.model, self.group, orders, self.speeds[first : first + BLOCK], 1)
+            squares += (values**2).sum(axis=0)
+        return np.sqrt(squares / len(self.speeds))
+
+    def shares(self, scene: Scene) -> bool:
+        """Whether cycles of ``scene`` serve ``of_cycles``: of the same load, and without shafts, which yield."""
+        return not self.scene.has_shafts and scene.load == self.scene.load
+
+    def without_errors(self) -> float:
+        """That of the scene itself."""
+        one = self.model.cycles[0].cycle
+        δ, k = one.transmission_error[None], one.mesh_stiffness[None]
+        return float(self.of_cycles(MeshCycle(phases=one.phases, transmission_error=δ, mesh_stiffness=k))[0])
+
+    def of_samples(self, errors: NDArray) -> NDArray:
+        """RMS (sample,) [N] of error samples (sample, error) [µm]; raises ``KeyboardInterrupt`` if interrupted."""
+        found, complete = respond(sample_problem(self.model), errors, names=(), more={"force": self.of_cycles})
+        if not complete:
+            raise KeyboardInterrupt
+        return found["force"]
