@@ -26,6 +26,7 @@ from gearbench.results.responses import STATISTICS, described
 from gearbench.robustness.montecarlo import SAMPLES, RobustProblem, default_threads
 from gearbench.robustness.sampling import Sampler
 from gearbench.scene import Scene
+from gearbench.threads import single_threaded_blas
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -116,6 +117,7 @@ def force_rms(model: Model, group: Group, cycles: SampleCycles, speed: NDArray, 
     return out
 
 
+@single_threaded_blas()
 def robust_response(
     scene: Scene,
     *,
