@@ -177,7 +177,7 @@ def load_map(dataset: xr.Dataset, role: Role, axes: Axes | None = None, *, scale
         for name in ("path_position", "face_position", "line_load", "segment_length")
     )
     rho = pair.meshing.curvature_radius(np.clip(u, 1e-6 * pair.meshing.tangent_length, None))
-    pressure = np.sqrt(load * pair.material.plane_strain_modulus / (2 * np.pi * np.maximum(rho, 1e-9)))
+    pressure = np.sqrt(load * pair.contact_modulus / (np.pi * np.maximum(rho, 1e-9)))
     roll = u if role == Role.PINION else pair.meshing.tangent_length - u
     top = scale or float(np.quantile(pressure, 0.995, weights=weight, method="inverted_cdf"))
     angle = np.degrees(roll / gear.base_radius)
@@ -195,7 +195,8 @@ def load_map(dataset: xr.Dataset, role: Role, axes: Axes | None = None, *, scale
     for kink in sorted({y for effect in scene.flank_effects if isinstance(effect, GapEffect)
                          for y in effect.face_kinks(pair)}):  # fmt: skip
         axes.axvline(kink, color="0.25", lw=1.0, ls=":")
-    axes.set(xlim=(0, pair.face_width), xlabel="position along the face width y [mm]", ylabel="roll angle [°]")
+    b = pair.meshing.face_width
+    axes.set(xlim=(0, b), xlabel="position along the face width y [mm]", ylabel="roll angle [°]")
     return axes
 
 

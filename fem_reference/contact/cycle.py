@@ -114,6 +114,8 @@ def _check(scene: Scene, loads: Sequence[float], settings: Settings | SpatialSet
         raise InputError("pair.helix_angle", scene.pair.helix_angle, "must be 0 in plane strain")
     if isinstance(settings, SpatialSettings) and factor != 1:
         raise InputError("width_factor", factor, "must be 1 where the width is finite")
+    if scene.pair.overhangs != ((0.0, 0.0), (0.0, 0.0)):
+        raise InputError("pair", "faces that overhang", "contact finite elements have both gears equally wide")
     require_bores(scene.pair)
     if not loads or not all(a < b for a, b in pairwise((0.0, *loads))):
         raise InputError("torques", list(loads), "must be positive and rise")

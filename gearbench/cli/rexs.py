@@ -199,7 +199,7 @@ def _row(document: RexsDocument, stage: Stage, torque: float | None, load_case: 
         "teeth": f"{pair.pinion.teeth}/{pair.wheel.teeth}",
         "module": pair.normal_module,
         "helix": pair.helix_angle,
-        "face_width": pair.face_width,
+        "face_width": pair.meshing.face_width,
         "distance": pair.centre_distance,
         "torque": found.tables.get("load", {}).get("torque"),
         "ε_α": pair.meshing.transverse_contact_ratio,

@@ -15,7 +15,7 @@ from gearbench.dynamics.scatter import BLOCK, SampleCycles, force_rms, sample_pr
 from gearbench.dynamics.stability import is_proven, multipliers
 from gearbench.errors import GearbenchError, InputError
 from gearbench.results.cycle import MeshCycle
-from gearbench.robustness.montecarlo import respond
+from gearbench.robustness.montecarlo import RobustProblem, respond
 from gearbench.scene import Scene
 
 
@@ -83,9 +83,13 @@ class ForceOverSpeed:
         δ, k = one.transmission_error[None], one.mesh_stiffness[None]
         return float(self.of_cycles(MeshCycle(phases=one.phases, transmission_error=δ, mesh_stiffness=k))[0])
 
+    @cached_property
+    def _problem(self) -> RobustProblem:
+        return sample_problem(self.model)
+
     def of_samples(self, errors: NDArray) -> NDArray:
         """RMS (sample,) [N] of error samples (sample, error) [µm]; raises ``KeyboardInterrupt`` if interrupted."""
-        found, complete = respond(sample_problem(self.model), errors, names=(), more={"force": self.of_cycles})
+        found, complete = respond(self._problem, errors, names=(), more={"force": self.of_cycles})
         if not complete:
             raise KeyboardInterrupt
         return found["force"]

@@ -45,7 +45,7 @@ class SeatedGear:
     def nodes(self) -> NDArray:
         """Nodes of the shaft under its face."""
         seat = self.box.seats[(self.mesh, self.role)][1]
-        half = self.box.pairs[self.mesh].face_width / 2
+        half = self.box.pairs[self.mesh].gears[self.role].face_width / 2
         first, last = (self.model.node(seat.position + s * half) for s in (-1, 1))
         return np.arange(first, last + 1)
 
@@ -104,7 +104,7 @@ def factor(gears: Sequence[SeatedGear], lines: ContactLines) -> NDArray:
         spin = np.arange(len(gear.nodes)) * 6 + 5 + 6 * len(scale)
         G[np.ix_(spin, spin)] += gear.spin
         # mm and rad side by side: radians over the half face width
-        scale += [np.array([1, 1, 1, *([2 / lines.pair.face_width] * 3)])] * len(gear.nodes)
+        scale += [np.array([1, 1, 1, *([2 / lines.pair.meshing.face_width] * 3)])] * len(gear.nodes)
     whole = np.concatenate(scale)
     values, vectors = np.linalg.eigh(G / whole[:, None] / whole)
     keep = values > _RANK * values[-1]

@@ -223,9 +223,9 @@ def _solved(scene: Scene, kind: str, m: int) -> tuple[NDArray, list[FlankComplia
     from fem_reference.tooth_mesh import tooth_mesh
 
     flanks = []
-    for body in _bodies(scene):
+    for body, material in zip(_bodies(scene), scene.pair.materials, strict=True):
         mesh = tooth_mesh(body, mesh_cells(body, m), kind)
-        flanks.append(flank_compliance(mesh, scene.pair.material, default_order(body.gear)))
+        flanks.append(flank_compliance(mesh, material, default_order(body.gear)))
     return cycle_values(_with_flanks(scene, flanks)), flanks
 
 

@@ -35,7 +35,7 @@ def flank_map(solved: Solved, values: NDArray, size: tuple[int, int] = SIZE) -> 
     turn, y, q = turn[order], lines.y[active][order], values[active][order]
     half = lines.length[active][order] * math.cos(pair.meshing.beta_b) / 2
     across, up = size
-    positions = (np.arange(across) + 0.5) / across * pair.face_width
+    positions = (np.arange(across) + 0.5) / across * pair.meshing.face_width
     first, last = flank_range(solved)
     u = first + (np.arange(up) + 0.5) / up * (last - first)
     along = np.array([np.interp(positions, *line) for line in zip(y, q, strict=True)])  # (line, across)

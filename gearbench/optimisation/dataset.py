@@ -37,6 +37,7 @@ def designs_dataset(
         "violation": ("design", [r.violation for r in results]),
         "feasible": ("design", np.array([r.feasible for r in results], dtype="int8")),
         "reason": ("design", np.array([r.reason for r in results], dtype=object)),
+        "evaluated_samples": ("design", np.array([r.samples for r in results], dtype="int64")),
         "first_generation": ("design", np.array(first, dtype="int64")),
     }
     variables = described(known)
@@ -65,7 +66,7 @@ def designs_dataset(
 
 def read_names(study: OptimisationStudy) -> tuple[str, ...]:
     """Names of the variables of ``designs_dataset`` that the others follow from."""
-    return ("code", "violation", "reason", *study.constraints, *study.statistics)
+    return ("code", "violation", "reason", "evaluated_samples", *study.constraints, *study.statistics)
 
 
 def read_designs(arrays: Mapping[str, NDArray], study: OptimisationStudy) -> list[tuple[Design, Evaluation]]:
@@ -74,7 +75,8 @@ def read_designs(arrays: Mapping[str, NDArray], study: OptimisationStudy) -> lis
     count = len(arrays["code"])
     constraints = np.array([arrays[name] for name in study.constraints]).reshape(-1, count).T
     statistics = np.array([arrays[name] for name in study.statistics]).T
-    rows = zip(arrays["code"], arrays["violation"], arrays["reason"], constraints, statistics, strict=True)
+    columns = [arrays[name] for name in ("code", "violation", "reason", "evaluated_samples")]
+    rows = zip(*columns, constraints, statistics, strict=True)
     return [
         (
             tuple(kind(code) for kind, code in zip(kinds, codes, strict=True)),
@@ -83,9 +85,10 @@ def read_designs(arrays: Mapping[str, NDArray], study: OptimisationStudy) -> lis
                 reason=str(reason),
                 constraints=tuple(map(float, limited)),
                 statistics=tuple(map(float, known)),
+                samples=int(samples),
             ),
         )
-        for codes, violation, reason, limited, known in rows
+        for codes, violation, reason, samples, limited, known in rows
     ]
 
 

@@ -6,31 +6,28 @@ import json
 import math
 from collections.abc import Mapping
 from copy import deepcopy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.budget import MemoryBudgetError
-from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.pair import Pair
-from gearbench.optimisation.constraints import constrained, judge
+from gearbench.optimisation.constraints import constrained, decided, judge, may_be_rough, solve_roughly
 from gearbench.optimisation.derived import DERIVED
+from gearbench.optimisation.racing import Rivals, stages, statistics
+from gearbench.optimisation.samples import cycle_responses, force_without_errors, sampled
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.variables import Value
-from gearbench.results.responses import STATISTICS, is_over_speed
-from gearbench.robustness.sampling import Sampler, unit_samples
+from gearbench.results.solved import Solved
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from gearbench.schema import read
 from gearbench.simulation import simulate
 from gearbench.solution import solve_scene
-
-if TYPE_CHECKING:
-    from gearbench.dynamics.over_speed import ForceOverSpeed
 
 #: Violation of a design that makes no scene, or none that can be solved: more than limits can add up to.
 NO_GEAR = 1e6
@@ -50,12 +47,20 @@ class Evaluation:
         Values of the limited quantities, in the study's order; NaN where unknown.
     statistics
         In the order of ``OptimisationStudy.statistics``; NaN where it is not feasible.
+    samples
+        Error samples that were computed; fewer than the study's where the front beats it, and then ``statistics`` are
+        estimates (``racing``).
+    values
+        Responses to all the samples, (response, sample), where the study races and all were computed; they are kept of
+        the front alone, and not stored.
     """
 
     violation: float
     reason: str
     constraints: tuple[float, ...]
     statistics: tuple[float, ...]
+    samples: int = 0
+    values: NDArray | None = field(default=None, compare=False, repr=False)
 
     @property
     def feasible(self) -> bool:
@@ -68,8 +73,10 @@ class Evaluation:
         return tuple(objective.value(known) for objective in study.objectives)
 
 
-def evaluate(study: OptimisationStudy, design: Design) -> Evaluation:
+def evaluate(study: OptimisationStudy, design: Design, rivals: Rivals | None = None) -> Evaluation:
     """Evaluate a design: the same answer wherever and in whatever order it is computed.
+
+    Where ``rivals`` are given, it stops as soon as its error samples say that one of them beats it.
 
     A design that makes no gear, or one that cannot be solved, is an answer too: it violates the constraints, with the
     reason. No design raises, unless the machine is too small for it, which says nothing about the gear.
@@ -82,15 +89,22 @@ def evaluate(study: OptimisationStudy, design: Design) -> Evaluation:
     unknown = (math.nan,) * len(study.constraints)
     nothing = (math.nan,) * len(study.statistics)
     try:
-        scene = scene_of(study, design)
+        scene, limits = scene_of(study, design), study.constraints
         solved = cache(partial(solve_scene, scene))
-        values = constrained(scene, study.constraints, solved, partial(_force_without_errors, study, scene))
-        violation, reason = judge(values, study.constraints)
-        unknown = tuple(values.values())
+        rough = None
+        if rivals is not None and may_be_rough(scene, limits):
+            rough = cache(partial(solve_roughly, scene))
+        force = cache(partial(force_without_errors, study, scene))
+        values = constrained(scene, limits, rough or solved, force)
+        if rough is not None and not decided(values, limits):
+            values = constrained(scene, limits, solved, force)
+        unknown, (violation, reason) = tuple(values.values()), judge(values, limits)
         if violation > 0:
             return Evaluation(violation=violation, reason=reason, constraints=unknown, statistics=nothing)
-        statistics = _statistics(study, scene)
-        return Evaluation(violation=0.0, reason="", constraints=unknown, statistics=statistics)
+        answer = _feasible(study, scene, rivals, rough() if rough is not None else None)
+        if answer.samples == study.robustness.samples:
+            unknown = tuple(constrained(scene, limits, solved, force).values())
+        return replace(answer, constraints=unknown)
     except MemoryBudgetError:
         raise
     except (InputError, GearbenchError, ArithmeticError, np.linalg.LinAlgError) as error:
@@ -184,68 +198,45 @@ def _put(tables: dict[str, Any], path: str, value: Any) -> None:
     tables[last] = value
 
 
-def _statistics(study: OptimisationStudy, scene: Scene) -> tuple[float, ...]:
-    """In the order of ``study.statistics``."""
+def _feasible(study: OptimisationStudy, scene: Scene, rivals: Rivals | None, rough: Solved | None) -> Evaluation:
+    """Evaluation of a design that keeps its limits; their values are not yet in it.
+
+    ``rough`` is the scene at the mesh phases of its error samples, where it was solved there.
+    """
     if study.robustness.samples == 0:
-        of_cycle = [name for name in study.responses if not is_over_speed(name)]
+        of_cycle = cycle_responses(study)
         dataset = simulate(scene, outputs=of_cycle) if of_cycle else {}
         found = {f"{name}_mean": float(dataset[name]) for name in of_cycle}
         if study.speeds:
-            found["mesh_force_mean"] = _force_without_errors(study, scene)
+            found["mesh_force_mean"] = force_without_errors(study, scene)
+        answer = Evaluation(
+            violation=0.0, reason="", constraints=(), statistics=tuple(found.get(n, math.nan) for n in study.statistics)
+        )
     else:
-        found = _dispersion(study, scene)
+        answer = _dispersion(study, scene, rivals, rough)
+    known = dict(zip(study.statistics, answer.statistics, strict=True))
     for name in {name for objective in study.objectives for name in objective.weights}:
-        if not math.isfinite(found.get(name, math.nan)):
+        if not math.isfinite(known[name]):
             raise GearbenchError(f"{name} is not finite")
-    return tuple(found.get(name, math.nan) for name in study.statistics)
+    return answer
 
 
-def _dispersion(study: OptimisationStudy, scene: Scene) -> dict[str, float]:
-    """Statistics of each response over the error samples, by name."""
-    from gearbench.robustness.montecarlo import prepare_scene, respond
-
-    r = study.robustness
-    kinds = scene.effect("manufacturing_errors")
-    assert isinstance(kinds, ManufacturingErrors)
-    errors = kinds.draw(_unit(r.sampler, r.samples, len(kinds.error_modes(scene.pair)), r.seed), scene.pair)
-    of_cycle = [name for name in study.responses if not is_over_speed(name)]
-    forces, parts, answers = _forces(study, scene), [], {}
-    # the dynamics takes its samples of the contact from here, where they are the same
-    shared = [force for force in forces if force.shares(scene)] if of_cycle else []
-    if of_cycle:
-        more = {f"{number}": force.of_cycles for number, force in enumerate(shared)}
-        found, complete = respond(prepare_scene(scene), errors, names=of_cycle, more=more)
-        if not complete:
-            raise KeyboardInterrupt
-        answers, parts = {name: found[name] for name in of_cycle}, [found[name] for name in more]
-    if forces:
-        parts += [force.of_samples(errors) for force in forces if force not in shared]
-        answers["mesh_force"] = np.sqrt(np.mean(np.square(parts), axis=0))
-    return {
-        f"{name}_{statistic}": compute(answers[name])
-        for name in study.responses
-        for statistic, (compute, _) in STATISTICS.items()
-    }
-
-
-def _forces(study: OptimisationStudy, scene: Scene) -> tuple[ForceOverSpeed, ...]:
-    """The force over speed at each torque, where it is asked for."""
-    if (speeds := study.speeds) is None:
-        return ()
-    from gearbench.dynamics.over_speed import ForceOverSpeed
-
-    scenes = [replace(scene, load=replace(scene.load, torque=torque)) for torque in speeds.torques] or [scene]
-    return tuple(ForceOverSpeed(scene=one, speeds=speeds.values, harmonics=speeds.harmonics) for one in scenes)
-
-
-def _force_without_errors(study: OptimisationStudy, scene: Scene) -> float:
-    """``mesh_force`` of a scene itself [N]."""
-    return float(np.sqrt(np.mean([force.without_errors() ** 2 for force in _forces(study, scene)])))
-
-
-@lru_cache(maxsize=16)
-def _unit(sampler: Sampler, samples: int, dimension: int, seed: int) -> NDArray:
-    """Samples of the unit cube, the same for every design."""
-    unit = unit_samples(sampler, samples, dimension, seed)
-    unit.flags.writeable = False
-    return unit
+def _dispersion(study: OptimisationStudy, scene: Scene, rivals: Rivals | None, rough: Solved | None) -> Evaluation:
+    """Statistics over the error samples, as many as it takes."""
+    errors, answer = sampled(study, scene, rough)
+    values = np.empty((len(study.responses), 0))
+    for stop in stages(study) if rivals is not None else (len(errors),):
+        values = np.hstack([values, answer(errors[values.shape[1] : stop])])
+        if rivals is not None and stop < len(errors) and (by := rivals.beating(values)) is not None:
+            found, kept = rivals.estimate(values, by), None
+            break
+    else:
+        found, kept = statistics(study, values), values if study.robustness.racing else None
+    return Evaluation(
+        violation=0.0,
+        reason="",
+        constraints=(),
+        statistics=tuple(map(float, found)),
+        samples=values.shape[1],
+        values=kept,
+    )

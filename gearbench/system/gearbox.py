@@ -135,7 +135,7 @@ class Gearbox:
         for shaft in self.system.shafts:
             faces = []
             for seat in shaft.gears:
-                b = self.pairs[seat.mesh].face_width
+                b = self.pairs[seat.mesh].gears[Role[seat.gear.upper()]].face_width
                 faces.append(Face(start=seat.position - b / 2, end=seat.position + b / 2, diameter=seat.diameter))
             joints = (joint for body in self.system.bodies for joint in body.joints)
             here = tuple(joint.position for joint in joints if joint.shaft == shaft.name)
@@ -209,7 +209,7 @@ class Gearbox:
     def wrench(self, mesh: str, role: Role, model: ShaftModel) -> NDArray:
         """Row (size,) of the model's motions: work of a unit transverse force spread evenly over the face (W8)."""
         frame = self.frames[mesh]
-        b = frame.pair.face_width
+        b = frame.pair.meshing.face_width
         node, weight = np.polynomial.legendre.leggauss(32)
         y = b * (node + 1) / 2
         rows = model.rows(frame.position(role, y), frame.wrench(role, np.full(len(y), frame.pair.meshing.pitch_point)))

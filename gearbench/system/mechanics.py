@@ -52,7 +52,7 @@ def two_wheels(system: System, pair: Pair) -> Mechanics:
     """Two rigid wheels that only turn: the motions are their rotations times their base radii [mm] (D2)."""
     masses, inertias = [], (system.pinion.inertia, system.wheel.inertia)
     for gear, inertia in zip(pair.gears, inertias, strict=True):
-        J = INERTIA * inertia if inertia is not None else steel_disc(gear.pitch_radius, 0.0, pair.face_width)[1]
+        J = INERTIA * inertia if inertia is not None else steel_disc(gear.pitch_radius, 0.0, gear.face_width)[1]
         masses.append(J / gear.base_radius**2)
     return Mechanics(
         mass=np.diag(masses),
@@ -191,10 +191,10 @@ def _mass(box: Gearbox, number: int, model: ShaftModel) -> NDArray:
 
 
 def _gear_disc(pairs: Mapping[str, Pair], mesh: str, role: Role, seat: Seat, model: ShaftModel) -> Disc:
-    body, width = pairs[mesh].gears[role], pairs[mesh].face_width
+    body = pairs[mesh].gears[role]
     at = int(np.clip(np.searchsorted(model.nodes, seat.position) - 1, 0, len(model.beams) - 1))
     hole = min(model.beams[at].diameter[1] / 2, body.pitch_radius)
-    m, axial, across = steel_disc(body.pitch_radius, hole, width)
+    m, axial, across = steel_disc(body.pitch_radius, hole, body.face_width)
     given = (seat.mass, seat.inertia, seat.transverse_inertia)
     found = (m * 1e3, axial / INERTIA, across / INERTIA)
     mass, inertia, transverse = (f if g is None else g for g, f in zip(given, found, strict=True))

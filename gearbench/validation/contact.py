@@ -115,7 +115,7 @@ def compare_contact(scene: Scene, phases: int, report: Callable[[str], None] = l
 def _outside_path(dataset: xr.Dataset, pair: Pair) -> NDArray:
     """Share of the load of pairs all of whose face is outside the path of contact, (position,)."""
     turns, meshing = dataset.mesh_phase.values[:, None] + dataset.pair_index.values, pair.meshing
-    rise = pair.face_width * math.tan(meshing.beta_b) / meshing.base_pitch
+    rise = pair.meshing.face_width * math.tan(meshing.beta_b) / meshing.base_pitch
     outside = (turns + rise < 0) | (turns > meshing.transverse_contact_ratio)
     return (dataset.load_share.values * outside).sum(axis=-1)
 
