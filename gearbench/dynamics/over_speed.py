@@ -73,10 +73,12 @@ class ForceOverSpeed:
             squares += (values**2).sum(axis=0)
         return np.sqrt(squares / len(self.speeds))
 
-    def shares(self, scene: Scene) -> bool:
-        """Whether cycles of ``scene`` serve ``of_cycles``: of the same load, and without shafts, which yield."""
-        return not self.scene.has_shafts and scene.load == self.scene.load
+    @property
+    def shares_contact(self) -> bool:
+        """Whether cycles of the scene as they are serve ``of_cycles``: those on shafts do not, for these yield."""
+        return not self.scene.has_shafts
 
+    @cached_property
     def without_errors(self) -> float:
         """That of the scene itself."""
         one = self.model.cycles[0].cycle

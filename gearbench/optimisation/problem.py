@@ -4,30 +4,37 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache, partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.budget import MemoryBudgetError
+from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.pair import Pair
-from gearbench.optimisation.constraints import constrained, decided, judge, may_be_rough, solve_roughly
+from gearbench.loads import load_weights
+from gearbench.optimisation.constraints import constrained, decided, judge, may_be_rough, number, solve_roughly
 from gearbench.optimisation.derived import DERIVED
 from gearbench.optimisation.racing import Rivals, stages, statistics
-from gearbench.optimisation.samples import cycle_responses, force_without_errors, sampled
+from gearbench.optimisation.samples import Forces, cycle_responses, sample_responses
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.variables import Value
 from gearbench.results.solved import Solved
+from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.scene import Scene
-from gearbench.scene_file import parse_scene
+from gearbench.scene_file import parse_scene, read_loads
 from gearbench.schema import read
 from gearbench.simulation import simulate
 from gearbench.solution import solve_scene
+
+if TYPE_CHECKING:
+    from gearbench.dynamics.over_speed import ForceOverSpeed
+    from gearbench.robustness.montecarlo import RobustProblem
 
 #: Violation of a design that makes no scene, or none that can be solved: more than limits can add up to.
 NO_GEAR = 1e6
@@ -89,21 +96,22 @@ def evaluate(study: OptimisationStudy, design: Design, rivals: Rivals | None = N
     unknown = (math.nan,) * len(study.constraints)
     nothing = (math.nan,) * len(study.statistics)
     try:
-        scene, limits = scene_of(study, design), study.constraints
+        scene, limits, cost = scene_of(study, design), study.constraints, cost_of(study, design)
         solved = cache(partial(solve_scene, scene))
         rough = None
-        if rivals is not None and may_be_rough(scene, limits):
+        if rivals is not None and not scene.loads and may_be_rough(scene, limits):
             rough = cache(partial(solve_roughly, scene))
-        force = cache(partial(force_without_errors, study, scene))
-        values = constrained(scene, limits, rough or solved, force)
+        forces = Forces(study=study)
+        values = constrained(scene, limits, rough or solved, cost, forces.without_errors)
         if rough is not None and not decided(values, limits):
-            values = constrained(scene, limits, solved, force)
+            values = constrained(scene, limits, solved, cost)
         unknown, (violation, reason) = tuple(values.values()), judge(values, limits)
         if violation > 0:
             return Evaluation(violation=violation, reason=reason, constraints=unknown, statistics=nothing)
-        answer = _feasible(study, scene, rivals, rough() if rough is not None else None)
+        numbers = _numbers(study, scene, solved, cost)
+        answer = _feasible(study, scene, numbers, forces, rivals, rough() if rough is not None else None)
         if answer.samples == study.robustness.samples:
-            unknown = tuple(constrained(scene, limits, solved, force).values())
+            unknown = tuple(constrained(scene, limits, solved, cost, forces.without_errors).values())
         return replace(answer, constraints=unknown)
     except MemoryBudgetError:
         raise
@@ -140,9 +148,9 @@ def assignments(study: OptimisationStudy, design: Design) -> tuple[tuple[str, Va
     An effect whose amount or length is 0 is absent: ("effects.<name>", None) takes the place of its keys.
     """
     given: dict[str, Value | None] = {
-        path: variable.value(code)
+        path: value
         for variable, code in zip(study.variables, design, strict=True)
-        for path in variable.paths
+        for path, value in variable.assigned(code).items()
     }
     for effect in {".".join(path.split(".")[:2]) for path in given if path.startswith("effects.")}:
         table = study.base.get("effects", {}).get(effect.removeprefix("effects."), {})
@@ -198,22 +206,33 @@ def _put(tables: dict[str, Any], path: str, value: Any) -> None:
     tables[last] = value
 
 
-def _feasible(study: OptimisationStudy, scene: Scene, rivals: Rivals | None, rough: Solved | None) -> Evaluation:
+def cost_of(study: OptimisationStudy, design: Design) -> float:
+    """What the values of a design's variables cost; those of an effect that it does without cost nothing."""
+    given = dict(zip((v.name for v in study.variables), values_of(study, design), strict=True))
+    return sum(costs.get(str(given[name]), 0.0) for name, costs in study.costs.items())
+
+
+def _feasible(
+    study: OptimisationStudy,
+    scene: Scene,
+    numbers: tuple[float, ...],
+    forces: Forces,
+    rivals: Rivals | None,
+    rough: Solved | None,
+) -> Evaluation:
     """Evaluation of a design that keeps its limits; their values are not yet in it.
 
-    ``rough`` is the scene at the mesh phases of its error samples, where it was solved there.
+    ``numbers`` are those of the study; ``rough`` is the scene at the mesh phases of its error samples, where it was
+    solved there.
     """
     if study.robustness.samples == 0:
-        of_cycle = cycle_responses(study)
-        dataset = simulate(scene, outputs=of_cycle) if of_cycle else {}
-        found = {f"{name}_mean": float(dataset[name]) for name in of_cycle}
-        if study.speeds:
-            found["mesh_force_mean"] = force_without_errors(study, scene)
+        found = _at_nominal(study, scene, forces)
+        found |= zip(study.numbers, numbers, strict=True)
         answer = Evaluation(
             violation=0.0, reason="", constraints=(), statistics=tuple(found.get(n, math.nan) for n in study.statistics)
         )
     else:
-        answer = _dispersion(study, scene, rivals, rough)
+        answer = _dispersion(study, scene, numbers, forces, rivals, rough)
     known = dict(zip(study.statistics, answer.statistics, strict=True))
     for name in {name for objective in study.objectives for name in objective.weights}:
         if not math.isfinite(known[name]):
@@ -221,17 +240,28 @@ def _feasible(study: OptimisationStudy, scene: Scene, rivals: Rivals | None, rou
     return answer
 
 
-def _dispersion(study: OptimisationStudy, scene: Scene, rivals: Rivals | None, rough: Solved | None) -> Evaluation:
+def _dispersion(
+    study: OptimisationStudy,
+    scene: Scene,
+    numbers: tuple[float, ...],
+    forces: Forces,
+    rivals: Rivals | None,
+    rough: Solved | None,
+) -> Evaluation:
     """Statistics over the error samples, as many as it takes."""
-    errors, answer = sampled(study, scene, rough)
+    r, kinds = study.robustness, scene.effect("manufacturing_errors")
+    assert isinstance(kinds, ManufacturingErrors)
+    errors = kinds.draw(_unit(r.sampler, r.samples, len(kinds.error_modes(scene.pair)), r.seed), scene.pair)
+    problems = _robust_problems(scene, rough) if cycle_responses(study) else [None] * len(scene.each_load)
+    each = list(zip(problems, (forces.of(one) for one in scene.each_load), strict=True))
     values = np.empty((len(study.responses), 0))
-    for stop in stages(study) if rivals is not None else (len(errors),):
-        values = np.hstack([values, answer(errors[values.shape[1] : stop])])
-        if rivals is not None and stop < len(errors) and (by := rivals.beating(values)) is not None:
-            found, kept = rivals.estimate(values, by), None
+    for stop in stages(study) if rivals is not None else (r.samples,):
+        values = np.hstack([values, _responses(study, each, errors[values.shape[1] : stop])])
+        if rivals is not None and stop < r.samples and (by := rivals.beating(values, numbers)) is not None:
+            found, kept = rivals.estimate(values, by, numbers), None
             break
     else:
-        found, kept = statistics(study, values), values if study.robustness.racing else None
+        found, kept = statistics(values, numbers), values if r.racing else None
     return Evaluation(
         violation=0.0,
         reason="",
@@ -240,3 +270,69 @@ def _dispersion(study: OptimisationStudy, scene: Scene, rivals: Rivals | None, r
         samples=values.shape[1],
         values=kept,
     )
+
+
+def _at_nominal(study: OptimisationStudy, scene: Scene, forces: Forces) -> dict[str, float]:
+    """Responses of the scene as it is, as means over one sample, by name."""
+    found, names = {}, cycle_responses(study)
+    if forces.wanted:
+        each = [forces.without_errors(one) for one in scene.each_load]
+        found["mesh_force_mean"] = float(_over_loads(study, each))
+    if not names:
+        return found
+    if not scene.loads:
+        dataset = simulate(scene, outputs=names)
+        return found | {f"{name}_mean": float(dataset[name]) for name in names}
+    from gearbench.sweeps.run import sweep
+
+    dataset = sweep(scene, outputs=names, threads=1)
+    return found | {f"{name}_mean": float(dataset[f"{name}_load_{study.over_loads}"]) for name in names}
+
+
+def _robust_problems(scene: Scene, rough: Solved | None) -> list[RobustProblem]:
+    """Problem of the error samples, or those under each of several loads, torques ascending."""
+    from gearbench.robustness.montecarlo import prepare_problem, prepare_scene
+
+    if rough is not None:
+        return [prepare_problem(scene, rough.lines, rough.weight, rough.problem)]
+    if not scene.loads:
+        return [prepare_scene(scene)]
+    from gearbench.sweeps.shared import Shared, under_loads
+
+    found, shared = [], Shared()
+    for group in under_loads(scene, [each.load.torque for each in scene.each_load]):
+        at = shared.assembled(group[0])
+        found += map(at.robust, group)
+    return found
+
+
+def _responses(
+    study: OptimisationStudy, each: Sequence[tuple[RobustProblem | None, ForceOverSpeed | None]], errors: NDArray
+) -> NDArray:
+    """Responses to the ``errors`` (sample, error), over the loads as the study has it, (response, sample)."""
+    return _over_loads(study, [sample_responses(study, problem, force, errors) for problem, force in each])
+
+
+def _numbers(study: OptimisationStudy, scene: Scene, solved: Callable[[], Solved], cost: float) -> tuple[float, ...]:
+    """Numbers of the design among the objectives, over the loads as the study has it; ``solved``: of a single load."""
+    if not study.numbers:
+        return ()
+    each = [(one, cache(partial(solve_scene, one)) if scene.loads else solved) for one in scene.each_load]
+    found = _over_loads(study, [[number(name, one, of, cost) for name in study.numbers] for one, of in each])
+    return tuple(map(float, found))
+
+
+def _over_loads(study: OptimisationStudy, found: Sequence) -> NDArray:
+    """Values of the loads (load, …), torques ascending, as one: their weighted mean, or the greatest."""
+    if len(found) == 1:
+        return np.array(found[0])
+    loads = read_loads(study.base["loads"], "base.loads")
+    return np.max(found, axis=0) if study.over_loads == "max" else np.tensordot(load_weights(loads), found, axes=1)
+
+
+@lru_cache(maxsize=16)
+def _unit(sampler: Sampler, samples: int, dimension: int, seed: int) -> NDArray:
+    """Samples of the unit cube, the same for every design."""
+    unit = unit_samples(sampler, samples, dimension, seed)
+    unit.flags.writeable = False
+    return unit

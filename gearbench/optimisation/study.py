@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, field
 from functools import cached_property
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.errors import InputError
+from gearbench.optimisation.numbers import NUMBERS
 from gearbench.optimisation.variables import Value, Variable
 from gearbench.results.responses import STATISTICS, is_over_speed, responses, split_statistic, statistics_of
 from gearbench.robustness.sampling import Sampler
@@ -23,7 +24,7 @@ from gearbench.schema import STRICT, given
 Design = tuple[float, ...]
 
 #: Responses that are known of every feasible design, beside those of its objectives; not where the force over speed of
-#: a pair on shafts is all that is asked for.
+#: a pair on shafts is the only one asked for.
 RESPONSES = ("mesh_stiffness_rms", "transmission_error_rms")
 
 Whole = Annotated[int, Field(ge=1, le=1_000_000)]
@@ -32,12 +33,13 @@ Seed = Annotated[int, Field(ge=0)]
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Objective:
-    """A weighted sum of statistics, to be made small.
+    """A weighted sum of statistics and numbers of the design, to be made small.
 
     Parameters
     ----------
     weights
-        Weight of each statistic, all positive: a response with ``_mean``, ``_std`` or ``_max`` appended.
+        Weight of each, all positive: a response with ``_mean``, ``_std`` or ``_max`` appended, or a name of
+        ``gearbench.optimisation.numbers``.
     """
 
     weights: dict[str, Annotated[float, Field(gt=0.0)]]
@@ -46,9 +48,9 @@ class Objective:
         if not self.weights:
             raise InputError("weights", "none", "must name at least one statistic")
         for name in self.weights:
-            if split_statistic(name) is None:
-                allowed = f"allowed: {', '.join(responses())}, each with _{', _'.join(STATISTICS)}"
-                raise InputError(name, "unknown statistic", allowed)
+            if split_statistic(name) is None and name not in NUMBERS:
+                names = f"{', '.join(responses())}, each with _{', _'.join(STATISTICS)}"
+                raise InputError(name, "unknown statistic", f"allowed: {names}; {', '.join(NUMBERS)}")
 
     @property
     def label(self) -> str:
@@ -80,6 +82,10 @@ class Limit:
             excess = max(excess, (value - self.max) / (abs(self.max) or 1.0))
         return min(excess, 1000.0) if value == value else 1000.0
 
+    def worst(self, values: Sequence[float]) -> float:
+        """The value that violates the limits most; where none does, the greatest, or the least if only that has one."""
+        return max(values, key=lambda value: (self.violation(value), -value if self.max is None else value))
+
     def describe(self, name: str, value: float) -> str:
         """Say which limit does not hold."""
         if self.max is not None and not value <= self.max:
@@ -89,10 +95,13 @@ class Limit:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Algorithm:
-    """NSGA-II (Deb et al. 2002).
+    """How the search goes on.
 
     Parameters
     ----------
+    method
+        "nsga2" (Deb, Pratap, Agarwal & Meyarivan 2002), or "nsga3" (Deb & Jain 2014) where more than three objectives
+        leave crowding distances without meaning: its population is spread over reference directions.
     population
         Designs in a generation.
     generations
@@ -101,6 +110,7 @@ class Algorithm:
         Of everything random in the search.
     """
 
+    method: Literal["nsga2", "nsga3"] = "nsga2"
     population: Annotated[int, Field(ge=4, le=100_000)] = 100
     generations: Whole = 200
     seed: Seed = 0
@@ -136,8 +146,6 @@ class Speeds:
         Speed of the pinion [1/min].
     count
         Speeds, at equal steps.
-    torques
-        On the pinion [N·m]: the number is then the RMS over them too; that of the scene where absent.
     harmonics
         Orders of the mesh frequency.
     """
@@ -145,7 +153,6 @@ class Speeds:
     lowest: Annotated[float, Field(gt=0.0, le=1e6)]
     highest: Annotated[float, Field(gt=0.0, le=1e6)]
     count: Annotated[int, Field(ge=1, le=10_000)] = 40
-    torques: tuple[Annotated[float, Field(gt=0.0)], ...] = ()
     harmonics: Annotated[int, Field(ge=1, le=200)] = 10
 
     def __post_init__(self) -> None:
@@ -176,6 +183,11 @@ class OptimisationStudy:
         Limits by the name of the quantity, from ``gearbench.optimisation.constraints``.
     algorithm, robustness
         The search, and the error samples of each design.
+    costs
+        By the name of a variable what each of its values costs, the values as text; the number ``cost`` is their sum.
+    over_loads
+        Where the base has several loads: a response is its weighted mean over them, "mean", or its greatest value,
+        "max", of the design itself and of each error sample. Limits hold under every load.
     speeds
         Where the mesh force is taken, if an objective or a limit names it.
 
@@ -193,20 +205,27 @@ class OptimisationStudy:
     constraints: dict[str, Limit] = field(default_factory=dict)
     algorithm: Algorithm = Algorithm()
     robustness: Robustness = Robustness()
+    costs: dict[str, dict[str, float]] = field(default_factory=dict)
+    over_loads: Literal["mean", "max"] = "mean"
     speeds: Speeds | None = None
 
     def __post_init__(self) -> None:
         if not self.variables:
             raise InputError("variables", "none", "at least one variable is required")
+        if self.over_loads != "mean" and "loads" not in self.base:
+            raise InputError("over_loads", self.over_loads, "needs base.loads")
         if not self.objectives:
             raise InputError("objectives", "none", "at least one objective is required")
+        if self.algorithm.method == "nsga3" and not 2 <= len(self.objectives) <= self.algorithm.population:
+            reason = f"needs two objectives or more, and no more than the population: there are {len(self.objectives)}"
+            raise InputError("algorithm.method", "nsga3", reason)
         labels = [objective.label for objective in self.objectives]
         for label in labels:
             if labels.count(label) > 1:
                 raise InputError("objectives", label, "given twice")
         if self.robustness.samples < 2:
             for name in {name for objective in self.objectives for name in objective.weights}:
-                if not name.endswith("_mean"):
+                if not name.endswith("_mean") and name not in NUMBERS:
                     raise InputError("objectives", name, "needs robustness.samples of at least 2")
         self._check_speeds()
 
@@ -231,13 +250,19 @@ class OptimisationStudy:
         asked = [split_statistic(name) for objective in self.objectives for name in objective.weights]
         names = [found[0] for found in asked if found]
         # shafts that yield and shafts in motion are samples of their own: only those that are asked for
-        usual = () if self.base.get("system", {}).get("shafts") and all(map(is_over_speed, names)) else RESPONSES
-        return tuple(dict.fromkeys((*usual, *names)))
+        alone = bool(self.base.get("system", {}).get("shafts")) and bool(names) and all(map(is_over_speed, names))
+        return tuple(dict.fromkeys((*(() if alone else RESPONSES), *names)))
+
+    @cached_property
+    def numbers(self) -> tuple[str, ...]:
+        """Names of the numbers of the design among the objectives."""
+        asked = (name for objective in self.objectives for name in objective.weights if name in NUMBERS)
+        return tuple(dict.fromkeys(asked))
 
     @cached_property
     def statistics(self) -> tuple[str, ...]:
-        """Names of the statistics of every feasible design: all statistics over the error samples of its responses."""
-        return statistics_of(self.responses)
+        """Known of every feasible design: all statistics of its responses over the error samples, and its numbers."""
+        return (*statistics_of(self.responses), *self.numbers)
 
     def values(self, design: Design) -> dict[str, Value]:
         """Value of each variable of a design by its name."""
@@ -247,13 +272,16 @@ class OptimisationStudy:
         """The study as nested tables, as in a file."""
         return {
             "name": self.name,
+            **({} if self.over_loads == "mean" else {"over_loads": self.over_loads}),
             "objectives": [dict(objective.weights) for objective in self.objectives],
             "algorithm": asdict(self.algorithm),
             "robustness": asdict(self.robustness),
             "constraints": {name: given(limit) for name, limit in self.constraints.items()},
             "variables": {variable.name: variable.given() for variable in self.variables},
+            **({"costs": self.costs} if self.costs else {}),
+            **({} if self.speeds is None else {"speeds": given(self.speeds)}),
             "base": self.base,
-        } | ({} if self.speeds is None else {"speeds": given(self.speeds)})
+        }
 
     def to_toml(self) -> str:
         """The study as the text of a TOML file."""
