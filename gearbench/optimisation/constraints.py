@@ -8,7 +8,7 @@ from functools import cache, partial
 
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.solver import solve
-from gearbench.errors import InputError
+from gearbench.errors import InputError, one_of
 from gearbench.optimisation.numbers import COST, NUMBERS, OF_SCENE, UNDER_LOAD
 from gearbench.optimisation.study import Limit
 from gearbench.results.responses import is_over_speed, is_response, response, responses
@@ -31,8 +31,7 @@ def check_limited(name: str) -> None:
         Naming those that can: numbers of the geometry, of the strength, and responses as ``simulate`` has them.
     """
     if name not in NUMBERS and not is_response(name):
-        allowed = ", ".join([*NUMBERS, *responses()])
-        raise InputError(f"constraints.{name}", "unknown quantity", f"allowed: {allowed}")
+        raise InputError(f"constraints.{name}", "unknown quantity", one_of(name, [*responses(), *NUMBERS]))
 
 
 def constrained(
