@@ -53,8 +53,11 @@ class ForceOverSpeed:
         GearbenchError
             If the motion without scatter grows at one of the speeds: no force is its steady answer.
         """
-        model = self.model
+        model, errors = self.model, self.scene.effect("manufacturing_errors")
         group = model.groups[0]
+        if getattr(errors, "centre_distance", None) is not None:
+            key = "effects.manufacturing_errors.centre_distance"
+            raise InputError(key, "given", "is not for the force over speed: axes keep their distance")
         if len(group.meshes) > 1:
             allowed = "the force over speed is for a pair of its own frequency"
             raise InputError("system.meshes", "of the same mesh frequency", allowed)

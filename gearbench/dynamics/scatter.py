@@ -70,10 +70,15 @@ def sample_problem(model: Model) -> RobustProblem:
         raise InputError("effects", "no manufacturing_errors", "scatter needs [effects.manufacturing_errors]")
     lines = cycle.lines
     positions, pairs, segments = lines.shape
-    gaps = (errors.modes(lines) / np.expand_dims(lines.lever, -1)).reshape(positions, pairs * segments, -1)
+    if errors.centre_distance is not None:
+        raise InputError(
+            "effects.manufacturing_errors.centre_distance", "given", "is for robust: here axes keep theirs"
+        )
+    expansion = errors.expansion(lines, {effect.name: effect for effect in cycle.scene.flank_effects})
+    gaps = (expansion.modes / np.expand_dims(lines.lever, -1)).reshape(positions, pairs * segments, -1)
     batch = prepare(assemble(cycle.scene, lines, cycle.effects), gaps)
-    mean, phases = errors.mean(cycle.scene.pair), cycle.cycle.phases
-    return RobustProblem(scene=cycle.scene, errors=errors, batch=batch, mean=mean, phases=phases)
+    phases = cycle.cycle.phases
+    return RobustProblem(scene=cycle.scene, errors=errors, batch=batch, expansion=expansion, phases=phases)
 
 
 def sample_cycles(
@@ -81,7 +86,7 @@ def sample_cycles(
 ) -> SampleCycles:
     """Orders of stiffness and transmission error of the samples of ``sample_problem``; raises as that."""
     problem = sample_problem(model)
-    drawn, parts = problem.draw(samples, seed, sampler) - problem.mean, []
+    drawn, parts = problem.expansion.amounts(problem.draw(samples, seed, sampler)), []
     for solution in on_threads(partial(solve_one_chunk, problem.batch), chunks(drawn), threads):
         cycle = MeshCycle.of(problem.scene, problem.phases, solution.approach.T, solution.stiffness.T)
         parts.append(SampleCycles.of(cycle, harmonics))

@@ -10,7 +10,7 @@ from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.solver import solve
 from gearbench.errors import InputError, one_of
 from gearbench.optimisation.numbers import COST, NUMBERS, OF_SCENE, UNDER_LOAD
-from gearbench.optimisation.study import Limit
+from gearbench.optimisation.study import RESPONSES, Limit
 from gearbench.results.responses import is_over_speed, is_response, response, responses
 from gearbench.results.solved import Solved
 from gearbench.scene import Scene
@@ -31,7 +31,9 @@ def check_limited(name: str) -> None:
         Naming those that can: numbers of the geometry, of the strength, and responses as ``simulate`` has them.
     """
     if name not in NUMBERS and not is_response(name):
-        raise InputError(f"constraints.{name}", "unknown quantity", one_of(name, [*responses(), *NUMBERS]))
+        raise InputError(
+            f"constraints.{name}", "unknown quantity", one_of(name, dict.fromkeys([*RESPONSES, *NUMBERS, *responses()]))
+        )
 
 
 def constrained(

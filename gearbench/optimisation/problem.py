@@ -251,7 +251,7 @@ def _dispersion(
     """Statistics over the error samples, as many as it takes."""
     r, kinds = study.robustness, scene.effect("manufacturing_errors")
     assert isinstance(kinds, ManufacturingErrors)
-    errors = kinds.draw(_unit(r.sampler, r.samples, len(kinds.error_modes(scene.pair)), r.seed), scene.pair)
+    errors = kinds.draw(_unit(r.sampler, r.samples, len(kinds.variables(scene.pair)), r.seed), scene.pair)
     problems = _robust_problems(scene, rough) if cycle_responses(study) else [None] * len(scene.each_load)
     each = list(zip(problems, (forces.of(one) for one in scene.each_load), strict=True))
     values = np.empty((len(study.responses), 0))

@@ -181,7 +181,8 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "critical_speed": Quantity("1/min", "n_E", "speed at which an order of the mesh frequency meets a mode"),
         },
         "random errors": {
-            "error": Quantity("µm", "ε", "manufacturing error drawn"),
+            "error": Quantity("µm", "ε", "manufacturing error drawn; phases in °, other keys in their own unit"),
+            "backlash": Quantity("mm", "j_wt", "circumferential backlash of each sample at the working pitch circles"),
             "tightening_cost": Quantity("1", "", "what one class finer of an error's tolerance costs"),
         },
         "how well the contact is solved": {
