@@ -198,6 +198,7 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
                 "index into the grid of a variable's values, or its value where it is real",
             ),
             "objective": Quantity("1", "", "objectives, to be made small"),
+            "objective_before": Quantity("1", "", "objectives before the design was polished"),
             "violation": Quantity("1", "", "sum of the relative violations of the limits"),
             "feasible": Quantity("1", "", "whether the design keeps all limits"),
             "reason": Quantity("1", "", "why the design is not feasible"),
