@@ -124,8 +124,10 @@ class Separation:
     def _pieces(self) -> list[tuple[float, float, Curve]]:
         """Where which curve is the lowest: from u to u."""
         curves = self.curves
-        ends = [x for c in curves for x in (c.u[0], c.u[-1]) if self.low <= x <= self.high]
-        grid = np.unique([*np.linspace(self.low, self.high, math.ceil((self.high - self.low) / self.step)), *ends])
+        ends = np.unique([x for c in curves for x in (c.u[0], c.u[-1]) if self.low <= x <= self.high])
+        # where one curve ends just before another begins, a corner may touch in between
+        uniform = np.linspace(self.low, self.high, math.ceil((self.high - self.low) / self.step))
+        grid = np.unique([*uniform, *ends, *((ends[:-1] + ends[1:]) / 2)])
         values = np.stack([hermite(c, grid) for c in curves])
         least = values.min(axis=0)
         # of curves that agree, a smooth contact goes before an edge, and one that goes on before one that ends
