@@ -7,11 +7,13 @@ STAMP := $(VENV)/.installed-$(EXTRAS)
 # one thread for each BLAS call: the parallel work is done by gearbench's own threads and by pytest's workers
 export OPENBLAS_NUM_THREADS ?= 1
 export MPLBACKEND ?= agg
+# faults alone: neither what it loads nor advice about itself
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --root-user-action=ignore
 
 .PHONY: demo test test-all lint bench studies docs docs-tables clean system-libraries browser
 
 demo: $(STAMP)
-	$(BIN)/python -m examples.demo out/demo
+	@$(BIN)/python -m examples.demo out/demo
 
 test: $(STAMP) system-libraries
 	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile
@@ -69,8 +71,9 @@ browser:
 $(STAMP): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "Python 3.11 or newer is needed: make PYTHON=python3.12 …"; exit 1; }
 	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV) || { echo "the module venv is missing: apt-get install python3-venv"; exit 1; }
-	$(BIN)/python -m pip install --quiet --upgrade pip
-	$(BIN)/python -m pip install --quiet --editable ".[$(EXTRAS)]"
+	@echo "installing gearbench and what it needs into $(VENV): once, some minutes"
+	@$(PIP) --upgrade pip
+	@$(PIP) --editable ".[$(EXTRAS)]"
 	@touch $@
 
 clean:

@@ -27,7 +27,7 @@ from gearbench.effects.tooth_bending import ToothBending
 from gearbench.geometry.action import contact_lines
 from gearbench.library.garambois2017 import case
 from gearbench.scene import Resolution, Scene
-from gearbench.simulation import solve_scene
+from gearbench.solution import solve_scene
 
 BASE = case(2, Resolution(positions=64))
 BORED = replace(

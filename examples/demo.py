@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearbench.cli.summary import pair_line, print_table, result_rows
+from gearbench.doctor import is_first_run
 from gearbench.library.garambois2017 import case, gear
 from gearbench.plotting import BLUE, draw_robust, draw_simulation, new_figure, write_figure
 from gearbench.results.netcdf import save
@@ -24,9 +25,12 @@ if TYPE_CHECKING:
 def main(folder: Path) -> None:
     """Run the demonstration and leave its files in ``folder``."""
     written = []
+    if is_first_run():
+        tell("first run: the solver is compiled, once after an installation; half a minute")
     for name, scene in (("case1", case(1)), ("sc", gear("SC").scene())):
         target = folder / name
         target.mkdir(parents=True, exist_ok=True)
+        tell(f"simulating {name}")
         dataset = simulate(scene)
         print_table(pair_line(scene), result_rows(dataset))
         (target / "scene.toml").write_text(scene.to_toml(), encoding="utf-8")
@@ -34,6 +38,7 @@ def main(folder: Path) -> None:
     scene = gear("55").scene(errors=True)
     target = folder / "gear55_robust"
     target.mkdir(parents=True, exist_ok=True)
+    tell("1000 error samples of gear 55")
     dataset = robust(scene, samples=1000)
     print_table(f"{pair_line(scene)}, 1000 error samples", result_rows(dataset))
     written += [save(dataset, target / "gear55_robust.nc"), *draw_robust(dataset, target)]
@@ -41,6 +46,11 @@ def main(folder: Path) -> None:
     print(f"\nwrote, below {folder}:")
     for path in written:
         print(f"  {path.relative_to(folder)}")
+
+
+def tell(line: str) -> None:
+    """Say at once what is happening."""
+    print(line, file=sys.stderr, flush=True)
 
 
 def optimised(target: Path) -> list[Path]:
@@ -54,6 +64,7 @@ def optimised(target: Path) -> list[Path]:
     small = replace(study(3), algorithm=Algorithm(population=40, generations=15), robustness=Robustness(samples=64))
     described = target / "study.toml"
     described.write_text(small.to_toml(), encoding="utf-8")
+    tell("a search over 15 generations of 40 gears: about a minute")
     dataset = optimise(small)
     path = save(dataset, target / "front.nc")
     print_front(dataset)
@@ -82,7 +93,6 @@ def print_front(dataset: xr.Dataset) -> None:
         k, ste = gear_found["objective"].values
         name = f"z {int(gear_found['teeth'])}, β {float(gear_found['helix_angle']):g}°"
         crowning, relief = (float(gear_found[v]) for v in ("crowning", "relief"))
-        relief = relief if gear_found["relief_fraction"] > 0 else 0.0
         rows.append((f"{name}, crowning {crowning:g} µm, tip relief {relief:g} µm", f"{k:.2f} / {ste:.3f}", "% / µm"))
     print_table(f"{title}\nm_k / m_ste, mean RMS of mesh stiffness and transmission error over the error samples", rows)
 

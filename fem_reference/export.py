@@ -94,9 +94,10 @@ def write_loaded_tooth(
     tooth = tooth_mesh(Body(gear=pair.gears[gear]), cells, "hex27")
     line = line_load(pair, dataset, gear, position, cells)
     scale = float(line.force.sum()) / total_force(tooth, line)  # the edges of the flank cut the strip
-    solution = solve_flank(tooth, pair.material, lambda R, y: scale * line(R, y))
+    material = pair.materials[gear]
+    solution = solve_flank(tooth, material, lambda R, y: scale * line(R, y))
     displacement = solution.u.reshape(-1, 3)
-    tooth.write(path, displacement=displacement, von_mises=von_mises(tooth, pair.material, displacement))
+    tooth.write(path, displacement=displacement, von_mises=von_mises(tooth, material, displacement))
     return solution
 
 
@@ -117,7 +118,9 @@ def line_load(pair: Pair, dataset: xr.Dataset, gear: Role, position: int | None,
     u, y = (dataset[name].values[position, tooth] for name in ("path_position", "face_position"))
     body = pair.gears[gear]
     radius = np.hypot(body.base_radius, u if gear == Role.PINION else pair.meshing.tangent_length - u)
-    across = y if gear == Role.PINION else pair.face_width - y  # meshed is the driving gear's flank
+    across = y + pair.overhangs[gear][0]
+    if gear == Role.WHEEL:
+        across = body.face_width - across  # meshed is the driving gear's flank
     order = np.argsort(across)
     width = dataset["segment_length"].values[position, tooth] * np.cos(pair.meshing.beta_b)
     half = (body.tip_radius - body.form_radius) / cells.flank

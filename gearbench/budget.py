@@ -102,7 +102,7 @@ def require(size: float, key: str, value: object, instead: str = "") -> None:
 
 @contextmanager
 def shared(runs: int) -> Iterator[None]:
-    """Inside, so many runs of this process side by side share the budget."""
+    """Inside, ``runs`` runs of this process side by side share the budget."""
     global _runs
     before, _runs = _runs, _runs * max(runs, 1)
     try:

@@ -96,9 +96,19 @@ def _calculix() -> Finding:
     )
 
 
+def _kernel_folder() -> Path:
+    """Where numba keeps compiled kernels."""
+    return Path(os.environ.get("NUMBA_CACHE_DIR") or Path(__file__).parent / "contact" / "__pycache__")
+
+
+def is_first_run() -> bool:
+    """Whether the contact solver was never compiled here; the first solution takes half a minute longer then."""
+    return next(_kernel_folder().rglob("_kernels.solve_position*.nbi"), None) is None
+
+
 def _kernel_cache() -> Finding:
     """Where numba keeps compiled kernels, and whether it can write there."""
-    folder = Path(os.environ.get("NUMBA_CACHE_DIR") or Path(__file__).parent / "contact" / "__pycache__")
+    folder = _kernel_folder()
     existing = next(parent for parent in (folder, *folder.parents) if parent.exists())
     remedy = "set NUMBA_CACHE_DIR to a writable folder, or every run compiles anew"
     return Finding("cache of compiled kernels", str(folder), os.access(existing, os.W_OK), remedy=remedy)

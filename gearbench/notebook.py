@@ -43,11 +43,11 @@ def pair_html(pair: Pair) -> str:
     together = {
         "normal module m_n [mm]": pair.normal_module,
         "pressure angle, helix angle [°]": f"{pair.pressure_angle:g}, {pair.helix_angle:g}",
-        "face width, centre distance [mm]": f"{pair.face_width:g}, {pair.centre_distance:g}",
+        "face width, centre distance [mm]": f"{pair.meshing.face_width:g}, {pair.centre_distance:g}",
         "working pressure angle α_wt [°]": math.degrees(pair.meshing.alpha_wt),
         "contact ratios ε_α, ε_β": f"{pair.meshing.transverse_contact_ratio:.4g}, {pair.meshing.overlap_ratio:.4g}",
         "backlash j_wt [mm]": round(pair.actual_backlash, 9),
-        "E [GPa], ν": f"{pair.material.youngs_modulus:g}, {pair.material.poisson_ratio:g}",
+        "E [GPa], ν": "; ".join(dict.fromkeys(f"{m.youngs_modulus:g}, {m.poisson_ratio:g}" for m in pair.materials)),
     }
     return html_table("gears", ("pinion", "wheel"), gears) + html_table("pair", (), _column(together))
 

@@ -10,12 +10,12 @@ import numpy as np
 
 from gearbench.effects.base import GapEffect
 from gearbench.effects.profile_relief import ProfileRelief
-from gearbench.errors import plain
+from gearbench.errors import InputError, plain
 from gearbench.files import replacing
 from gearbench.geometry.role import Role
 from gearbench.results.cycle import fourier, panels
+from gearbench.results.origin import scene_of
 from gearbench.scene import Scene
-from gearbench.scene_file import parse_scene
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 #: Okabe–Ito colours, safe for colour-blind readers.
 BLUE, ORANGE, GREEN, PURPLE, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "0.45"
 DPI = 150
+#: Points of a sweep that a figure shows at most, evenly over its range.
+POINTS = 8
 
 
 def new_figure(rows: int, columns: int, size: tuple[float, float], **more: Any) -> tuple[Figure, Any]:
@@ -57,37 +59,88 @@ def plot_two_periods(axes: Axes, dataset: xr.Dataset, name: str, **style: Any) -
 
 
 def over_two_periods(dataset: xr.Dataset, name: str, axes: Axes | None = None, colour: str = BLUE) -> Axes:
-    """A variable of the mesh cycle, "transmission_error" or "mesh_stiffness", over two mesh periods."""
+    """A variable of the mesh cycle, "transmission_error" or "mesh_stiffness", over two mesh periods.
+
+    Of a sweep a curve for each point, eight at most, in colours of their own.
+    """
     axes = _axes(axes)
-    plot_two_periods(axes, dataset, name, color=colour, lw=1.6)
+    for one, label, own in _points(dataset, name, "position"):
+        plot_two_periods(axes, one, name, color=own or colour, lw=1.6, label=label)
     axes.axvline(1.0, color=GREY, lw=0.8, ls=":")
     axes.set(xlim=(0, 2), xlabel="mesh phase τ [mesh periods]")
     axes.set_ylabel(f"{dataset[name].attrs['symbol']} [{dataset[name].attrs['units']}]")
+    return _legend(axes)
+
+
+def _points(dataset: xr.Dataset, name: str, own: str) -> list[tuple[xr.Dataset, str | None, Any]]:
+    """Some points of a sweep: Dataset, label and colour of each; of one scene itself, without these.
+
+    ``own`` is the dimension of the variable that is no key.
+    """
+    from matplotlib import colormaps
+
+    outer = {str(dim): size for dim, size in dataset[name].sizes.items() if dim != own}
+    if not outer:
+        return [(dataset, None, None)]
+    every = list(np.ndindex(*outer.values()))
+    chosen = np.unique(np.linspace(0, len(every) - 1, min(POINTS, len(every))).round().astype(int))
+    found = []
+    for i in chosen:
+        one = dataset.isel(dict(zip(outer, every[i], strict=True)))
+        label = ", ".join(_value(one, dim) for dim in outer)
+        found.append((one, label, colormaps["viridis"](0.9 * i / max(len(every) - 1, 1))))
+    return found
+
+
+def _value(dataset: xr.Dataset, dim: str) -> str:
+    """A swept key and its value at one point."""
+    at = dataset[dim] if dim in dataset.coords else None
+    units = "" if at is None or at.attrs.get("units", "1") == "1" else f" {at.attrs['units']}"
+    return dim if at is None else f"{dim.split('.')[-1].replace('_', ' ')} {at.item():g}{units}"
+
+
+def _legend(axes: Axes) -> Axes:
+    """With a legend where several points are drawn."""
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(frameon=False, fontsize=8)
     return axes
+
+
+def _one_point(dataset: xr.Dataset, name: str, *own: str) -> None:
+    """Refuse a sweep where a figure shows one scene."""
+    for dim in dataset[name].dims:
+        if dim not in own:
+            raise InputError(
+                "dataset", f"swept over {dim}", f"must be one point, e.g. dataset.isel({{{str(dim)!r}: 0}})"
+            )
 
 
 def order_spectrum(dataset: xr.Dataset, name: str = "transmission_error", axes: Axes | None = None) -> Axes:
-    """Amplitudes of the mesh orders of STE or mesh stiffness."""
+    """Amplitudes of the mesh orders of STE or mesh stiffness; of a sweep a line for each point, eight at most."""
     axes = _axes(axes)
-    amplitude = fourier(dataset, name)
-    order = np.arange(1, len(amplitude) + 1)
-    colour = BLUE if name == "transmission_error" else ORANGE
-    amplitude = amplitude[np.isfinite(amplitude)]
-    order = order[: len(amplitude)]
-    axes.bar(order, amplitude, color=colour, width=0.6)
-    if f"{name}_amplitude_noise_floor" in dataset:
-        floor = dataset[f"{name}_amplitude_noise_floor"].values[: len(order)]
-        axes.plot(order, floor, "_", color=GREY, ms=16, mew=1.5, label="numerical noise floor")
-        axes.legend(frameon=False)
+    points = _points(dataset, name, "position")
+    drawn = np.array([fourier(one, name) for one, _, _ in points])
+    order = 1 + np.flatnonzero(np.isfinite(drawn).any(axis=0))
+    drawn = drawn[:, order - 1]
+    if len(points) > 1:
+        for amplitude, (_, label, colour) in zip(drawn, points, strict=True):
+            axes.plot(order, amplitude, "o-", color=colour, lw=1.2, ms=4, label=label)
+    else:
+        axes.bar(order, drawn[0], color=BLUE if name == "transmission_error" else ORANGE, width=0.6)
+        if f"{name}_amplitude_noise_floor" in dataset:
+            floor = points[0][0][f"{name}_amplitude_noise_floor"].values[: len(order)]
+            axes.plot(order, floor, "_", color=GREY, ms=16, mew=1.5, label="numerical noise floor")
     axes.set_xticks(order)
     axes.set(xlabel="mesh order [–]", yscale="log")
-    axes.set_ylim(top=2 * amplitude.max(), bottom=max(amplitude.min() / 2, 1e-4 * amplitude.max()))
+    least, most = np.nanmin(drawn), np.nanmax(drawn)
+    axes.set_ylim(top=2 * most, bottom=max(least / 2, 1e-4 * most))
     axes.set_ylabel(f"amplitude of {dataset[name].attrs['symbol']} [{dataset[name].attrs['units']}]")
-    return axes
+    return _legend(axes)
 
 
 def load_distribution(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
-    """Line load on the flank over the mesh cycle: path of contact across, face width up."""
+    """Line load on the flank over the mesh cycle: face width across, path of contact up."""
+    _one_point(dataset, "line_load", "position", "pair", "segment")
     axes = _axes(axes, (7.0, 4.5))
     present = (dataset["segment_length"] > 0).all("segment").values
     # the lines of all pairs are one family, ordered by τ + k
@@ -96,13 +149,13 @@ def load_distribution(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
     # a line that just enters at a corner is short and heavily loaded: it must not hide the rest
     weight = dataset["segment_length"].values[present][order]
     top = float(np.quantile(load, 0.99, weights=weight, method="inverted_cdf"))
-    drawn = axes.pcolormesh(u, y, load, shading="gouraud", cmap="viridis", vmin=0, vmax=top)
-    axes.plot(u.T, y.T, color="white", lw=0.4, alpha=0.4)
+    drawn = axes.pcolormesh(y, u, load, shading="gouraud", cmap="viridis", vmin=0, vmax=top)
+    axes.plot(y.T, u.T, color="white", lw=0.4, alpha=0.4)
     figure = axes.get_figure()
     assert figure is not None
     extend = "max" if load.max() > 1.01 * top else "neither"
     figure.colorbar(drawn, ax=axes, label="line load q [N/mm]", extend=extend)
-    axes.set(xlabel="position on the path of contact u [mm]", ylabel="position along the face width y [mm]")
+    axes.set(xlabel="position along the face width y [mm]", ylabel="position on the path of contact u [mm]")
     return axes
 
 
@@ -113,8 +166,9 @@ def load_map(dataset: xr.Dataset, role: Role, axes: Axes | None = None, *, scale
     the right. ``scale`` [MPa] is the end of the colours, by default the largest pressure but for lines that just enter:
     maps of several designs can be compared where it is the same.
     """
+    _one_point(dataset, "line_load", "position", "pair", "segment")
     axes = _axes(axes, (6.0, 5.0))
-    scene = parse_scene(tomllib.loads(dataset.attrs["scene"]))
+    scene = scene_of(dataset)
     pair, gear = scene.pair, scene.pair.gears[role]
     present = (dataset["segment_length"] > 0).all("segment").values
     order = np.argsort((dataset["mesh_phase"].values[:, None] + dataset["pair_index"].values)[present])
@@ -123,7 +177,7 @@ def load_map(dataset: xr.Dataset, role: Role, axes: Axes | None = None, *, scale
         for name in ("path_position", "face_position", "line_load", "segment_length")
     )
     rho = pair.meshing.curvature_radius(np.clip(u, 1e-6 * pair.meshing.tangent_length, None))
-    pressure = np.sqrt(load * pair.material.plane_strain_modulus / (2 * np.pi * np.maximum(rho, 1e-9)))
+    pressure = np.sqrt(load * pair.contact_modulus / (np.pi * np.maximum(rho, 1e-9)))
     roll = u if role == Role.PINION else pair.meshing.tangent_length - u
     top = scale or float(np.quantile(pressure, 0.995, weights=weight, method="inverted_cdf"))
     angle = np.degrees(roll / gear.base_radius)
@@ -138,10 +192,11 @@ def load_map(dataset: xr.Dataset, role: Role, axes: Axes | None = None, *, scale
         axes.annotate(
             f"{name} ⌀{2 * radius:.2f}", (1.01, at), xycoords=("axes fraction", "data"), va="center", fontsize=7
         )
-    for place in sorted({y for effect in scene.flank_effects if isinstance(effect, GapEffect)
+    for kink in sorted({y for effect in scene.flank_effects if isinstance(effect, GapEffect)
                          for y in effect.face_kinks(pair)}):  # fmt: skip
-        axes.axvline(place, color="0.25", lw=1.0, ls=":")
-    axes.set(xlim=(0, pair.face_width), xlabel="position along the face width y [mm]", ylabel="roll angle [°]")
+        axes.axvline(kink, color="0.25", lw=1.0, ls=":")
+    b = pair.meshing.face_width
+    axes.set(xlim=(0, b), xlabel="position along the face width y [mm]", ylabel="roll angle [°]")
     return axes
 
 
@@ -158,17 +213,20 @@ def _circles(scene: Scene, role: Role) -> list[tuple[float, str, str]]:
 
 
 def density(dataset: xr.Dataset, name: str, axes: Axes | None = None, colour: str = BLUE) -> Axes:
-    """Density of a response over the error samples, with its mean and maximum (Figure 5 of the paper)."""
-    from scipy.stats import gaussian_kde
+    """Density of a response over the error samples, with its mean and maximum (Figure 5 of the paper).
 
-    axes = _axes(axes)
-    values, attrs = dataset[name].values, dataset[name].attrs
-    axes.hist(values, bins=min(40, 5 + len(values) // 10), density=True, color=colour, alpha=0.3)
-    if np.ptp(values) > 0 and len(values) > 2:
-        x = np.linspace(values.min() - 0.1 * np.ptp(values), values.max() + 0.1 * np.ptp(values), 300)
-        axes.plot(x, gaussian_kde(values)(x), color=colour, lw=1.8)
-    axes.axvline(values.mean(), color="black", lw=1, label=f"mean {values.mean():.3g} {attrs['units']}")
-    axes.axvline(values.max(), color=GREY, lw=1, ls="--", label=f"maximum {values.max():.3g} {attrs['units']}")
+    Of a sweep the densities of its points, eight at most.
+    """
+    axes, attrs = _axes(axes), dataset[name].attrs
+    points = _points(dataset, name, "sample")
+    for one, label, own in points:
+        values = one[name].values
+        if len(points) == 1:
+            axes.hist(values, bins=min(40, 5 + len(values) // 10), density=True, color=colour, alpha=0.3)
+            axes.axvline(values.mean(), color="black", lw=1, label=f"mean {values.mean():.3g} {attrs['units']}")
+            axes.axvline(values.max(), color=GREY, lw=1, ls="--", label=f"maximum {values.max():.3g} {attrs['units']}")
+        if np.ptp(values) > 0 and len(values) > 2:
+            axes.plot(*_smooth(values), color=own or colour, lw=1.8, label=label)
     axes.set_xlabel(f"{attrs['symbol']} [{attrs['units']}]")
     axes.set_ylabel(f"density [1/{attrs['units']}]")
     # above the axes, where no line runs through it
@@ -176,8 +234,17 @@ def density(dataset: xr.Dataset, name: str, axes: Axes | None = None, colour: st
     return axes
 
 
+def _smooth(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Kernel density of samples (sample,) on a grid."""
+    from scipy.stats import gaussian_kde
+
+    x = np.linspace(values.min() - 0.1 * np.ptp(values), values.max() + 0.1 * np.ptp(values), 300)
+    return x, gaussian_kde(values)(x)
+
+
 def contributions(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
     """Share of each error in the variance of STE and stiffness, with one standard error; the remainder interacts."""
+    _one_point(dataset, "transmission_error_rms_first_order", "error_name")
     axes = _axes(axes, (7.0, 4.5))
     names = [str(name).replace("_", " ") for name in dataset["error_name"].values] + ["interactions"]
     position = np.arange(len(names))
@@ -201,6 +268,7 @@ def draw_simulation(dataset: xr.Dataset, folder: Path, *, scale: float | None = 
     """
     import matplotlib.pyplot as plt
 
+    _one_point(dataset, "transmission_error", "position")
     name = heading(dataset)
     figure, axes = plt.subplots(2, 1, figsize=(7.5, 6.5), sharex=True, layout="constrained")
     over_two_periods(dataset, "transmission_error", axes[0])
@@ -256,9 +324,25 @@ def draw_robust(dataset: xr.Dataset, folder: Path) -> list[Path]:
     )
     written = [write_figure(figure, folder / "density.png")]
     axes = contributions(dataset)
-    leading = dataset["error_name"].values[int(np.argmax(dataset["transmission_error_rms_first_order"].values))]
-    axes.set_title(f"{name}\n{str(leading).replace('_', ' ')} contributes most to the scatter of STE")
+    axes.set_title(f"{name}\n{_leading(dataset)}")
     return [*written, write_figure(axes.get_figure(), folder / "contributions.png")]
+
+
+def _leading(dataset: xr.Dataset) -> str:
+    """Which error contributes most to the scatter of STE; none is named within the standard error of another."""
+    share, error = (dataset[f"transmission_error_rms_first_order{part}"].values for part in ("", "_standard_error"))
+    if not np.isfinite(share).all():
+        return "too few error samples to tell the errors' shares"
+    names = [str(name).replace("_", " ") for name in dataset["error_name"].values]
+    first = int(np.argmax(share))
+    # two shares differ if their difference exceeds twice its standard error
+    rivals = [
+        i for i in np.argsort(-share) if i != first and share[first] - share[i] <= 2 * np.hypot(error[first], error[i])
+    ]
+    if rivals:
+        among = ", ".join(names[i] for i in (first, *rivals[:2])) + (" and others" if len(rivals) > 2 else "")
+        return f"{among}: not told apart within twice the standard error"
+    return f"{names[first]} contributes most to the scatter of STE"
 
 
 def heading(dataset: xr.Dataset) -> str:

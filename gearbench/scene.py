@@ -223,11 +223,17 @@ class Scene:
 
     @property
     def flank_effects(self) -> tuple[Effect, ...]:
-        """The effects, those of the coast flanks where these carry the load."""
-        if not (self.load.coast and self.coast):
-            return self.effects
-        own = {effect.name: effect for effect in self.coast}
-        return tuple({**self.effects_by_name, **own}.values())
+        """The effects, those of the coast flanks where these carry the load, and what temperatures add to them."""
+        own = {effect.name: effect for effect in self.coast} if self.load.coast else {}
+        return (*{**self.effects_by_name, **own}.values(), *self._thermal_effects())
+
+    def _thermal_effects(self) -> tuple[Effect, ...]:
+        pinion, wheel = self.pair.strains
+        if pinion == wheel:
+            return ()
+        from gearbench.effects.thermal_pitch import ThermalPitch
+
+        return (ThermalPitch(),)
 
     @cached_property
     def acting_effects(self) -> tuple[Effect, ...]:
@@ -238,7 +244,7 @@ class Scene:
         InputError
             If the shafts do not fit the pair, or their bearings do not hold them.
         """
-        return self.flank_effects if not self.has_shafts else (*self.effects, *self.shaft_effects())
+        return self.flank_effects if not self.has_shafts else (*self.flank_effects, *self.shaft_effects())
 
     @property
     def has_shafts(self) -> bool:
@@ -286,7 +292,8 @@ class Scene:
         """``relative_load`` under 1 N·m."""
         pair = self.pair
         force = 1e3 / (pair.gears[0].base_radius * math.cos(pair.meshing.beta_b))
-        return force / (pair.face_width * pair.material.E * pair.normal_module)
+        E = min(material.E for material in pair.materials)
+        return force / (pair.meshing.face_width * E * pair.normal_module)
 
     def to_mapping(self) -> dict[str, Any]:
         """The scene as nested tables, as in a file; defaults are left out."""

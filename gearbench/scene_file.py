@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from gearbench.effects.base import Effect
-from gearbench.effects.files import content, files_in, in_folder
 from gearbench.effects.registry import RENAMED, effect_class, effect_names
 from gearbench.errors import InputError, one_of
 from gearbench.geometry.pair import Pair
+from gearbench.named_files import content, files_in, in_folder
 from gearbench.scene import Load, Operation, Resolution, Scene
 from gearbench.schema import Key, as_table, keys, make, read, read_toml
 
@@ -64,6 +64,24 @@ def parse_scene(tables: Mapping[str, Any]) -> Scene:
         parts["system"] = system = read(table_class("system"), parts["system"], "system")
         parts["further"] = tuple(_further(mesh.scene, number) for number, mesh in enumerate(system.meshes))
     return make(Scene, **parts, effects=_effects("effects", effects), coast=_effects("coast", coast))
+
+
+def scene_at(scene: Scene, point: Mapping[str, float]) -> Scene:
+    """``scene`` with the values of ``point`` at its dotted keys.
+
+    Raises
+    ------
+    InputError
+        Where a value is not allowed.
+    """
+    tables: dict[str, Any] = scene.to_mapping()
+    for path, value in point.items():
+        *parents, last = path.split(".")
+        table = tables
+        for part in parents:
+            table = table.setdefault(part, {})
+        table[last] = value
+    return parse_scene(tables) if point else scene
 
 
 def _effects(head: str, tables: Mapping[str, Any]) -> tuple[Effect, ...]:

@@ -24,7 +24,8 @@ from gearbench.library.garambois2017 import case, gear
 from gearbench.robustness.run import robust
 from gearbench.scene import Resolution, Scene
 from gearbench.scene_file import parse_scene
-from gearbench.simulation import cycle_values, simulate, solve_scene
+from gearbench.simulation import simulate
+from gearbench.solution import cycle_values, solve_scene
 
 
 def asking(scene: Scene, accuracy: float) -> Scene:

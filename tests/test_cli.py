@@ -355,3 +355,13 @@ def test_examples_are_the_published_pairs():
     }
     for name, text in texts.items():
         assert tomllib.loads((EXAMPLES / f"{name}.toml").read_text()) == tomllib.loads(text)
+
+
+def test_the_first_run_says_why_it_takes_longer(run, tmp_path, monkeypatch):
+    line = "first run: the solver is compiled, once after an installation; half a minute"
+    monkeypatch.setattr(type(sys.stderr), "isatty", lambda self: True, raising=False)
+    command = ("simulate", EXAMPLES / "sc.toml")
+    assert line not in run(*command)[2]
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))  # empty: nothing was compiled
+    assert run(*command)[2].splitlines()[0] == line
+    assert line not in run(*command, "-q")[2]

@@ -106,7 +106,7 @@ def test_flank_far_from_its_edge_is_left_alone() -> None:
     roll = np.linspace(low, high, 200)
     far = edge_distance(gear, roll) > 0.4
     none = np.zeros_like(roll)
-    a, h = edge_softening(gear, C1, 5, roll, none, none + 5.0, 100.0)
+    a, h = edge_softening(gear, C1, C1, 5, roll, none, none + 5.0, 100.0)
     added = (a - h * math.log(100.0)) / C1
     assert np.abs(added[far]).max() < 0.05
     assert added[-1] > 2.0
@@ -123,7 +123,7 @@ def test_value_and_slope_of_the_law_are_exact_at_the_typical_load() -> None:
     roll, tilt, rho = np.full(4, high), np.array([0.0, 0.005, 0.02, 0.05]), np.full(4, 5.0)
 
     def compression(q: float, typical: float) -> np.ndarray:
-        a, h = edge_softening(gear, C1, 5, roll, tilt, rho, typical)
+        a, h = edge_softening(gear, C1, C1, 5, roll, tilt, rho, typical)
         return q * (a - h * math.log(q))
 
     q, dq = 80.0, 0.08

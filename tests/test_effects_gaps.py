@@ -27,7 +27,7 @@ from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.geometry.involute import inv
 from gearbench.geometry.pair import Member, Pair
 from gearbench.scene import Load, Resolution, Scene
-from gearbench.simulation import solve_scene
+from gearbench.solution import solve_scene
 
 SPUR = Pair(normal_module=3.0, face_width=24.0, centre_distance=90.4, pinion=Member(teeth=24), wheel=Member(teeth=36))
 HELICAL = replace(SPUR, helix_angle=18.0, centre_distance=94.9)

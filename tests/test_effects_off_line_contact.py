@@ -20,7 +20,7 @@ from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.geometry.pair import Member, Pair
 from gearbench.scene import Load, Resolution
-from gearbench.simulation import solve_lines, solve_scene
+from gearbench.solution import solve_lines, solve_scene
 
 
 @lru_cache

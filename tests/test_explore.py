@@ -21,7 +21,8 @@ from gearbench.optimisation.front import non_dominated
 from gearbench.results.netcdf import save
 from gearbench.robustness.run import robust
 from gearbench.scene_file import load_scene, parse_scene
-from gearbench.simulation import simulate, solve_scene
+from gearbench.simulation import simulate
+from gearbench.solution import solve_scene
 from tests.explore_designs import EXAMPLES, front, stored
 
 
@@ -146,7 +147,7 @@ def test_the_load_map_carries_the_load(helix):
     scene = gear("SC").scene()
     scene = replace(scene, pair=replace(scene.pair, helix_angle=helix, centre_distance=38.0 if helix == 0 else 40.5))
     solved = solve_scene(scene)
-    image = flank_map(solved, solved.line_load(), (400, 200))
+    image = flank_map(solved, solved.line_load(), (200, 400))
     pair = scene.pair
     area = (pair.meshing.path_end - pair.meshing.path_start) * pair.face_width
     # mean over a period of Σ q ℓ = ∫∫ q dy/cos β_b du/p_bt

@@ -15,7 +15,8 @@ from gearbench.optimisation.problem import NO_GEAR, evaluate, scene_of
 from gearbench.optimisation.study import Limit, Robustness
 from gearbench.optimisation.study_file import parse_study
 from gearbench.robustness.run import robust
-from gearbench.simulation import simulate, solve_scene
+from gearbench.simulation import simulate
+from gearbench.solution import solve_scene
 from gearbench.strength.rating import root_stress
 
 SMALL = tomllib.loads((Path(__file__).parents[1] / "examples" / "optimise_small.toml").read_text(encoding="utf-8"))

@@ -44,6 +44,15 @@ def study_file(tmp_path) -> Path:
     return path
 
 
+def seen_designs(monkeypatch) -> list:
+    """Designs that are evaluated from here on."""
+    seen = []
+    monkeypatch.setattr(
+        "gearbench.optimisation.engine.evaluate", lambda s, d, rivals: (seen.append(d), evaluate(s, d, rivals))[1]
+    )
+    return seen
+
+
 def assert_same(dataset: xr.Dataset, reference: xr.Dataset) -> None:
     xr.testing.assert_identical(dataset.drop_attrs(), reference.drop_attrs())
     assert dataset.attrs["data_sha256"] == reference.attrs["data_sha256"]
@@ -117,8 +126,7 @@ def test_equal_designs_are_evaluated_once(monkeypatch):
     tables = tomllib.loads(STUDY.to_toml())
     tables["variables"] = {key: tables["variables"][key] for key in ("teeth", "addendum")}
     tables["algorithm"]["generations"] = 12
-    seen = []
-    monkeypatch.setattr("gearbench.optimisation.engine.evaluate", lambda s, d: (seen.append(d), evaluate(s, d))[1])
+    seen = seen_designs(monkeypatch)
     dataset = optimise(parse_study(tables), threads=1)
     assert len(seen) == len(set(seen)) == dataset.sizes["design"] <= 5 * 11
     assert int(dataset["asked"].sum()) > dataset.sizes["design"]
@@ -181,8 +189,7 @@ def test_what_is_stored_is_not_computed_again(reference, tmp_path, monkeypatch):
     before = {path.name: path.read_bytes() for path in tmp_path.glob("generation_*.nc")}
     for generation in (5, 6):
         (tmp_path / f"generation_{generation:04d}.nc").unlink()
-    seen = []
-    monkeypatch.setattr("gearbench.optimisation.engine.evaluate", lambda s, d: (seen.append(d), evaluate(s, d))[1])
+    seen = seen_designs(monkeypatch)
     states = []
     assert_same(optimise(STUDY, directory=tmp_path, resume=True, progress=states.append), reference)
     assert len(seen) == int(reference["evaluated"][4:].sum())

@@ -14,7 +14,8 @@ from gearbench.contact.phases import gauss_phases
 from gearbench.results.cycle import MeshCycle, Phases, coefficients, peak_to_peak
 from gearbench.results.outputs import output
 from gearbench.scene import Resolution, Scene
-from gearbench.simulation import simulate, solve_lines, solve_scene
+from gearbench.simulation import simulate
+from gearbench.solution import solve_lines, solve_scene
 from tests.test_architecture import ROOT
 
 GEARS = sorted(path.stem for path in (ROOT / "examples" / "gears").glob("*.toml"))

@@ -23,7 +23,8 @@ from gearbench.results.quantities import KEYS, QUANTITIES, Quantity
 from gearbench.results.responses import Response, quantity, register, response, responses, split_statistic
 from gearbench.robustness.run import robust
 from gearbench.scene_file import load_scene
-from gearbench.simulation import simulate, solve_scene
+from gearbench.simulation import simulate
+from gearbench.solution import solve_scene
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 STUDY = tomllib.loads((EXAMPLES / "optimise_small.toml").read_text(encoding="utf-8")) | {"robustness": {"samples": 16}}

@@ -367,7 +367,7 @@ def test_size_is_limited_while_unpacking(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize(
     ("members", "says"),
-    [({}, "nothing"), ({"a.rexs": "", "b.rexs": ""}, "a.rexs, b.rexs"), ({"a.rexsj": "{}"}, "a.rexsj")],
+    [({}, "nothing"), ({"a.rexs": "", "b.rexs": ""}, "a.rexs, b.rexs"), ({"a.rexsx": "{}"}, "a.rexsx")],
 )
 def test_a_packed_file_holds_one_model(tmp_path, members, says):
     with pytest.raises(InputError, match=says):

@@ -74,7 +74,10 @@ FAULTS = {
         "stifness": 1.0,
         "damping": "x",
     },
-    "at.material.nu = unknown key: allowed: youngs_modulus, poisson_ratio": {"stiffness": 1.0, "material": {"nu": 0.3}},
+    "at.material.nu = unknown key: allowed: youngs_modulus, poisson_ratio, thermal_expansion": {
+        "stiffness": 1.0,
+        "material": {"nu": 0.3},
+    },
     "at.stiffness = 11.0: must be less than or equal to 10": {"stiffness": 11.0},
     "at.turns.1 = 'b': must be a valid integer": {"stiffness": 1.0, "turns": [1, "b"]},
     "at.turns = (10,): at most 9": {"stiffness": 1.0, "turns": [10]},

@@ -199,6 +199,18 @@ def test_designs_without_micro_geometry_and_with_standard_addendum(designs):
     assert len(standard.numbers) > 0
 
 
+def test_no_relief_is_listed_with_an_amount_but_no_length(designs):
+    amount, fraction = (value(designs, f"effects.tip_relief.{key}") for key in ("amount", "length_fraction"))
+    assert_array_equal(amount == 0, fraction == 0)
+    assert 0 < np.sum(amount == 0) < len(amount)
+    # though the search went there: the codes are kept as they were
+    column = [v.name for v in designs.study.variables].index("effects.tip_relief.amount")
+    assert np.any(value(designs, "code")[amount == 0, column] > 0)
+    numbers = select(designs).numbers
+    has = [designs.scene(int(number)).effect("tip_relief") is not None for number in numbers]
+    assert_array_equal(designs.values("effects.tip_relief.amount", numbers) > 0, has)
+
+
 def test_mesh_frequencies_stay_outside_what_is_avoided(designs):
     teeth = np.array([16, 17, 18])
     # at 1500 rpm 400, 425 and 450 Hz

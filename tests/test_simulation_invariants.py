@@ -30,7 +30,8 @@ from gearbench.effects.tooth_bending import ToothBending
 from gearbench.geometry.material import Material
 from gearbench.geometry.pair import Member, Pair
 from gearbench.scene import Load, Resolution, Scene
-from gearbench.simulation import simulate, solve_lines, solve_scene
+from gearbench.simulation import simulate
+from gearbench.solution import solve_lines, solve_scene
 
 SPUR = Pair(normal_module=3.0, face_width=24.0, centre_distance=90.4, pinion=Member(teeth=24), wheel=Member(teeth=36))
 HELICAL = replace(SPUR, helix_angle=18.0, centre_distance=94.9)

@@ -16,7 +16,7 @@ from gearbench.library.garambois2017 import case, gear, table_2
 from gearbench.optimisation.constraints import constrained, judge, largest_pressure
 from gearbench.optimisation.study import Limit
 from gearbench.scene import Resolution
-from gearbench.simulation import solve_scene
+from gearbench.solution import solve_scene
 from gearbench.strength.rating import GEOMETRIC, contact_pressure, root_stress
 
 

@@ -16,7 +16,7 @@ from gearbench.errors import InputError
 from gearbench.results.outputs import DEFAULT_OUTPUTS
 from gearbench.scene import Load, Scene
 from gearbench.scene_file import parse_scene
-from gearbench.simulation import dataset, solve_lines
+from gearbench.solution import dataset, solve_lines
 from gearbench.sweeps import shared
 from gearbench.sweeps.ranges import parse_range, parse_setting
 from tests.test_architecture import ROOT

@@ -12,6 +12,7 @@ from gearbench.system.bearing import Bearing
 from gearbench.system.schema import Coupling, Load, Section, Shaft
 from gearbench.system.shaft_model import Face, ShaftModel
 from gearbench.system.static import Settled, external_load, twist
+from gearbench.system.structure import Structure
 
 E, NU, RHO = 210e3, 0.3, 7.85e-9
 G = E / (2 * (1 + NU))
@@ -26,7 +27,7 @@ def section(D, d=0.0):
 
 def settled(shaft):
     model = ShaftModel(shaft=shaft, faces=())
-    return Settled(model=model, load=external_load(model))
+    return Settled(structure=Structure(shafts={0: model}), load=external_load(model))
 
 
 def supports(a, b):
@@ -71,8 +72,8 @@ def test_stepped_shaft_between_supports(at):
     )
     a, b = at, L - at
     sag = F * a**2 * b**2 / (3 * E * I * L) + F * a * b / (kappa * G * A * L)
-    assert_allclose(s.at(at)[0], sag, rtol=1e-8 + F / (STIFF * 1e3) / sag)
-    assert_allclose([f[0] for f in s.bearing_force], [F * b / L, F * a / L], rtol=1e-9)
+    assert_allclose(s.at(0, at)[0], sag, rtol=1e-8 + F / (STIFF * 1e3) / sag)
+    assert_allclose([f[0] for f in s.bearing_force(0)], [F * b / L, F * a / L], rtol=1e-9)
 
 
 def test_steps_of_diameter_add_their_flexibilities():
@@ -86,7 +87,7 @@ def test_steps_of_diameter_add_their_flexibilities():
     L = L1 + L2
     bending = (L**3 - L2**3) / (3 * E * I1) + L2**3 / (3 * E * I2)
     shear = L1 / (k1 * G * A1) + L2 / (k2 * G * A2)
-    assert_allclose(s.at(205.0)[1], F * (bending + shear), rtol=2e-7)  # 1e-7 left by the clamping of 1e16
+    assert_allclose(s.at(0, 205.0)[1], F * (bending + shear), rtol=2e-7)  # 1e-7 left by the clamping of 1e16
 
 
 def test_spring_supports_move_rigidly():
@@ -103,9 +104,9 @@ def test_spring_supports_move_rigidly():
     )
     s = settled(stiff)
     left, right = F * (L - at) / L / (k1 * 1e3), F * at / L / (k2 * 1e3)
-    assert_allclose(s.at(0.0)[0], left, rtol=1e-4)  # the shaft itself: 5 m thick
-    assert_allclose(s.at(L)[0], right, rtol=1e-4)
-    assert_allclose(s.at(0.0)[2], 210.0 / 7e3, rtol=1e-4)
+    assert_allclose(s.at(0, 0.0)[0], left, rtol=1e-4)  # the shaft itself: 5 m thick
+    assert_allclose(s.at(0, L)[0], right, rtol=1e-4)
+    assert_allclose(s.at(0, 0.0)[2], 210.0 / 7e3, rtol=1e-4)
 
 
 def test_mass_of_shaft_is_that_of_its_volume():

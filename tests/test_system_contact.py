@@ -8,7 +8,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gearbench.contact.assemble import scene_lines
-from gearbench.simulation import simulate, solve_scene
+from gearbench.effects.shafts import factor
+from gearbench.simulation import simulate
+from gearbench.solution import solve_scene
 from tests.systems import RIGID, shafts, spur_scene
 
 E, NU = 210e3, 0.3
@@ -40,8 +42,8 @@ def compliance(scene):
     nodes = np.linspace(0, scene.pair.face_width, lines.shape[2])
     lines = replace(lines, y=np.broadcast_to(nodes, lines.shape))
     shaft = next(effect for effect in scene.acting_effects if effect.name == "shafts")
-    factor = shaft.gears[0].factor(lines)[0, int(np.argmax(lines.active[0]))]
-    return nodes, factor @ factor.T
+    psi = factor(shaft.gears[:1], lines)[0, int(np.argmax(lines.active[0]))]
+    return nodes, psi @ psi.T
 
 
 @pytest.mark.parametrize("case", ["straddled", "overhung"])

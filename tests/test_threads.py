@@ -29,10 +29,10 @@ def two_threads():
 
 
 def test_simulate_computes_on_one_thread(monkeypatch):
-    import gearbench.simulation as simulation
+    import gearbench.solution as solution
 
-    seen, assemble = [], simulation.assemble
-    monkeypatch.setattr(simulation, "assemble", lambda *a: (seen.append(threads()), assemble(*a))[1])
+    seen, assemble = [], solution.assemble
+    monkeypatch.setattr(solution, "assemble", lambda *a: (seen.append(threads()), assemble(*a))[1])
     simulate(case(1, Resolution(positions=4)))
     assert seen == [{1}]
     assert threads() == {2}

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fem_reference.environment import MissingDependencyError
+from fem_reference.contact.spatial import SpatialSettings
+from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.errors import InputError
 from gearbench.results.netcdf import load
 from gearbench.validation import contact
@@ -20,7 +21,9 @@ def cycle(monkeypatch) -> list[int]:
     """In place of the contact finite elements a curve that is known: the fast one times 1.01; calls are counted."""
     calls = []
 
-    def known(scene, phases):
+    def known(scene, phases, *, settings, report):
+        assert isinstance(settings, SpatialSettings)  # spur pairs have their free faces too
+        report("phase 1 of 1")
         calls.append(phases)
         fast = contact.simulate(scene, outputs=("transmission_error", "mesh_stiffness"))
         share = np.zeros((phases, 2))
@@ -46,14 +49,16 @@ def cycle(monkeypatch) -> list[int]:
 def test_parts_add_up_and_load_outside_the_path_is_seen(cycle, tmp_path):
     found = contact.compare_contact(scene("spur"), 4)
     assert cycle == [4]
-    np.testing.assert_allclose(found.residual[2], 0, atol=1e-15)
+    assert list(found.model.values) == ["fast", "off_line", "lines", "contact"]
+    np.testing.assert_allclose(found.residual[3], 0, atol=1e-15)
     ste = found.transmission_error
     np.testing.assert_allclose(ste.sel(model="contact"), 1.01 * ste.sel(model="fast"), rtol=1e-12)
-    np.testing.assert_allclose(found.residual[0], found.residual[1])
+    np.testing.assert_allclose(found.residual[0], found.residual[2])
     assert 0.01 < float(found.residual[0]) < 0.0102
     # pair −1 is before the path at every phase
     np.testing.assert_allclose(found.share_outside_path, [0.25, 0, 0, 0])
-    first, second = contact.findings(found)
+    first, second, third = contact.findings(found)
+    assert f"{100 * float(found.residual[1]):.2f} % off" in third
     assert "fast model 1.0" in first
     assert "+0.000 µm compliance" in second
     written = contact.write([found, found], tmp_path)
@@ -61,7 +66,7 @@ def test_parts_add_up_and_load_outside_the_path_is_seen(cycle, tmp_path):
     assert load(tmp_path / "contact-1.nc").attrs["method"] == "known"
 
 
-def test_scenes_without_a_comparison_are_refused(monkeypatch):
+def test_scenes_without_a_comparison_are_refused():
     one = scene("spur")
     fast = replace(one, effects=tuple(effect for effect in one.effects if effect.name != "gear_body"))
     with pytest.raises(InputError, match=r"spur\.toml.*gear_body"):
@@ -70,6 +75,11 @@ def test_scenes_without_a_comparison_are_refused(monkeypatch):
     bare = replace(fast, pair=pair)
     with pytest.raises(InputError, match="bore_diameter"):
         contact.check(bare)
-    monkeypatch.setattr("shutil.which", lambda name: None)
-    with pytest.raises(MissingDependencyError, match="calculix-ccx"):
-        contact.check(one)
+    contact.check(one)
+
+
+def test_a_scene_with_contact_off_the_line_is_compared_as_it_is(cycle):
+    one = scene("spur")
+    found = contact.compare_contact(replace(one, effects=(*one.effects, OffLineContact())), 4)
+    assert list(found.model.values) == ["fast", "lines", "contact"]
+    assert len(contact.findings(found)) == 2

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -43,12 +43,12 @@ def contact_cycle(
     width_factor: float = 1.0,
     settings: Settings | SpatialSettings | None = None,
     workers: int = 2,
+    report: Callable[[str], None] = lambda _: None,
 ) -> xr.Dataset:
     """Mesh cycle by contact finite elements on the whole bodies held at their bores.
 
-    Spur pairs in plane strain, where tips, flanks and fillets of all near tooth pairs may touch; helical pairs, and
-    with ``SpatialSettings`` spur pairs too, with their finite width. Frictionless. The compliance effects of the scene
-    are not used; its gaps are cut from the flanks.
+    Frictionless. Spur pairs in plane strain, tips, flanks and fillets of all near tooth pairs; helical pairs, and with
+    ``SpatialSettings`` spur pairs, with their finite width. Of the effects of the scene, its gaps, cut from the flanks.
 
     Parameters
     ----------
@@ -62,6 +62,8 @@ def contact_cycle(
         Factor on the elastic deflections in plane strain, not on gaps; narrow teeth deflect some 3 % more.
     settings, workers
         How each phase is computed, and how many at a time (one, where the width is finite: they need the memory).
+    report
+        Told of each phase that is solved. Phases are kept on disk: a run that was interrupted goes on.
 
     Returns
     -------
@@ -81,7 +83,7 @@ def contact_cycle(
     chosen = settings or (SpatialSettings() if scene.pair.helix_angle else Settings())
     _check(scene, loads, chosen, width_factor)
     phase, weight = uniform_phases(phases) if isinstance(phases, int) else _alike(phases)
-    found, checks = _solved(scene, phase, loads, chosen, workers)
+    found, checks = _solved(scene, phase, loads, chosen, workers, report)
     force = 1e3 * np.array(loads)[:, None] / scene.pair.gears[0].base_radius
     q = widened(found, force, width_factor)
     k = np.array([each.stiffness for each in found]).T / width_factor
@@ -90,9 +92,9 @@ def contact_cycle(
     names, share, radius = _of_pairs(found)
     changed = [widened(some, force, width_factor) - q[:, checks.at] for some in (checks.coarser, checks.softer)]
     error = MICROMETRES * np.sum([np.abs(change).max(axis=1) for change in changed], axis=0)
-    of_pairs = {"load_share": share, "contact_radius": radius}
     attrs = {"support": "finite_elements", "method": _method(chosen), "width_factor": width_factor}
     attrs |= provenance(scene, wall_time=time.perf_counter() - start)
+    of_pairs = {"load_share": share, "contact_radius": radius}
     return _dataset(cycle, of_pairs, names, error, loads, torques is None).assign_attrs(attrs)
 
 
@@ -112,6 +114,8 @@ def _check(scene: Scene, loads: Sequence[float], settings: Settings | SpatialSet
         raise InputError("pair.helix_angle", scene.pair.helix_angle, "must be 0 in plane strain")
     if isinstance(settings, SpatialSettings) and factor != 1:
         raise InputError("width_factor", factor, "must be 1 where the width is finite")
+    if scene.pair.overhangs != ((0.0, 0.0), (0.0, 0.0)):
+        raise InputError("pair", "faces that overhang", "contact finite elements have both gears equally wide")
     require_bores(scene.pair)
     if not loads or not all(a < b for a, b in pairwise((0.0, *loads))):
         raise InputError("torques", list(loads), "must be positive and rise")
@@ -127,7 +131,12 @@ class _Checks:
 
 
 def _solved(
-    scene: Scene, phase: NDArray, loads: tuple[float, ...], settings: Settings | SpatialSettings, workers: int
+    scene: Scene,
+    phase: NDArray,
+    loads: tuple[float, ...],
+    settings: Settings | SpatialSettings,
+    workers: int,
+    report: Callable[[str], None],
 ) -> tuple[list[PhaseResult], _Checks]:
     """All phases, and what tells their error."""
     gaps = tuple(effect for effect in scene.flank_effects if isinstance(effect, GapEffect))
@@ -141,8 +150,11 @@ def _solved(
         solve, softer, workers = solve_spatial, replace(settings, accuracy=_COARSE * settings.accuracy), 1
     jobs = [(float(tau), settings) for tau in phase]
     jobs += [(float(phase[i]), other) for other in (coarser, softer) for i in at]
+    found: list[PhaseResult] = []
     with ThreadPoolExecutor(workers) as pool:
-        found = list(pool.map(lambda job: solve(scene.pair, gaps, job[0], loads, job[1]), jobs))  # type: ignore[arg-type]
+        for one in pool.map(lambda job: solve(scene.pair, gaps, job[0], loads, job[1]), jobs):  # type: ignore[arg-type]
+            found.append(one)
+            report(f"phase {len(found)} of {len(jobs)}")
     n, m = len(phase), len(phase) + len(at)
     return found[:n], _Checks(at=at, coarser=found[n:m], softer=found[m:])
 

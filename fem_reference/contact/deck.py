@@ -57,8 +57,9 @@ def deck(
             surfaces += [f"{numbers[t]}, S{edge + 1}" for t, edge in edges]
         count += len(numbers)
     text += [f"*NSET, NSET=ROTATION\n{q}"]
-    text += ["*MATERIAL, NAME=STEEL\n*ELASTIC", f"{1e3 * pair.material.youngs_modulus}, {pair.material.poisson_ratio}"]
-    text += [f"*SOLID SECTION, ELSET={name}, MATERIAL=STEEL\n{thickness}" for name in ("PINION", "WHEEL")]
+    for name, material in zip(("PINION", "WHEEL"), pair.materials, strict=True):
+        text.append(f"*MATERIAL, NAME=OF{name}\n*ELASTIC\n{material.E}, {material.nu}")
+        text.append(f"*SOLID SECTION, ELSET={name}, MATERIAL=OF{name}\n{thickness}")
     text += surfaces
     text += ["*SURFACE INTERACTION, NAME=PENALTY\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR", f"{penalty:.8g}"]
     for k, slave in slaves.items():

@@ -71,7 +71,7 @@ def half_width(placement: Placement, touch: Touch, line_load: float) -> float:
     rho = [math.sqrt(max(r**2 - g.base_radius**2, 0.0)) for r, g in zip(touch.radii, pair.gears, strict=True)]
     least = 0.05 * pair.normal_module
     rho = [max(r, least) for r in rho]
-    return math.sqrt(4 * line_load * (rho[0] * rho[1] / sum(rho)) / (math.pi * pair.material.plane_strain_modulus / 2))
+    return math.sqrt(4 * line_load * (rho[0] * rho[1] / sum(rho)) / (math.pi * pair.contact_modulus))
 
 
 def gear_mesh(

@@ -71,7 +71,7 @@ def _solve(
 ) -> PhaseResult:
     profiles = (Profile(pair=pair, role=Role.PINION, effects=gaps), Profile(pair=pair, role=Role.WHEEL, effects=gaps))
     rest = Placement(pair=pair, phase=phase, profiles=profiles)
-    r_b, b = pair.gears[0].base_radius, pair.face_width
+    r_b, b = pair.gears[0].base_radius, pair.meshing.face_width
     forces = [1e3 * torque / r_b for torque in torques]
     touches = rest.touches()
     least = min(touch.gap for touch in touches)
@@ -84,8 +84,8 @@ def _solve(
         gear_mesh(placement, Role.WHEEL, near, load, settings.fineness),
     )
     steps = [Load(force=factor * force) for force in forces for factor in (1.0, 1 + INCREMENT)]
-    width = math.sqrt(4 * load * pair.normal_module * 3 / (math.pi * pair.material.plane_strain_modulus / 2))
-    penalty = settings.penalty * _PENALTY * pair.material.plane_strain_modulus / 2 / width
+    width = math.sqrt(4 * load * pair.normal_module * 3 / (math.pi * pair.contact_modulus))
+    penalty = settings.penalty * _PENALTY * pair.contact_modulus / width
     pairs = [touch.pair for touch in near]
     # the gear whose tip is nearer along the path of contact
     before = {k: placement.path_position(k) < (pair.meshing.path_start + pair.meshing.path_end) / 2 for k in pairs}

@@ -92,7 +92,7 @@ class Placement:
         angle = self._turn(role)
         cos, sin = math.cos(angle), math.sin(angle)
         turned = np.array([[cos, sin], [-sin, cos]]) @ xy
-        return turned if role == Role.PINION else np.array([[0.0], [self.pair.centre_distance]]) - turned
+        return turned if role == Role.PINION else np.array([[0.0], [self.pair.meshing.centre_distance]]) - turned
 
     def touch(self, k: int) -> Touch:
         """Where pair k touches first, by search over the whole profiles, tips included."""
@@ -113,7 +113,7 @@ class Placement:
                 least, radius = at_corner, float(r2[corner])
         angle = float(np.interp(radius, r2[order], a2[order]))
         point = np.array([radius * math.sin(angle), radius * math.cos(angle)])
-        mate = math.hypot(point[0], point[1] - self.pair.centre_distance)
+        mate = math.hypot(point[0], point[1] - self.pair.meshing.centre_distance)
         return Touch(pair=k, gap=self.pair.gears[0].base_radius * least, radii=(radius, mate))
 
     def touches(self) -> list[Touch]:

@@ -59,7 +59,7 @@ class Profile:
             mesh_phase=np.zeros(1),
             index=np.array([k]),
             u=u[None, None],
-            y=np.full((1, 1, len(u)), self.pair.face_width / 2 if self.y is None else self.y),
+            y=np.full((1, 1, len(u)), self.pair.meshing.face_width / 2 if self.y is None else self.y),
             length=np.ones((1, 1)),
         )
         return sum((each.gap(lines)[0, 0] for each in own), np.zeros(len(u)))

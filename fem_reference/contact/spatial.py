@@ -109,7 +109,7 @@ class Bodies:
 
     def block(self, role: Role, d: int) -> NDArray:
         """B_d of the surface itself [mm/N], between the teeth of the pairs ``d`` ahead and the loaded one."""
-        flank, material = self.flanks[role], self.pair.material
+        flank, material = self.flanks[role], self.pair.materials[role]
         own = flank.block(d)
         if d:
             return own
@@ -118,7 +118,7 @@ class Bodies:
 
 def bodies_of(pair: Pair, accuracy: float) -> Bodies:
     """Both gears, from the cache where they were computed before."""
-    found = [cached_compliance(meshed_body(pair, role, on_body=True), pair.material, accuracy) for role in Role]
+    found = [cached_compliance(meshed_body(pair, role, on_body=True), pair.materials[role], accuracy) for role in Role]
     return Bodies(pair=pair, flanks=(found[0], replace(found[1], driven=True)))
 
 
@@ -219,7 +219,7 @@ def lay_strips(
     pair: Pair, effects: tuple[GapEffect, ...], phase: float, force: float, fineness: Fineness
 ) -> list[Strip]:
     """Strips of all tooth pairs that may touch under a force F_bt [N]."""
-    meshing, b = pair.meshing, pair.face_width
+    meshing, b = pair.meshing, pair.meshing.face_width
     rise = b * math.tan(meshing.beta_b) / meshing.base_pitch
     length = (meshing.path_end - meshing.path_start) / meshing.base_pitch
     first, last = math.floor(-phase - rise), math.ceil(length - phase)
@@ -228,11 +228,11 @@ def lay_strips(
         k: [slice_at(pair, effects, phase, k, float(y)) for y in np.linspace(0, b, 9)] for k in range(first, last + 1)
     }
     least = min(section.gap for some in sections.values() for section in some)
-    reach = least + _MARGIN * load / _STIFFNESS * 210.0 / pair.material.youngs_modulus
+    reach = least + _MARGIN * load / _STIFFNESS * 210.0 / min(material.youngs_modulus for material in pair.materials)
     beta_b = meshing.beta_b
     middle = (meshing.path_start + meshing.path_end) / 2
     rho = middle * (meshing.tangent_length - middle) / meshing.tangent_length / math.cos(beta_b)
-    modulus = pair.material.plane_strain_modulus / 2
+    modulus = pair.contact_modulus
     half_width = math.sqrt(4 * load * rho / (math.pi * modulus)) / math.cos(beta_b)
     found = []
     for k in range(first, last + 1):
@@ -249,7 +249,7 @@ def lay_strips(
 
 def _layers(pair: Pair, phase: float, k: int, thickness: float) -> NDArray:
     """Ends of the layers of a strip, thinner towards both faces and where the line of contact leaves a flank."""
-    meshing, b = pair.meshing, pair.face_width
+    meshing, b = pair.meshing, pair.meshing.face_width
     tan_b = math.tan(meshing.beta_b)
     ends = [0.0, b]
     if tan_b:
@@ -272,7 +272,7 @@ def _condensed(
 ) -> tuple[NDArray, NDArray, NDArray]:
     """Fᵀ K⁻¹ F, P and M of a strip on one gear."""
     pair, flank = bodies.pair, bodies.flanks[role]
-    gear, b = pair.gears[role], pair.face_width
+    gear, b = pair.gears[role], pair.meshing.face_width
     y = at.y if role == Role.PINION else b - at.y
     layers = strip.layers if role == Role.PINION else b - strip.layers[::-1]
     bounds = _bounds(gear, role, strip)
@@ -282,7 +282,7 @@ def _condensed(
     force = sp.csr_matrix(at.hats.multiply(at.weight[:, None]))
     load = tooth.load(at.radii[role], y, tooth.normals(at.normals[role], y), force)
     smooth = _polynomial_load(tooth, flank.order)
-    whole = tooth.compliance(pair.material, sp.csr_matrix(sp.hstack([load, smooth])))
+    whole = tooth.compliance(pair.materials[role], sp.csr_matrix(sp.hstack([load, smooth])))
     m = at.functions
     moments = flank_polynomials(gear, flank.order, at.radii[role], y).T @ force
     return whole[:m, :m], whole[m:, m:], np.asarray(moments)

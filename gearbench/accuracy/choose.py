@@ -41,7 +41,7 @@ R = TypeVar("R")
 
 #: Shares of the budget of the dearest parts, where a scene has it: finite elements, and the order of solid teeth.
 FE_SHARE, ORDER_SHARE = 0.5, 0.6
-#: Segments, Gauss points and place in the ladder of solid orders for an error of 1 %, and what each factor of ten adds:
+#: Segments, Gauss points and rung of the ladder of solid orders for an error of 1 %, and what each factor of ten adds:
 #: the segments are multiplied, as errors fall like their power −2.5; least of each.
 AT_PERCENT, A_DECADE, LEAST = (20, 6, 4), (2.5, 4, 3), (8, 3, 1)
 #: Segments and Gauss points of the companion, as shares, and how many orders lower its teeth are.
@@ -185,7 +185,7 @@ def _finite_elements(scene: Scene, budget: float) -> tuple[Scene, float]:
 
 @dataclass(frozen=True, kw_only=True, order=True)
 class _At:
-    """Segments, Gauss points, and place in the ladder of solid orders (0 where the scene has none)."""
+    """Segments, Gauss points, and rung of the ladder of solid orders (0 where the scene has none)."""
 
     n: int
     g: int

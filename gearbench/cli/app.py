@@ -16,6 +16,7 @@ from gearbench.cli.cost import cost
 from gearbench.cli.doctor import doctor
 from gearbench.cli.explore import explore
 from gearbench.cli.optimise import optimise
+from gearbench.cli.options import shows_progress
 from gearbench.cli.plan import plan
 from gearbench.cli.response import response
 from gearbench.cli.rexs import rexs
@@ -63,6 +64,23 @@ def _whole(command: Callable[..., None]) -> Callable[..., None]:
     return run
 
 
+def _announced(command: Callable[..., None]) -> Callable[..., None]:
+    """The command; before its first run it says why that takes longer."""
+
+    @wraps(command)
+    def run(*args: object, **options: object) -> None:
+        """The command, after a line where the solver was never compiled."""
+        from gearbench.doctor import is_first_run
+
+        if shows_progress(quiet=bool(options.get("quiet")), json=bool(options.get("json"))) and is_first_run():
+            print("first run: the solver is compiled, once after an installation; half a minute", file=sys.stderr)
+        command(*args, **options)
+
+    return run
+
+
+#: Commands that solve contact problems.
+_SOLVING = (simulate, sweep, response, robust, optimise, explore, verify, validate, cost)
 #: Commands that commit their files one by one.
 _STEPWISE = (optimise,)
 for command in (
@@ -81,7 +99,8 @@ for command in (
     check,
     doctor,
 ):
-    app.command()(command if command in _STEPWISE else _whole(command))
+    solving = _announced(command) if command in _SOLVING else command
+    app.command()(solving if command in _STEPWISE else _whole(solving))
 
 
 def _version(wanted: bool) -> None:

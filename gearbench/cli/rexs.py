@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 AnyFile = Annotated[
     Path, typer.Argument(metavar="SCENE", help="Scene file (TOML), or a REXS file.", show_default=False)
 ]
-RexsFile = Annotated[Path, typer.Argument(metavar="FILE", help="REXS file (.rexs, .rexsz).", show_default=False)]
+RexsFile = Annotated[
+    Path, typer.Argument(metavar="FILE", help="REXS file (.rexs, .rexsj, .rexsz).", show_default=False)
+]
 StageName = Annotated[
     str | None, typer.Option("--stage", metavar="N", help="Stage of a REXS file: its number in the list, or its id.")
 ]
@@ -197,7 +199,7 @@ def _row(document: RexsDocument, stage: Stage, torque: float | None, load_case: 
         "teeth": f"{pair.pinion.teeth}/{pair.wheel.teeth}",
         "module": pair.normal_module,
         "helix": pair.helix_angle,
-        "face_width": pair.face_width,
+        "face_width": pair.meshing.face_width,
         "distance": pair.centre_distance,
         "torque": found.tables.get("load", {}).get("torque"),
         "ε_α": pair.meshing.transverse_contact_ratio,

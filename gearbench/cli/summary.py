@@ -67,6 +67,8 @@ def geometry_rows(scene: Scene) -> list[tuple[str, str, str, str]]:
     body = [member.bore_diameter for member in pair.members]
     both = (
         ("profile shift x", pair.profile_shifts, "1"),
+        ("generating profile shift x_E", pair.generating_shifts, "1"),
+        ("face width", [gear.face_width for gear in pair.gears], "mm"),
         ("tip diameter", [2 * gear.tip_radius for gear in pair.gears], "mm"),
         ("reference diameter", [2 * gear.pitch_radius for gear in pair.gears], "mm"),
         ("start of active profile, diameter", [2 * ends[0] for ends in m.active_radii], "mm"),
@@ -82,7 +84,11 @@ def geometry_rows(scene: Scene) -> list[tuple[str, str, str, str]]:
         ("working pressure angle", math.degrees(m.alpha_wt), "°"),
         ("contact ratio ε_α", m.transverse_contact_ratio, "1"),
         ("overlap ratio ε_β", m.overlap_ratio, "1"),
+        ("common face width", m.face_width, "mm"),
+        ("working centre distance", m.centre_distance, "mm"),
         ("circumferential backlash", pair.actual_backlash, "mm"),
+        ("least backlash within the deviations", pair.backlash_limits[0], "mm"),
+        ("greatest backlash within the deviations", pair.backlash_limits[1], "mm"),
     ):
         rows.append((name, f"{value:.6g}", "", unit))
     rows.append(("teeth stand on", support(scene), "", ""))

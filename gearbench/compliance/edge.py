@@ -51,7 +51,7 @@ def held_by_polynomials(gear: Gear, count: int) -> NDArray:
 
 
 def edge_softening(
-    gear: Gear, c: float, count: int, roll: NDArray, tilt: NDArray, rho: NDArray, line_load: float
+    gear: Gear, c: float, mean: float, count: int, roll: NDArray, tilt: NDArray, rho: NDArray, line_load: float
 ) -> tuple[NDArray, NDArray]:
     """Coefficients a, h [mm²/N] of what the law q (a − h ln q) of a contact on ``gear`` gains near its tip.
 
@@ -61,6 +61,8 @@ def edge_softening(
         The gear whose tip is meant.
     c
         c₁ = (1−ν²)/(πE) [mm²/N].
+    mean
+        Mean of c₁ of both gears, which the width of the strip follows.
     count
         Number of polynomials of R in the tooth's own compliance.
     roll
@@ -80,7 +82,7 @@ def edge_softening(
     if gear.tip_rounding:
         # the strip lies on the rounding: the edge is as far away as it would be without
         return c * (-2 * B * np.log(np.maximum(r, 1e-6 * gear.tip_radius)) - held), np.zeros_like(r)
-    half_width = np.sqrt(8 * c * rho * line_load)
+    half_width = np.sqrt(8 * mean * rho * line_load)
     offset = np.where(tilt > 0, rho * tilt, -r) / half_width
     value, slope = strip_softening(angle, offset)
     per_load = c * (value - 2 * B * np.log(half_width) - held)

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from gearbench.compliance.local import flank_functions
 from gearbench.geometry.gear import Gear
+from gearbench.geometry.role import Role
 
 if TYPE_CHECKING:
     from gearbench.geometry.action import ContactLines
@@ -87,7 +88,7 @@ class FlankCompliance:
         return self.blocks[self.neighbours + (-d if self.driven else d)]
 
     def shapes(self, height: ArrayLike, y: ArrayLike) -> NDArray:
-        """φ (…, p·q) [1/mm] at height x = R − r_f and y [mm] of the pair's contact lines."""
+        """φ (…, p·q) [1/mm] at height x = R − r_f and y [mm] along its own face, counted as on the contact lines."""
         height, y = np.broadcast_arrays(np.asarray(height, dtype=float), np.asarray(y, dtype=float))
         across = self.gear.face_width - y if self.driven else y
         return flank_polynomials(self.gear, self.order, self.gear.root_radius + height, across)
@@ -204,9 +205,9 @@ def flank_matrix(flanks: Sequence[FlankCompliance], lines: ContactLines) -> NDAr
 def _on_lines(flanks: Sequence[FlankCompliance], lines: ContactLines, bases: Sequence[NDArray]) -> list[NDArray]:
     """Flank polynomials times the basis (p·q, k) of each gear, (position, pair, segment, k); zero where no line is."""
     result = []
-    for radii, flank, basis in zip(lines.radii, flanks, bases, strict=True):
+    for role, radii, flank, basis in zip(Role, lines.radii, flanks, bases, strict=True):
         values = np.zeros((*lines.shape, basis.shape[1]))
-        shapes = flank.shapes(radii[lines.active] - flank.gear.root_radius, lines.y[lines.active])
+        shapes = flank.shapes(radii[lines.active] - flank.gear.root_radius, lines.own_y(role)[lines.active])
         values[lines.active] = (shapes.reshape(-1, len(basis)) @ basis).reshape(*shapes.shape[:-1], -1)
         result.append(values)
     return result

@@ -110,9 +110,10 @@ def gap_kinks(scene: Scene, flanks: Separation | None) -> tuple[list[float], lis
     own = [] if flanks is None else [float(u) for u in flanks.kinks]
     if scene.operation is not None:
         own.append(scene.pair.meshing.pitch_point)  # sliding changes its sign there, and friction has a kink
-    face = [y for gap in gaps for y in gap.face_kinks(scene.pair)]
+    b = scene.pair.meshing.face_width
+    face = [y for gap in gaps for y in gap.face_kinks(scene.pair) if 0 <= y <= b]
     if scene.load.coast:
-        face = [scene.pair.face_width - y for y in face]
+        face = [b - y for y in face]
     return own + [u for gap in added for u in gap.kinks(scene.pair)], face
 
 
@@ -149,7 +150,7 @@ def greatest_deflection(scene: Scene, flanks: Separation) -> float:
 def typical_load(scene: Scene) -> float:
     """Half of what a line carries on the mean [N/mm]: pairs touch at their edges as they take or leave their load."""
     meshing = scene.pair.meshing
-    mean = scene.F_bn * math.cos(meshing.beta_b) / scene.pair.face_width
+    mean = scene.F_bn * math.cos(meshing.beta_b) / scene.pair.meshing.face_width
     return mean / (2 * max(meshing.transverse_contact_ratio, 1.0))
 
 
@@ -230,7 +231,7 @@ def smooth_nodes(lines: ContactLines) -> int:
     meshing = lines.pair.meshing
     tan_b = math.tan(meshing.beta_b)
     path = meshing.path_end - meshing.path_start
-    width = min(lines.pair.face_width, path / tan_b) if tan_b > 0 else lines.pair.face_width
+    width = min(meshing.face_width, path / tan_b) if tan_b > 0 else meshing.face_width
     return max(2, math.ceil((8 + width / lines.pair.normal_module / 2) * math.sqrt(lines.shape[2] / 15)))
 
 
@@ -284,7 +285,7 @@ def _by_lever(
 
 def _typical_compression(a: NDArray, h: NDArray, scene: Scene) -> float:
     """Compression under the mean line load [mm]: unit of displacement where there is a law."""
-    line_load = scene.F_bn / scene.pair.face_width
+    line_load = scene.F_bn / scene.pair.meshing.face_width
     # a law driven beyond its validity still has the slope h of its continuation
     return line_load * max(float(np.mean(a - h * math.log(line_load))), float(np.mean(h)))
 

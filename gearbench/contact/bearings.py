@@ -42,7 +42,7 @@ def settle(
     """
     effects, before = around(None), None
     for _ in range(ROUNDS):
-        problem = assemble(scene, lines, (*scene.effects, *effects))
+        problem = assemble(scene, lines, (*scene.flank_effects, *effects))
         solution = solve_patches(problem)
         shafts = next(effect for effect in effects if isinstance(effect, Shafts))
         own = flank_loads(shafts.gears, lines, solution.force, weight)

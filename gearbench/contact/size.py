@@ -21,7 +21,7 @@ _NUMBER = 8
 
 
 def contact_memory(scene: Scene, positions: int, like: Scene | None = None) -> float:
-    """Peak memory [bytes] of the contact problem of ``scene`` at so many mesh phases and of its results.
+    """Peak memory [bytes] of the contact problem of ``scene`` at a number of mesh phases, and of its results.
 
     With the columns of a scene ``like`` it, where its own would take long to set up.
     """

@@ -132,11 +132,12 @@ def _known(scene: Scene, x: NDArray, on_line: NDArray) -> list[tuple[float, int]
     meshing = scene.pair.meshing
     kinks, face = gap_kinks(scene, flank_separation(scene))
     ends, found = (meshing.path_start, meshing.path_end), []
-    for y in (0.0, scene.pair.face_width, *face):
+    b = meshing.face_width
+    for y in (0.0, b, *face):
         # the lines of spur pairs pass as a whole, wherever on them the flanks touch
-        row = on_line[0 if not meshing.overlap_ratio else 1 if y == 0 else 2 if y == scene.pair.face_width else 0]
+        row = on_line[0 if not meshing.overlap_ratio else 1 if y == 0 else 2 if y == b else 0]
         for u in (*ends, *kinks):
-            at = (u - meshing.path_start) / meshing.base_pitch - meshing.overlap_ratio * y / scene.pair.face_width
+            at = (u - meshing.path_start) / meshing.base_pitch - meshing.overlap_ratio * y / b
             i = np.searchsorted(x, at)
             if np.any(row[max(i - 1, 0) : i + 1] > 0):
                 found.append((at, 0 if u in ends else 1))

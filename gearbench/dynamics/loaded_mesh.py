@@ -99,7 +99,7 @@ def loaded_mesh(scene: Scene, mesh: str = "") -> LoadedMesh:
     effects, gears = own.flank_effects, ()
     if scene.has_shafts:
         _, _, motion = settle(own, partial(system_effects, scene.gearbox, mesh), lines, weight)
-        effects, gears = (*own.effects, motion), motion.gears
+        effects, gears = (*own.flank_effects, motion), motion.gears
     problem = assemble(own, lines, effects)
     solved = Solved(scene=own, lines=lines, weight=weight, problem=problem, solution=solve_patches(problem), size=size)
     return LoadedMesh(scene=own, effects=effects, lines=lines, cycle=solved.cycle, gears=gears)

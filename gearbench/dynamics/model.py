@@ -73,10 +73,10 @@ class Model:
         if not scene.has_shafts:
             return two_wheels(scene.system, scene.pair)
         box = scene.gearbox
-        settled = list(shafts_at_rest(box))
+        settled = dict(enumerate(shafts_at_rest(box)))
         for gear in self.cycles[0].gears:
-            settled[box.seats[("", gear.role)][0]] = gear.settled
-        return mechanics(box, tuple(settled))
+            settled |= dict.fromkeys(gear.settled.structure.shafts, gear.settled)
+        return mechanics(box, tuple(settled.values()))
 
     @cached_property
     def stiffness(self) -> NDArray:

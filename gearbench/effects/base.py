@@ -139,7 +139,7 @@ class ToothCompliance(ComplianceEffect):
     def both_teeth(self, lines: ContactLines, beside: Effects) -> LowRank:
         """Factor of the teeth of pinion and wheel side by side, each by itself, (position, pair, segment, rank)."""
         heights = [radius - gear.root_radius for gear, radius in zip(lines.pair.gears, lines.radii, strict=True)]
-        parts = [self.tooth_factor(lines.pair, role, heights[role], lines.y, beside) for role in Role]
+        parts = [self.tooth_factor(lines.pair, role, heights[role], lines.own_y(role), beside) for role in Role]
         return LowRank(factor=np.concatenate(parts, axis=-1))
 
 

@@ -46,12 +46,13 @@ class Crowning(GapEffect):
 
     def check(self, pair: Pair, beside: Effects) -> None:
         """Refuse a highest point beside the face."""
-        if self.highest is not None and self.highest > pair.face_width:
-            raise InputError("highest", self.highest, f"must be at most the face width, {pair.face_width:.4g} mm")
+        b = pair.meshing.face_width
+        if self.highest is not None and self.highest > b:
+            raise InputError("highest", self.highest, f"must be at most the face width, {b:.4g} mm")
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
-        b = lines.pair.face_width
+        b = lines.pair.meshing.face_width
         first = self.amount if self.amount_at_0 is None else self.amount_at_0
         y_0 = b / 2 if self.highest is None else self.highest
         from_top = lines.face - y_0

@@ -84,7 +84,7 @@ class EndRelief(GapEffect):
 
     def check(self, pair: Pair, beside: Effects) -> None:
         """Refuse reliefs that overlap."""
-        b, lengths = pair.face_width, [0.0 if end is None else end.length for end in self.ends]
+        b, lengths = pair.meshing.face_width, [0.0 if end is None else end.length for end in self.ends]
         if self.length is not None and self.length > b / 2:
             raise InputError("length", self.length, f"must be at most half the face width, {b / 2:.4g} mm")
         if sum(lengths) > b:
@@ -95,7 +95,7 @@ class EndRelief(GapEffect):
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
         total = np.zeros(lines.shape)
-        for end, distance in zip(self.ends, (lines.face, lines.pair.face_width - lines.face), strict=True):
+        for end, distance in zip(self.ends, (lines.face, lines.pair.meshing.face_width - lines.face), strict=True):
             if end is not None:
                 total += relief(distance, end.length, end.amount, end.shape)
         return total
@@ -103,5 +103,5 @@ class EndRelief(GapEffect):
     def face_kinks(self, pair: Pair) -> tuple[float, ...]:
         """Where each relief begins, y [mm]."""
         at_0, at_b = (None if end is None or end.amount == 0 else end.length or None for end in self.ends)
-        found = (at_0, None if at_b is None else pair.face_width - at_b)
+        found = (at_0, None if at_b is None else pair.meshing.face_width - at_b)
         return tuple(y for y in found if y is not None)

@@ -1,7 +1,8 @@
 """Shapes of the errors of a flank and of a pair of axes: gap of a unit error, on the segments of the contact lines.
 
 All shapes are dimensionless with largest value 1, positive = material missing. Along the profile t runs from the
-start of the active profile (0, root side) to its end (1, tip side) of the gear in question; across the face η = y/b.
+start of the active profile (0, root side) to its end (1, tip side) of the gear in question; across the face η = y/b, of
+the gear's own face; of axes, of the common one.
 A constant added to a shape moves the mean transmission error and nothing else, so where a shape is anchored does not
 matter to any RMS value.
 """
@@ -48,14 +49,14 @@ def profile_form(lines: ContactLines, role: Role, along: Along, span: Range) -> 
     return (2 * profile_coordinate(lines, role, along, span) - 1) ** 2
 
 
-def helix_slope(lines: ContactLines, *_: object) -> NDArray:
+def helix_slope(lines: ContactLines, role: Role, *_: object) -> NDArray:
     """η: missing at y = b."""
-    return lines.face / lines.pair.face_width
+    return lines.own_face(role) / lines.pair.gears[role].face_width
 
 
-def helix_form(lines: ContactLines, *_: object) -> NDArray:
+def helix_form(lines: ContactLines, role: Role, *_: object) -> NDArray:
     """(2η − 1)²: a crown, missing at both ends of the face."""
-    return (2 * lines.face / lines.pair.face_width - 1) ** 2
+    return (2 * helix_slope(lines, role) - 1) ** 2
 
 
 def inclination(lines: ContactLines, *_: object) -> NDArray:
@@ -69,4 +70,4 @@ def deviation(lines: ContactLines, *_: object) -> NDArray:
 
 
 def _axis(lines: ContactLines) -> NDArray:
-    return math.cos(lines.pair.meshing.beta_b) * lines.face / lines.pair.face_width
+    return math.cos(lines.pair.meshing.beta_b) * lines.face / lines.pair.meshing.face_width

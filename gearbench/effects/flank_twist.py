@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
+import numpy as np
 from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
@@ -40,6 +41,8 @@ class FlankTwist(GapEffect):
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
-        t1, t2 = (profile_coordinate(lines, role) for role in Role)
-        slope = self.pinion * (t1 - 0.5) + self.wheel * (t2 - 0.5)
-        return MICROMETRE * (lines.face / lines.pair.face_width - 0.5) * slope
+        twisted = np.zeros(lines.shape)
+        for role, amount in zip(Role, (self.pinion, self.wheel), strict=True):
+            across = lines.own_face(role) / lines.pair.gears[role].face_width - 0.5
+            twisted += amount * across * (profile_coordinate(lines, role) - 0.5)
+        return MICROMETRE * twisted

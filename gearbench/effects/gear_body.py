@@ -86,7 +86,7 @@ class GearBody(ToothCompliance):
         from gearbench.compliance.sainsot_velex import foundation_factor
 
         gear, bore = pair.gears[role], require_bores(pair)[role]
-        return foundation_factor(gear, pair.material.E, bore / 2, gear.root_radius + height)[..., None]
+        return foundation_factor(gear, pair.materials[role].E, bore / 2, gear.root_radius + height)[..., None]
 
 
 def _meshed(beside: Effects) -> bool:

@@ -19,7 +19,7 @@ from gearbench.schema import STRICT
 class HelixCurve(CurvesOfGears):
     """Deviation of the helix of each gear over the face, the same all along the profile.
 
-    A polynomial runs over the face width, t = y/b; points stand at positions y.
+    A polynomial runs over the gear's own face width, t = y/b; points stand at positions y on it.
 
     Parameters
     ----------
@@ -35,9 +35,12 @@ class HelixCurve(CurvesOfGears):
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
-        values = [curve.values(lines.face / lines.pair.face_width, lines.face) for curve in self.curves.values()]
+        values = []
+        for role, curve in self.curves.items():
+            y = lines.own_face(role)
+            values.append(curve.values(y / lines.pair.gears[role].face_width, y))
         return MICROMETRE * np.sum(values, axis=0)
 
     def face_kinks(self, pair: Pair) -> tuple[float, ...]:
         """Positions y [mm] of the points of coarse curves."""
-        return tuple(y for curve in self.curves.values() for y in curve.kinks)
+        return tuple(y - pair.overhangs[role][0] for role, curve in self.curves.items() for y in curve.kinks)

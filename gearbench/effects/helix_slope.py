@@ -10,6 +10,7 @@ from pydantic.dataclasses import dataclass
 from gearbench.effects.base import GapEffect
 from gearbench.effects.relief import MICROMETRE, Amount
 from gearbench.geometry.action import ContactLines
+from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 
@@ -34,4 +35,5 @@ class HelixSlope(GapEffect):
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
-        return MICROMETRE * (self.pinion + self.wheel) * lines.face / lines.pair.face_width
+        share = [lines.own_face(role) / gear.face_width for role, gear in zip(Role, lines.pair.gears, strict=True)]
+        return MICROMETRE * (self.pinion * share[0] + self.wheel * share[1])

@@ -26,6 +26,7 @@ class Hertz(ComplianceEffect):
     "weber_banaschek": g = 4(1−ν²)/(πE) · q · [ln(2√(t₁t₂)/a_H) − ν/(2(1−ν))], a_H² = 8qρ(1−ν²)/(πE), with ρ the
     relative radius of curvature in the normal plane and t_i the depth from the flank, along the line of action, to
     the centre line of the tooth; load dependent, solved to convergence (C3).
+    Gears of two materials add a half of each.
 
     Parameters
     ----------
@@ -43,14 +44,18 @@ class Hertz(ComplianceEffect):
 
     def compliance(self, lines: ContactLines, beside: Effects) -> LineLaw:
         """Law of each segment, (position, pair, segment)."""
-        nu, c = lines.pair.material.nu, 4 / (math.pi * lines.pair.material.plane_strain_modulus)
+        materials = lines.pair.materials
+        each = [2 / (math.pi * material.plane_strain_modulus) for material in materials]
+        c = sum(each)
         if self.law == "yang_sun":
             return LineLaw(a=np.full(lines.shape, c), h=np.zeros(lines.shape))
         # at an interference point ρ = 0 and the logarithm is infinite: no segment centre sees less than this
         rho = np.maximum(lines.curvature_radius, 1e-9 * lines.pair.meshing.tangent_length)
-        t1, t2 = (gear.flank_depth(r) for gear, r in zip(lines.pair.gears, lines.radii, strict=True))
-        # ln(2√(t1 t2)/a_H) = ½ ln(4 t1 t2 / (2cρ)) − ½ ln q, since a_H² = 2cρq
-        a = c * (0.5 * np.log(2 * t1 * t2 / (c * rho)) - nu / (2 * (1 - nu)))
+        a = np.zeros(lines.shape)
+        for c_i, material, gear, radius in zip(each, materials, lines.pair.gears, lines.radii, strict=True):
+            t, nu = gear.flank_depth(radius), material.nu
+            # ln(2t/a_H) = ½ ln(4t² / (2cρ)) − ½ ln q, since a_H² = 2cρq
+            a += c_i * (0.5 * np.log(2 * t**2 / (c * rho)) - nu / (2 * (1 - nu)))
         h = np.full(lines.shape, c / 2)
         if lines.touch is not None:
             for role in Role:
@@ -63,10 +68,10 @@ def _edge(lines: ContactLines, role: Role, rho: NDArray) -> tuple[NDArray, NDArr
     """What a and h gain near the tip of one of the gears, (position, pair, segment) [mm²/N] (E4)."""
     from gearbench.compliance.edge import edge_distance, edge_softening
 
-    touch, material, gear = lines.touch, lines.pair.material, lines.pair.gears[role]
+    touch, gear = lines.touch, lines.pair.gears[role]
     assert touch is not None
-    c = (1 - material.nu**2) / (math.pi * material.E)
+    c = [1 / (math.pi * material.plane_strain_modulus) for material in lines.pair.materials]
     roll = touch.rolls[role]
     # corners where a relief begins are all but flat
     tilt = np.where((touch.edge == role) & (edge_distance(gear, roll) < 1e-6 * gear.tip_radius), touch.tilt, 0.0)
-    return edge_softening(gear, c, FLANK_POLYNOMIALS, roll, tilt, rho, lines.typical_load)
+    return edge_softening(gear, c[role], sum(c) / 2, FLANK_POLYNOMIALS, roll, tilt, rho, lines.typical_load)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass as plain_dataclass
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -161,6 +162,7 @@ class ManufacturingErrors(GapEffect):
         """The errors meant: the preset written out, or these."""
         return PRESETS[self.preset] if self.preset is not None else self
 
+    @lru_cache(maxsize=64)  # noqa: B019 - a few small objects, asked for at every gap of a scene
     def error_modes(self, pair: Pair) -> tuple[ErrorMode, ...]:
         """The random variables of the pair, in a fixed order."""
         this = self.convention()
@@ -186,16 +188,14 @@ class ManufacturingErrors(GapEffect):
         if tolerance not in _OF_AXES:
             return getattr(self._flank(pair, role), tolerance)
         largest = max(self._flank(pair, i).helix_total for i in Role)
-        return getattr(shaft_parallelism(largest, pair.face_width), tolerance)
+        return getattr(shaft_parallelism(largest, pair.meshing.face_width), tolerance)
 
     def _flank(self, pair: Pair, role: Role) -> FlankTolerances:
         return gear_tolerances(pair.gears[role], self.iso_class or 0, self.edition, self.rounded)
 
     def modes(self, lines: ContactLines) -> NDArray:
         """Gap of 1 µm of each error, (position, pair, segment, error) [mm]."""
-        this = self.convention()
-        gaps = [mode.gap(lines, this.along, this.profile_range) for mode in this.error_modes(lines.pair)]
-        return np.stack(gaps, axis=-1)
+        return np.stack([self._gap(mode, lines) for mode in self.error_modes(lines.pair)], axis=-1)
 
     def mean(self, pair: Pair) -> NDArray:
         """Mean of each error, (error,) [µm]."""
@@ -209,7 +209,13 @@ class ManufacturingErrors(GapEffect):
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap with every error at its mean, (position, pair, segment) [mm]."""
-        return self.modes(lines) @ self.mean(lines.pair)
+        drawn = zip(self.error_modes(lines.pair), self.mean(lines.pair), strict=True)
+        return sum((mean * self._gap(mode, lines) for mode, mean in drawn if mean), np.zeros(lines.shape))
+
+    def _gap(self, mode: ErrorMode, lines: ContactLines) -> NDArray:
+        """Gap of 1 µm of the error, (position, pair, segment) [mm]."""
+        this = self.convention()
+        return mode.gap(lines, this.along, this.profile_range)
 
 
 #: Conventions by name. "garambois2017" is the one found by ``studies/s01_table2``.

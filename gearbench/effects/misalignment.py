@@ -48,4 +48,4 @@ class Misalignment(GapEffect):
         across = -self.deviation if lines.coast else self.deviation
         opening = self.inclination * math.sin(alpha) + across * math.cos(alpha)
         normal = MICROMETRE * math.cos(lines.pair.meshing.beta_b)
-        return normal * opening * lines.face / lines.pair.face_width
+        return normal * opening * lines.face / lines.pair.meshing.face_width

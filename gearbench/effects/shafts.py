@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -31,15 +32,20 @@ class SeatedGear:
     settled: Settled
 
     @property
+    def number(self) -> int:
+        """Number of its shaft."""
+        return self.box.seats[(self.mesh, self.role)][0]
+
+    @property
     def model(self) -> ShaftModel:
         """Beam model of its shaft."""
-        return self.settled.model
+        return self.box.models[self.number]
 
     @property
     def nodes(self) -> NDArray:
         """Nodes of the shaft under its face."""
         seat = self.box.seats[(self.mesh, self.role)][1]
-        half = self.box.pairs[self.mesh].face_width / 2
+        half = self.box.pairs[self.mesh].gears[self.role].face_width / 2
         first, last = (self.model.node(seat.position + s * half) for s in (-1, 1))
         return np.arange(first, last + 1)
 
@@ -59,36 +65,66 @@ class SeatedGear:
         return self.model.rows(frame.position(self.role, lines.y), wrench)
 
     @property
-    def _here(self) -> NDArray:
-        """Motions of the nodes under the face."""
+    def here(self) -> NDArray:
+        """Motions of the nodes under the face, among those of the shaft."""
         return (6 * self.nodes[:, None] + np.arange(6)).ravel()
 
     @property
-    def _spin(self) -> NDArray:
+    def spin(self) -> NDArray:
         """Compliance of the spin of the nodes under the face."""
         return twist(self.model, self.nodes, self.torque_from)
 
-    def factor(self, lines: ContactLines) -> NDArray:
-        """Ψ (position, pair, segment, rank) [√(mm/N)]: bending and push with bearings, twist over the face (W9)."""
-        here = self._here
-        G = self.settled.compliance[np.ix_(here, here)].copy()
-        G[5::6, 5::6] += self._spin
-        # mm and rad side by side: radians over the half face width
-        scale = np.tile([1, 1, 1, *([2 / lines.pair.face_width] * 3)], len(self.nodes))
-        values, vectors = np.linalg.eigh(G / scale[:, None] / scale)
-        keep = values > _RANK * values[-1]
-        return self.rows(lines)[..., here] @ (scale[:, None] * vectors[:, keep] * np.sqrt(values[keep]))
+    def motion(self, of: NDArray) -> NDArray:
+        """Its shaft's part (size,) of the motion or load of all that is settled together."""
+        return of[self.settled.structure.motions(self.number)]
 
-    def rest(self, own: NDArray) -> NDArray:
-        """Motion (size,) of the nodes in which the load ``own`` (size,) of the flanks has no part (W10)."""
-        return self.settled.motion - self.settled.compliance @ own
+    def load(self, own: NDArray) -> NDArray:
+        """Load ``own`` (size,) on its shaft as one on all that is settled together."""
+        load = np.zeros_like(self.settled.load)
+        load[self.settled.structure.motions(self.number)] = own
+        return load
 
     def loaded(self, own: NDArray) -> NDArray:
-        """Motion (size,) of the nodes under all loads, those of the flanks ``own`` (size,); spin of the face's only."""
-        motion = self.settled.motion.copy()
-        spin = self._here[5::6]
-        motion[spin] += self._spin @ own[spin]
+        """Motion (size,) of its shaft under all loads, ``own`` (size,) that of the flanks; spin of the face's only."""
+        motion = self.motion(self.settled.motion).copy()
+        spin = self.here[5::6]
+        motion[spin] += self.spin @ own[spin]
         return motion
+
+
+def factor(gears: Sequence[SeatedGear], lines: ContactLines) -> NDArray:
+    """Ψ (position, pair, segment, rank) [√(mm/N)] of seats that are settled together (W9).
+
+    Bending and push with bearings and bodies, twist over the face.
+    """
+    settled = gears[0].settled
+    here = np.concatenate([gear.here + settled.structure.starts[gear.number] for gear in gears])
+    G, scale = settled.compliance[np.ix_(here, here)].copy(), []
+    for gear in gears:
+        spin = np.arange(len(gear.nodes)) * 6 + 5 + 6 * len(scale)
+        G[np.ix_(spin, spin)] += gear.spin
+        # mm and rad side by side: radians over the half face width
+        scale += [np.array([1, 1, 1, *([2 / lines.pair.meshing.face_width] * 3)])] * len(gear.nodes)
+    whole = np.concatenate(scale)
+    values, vectors = np.linalg.eigh(G / whole[:, None] / whole)
+    keep = values > _RANK * values[-1]
+    rows = np.concatenate([gear.rows(lines)[..., gear.here] for gear in gears], axis=-1)
+    return rows @ (whole[:, None] * vectors[:, keep] * np.sqrt(values[keep]))
+
+
+def _together(gears: tuple[SeatedGear, SeatedGear]) -> list[tuple[SeatedGear, ...]]:
+    """Seats by what they are settled with."""
+    pinion, wheel = gears
+    return [gears] if pinion.settled is wheel.settled else [(pinion,), (wheel,)]
+
+
+def _rest(gears: tuple[SeatedGear, SeatedGear], own: tuple[NDArray, NDArray]) -> tuple[NDArray, NDArray]:
+    """Motion (size,) of both shafts in which the loads ``own`` (size,) of the flanks have no part (W10)."""
+    motions = []
+    for gear in gears:
+        loads = [other.load(load) for other, load in zip(gears, own, strict=True) if other.settled is gear.settled]
+        motions.append(gear.motion(gear.settled.motion - gear.settled.compliance @ np.sum(loads, axis=0)))
+    return motions[0], motions[1]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,7 +145,8 @@ class Shafts(ComplianceEffect):
 
     def compliance(self, lines: ContactLines, beside: Effects) -> LowRank:
         """Factor of both shafts side by side, shared by all pairs, (position, pair, segment, rank)."""
-        return LowRank(factor=np.concatenate([gear.factor(lines) for gear in self.gears], axis=-1), coupled=True)
+        parts = [factor(gears, lines) for gears in _together(self.gears)]
+        return LowRank(factor=np.concatenate(parts, axis=-1), coupled=True)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -172,9 +209,10 @@ def system_effects(box: Gearbox, mesh: str = "", own: tuple[NDArray, NDArray] | 
         SeatedGear(box=box, mesh=mesh, role=role, settled=settled[box.seats[(mesh, role)][0]]) for role in Role
     )
     effects: tuple[Effect, ...] = (Shafts(gears=(pinion, wheel)),)
-    shafts = [gear.model.shaft for gear in (pinion, wheel)]
+    shafts = [model.shaft for gear in (pinion, wheel) for model in gear.settled.structure.shafts.values()]
     linear = all(bearing.is_linear for shaft in shafts for bearing in shaft.bearings)
-    if linear and all(len(shaft.gears) == 1 and not shaft.loads for shaft in shafts):
+    theirs = {pinion.number, wheel.number} == {n for g in (pinion, wheel) for n in g.settled.structure.shafts}
+    if linear and theirs and all(len(shaft.gears) == 1 and not shaft.loads for shaft in shafts):
         return effects
     loads = own or tuple(box.force(mesh) * box.wrench(mesh, gear.role, gear.model) for gear in (pinion, wheel))
-    return (*effects, ShaftMotion(gears=(pinion, wheel), motions=(pinion.rest(loads[0]), wheel.rest(loads[1]))))
+    return (*effects, ShaftMotion(gears=(pinion, wheel), motions=_rest((pinion, wheel), (loads[0], loads[1]))))

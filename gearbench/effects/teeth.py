@@ -78,7 +78,7 @@ def solid_tooth(pair: Pair, role: Role, order: tuple[int, int, int] | None, root
     """Solid tooth of pinion (k = 0) or wheel (k = 1); ``rooted`` where a ring is joined to it."""
     from gearbench.compliance.solid_tooth import SolidTooth
 
-    gear, material = pair.gears[role], pair.material
+    gear, material = pair.gears[role], pair.materials[role]
     return SolidTooth(
         gear=gear,
         E=material.E,

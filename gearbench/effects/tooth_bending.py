@@ -113,8 +113,8 @@ class ToothBending(Tooth):
         from fem_reference.cache import entry
         from fem_reference.refinement import levels
 
-        bodies = [self.body(pair, role, beside) for role in Role]
-        missing = [body for body in bodies if not entry(body, pair.material, self.accuracy).exists()]
+        bodies = [(self.body(pair, role, beside), pair.materials[role]) for role in Role]
+        missing = [body for body, material in bodies if not entry(body, material, self.accuracy).exists()]
         return sum(level.seconds for body in missing for level in levels(body, self.accuracy))
 
     def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense:
@@ -133,7 +133,7 @@ class ToothBending(Tooth):
         if self.model != "plate":
             return self.flank(pair, role, beside).factor(height, y)
         gear = pair.gears[role]
-        factor = plate_tooth(gear, pair.material, self.order, self.fillet).factor(height, y)
+        factor = plate_tooth(gear, pair.materials[role], self.order, self.fillet).factor(height, y)
         if self.load == "full":
             return factor
         return factor * normal_component(gear, height + gear.root_radius)[..., None]
@@ -144,7 +144,7 @@ class ToothBending(Tooth):
             rooted = getattr(beside.get("gear_body"), "model", None) == "ring"
             return solid_tooth(pair, role, self.solid_order, rooted).flank
         return replace(
-            meshed_flank(self.body(pair, role, beside), pair.material, self.accuracy), driven=role == Role.WHEEL
+            meshed_flank(self.body(pair, role, beside), pair.materials[role], self.accuracy), driven=role == Role.WHEEL
         )
 
     def body(self, pair: Pair, role: Role, beside: Effects) -> Body:

@@ -10,13 +10,13 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import Effects, GapEffect
-from gearbench.effects.files import content
 from gearbench.effects.flank_grid import FlankGrid, read_grid
 from gearbench.effects.relief import MICROMETRE
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
+from gearbench.named_files import content
 from gearbench.schema import STRICT
 
 File = Annotated[str, Field(min_length=1, max_length=1000)]
@@ -78,13 +78,16 @@ class Topography(GapEffect):
 
     def check(self, pair: Pair, beside: Effects) -> None:
         """Refuse a grid that misses more than half of the active flank: most likely it is of another gear."""
-        for name, gear, ends, grid in zip(_NAMES, pair.gears, pair.meshing.active_radii, self.grids, strict=True):
+        ends_of_gears = pair.meshing.active_radii
+        for name, gear, ends, (before, _), grid in zip(
+            _NAMES, pair.gears, ends_of_gears, pair.overhangs, self.grids, strict=True
+        ):
             if grid is None:
                 continue
             active = grid.coordinate_of(gear, np.array(ends))
             for axis, values, (low, high) in (
                 (grid.along, grid.coordinate, (float(active[0]), float(active[1]))),
-                ("face position", grid.face, (0.0, pair.face_width)),
+                ("face position", grid.face, (before, before + pair.meshing.face_width)),
             ):
                 covered = min(high, values[-1]) - max(low, values[0])
                 if len(values) > 1 and covered < (high - low) / 2:
@@ -94,9 +97,9 @@ class Topography(GapEffect):
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
         total = np.zeros(lines.shape)
-        for gear, radius, grid in zip(lines.pair.gears, lines.radii, self.grids, strict=True):
+        for role, gear, radius, grid in zip(Role, lines.pair.gears, lines.radii, self.grids, strict=True):
             if grid is not None:
-                total += grid.at(gear, radius, lines.face)
+                total += grid.at(gear, radius, lines.own_face(role))
         return (MICROMETRE if self.positive == "missing" else -MICROMETRE) * total
 
     def kinks(self, pair: Pair) -> tuple[float, ...]:

@@ -87,7 +87,9 @@ class Waviness(GapEffect):
         for role, wave in self._waves():
             rate = 2 * math.pi * wave.order / lines.pair.gears[role].teeth
             x = (sign * rate * lines.mesh_phase + math.radians(wave.phase))[:, None, None]
-            face = 2 * lines.face / lines.pair.face_width - 1 if wave.over_face == "tilting" else np.ones(lines.shape)
+            face = np.ones(lines.shape)
+            if wave.over_face == "tilting":
+                face = 2 * lines.own_face(role) / lines.pair.gears[role].face_width - 1
             modes += [np.sin(x) * face, np.cos(x) * face]
             psi = sign * rate * cycles
             amounts += [wave.amplitude * np.cos(psi), wave.amplitude * np.sin(psi)]

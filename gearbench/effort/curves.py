@@ -17,7 +17,7 @@ from gearbench.effort.apart import apart
 from gearbench.effort.clock import Cost, measured, most_megabytes, timed, unseen
 from gearbench.results.quantities import QUANTITIES
 from gearbench.scene import Scene
-from gearbench.simulation import cycle_values
+from gearbench.solution import cycle_values
 
 if TYPE_CHECKING:
     import xarray as xr

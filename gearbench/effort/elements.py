@@ -29,7 +29,7 @@ from gearbench.errors import GearbenchError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.role import Role
 from gearbench.scene import Scene
-from gearbench.simulation import cycle_values
+from gearbench.solution import cycle_values
 from gearbench.validation.reference import finite_elements, meshed_flanks
 
 if TYPE_CHECKING:
@@ -223,9 +223,9 @@ def _solved(scene: Scene, kind: str, m: int) -> tuple[NDArray, list[FlankComplia
     from fem_reference.tooth_mesh import tooth_mesh
 
     flanks = []
-    for body in _bodies(scene):
+    for body, material in zip(_bodies(scene), scene.pair.materials, strict=True):
         mesh = tooth_mesh(body, mesh_cells(body, m), kind)
-        flanks.append(flank_compliance(mesh, scene.pair.material, default_order(body.gear)))
+        flanks.append(flank_compliance(mesh, material, default_order(body.gear)))
     return cycle_values(_with_flanks(scene, flanks)), flanks
 
 

@@ -28,7 +28,7 @@ from gearbench.effort.robust_plan import SAMPLES, robust_part
 from gearbench.effort.trials import Reduced, Trial, Trials, first_trial, reduced, spent, timed_once, trials
 from gearbench.results.outputs import DEFAULT_OUTPUTS
 from gearbench.scene import Scene
-from gearbench.simulation import dataset
+from gearbench.solution import dataset
 
 #: Power of the number of segments that the time of each phase may grow with, at most.
 STEEPEST = 2.5

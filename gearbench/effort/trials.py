@@ -20,7 +20,7 @@ from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.results.solved import Solved
 from gearbench.scene import Scene
-from gearbench.simulation import solve_lines
+from gearbench.solution import solve_lines
 
 A = TypeVar("A")
 

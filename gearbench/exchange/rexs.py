@@ -175,9 +175,11 @@ def _stage_scene(document: RexsDocument, stage: Stage, torque: float | None, loa
     shifts = _all_shifts(given, _shift_sum(pinion, wheel, centre_distance))
     for name, gear, own, x in zip(("pinion", "wheel"), (pinion, wheel), given, shifts, strict=True):
         pair[name] = _member(gear, own, x)
+        if gear.face_width > pair["face_width"]:
+            pair[name]["face_width"] = gear.face_width
     _note_rack((pinion, wheel), (pair["pinion"], pair["wheel"]), notes)
     _bores(document, (pinion, wheel), (pair["pinion"], pair["wheel"]), shifts, notes)
-    pair["material"] = _material(document, gears, notes)
+    _materials(document, gears, pair, notes)
     _note_modifications(document, notes)
     name = f"{document.path.name.split('.rexs')[0]} stage {stage.number}"
     tables: dict[str, Any] = {"name": name, "pair": pair, "effects": {k: dict(v) for k, v in EFFECTS.items()}}
@@ -285,15 +287,20 @@ def _bores(
             notes.append(f"bore of {gear.component.label}: {seat:g} mm, from its shaft")
 
 
-def _material(document: RexsDocument, gears: tuple[Component, Component], notes: list[str]) -> dict[str, float]:
-    found = [read_material(document, gear) for gear in gears]
-    known = [material for material in found if material is not None]
+def _materials(
+    document: RexsDocument, gears: tuple[Component, Component], pair: dict[str, Any], notes: list[str]
+) -> None:
+    """Material of the pair, and of the wheel where it has another."""
+    tables = [
+        None if found is None else {"youngs_modulus": found[0], "poisson_ratio": found[1]}
+        for found in (read_material(document, gear) for gear in gears)
+    ]
+    known = [table for table in tables if table is not None]
     if not known:
         notes.append("material not in the file: steel, 210 GPa, 0.3, assumed")
-        return {"youngs_modulus": 210.0, "poisson_ratio": 0.3}
-    if any(material != known[0] for material in known):
-        raise InputError(f"{gears[1].label}.material", f"{known[1][0]:g} GPa", "must be that of its mate")
-    return {"youngs_modulus": known[0][0], "poisson_ratio": known[0][1]}
+    pair["material"] = known[0] if known else {"youngs_modulus": 210.0, "poisson_ratio": 0.3}
+    if known and known[-1] != known[0]:
+        pair["wheel"]["material"] = known[-1]
 
 
 def _note_modifications(document: RexsDocument, notes: list[str]) -> None:

@@ -1,4 +1,4 @@
-"""REXS files, as XML or packed: their contents, safely read. Source: REXS 1.0 to 1.7 (rexs.info).
+"""REXS files, as XML, as JSON or packed: their contents, safely read. Source: REXS 1.0 to 1.7 (rexs.info).
 
 A model is a list of components with attributes, and of relations between them; a load spectrum may override attributes
 for its load cases. Document types are refused, and with them entity expansion; packed files that grow too much, too.
@@ -17,15 +17,17 @@ from typing import IO
 from xml.etree.ElementTree import Element, ParseError, TreeBuilder
 
 from gearbench.errors import InputError
+from gearbench.exchange.rexs_json import parse_json
 from gearbench.exchange.rexs_units import LENGTH, Dimension
 
 VERSIONS = tuple(f"1.{minor}" for minor in range(8))
 #: Other spellings of versions in files of the first years.
 _SPELLINGS = MappingProxyType({"1.00": "1.0", "1.10": "1.1"})
-#: Ends of names, of the XML form and packed (REXS 1.4, file formats).
+#: Ends of names: XML, JSON and packed (REXS 1.5, file formats).
 PLAIN = (".rexs", ".rexs.xml")
+JSON = (".rexsj", ".rexs.json")
 PACKED = (".rexsz", ".rexs.zip")
-#: Largest size of the XML text [bytes], and how many times larger than the packed file it may be.
+#: Largest size of the text [bytes], and how many times larger than the packed file it may be.
 LARGEST, LARGEST_RATIO = 200_000_000, 200
 #: Elements and comments at most, a hundred times those of a gearbox; each takes 2 µs and 90 bytes. REXS nests six deep.
 MOST_ELEMENTS, DEEPEST = 1_000_000, 100
@@ -145,7 +147,7 @@ class RexsDocument:
 
 
 def read_rexs(path: str | Path) -> RexsDocument:
-    """Read a REXS file, ``.rexs`` (XML) or packed ``.rexsz``.
+    """Read a REXS file: ``.rexs`` (XML), ``.rexsj`` (JSON) or packed ``.rexsz``.
 
     Raises
     ------
@@ -164,7 +166,7 @@ def read_rexs(path: str | Path) -> RexsDocument:
 
 def is_rexs(path: str | Path) -> bool:
     """Whether the name of a file says that it is REXS."""
-    return str(path).lower().endswith((*PLAIN, *PACKED))
+    return str(path).lower().endswith((*PLAIN, *JSON, *PACKED))
 
 
 def children(element: Element, tag: str) -> Iterator[Element]:
@@ -177,7 +179,7 @@ def _parse(path: Path) -> Element:
         if path.stat().st_size > LARGEST:
             raise InputError("", f"{path.stat().st_size} bytes", f"must be at most {LARGEST} bytes")
         with path.open("rb") as file:
-            return parse_xml(file)
+            return _parse_text(path.name, file)
     try:
         with zipfile.ZipFile(path) as archive:
             member = _model(archive)
@@ -186,7 +188,7 @@ def _parse(path: Path) -> Element:
                 allowed = f"must be at most {LARGEST} bytes and {LARGEST_RATIO} times its packed size"
                 raise InputError("", f"unpacks from {packed} to {size} bytes", allowed)
             with archive.open(member) as file:
-                return parse_xml(file)
+                return _parse_text(member.filename, file)
     except InputError:
         raise
     except OSError as error:
@@ -200,11 +202,20 @@ def _parse(path: Path) -> Element:
 def _model(archive: zipfile.ZipFile) -> zipfile.ZipInfo:
     """The one model of a packed file; the files that it refers to, which may stand beside it, are never unpacked."""
     members = [member for member in archive.infolist() if not member.is_dir()]
-    models = [member for member in members if member.filename.lower().endswith(PLAIN)]
+    models = [member for member in members if member.filename.lower().endswith((*PLAIN, *JSON))]
     if len(models) != 1:
         names = ", ".join(member.filename for member in (models or members)[:5]) or "nothing"
         raise InputError("", f"holds {names}", "a packed REXS file must hold one .rexs file")
     return models[0]
+
+
+def _parse_text(name: str, file: IO[bytes]) -> Element:
+    if not name.lower().endswith(JSON):
+        return parse_xml(file)
+    data = file.read(LARGEST + 1)
+    if len(data) > LARGEST:  # whatever the header of a ZIP file says
+        raise InputError("", f"more than {LARGEST} bytes", "too large")
+    return parse_json(data)
 
 
 class _Bounded(TreeBuilder):

@@ -18,7 +18,7 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 
 from gearbench.errors import InputError
 from gearbench.exchange.rexs import Stage
-from gearbench.exchange.rexs_document import PACKED, RexsDocument, children
+from gearbench.exchange.rexs_document import PACKED, PLAIN, RexsDocument, children
 from gearbench.files import check_target, write_bytes
 
 if TYPE_CHECKING:
@@ -47,6 +47,8 @@ def write_results(document: RexsDocument, stage: Stage, dataset: xr.Dataset, tar
         If the Dataset is no simulation of that stage, or the target cannot be written.
     """
     target = check_target(target)
+    if not target.name.lower().endswith((*PLAIN, *PACKED)):
+        raise InputError("output", str(target), "must end in .rexs (XML) or .rexsz (packed)")
     if "mesh_stiffness" not in dataset or "mesh_phase" not in dataset.coords:
         raise InputError("mesh_stiffness", "missing", "the result must come from gearbench simulate")
     teeth = _driving_teeth(document, stage, dataset)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import base64
 import math
 from dataclasses import replace
 from typing import Any
+from xml.etree.ElementTree import Element
 
 import numpy as np
 from numpy.typing import NDArray
@@ -185,16 +187,27 @@ def _vector(document: RexsDocument, component: Component, name: str) -> NDArray:
     """A vector attribute [mm]."""
     for attribute in children(component.element, "attribute"):
         if attribute.get("id") == name:
-            text = [item.text for array in children(attribute, "array") for item in children(array, "c")]
             factor = LENGTH.factor(attribute.get("unit") or "mm")
             try:
-                values = np.array([float(item or "") for item in text])
+                values = np.array([value for array in children(attribute, "array") for value in _numbers(array)])
             except ValueError:
                 values = np.array([math.nan])
             if factor is None or len(values) != 3 or not np.isfinite(values).all():
-                raise InputError(f"{component.label}.{name}", text, "must be three lengths")
+                raise InputError(f"{component.label}.{name}", values.tolist(), "must be three lengths")
             return factor * values
     raise InputError(f"{component.label}.{name}", "missing", "is required for shafts")
+
+
+def _numbers(array: Element) -> list[float]:
+    """Items of an array, one by one or as base64 of little-endian numbers (REXS 1.4)."""
+    code = array.get("code")
+    if code is None:
+        return [float(item.text or "") for item in children(array, "c")]
+    if code not in ("float32", "float64"):
+        raise ValueError(code)
+    text = "".join((array.text or "").split())
+    raw = base64.b64decode(text + "=" * (-len(text) % 4), validate=True)
+    return np.frombuffer(raw, dtype=np.dtype(code).newbyteorder("<")).tolist()
 
 
 def _clockwise(document: RexsDocument, case: int | None) -> bool:

@@ -1,4 +1,4 @@
-"""A quantity on the flank as an image: path of contact across, face width up."""
+"""A quantity on the flank as an image: face width across, path of contact up."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gearbench.results.solved import Solved
 
 #: Pixels across and up.
-SIZE = (72, 48)
+SIZE = (48, 72)
 
 
 def flank_range(solved: Solved) -> tuple[float, float]:
@@ -21,7 +21,7 @@ def flank_range(solved: Solved) -> tuple[float, float]:
 
 
 def flank_map(solved: Solved, values: NDArray, size: tuple[int, int] = SIZE) -> NDArray:
-    """``values`` (position, pair, segment) over the rectangle of ``flank_range`` and 0 … b, (up, across).
+    """``values`` (position, pair, segment) over the rectangle of 0 … b and ``flank_range``, (up, across).
 
     NaN where no line is near.
 
@@ -35,15 +35,15 @@ def flank_map(solved: Solved, values: NDArray, size: tuple[int, int] = SIZE) -> 
     turn, y, q = turn[order], lines.y[active][order], values[active][order]
     half = lines.length[active][order] * math.cos(pair.meshing.beta_b) / 2
     across, up = size
-    positions = (np.arange(up) + 0.5) / up * pair.face_width
+    positions = (np.arange(across) + 0.5) / across * pair.meshing.face_width
     first, last = flank_range(solved)
-    u = first + (np.arange(across) + 0.5) / across * (last - first)
-    along = np.array([np.interp(positions, *line) for line in zip(y, q, strict=True)])  # (line, up)
+    u = first + (np.arange(up) + 0.5) / up * (last - first)
+    along = np.array([np.interp(positions, *line) for line in zip(y, q, strict=True)])  # (line, across)
     reached = (positions >= y[:, :1] - half[:, :1]) & (positions <= y[:, -1:] + half[:, -1:])
     image = np.full((up, across), np.nan)
-    for row, face in enumerate(positions):
-        there = reached[:, row]
+    for column, face in enumerate(positions):
+        there = reached[:, column]
         if there.any():
             at = pair.meshing.path_start + turn[there] * pair.meshing.base_pitch + face * math.tan(pair.meshing.beta_b)
-            image[row] = np.interp(u, at, along[there, row])
+            image[:, column] = np.interp(u, at, along[there, column])
     return image

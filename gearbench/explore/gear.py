@@ -74,7 +74,7 @@ class GearPanel:
         return plot
 
     def _pressure(self, now: Tables) -> Any:
-        plot = chart("Contact pressure on the flank", "path of contact u [mm]", "face width y [mm]", height=HEIGHT)
+        plot = chart("Contact pressure on the flank", "face width y [mm]", "path of contact u [mm]", height=HEIGHT)
         plot.x_range.range_padding = plot.y_range.range_padding = 0
         mapper = LinearColorMapper(palette="Cividis256", low=0, high=now["pressure"]["top"][0], nan_color="white")
         source = self.now["pressure"]

@@ -31,10 +31,10 @@ def tables(picture: Picture, *, teeth: bool = True) -> Tables:
     }
     image = {
         "image": [picture.pressure.astype("float32")],
-        "x": [picture.pressure_range[0]],
-        "y": [0.0],
-        "dw": [picture.pressure_range[1] - picture.pressure_range[0]],
-        "dh": [pair.face_width],
+        "x": [0.0],
+        "y": [picture.pressure_range[0]],
+        "dw": [pair.meshing.face_width],
+        "dh": [picture.pressure_range[1] - picture.pressure_range[0]],
         "top": [float(np.nanquantile(picture.pressure, 0.99))],
     }
     scatter = {} if picture.unfinished else densities(picture)
@@ -102,7 +102,7 @@ def summary(name: str, *pictures: Picture) -> str:
     """A table as HTML: the gear as stored, and with the settings of the page where a second picture is given."""
     pair = pictures[-1].scene.pair
     z = f"{pair.pinion.teeth}/{pair.wheel.teeth}"
-    head = f"z {z}, m_n {pair.normal_module:g} mm, β {pair.helix_angle:g}°, b {pair.face_width:g} mm"
+    head = f"z {z}, m_n {pair.normal_module:g} mm, β {pair.helix_angle:g}°, b {pair.meshing.face_width:g} mm"
     ratios = f"ε_α {pair.meshing.transverse_contact_ratio:.3f}, ε_β {pair.meshing.overlap_ratio:.3f}"
     rows = [
         ("RMS δ [µm]", *(f"{p.transmission_error.rms:.3f}" for p in pictures)),

@@ -20,7 +20,7 @@ from gearbench.results.responses import response
 from gearbench.results.solved import Solved
 from gearbench.robustness.montecarlo import default_threads, prepare_scene, respond
 from gearbench.scene import Resolution, Scene
-from gearbench.simulation import solve_scene
+from gearbench.solution import solve_scene
 
 #: Error samples, and mesh orders of the spectra.
 SAMPLES, ORDERS = 256, 10

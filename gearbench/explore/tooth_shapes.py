@@ -70,7 +70,7 @@ def mesh(pair: Pair) -> Mesh:
     """Teeth of ``pair`` about the pitch point."""
     pinion, wheel = pair.gears
     alpha = pair.meshing.alpha_wt
-    first = pair.meshing.path_start + pair.face_width / 2 * math.tan(pair.meshing.beta_b)
+    first = pair.meshing.path_start + pair.meshing.face_width / 2 * math.tan(pair.meshing.beta_b)
     # the tooth nearest the pitch point stands in the middle of the drawing
     nearest = round((pair.meshing.pitch_point - first) / pair.meshing.base_pitch)
     u = first + nearest * pair.meshing.base_pitch
@@ -84,7 +84,7 @@ def mesh(pair: Pair) -> Mesh:
         radii=(pinion.base_radius, wheel.base_radius),
         pitch=pair.meshing.base_pitch,
         angle=alpha,
-        distance=pair.centre_distance,
+        distance=pair.meshing.centre_distance,
         first=first,
         path=(pair.meshing.path_start, pair.meshing.path_end),
     )

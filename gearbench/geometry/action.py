@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.quadrature import gauss, interpolation
+from gearbench.geometry.role import Role
 from gearbench.geometry.separation import Separation, Touch
 
 #: Segments that a panel has at least.
@@ -76,7 +77,15 @@ class ContactLines:
     @property
     def face(self) -> NDArray:
         """Position along the face width as the gears have it: y, or b − y of the coast flanks [mm]."""
-        return self.pair.face_width - self.y if self.coast else self.y
+        return self.pair.meshing.face_width - self.y if self.coast else self.y
+
+    def own_y(self, role: Role) -> NDArray:
+        """y along the whole face of one of the gears: counted from the end of that face, not of the common one [mm]."""
+        return self.y + self.pair.overhangs[role][1 if self.coast else 0]
+
+    def own_face(self, role: Role) -> NDArray:
+        """``face`` along the whole face of one of the gears [mm]."""
+        return self.face + self.pair.overhangs[role][0]
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -98,7 +107,7 @@ class ContactLines:
         """The lines with each node moved by ``share`` of half its segment along the line: ±1 are the ends."""
         meshing = self.pair.meshing
         half, tan_b = self.length * math.cos(meshing.beta_b) / 2, math.tan(meshing.beta_b)
-        y = np.clip(self.y + share * half, 0.0, self.pair.face_width)
+        y = np.clip(self.y + share * half, 0.0, self.pair.meshing.face_width)
         u = self.u + (y - self.y) * tan_b
         if self.separation is None:
             u = np.clip(u, meshing.path_start, meshing.path_end)
@@ -215,7 +224,7 @@ def contact_lines(
         Of the flanks; with it lines reach over the range ``span`` of u [mm], beyond the path of contact.
     """
     tau = np.atleast_1d(np.asarray(mesh_phase, dtype=float))
-    meshing, b = pair.meshing, pair.face_width
+    meshing, b = pair.meshing, pair.meshing.face_width
     u_a, u_e = ends = (meshing.path_start, meshing.path_end) if span is None else span
     tan_b = math.tan(meshing.beta_b)
     cuts = sorted({u for u in kinks if u_a < u < u_e}), sorted({y for y in face_kinks if 0 < y < b})
@@ -246,7 +255,7 @@ def _panel_edges(
     pair: Pair, start: NDArray, ends: tuple[float, float], kinks: Sequence[float], face_kinks: Sequence[float]
 ) -> NDArray:
     """Ends y of the panels, (edge, …), of lines between the ``ends`` in u that pass y = 0 at ``start`` (…) [mm]."""
-    (u_a, u_e), tan_b, b = ends, math.tan(pair.meshing.beta_b), pair.face_width
+    (u_a, u_e), tan_b, b = ends, math.tan(pair.meshing.beta_b), pair.meshing.face_width
     if tan_b > 0:
         low, high = np.clip((u_a - start) / tan_b, 0.0, b), np.clip((u_e - start) / tan_b, 0.0, b)
         inside = [(u - start) / tan_b for u in kinks]
@@ -265,7 +274,7 @@ def _on_panels(
     How many segments a panel gets depends on which panels there are on a line, and nothing else: it stays the same
     between two transitions of the mesh cycle, where the sums over the nodes are then as smooth as the integrals.
     """
-    real = np.diff(edges, axis=0) > SHORTEST * pair.face_width
+    real = np.diff(edges, axis=0) > SHORTEST * pair.meshing.face_width
     y, width = np.zeros((2, *edges.shape[1:], segments))
     on = np.zeros(y.shape, dtype=np.intp)
     for pattern in np.unique(real.reshape(len(real), -1), axis=1).T:

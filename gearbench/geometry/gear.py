@@ -33,6 +33,8 @@ class Gear(TransverseSection):
         x, h_a*, h_f* and ρ_f*, in normal modules.
     tip_rounding, tip_chamfer
         Radius of the rounding, height of the chamfer (at 45° to the flank) of the tip edge [mm].
+    protuberance
+        s_pr = pr_P0 − q, by which the fillet is cut deeper than the flank [mm].
 
     Raises
     ------
@@ -57,6 +59,7 @@ class Gear(TransverseSection):
     fillet_radius: float
     tip_rounding: float = 0.0
     tip_chamfer: float = 0.0
+    protuberance: float = 0.0
 
     def __post_init__(self) -> None:
         if self.root_radius <= 0:
@@ -108,7 +111,8 @@ class Gear(TransverseSection):
     def fillet(self) -> Fillet:
         """The generated root fillet."""
         m = self.normal_module
-        rack = Rack(module=m, alpha=self.alpha_n, dedendum=self.dedendum * m, fillet=self.fillet_radius * m)
+        h_f, rho, s_pr = self.dedendum * m, self.fillet_radius * m, self.protuberance
+        rack = Rack(module=m, alpha=self.alpha_n, dedendum=h_f, fillet=rho, protuberance=s_pr)
         r, shift = self.pitch_radius, self.profile_shift * m
         return Fillet(rack=rack, teeth=self.teeth, pitch_radius=r, shift=shift, beta=self.beta)
 
@@ -121,19 +125,31 @@ class Gear(TransverseSection):
     @cached_property
     def fillet_end(self) -> float:
         """Fillet parameter φ [rad] at the junction with the involute."""
-        phi = self.fillet.phi_end
-        if not self.is_undercut:
-            return phi
+        end = math.pi / 2 - self.alpha_n
+        if not (self.is_undercut or self.protuberance):
+            return end
         from scipy.optimize import root_scalar
 
-        def excess(p: float) -> float:
-            radius = float(self.fillet.radius(p))
-            return float(self.fillet.half_angle(p)) - float(self.involute_half_angle(radius))
+        def excess(p: ArrayLike) -> NDArray:
+            return self.fillet.half_angle(p) - self.involute_half_angle(self.fillet.radius(p))
 
         low = float(self.fillet.parameter(max(self.base_radius, self.root_radius)))
-        if excess(low) >= 0:  # undercut by rounding only: the junction is the base circle itself
+        if self.protuberance:
+            # the fillet is outside of the flank at the root circle, inside, and outside again where it has left it
+            grid = np.linspace(low, self.fillet.phi_end, 513)
+            inside = np.flatnonzero(excess(grid) < 0)
+            if not inside.size:
+                return low if self.is_undercut else end
+            if inside[-1] == len(grid) - 1:
+                raise InputError(
+                    "protuberance",
+                    self.protuberance,
+                    "over the grinding stock: must be smaller, or the fillet cuts the flank away",
+                )
+            low, end = grid[inside[-1]], grid[inside[-1] + 1]
+        elif excess(low) >= 0:  # undercut by rounding only: the junction is the base circle itself
             return low
-        return float(root_scalar(excess, bracket=(low, phi), method="brentq", xtol=1e-15).root)
+        return float(root_scalar(excess, bracket=(low, end), method="brentq", xtol=1e-15).root)
 
     @cached_property
     def form_radius(self) -> float:

@@ -12,12 +12,16 @@ from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.errors import InputError
+from gearbench.geometry.faces import Ends, Faces
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
 from gearbench.geometry.meshing import Meshing, profile_shift_sum
 from gearbench.geometry.rack import STANDARD_FILLET_RADIUS, full_fillet_radius
 from gearbench.geometry.role import Role
 from gearbench.geometry.section import TransverseSection
+from gearbench.geometry.shifts import backlash, generating_shifts, given_shift
+from gearbench.geometry.temperature import Temperatures, strain
+from gearbench.geometry.thickness import Deviation, Thickness
 from gearbench.notebook import pair_html
 from gearbench.schema import STRICT
 
@@ -57,6 +61,18 @@ class Member:
     tip_rounding, tip_chamfer
         Radius of the rounding, or height of the chamfer (at 45° to the flank), of the tip edge [mm]; a sharp edge
         where both are absent.
+    face_width
+        Own face width b_i, where it is another than that of the pair [mm].
+    axial_offset
+        Middle of its face from that of the pair's, towards y = b [mm].
+    thickness
+        Tooth thickness: a size measured, deviations, or both. The profile shift follows from the size where it is
+        absent; where both are given, the tip circle is that of the profile shift, flanks and root that of the size.
+    protuberance, grinding_stock
+        pr_P0 of the tool and q that is ground off each flank after it [mm]: the fillet is as deep in the flank as
+        pr_P0 is larger than q (G12). Dedendum and fillet radius are then those of the tool, at the finished root.
+    material
+        Of this gear, where it is another than that of the pair.
     """
 
     teeth: Annotated[int, Field(ge=5, le=2000), BeforeValidator(_external)]
@@ -68,12 +84,27 @@ class Member:
     bore_diameter: Length | None = None
     tip_rounding: Annotated[float, Field(gt=0.0, le=50.0)] | None = None
     tip_chamfer: Annotated[float, Field(gt=0.0, le=50.0)] | None = None
+    face_width: Length | None = None
+    axial_offset: Annotated[float, Field(ge=-20000.0, le=20000.0)] = 0.0
+    thickness: Thickness | None = None
+    protuberance: Annotated[float, Field(gt=0.0, le=20.0)] | None = None
+    grinding_stock: Annotated[float, Field(gt=0.0, le=20.0)] | None = None
+    material: Material | None = None
 
     def __post_init__(self) -> None:
         if self.tip_diameter is not None and self.addendum != 1.0:
             raise InputError("tip_diameter", self.tip_diameter, "conflicts with addendum: give one of the two")
         if self.tip_rounding is not None and self.tip_chamfer is not None:
             raise InputError("tip_chamfer", self.tip_chamfer, "conflicts with tip_rounding: give one of the two")
+        stock = self.grinding_stock
+        if stock is not None and stock > (self.protuberance or 0.0):
+            allowed = "must be at most the protuberance: grinding would leave a notch in the fillet"
+            raise InputError("grinding_stock", stock, allowed)
+
+    @property
+    def depth_of_fillet(self) -> float:
+        """pr_P0 − q, by which the fillet is cut deeper than the flank [mm]."""
+        return (self.protuberance or 0.0) - (self.grinding_stock or 0.0)
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -85,7 +116,10 @@ class Pair:
     Parameters
     ----------
     normal_module, face_width, centre_distance
-        m_n, common face width b and working centre distance a′ [mm].
+        m_n, face width b of both gears unless one has its own, and working centre distance a′ [mm]. Teeth touch where
+        both gears have them.
+    centre_distance_upper, centre_distance_lower
+        Deviations of the centre distance [µm]; the pair is computed in their middle.
     pressure_angle, helix_angle
         α_n and β [°].
     backlash
@@ -94,7 +128,9 @@ class Pair:
     pinion, wheel
         The two gears. Profile shifts that are not given share equally the sum that the centre distance asks for.
     material
-        Of both gears.
+        Of both gears, unless one has its own.
+    temperature
+        Temperatures in operation; 20 °C where absent.
 
     Raises
     ------
@@ -116,15 +152,16 @@ class Pair:
     helix_angle: Annotated[float, Field(ge=0.0, le=60.0)] = 0.0
     face_width: Length
     centre_distance: Length
+    centre_distance_upper: Deviation = 0.0
+    centre_distance_lower: Deviation = 0.0
     backlash: Annotated[float, Field(ge=0.0)] | None = None
     pinion: Member
     wheel: Member
     material: Material = Material()
+    temperature: Temperatures | None = None
 
     def __post_init__(self) -> None:
-        if not 0.05 <= self.face_width / self.normal_module <= 500:
-            allowed = f"must be 0.05 to 500 normal modules ({self.normal_module:g} mm); lengths are in mm"
-            raise InputError("face_width", self.face_width, allowed)
+        self.faces.check(self.normal_module)
         self._check_centre_distance()
         for role in Role:
             self._check_clearance(role)
@@ -135,13 +172,16 @@ class Pair:
             raise InputError("centre_distance", self.centre_distance, allowed)
 
     def _check_centre_distance(self) -> None:
+        if self.centre_distance_lower > self.centre_distance_upper:
+            allowed = f"must be at most centre_distance_upper, {self.centre_distance_upper:g}"
+            raise InputError("centre_distance_lower", self.centre_distance_lower, allowed)
         lowest = sum(section.base_radius for section in self.sections)
-        if self.centre_distance <= lowest:
+        if min(self.centre_distance, self.working_distance(self.centre_distance_lower)) <= lowest:
             allowed = f"must exceed the sum of the base radii, {lowest:.6g} mm"
             raise InputError("centre_distance", self.centre_distance, allowed)
-        if self.pinion.profile_shift is None or self.wheel.profile_shift is None:
-            return
-        if self.backlash is not None:
+        if self.backlash is not None and any(member.thickness is not None for member in self.members):
+            raise InputError("backlash", self.backlash, "follows from the tooth thickness: leave out one of the two")
+        if None not in self._given_shifts and self.backlash is not None:
             raise InputError("backlash", self.backlash, "follows from the profile shifts: leave out one of the three")
         if self.actual_backlash < -ROUNDING * (1.0 + self.normal_module):
             tight = f"teeth overlap by {-self.actual_backlash:.4g} mm: reduce a profile shift or raise the distance"
@@ -176,25 +216,97 @@ class Pair:
         return pinion, wheel
 
     @cached_property
+    def _given_shifts(self) -> tuple[float | None, float | None]:
+        one, two = (
+            given_shift(self.sections[role], role, member.profile_shift, member.thickness)
+            for role, member in zip(Role, self.members, strict=True)
+        )
+        return one, two
+
+    @cached_property
     def profile_shifts(self) -> tuple[float, float]:
         """Profile shifts x_1, x_2 [normal modules], derived from the centre distance where not given (G3)."""
         total = profile_shift_sum(self.sections, self.centre_distance, self.backlash or 0.0)
-        x1, x2 = self.pinion.profile_shift, self.wheel.profile_shift
+        x1, x2 = self._given_shifts
         if x1 is None and x2 is None:
             return total / 2, total / 2
         if x1 is None:
             return total - (x2 or 0.0), x2 or 0.0
         return x1, total - x1 if x2 is None else x2
 
+    @cached_property
+    def generating_shifts(self) -> tuple[float, float]:
+        """x_E1, x_E2 [normal modules] of teeth in the middle of their deviations: of flanks and roots."""
+        return self._generating_shifts("middle")
+
+    def _generating_shifts(self, at: str) -> tuple[float, float]:
+        one, two = (0.0 if member.thickness is None else getattr(member.thickness, at) for member in self.members)
+        thicknesses = self.pinion.thickness, self.wheel.thickness
+        return generating_shifts(self.sections, self.profile_shifts, thicknesses, (one, two))
+
+    # -- faces, materials, temperatures -------------------------------------------------------------------------------
+    @cached_property
+    def faces(self) -> Faces:
+        """Faces of both gears."""
+        own, offsets = ((getattr(self.pinion, k), getattr(self.wheel, k)) for k in ("face_width", "axial_offset"))
+        return Faces(width=self.face_width, own=own, offsets=offsets)
+
+    @cached_property
+    def overhangs(self) -> tuple[Ends, Ends]:
+        """How far the face of each gear reaches beyond the common one, at y = 0 and at y = b [mm]."""
+        return self.faces.overhangs
+
+    @property
+    def materials(self) -> tuple[Material, Material]:
+        """Materials of pinion and wheel."""
+        return self.pinion.material or self.material, self.wheel.material or self.material
+
+    @property
+    def contact_modulus(self) -> float:
+        """E* of the contact of both materials, 1/E* = (1−ν₁²)/E₁ + (1−ν₂²)/E₂ [N/mm²]."""
+        one, two = (material.plane_strain_modulus for material in self.materials)
+        return one * two / (one + two)
+
+    @property
+    def strains(self) -> tuple[float, float]:
+        """Free thermal strains of pinion and wheel [–]."""
+        if self.temperature is None:
+            return 0.0, 0.0
+        one, two = (material.thermal_expansion for material in self.materials)
+        return strain(self.temperature.pinion, one), strain(self.temperature.wheel, two)
+
+    def working_distance(self, deviation: float) -> float:
+        """a′ with a ``deviation`` [µm] at the temperatures given, as gears that keep their sizes see it (G16) [mm]."""
+        distance = self.centre_distance + 1e-3 * deviation
+        if self.temperature is None:
+            return distance
+        housing = strain(self.temperature.housing, self.temperature.housing_expansion)
+        return distance * (1 + housing) / (1 + sum(self.strains) / 2)
+
+    # -- backlash -----------------------------------------------------------------------------------------------------
     @property
     def actual_backlash(self) -> float:
         """Circumferential backlash j_wt [mm] at the working pitch circles that follows from the profile shifts.
 
         Negative by no more than the rounding of the data.
         """
-        one, two = self.sections
-        excess = profile_shift_sum(self.sections, self.centre_distance) - sum(self.profile_shifts)
-        return 4 * self.centre_distance * math.tan(one.alpha_n) / (one.teeth + two.teeth) * excess
+        return backlash(self.sections, self.generating_shifts, self._working_distance)
+
+    @property
+    def backlash_limits(self) -> tuple[float, float]:
+        """Least and greatest j_wt [mm] within the deviations of tooth thickness and centre distance."""
+        ends = (("upper", self.centre_distance_lower), ("lower", self.centre_distance_upper))
+        least, most = (
+            backlash(self.sections, self._generating_shifts(at), self.working_distance(distance))
+            for at, distance in ends
+        )
+        return least, most
+
+    @property
+    def _working_distance(self) -> float:
+        return self.working_distance((self.centre_distance_upper + self.centre_distance_lower) / 2)
+
+    # -- gears in mesh ------------------------------------------------------------------------------------------------
 
     @cached_property
     def gears(self) -> tuple[Gear, Gear]:
@@ -202,18 +314,20 @@ class Pair:
         return self._gear(Role.PINION), self._gear(Role.WHEEL)
 
     def _addendum(self, role: Role) -> float:
-        """h_a*, of the tip diameter where that is given [normal modules]."""
+        """h_a* above the line x_E, of the tip diameter where that is given [normal modules]."""
         member = self.members[role]
         if member.tip_diameter is None:
-            return member.addendum
+            return member.addendum + self.profile_shifts[role] - self.generating_shifts[role]
         height = member.tip_diameter / 2 - self.sections[role].pitch_radius
-        return height / self.normal_module - self.profile_shifts[role]
+        return height / self.normal_module - self.generating_shifts[role]
 
     def _gear(self, role: Role) -> Gear:
         member = self.members[role]
         fillet = member.fillet_radius
         if fillet is None:
-            fullest = full_fillet_radius(math.radians(self.pressure_angle), member.dedendum)
+            fullest = full_fillet_radius(
+                math.radians(self.pressure_angle), member.dedendum, member.depth_of_fillet / self.normal_module
+            )
             fillet = max(0.0, min(STANDARD_FILLET_RADIUS, fullest))
         try:
             return Gear(
@@ -221,13 +335,14 @@ class Pair:
                 normal_module=self.normal_module,
                 pressure_angle=self.pressure_angle,
                 helix_angle=self.helix_angle,
-                face_width=self.face_width,
-                profile_shift=self.profile_shifts[role],
+                face_width=self.faces.widths[role],
+                profile_shift=self.generating_shifts[role],
                 addendum=self._addendum(role),
                 dedendum=member.dedendum,
                 fillet_radius=fillet,
                 tip_rounding=member.tip_rounding or 0.0,
                 tip_chamfer=member.tip_chamfer or 0.0,
+                protuberance=member.depth_of_fillet,
             )
         except InputError as error:
             raise error.within(role.label) from None
@@ -235,11 +350,16 @@ class Pair:
     @cached_property
     def meshing(self) -> Meshing:
         """The two gears in mesh: path of contact, contact ratios, sliding."""
-        return Meshing(gears=self.gears, centre_distance=self.centre_distance, face_width=self.face_width)
+        start, end = self.faces.common
+        return Meshing(gears=self.gears, centre_distance=self._working_distance, face_width=end - start)
 
     def swapped(self) -> Pair:
         """The same pair with the wheel driving: pinion and wheel exchanged."""
-        return replace(self, pinion=self.wheel, wheel=self.pinion)
+        found = replace(self, pinion=self.wheel, wheel=self.pinion)
+        if self.temperature is None:
+            return found
+        hot = replace(self.temperature, pinion=self.temperature.wheel, wheel=self.temperature.pinion)
+        return replace(found, temperature=hot)
 
     def _repr_html_(self) -> str:
         return pair_html(self)

@@ -11,12 +11,13 @@ from gearbench.errors import InputError
 STANDARD_FILLET_RADIUS = 0.38
 
 
-def full_fillet_radius(pressure_angle: float, dedendum: float) -> float:
+def full_fillet_radius(pressure_angle: float, dedendum: float, protuberance: float = 0.0) -> float:
     """Largest tip rounding ρ* that fits the rack: the fully rounded tip [modules].
 
-    ``pressure_angle`` α_n in rad, ``dedendum`` h_f* in modules. May be negative for a pointed rack tip.
+    ``pressure_angle`` α_n in rad, ``dedendum`` h_f* and ``protuberance`` s_pr in modules. May be negative for a pointed
+    rack tip.
     """
-    flat = math.pi / 4 - dedendum * math.tan(pressure_angle)
+    flat = math.pi / 4 - dedendum * math.tan(pressure_angle) + protuberance / math.cos(pressure_angle)
     return flat * math.cos(pressure_angle) / (1 - math.sin(pressure_angle))
 
 
@@ -32,6 +33,8 @@ class Rack:
         Depth h_f of the rack tip below the datum line [mm].
     fillet
         Radius ρ of the rack tip [mm].
+    protuberance
+        s_pr, how far the rounding stands out of the line of the straight flank [mm].
 
     Raises
     ------
@@ -43,11 +46,13 @@ class Rack:
     alpha: float
     dedendum: float
     fillet: float
+    protuberance: float = 0.0
 
     def __post_init__(self) -> None:
-        limit = self.module * full_fillet_radius(self.alpha, self.dedendum / self.module)
+        s_pr = self.protuberance / self.module
+        limit = self.module * full_fillet_radius(self.alpha, self.dedendum / self.module, s_pr)
         if limit < 0:
-            deepest = math.pi / 4 / math.tan(self.alpha)
+            deepest = (math.pi / 4 + s_pr / math.cos(self.alpha)) / math.tan(self.alpha)
             raise InputError("dedendum", self.dedendum / self.module, f"must be below {deepest:.4g} (pointed rack tip)")
         if self.fillet > limit + 1e-12 * self.module:
             radius, most = self.fillet / self.module, limit / self.module
@@ -56,8 +61,8 @@ class Rack:
     @property
     def corner(self) -> tuple[float, float]:
         """Centre of the tip rounding: distance from the rack tooth's centre line, depth below the datum line [mm]."""
-        m, a, h, rho = self.module, self.alpha, self.dedendum, self.fillet
-        xi = math.pi * m / 4 - h * math.tan(a) - rho * (1 - math.sin(a)) / math.cos(a)
+        m, a, h, rho, s_pr = self.module, self.alpha, self.dedendum, self.fillet, self.protuberance
+        xi = math.pi * m / 4 - h * math.tan(a) - (rho * (1 - math.sin(a)) - s_pr) / math.cos(a)
         return max(xi, 0.0), h - rho
 
     @property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,8 @@ class Archive:
         ``reference_point`` that they dominate.
     front
         Numbers of the designs that no other dominates.
+    values
+        Responses of designs of the front to all error samples, (response, sample), by number; where the study races.
     """
 
     study: OptimisationStudy
@@ -44,6 +46,7 @@ class Archive:
     feasible_found: list[int] = field(default_factory=list)
     hypervolumes: list[float] = field(default_factory=list)
     front: list[int] = field(default_factory=list)
+    values: dict[int, NDArray] = field(default_factory=dict)
     _numbers: dict[Hashable, int] = field(default_factory=dict)
     _reference: NDArray | None = None
 
@@ -63,15 +66,18 @@ class Archive:
         generation, before = len(self.asked) + 1, len(self.designs)
         for design in self.unknown(designs):
             self._numbers[assignments(self.study, design)] = len(self.designs)
+            if (values := new[design].values) is not None:
+                self.values[len(self.designs)] = values
             self.designs.append(design)
-            self.results.append(new[design])
+            self.results.append(replace(new[design], values=None))
             self.first.append(generation)
         numbers = self.numbers(designs)
         self.asked.append(numbers)
         self.evaluated.append(len(self.designs) - before)
         feasible = [i for i in range(before, len(self.designs)) if self.results[i].feasible]
         self.feasible_found.append(len(feasible) + (self.feasible_found[-1] if self.feasible_found else 0))
-        self._update_front(feasible)
+        self._update_front([i for i in feasible if self.results[i].samples == self.study.robustness.samples])
+        self.values = {i: self.values[i] for i in self.front if i in self.values}
         return [self.results[number] for number in numbers]
 
     @property

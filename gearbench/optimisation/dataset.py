@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.optimisation.archive import Archive
-from gearbench.optimisation.problem import Evaluation
+from gearbench.optimisation.problem import Evaluation, values_of
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.results.responses import described
 
@@ -37,12 +37,14 @@ def designs_dataset(
         "violation": ("design", [r.violation for r in results]),
         "feasible": ("design", np.array([r.feasible for r in results], dtype="int8")),
         "reason": ("design", np.array([r.reason for r in results], dtype=object)),
+        "evaluated_samples": ("design", np.array([r.samples for r in results], dtype="int64")),
         "first_generation": ("design", np.array(first, dtype="int64")),
     }
     variables = described(known)
+    shown = [values_of(study, design) for design in designs]
     for i, variable in enumerate(study.variables):
         attrs = {"long_name": variable.name, "paths": ", ".join(variable.paths)}
-        values = np.array([variable.value(design[i]) for design in designs])
+        values = np.array([row[i] for row in shown])
         variables[variable.name] = ("design", values.astype("int8") if values.dtype == bool else values, attrs)
     for name, limit in study.constraints.items():
         given = {"limit_min": limit.min, "limit_max": limit.max}
@@ -64,7 +66,7 @@ def designs_dataset(
 
 def read_names(study: OptimisationStudy) -> tuple[str, ...]:
     """Names of the variables of ``designs_dataset`` that the others follow from."""
-    return ("code", "violation", "reason", *study.constraints, *study.statistics)
+    return ("code", "violation", "reason", "evaluated_samples", *study.constraints, *study.statistics)
 
 
 def read_designs(arrays: Mapping[str, NDArray], study: OptimisationStudy) -> list[tuple[Design, Evaluation]]:
@@ -73,7 +75,8 @@ def read_designs(arrays: Mapping[str, NDArray], study: OptimisationStudy) -> lis
     count = len(arrays["code"])
     constraints = np.array([arrays[name] for name in study.constraints]).reshape(-1, count).T
     statistics = np.array([arrays[name] for name in study.statistics]).T
-    rows = zip(arrays["code"], arrays["violation"], arrays["reason"], constraints, statistics, strict=True)
+    columns = [arrays[name] for name in ("code", "violation", "reason", "evaluated_samples")]
+    rows = zip(*columns, constraints, statistics, strict=True)
     return [
         (
             tuple(kind(code) for kind, code in zip(kinds, codes, strict=True)),
@@ -82,9 +85,10 @@ def read_designs(arrays: Mapping[str, NDArray], study: OptimisationStudy) -> lis
                 reason=str(reason),
                 constraints=tuple(map(float, limited)),
                 statistics=tuple(map(float, known)),
+                samples=int(samples),
             ),
         )
-        for codes, violation, reason, limited, known in rows
+        for codes, violation, reason, samples, limited, known in rows
     ]
 
 

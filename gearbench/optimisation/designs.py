@@ -78,6 +78,8 @@ class Designs:
     def __init__(self, dataset: xr.Dataset) -> None:
         if "study" not in dataset.attrs or "design" not in dataset.dims or "on_front" not in dataset:
             raise InputError("", "dataset", "must be the result of an optimisation (front.nc)")
+        if "evaluated_samples" not in dataset and "feasible" in dataset:  # before designs raced
+            dataset = dataset.assign(evaluated_samples=dataset.attrs.get("samples", 0) * dataset["feasible"])
         self.dataset = dataset
         _check(dataset, self.study)
         self._scenes: dict[int, Scene] = {}

@@ -15,6 +15,7 @@ from gearbench.errors import GearbenchError
 from gearbench.optimisation.crew import Crew
 from gearbench.optimisation.local_cluster import local_cluster
 from gearbench.optimisation.problem import Evaluation, evaluate, macro_geometry
+from gearbench.optimisation.racing import Rivals
 from gearbench.optimisation.scheduler import check_scheduler, connected, require_scheduler, silent
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.threads import single_threaded_blas
@@ -30,8 +31,10 @@ class Engine(ABC):
     """Evaluates designs of a study; a context that holds its resources."""
 
     @abstractmethod
-    def evaluate(self, study: OptimisationStudy, designs: Sequence[Design]) -> Iterator[tuple[Design, Evaluation]]:
-        """Results of ``designs``, in any order, as they come."""
+    def evaluate(
+        self, study: OptimisationStudy, designs: Sequence[Design], rivals: Rivals | None = None
+    ) -> Iterator[tuple[Design, Evaluation]]:
+        """Results of ``designs``, in any order, as they come; see ``problem.evaluate``."""
 
     def close(self) -> None:
         """Release its resources."""
@@ -50,12 +53,15 @@ class Threads(Engine):
     def __init__(self, count: int) -> None:
         self._count = count
 
-    def evaluate(self, study: OptimisationStudy, designs: Sequence[Design]) -> Iterator[tuple[Design, Evaluation]]:
+    def evaluate(
+        self, study: OptimisationStudy, designs: Sequence[Design], rivals: Rivals | None = None
+    ) -> Iterator[tuple[Design, Evaluation]]:
         """See ``Engine``."""
         with single_threaded_blas(), shared(self._count):
             pool = ThreadPoolExecutor(self._count)
             try:
-                futures = {pool.submit(evaluate, study, design): design for design in by_geometry(study, designs)}
+                ordered = by_geometry(study, designs)
+                futures = {pool.submit(evaluate, study, design, rivals): design for design in ordered}
                 for future in as_completed(futures):
                     yield futures[future], future.result()
             finally:
@@ -101,7 +107,9 @@ class Dask(Engine):
         self._crew = Crew(self.client, self._scheduler)
         return self
 
-    def evaluate(self, study: OptimisationStudy, designs: Sequence[Design]) -> Iterator[tuple[Design, Evaluation]]:
+    def evaluate(
+        self, study: OptimisationStudy, designs: Sequence[Design], rivals: Rivals | None = None
+    ) -> Iterator[tuple[Design, Evaluation]]:
         """See ``Engine``. A task on a worker that is lost is given to another one.
 
         Raises
@@ -117,7 +125,7 @@ class Dask(Engine):
         if not designs:
             return
         try:
-            yield from self._evaluated(study, by_geometry(study, designs), self._crew)
+            yield from self._evaluated(study, by_geometry(study, designs), rivals, self._crew)
         except KilledWorker as error:
             raise GearbenchError(f"workers keep dying while they evaluate designs: {error}") from None
         except (CancelledError, OSError):
@@ -125,7 +133,7 @@ class Dask(Engine):
             raise GearbenchError(reason) from None
 
     def _evaluated(
-        self, study: OptimisationStudy, ordered: Sequence[Design], crew: Crew
+        self, study: OptimisationStudy, ordered: Sequence[Design], rivals: Rivals | None, crew: Crew
     ) -> Iterator[tuple[Design, Evaluation]]:
         threads = crew.proven(study)
         count = min(len(ordered), TASKS * sum(threads.values()))
@@ -142,7 +150,7 @@ class Dask(Engine):
                         waiting.append(task)
                 while waiting and len(running) < AHEAD * sum(threads.values()):
                     task = waiting.popleft()
-                    future = self.client.submit(_evaluate_all, study, task, workers=[*threads], pure=False)
+                    future = self.client.submit(_evaluate_all, study, task, rivals, workers=[*threads], pure=False)
                     running[future] = task, {*threads}
                     future.add_done_callback(done.put)
                 with suppress(Empty):
@@ -174,5 +182,7 @@ def by_geometry(study: OptimisationStudy, designs: Sequence[Design]) -> list[Des
 
 
 @single_threaded_blas()
-def _evaluate_all(study: OptimisationStudy, designs: Sequence[Design]) -> list[tuple[Design, Evaluation]]:
-    return [(design, evaluate(study, design)) for design in designs]
+def _evaluate_all(
+    study: OptimisationStudy, designs: Sequence[Design], rivals: Rivals | None
+) -> list[tuple[Design, Evaluation]]:
+    return [(design, evaluate(study, design, rivals)) for design in designs]

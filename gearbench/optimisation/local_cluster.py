@@ -24,7 +24,7 @@ END = 5.0
 
 @contextmanager
 def local_cluster(workers: int) -> Iterator[str]:
-    """Address of a scheduler with so many workers of one thread each, ended at the end of the block.
+    """Address of a scheduler with ``workers`` workers of one thread each, ended at the end of the block.
 
     Raises
     ------

@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Mapping
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache, partial
 from typing import Any
 
@@ -16,16 +16,18 @@ from numpy.typing import NDArray
 from gearbench.budget import MemoryBudgetError
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.pair import Pair
-from gearbench.optimisation.constraints import constrained, judge
+from gearbench.optimisation.constraints import constrained, decided, judge, may_be_rough, solve_roughly
 from gearbench.optimisation.derived import DERIVED
+from gearbench.optimisation.racing import Rivals, stages, statistics
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.variables import Value
-from gearbench.results.responses import STATISTICS
+from gearbench.results.solved import Solved
 from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from gearbench.schema import read
-from gearbench.simulation import simulate, solve_scene
+from gearbench.simulation import simulate
+from gearbench.solution import solve_scene
 
 #: Violation of a design that makes no scene, or none that can be solved: more than limits can add up to.
 NO_GEAR = 1e6
@@ -45,12 +47,20 @@ class Evaluation:
         Values of the limited quantities, in the study's order; NaN where unknown.
     statistics
         In the order of ``OptimisationStudy.statistics``; NaN where it is not feasible.
+    samples
+        Error samples that were computed; fewer than the study's where the front beats it, and then ``statistics`` are
+        estimates (``racing``).
+    values
+        Responses to all the samples, (response, sample), where the study races and all were computed; they are kept of
+        the front alone, and not stored.
     """
 
     violation: float
     reason: str
     constraints: tuple[float, ...]
     statistics: tuple[float, ...]
+    samples: int = 0
+    values: NDArray | None = field(default=None, compare=False, repr=False)
 
     @property
     def feasible(self) -> bool:
@@ -63,8 +73,10 @@ class Evaluation:
         return tuple(objective.value(known) for objective in study.objectives)
 
 
-def evaluate(study: OptimisationStudy, design: Design) -> Evaluation:
+def evaluate(study: OptimisationStudy, design: Design, rivals: Rivals | None = None) -> Evaluation:
     """Evaluate a design: the same answer wherever and in whatever order it is computed.
+
+    Where ``rivals`` are given, it stops as soon as its error samples say that one of them beats it.
 
     A design that makes no gear, or one that cannot be solved, is an answer too: it violates the constraints, with the
     reason. No design raises, unless the machine is too small for it, which says nothing about the gear.
@@ -77,15 +89,21 @@ def evaluate(study: OptimisationStudy, design: Design) -> Evaluation:
     unknown = (math.nan,) * len(study.constraints)
     nothing = (math.nan,) * len(study.statistics)
     try:
-        scene = scene_of(study, design)
+        scene, limits = scene_of(study, design), study.constraints
         solved = cache(partial(solve_scene, scene))
-        values = constrained(scene, study.constraints, solved)
-        violation, reason = judge(values, study.constraints)
-        unknown = tuple(values.values())
+        rough = None
+        if rivals is not None and may_be_rough(scene, limits):
+            rough = cache(partial(solve_roughly, scene))
+        values = constrained(scene, limits, rough or solved)
+        if rough is not None and not decided(values, limits):
+            values = constrained(scene, limits, solved)
+        unknown, (violation, reason) = tuple(values.values()), judge(values, limits)
         if violation > 0:
             return Evaluation(violation=violation, reason=reason, constraints=unknown, statistics=nothing)
-        statistics = _statistics(study, scene)
-        return Evaluation(violation=0.0, reason="", constraints=unknown, statistics=statistics)
+        answer = _feasible(study, scene, rivals, rough() if rough is not None else None)
+        if answer.samples == study.robustness.samples:
+            unknown = tuple(constrained(scene, limits, solved).values())
+        return replace(answer, constraints=unknown)
     except MemoryBudgetError:
         raise
     except (InputError, GearbenchError, ArithmeticError, np.linalg.LinAlgError) as error:
@@ -134,6 +152,17 @@ def assignments(study: OptimisationStudy, design: Design) -> tuple[tuple[str, Va
     return tuple(sorted(given.items()))
 
 
+def values_of(study: OptimisationStudy, design: Design) -> tuple[Value, ...]:
+    """Value of each variable as the gear has it: 0 for numbers of effects that the design does without."""
+    absent = {path for path, value in assignments(study, design) if value is None}
+    found: list[Value] = []
+    for variable, code in zip(study.variables, design, strict=True):
+        value = variable.value(code)
+        idle = all(".".join(path.split(".")[:2]) in absent for path in variable.paths)
+        found.append(type(value)(0) if idle and isinstance(value, int | float) else value)
+    return tuple(found)
+
+
 def macro_geometry(study: OptimisationStudy, design: Design) -> tuple[tuple[str, str], ...]:
     """Variables of the teeth's compliance: designs are computed in this order."""
     return tuple((path, repr(value)) for path, value in assignments(study, design) if not path.startswith("effects."))
@@ -168,34 +197,52 @@ def _put(tables: dict[str, Any], path: str, value: Any) -> None:
     tables[last] = value
 
 
-def _statistics(study: OptimisationStudy, scene: Scene) -> tuple[float, ...]:
-    """In the order of ``study.statistics``."""
+def _feasible(study: OptimisationStudy, scene: Scene, rivals: Rivals | None, rough: Solved | None) -> Evaluation:
+    """Evaluation of a design that keeps its limits; their values are not yet in it.
+
+    ``rough`` is the scene at the mesh phases of its error samples, where it was solved there.
+    """
     if study.robustness.samples == 0:
         dataset = simulate(scene, outputs=study.responses)
         found = {f"{name}_mean": float(dataset[name]) for name in study.responses}
+        answer = Evaluation(
+            violation=0.0, reason="", constraints=(), statistics=tuple(found.get(n, math.nan) for n in study.statistics)
+        )
     else:
-        found = _dispersion(study, scene)
+        answer = _dispersion(study, scene, rivals, rough)
+    known = dict(zip(study.statistics, answer.statistics, strict=True))
     for name in {name for objective in study.objectives for name in objective.weights}:
-        if not math.isfinite(found.get(name, math.nan)):
+        if not math.isfinite(known[name]):
             raise GearbenchError(f"{name} is not finite")
-    return tuple(found.get(name, math.nan) for name in study.statistics)
+    return answer
 
 
-def _dispersion(study: OptimisationStudy, scene: Scene) -> dict[str, float]:
-    """Statistics of each response over the error samples, by name."""
+def _dispersion(study: OptimisationStudy, scene: Scene, rivals: Rivals | None, rough: Solved | None) -> Evaluation:
+    """Statistics over the error samples, as many as it takes."""
     from gearbench.robustness.montecarlo import prepare_scene, respond
 
     r = study.robustness
-    problem = prepare_scene(scene)
+    problem = prepare_scene(scene, rough)
     errors = problem.errors.draw(_unit(r.sampler, r.samples, len(problem.names), r.seed), scene.pair)
-    answers, complete = respond(problem, errors, names=study.responses)
-    if not complete:
-        raise KeyboardInterrupt
-    return {
-        f"{name}_{statistic}": compute(answers[name])
-        for name in study.responses
-        for statistic, (compute, _) in STATISTICS.items()
-    }
+    values = np.empty((len(study.responses), 0))
+    for stop in stages(study) if rivals is not None else (r.samples,):
+        answers, complete = respond(problem, errors[values.shape[1] : stop], names=study.responses)
+        if not complete:
+            raise KeyboardInterrupt
+        values = np.hstack([values, [answers[name] for name in study.responses]])
+        if rivals is not None and stop < r.samples and (by := rivals.beating(values)) is not None:
+            found, kept = rivals.estimate(values, by), None
+            break
+    else:
+        found, kept = statistics(study, values), values if r.racing else None
+    return Evaluation(
+        violation=0.0,
+        reason="",
+        constraints=(),
+        statistics=tuple(map(float, found)),
+        samples=values.shape[1],
+        values=kept,
+    )
 
 
 @lru_cache(maxsize=16)

@@ -55,12 +55,12 @@ def prove(study: OptimisationStudy) -> Proof:
 
 def difference(theirs: Proof, ours: Proof) -> str:
     """The first difference in one line; "" where there is none."""
-    for part, what in (("packages", "{}: {} there, {} here"), ("code", "code differs: {}")):
+    for part, sentence in (("packages", "{}: {} there, {} here"), ("code", "code differs: {}")):
         names = _unequal(theirs.get(part, {}), ours[part])
         if names:
             first, more = names[0], f" and {len(names) - 1} more" if len(names) > 1 else ""
             values = (table.get(first, "none") for table in (theirs.get(part, {}), ours[part]))
-            return what.format(first, *values) + more
+            return sentence.format(first, *values) + more
     if changed := _unequal(theirs["loaded"], theirs["code"]):
         return f"its code has changed since it was started ({changed[0]}): start it again"
     for name in _unequal(theirs["answer"], ours["answer"]):

@@ -13,6 +13,7 @@ from gearbench.optimisation.dataset import front_dataset
 from gearbench.optimisation.engine import Engine, choose_engine
 from gearbench.optimisation.nsga2 import Search
 from gearbench.optimisation.problem import Evaluation
+from gearbench.optimisation.racing import Rivals
 from gearbench.optimisation.store import Store
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.study_file import check_study
@@ -138,7 +139,7 @@ class _Run:
             return self._archive.add(designs, dict(zip(designs, stored, strict=True)))
         unknown = self._archive.unknown(designs)
         new: dict[Design, Evaluation] = {}
-        for design, result in self._engine.evaluate(self._study, unknown):
+        for design, result in self._engine.evaluate(self._study, unknown, self._rivals() if unknown else None):
             new[design] = result
             self._evaluated += 1
             self._report(len(new) / len(unknown), list(new.values()))
@@ -146,6 +147,17 @@ class _Run:
         if self._store is not None:
             self._store.write(generation, designs, results)
         return results
+
+    def _rivals(self) -> Rivals | None:
+        """The front, to race against; of designs read from disk the samples are computed again."""
+        archive = self._archive
+        if not self._study.robustness.racing:
+            return None
+        missing = {archive.designs[i]: i for i in archive.front if i not in archive.values}
+        for design, result in self._engine.evaluate(self._study, list(missing)):
+            assert result.values is not None
+            archive.values[missing[design]] = result.values
+        return Rivals.of(self._study, [archive.values[i] for i in archive.front])
 
     def _report(self, part: float, new: Sequence[Evaluation] = ()) -> None:
         archive, generations = self._archive, self._study.algorithm.generations

@@ -113,11 +113,14 @@ class Robustness:
         How many; 0: no samples, the scene as ``simulate`` computes it.
     sampler, seed
         How they are drawn.
+    racing
+        Whether a design that the front clearly beats stops before its last sample, see ``racing``.
     """
 
     samples: Annotated[int, Field(ge=0, le=1_000_000)] = 1000
     sampler: Sampler = "sobol"
     seed: Seed = 0
+    racing: bool = False
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)

@@ -165,13 +165,30 @@ def noise_floor(phases: Phases, values: NDArray, change: NDArray, orders: int = 
 
 
 def panels(dataset: xr.Dataset, name: str, points: int = 40) -> list[tuple[NDArray, NDArray]]:
-    """``curves`` of a variable of a Dataset of ``simulate``."""
-    return curves(Phases.of_dataset(dataset), dataset[name].values, points)
+    """``curves`` of a variable of a Dataset of ``simulate``, or of one point of a sweep."""
+    (one,) = cycles(dataset, name)
+    return curves(Phases.of_dataset(one), one[name].values, points)
+
+
+def cycles(dataset: xr.Dataset, name: str) -> list[xr.Dataset]:
+    """A variable over the mesh cycle at each point of a sweep, with its own positions; of a scene the one."""
+    outer = {str(dim): size for dim, size in dataset[name].sizes.items() if dim != "position"}
+    found = []
+    for point in np.ndindex(*outer.values()):
+        one = dataset[[name]].isel(dict(zip(outer, point, strict=True)))
+        # positions that only other points have are of weight 0
+        found.append(one.isel(position=np.flatnonzero(one["phase_weight"].values > 0)))
+    return found
 
 
 def fourier(dataset: xr.Dataset, name: str, orders: int = HARMONICS) -> NDArray:
-    """Amplitudes of the orders 1 … ``orders`` of a variable of a Dataset of ``simulate``, in its unit, (harmonic,)."""
-    return 2 * np.abs(coefficients(Phases.of_dataset(dataset), dataset[name].values, orders))
+    """Amplitudes of the orders 1 … ``orders`` of a variable over the mesh cycle, in its unit.
+
+    (harmonic,) of a Dataset of ``simulate``; (…, harmonic) of one of ``sweep``, the keys that are swept first.
+    """
+    outer = [size for dim, size in dataset[name].sizes.items() if dim != "position"]
+    each = [coefficients(Phases.of_dataset(one), one[name].values, orders) for one in cycles(dataset, name)]
+    return 2 * np.abs(np.array(each)).reshape(*outer, orders)
 
 
 @lru_cache(maxsize=16)

@@ -75,7 +75,7 @@ def friction_coefficient(solved: Solved) -> NDArray:
     v_t = 1e-3 * _omega(solved, "friction_coefficient") * pair.gears[0].base_radius / math.cos(meshing.alpha_wt)
     v_sum = 2 * min(v_t, LARGEST_SPEED) * math.sin(meshing.alpha_wt)
     rho = float(meshing.curvature_radius(np.array(meshing.pitch_point)))
-    w = np.maximum(_force(solved) * math.cos(meshing.beta_b) / pair.face_width, LEAST_LOAD)
+    w = np.maximum(_force(solved) * math.cos(meshing.beta_b) / pair.meshing.face_width, LEAST_LOAD)
     eta, Ra, X_L = operation.viscosity, operation.roughness, operation.lubricant_factor
     return 0.048 * (w / (v_sum * rho)) ** 0.2 * eta**-0.05 * Ra**0.25 * X_L
 
@@ -118,7 +118,7 @@ def face_load_factor(solved: Solved) -> NDArray:
     P, end = solved.solution.force / lines.lever, _ends(solved)
     begin = end - lines.length * math.cos(solved.scene.pair.meshing.beta_b)
     width = np.where(lines.length > 0, end - begin, 1.0)
-    edges = np.linspace(0.0, solved.scene.pair.face_width, FACE_PARTS + 1)
+    edges = np.linspace(0.0, solved.scene.pair.meshing.face_width, FACE_PARTS + 1)
     parts = []
     for low, high in pairwise(edges):
         share = np.clip(np.minimum(end, high) - np.maximum(begin, low), 0.0, None) / width
@@ -135,7 +135,7 @@ def _ends(solved: Solved) -> NDArray:
     if not lines.cells:
         tan_b = math.tan(meshing.beta_b)
         before = meshing.path_start - (lines.u - lines.y * tan_b)[..., 0]
-        first = np.clip(before / tan_b, 0.0, solved.scene.pair.face_width) if tan_b else np.zeros_like(first)
+        first = np.clip(before / tan_b, 0.0, solved.scene.pair.meshing.face_width) if tan_b else np.zeros_like(first)
     return first[..., None] + np.cumsum(width, axis=-1)
 
 

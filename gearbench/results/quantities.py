@@ -199,6 +199,7 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "violation": Quantity("1", "", "sum of the relative violations of the limits"),
             "feasible": Quantity("1", "", "whether the design keeps all limits"),
             "reason": Quantity("1", "", "why the design is not feasible"),
+            "evaluated_samples": Quantity("1", "n", "error samples that the design was judged by"),
             "first_generation": Quantity("1", "", "generation in which the design was first asked for"),
             "on_front": Quantity("1", "", "whether no feasible design dominates this one"),
             "in_population": Quantity("1", "", "whether the design survived the last generation"),

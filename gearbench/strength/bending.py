@@ -131,6 +131,6 @@ class RootBending:
         """
         pinion = self.pair.gears[0]
         F_t = 1e3 * torque / pinion.pitch_radius
-        b, m_n = self.pair.face_width, self.pair.normal_module
+        b, m_n = self.pair.meshing.face_width, self.pair.normal_module
         Y = self.form_factor * self.stress_correction * self.helix_factor * self.rim_factor * self.contact_ratio_factor
         return F_t / (b * m_n) * Y

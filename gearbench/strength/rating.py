@@ -36,7 +36,8 @@ def contact_pressure(lines: ContactLines, force: NDArray) -> NDArray:
     """Largest pressure of each segment's Hertzian strip [MPa], (position, pair, segment); zero without contact.
 
     Line contact of two cylinders with their radii of curvature in the normal plane, p = √(q E*/(πρ)) with the line
-    load q, 1/E* = 2(1−ν²)/E and ρ = ``ContactLines.curvature_radius``; ρ and q are those of the node of the segment.
+    load q, 1/E* = (1−ν₁²)/E₁ + (1−ν₂²)/E₂ and ρ =
+    ``ContactLines.curvature_radius``; ρ and q are those of the node of the segment.
 
     Parameters
     ----------
@@ -50,4 +51,4 @@ def contact_pressure(lines: ContactLines, force: NDArray) -> NDArray:
     length = np.where(lines.length > 0, lines.length, 1.0)
     # at an interference point ρ = 0: no segment sees less than this
     rho = np.maximum(lines.curvature_radius, 1e-9 * T / math.cos(pair.meshing.beta_b))
-    return np.sqrt(np.maximum(force, 0.0) / length * pair.material.plane_strain_modulus / (2 * math.pi * rho))
+    return np.sqrt(np.maximum(force, 0.0) / length * pair.contact_modulus / (math.pi * rho))

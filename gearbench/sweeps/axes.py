@@ -11,8 +11,7 @@ from typing import Any, get_args
 import numpy as np
 
 from gearbench.errors import InputError
-from gearbench.scene import Scene
-from gearbench.scene_file import TABLES, parse_scene, scene_key
+from gearbench.scene_file import TABLES, scene_key
 from gearbench.schema import keys
 
 #: Dotted key of the torque: its values share all but the solutions.
@@ -94,24 +93,6 @@ def axes_of(swept: Mapping[str, Sequence[float]]) -> tuple[Axis, ...]:
 def grid(axes: Sequence[Axis]) -> list[dict[str, float]]:
     """Points of the grid of ``axes``, the last one fastest; each the values by dotted key."""
     return [dict(zip((each.path for each in axes), point, strict=True)) for point in product(*(a.values for a in axes))]
-
-
-def scene_at(scene: Scene, point: Mapping[str, float]) -> Scene:
-    """``scene`` with the values of ``point`` at its dotted keys.
-
-    Raises
-    ------
-    InputError
-        Where a value is not allowed.
-    """
-    tables: dict[str, Any] = scene.to_mapping()
-    for path, value in point.items():
-        *parents, last = path.split(".")
-        table = tables
-        for part in parents:
-            table = table.setdefault(part, {})
-        table[last] = value
-    return parse_scene(tables) if point else scene
 
 
 def _numeric(hint: Any, kinds: tuple[type, ...] = (int, float)) -> bool:

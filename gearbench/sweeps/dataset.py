@@ -14,7 +14,7 @@ from gearbench.results.solved import Solved
 from gearbench.robustness.dataset import robust_dataset
 from gearbench.robustness.montecarlo import prepare_scene, respond
 from gearbench.scene import Scene
-from gearbench.simulation import dataset
+from gearbench.solution import dataset
 from gearbench.sweeps.axes import Axis
 from gearbench.sweeps.shared import Assembled
 

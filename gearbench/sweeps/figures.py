@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,8 +10,7 @@ import numpy as np
 
 from gearbench.plotting import BLUE, GREY, ORANGE, as_label, legend_below, new_figure, write_figure
 from gearbench.results.cycle import panels
-from gearbench.scene import Scene
-from gearbench.scene_file import parse_scene
+from gearbench.results.origin import scene_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,7 +27,7 @@ def harris_map(dataset: xr.Dataset, axes: Axes, *, about_mean: bool = False) -> 
     """
     from matplotlib import colormaps
 
-    scene = _scene(dataset)
+    scene = scene_of(dataset)
     gear, meshing = scene.pair.gears[0], scene.pair.meshing
     period, first = 360.0 / gear.teeth, math.degrees(meshing.path_start / gear.base_radius)
     loads = dataset["torque"].values
@@ -77,7 +75,7 @@ def peak_to_peak_over_torque(dataset: xr.Dataset, axes: Axes) -> Axes:
 def draw_sweep(dataset: xr.Dataset, folder: Path) -> list[Path]:
     """Write the figures of a load range; those of the first value of any other key that is swept."""
     whole = dataset.isel({str(dim): 0 for dim in dataset.dims if dim != "torque" and dim in _swept(dataset)})
-    name = as_label(_scene(dataset).name or "scene")
+    name = as_label(scene_of(dataset).name or "scene")
     load, ptp = dataset["torque"].values, whole["transmission_error_peak_to_peak"].values
     least = int(np.nanargmin(ptp))
     where = "at the lower end of" if least == 0 else "at the upper end of" if least == len(load) - 1 else "within"
@@ -101,7 +99,3 @@ def draw_sweep(dataset: xr.Dataset, folder: Path) -> list[Path]:
 def _swept(dataset: xr.Dataset) -> set[str]:
     """Dimensions that are swept keys: those with values of their own."""
     return {str(dim) for dim in dataset.dims if dim in dataset.coords} - {"harmonic", "error_name"}
-
-
-def _scene(dataset: xr.Dataset) -> Scene:
-    return parse_scene(tomllib.loads(dataset.attrs["scene"]))

@@ -16,8 +16,9 @@ from gearbench.results.provenance import beyond_elasticity, provenance
 from gearbench.results.responses import is_response
 from gearbench.robustness.montecarlo import default_threads
 from gearbench.scene import Load, Scene
+from gearbench.scene_file import scene_at
 from gearbench.schema import changed, read
-from gearbench.sweeps.axes import TORQUE, Axis, axes_of, grid, scene_at
+from gearbench.sweeps.axes import TORQUE, Axis, axes_of, grid
 from gearbench.sweeps.dataset import combined, completed, loads_dataset, robust_loads_dataset
 from gearbench.sweeps.shared import Shared
 

@@ -11,6 +11,7 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.errors import InputError
 from gearbench.schema import STRICT
+from gearbench.system.body import BodyNode
 from gearbench.system.rolling import Rolling
 
 #: N/mm in 1 N/µm, and N·mm in 1 N·m.
@@ -53,7 +54,7 @@ class Curve:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Bearing:
-    """A bearing between shaft and housing: one of stiffness values, a matrix, curves, or a rolling bearing.
+    """A bearing between shaft and ground, or a body: one of stiffness values, a matrix, curves, or a rolling bearing.
 
     Parameters
     ----------
@@ -73,6 +74,8 @@ class Bearing:
         Dimensions of a rolling bearing.
     damping
         Radial and axial viscous damping [N·s/m].
+    on
+        Node of a body that its outer ring sits on; the ground where absent.
     """
 
     position: Annotated[float, Field(ge=0.0, le=50000.0)]
@@ -85,6 +88,7 @@ class Bearing:
     axial_curve: Curve | None = None
     rolling: Rolling | None = None
     damping: Annotated[float, Field(ge=0.0)] = 0.0
+    on: BodyNode | None = None
 
     def __post_init__(self) -> None:
         springs = any(k is not None for k in (self.radial_stiffness, self.axial_stiffness, self.tilting_stiffness))
@@ -118,7 +122,7 @@ class Bearing:
         return self.rolling is None and self.radial_curve is None and self.axial_curve is None
 
     def force(self, q: NDArray) -> tuple[NDArray, NDArray]:
-        """Force (5,) [N, N·mm] that moves the shaft in it by q = (u_x, u_y, u_z, φ_x, φ_y), and its derivative."""
+        """Force (5,) [N, N·mm] that moves its rings against each other by q = (u_x, u_y, u_z, φ_x, φ_y), and ∂F/∂q."""
         if self.rolling is not None:
             return self.rolling.force(q)
         if self.matrix is not None:

@@ -80,7 +80,7 @@ class MeshFrame:
         foot = r_b * (math.cos(alpha) * x - math.sin(alpha) * y)
         point = foot + np.asarray(u, dtype=float)[..., None] * self._line
         if role == Role.WHEEL:
-            point = point - self.pair.centre_distance * x
+            point = point - self.pair.meshing.centre_distance * x
         n = self.direction
         px, py = point[..., 0], point[..., 1]
         moment = np.stack([py * n[2], -px * n[2], px * n[1] - py * n[0]], axis=-1)
@@ -89,4 +89,5 @@ class MeshFrame:
 
     def position(self, role: Role, y: ArrayLike) -> NDArray:
         """Position on the shaft of one of the gears [mm] of the face coordinate y [mm]."""
-        return self.middle[role] + self.along * (np.asarray(y, dtype=float) - self.pair.face_width / 2)
+        own = np.asarray(y, dtype=float) + self.pair.overhangs[role][0]
+        return self.middle[role] + self.along * (own - self.pair.gears[role].face_width / 2)

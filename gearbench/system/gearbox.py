@@ -16,6 +16,7 @@ from gearbench.geometry.role import Role
 from gearbench.system.frame import MeshFrame
 from gearbench.system.schema import Seat, System
 from gearbench.system.shaft_model import Face, ShaftModel
+from gearbench.system.structure import Structure, structures
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,10 +135,17 @@ class Gearbox:
         for shaft in self.system.shafts:
             faces = []
             for seat in shaft.gears:
-                b = self.pairs[seat.mesh].face_width
+                b = self.pairs[seat.mesh].gears[Role[seat.gear.upper()]].face_width
                 faces.append(Face(start=seat.position - b / 2, end=seat.position + b / 2, diameter=seat.diameter))
-            models.append(ShaftModel(shaft=shaft, faces=tuple(faces)))
+            joints = (joint for body in self.system.bodies for joint in body.joints)
+            here = tuple(joint.position for joint in joints if joint.shaft == shaft.name)
+            models.append(ShaftModel(shaft=shaft, faces=tuple(faces), joints=here))
         return tuple(models)
+
+    @cached_property
+    def structures(self) -> tuple[Structure, ...]:
+        """Sets of shafts that bodies connect: each shaft by itself where there are none."""
+        return structures(dict(enumerate(self.models)), self.system.bodies)
 
     @cached_property
     def torques(self) -> dict[str, float]:
@@ -201,7 +209,7 @@ class Gearbox:
     def wrench(self, mesh: str, role: Role, model: ShaftModel) -> NDArray:
         """Row (size,) of the model's motions: work of a unit transverse force spread evenly over the face (W8)."""
         frame = self.frames[mesh]
-        b = frame.pair.face_width
+        b = frame.pair.meshing.face_width
         node, weight = np.polynomial.legendre.leggauss(32)
         y = b * (node + 1) / 2
         rows = model.rows(frame.position(role, y), frame.wrench(role, np.full(len(y), frame.pair.meshing.pitch_point)))

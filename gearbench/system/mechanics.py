@@ -16,6 +16,7 @@ from gearbench.system.gearbox import Gearbox
 from gearbench.system.schema import Disc, Seat, System
 from gearbench.system.shaft_model import DENSITY, DYNAMIC_ELEMENTS, INERTIA, METRE, ShaftModel, add_disc
 from gearbench.system.static import Settled, external_load
+from gearbench.system.structure import Structure
 
 #: Directions in which the force on a bearing is given.
 DIRECTIONS = ("x", "y", "axial")
@@ -51,7 +52,7 @@ def two_wheels(system: System, pair: Pair) -> Mechanics:
     """Two rigid wheels that only turn: the motions are their rotations times their base radii [mm] (D2)."""
     masses, inertias = [], (system.pinion.inertia, system.wheel.inertia)
     for gear, inertia in zip(pair.gears, inertias, strict=True):
-        J = INERTIA * inertia if inertia is not None else steel_disc(gear.pitch_radius, 0.0, pair.face_width)[1]
+        J = INERTIA * inertia if inertia is not None else steel_disc(gear.pitch_radius, 0.0, gear.face_width)[1]
         masses.append(J / gear.base_radius**2)
     return Mechanics(
         mass=np.diag(masses),
@@ -73,46 +74,44 @@ def steel_disc(radius: float, hole: float, width: float) -> tuple[float, float, 
 def shafts_at_rest(box: Gearbox, mesh: str = "", own: tuple[NDArray, NDArray] | None = None) -> tuple[Settled, ...]:
     """Each shaft in its bearings under the mean forces of its meshes and its other loads.
 
-    ``own`` are the loads of one ``mesh`` on the nodes of its pinion's and its wheel's shaft, (size,); forces are spread
-    evenly over the face otherwise.
+    Shafts that bodies connect are settled together, and share their answer. ``own`` are the loads of one ``mesh`` on
+    the nodes of its pinion's and its wheel's shaft, (size,); forces are spread evenly over the face otherwise.
     """
-    settled = []
-    for number, model in enumerate(box.models):
-        load = external_load(model)
-        for (name, role), (here, _) in box.seats.items():
-            if here == number:
-                given = own is not None and name == mesh
-                load = load + (own[role] if own and given else box.force(name) * box.wrench(name, role, model))
-        settled.append(Settled(model=model, load=load))
-    return tuple(settled)
+    settled: dict[int, Settled] = {}
+    for structure in box.structures:
+        load = np.zeros(structure.size)
+        for number, model in structure.shafts.items():
+            here = structure.motions(number)
+            load[here] = external_load(model)
+            for (name, role), (seat, _) in box.seats.items():
+                if seat == number:
+                    given = own is not None and name == mesh
+                    load[here] += own[role] if own and given else box.force(name) * box.wrench(name, role, model)
+        settled |= dict.fromkeys(structure.shafts, Settled(structure=structure, load=load))
+    return tuple(settled[number] for number in range(len(box.models)))
 
 
 def mechanics(box: Gearbox, settled: tuple[Settled, ...]) -> Mechanics:
-    """Matrices of all shafts, bearings as stiff as they are where they settled, and the couplings' inertias."""
-    models = tuple(replace(model, face_elements=DYNAMIC_ELEMENTS) for model in box.models)
-    starts = np.cumsum([0, *(model.size for model in models)])
-    couplings = [c for c in (m.shaft.coupling for m in models) if c is not None and c.torsional_stiffness and c.inertia]
-    n = int(starts[-1]) + len(couplings)
+    """Matrices of all shafts and bodies, bearings as stiff as they are where they settled, and the couplings' inertias.
+
+    Raises
+    ------
+    InputError
+        If bearings share a name, or a body without mass carries a damped bearing.
+    """
+    models = {number: replace(model, face_elements=DYNAMIC_ELEMENTS) for number, model in enumerate(box.models)}
+    whole = Structure(shafts=models, bodies=box.system.bodies)
+    couplings = [c for m in models.values() if (c := m.shaft.coupling) and c.torsional_stiffness and c.inertia]
+    n, extra = whole.size + len(couplings), whole.size
     M, K = np.zeros((n, n)), np.zeros((n, n))
-    extra = int(starts[-1])
-    names, rows, dampers, constants = [], [], [], []
-    for number, (model, rest, start) in enumerate(zip(models, settled, starts[:-1], strict=True)):
-        here = slice(int(start), int(start) + model.size)
-        M[here, here], K[here, here] = _mass(box, number, model), model.stiffness
-        for k, (bearing, K_b) in enumerate(zip(model.shaft.bearings, rest.bearing_stiffness, strict=True)):
-            at = int(start) + 6 * model.node(bearing.position)
-            K[at : at + 5, at : at + 5] += K_b
-            names.append(bearing.name or f"{model.shaft.name} {k + 1}")
-            row = np.zeros((3, n))
-            row[:, at : at + 5] = K_b[:3]
-            rows.append(row)
-            for direction in range(3 if bearing.damping else 0):
-                dampers.append(np.eye(1, n, at + direction)[0])
-                constants.append(bearing.damping / METRE)
+    M[:extra, :extra] = whole.assembled({k: _mass(box, k, model) for k, model in models.items()}, "mass")
+    K[:extra, :extra] = whole.stiffness
+    names, rows, dampers, constants = _supports(whole, settled, K)
+    for number, model in models.items():
         coupling = model.shaft.coupling
         if coupling is None:
             continue
-        spin = int(start) + 6 * model.node(coupling.position) + 5
+        spin = whole.starts[number] + 6 * model.node(coupling.position) + 5
         if coupling.torsional_stiffness and coupling.inertia:
             k = coupling.torsional_stiffness * METRE
             K[np.ix_([spin, extra], [spin, extra])] += k * np.array([[1, -1], [-1, 1]])
@@ -122,17 +121,60 @@ def mechanics(box: Gearbox, settled: tuple[Settled, ...]) -> Mechanics:
     for k, name in enumerate(box.names):
         for role in Role:
             number = box.seats[(name, role)][0]
-            mesh[k, starts[number] : starts[number + 1]] += box.wrench(name, role, models[number])
+            mesh[k, whole.motions(number)] += box.wrench(name, role, models[number])
+    found = Mechanics(
+        mass=M,
+        stiffness=K,
+        damping=(dampers, constants),
+        mesh=mesh,
+        bearing=rows,
+        bearing_names=names,
+    )
+    return _without_massless(found, whole)
+
+
+def _supports(
+    whole: Structure, settled: tuple[Settled, ...], K: NDArray
+) -> tuple[tuple[str, ...], NDArray, NDArray, NDArray]:
+    """Names of the bearings, their forces per motion (bearing, 3, n), dampers; their stiffness is added to ``K``."""
+    n, names, rows, dampers, constants = len(K), [], [], [], []
+    for number, model in whole.shafts.items():
+        mine = (support for support in whole.supports if support.shaft == number)
+        for k, (support, K_b) in enumerate(zip(mine, settled[number].bearing_stiffness(number), strict=True)):
+            support.add(K, K_b)
+            names.append(support.bearing.name or f"{model.shaft.name} {k + 1}")
+            D = support.rows @ np.eye(n)[support.index]
+            rows.append(K_b[:3] @ D)
+            if support.bearing.damping:
+                dampers += list(D[:3])
+                constants += [support.bearing.damping / METRE] * 3
     for k, name in enumerate(names):
         if names.index(name) != k:
             raise InputError("system.shafts.bearings.name", name, "given twice: each name at most once")
-    return Mechanics(
-        mass=M,
-        stiffness=K,
-        damping=(np.array(dampers).reshape(-1, n), np.array(constants)),
-        mesh=mesh,
-        bearing=np.array(rows).reshape(-1, 3, n),
-        bearing_names=tuple(names),
+    return tuple(names), np.array(rows).reshape(-1, 3, n), np.array(dampers).reshape(-1, n), np.array(constants)
+
+
+def _without_massless(found: Mechanics, whole: Structure) -> Mechanics:
+    """The same system without coordinates of bodies that have no mass: they follow the others at once."""
+    own = np.concatenate([np.empty(0, int), *whole.own_coordinates.values()])
+    light = own[~found.mass[own].any(axis=1)]
+    if not len(light):
+        return found
+    if np.abs(found.damping[0][:, light]).max(initial=0.0) > 0:
+        allowed = "a damper on a body without mass: give the body its mass, or no damping"
+        raise InputError("system.shafts.bearings.damping", "given", allowed)
+    keep = np.setdiff1d(np.arange(len(found.mass)), light)
+    # statics is solved with the body as it is: what nothing holds was refused there
+    follow = -np.linalg.solve(found.stiffness[np.ix_(light, light)], found.stiffness[np.ix_(light, keep)])
+    T = np.zeros((len(found.mass), len(keep)))
+    T[keep, range(len(keep))], T[light] = 1.0, follow
+    return replace(
+        found,
+        mass=T.T @ found.mass @ T,
+        stiffness=T.T @ found.stiffness @ T,
+        damping=(found.damping[0] @ T, found.damping[1]),
+        mesh=found.mesh @ T,
+        bearing=found.bearing @ T,
     )
 
 
@@ -149,10 +191,10 @@ def _mass(box: Gearbox, number: int, model: ShaftModel) -> NDArray:
 
 
 def _gear_disc(pairs: Mapping[str, Pair], mesh: str, role: Role, seat: Seat, model: ShaftModel) -> Disc:
-    body, width = pairs[mesh].gears[role], pairs[mesh].face_width
+    body = pairs[mesh].gears[role]
     at = int(np.clip(np.searchsorted(model.nodes, seat.position) - 1, 0, len(model.beams) - 1))
     hole = min(model.beams[at].diameter[1] / 2, body.pitch_radius)
-    m, axial, across = steel_disc(body.pitch_radius, hole, width)
+    m, axial, across = steel_disc(body.pitch_radius, hole, body.face_width)
     given = (seat.mass, seat.inertia, seat.transverse_inertia)
     found = (m * 1e3, axial / INERTIA, across / INERTIA)
     mass, inertia, transverse = (f if g is None else g for g, f in zip(given, found, strict=True))

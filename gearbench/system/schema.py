@@ -7,10 +7,11 @@ from typing import Annotated, Literal
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.errors import InputError
+from gearbench.errors import InputError, one_of
 from gearbench.geometry.material import Material
 from gearbench.schema import STRICT
 from gearbench.system.bearing import Bearing
+from gearbench.system.body import Body
 
 Position = Annotated[float, Field(ge=0.0, le=50000.0)]
 Size = Annotated[float, Field(gt=0.0, le=20000.0)]
@@ -236,6 +237,8 @@ class System:
         All of them, each gear on one.
     meshes
         Further meshes on the same shafts.
+    bodies
+        Housing and other parts by their matrices, that bearings sit on or shafts join.
     pinion, wheel
         Inertias where no shafts are given.
     """
@@ -245,19 +248,22 @@ class System:
     hand: Hand = "right"
     shafts: tuple[Shaft, ...] = ()
     meshes: tuple[Mesh, ...] = ()
+    bodies: tuple[Body, ...] = ()
     pinion: Wheel = Wheel()
     wheel: Wheel = Wheel()
 
     def __post_init__(self) -> None:
-        for key, items in (("shafts", self.shafts), ("meshes", self.meshes)):
+        for key, items in (("shafts", self.shafts), ("meshes", self.meshes), ("bodies", self.bodies)):
             names = [item.name for item in items]
             for number, name in enumerate(names):
                 if names.index(name) != number:
                     raise InputError(f"{key}.{number}.name", name, "given twice: each name at most once")
         if not self.shafts:
-            if self.meshes:
-                raise InputError("meshes", "given", "need the shafts that carry them: [[system.shafts]]")
+            for key in ("meshes", "bodies"):
+                if getattr(self, key):
+                    raise InputError(key, "given", "need the shafts that carry them: [[system.shafts]]")
             return
+        self._check_bodies()
         for key in ("pinion", "wheel"):
             if getattr(self, key) != Wheel():
                 raise InputError(key, "given", "conflicts with shafts: their gears have the inertia")
@@ -271,3 +277,25 @@ class System:
             if count != 1:
                 of = f" of mesh {mesh!r}" if mesh else ""
                 raise InputError("shafts", f"{gear}{of} on {count} shafts", "must be on one")
+
+    def _check_bodies(self) -> None:
+        bodies, shafts = {body.name: body for body in self.bodies}, {shaft.name: shaft for shaft in self.shafts}
+        used = {name for name, body in bodies.items() if body.joints}
+        for k, shaft in enumerate(self.shafts):
+            for b, on in enumerate(bearing.on for bearing in shaft.bearings):
+                if on is None:
+                    continue
+                key = f"shafts.{k}.bearings.{b}.on"
+                if on.body not in bodies:
+                    raise InputError(f"{key}.body", on.body, one_of(on.body, bodies))
+                bodies[on.body].condensed.check(on.node, f"{key}.node")
+                used.add(on.body)
+        for k, body in enumerate(self.bodies):
+            for j, joint in enumerate(body.joints):
+                key = f"bodies.{k}.joints.{j}"
+                if joint.shaft not in shafts:
+                    raise InputError(f"{key}.shaft", joint.shaft, one_of(joint.shaft, shafts))
+                if joint.position > (length := shafts[joint.shaft].length):
+                    raise InputError(f"{key}.position", joint.position, f"must lie on the shaft, 0 to {length:g} mm")
+            if body.name not in used:
+                raise InputError(f"bodies.{k}.name", body.name, "nothing touches it: give bearings on it, or joints")

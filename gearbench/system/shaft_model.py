@@ -44,11 +44,14 @@ class ShaftModel:
         Stretches that carry gears.
     face_elements
         Elements across each of them.
+    joints
+        Positions where bodies are joined [mm].
     """
 
     shaft: Shaft
     faces: tuple[Face, ...]
     face_elements: int = FACE_ELEMENTS
+    joints: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         room = 1e-6 * self.shaft.length
@@ -63,7 +66,7 @@ class ShaftModel:
         """Positions of the nodes [mm], ascending."""
         shaft = self.shaft
         ends = np.cumsum([0.0, *(section.length for section in shaft.sections)])
-        marks = [*ends, *(item.position for item in (*shaft.bearings, *shaft.loads, *shaft.discs))]
+        marks = [*ends, *(item.position for item in (*shaft.bearings, *shaft.loads, *shaft.discs)), *self.joints]
         if shaft.coupling is not None:
             marks.append(shaft.coupling.position)
         for face in self.faces:
@@ -120,7 +123,7 @@ class ShaftModel:
         return 6 * len(self.nodes)
 
     def node(self, position: float) -> int:
-        """Node at a position that was asked for by a bearing, load, disc, coupling or end of a face."""
+        """Node at a position that was asked for by a bearing, load, disc, coupling, joint or end of a face."""
         return int(np.argmin(np.abs(self.nodes - position)))
 
     @cached_property

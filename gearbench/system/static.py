@@ -9,56 +9,59 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.errors import GearbenchError, InputError
+from gearbench.system.bearing import Bearing
 from gearbench.system.shaft_model import METRE, ShaftModel
+from gearbench.system.structure import Structure
 
 #: Steps of Newton's method; residual over the load at which bearings have settled, and what rounding may leave of it.
 STEPS, SETTLED, ROUNDED = 300, 1e-12, 1e-7
 #: Length [mm] that the load moves a shaft by while its bearings carry nothing.
 SHORT_STEP = 0.01
+#: Eigenvalue of the stiffness, its diagonal scaled to 1, below which a motion meets no resistance.
+SOFT = 1e-13
+_WAYS = ("across (x)", "across (y)", "axially", "tilting about x", "tilting about y")
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Settled:
-    """A shaft in its bearings under a load; the spin of the shaft is left out (it is held).
+    """Shafts in their bearings under a load; the spin of every shaft is left out (it is held).
 
     Parameters
     ----------
-    model
-        The shaft.
+    structure
+        The shafts, one or those that bodies connect.
     load
-        Forces and moments (size,) on its nodes [N, N·mm].
+        Forces and moments (size,) on its motions [N, N·mm].
     """
 
-    model: ShaftModel
+    structure: Structure
     load: NDArray
 
     @cached_property
     def _free(self) -> NDArray:
-        """Motions that are solved for: all but the spin, and the axial one where nothing holds or pushes it."""
-        size = self.model.size
-        free = np.arange(size) % 6 != 5
-        axial = np.arange(2, size, 6)
-        total = abs(self.load[axial].sum())
-        unloaded = total <= 1e-9 * np.abs(self.load).max(initial=0.0)
-        if unloaded and not any(self._may_hold_axially(k) for k in range(len(self.model.shaft.bearings))):
-            free[2] = False  # the first node is held: nothing presses on it
+        """Motions that are solved for: all but the spin, and the axial one where nothing holds or pushes a shaft."""
+        structure = self.structure
+        free = np.ones(structure.size, dtype=bool)
+        joined = {joint.shaft for body in structure.bodies for joint in body.joints}
+        for number, model in structure.shafts.items():
+            start, end = structure.motions(number).start, structure.motions(number).stop
+            free[start + 5 : end : 6] = False
+            axial = abs(self.load[start + 2 : end : 6].sum())
+            unloaded = axial <= 1e-9 * np.abs(self.load[start:end]).max(initial=0.0)
+            if unloaded and model.shaft.name not in joined and not any(map(_may_hold_axially, model.shaft.bearings)):
+                free[start + 2] = False  # the first node is held: nothing presses on it
         return np.flatnonzero(free)
-
-    def _may_hold_axially(self, number: int) -> bool:
-        bearing = self.model.shaft.bearings[number]
-        trial = np.array([0.01, 0.01, 0.01, 0.0, 0.0])
-        return bool(bearing.force(trial)[1][2, 2] > 0)
 
     @cached_property
     def motion(self) -> NDArray:
-        """Motion (size,) of the nodes [mm, rad]: the least of a convex energy, by Newton's method."""
-        u, scale = np.zeros(self.model.size), float(np.abs(self.load).max(initial=0.0))
+        """Motion (size,) [mm, rad]: the least of a convex energy, by Newton's method."""
+        u, scale = np.zeros(self.structure.size), float(np.abs(self.load).max(initial=0.0))
         residual, K = self._residual(u)
         for _ in range(STEPS):
             if np.abs(residual).max(initial=0.0) <= SETTLED * scale:
                 return u
             # bearings that carry nothing yet have no stiffness: steps of a few µm until they do
-            soft = np.linalg.eigvalsh(_balanced(K))[0] < 1e-13
+            soft = np.linalg.eigvalsh(_balanced(K))[0] < SOFT
             step = np.linalg.solve(K + soft * scale / SHORT_STEP * np.eye(len(K)), residual)
             trial = u.copy()
             trial[self._free] += step
@@ -74,37 +77,38 @@ class Settled:
                 return u
             u, residual, K = trial, new, K_new
         self._check_support(self._bearings(u)[1])
-        raise GearbenchError(f"the bearings of shaft {self.model.shaft.name} find no balance")
+        names = ", ".join(model.shaft.name for model in self.structure.shafts.values())
+        raise GearbenchError(f"the bearings of shaft {names} find no balance")
 
     def _residual(self, u: NDArray) -> tuple[NDArray, NDArray]:
         """Load that nothing balances, and the tangent stiffness, of the free motions."""
         F, K = self._bearings(u)
-        free = self._free
-        return (self.load - self.model.stiffness @ u - F)[free], (self.model.stiffness + K)[np.ix_(free, free)]
+        free, own = self._free, self.structure.stiffness
+        return (self.load - own @ u - F)[free], (own + K)[np.ix_(free, free)]
 
     def _bearings(self, u: NDArray) -> tuple[NDArray, NDArray]:
-        F, K = np.zeros(self.model.size), np.zeros((self.model.size,) * 2)
-        for bearing in self.model.shaft.bearings:
-            at = 6 * self.model.node(bearing.position)
-            five = slice(at, at + 5)
-            force, stiffness = bearing.force(u[five])
-            F[five] += force
-            K[five, five] += stiffness
+        F, K = np.zeros(self.structure.size), np.zeros((self.structure.size,) * 2)
+        for support in self.structure.supports:
+            force, stiffness = support.bearing.force(support.deflection(u))
+            np.add.at(F, support.index, support.rows.T @ force)
+            support.add(K, stiffness)
         return F, K
 
-    @cached_property
-    def bearing_stiffness(self) -> tuple[NDArray, ...]:
-        """Stiffness (5, 5) of each bearing at this point."""
-        return tuple(bearing.force(self.at(bearing.position))[1] for bearing in self.model.shaft.bearings)
+    def bearing_stiffness(self, shaft: int) -> tuple[NDArray, ...]:
+        """Stiffness (5, 5) of each bearing of a shaft at this point."""
+        return tuple(stiffness for _, stiffness in self._carried(shaft))
 
-    @property
-    def bearing_force(self) -> tuple[NDArray, ...]:
-        """Force (5,) of the shaft on each bearing [N, N·mm]."""
-        return tuple(bearing.force(self.at(bearing.position))[0] for bearing in self.model.shaft.bearings)
+    def bearing_force(self, shaft: int) -> tuple[NDArray, ...]:
+        """Force (5,) of a shaft on each of its bearings [N, N·mm]."""
+        return tuple(force for force, _ in self._carried(shaft))
 
-    def at(self, position: float) -> NDArray:
-        """Motion (5,) of the node at a position."""
-        at = 6 * self.model.node(position)
+    def _carried(self, shaft: int) -> list[tuple[NDArray, NDArray]]:
+        mine = [support for support in self.structure.supports if support.shaft == shaft]
+        return [support.bearing.force(support.deflection(self.motion)) for support in mine]
+
+    def at(self, shaft: int, position: float) -> NDArray:
+        """Motion (5,) of the node of a shaft at a position."""
+        at = self.structure.starts[shaft] + 6 * self.structure.shafts[shaft].node(position)
         return self.motion[at : at + 5]
 
     @cached_property
@@ -114,10 +118,11 @@ class Settled:
         Raises
         ------
         InputError
-            If the bearings leave the shaft a motion that its load would start.
+            If the bearings leave a shaft a motion that its load would start.
         """
-        K = self.model.stiffness + self._bearings(self.motion)[1]
-        self._check_support(self._bearings(self.motion)[1])
+        bearings = self._bearings(self.motion)[1]
+        K = self.structure.stiffness + bearings
+        self._check_support(bearings)
         free = self._free
         C = np.zeros_like(K)
         inverse = np.linalg.inv(K[np.ix_(free, free)])
@@ -125,8 +130,11 @@ class Settled:
         return C
 
     def _check_support(self, bearings: NDArray) -> None:
-        """Refuse a shaft that moves as a rigid body without resistance."""
-        model = self.model
+        """Refuse a shaft, or shafts with their bodies, that moves without resistance."""
+        if self.structure.bodies:
+            self._check_bodies(bearings)
+            return
+        (model,) = self.structure.shafts.values()
         z = model.nodes
         middle, reach = z.mean(), max(np.ptp(z) / 2, 1e-9)
         rigid = np.zeros((len(z), 6, 5))
@@ -141,9 +149,31 @@ class Settled:
             return
         moves = np.zeros(5)
         moves[keep] = vectors[:, 0]
-        names = ("across (x)", "across (y)", "axially", "tilting about x", "tilting about y")
-        way = names[int(np.argmax(np.abs(moves)))]
+        way = _WAYS[int(np.argmax(np.abs(moves)))]
         raise InputError(f"system.shafts.{model.shaft.name}.bearings", f"free to move {way}", "must hold the shaft")
+
+    def _check_bodies(self, bearings: NDArray) -> None:
+        structure, free = self.structure, self._free
+        K = _balanced((structure.stiffness + bearings)[np.ix_(free, free)])
+        values, vectors = np.linalg.eigh(K)
+        if values[0] > SOFT:
+            return
+        moves = np.zeros(structure.size)
+        moves[free] = vectors[:, 0]
+        for name, own in structure.own_coordinates.items():
+            if np.abs(moves[own]).max(initial=0.0) >= 0.99 * np.abs(moves).max():
+                raise InputError(
+                    f"system.bodies.{name}", "free to move", "must be held, by itself or by what touches it"
+                )
+        at = int(np.argmax(np.abs(moves)))
+        number = next(n for n in structure.shafts if structure.motions(n).start <= at < structure.motions(n).stop)
+        name, way = structure.shafts[number].shaft.name, _WAYS[(at - structure.starts[number]) % 6]
+        raise InputError(f"system.shafts.{name}.bearings", f"free to move {way}", "must hold the shaft")
+
+
+def _may_hold_axially(bearing: Bearing) -> bool:
+    trial = np.array([0.01, 0.01, 0.01, 0.0, 0.0])
+    return bool(bearing.force(trial)[1][2, 2] > 0)
 
 
 def _balanced(A: NDArray) -> NDArray:

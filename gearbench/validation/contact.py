@@ -15,8 +15,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.teeth import require_bores
 from gearbench.errors import InputError
+from gearbench.plotting import BLUE, GREEN, ORANGE
 from gearbench.results.netcdf import save
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
@@ -29,12 +31,19 @@ if TYPE_CHECKING:
 
     from gearbench.geometry.pair import Pair
 
-#: The three ways.
-MODELS = ("fast", "lines", "contact")
+#: The ways, each with its label; "off_line" where the scene itself leaves contact on the line.
+MODELS = {
+    "fast": "fast model",
+    "off_line": "fast model with off_line_contact",
+    "lines": "finite elements on lines",
+    "contact": "contact finite elements",
+}
 #: Relative accuracy of the finite elements on lines.
 ACCURACY = 0.002
 #: Segments on a line at least.
 _SEGMENTS = 60
+#: How each is drawn.
+_STYLES = {"fast": ("--", ORANGE), "off_line": ("-.", GREEN), "lines": ("-", BLUE), "contact": ("o", "black")}
 #: Files of a report.
 DATASET, PICTURE = "contact.nc", "contact.png"
 
@@ -46,8 +55,6 @@ def check(scene: Scene, source: str = "") -> None:
     ------
     InputError
         If the scene lacks the bores, the gear body or the contact law, or runs on finite elements itself.
-    MissingDependencyError
-        If CalculiX is not there, which spur pairs need.
     """
     try:
         require_bores(scene.pair)
@@ -57,14 +64,12 @@ def check(scene: Scene, source: str = "") -> None:
         reference_scene(scene, ACCURACY)
     except InputError as error:
         raise error.in_file(source) if source else error from None
-    if not scene.pair.helix_angle:
-        from fem_reference.contact.calculix import executable
-
-        executable()
 
 
 def compare_contact(scene: Scene, phases: int, report: Callable[[str], None] = lambda _: None) -> xr.Dataset:
-    """Mesh cycle of a scene three ways, at the same uniform phases.
+    """Mesh cycle of a scene three ways, at the same uniform phases; a fourth where the scene has contact on the line.
+
+    Contact finite elements are of finite width, of spur pairs too (``fem_reference.contact.spatial``).
 
     Returns
     -------
@@ -76,29 +81,33 @@ def compare_contact(scene: Scene, phases: int, report: Callable[[str], None] = l
     import xarray as xr
 
     from fem_reference.contact.cycle import contact_cycle
+    from fem_reference.contact.spatial import Fineness, SpatialSettings
 
     resolution = Resolution(positions=phases, segments=max(scene.resolution.segments, _SEGMENTS))
     alike = replace(scene, resolution=resolution)
-    report("fast model")
-    outputs = ("transmission_error", "mesh_stiffness")
-    cycles = [simulate(alike, outputs=outputs)]
-    report("finite elements on lines")
-    cycles.append(simulate(reference_scene(alike, ACCURACY), outputs=outputs))
-    report("contact finite elements")
-    cycles.append(contact_cycle(alike, phases))
+    ways = {"fast": alike, "lines": reference_scene(alike, ACCURACY)}
+    if scene.effect(OffLineContact.name) is None:
+        ways["off_line"] = replace(alike, effects=(*alike.effects, OffLineContact()))
+    outputs, cycles = ("transmission_error", "mesh_stiffness"), {}
+    for name in (name for name in MODELS if name in ways):
+        report(MODELS[name])
+        cycles[name] = simulate(ways[name], outputs=outputs)
+    settings = SpatialSettings(fineness=Fineness().coarser())
+    exact = contact_cycle(alike, phases, settings=settings, report=lambda at: report(f"contact finite elements, {at}"))
+    cycles["contact"] = exact
     grid = ("model", "position")
-    ste, k = (np.stack([cycle[name].values for cycle in cycles]) for name in outputs)
+    ste, k = (np.stack([cycle[name].values for cycle in cycles.values()]) for name in outputs)
     variables = {
         "transmission_error": (grid, ste),
         "mesh_stiffness": (grid, k),
-        "transmission_error_uncertainty": ((), float(cycles[-1].transmission_error_uncertainty)),
-        "share_outside_path": (("position",), _outside_path(cycles[-1], scene.pair)),
+        "transmission_error_uncertainty": ((), float(exact.transmission_error_uncertainty)),
+        "share_outside_path": (("position",), _outside_path(exact, scene.pair)),
         "residual": (("model",), np.sqrt(((ste - ste[-1]) ** 2).mean(axis=1)) / ste[-1].mean()),
     }
-    coords = {"mesh_phase": ("position", cycles[-1].mesh_phase.values), "model": ("model", list(MODELS))}
+    coords = {"mesh_phase": ("position", exact.mesh_phase.values), "model": ("model", list(cycles))}
     attrs = {
-        **provenance(scene, wall_time=sum(float(cycle.attrs["wall_time_s"]) for cycle in cycles)),
-        "name": scene.name, "method": cycles[-1].attrs["method"],
+        **provenance(scene, wall_time=sum(float(cycle.attrs["wall_time_s"]) for cycle in cycles.values())),
+        "name": scene.name, "method": exact.attrs["method"],
     }  # fmt: skip
     return xr.Dataset(described(variables), coords=described(coords), attrs=attrs)
 
@@ -106,7 +115,7 @@ def compare_contact(scene: Scene, phases: int, report: Callable[[str], None] = l
 def _outside_path(dataset: xr.Dataset, pair: Pair) -> NDArray:
     """Share of the load of pairs all of whose face is outside the path of contact, (position,)."""
     turns, meshing = dataset.mesh_phase.values[:, None] + dataset.pair_index.values, pair.meshing
-    rise = pair.face_width * math.tan(meshing.beta_b) / meshing.base_pitch
+    rise = pair.meshing.face_width * math.tan(meshing.beta_b) / meshing.base_pitch
     outside = (turns + rise < 0) | (turns > meshing.transverse_contact_ratio)
     return (dataset.load_share.values * outside).sum(axis=-1)
 
@@ -121,13 +130,17 @@ def findings(dataset: xr.Dataset) -> list[str]:
     at = int(np.argmax(np.abs(off)))
     compliance, touching = (float((ste[a] - ste[b])[at]) for a, b in (("fast", "lines"), ("lines", "contact")))
     outside = 100 * float(dataset.share_outside_path[at])
-    return [
+    found = [
         f"RMS off contact finite elements, of the mean STE {mean:.4g} µm ± {bar:.2f} %: fast model {fast:.2f} %, "
         f"finite elements on lines {lines:.2f} %",
         f"most at τ = {float(dataset.mesh_phase[at]):.3g}: fast model {off[at]:+.3f} µm, of which {compliance:+.3f} µm "
         f"compliance of teeth and bodies, {touching:+.3f} µm where and how flanks touch; {outside:.0f} % of the load "
         "lies outside the path of contact there",
     ]
+    if "off_line" in ste:
+        better = 100 * float(dataset.residual.sel(model="off_line"))
+        found.append(f"with [effects.off_line_contact] the fast model is {better:.2f} % off")
+    return found
 
 
 def write(datasets: list[xr.Dataset], folder: Path) -> list[Path]:
@@ -142,16 +155,17 @@ def write(datasets: list[xr.Dataset], folder: Path) -> list[Path]:
 
 def _picture(dataset: xr.Dataset, path: Path) -> Path:
     """STE of all three, and what the two others are off by, with the error bar."""
-    from gearbench.plotting import BLUE, GREY, ORANGE, new_figure, write_figure
+    from gearbench.plotting import GREY, new_figure, write_figure
 
     figure, axes = new_figure(2, 1, (7.0, 5.6), sharex=True)
     upper, lower = axes[:, 0]
     phase, ste = dataset.mesh_phase.values, dataset.transmission_error.values
-    labels = ("fast model", "finite elements on lines", "contact finite elements")
-    for curve, label, style, color in zip(ste, labels, ("--", "-", "o"), (ORANGE, BLUE, "black"), strict=True):
-        upper.plot(phase, curve, style, color=color, label=label, ms=3)
-    for curve, style, color in zip(ste[:2], ("--", "-"), (ORANGE, BLUE), strict=True):
-        lower.plot(phase, curve - ste[2], style, color=color)
+    curves = dict(zip(dataset.model.values.tolist(), ste, strict=True))
+    for name, curve in curves.items():
+        style, color = _STYLES[name]
+        upper.plot(phase, curve, style, color=color, label=MODELS[name], ms=3)
+        if name != "contact":
+            lower.plot(phase, curve - curves["contact"], style, color=color)
     bar = float(dataset.transmission_error_uncertainty)
     lower.axhspan(-bar, bar, color=GREY, alpha=0.3, lw=0)
     lower.set_xlabel("mesh phase")

@@ -16,7 +16,8 @@ import numpy as np
 from gearbench.budget import MemoryBudgetError
 from gearbench.geometry.role import Role
 from gearbench.scene import Scene
-from gearbench.simulation import dataset, simulate, solve_scene
+from gearbench.simulation import simulate
+from gearbench.solution import dataset, solve_scene
 from gearbench.validation.mac import compare_shapes, line_mac
 from gearbench.validation.reference import finest_level, finite_elements, reference_scene
 from gearbench.validation.ste_error import CURVES, OUTPUTS, cycle_errors, error_bars

@@ -51,7 +51,7 @@ def flank_grid(pair: Pair, role: Role, cells: tuple[int, int]) -> FlankGrid:
     """Middles of ``cells`` (along height, along face width) on the active flank of a gear."""
     low, high = pair.meshing.active_radii[role]
     up, across = ((np.arange(n) + 0.5) / n for n in cells)
-    return FlankGrid(radius=low + (high - low) * up, y=pair.face_width * across)
+    return FlankGrid(radius=low + (high - low) * up, y=pair.gears[role].face_width * across)
 
 
 def tooth_factor(scene: Scene, role: Role, height: NDArray, y: NDArray) -> NDArray:
@@ -79,7 +79,7 @@ def line_shapes(scene: Scene, role: Role, lines: ContactLines) -> NDArray:
     """The same under unit loads, spread evenly over one contact line each: (response, line), lines in contact only."""
     height = lines.radii[role][lines.active] - scene.pair.gears[role].root_radius
     share = lines.length[lines.active] / lines.length[lines.active].sum(axis=1, keepdims=True)
-    load = np.einsum("ls,lsr->lr", share, tooth_factor(scene, role, height, lines.y[lines.active]))
+    load = np.einsum("ls,lsr->lr", share, tooth_factor(scene, role, height, lines.own_y(role)[lines.active]))
     return response_factor(scene, role) @ load.T
 
 

@@ -36,7 +36,7 @@ def scene(kind: str = "profile_slope") -> Scene:
 def flank(pair: Pair, points: int = 60) -> ContactLines:
     """The whole rectangle of contact as if it were contact lines: positions along u, segments along y."""
     u = np.linspace(pair.meshing.path_start, pair.meshing.path_end, points)
-    y = np.linspace(0, pair.face_width, points)
+    y = np.linspace(0, pair.meshing.face_width, points)
     grid_u, grid_y = np.meshgrid(u, y, indexing="ij")
     return ContactLines(
         pair=pair,

@@ -101,7 +101,7 @@ def _scene(pair: Pair, bores: list[float], load: float) -> Scene:
     """Scene of a pair on its bores, between 10 and 60 N/mm of line load for each mm of module, on the pitch circle."""
     bored = [replace(m, bore_diameter=d) for m, d in zip((pair.pinion, pair.wheel), bores, strict=True)]
     module = pair.normal_module
-    torque = (10 + 50 * load) * module * pair.face_width * module * pair.pinion.teeth / 2e3
+    torque = (10 + 50 * load) * module * pair.meshing.face_width * module * pair.pinion.teeth / 2e3
     return Scene(
         pair=replace(pair, pinion=bored[0], wheel=bored[1]),
         load=Load(torque=float(f"{torque:.3g}")),

@@ -26,7 +26,7 @@ from gearbench.results.solved import Solved
 from gearbench.robustness.montecarlo import default_threads
 from gearbench.robustness.run import robust
 from gearbench.scene import Resolution, Scene
-from gearbench.simulation import solve_scene
+from gearbench.solution import solve_scene
 from studies.s05_tooth_models.pairs import draw, everyday
 
 #: Scenes that the choice was not tuned on: plates, solid teeth, random errors, and the first draw of the latter. Its

@@ -14,7 +14,7 @@ from gearbench.library.garambois2017 import case, gear
 from gearbench.robustness.montecarlo import default_threads, prepare_scene, respond
 from gearbench.robustness.sampling import unit_samples
 from gearbench.scene import Scene
-from gearbench.simulation import cycle_values
+from gearbench.solution import cycle_values
 
 if TYPE_CHECKING:
     import xarray as xr

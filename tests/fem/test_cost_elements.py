@@ -20,7 +20,7 @@ from gearbench.effort.elements import ELEMENTS, Meshes, all_meshes, element_curv
 from gearbench.errors import GearbenchError
 from gearbench.library.garambois2017 import case
 from gearbench.scene import Scene
-from gearbench.simulation import cycle_values
+from gearbench.solution import cycle_values
 from gearbench.validation.reference import meshed_flanks
 
 

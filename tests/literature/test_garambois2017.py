@@ -19,7 +19,8 @@ from gearbench.effects.tooth_bending import ToothBending
 from gearbench.geometry.pair import Member, Pair
 from gearbench.results.cycle import fluctuation_rms, relative_rms
 from gearbench.scene import Load, Resolution, Scene
-from gearbench.simulation import simulate, solve_lines
+from gearbench.simulation import simulate
+from gearbench.solution import solve_lines
 
 GEAR = Member(teeth=38, addendum=1.0, dedendum=1.25)
 SC = Scene(

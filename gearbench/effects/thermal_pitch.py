@@ -1,0 +1,35 @@
+"""Gears of different temperatures: their base pitches differ."""
+
+from __future__ import annotations
+
+import math
+from typing import ClassVar
+
+from numpy.typing import NDArray
+from pydantic.dataclasses import dataclass
+
+from gearbench.effects.base import GapEffect
+from gearbench.geometry.action import ContactLines
+from gearbench.schema import STRICT
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class ThermalPitch(GapEffect):
+    """Base pitches that differ by p_bt (ε_1 − ε_2): each pair of teeth by its own amount.
+
+    Not a table of ``[effects]``: it acts where ``[pair.temperature]`` lengthens the two gears differently. A gear that
+    grows keeps its angles; in the plane of action its flanks move away from where its base circle touches and from the
+    middle of the face (G16). Nothing is missing at the pitch point in the middle of the face.
+    """
+
+    name: ClassVar[str] = "thermal_pitch"
+    summary: ClassVar[str] = "gap: base pitches of gears of different temperatures"
+    source: ClassVar[str] = "free thermal strain of involute gears"
+    of_flank: ClassVar[bool] = False
+
+    def gap(self, lines: ContactLines) -> NDArray:
+        """Gap [mm], (position, pair, segment)."""
+        meshing, (pinion, wheel) = lines.pair.meshing, lines.pair.strains
+        # the same all along a contact line, because the gear grows along its axis too
+        ahead = lines.u - meshing.pitch_point - (lines.y - meshing.face_width / 2) * math.tan(meshing.beta_b)
+        return (wheel - pinion) * math.cos(meshing.beta_b) * ahead

@@ -1,0 +1,71 @@
+"""Faces of two gears along their axes: teeth touch where both have them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gearbench.errors import InputError
+from gearbench.geometry.role import Role
+
+#: Face widths over the normal module.
+WIDTHS = (0.05, 500.0)
+
+Ends = tuple[float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Faces:
+    """The faces of pinion and wheel; positions along the axes count from the middle of the pair's [mm].
+
+    Parameters
+    ----------
+    width
+        b of a gear that has no own [mm].
+    own
+        Own face widths b_1, b_2 [mm].
+    offsets
+        Middle of each face [mm].
+    """
+
+    width: float
+    own: tuple[float | None, float | None]
+    offsets: tuple[float, float]
+
+    def check(self, module: float) -> None:
+        """Refuse, with an ``InputError``, widths that are none for this normal module [mm], and faces side by side."""
+        low, high = WIDTHS
+        named = {f"{role.label}.face_width": self.own[role] for role in Role}
+        for key, width in {"face_width": self.width, **named}.items():
+            if width is not None and not low <= width / module <= high:
+                allowed = f"must be {low:g} to {high:g} normal modules ({module:g} mm); lengths are in mm"
+                raise InputError(key, width, allowed)
+        if None not in self.own and self.width not in self.own:
+            raise InputError("face_width", self.width, "must be that of one gear: both have their own")
+        if self.common[1] - self.common[0] < low * module:
+            role = max(Role, key=lambda role: abs(self.offsets[role]))
+            raise InputError(f"{role.label}.axial_offset", self.offsets[role], "the faces of the gears do not overlap")
+
+    @property
+    def widths(self) -> tuple[float, float]:
+        """b_1, b_2 [mm]."""
+        one, two = self.own
+        return self.width if one is None else one, self.width if two is None else two
+
+    @property
+    def ends(self) -> tuple[Ends, Ends]:
+        """Ends of both faces [mm]."""
+        first, second = ((at - b / 2, at + b / 2) for at, b in zip(self.offsets, self.widths, strict=True))
+        return first, second
+
+    @property
+    def common(self) -> Ends:
+        """Ends of the face that both gears have [mm]."""
+        (low1, high1), (low2, high2) = self.ends
+        return max(low1, low2), min(high1, high2)
+
+    @property
+    def overhangs(self) -> tuple[Ends, Ends]:
+        """How far each face reaches beyond the common one, at y = 0 and at y = b [mm]."""
+        start, end = self.common
+        first, second = ((start - low, high - end) for low, high in self.ends)
+        return first, second

@@ -1,0 +1,56 @@
+"""Profile shifts of two gears, and the backlash that follows, from thickness and centre distance. Source: ISO 21771."""
+
+from __future__ import annotations
+
+import math
+
+from gearbench.errors import InputError
+from gearbench.geometry.meshing import profile_shift_sum
+from gearbench.geometry.role import Role
+from gearbench.geometry.section import TransverseSection
+from gearbench.geometry.thickness import Thickness
+
+Sections = tuple[TransverseSection, TransverseSection]
+Thicknesses = tuple[Thickness | None, Thickness | None]
+
+
+def given_shift(
+    section: TransverseSection, role: Role, given: float | None, thickness: Thickness | None
+) -> float | None:
+    """x that is given, or that follows from a size of the teeth; None where neither is [normal modules]."""
+    if given is not None or thickness is None or not thickness.is_measured:
+        return given
+    return _of_thickness(section, role, thickness, 0.0, 0.0)
+
+
+def generating_shifts(
+    sections: Sections, shifts: tuple[float, float], thicknesses: Thicknesses, deviations: tuple[float, float]
+) -> tuple[float, float]:
+    """x_E of both gears [normal modules] with the ``deviations`` [µm] of their thickness; ``shifts`` are x.
+
+    Raises
+    ------
+    InputError
+        If no tooth has such a size.
+    """
+    found = []
+    for role, x, thickness, deviation in zip(Role, shifts, thicknesses, deviations, strict=True):
+        own = x if thickness is None else _of_thickness(sections[role], role, thickness, x, deviation)
+        found.append(own)
+    return found[0], found[1]
+
+
+def _of_thickness(
+    section: TransverseSection, role: Role, thickness: Thickness, nominal: float, deviation: float
+) -> float:
+    try:
+        return thickness.shift(section, nominal, deviation)
+    except InputError as error:
+        raise error.within(f"{role.label}.thickness") from None
+
+
+def backlash(sections: Sections, shifts: tuple[float, float], distance: float) -> float:
+    """Circumferential backlash j_wt [mm] at the working pitch circles of teeth with the shifts x_E (G3)."""
+    one, two = sections
+    excess = profile_shift_sum(sections, distance) - sum(shifts)
+    return 4 * distance * math.tan(one.alpha_n) / (one.teeth + two.teeth) * excess

@@ -1,0 +1,41 @@
+"""Temperatures of gears and housing: what they lengthen."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from gearbench.schema import STRICT
+
+#: Temperature at which sizes hold, ISO 1 [°C].
+REFERENCE = 20.0
+
+Temperature = Annotated[float, Field(ge=-100.0, le=500.0)]
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Temperatures:
+    """Temperatures in operation; sizes hold at 20 °C (ISO 1).
+
+    The housing carries the centre distance, each gear its base pitch; how far lengths grow is told by
+    ``material.thermal_expansion`` of each gear (G16).
+
+    Parameters
+    ----------
+    pinion, wheel, housing
+        Temperatures [°C].
+    housing_expansion
+        Linear thermal expansion of the housing [10⁻⁶/K]: 11.5 of steel, 10.5 of cast iron, 23 of aluminium.
+    """
+
+    pinion: Temperature = REFERENCE
+    wheel: Temperature = REFERENCE
+    housing: Temperature = REFERENCE
+    housing_expansion: Annotated[float, Field(ge=0.0, le=300.0)] = 11.5
+
+
+def strain(temperature: float, expansion: float) -> float:
+    """Free thermal strain [–] at a temperature [°C] with a linear thermal ``expansion`` [10⁻⁶/K]."""
+    return 1e-6 * expansion * (temperature - REFERENCE)

@@ -1,0 +1,97 @@
+"""A scene solved at all phases of its mesh cycle, and the Dataset of the solution."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.patches import solve_patches
+from gearbench.contact.transitions import loaded_phases
+from gearbench.geometry.action import ContactLines
+from gearbench.results.cycle import HARMONICS
+from gearbench.results.outputs import output
+from gearbench.results.provenance import provenance
+from gearbench.results.responses import described
+from gearbench.results.solved import Solved
+from gearbench.scene import Scene
+from gearbench.threads import single_threaded_blas
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_LOG = logging.getLogger(__name__)
+
+
+def cycle_values(scene: Scene) -> NDArray:
+    """Mean and RMS of STE [µm], mean [N/µm] and RMS [%] of the mesh stiffness, (4,): see ``accuracy.measure``."""
+    from gearbench.accuracy.measure import measured
+
+    return measured(solve_scene(scene).cycle)
+
+
+def solve_scene(scene: Scene) -> Solved:
+    """Contact solution of ``scene`` at all its mesh phases."""
+    phase, weight, size = loaded_phases(scene)
+    return solve_lines(scene, scene_lines(scene, phase), weight, size)
+
+
+@single_threaded_blas()
+def solve_lines(scene: Scene, lines: ContactLines, weight: NDArray, size: int | None = None) -> Solved:
+    """As ``solve_scene``, on the contact lines and with the weights of their positions given, (position,).
+
+    ``size`` is the number of Gauss points on each panel, where that is not the scene's.
+    """
+    _LOG.debug("contact problem: %d positions, %d pairs, %d segments", *lines.shape)
+    if scene.has_shafts:
+        from gearbench.contact.bearings import settle
+
+        problem, solution, _ = settle(scene, scene.shaft_effects, lines, weight)
+    else:
+        problem = assemble(scene, lines)
+        solution = solve_patches(problem)
+    _LOG.debug("solved in at most %d Newton steps a position", solution.iterations.max(initial=0))
+    return Solved(scene=scene, lines=lines, weight=weight, problem=problem, solution=solution, size=size)
+
+
+def dataset(solved: Solved, outputs: Sequence[str], start: float, before: tuple[str, ...] = ()) -> xr.Dataset:
+    """Dataset of the ``outputs`` of a solved scene; ``start`` is when its computation began (``perf_counter``).
+
+    ``before`` names the dimensions that the arrays of its solution have before the position: what follows from the
+    solution has them too.
+    """
+    import xarray as xr
+
+    lines, solution = solved.lines, solved.solution
+    coords: dict[str, tuple] = {
+        **{name: ("position", values) for name, values in solved.cycle.phases.coordinates.items()},
+        "pair_index": ("pair", lines.index),
+    }
+    variables: dict[str, tuple] = {name: output(solved, name) for name in outputs}
+    over = {dim for dims, _ in variables.values() for dim in dims}
+    if "harmonic" in over:
+        coords["harmonic"] = ("harmonic", np.arange(1, HARMONICS + 1))
+    if "segment" in over:
+        grid = ("position", "pair", "segment")
+        coords |= {
+            "path_position": (grid, lines.u),
+            "face_position": (grid, lines.face),
+            "segment_length": (grid, lines.length),
+        }
+    variables |= {
+        "equilibrium_residual": (("position",), solution.equilibrium),
+        "minimum_force": (("position",), solution.least_force),
+        "complementarity_residual": (("position",), solution.complementarity),
+        "newton_steps": (("position",), solution.iterations),
+    }
+    variables = {
+        name: ((*before, *dims)[-np.ndim(x) :] if np.ndim(x) else (), x) for name, (dims, x) in variables.items()
+    }
+    attrs = provenance(solved.scene, wall_time=time.perf_counter() - start)
+    attrs["polished_positions"] = solution.polished  # solved once more, see ContactSolution
+    return xr.Dataset(described(variables), coords=described(coords), attrs=attrs)

@@ -1,0 +1,151 @@
+"""Bodies from files: matrices or modes of another program, in netCDF, Matrix Market or Nastran's punched DMIG."""
+
+from __future__ import annotations
+
+import io
+import warnings
+from dataclasses import dataclass
+from pathlib import PurePath
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.errors import InputError
+from gearbench.named_files import content
+from gearbench.netcdf_bytes import dataset_of
+from gearbench.system.dmig import Punched, read_dmig
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Directions of a node's motions: along the axes, and rotations about them.
+DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+#: Coordinates that a body may have.
+MOST = 2000
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Matrices:
+    """A body as its file has it, in the file's units and axes.
+
+    Parameters
+    ----------
+    mass, stiffness
+        (n, n), not yet checked; no mass where there is none in the file.
+    rows
+        Motion of each labelled degree of freedom per coordinate, (label, n).
+    labels
+        Node and direction of each.
+    """
+
+    mass: NDArray | None
+    stiffness: NDArray
+    rows: NDArray
+    labels: tuple[tuple[str, str], ...]
+
+
+def read_body(key: str, name: str) -> tuple[Matrices, str]:
+    """Body in a netCDF or punch file, and the SHA-256 of that.
+
+    A netCDF file has ``stiffness`` and ``mass`` (both (dof, dof)), or the frequencies of modes, ``frequency`` (mode)
+    [Hz], and their ``shape`` (mode, dof), of unit modal mass; besides ``node`` and ``direction`` (dof): x, y, z, rx,
+    ry, rz, or nothing of a coordinate that is no node's. A punch file has one matrix K… and at most one M… (KAAX,
+    MAAX); its nodes are called by their numbers, scalar points are coordinates of no node.
+
+    Raises
+    ------
+    InputError
+        Keyed ``key``, naming the file and what it lacks.
+    """
+    data, digest = content(key, name)
+    try:
+        if PurePath(name).suffix.lower() in (".nc", ".nc4", ".cdf"):
+            return _from_netcdf(dataset_of(data)), digest
+        return _from_punch(data.decode("ascii", errors="replace")), digest
+    except InputError as error:
+        where = ", ".join(part for part in (name, error.key, str(error.value)) if part)
+        raise InputError(key, where, error.allowed) from None
+
+
+def _from_netcdf(data: xr.Dataset) -> Matrices:
+    for name in ("node", "direction"):
+        if name not in data.variables or data[name].dims != ("dof",):
+            raise InputError(name, "", "must be a coordinate of the dimension dof")
+    labels = tuple((str(a), str(b)) for a, b in zip(data["node"].values, data["direction"].values, strict=True))
+    n = len(labels)
+    if "stiffness" in data:
+        mass = _square(data, "mass", n) if "mass" in data else None
+        return Matrices(mass=mass, stiffness=_square(data, "stiffness", n), rows=np.eye(n), labels=labels)
+    for name, dims in (("frequency", ("mode",)), ("shape", ("mode", "dof"))):
+        if name not in data.variables or set(data[name].dims) != set(dims):
+            allowed = f"must have stiffness (dof, dof), or frequency (mode) and shape (mode, dof): no {name} {dims}"
+            raise InputError("", "", allowed)
+    omega = 2 * np.pi * _numbers(data["frequency"])
+    rows = _numbers(data["shape"].transpose("dof", "mode"))
+    return Matrices(mass=np.eye(len(omega)), stiffness=np.diag(omega**2), rows=rows, labels=labels)
+
+
+def _square(data: xr.Dataset, name: str, n: int) -> NDArray:
+    if data[name].shape != (n, n):
+        raise InputError(name, f"{data[name].shape}", f"must be {n} × {n}, as many as node and direction name")
+    return _numbers(data[name])
+
+
+def _numbers(variable: xr.DataArray) -> NDArray:
+    if variable.dtype.kind not in "iuf":
+        raise InputError(str(variable.name), "", "must be numbers")
+    return variable.values.astype(float)
+
+
+def _from_punch(text: str) -> Matrices:
+    found = read_dmig(text)
+    stiffness = [name for name in found if name.startswith("K") and not name.startswith("K4")]
+    mass = [name for name in found if name.startswith("M")]
+    if len(stiffness) != 1 or len(mass) > 1:
+        names = ", ".join(found) or "none"
+        raise InputError("", f"DMIG {names}", "must have one matrix K… and at most one M…, e.g. KAAX and MAAX")
+    K, M = found[stiffness[0]], found[mass[0]] if mass else None
+    places = sorted({*K.places, *(M.places if M else ())})
+    labels = tuple((str(grid), DIRECTIONS[c - 1] if c else "") for grid, c in places)
+    at = {place: number for number, place in enumerate(places)}
+
+    def full(punched: Punched) -> NDArray:
+        out = np.zeros((len(places), len(places)))
+        for (row, column), value in punched.entries.items():
+            out[at[row], at[column]] = value
+            if punched.symmetric:
+                out[at[column], at[row]] = value
+        return out
+
+    if len(places) > MOST:
+        raise InputError("", f"{len(places)} degrees of freedom", f"must be at most {MOST}")
+    return Matrices(mass=full(M) if M else None, stiffness=full(K), rows=np.eye(len(places)), labels=labels)
+
+
+def read_matrix(key: str, name: str) -> tuple[NDArray, str]:
+    """Square matrix of a Matrix Market file (n, n), and the file's SHA-256.
+
+    Raises
+    ------
+    InputError
+        Keyed ``key``, naming the file.
+    """
+    from scipy.io import mminfo, mmread
+
+    data, digest = content(key, name)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            rows, columns, *_, kind, _ = mminfo(io.BytesIO(data))
+            if rows != columns or rows > MOST or kind == "complex":
+                given = f"{kind}, {rows} × {columns}"
+                raise InputError(key, f"{name}: {given}", f"must be real and square, at most {MOST} × {MOST}")
+            found = mmread(io.BytesIO(data))
+    except InputError:
+        raise
+    except Exception as error:  # scipy says it with several
+        reason = (str(error) or type(error).__name__).splitlines()[0]
+        raise InputError(key, name, f"must be a Matrix Market file ({reason})") from None
+    dense = found if isinstance(found, np.ndarray) else found.toarray()
+    return np.asarray(dense, dtype=float), digest

@@ -1,0 +1,9 @@
+"""Contact off the line of action on gears in use: spur and helical, relieved or not, light to twice nominal load."""
+
+from studies.s09_contact_in_use.data import compute, scene
+from studies.s09_contact_in_use.findings import checks
+from studies.s09_contact_in_use.pictures import figures
+
+QUESTION = "On gears in use, does contact off the line keep the fast teeth within 1 % of contact finite elements?"
+
+__all__ = ["QUESTION", "checks", "compute", "figures", "scene"]

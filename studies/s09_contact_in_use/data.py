@@ -1,0 +1,136 @@
+"""Twenty-four pairs over their mesh cycles: contact finite elements of finite width beside the models on lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gearbench.effects.crowning import Crowning
+from gearbench.effects.gear_body import GearBody
+from gearbench.effects.hertz import Hertz
+from gearbench.effects.off_line_contact import OffLineContact
+from gearbench.effects.tip_relief import TipRelief
+from gearbench.effects.tooth_bending import ToothBending
+from gearbench.results.responses import described
+from gearbench.scene import Load, Resolution, Scene
+from gearbench.scene_file import load_scene
+from gearbench.simulation import simulate
+from gearbench.validation.reference import reference_scene
+from studies.s05_tooth_models.pairs import draw, in_use
+from studies.s08_contact.data import scene as spur_scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+PHASES = 12
+SEED = 2409
+#: Relative accuracy of the finite elements on lines.
+ACCURACY = 0.002
+#: Segments on a line at least, of the models on lines.
+SEGMENTS = 60
+#: The models on lines: the fast one, the fast one with contact off the line, finite elements with contact off the line.
+MODELS = ("fast", "fast_off_line", "lines_off_line")
+OUTPUTS = ("transmission_error", "mesh_stiffness")
+_GEARS = Path(__file__).parents[2] / "examples" / "gears"
+#: Pairs of practice, and the part of their nominal torque that they carry.
+KNOWN = {
+    "fine_pitch": 1.0, "fzg_c": 0.3, "hcr_spur": 1.0, "nasa_28": 1.0, "osu_50": 0.5, "rim_17_43": 2.0, "ross_62": 2.0,
+    "thin_rim": 1.0, "e_drive_input": 1.0, "e_drive_output": 0.3, "large_wheel": 1.0, "nrel_5mw_stage3": 2.0,
+}  # fmt: skip
+#: Of pairs drawn at random: spur and helical, and the parts of the torque that they carry in turn.
+DRAWN, PARTS = (3, 7), (1.0, 0.1, 2.0, 0.5)
+
+
+def scenes() -> list[Scene]:
+    """All pairs, named."""
+    plain = spur_scene("spur")
+    high = replace(
+        plain.pair, centre_distance=80.0, face_width=25.0,
+        pinion=replace(plain.pair.pinion, teeth=30, addendum=1.3, dedendum=1.6),
+        wheel=replace(plain.pair.wheel, teeth=50, addendum=1.3, dedendum=1.6),
+    )  # fmt: skip
+    found = [plain, replace(plain, name="hcr_30_50", pair=high, load=Load(torque=400.0))]
+    for name, part in KNOWN.items():
+        read = load_scene(_GEARS / f"{name}.toml")
+        found.append(replace(read, name=name, load=Load(torque=part * read.load.torque)))
+    return found + list(_drawn())
+
+
+def _drawn() -> Iterator[Scene]:
+    """Pairs of gears in use, spur and helical as many as are wanted, every second one relieved and crowned."""
+    left = dict(zip((False, True), DRAWN, strict=True))
+    count = 0
+    for each in draw(in_use, SEED):
+        helical = bool(each.pair.helix_angle)
+        if not left[helical]:
+            continue
+        left[helical] -= 1
+        m = each.pair.normal_module
+        # about as deep as teeth deflect under their nominal load: 7 µm for each 100 N/mm
+        depth = float(f"{7e-2 * each.load.torque * 2e3 / (m * each.pair.pinion.teeth * each.pair.face_width):.2g}")
+        gaps = (TipRelief(amount=depth, length=round(0.5 * m, 2)), Crowning(amount=depth / 2)) if count % 2 else ()
+        yield replace(
+            each, name=f"drawn_{count + 1}", effects=(ToothBending(model="solid"), GearBody(), Hertz(), *gaps),
+            load=Load(torque=PARTS[count % 4] * each.load.torque),
+        )  # fmt: skip
+        count += 1
+        if not any(left.values()):
+            return
+
+
+def scene(number: int = 0) -> Scene:
+    """The pair of a number."""
+    return scenes()[number]
+
+
+def compute(*, quick: bool = False) -> xr.Dataset:
+    """Curves of all pairs; phases of the contact finite elements are kept on disk, so that a run may be interrupted."""
+    return collected([measured(spur_scene("spur"), 2)] if quick else [measured(each, PHASES) for each in scenes()])
+
+
+def measured(scene: Scene, phases: int) -> xr.Dataset:
+    """One pair: curves of the contact finite elements and of the models (model, position)."""
+    from fem_reference.contact.cycle import contact_cycle
+    from fem_reference.contact.spatial import Fineness, SpatialSettings
+
+    settings = SpatialSettings(fineness=Fineness().coarser())
+    exact = contact_cycle(scene, phases, settings=settings)
+    curves = [model_cycle(scene, name, phases) for name in MODELS]
+    grid = ("model", "position")
+    variables = {
+        **{name: (("position",), exact[name].values) for name in OUTPUTS},
+        **{f"model_{name}": (grid, [cycle[name].values for cycle in curves]) for name in OUTPUTS},
+        "transmission_error_uncertainty": ((), float(exact.transmission_error_uncertainty)),
+        "seconds": ((), float(exact.attrs["wall_time_s"])),
+    }
+    import xarray as xr
+
+    coords = {"mesh_phase": ("position", exact.mesh_phase.values), "model": ("model", list(MODELS))}
+    return xr.Dataset(described(variables), coords=described(coords)).assign(scene=scene.to_toml())
+
+
+def collected(rows: list[xr.Dataset]) -> xr.Dataset:
+    """All pairs, along ``design``."""
+    import xarray as xr
+
+    return xr.concat(rows, "design", coords="minimal", compat="override")
+
+
+def model_cycle(scene: Scene, model: str, phases: int) -> xr.Dataset:
+    """A model of ``MODELS`` at uniform phases."""
+    resolution = Resolution(positions=phases, segments=SEGMENTS)
+    found = replace(scene, resolution=resolution)
+    if model.endswith("off_line"):
+        found = replace(found, effects=(*scene.effects, OffLineContact()))
+    return simulate(reference_scene(found, ACCURACY) if model.startswith("lines") else found, outputs=OUTPUTS)
+
+
+def residual(dataset: xr.Dataset) -> xr.DataArray:
+    """RMS over the cycle of what the models are off by, over the mean of the contact finite elements [%]."""
+    exact = dataset.transmission_error
+    off = dataset.model_transmission_error - exact
+    return 100 * np.sqrt((off**2).mean("position")) / exact.mean("position")
