@@ -58,8 +58,10 @@ def solve(problem: ContactProblem, guess: Guess | None = None) -> ContactSolutio
     Raises
     ------
     ConvergenceError
-        If a residual stays above 1e-9.
+        If a residual stays above 1e-9, or no teeth meet at some position.
     """
+    if not problem.active.any(axis=1).all():
+        raise ConvergenceError("contact not solved: at some mesh phase no teeth meet")
     # from the smallest gap on: gaps of a million deflections would otherwise leave no digits to the deflection
     least = np.min(np.where(problem.active, problem.gap, np.inf), axis=1)
     p = replace(problem, gap=problem.gap - least[:, None])

@@ -105,8 +105,11 @@ def _births(problem: ContactProblem, lines: ContactLines, x: NDArray, at: NDArra
     """
     if not at.size:
         return []
-    count, active = len(lines.mesh_phase), lines.active.T.ravel()
+    # a pair that carries alone has no others to be solved with
+    count, active = len(lines.mesh_phase), (lines.active & (lines.active.sum(axis=1) > 1)[:, None]).T.ravel()
     near = [np.array(sorted(np.flatnonzero(active), key=lambda j, i=i: abs(j - i - 0.5))[:POINTS]) for i in at]
+    if not active.any():
+        return [(float(x[i]) + float(x[i + 1])) / 2 for i in at]
     pair, position = np.divmod(np.concatenate(near), count)
     part = part_of(problem, position)
     alone = part.active.copy().reshape(part.shape)
