@@ -122,7 +122,7 @@ def test_robust_costs_what_the_plan_says(benchmark, name, positions):
 
 @pytest.mark.parametrize("name", [*SCENES, *LARGE])
 def test_no_plan_takes_longer_than_two_seconds(benchmark, name):
-    scene = SCENES[name] if name in SCENES else LARGE[name][1]()
+    scene = SCENES[name] if name in SCENES else LARGE[name]()
     plan(scene)  # compiled code is loaded
     _, cost = benchmark.pedantic(timed, args=(lambda: plan(scene),), rounds=1)
     print(f"\n{name}: planned in {cost.processor_seconds:.2f} s")

@@ -8,44 +8,20 @@ from functools import cached_property
 from types import MappingProxyType
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import ComplianceEffect, Effect, Effects, GapEffect
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
+from gearbench.loads import Load, WeightedLoad, greatest_load
 from gearbench.notebook import scene_html
-from gearbench.schema import STRICT, given
+from gearbench.schema import STRICT, changed, given
 
 #: Line load over E m_n that a scene may have: below, rounding rules; above, teeth would be pressed through many times.
 LOADS = (1e-15, 100.0)
 #: Gauss points on each panel unless a scene says otherwise.
 DEFAULT_GAUSS_POINTS = 8
-
-
-def _loaded(torque: float) -> float:
-    if torque == 0:
-        raise InputError("", torque, "must not be 0: above it the drive flanks carry, below it the coast flanks")
-    return torque
-
-
-@dataclass(frozen=True, kw_only=True, config=STRICT)
-class Load:
-    """Load of the pair.
-
-    Parameters
-    ----------
-    torque
-        On the pinion [N·m]. Positive: the pinion drives with its drive flanks. Negative: the coast flanks carry, as
-        where the wheel drives while both keep turning.
-    """
-
-    torque: Annotated[float, AfterValidator(_loaded)]
-
-    @property
-    def coast(self) -> bool:
-        """Whether the coast flanks carry it."""
-        return self.torque < 0
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -142,6 +118,8 @@ class Scene:
         Free text.
     pair, load, resolution
         The gear pair, its load, and the resolution.
+    loads
+        Several loads, all of other torques, in place of one; ``load`` is then the one of the greatest torque.
     effects
         The effects to simulate, each kind at most once, in any order.
     coast
@@ -158,12 +136,13 @@ class Scene:
     ------
     InputError
         If an effect appears twice, lacks one it requires, meets one it excludes, or does not fit the pair; or if
-        nothing adds compliance. Wrapped by pydantic's ``ValidationError``.
+        nothing adds compliance; or a load is not allowed. Wrapped by pydantic's ``ValidationError``.
     """
 
     name: str = ""
     pair: Pair
     load: Load
+    loads: tuple[WeightedLoad, ...] = ()
     effects: tuple[Effect, ...]
     coast: tuple[Effect, ...] = ()
     resolution: Resolution = Resolution()
@@ -188,14 +167,28 @@ class Scene:
                 effect.check(self.pair, self.effects_by_name)
             except InputError as error:
                 raise error.within(f"effects.{effect.name}") from None
-        low, high = (end / self._load_of_torque for end in LOADS)
-        if not low <= abs(self.load.torque) <= high:
-            raise InputError(
-                "load.torque", self.load.torque, f"must lie within {low:.3g} to {high:.3g} N·m for this pair"
-            )
+        self._check_loads()
         if not any(isinstance(effect, ComplianceEffect) for effect in self.effects):
             raise InputError("effects", ", ".join(names) or "none", "at least one must add compliance, e.g. hertz")
         self._check_coast()
+
+    def _check_loads(self) -> None:
+        torques = [each.torque for each in self.loads]
+        if self.loads and self.load != greatest_load(self.loads):
+            raise InputError("load", self.load.torque, "conflicts with loads: give one of the two")
+        if len(set(torques)) < len(torques):
+            raise InputError("loads", torques, "must be of torques that are all different")
+        low, high = (end / self._load_of_torque for end in LOADS)
+        for key, torque in self._torques.items():
+            if not low <= abs(torque) <= high:
+                raise InputError(key, torque, f"must lie within {low:.3g} to {high:.3g} N·m for this pair")
+
+    @property
+    def _torques(self) -> dict[str, float]:
+        """The torques by their keys [N·m]."""
+        if not self.loads:
+            return {"load.torque": self.load.torque}
+        return {f"loads.{i}.torque": each.torque for i, each in enumerate(self.loads)}
 
     def _check_coast(self) -> None:
         for effect in self.coast:
@@ -208,9 +201,10 @@ class Scene:
                 effect.check(self.pair, self.effects_by_name)
             except InputError as error:
                 raise error.within(key) from None
-        if self.load.coast and self.has_shafts:
-            allowed = "must be positive where [system] has shafts: their forces are those of the drive flanks"
-            raise InputError("load.torque", self.load.torque, allowed)
+        for key, torque in self._torques.items():
+            if torque < 0 and self.has_shafts:
+                allowed = "must be positive where [system] has shafts: their forces are those of the drive flanks"
+                raise InputError(key, torque, allowed)
 
     @property
     def effects_by_name(self) -> Effects:
@@ -220,6 +214,36 @@ class Scene:
     def effect(self, name: str) -> Effect | None:
         """The effect called ``name``, or None where the scene does not ask for it."""
         return self.effects_by_name.get(name)
+
+    def under(self, load: Load) -> Scene:
+        """The scene under one load.
+
+        Raises
+        ------
+        InputError
+            If it may not have that load.
+        """
+        return changed(self, load=load, loads=())
+
+    @property
+    def each_load(self) -> tuple[Scene, ...]:
+        """The scene under each of its loads, torques ascending; itself where it has one."""
+        torques = sorted(each.torque for each in self.loads)
+        return tuple(self.under(Load(torque=torque)) for torque in torques) or (self,)
+
+    @property
+    def one_load(self) -> Scene:
+        """The scene itself, for results that are of one load.
+
+        Raises
+        ------
+        InputError
+            If it has several.
+        """
+        if self.loads:
+            allowed = "are for simulate, sweep, robust and optimise: here give one [load]"
+            raise InputError("loads", f"{len(self.loads)} loads", allowed)
+        return self
 
     @property
     def flank_effects(self) -> tuple[Effect, ...]:
@@ -299,6 +323,8 @@ class Scene:
         """The scene as nested tables, as in a file; defaults are left out."""
         tables = given(self)
         tables.pop("further", None)
+        if self.loads:
+            del tables["load"]
         for name in ("effects", "coast"):
             if effects := getattr(self, name):
                 tables[name] = {effect.name: given(effect) for effect in effects}

@@ -11,8 +11,9 @@ from gearbench.effects.base import Effect
 from gearbench.effects.registry import RENAMED, effect_class, effect_names
 from gearbench.errors import InputError, one_of
 from gearbench.geometry.pair import Pair
+from gearbench.loads import Load, WeightedLoad, greatest_load
 from gearbench.named_files import content, files_in, in_folder
-from gearbench.scene import Load, Operation, Resolution, Scene
+from gearbench.scene import Operation, Resolution, Scene
 from gearbench.schema import Key, as_table, keys, make, read, read_toml
 
 _LOG = logging.getLogger(__name__)
@@ -60,10 +61,28 @@ def parse_scene(tables: Mapping[str, Any]) -> Scene:
     parts = dict(tables)
     effects, coast = (as_table(name, parts.pop(name, {})) for name in ("effects", "coast"))
     parts |= {name: read(kind, parts[name], name) for name, kind in TABLES.items() if name in parts}
+    if "loads" in parts:
+        if "load" in parts:
+            raise InputError("loads", "given", "conflicts with load: give one of the two")
+        parts["loads"] = loads = read_loads(parts["loads"], "loads")
+        parts["load"] = greatest_load(loads)
     if "system" in parts:
         parts["system"] = system = read(table_class("system"), parts["system"], "system")
         parts["further"] = tuple(_further(mesh.scene, number) for number, mesh in enumerate(system.meshes))
     return make(Scene, **parts, effects=_effects("effects", effects), coast=_effects("coast", coast))
+
+
+def read_loads(tables: Any, key: str) -> tuple[WeightedLoad, ...]:
+    """Loads from the list of tables at ``key``.
+
+    Raises
+    ------
+    InputError
+        Naming key, value and the values allowed.
+    """
+    if not isinstance(tables, list | tuple) or not tables:
+        raise InputError(key, tables, f"must be one or more tables: [[{key}]]")
+    return tuple(read(WeightedLoad, table, f"{key}.{i}") for i, table in enumerate(tables))
 
 
 def scene_at(scene: Scene, point: Mapping[str, float]) -> Scene:
@@ -94,8 +113,8 @@ def _further(name: str, number: int) -> Scene:
     key = f"system.meshes.{number}.scene"
     content(key, name)
     scene = load_scene(in_folder(name))
-    if scene.system is not None:
-        raise InputError(key, name, "must be a scene without [system]")
+    if scene.system is not None or scene.loads:
+        raise InputError(key, name, "must be a scene without [system] and with one load")
     return scene
 
 
@@ -119,7 +138,7 @@ def table_class(table: str) -> type:
 
         return System
     if table not in TABLES:
-        raise InputError(table, "unknown key", one_of(table, (*TABLES, *EFFECT_TABLES, "system")))
+        raise InputError(table, "unknown key", one_of(table, (*TABLES, "loads", *EFFECT_TABLES, "system")))
     return TABLES[table]
 
 

@@ -37,7 +37,8 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
     Returns
     -------
     Dataset with the dimensions ``position``, ``pair``, ``segment``, names and units as in ``gearbench.results``,
-    the residuals of the contact solution, and its provenance in the attributes.
+    the residuals of the contact solution, and its provenance in the attributes. Of several loads it is that of
+    ``sweep`` over their torques.
 
     Raises
     ------
@@ -64,6 +65,10 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
     """
     start = time.perf_counter()
     check_outputs(tuple(outputs))
+    if scene.loads:
+        from gearbench.sweeps.run import sweep
+
+        return sweep(scene, outputs=outputs)
     if scene.resolution.accuracy is None:
         solved = solve_scene(scene)
         _warn_of_noise(solved)

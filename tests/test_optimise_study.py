@@ -129,7 +129,8 @@ FAULTS = {
     '[variables]\n"pair.helix_angle" = 5.0': ("variables.pair.helix_angle", "must be a table"),
     '[variables]\n"pair.helix_angle" = { min = 0.0, max = 5.0, steps = 1.0 }': ("helix_angle.steps", "unknown key"),
     "[algorithm]\npopulation = 2": ("algorithm.population", "greater than or equal to 4"),
-    "[algorithm]\nmethod = 'ga'": ("algorithm.method", "population, generations, seed"),
+    "[algorithm]\nmethod = 'ga'": ("algorithm.method", "must be 'nsga2' or 'nsga3'"),
+    "[algorithm]\nkind = 'ga'": ("algorithm.kind", "method, population, generations, seed"),
     "[robustness]\nsampler = 'halton'": ("robustness.sampler", "'sobol', 'random' or 'latin_hypercube'"),
     "[robustness]\nsamples = -1": ("robustness.samples", "greater than or equal to 0"),
     "[base.load]\ntorque = '10'": ("base.load.torque", "valid number"),
@@ -140,7 +141,7 @@ FAULTS = {
     "[base.resolution]\npositions = 4": ("base.resolution.gauss_points", "conflicts with positions"),
     "[base.load]\nunit = 3\n[base.pear]\nx = 1": (
         "base.pear = unknown key",
-        "allowed: pair, load, operation, resolution, effects, coast, system",
+        "allowed: pair, load, operation, resolution, loads, effects, coast, system",
     ),
     "[study]\nx = 1": ("study", "allowed: name, base"),
 }

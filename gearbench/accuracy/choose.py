@@ -30,7 +30,7 @@ from gearbench.accuracy.knobs import (
     with_order,
     with_resolution,
 )
-from gearbench.accuracy.measure import COVERED, relative_errors
+from gearbench.accuracy.measure import COVERED, largest_errors
 from gearbench.budget import MemoryBudgetError
 from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.errors import InputError
@@ -128,7 +128,8 @@ def choose(
     scene
         With ``resolution.accuracy``.
     run, numbers
-        Runs a scene of given resolution; the numbers of its answer that are to be accurate, the first of ``COVERED``.
+        Runs a scene of given resolution; the numbers of its answer that are to be accurate, the first of ``COVERED``,
+        of one cycle or of many (…, number).
     share
         Share of the accuracy that may be spent; the rest belongs to the caller's choices.
     left
@@ -260,16 +261,16 @@ class _Search(Generic[R]):
         Where that by the order is above its ``share`` with the safe order of convergence, the one observed counts.
         """
         coarse = replace(at, n=_coarser(at.n, 0), g=_coarser(at.g, 1))
-        rest = self.left * relative_errors(self(coarse), self(at))
+        rest = self.left * largest_errors(self(coarse), self(at))
         if not self.orders:
             return rest, 0.0, float(rest.max())
         lower = replace(coarse, order=max(0, at.order - LOWER))
-        difference = relative_errors(self(lower), self(coarse))
+        difference = largest_errors(self(lower), self(coarse))
         ratio = self.orders[at.order][1] / self.orders[lower.order][1]
         falls = ratio**-SOLID_CONVERGENCE
         if float(difference.max()) * falls / (1 - falls) > share and lower.order >= LOWER:
             lowest = replace(lower, order=lower.order - LOWER)
-            before = float(relative_errors(self(lowest), self(lower)).max())
+            before = float(largest_errors(self(lowest), self(lower)).max())
             falls = min(falls, max(float(difference.max()) / before, ratio**-FASTEST))
         by_order = difference * falls / (1 - falls)
         return rest + by_order, float(by_order.max()), float(rest.max())
@@ -283,8 +284,8 @@ class _Search(Generic[R]):
         """Segments and Gauss points after those which contribute more have been raised, for an error so much less."""
         between = replace(at, g=_coarser(at.g, 1))
         coarse = replace(between, n=_coarser(at.n, 0))
-        by_phases = float(relative_errors(self(between), self(at)).max())
-        by_segments = float(relative_errors(self(coarse), self(between)).max())
+        by_phases = float(largest_errors(self(between), self(at)).max())
+        by_segments = float(largest_errors(self(coarse), self(between)).max())
         factor = min(max(1.4, excess ** (1 / 2)), MOST)
         n = math.ceil(factor * at.n) if by_segments * ALIKE >= by_phases else at.n
         return n, at.g + math.ceil(at.g * (factor - 1) / 2) if by_phases * ALIKE >= by_segments else at.g

@@ -30,7 +30,7 @@ def measured(cycle: MeshCycle) -> NDArray:
 
 
 def covered(cycle: MeshCycle) -> NDArray:
-    """The numbers ``COVERED`` of a cycle, (16,); harmonics beyond those that few uniform phases give are NaN."""
+    """The numbers ``COVERED`` of a cycle, or of many, (16, …); harmonics beyond those of few uniform phases are NaN."""
     return np.array([response(name).reduce(cycle) for name in COVERED])
 
 
@@ -48,3 +48,9 @@ def scales(values: ArrayLike) -> NDArray:
 def relative_errors(values: ArrayLike, reference: ArrayLike) -> NDArray:
     """Relative error of each of the numbers, (…, 4) or (…, 16)."""
     return np.abs(np.asarray(values) - np.asarray(reference)) / scales(reference)
+
+
+def largest_errors(values: ArrayLike, reference: ArrayLike) -> NDArray:
+    """``relative_errors``, of each number the largest of all cycles, (4,) or (16,)."""
+    errors = relative_errors(values, reference)
+    return errors.reshape(-1, errors.shape[-1]).max(axis=0)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Annotated, Any, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -24,6 +25,9 @@ from gearbench.cli.options import (
     shows_progress,
     with_accuracy,
 )
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Samples = Annotated[int | None, typer.Option(min=2, help="Number of error samples; 1000 unless chosen by accuracy.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of the samples.")]
@@ -59,6 +63,7 @@ def robust(
     from gearbench.results.netcdf import save
     from gearbench.robustness.montecarlo import SAMPLES
     from gearbench.robustness.run import robust as run
+    from gearbench.robustness.tightening import tighten_first
     from gearbench.scene_file import load_scene
 
     loaded = with_accuracy(load_scene(scene), accuracy)
@@ -74,19 +79,33 @@ def robust(
     if folder is not None and done > 1:
         from gearbench.plotting import draw_robust
 
-        written += draw_robust(dataset, folder)
+        for each, at in _by_load(dataset, folder) if loaded.loads else [(dataset, folder)]:
+            written += draw_robust(each, at)
     if json:
         files = [str(path) for path in written]
-        summary.print_json(loaded, dataset, samples=done, complete=bool(dataset.attrs["complete"]), files=files)
+        answer = {"complete": bool(dataset.attrs["complete"]), "tighten_first": tighten_first(dataset), "files": files}
+        summary.print_json(loaded, dataset, samples=done, **answer)
     elif not quiet:
+        if loaded.loads:
+            summary.print_points(loaded, dataset)
         summary.print_table(f"{summary.pair_line(loaded)}, {done} samples", summary.result_rows(dataset))
         if "accuracy_settings" in dataset.attrs:
             say(summary.accuracy_line(dataset))
+        if advice := tighten_first(dataset):
+            say(advice)
         for line in (*summary.warnings(dataset), *(f"wrote {path}" for path in written)):
             say(line)
     if not dataset.attrs["complete"]:
         print(f"gearbench: interrupted after {done} of {wanted or 'more'} samples; they are kept", file=sys.stderr)
         raise typer.Exit(130)
+
+
+def _by_load(dataset: xr.Dataset, folder: Path) -> Iterator[tuple[xr.Dataset, Path]]:
+    """The Dataset of each load, and the folder of its plots."""
+    for torque in dataset["torque"].values:
+        at = folder / f"{torque:g}_Nm"
+        at.mkdir(exist_ok=True)
+        yield dataset.sel(torque=torque), at
 
 
 @contextmanager

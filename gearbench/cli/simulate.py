@@ -72,11 +72,15 @@ def simulate(
         asked = tuple(dict.fromkeys((*DEFAULT_OUTPUTS, *(also or ()), "flank_pressure_max")))
         dataset = run(with_accuracy(loaded, accuracy), outputs=asked)
     cautions = warnings(loaded, dataset)
-    if (missed := advice(loaded, dataset)) is not None:
+    if not loaded.loads and (missed := advice(loaded, dataset)) is not None:
         dataset.attrs["off_line_contact"] = missed
         notes = (*notes, missed)
     written = [save(dataset, output)] if output is not None else []
-    if folder is not None:
+    if folder is not None and loaded.loads:
+        from gearbench.sweeps.figures import draw_sweep
+
+        written += draw_sweep(dataset, folder)
+    elif folder is not None:
         from gearbench.plotting import draw_simulation
 
         written += draw_simulation(dataset, folder, scale=scale)
@@ -94,12 +98,14 @@ def _print(scene: Scene, dataset: xr.Dataset) -> None:
     from gearbench.cli import summary
 
     summary.print_geometry(scene)
+    if scene.loads:
+        summary.print_points(scene, dataset)
     rows = summary.result_rows(dataset)
     worst = max(float(dataset[f"{kind}_residual"].max()) for kind in ("equilibrium", "complementarity"))
     rows += [
         ("worst residual of the contact solution", f"{worst:.1e}", "1"),
         ("computing time", f"{1e3 * dataset.attrs['wall_time_s']:.1f}", "ms"),
     ]
-    summary.print_table("over the mesh cycle", rows)
+    summary.print_table("over the loads" if scene.loads else "over the mesh cycle", rows)
     if "accuracy_settings" in dataset.attrs:
         say(summary.accuracy_line(dataset))

@@ -54,10 +54,11 @@ def pair_line(scene: Scene) -> str:
     """One line that says which pair this is, under which torque, and the support of its teeth."""
     pair = scene.pair
     kind = "spur" if pair.helix_angle == 0 else f"helical {pair.helix_angle:g}°"
+    loads = ", ".join(f"{each.load.torque:g}" for each in scene.each_load)
     return (
         f"{scene.name or 'scene'}: {kind}, z {pair.pinion.teeth}/{pair.wheel.teeth}, m_n {pair.normal_module:g} mm, "
         f"ε_α {pair.meshing.transverse_contact_ratio:.3f}, ε_β {pair.meshing.overlap_ratio:.3f}, "
-        f"{scene.load.torque:g} N·m, support: {support(scene)}"
+        f"{loads} N·m, support: {support(scene)}"
     )
 
 
@@ -119,6 +120,25 @@ def accuracy_line(dataset: xr.Dataset) -> str:
         f"accuracy {100 * attrs['accuracy_requested']:.3g} %: {attrs['accuracy_settings']}; "
         f"estimated error {100 * attrs['accuracy_estimated']:.2g} %, chosen in {attrs['accuracy_seconds']:.2g} s"
     )
+
+
+def print_points(scene: Scene, dataset: xr.Dataset) -> None:
+    """Print one line for each point of a sweep: peak-to-peak and RMS values."""
+    from rich.table import Table
+
+    names = [str(dim) for dim in dataset["transmission_error_mean"].dims if dim != "sample"]
+    shown = [f"{name}_{suffix}" for name in ("transmission_error_rms", "mesh_stiffness_rms") for suffix in ("mean", "")]
+    shown = ["transmission_error_mean", "transmission_error_peak_to_peak", *shown, "mesh_stiffness_mean"]
+    shown = [name.removesuffix("_") for name in shown]
+    shown = [name for name in shown if name in dataset and set(dataset[name].dims) == set(names)]
+    table = Table(title=pair_line(scene), title_justify="left", title_style="bold", box=None, pad_edge=False)
+    for name in (*names, *shown):
+        unit = dataset[name].attrs["units"].replace("1", "–")
+        table.add_column(f"{dataset[name].attrs.get('symbol', name)}\n{unit}", justify="right")
+    rows = dataset[[*shown]].to_dataframe().reset_index()
+    for row in rows[[*names, *shown]].itertuples(index=False):
+        table.add_row(*(f"{value:.5g}" for value in row))
+    console().print(table)
 
 
 def console(**options: Any) -> Console:

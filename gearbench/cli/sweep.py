@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -59,6 +60,8 @@ def sweep(
     Example: gearbench sweep examples/case2.toml --torque 20:300:20 -o case2_loads.nc --plots plots
 
     Two keys: gearbench sweep SCENE --torque 50,100 --set effects.crowning.amount=0:8:2 -o grid.nc
+
+    OUT.nc is written now and then: a sweep that is killed leaves what was done.
     """
     from gearbench.errors import naming
     from gearbench.files import check_target
@@ -74,7 +77,8 @@ def sweep(
         check_target(output)
     folder = plot_folder(plots)
     with _progress(shown=shows_progress(quiet=quiet, json=json)) as advance, naming(scene):
-        dataset = run(loaded, ranges, samples=samples, seed=seed, threads=threads, progress=advance)
+        keep = None if output is None else partial(save, path=output)
+        dataset = run(loaded, ranges, samples=samples, seed=seed, threads=threads, progress=advance, keep=keep)
     written = [save(dataset, output)] if output is not None else []
     if folder is not None and "torque" in dataset.dims and not samples:
         from gearbench.sweeps.figures import draw_sweep
@@ -83,14 +87,15 @@ def sweep(
     if json:
         from gearbench.cli.summary import print_mapping
 
-        sizes = {path: dataset.sizes[name] for path, name in zip(dataset.attrs["swept"], ranges, strict=True)}
+        # the swept keys are the first dimensions, in their order
+        sizes = dict(zip(dataset.attrs["swept"], dataset["transmission_error_mean"].shape, strict=False))
         files = [str(path) for path in written]
         head = {"scene_sha256": loaded.digest, "wall_time_s": dataset.attrs["wall_time_s"]}
         print_mapping({**head, "points": sizes, "complete": bool(dataset.attrs["complete"]), "files": files})
     elif not quiet:
         from gearbench.cli.summary import warnings
 
-        _print(loaded, dataset, list(ranges))
+        _print(loaded, dataset)
         for line in (*warnings(dataset), *(f"wrote {path}" for path in written)):
             say(line)
     if not dataset.attrs["complete"]:
@@ -98,24 +103,13 @@ def sweep(
         raise typer.Exit(130)
 
 
-def _print(scene: Scene, dataset: xr.Dataset, names: list[str]) -> None:
-    """One line a point: peak-to-peak and RMS values."""
-    from rich.table import Table
+def _print(scene: Scene, dataset: xr.Dataset) -> None:
+    """One line a point, and what several loads have in common."""
+    from gearbench.cli.summary import print_points, print_table, result_rows
 
-    from gearbench.cli.summary import console, pair_line
-
-    shown = [f"{name}_{suffix}" for name in ("transmission_error_rms", "mesh_stiffness_rms") for suffix in ("mean", "")]
-    shown = ["transmission_error_mean", "transmission_error_peak_to_peak", *shown, "mesh_stiffness_mean"]
-    shown = [name.removesuffix("_") for name in shown]
-    shown = [name for name in shown if name in dataset and set(dataset[name].dims) == set(names)]
-    table = Table(title=pair_line(scene), title_justify="left", title_style="bold", box=None, pad_edge=False)
-    for name in (*names, *shown):
-        unit = dataset[name].attrs["units"].replace("1", "–")
-        table.add_column(f"{dataset[name].attrs.get('symbol', name)}\n{unit}", justify="right")
-    rows = dataset[[*shown]].to_dataframe().reset_index()
-    for row in rows[[*names, *shown]].itertuples(index=False):
-        table.add_row(*(f"{value:.5g}" for value in row))
-    console().print(table)
+    print_points(scene, dataset)
+    if rows := result_rows(dataset):
+        print_table("over the loads", rows)
 
 
 @contextmanager

@@ -48,7 +48,7 @@ class Model:
     scene: Scene
 
     def __post_init__(self) -> None:
-        if self.scene.system is None:
+        if self.scene.one_load.system is None:
             raise InputError("system", "missing", "the response needs [system]: shafts, or inertias of the two wheels")
 
     @property

@@ -55,6 +55,8 @@ class ErrorKind:
         "gear": the same on all teeth of a gear. "tooth": each tooth its own. Axes are the same for all.
     sign
         −1 turns the shape round: material in excess where it was missing (a hollow instead of a barrel).
+    cost
+        What one class finer of this tolerance costs beside the others; ``robust`` says which to tighten first.
     """
 
     distribution: Distribution = "uniform"
@@ -63,11 +65,18 @@ class ErrorKind:
     gear: Gears = "both"
     drawn: Literal["gear", "tooth"] = "gear"
     sign: Literal[-1, 1] = 1
+    cost: Annotated[float, Field(gt=0.0, le=1e6)] = 1.0
+
+
+IsoClass = Annotated[int, Field(ge=0, le=12)]
 
 
 @plain_dataclass(frozen=True)
 class ErrorMode:
-    """One random variable of the pair: name, amplitude [µm], distribution, sign, shape, gear and tooth (None: all)."""
+    """One random variable of the pair: name, amplitude [µm], distribution, sign, shape, gear and tooth (None: all).
+
+    And what one class finer of its tolerance costs.
+    """
 
     name: str
     amplitude: float
@@ -76,6 +85,7 @@ class ErrorMode:
     shape: Callable[..., NDArray]
     gear: Role
     tooth: int | None
+    cost: float
 
     def gap(self, lines: ContactLines, along: Along, span: Range) -> NDArray:
         """Gap of 1 µm of the error, (position, pair, segment) [mm]."""
@@ -93,6 +103,7 @@ _SHAPES: MappingProxyType[str, Callable[..., NDArray]] = MappingProxyType(
         "deviation": error_modes.deviation,
     }
 )
+_CLASSES = ("iso_class", "pinion_iso_class", "wheel_iso_class")
 _OF_AXES = ("inclination", "deviation")
 
 
@@ -109,7 +120,9 @@ class ManufacturingErrors(GapEffect):
         A published convention, instead of everything below.
     iso_class, edition, rounded
         Where amplitudes come from unless given: class and edition of ISO 1328-1, unrounded by default. Parallelism of
-        the axes by ISO/TR 10064-3 over the face width.
+        the axes by ISO/TR 10064-3 over the face width, from the larger helix tolerance of the two gears.
+    pinion_iso_class, wheel_iso_class
+        Class of one gear, in place of ``iso_class``.
     along
         Whether profile errors are linear and parabolic in "roll" length or in the "radius".
     profile_range
@@ -122,7 +135,9 @@ class ManufacturingErrors(GapEffect):
     """
 
     preset: Literal["garambois2017"] | None = None
-    iso_class: Annotated[int, Field(ge=0, le=12)] | None = None
+    iso_class: IsoClass | None = None
+    pinion_iso_class: IsoClass | None = None
+    wheel_iso_class: IsoClass | None = None
     edition: Edition = "2013"
     rounded: bool = False
     along: Along = "roll"
@@ -144,15 +159,21 @@ class ManufacturingErrors(GapEffect):
     def __post_init__(self) -> None:
         kinds = [name for name in _SHAPES if getattr(self, name) is not None]
         if self.preset is not None:
-            if kinds or self.iso_class is not None:
-                clash = kinds[0] if kinds else "iso_class"
+            classes = [name for name in _CLASSES if getattr(self, name) is not None]
+            if clashes := [*kinds, *classes]:
+                clash = clashes[0]
                 raise InputError(clash, "given", f'conflicts with preset = "{self.preset}": give one of the two')
             return
         if not kinds:
             raise InputError("", "no kind of error", f"give preset, or at least one table of {', '.join(_SHAPES)}")
         for name in kinds:
-            if getattr(self, name).amplitude is None and self.iso_class is None:
+            if getattr(self, name).amplitude is None and None in map(self.class_of, Role):
                 raise InputError(f"{name}.amplitude", "missing", "is required where iso_class is not given")
+
+    def class_of(self, role: Role) -> int | None:
+        """ISO class of a gear."""
+        own = (self.pinion_iso_class, self.wheel_iso_class)[role]
+        return self.iso_class if own is None else own
 
     def check(self, pair: Pair, beside: Effects) -> None:
         """Refuse a class or gears outside the scope of the standard."""
@@ -180,7 +201,8 @@ class ManufacturingErrors(GapEffect):
                 teeth = (None,) if kind.drawn == "gear" or name in _OF_AXES else tuple(pair_indices(pair).tolist())
                 for tooth in teeth:
                     full = label if tooth is None else f"{label}_tooth{tooth:+d}"
-                    modes.append(ErrorMode(full, amplitude, kind.distribution, kind.sign, shape, gear, tooth))
+                    shown = (kind.distribution, kind.sign, shape, gear, tooth, kind.cost)
+                    modes.append(ErrorMode(full, amplitude, *shown))
         return tuple(modes)
 
     def class_amplitude(self, tolerance: str, pair: Pair, role: Role) -> float:
@@ -191,7 +213,7 @@ class ManufacturingErrors(GapEffect):
         return getattr(shaft_parallelism(largest, pair.meshing.face_width), tolerance)
 
     def _flank(self, pair: Pair, role: Role) -> FlankTolerances:
-        return gear_tolerances(pair.gears[role], self.iso_class or 0, self.edition, self.rounded)
+        return gear_tolerances(pair.gears[role], self.class_of(role) or 0, self.edition, self.rounded)
 
     def modes(self, lines: ContactLines) -> NDArray:
         """Gap of 1 µm of each error, (position, pair, segment, error) [mm]."""

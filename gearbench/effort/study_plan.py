@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from gearbench.effort.plan import plan
 from gearbench.errors import GearbenchError, InputError
-from gearbench.optimisation.nsga2 import Search
 from gearbench.optimisation.problem import scene_of
+from gearbench.optimisation.search import Search
 from gearbench.optimisation.study import OptimisationStudy
 from gearbench.robustness.montecarlo import default_threads
 from gearbench.scene import Scene

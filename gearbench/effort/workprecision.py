@@ -50,8 +50,9 @@ def cost(scene: Scene, repeats: int = REPEATS, seeds: int = 8, meshes: Meshes | 
     Raises
     ------
     InputError
-        If the scene leaves its resolution to an accuracy.
+        If the scene leaves its resolution to an accuracy, or has several loads.
     """
+    scene = scene.one_load
 
     def curves() -> list[Curve]:
         """A curve for each setting of the scene."""

@@ -98,7 +98,7 @@ def picture(scene: Scene, samples: int = SAMPLES) -> Picture:
 def outline(scene: Scene) -> tuple[Picture, Solved]:
     """Compute all but the scatter, and the solution that it follows from.
 
-    An accuracy asked for gives way to the default resolution.
+    An accuracy asked for gives way to the default resolution, several loads to the greatest of them.
 
     Raises
     ------
@@ -108,6 +108,7 @@ def outline(scene: Scene) -> tuple[Picture, Solved]:
     start = time.perf_counter()
     if scene.resolution.accuracy is not None:
         scene = replace(scene, resolution=Resolution())
+    scene = scene.under(scene.load) if scene.loads else scene
     solved = solve_scene(scene)
     found = Picture(
         scene=scene,

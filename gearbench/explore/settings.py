@@ -66,7 +66,7 @@ class Settings:
         errors = effects.get("manufacturing_errors")
         if isinstance(errors, ManufacturingErrors) and self.iso_class != now.iso_class:
             effects["manufacturing_errors"] = replace(errors.convention(), iso_class=self.iso_class)
-        return replace(scene, load=Load(torque=self.torque), effects=tuple(effects.values()))
+        return replace(scene, load=Load(torque=self.torque), loads=(), effects=tuple(effects.values()))
 
     def _relief(self, scene: Scene) -> TipRelief | None:
         if not (self.relief_amount and self.relief_length):

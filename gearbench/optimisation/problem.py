@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache, partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from gearbench.budget import MemoryBudgetError
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.pair import Pair
-from gearbench.optimisation.constraints import constrained, decided, judge, may_be_rough, solve_roughly
+from gearbench.loads import load_weights
+from gearbench.optimisation.constraints import constrained, decided, judge, may_be_rough, number, solve_roughly
 from gearbench.optimisation.derived import DERIVED
 from gearbench.optimisation.racing import Rivals, stages, statistics
 from gearbench.optimisation.study import Design, OptimisationStudy
@@ -24,10 +25,13 @@ from gearbench.optimisation.variables import Value
 from gearbench.results.solved import Solved
 from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.scene import Scene
-from gearbench.scene_file import parse_scene
+from gearbench.scene_file import parse_scene, read_loads
 from gearbench.schema import read
 from gearbench.simulation import simulate
 from gearbench.solution import solve_scene
+
+if TYPE_CHECKING:
+    from gearbench.robustness.montecarlo import RobustProblem
 
 #: Violation of a design that makes no scene, or none that can be solved: more than limits can add up to.
 NO_GEAR = 1e6
@@ -89,20 +93,21 @@ def evaluate(study: OptimisationStudy, design: Design, rivals: Rivals | None = N
     unknown = (math.nan,) * len(study.constraints)
     nothing = (math.nan,) * len(study.statistics)
     try:
-        scene, limits = scene_of(study, design), study.constraints
+        scene, limits, cost = scene_of(study, design), study.constraints, cost_of(study, design)
         solved = cache(partial(solve_scene, scene))
         rough = None
-        if rivals is not None and may_be_rough(scene, limits):
+        if rivals is not None and not scene.loads and may_be_rough(scene, limits):
             rough = cache(partial(solve_roughly, scene))
-        values = constrained(scene, limits, rough or solved)
+        values = constrained(scene, limits, rough or solved, cost)
         if rough is not None and not decided(values, limits):
-            values = constrained(scene, limits, solved)
+            values = constrained(scene, limits, solved, cost)
         unknown, (violation, reason) = tuple(values.values()), judge(values, limits)
         if violation > 0:
             return Evaluation(violation=violation, reason=reason, constraints=unknown, statistics=nothing)
-        answer = _feasible(study, scene, rivals, rough() if rough is not None else None)
+        numbers = _numbers(study, scene, solved, cost)
+        answer = _feasible(study, scene, numbers, rivals, rough() if rough is not None else None)
         if answer.samples == study.robustness.samples:
-            unknown = tuple(constrained(scene, limits, solved).values())
+            unknown = tuple(constrained(scene, limits, solved, cost).values())
         return replace(answer, constraints=unknown)
     except MemoryBudgetError:
         raise
@@ -139,9 +144,9 @@ def assignments(study: OptimisationStudy, design: Design) -> tuple[tuple[str, Va
     An effect whose amount or length is 0 is absent: ("effects.<name>", None) takes the place of its keys.
     """
     given: dict[str, Value | None] = {
-        path: variable.value(code)
+        path: value
         for variable, code in zip(study.variables, design, strict=True)
-        for path in variable.paths
+        for path, value in variable.assigned(code).items()
     }
     for effect in {".".join(path.split(".")[:2]) for path in given if path.startswith("effects.")}:
         table = study.base.get("effects", {}).get(effect.removeprefix("effects."), {})
@@ -197,19 +202,28 @@ def _put(tables: dict[str, Any], path: str, value: Any) -> None:
     tables[last] = value
 
 
-def _feasible(study: OptimisationStudy, scene: Scene, rivals: Rivals | None, rough: Solved | None) -> Evaluation:
+def cost_of(study: OptimisationStudy, design: Design) -> float:
+    """What the values of a design's variables cost; those of an effect that it does without cost nothing."""
+    given = dict(zip((v.name for v in study.variables), values_of(study, design), strict=True))
+    return sum(costs.get(str(given[name]), 0.0) for name, costs in study.costs.items())
+
+
+def _feasible(
+    study: OptimisationStudy, scene: Scene, numbers: tuple[float, ...], rivals: Rivals | None, rough: Solved | None
+) -> Evaluation:
     """Evaluation of a design that keeps its limits; their values are not yet in it.
 
-    ``rough`` is the scene at the mesh phases of its error samples, where it was solved there.
+    ``numbers`` are those of the study; ``rough`` is the scene at the mesh phases of its error samples, where it was
+    solved there.
     """
     if study.robustness.samples == 0:
-        dataset = simulate(scene, outputs=study.responses)
-        found = {f"{name}_mean": float(dataset[name]) for name in study.responses}
+        found = _at_nominal(study, scene)
+        found |= zip(study.numbers, numbers, strict=True)
         answer = Evaluation(
             violation=0.0, reason="", constraints=(), statistics=tuple(found.get(n, math.nan) for n in study.statistics)
         )
     else:
-        answer = _dispersion(study, scene, rivals, rough)
+        answer = _dispersion(study, scene, numbers, rivals, rough)
     known = dict(zip(study.statistics, answer.statistics, strict=True))
     for name in {name for objective in study.objectives for name in objective.weights}:
         if not math.isfinite(known[name]):
@@ -217,24 +231,21 @@ def _feasible(study: OptimisationStudy, scene: Scene, rivals: Rivals | None, rou
     return answer
 
 
-def _dispersion(study: OptimisationStudy, scene: Scene, rivals: Rivals | None, rough: Solved | None) -> Evaluation:
+def _dispersion(
+    study: OptimisationStudy, scene: Scene, numbers: tuple[float, ...], rivals: Rivals | None, rough: Solved | None
+) -> Evaluation:
     """Statistics over the error samples, as many as it takes."""
-    from gearbench.robustness.montecarlo import prepare_scene, respond
-
-    r = study.robustness
-    problem = prepare_scene(scene, rough)
-    errors = problem.errors.draw(_unit(r.sampler, r.samples, len(problem.names), r.seed), scene.pair)
+    r, problems = study.robustness, _robust_problems(scene, rough)
+    first = problems[0]
+    errors = first.errors.draw(_unit(r.sampler, r.samples, len(first.names), r.seed), scene.pair)
     values = np.empty((len(study.responses), 0))
     for stop in stages(study) if rivals is not None else (r.samples,):
-        answers, complete = respond(problem, errors[values.shape[1] : stop], names=study.responses)
-        if not complete:
-            raise KeyboardInterrupt
-        values = np.hstack([values, [answers[name] for name in study.responses]])
-        if rivals is not None and stop < r.samples and (by := rivals.beating(values)) is not None:
-            found, kept = rivals.estimate(values, by), None
+        values = np.hstack([values, _responses(study, problems, errors[values.shape[1] : stop])])
+        if rivals is not None and stop < r.samples and (by := rivals.beating(values, numbers)) is not None:
+            found, kept = rivals.estimate(values, by, numbers), None
             break
     else:
-        found, kept = statistics(study, values), values if r.racing else None
+        found, kept = statistics(values, numbers), values if r.racing else None
     return Evaluation(
         violation=0.0,
         reason="",
@@ -243,6 +254,64 @@ def _dispersion(study: OptimisationStudy, scene: Scene, rivals: Rivals | None, r
         samples=values.shape[1],
         values=kept,
     )
+
+
+def _at_nominal(study: OptimisationStudy, scene: Scene) -> dict[str, float]:
+    """Responses of the scene as it is, as means over one sample, by name."""
+    if not scene.loads:
+        dataset = simulate(scene, outputs=study.responses)
+        return {f"{name}_mean": float(dataset[name]) for name in study.responses}
+    from gearbench.sweeps.run import sweep
+
+    dataset = sweep(scene, outputs=study.responses, threads=1)
+    return {f"{name}_mean": float(dataset[f"{name}_load_{study.over_loads}"]) for name in study.responses}
+
+
+def _robust_problems(scene: Scene, rough: Solved | None) -> list[RobustProblem]:
+    """Problem of the error samples, or those under each of several loads, torques ascending."""
+    from gearbench.robustness.montecarlo import prepare_problem, prepare_scene
+
+    if rough is not None:
+        return [prepare_problem(scene, rough.lines, rough.weight, rough.problem)]
+    if not scene.loads:
+        return [prepare_scene(scene)]
+    from gearbench.sweeps.shared import Shared, under_loads
+
+    found, shared = [], Shared()
+    for group in under_loads(scene, [each.load.torque for each in scene.each_load]):
+        at = shared.assembled(group[0])
+        found += map(at.robust, group)
+    return found
+
+
+def _responses(study: OptimisationStudy, problems: Sequence[RobustProblem], errors: NDArray) -> NDArray:
+    """Responses to the ``errors`` (sample, error), over the loads as the study has it, (response, sample)."""
+    from gearbench.robustness.montecarlo import respond
+
+    found = []
+    for problem in problems:
+        answers, complete = respond(problem, errors, names=study.responses)
+        if not complete:
+            raise KeyboardInterrupt
+        found.append([answers[name] for name in study.responses])
+    return _over_loads(study, found)
+
+
+def _numbers(study: OptimisationStudy, scene: Scene, solved: Callable[[], Solved], cost: float) -> tuple[float, ...]:
+    """Numbers of the design among the objectives, over the loads as the study has it; ``solved``: of a single load."""
+    if not study.numbers:
+        return ()
+    each = [(one, cache(partial(solve_scene, one)) if scene.loads else solved) for one in scene.each_load]
+    found = _over_loads(study, [[number(name, one, of, cost) for name in study.numbers] for one, of in each])
+    return tuple(map(float, found))
+
+
+def _over_loads(study: OptimisationStudy, found: Sequence) -> NDArray:
+    """Values of the loads (load, …), torques ascending, as one: their weighted mean, or the greatest."""
+    if len(found) == 1:
+        return np.array(found[0])
+    loads = read_loads(study.base["loads"], "base.loads")
+    return np.max(found, axis=0) if study.over_loads == "max" else np.tensordot(load_weights(loads), found, axes=1)
 
 
 @lru_cache(maxsize=16)

@@ -40,6 +40,7 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
         "coordinates": {
             "mesh_phase": Quantity("1", "τ", "mesh phase"),
             "phase_weight": Quantity("1", "w", "weight of the mesh phase in means over the mesh cycle"),
+            "load_weight": Quantity("1", "g", "share of the load in means over the loads"),
             "panel_start": Quantity(
                 "1", "τ_0", "beginning of the position's Gauss panel; NaN where phases are uniform"
             ),
@@ -101,6 +102,9 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "specific_sliding": Quantity("1", "ζ", "largest specific sliding"),
             "contact_pressure": Quantity("MPa", "σ_H", "largest contact pressure"),
             "root_stress": Quantity("MPa", "σ_F", "largest nominal root stress"),
+            "gear_ratio": Quantity("1", "u", "ratio of the numbers of teeth"),
+            "mass": Quantity("kg", "m", "mass of both gears"),
+            "cost": Quantity("1", "", "what the values of the variables cost"),
         },
         "comparison with a reference": {
             "load_share_error_max": Quantity("1", "max |ΔX|", "largest difference of the share of a pair"),
@@ -182,6 +186,7 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
         },
         "random errors": {
             "error": Quantity("µm", "ε", "manufacturing error drawn"),
+            "tightening_cost": Quantity("1", "", "what one class finer of an error's tolerance costs"),
         },
         "how well the contact is solved": {
             "equilibrium_residual": Quantity("1", "|ΣP−F|/F", "relative residual of the force balance"),

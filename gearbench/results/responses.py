@@ -41,6 +41,8 @@ STATISTICS: Mapping[str, tuple[Callable[[NDArray], float], str]] = MappingProxyT
         "max": (lambda x: float(x.max()), "maximum"),
     }
 )
+#: What a response over several loads becomes: its name and one of these, see ``sweeps.run``.
+OVER_LOADS = ("_load_mean", "_load_max")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,16 +134,17 @@ def statistics_of(names: Iterable[str]) -> tuple[str, ...]:
 def quantity(name: str) -> Quantity | None:
     """Unit, symbol and meaning of anything a Dataset may hold; None where the name is not known.
 
-    Names that follow from others are understood: a statistic, its ``…_standard_error``, the ``…_first_order`` shares of
-    the errors in a variance, the relative ``…_error`` against a reference, its ``…_bar``, and the value ``…_verified``
-    by one.
+    Names that follow from others are understood: a statistic, its ``…_standard_error``, the ``…_first_order`` and
+    ``…_total`` shares of the errors in a variance, the change ``…_tightened`` of a mean where one error is a class
+    finer, the ``…_load_mean`` and ``…_load_max`` over several loads, the relative ``…_error`` against a reference, its
+    ``…_bar``, and the value ``…_verified`` by one.
     """
     if name in QUANTITIES:
         return QUANTITIES[name]
     if is_response(name):
         return response(name).quantity
-    if found := split_statistic(name):
-        q, statistic = response(found[0]).quantity, found[1]
+    of, _, statistic = name.rpartition("_")
+    if statistic in STATISTICS and (is_response(of) or of.endswith(OVER_LOADS)) and (q := quantity(of)):
         words = STATISTICS[statistic][1]
         return Quantity(q.units, f"{statistic} {q.symbol}", f"{words} over the error samples of the {q.long_name}")
     for suffix, derive in _DERIVED.items():
@@ -154,8 +157,16 @@ _DERIVED: Mapping[str, Callable[[Quantity], Quantity]] = MappingProxyType(
     {
         "_standard_error": lambda q: Quantity(q.units, f"s({q.symbol})", f"standard error of the {q.long_name}"),
         "_first_order": lambda q: Quantity("1", "S", f"share of each error in the variance of the {q.long_name}"),
+        "_total": lambda q: Quantity(
+            "1", "S_T", f"share of each error and its products in the {q.long_name}'s variance"
+        ),
+        "_tightened": lambda q: Quantity(q.units, f"Δ{q.symbol}", f"change of the mean {q.long_name}, one class finer"),
         "_verified": lambda q: Quantity(q.units, q.symbol, f"{q.long_name}, compliance of the reference"),
         "_error": lambda q: Quantity("%", f"error of {q.symbol}", f"error of the {q.long_name} against the reference"),
+        "_load_mean": lambda q: Quantity(
+            q.units, f"⟨{q.symbol}⟩", f"weighted mean over the loads of the {q.long_name}"
+        ),
+        "_load_max": lambda q: Quantity(q.units, f"max {q.symbol}", f"greatest over the loads of the {q.long_name}"),
         "_bar": lambda q: Quantity(q.units, f"± {q.symbol}", f"{q.long_name}: what the reference's own error adds"),
     }
 )

@@ -32,6 +32,6 @@ def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]
             found.append(f"interference: the tip of the {mate} reaches below the form circle of the {role.label}")
     if dataset is None:
         return tuple(found)
-    if "flank_pressure_max" in dataset and (p := float(dataset["flank_pressure_max"])) > HARDENED:
+    if "flank_pressure_max" in dataset and (p := float(dataset["flank_pressure_max"].max())) > HARDENED:
         found.append(f"contact pressure {p:.0f} MPa is beyond a case-hardened flank ({HARDENED:.0f} MPa, ISO 6336-5)")
     return tuple(found)

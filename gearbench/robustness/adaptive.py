@@ -29,7 +29,7 @@ FEWEST, MOST, STANDARD_ERRORS = 64, 2**20, 3.0
 def choose_robust(scene: Scene, *, seed: int, sampler: Sampler, threads: int) -> tuple[Choice[NDArray], int]:
     """Settings whose estimated error is within the accuracy of ``scene``, and the number of samples.
 
-    The error is that of the means over the samples of mean and RMS of STE and stiffness.
+    The error is that of the means over the samples of mean and RMS of STE and stiffness, the greatest of all loads.
 
     Raises
     ------
@@ -38,13 +38,15 @@ def choose_robust(scene: Scene, *, seed: int, sampler: Sampler, threads: int) ->
     """
     trial = choose(scene, partial(_means, seed=seed, sampler=sampler), share=RESOLUTION_SHARE, left=LEFT)
     budget = trial.requested - trial.estimated
-    problem, count, parts = prepare_scene(trial.scene), FEWEST, []
+    problems, count = [prepare_scene(each) for each in trial.scene.each_load], FEWEST
+    parts: list[list[Responses]] = [[] for _ in problems]
     while True:
         # the first half of the samples is there already, unless the sampler draws all of them anew
-        start = 0 if sampler == "latin_hypercube" or not parts else count // 2
-        drawn = problem.draw(count, seed, sampler, start)
-        parts = [*(parts if start else []), respond(problem, drawn, threads)[0]]
-        errors = STANDARD_ERRORS * _standard_errors(parts, sampler)
+        start = 0 if sampler == "latin_hypercube" or not parts[0] else count // 2
+        for problem, known in zip(problems, parts, strict=True):
+            drawn = problem.draw(count, seed, sampler, start)
+            known[:] = [*(known if start else []), respond(problem, drawn, threads)[0]]
+        errors = STANDARD_ERRORS * np.max([_standard_errors(known, sampler) for known in parts], axis=0)
         if (error := float(errors.max())) <= budget:
             break
         count *= 2
@@ -55,9 +57,10 @@ def choose_robust(scene: Scene, *, seed: int, sampler: Sampler, threads: int) ->
 
 
 def _means(scene: Scene, *, seed: int, sampler: Sampler) -> NDArray:
-    """Means over a few samples, (4,)."""
-    problem = prepare_scene(scene)
-    return respond(problem, problem.draw(TRIAL_SAMPLES, seed, sampler))[0].numbers.mean(axis=1)
+    """Means over a few samples under each load, (load, 4)."""
+    problems = [prepare_scene(each) for each in scene.each_load]
+    drawn = [respond(problem, problem.draw(TRIAL_SAMPLES, seed, sampler))[0] for problem in problems]
+    return np.array([answers.numbers.mean(axis=1) for answers in drawn])
 
 
 def _standard_errors(parts: list[Responses], sampler: Sampler) -> NDArray:

@@ -7,7 +7,6 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,18 +15,16 @@ from gearbench.accuracy.measure import MEASURED
 from gearbench.budget import require
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.batch import Batch, BatchSolution, chunks, on_threads, prepare, solve_one_chunk
+from gearbench.contact.problem import ContactProblem
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import InputError
+from gearbench.geometry.action import ContactLines
 from gearbench.interruption import arrived
 from gearbench.results.cycle import MeshCycle, Phases
 from gearbench.results.responses import response
-from gearbench.results.solved import Solved
 from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.scene import Scene
 from gearbench.threads import single_threaded_blas
-
-if TYPE_CHECKING:
-    pass
 
 _LOG = logging.getLogger(__name__)
 
@@ -67,36 +64,52 @@ class RobustProblem:
         return self.errors.draw(unit_samples(sampler, samples, len(self.names), seed, start=start), self.scene.pair)
 
 
-def prepare_scene(scene: Scene, solved: Solved | None = None) -> RobustProblem:
-    """Everything about ``scene`` that does not depend on the sample; ``solved`` is the scene where it was solved.
+def prepare_scene(scene: Scene) -> RobustProblem:
+    """Everything about ``scene`` that does not depend on the sample.
 
     Raises
     ------
     InputError
         If the scene has no random errors.
     """
-    if solved is None:
-        return prepare_phases(scene, *mesh_phases(scene))
-    return prepare_phases(scene, solved.lines.mesh_phase, solved.weight, solved)
+    return prepare_phases(scene, *mesh_phases(scene))
 
 
 @single_threaded_blas()
-def prepare_phases(scene: Scene, phase: NDArray, weight: NDArray, solved: Solved | None = None) -> RobustProblem:
+def prepare_phases(scene: Scene, phase: NDArray, weight: NDArray) -> RobustProblem:
     """As ``prepare_scene``, at the mesh phases and weights given, (position,)."""
-    errors = scene.effect("manufacturing_errors")
-    if not isinstance(errors, ManufacturingErrors):
-        raise InputError("effects", "no manufacturing_errors", "robustness needs [effects.manufacturing_errors]")
-    lines = solved.lines if solved else scene_lines(scene, phase)
-    problem = solved.problem if solved else assemble(scene, lines)
+    require_errors(scene)
+    lines = scene_lines(scene, phase)
+    return prepare_problem(scene, lines, weight, assemble(scene, lines))
+
+
+@single_threaded_blas()
+def prepare_problem(scene: Scene, lines: ContactLines, weight: NDArray, problem: ContactProblem) -> RobustProblem:
+    """As ``prepare_phases``, on the contact lines and for the contact problem of ``scene`` given."""
+    errors = require_errors(scene)
     positions, pairs, segments = lines.shape
     number = len(errors.error_modes(scene.pair))
     need, size = 8.0 * 4 * positions * pairs * segments * number, f"{positions} positions × {segments} segments"
     require(need, "resolution", f"{size} × {number} errors", "fewer segments or positions would fit")
     modes = (errors.modes(lines) / np.expand_dims(lines.lever, -1)).reshape(positions, pairs * segments, -1)
-    phases = solved.phases if solved else Phases(phase=phase, weight=weight, size=scene.resolution.panel_size)
+    phases = Phases(phase=lines.mesh_phase, weight=weight, size=scene.resolution.panel_size)
     return RobustProblem(
         scene=scene, errors=errors, batch=prepare(problem, modes), mean=errors.mean(scene.pair), phases=phases
     )
+
+
+def require_errors(scene: Scene) -> ManufacturingErrors:
+    """The random errors of ``scene``.
+
+    Raises
+    ------
+    InputError
+        If it has none.
+    """
+    errors = scene.effect("manufacturing_errors")
+    if not isinstance(errors, ManufacturingErrors):
+        raise InputError("effects", "no manufacturing_errors", "robustness needs [effects.manufacturing_errors]")
+    return errors
 
 
 @dataclass(frozen=True, kw_only=True)

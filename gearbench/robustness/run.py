@@ -50,7 +50,7 @@ def robust(
     -------
     Dataset over the samples: means and RMS values, the errors drawn; of the RMS values and the responses asked for,
     statistics with standard errors, and the share of each error in the variance. After Ctrl-C it holds the samples
-    finished until then, and says so in the attribute ``complete``.
+    finished until then (``complete`` is 0). Of several loads it is that of ``sweep``, the same samples under each.
 
     Raises
     ------
@@ -74,9 +74,22 @@ def robust(
             raise InputError("samples", samples, "conflicts with accuracy, which chooses it")
         choice, samples = choose_robust(scene, seed=seed, sampler=sampler, threads=threads or default_threads())
         scene, chosen = choice.scene, choice.attrs
+    if scene.loads:
+        how = {"seed": seed, "sampler": sampler, "threads": threads, "outputs": responses}
+        return _under_loads(scene, samples or SAMPLES, progress, **how).assign_attrs(chosen)
     problem, threads = prepare_scene(scene), threads or default_threads()
     errors = problem.draw(samples or SAMPLES, seed, sampler)
     answers, complete = respond(problem, errors, threads, progress, tuple(dict.fromkeys((*MEASURED, *responses))))
     _LOG.info("%d samples of %d errors on %d threads, %d rescued", *errors.shape, threads, answers.rescued)
     run = {"complete": complete, "sampler": sampler, "seed": seed, "wall_time": time.perf_counter() - start}
     return robust_dataset(problem, errors, answers, more=responses, **run).assign_attrs(chosen)
+
+
+def _under_loads(scene: Scene, samples: int, progress: Callable[[int], None], **how: Any) -> xr.Dataset:
+    """Dataset of a scene of several loads."""
+    from gearbench.sweeps.run import sweep
+
+    def advance(done: int, of: int) -> None:
+        progress(done * samples // of)
+
+    return sweep(scene, samples=samples, progress=advance, **how)

@@ -1,107 +1,98 @@
-"""The Dataset of a sweep: those of its points side by side."""
+"""The Dataset of a sweep: those of its groups side by side."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearbench.accuracy.measure import MEASURED
-from gearbench.contact.loads import stacked, under
-from gearbench.contact.problem import ContactSolution
-from gearbench.results.solved import Solved
-from gearbench.robustness.dataset import robust_dataset
-from gearbench.robustness.montecarlo import prepare_scene, respond
+from gearbench.loads import WeightedLoad, load_weights
+from gearbench.results.responses import OVER_LOADS, described, is_response
+from gearbench.robustness.statistics import summarise
 from gearbench.scene import Scene
-from gearbench.solution import dataset
-from gearbench.sweeps.axes import Axis
-from gearbench.sweeps.shared import Assembled
+from gearbench.sweeps.axes import TORQUE, Axis
+from gearbench.sweeps.groups import LOAD
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearbench.robustness.sampling import Sampler
 
-
-def loads_dataset(
-    at: Assembled, run: Sequence[Scene], found: Sequence[ContactSolution], *, dim: str, outputs: Sequence[str]
+def combined(
+    parts: Sequence[xr.Dataset], points: Sequence[Sequence[Sequence[Scene]]], axes: Sequence[Axis]
 ) -> xr.Dataset:
-    """Dataset of one scene under the loads of ``run``: that of ``simulate`` with ``dim`` before its dimensions."""
-    solved = Solved(scene=at.scene, lines=at.lines, weight=at.weight, problem=at.problem, solution=stacked(found))
-    return dataset(solved, outputs, 0.0, before=(dim,))
+    """The Datasets of the groups of all ``points`` (point, group, load), in order, along ``axes``.
 
-
-def combined(parts: Sequence[xr.Dataset], axes: Sequence[Axis], loads: Axis | None) -> xr.Dataset:
-    """The Datasets of the grid's points, in its order, along ``axes``; each holds its range of ``loads`` already.
-
-    Where positions or pairs differ in number, those missing are NaN, and their weight is zero.
+    Where positions, pairs or segments differ in number, those missing are NaN, and their weight is zero. Groups and
+    loads that are not there are NaN.
     """
-    import xarray as xr
-
-    outer = [each for each in axes if each is not loads]
-    parts = [_labelled(part) for part in parts] if outer else parts
+    torque = next((each for each in axes if each.path == TORQUE), None)
+    outer = [each for each in axes if each is not torque]
+    if outer or len(points[0]) > 1:
+        parts = [_labelled(part) for part in parts]
+    whole, rest = [], list(parts)
+    for groups in points:
+        own, rest = rest[: len(groups)], rest[len(groups) :]
+        if not own:
+            whole.append(whole[-1].where(False))
+            continue
+        found = _concat(own, LOAD) if len(own) > 1 else own[0]
+        missing = sum(map(len, groups)) - found.sizes[LOAD]
+        found = found.pad({LOAD: (0, missing)}) if missing else found
+        whole.append(found.isel({LOAD: 0}, drop=True) if torque is None else found)
     for each in reversed(outer):
         n = len(each.values)
-        parts = [
-            xr.concat(
-                parts[i : i + n], each.name, data_vars="all", coords="different", compat="equals", join="outer",
-                combine_attrs="override",
-            )
-            for i in range(0, len(parts), n)
-        ]  # fmt: skip
-    (whole,) = parts
-    whole = whole.drop_vars(["position", "pair", "segment"], errors="ignore")
-    if outer and "phase_weight" in whole:
-        whole["phase_weight"] = whole["phase_weight"].fillna(0.0)
+        whole = [_concat(whole[i : i + n], each.name) for i in range(0, len(whole), n)]
+    (found,) = whole
+    found = found.drop_vars(["position", "pair", "segment"], errors="ignore")
+    if "phase_weight" in found:
+        found["phase_weight"] = found["phase_weight"].fillna(0.0)
+    if torque is not None and torque.name != LOAD:
+        found = found.rename({LOAD: torque.name})
     coords = {each.name: (each.name, np.array(each.values), {"units": each.unit or "1"}) for each in axes}
-    return whole.assign_coords(coords).transpose(*coords, ...)
+    return found.assign_coords(coords).transpose(*coords, ...)
+
+
+def over_loads(dataset: xr.Dataset, loads: Sequence[WeightedLoad]) -> xr.Dataset:
+    """With the weighted mean and the greatest value over several ``loads`` of each response, and their weights."""
+    if not loads:
+        return dataset
+    weight = dataset[LOAD].copy(data=load_weights(loads))
+    dataset = dataset.assign_coords(described({"load_weight": (LOAD, weight.values)}))
+    found: dict[str, xr.DataArray] = {}
+    for name, values in dataset.data_vars.items():
+        if LOAD in values.dims and is_response(str(name)):
+            found[f"{name}_load_mean"] = (values * weight).sum(LOAD, skipna=False)
+            found[f"{name}_load_max"] = values.max(LOAD, skipna=False)
+            if f"{name}_std" in dataset:
+                for kind in OVER_LOADS:
+                    found |= _statistics(f"{name}{kind}", found[f"{name}{kind}"], dataset.attrs["sampler"])
+    return dataset.assign(described({name: (values.dims, values.values) for name, values in found.items()}))
+
+
+def _statistics(name: str, values: xr.DataArray, sampler: Any) -> dict[str, xr.DataArray]:
+    """Statistics over the samples, with their standard errors."""
+    first = values.isel(sample=0, drop=True)
+    rows = [
+        summarise(row, sampler) for row in values.transpose(..., "sample").values.reshape(-1, values.sizes["sample"])
+    ]
+    found = {}
+    for statistic in rows[0]:
+        both = np.array([row[statistic] for row in rows]).reshape(*first.shape, 2)
+        found[f"{name}_{statistic}"] = first.copy(data=both[..., 0])
+        found[f"{name}_{statistic}_standard_error"] = first.copy(data=both[..., 1])
+    return found
+
+
+def _concat(parts: Sequence[xr.Dataset], dim: str) -> xr.Dataset:
+    import xarray as xr
+
+    return xr.concat(
+        parts, dim, data_vars="all", coords="different", compat="equals", join="outer", combine_attrs="override"
+    )
 
 
 def _labelled(part: xr.Dataset) -> xr.Dataset:
     """With the numbers of positions, tooth pairs and segments as labels, which concatenation goes by."""
     labels = {dim: np.arange(part.sizes[dim]) for dim in ("position", "segment") if dim in part.dims}
     return part.assign_coords(labels | ({"pair": part["pair_index"].values} if "pair" in part.dims else {}))
-
-
-def completed(
-    parts: Sequence[xr.Dataset], dim: str, runs: Sequence[Sequence[Scene]], *, keep: bool
-) -> list[xr.Dataset]:
-    """The Datasets of all ``runs``: loads and runs not computed are NaN; without ``dim`` unless it is kept."""
-    count = len(runs[0])
-    missing = count - parts[-1].sizes[dim]
-    last = parts[-1].pad({dim: (0, missing)}) if missing else parts[-1]
-    whole = [*parts[:-1], last]
-    if len(whole) < len(runs):
-        whole += [last.where(False)] * (len(runs) - len(whole))
-    return whole if keep else [part.isel({dim: 0}, drop=True) for part in whole]
-
-
-def robust_loads_dataset(
-    at: Assembled,
-    run: Sequence[Scene],
-    found: Sequence[ContactSolution],
-    *,
-    dim: str,
-    samples: int,
-    seed: int,
-    sampler: Sampler,
-    threads: int,
-    more: Sequence[str],
-) -> xr.Dataset:
-    """Datasets of ``robust`` of one scene under several loads, along ``dim``, without the errors drawn."""
-    import xarray as xr
-
-    names = tuple(dict.fromkeys((*MEASURED, *more)))
-    parts: list[xr.Dataset] = []
-    for scene, solution in zip(run, found, strict=False):
-        loaded = under(at.problem, scene.F_bn)
-        solved = Solved(scene=scene, lines=at.lines, weight=at.weight, problem=loaded, solution=solution)
-        problem = prepare_scene(scene, solved)
-        errors = problem.draw(samples, seed, sampler)
-        answers, complete = respond(problem, errors, threads, names=names)
-        if not complete:
-            raise KeyboardInterrupt
-        how = {"complete": True, "sampler": sampler, "seed": seed, "wall_time": 0.0}
-        parts.append(robust_dataset(problem, errors, answers, more=more, **how).drop_vars("error"))
-    return xr.concat(parts, dim, data_vars="all", coords="minimal", compat="override", combine_attrs="override")

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from gearbench.contact.loads import solve_loads
-from gearbench.contact.problem import ContactSolution
 from gearbench.errors import InputError
 from gearbench.interruption import arrived
 from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs
@@ -17,15 +16,18 @@ from gearbench.results.responses import is_response
 from gearbench.robustness.montecarlo import default_threads
 from gearbench.scene import Load, Scene
 from gearbench.scene_file import scene_at
-from gearbench.schema import changed, read
 from gearbench.sweeps.axes import TORQUE, Axis, axes_of, grid
-from gearbench.sweeps.dataset import combined, completed, loads_dataset, robust_loads_dataset
-from gearbench.sweeps.shared import Shared
+from gearbench.sweeps.dataset import combined, over_loads
+from gearbench.sweeps.groups import Solver
+from gearbench.sweeps.shared import under_loads
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from gearbench.robustness.sampling import Sampler
+
+#: Times the duration of keeping a part of the Dataset until it is kept again, and seconds at least.
+KEEP_SHARE, KEEP_LEAST = 20.0, 2.0
 
 
 def sweep(
@@ -38,6 +40,7 @@ def sweep(
     sampler: Sampler = "sobol",
     threads: int | None = None,
     progress: Callable[[int, int], None] = lambda done, of: None,
+    keep: Callable[[xr.Dataset], object] | None = None,
     **keys: Sequence[float],
 ) -> xr.Dataset:
     """Simulate ``scene`` at every point of the grid of some of its numeric keys.
@@ -45,28 +48,27 @@ def sweep(
     Parameters
     ----------
     scene
-        What is varied.
+        What is varied. Where it has several loads, and the torque is not swept, the torque is the last key.
     ranges, **keys
         Values of each key that is swept, several at once: ``torque=[100, 200]``, or, where a key has a dot,
-        ``**{"effects.tip_relief.amount": [0, 5, 10]}``. A key without a dot is one of ``[load]``, ``[pair]`` or
-        ``[resolution]``.
-    outputs, samples, seed, sampler
-        As for ``simulate``; with ``samples``, the same error samples at every point as for ``robust``, and the
-        responses among the outputs.
-    threads, progress
-        As for ``robust``; called with the points done and their number.
+        ``**{"effects.tip_relief.amount": [0, 5]}``. One without a dot is of ``[load]``, ``[pair]``, ``[resolution]``.
+    outputs, samples, seed, sampler, threads
+        As for ``simulate``; with ``samples``, the same at every point as for ``robust``, and responses for outputs.
+    progress, keep
+        Called with the points done and their number; and now and then with the Dataset so far, in case of a kill.
 
     Returns
     -------
     Dataset of ``simulate``, or, with samples, of ``robust`` less the errors drawn, with the swept keys as its first
-    dimensions, named as given, values ascending. Where mesh phases depend on a key, so does ``mesh_phase``; positions
-    and pairs that a point does not have are NaN, of weight 0. After Ctrl-C what was not computed is NaN, and the
-    attribute ``complete`` is 0.
+    dimensions, named as given, values ascending. Positions, pairs and segments that a point does not have are NaN, of
+    weight 0; after Ctrl-C, so is what was not computed, and ``complete`` is 0. Over several loads, with the shares
+    ``load_weight``, each response has its mean ``…_load_mean`` and its greatest value ``…_load_max``. Settings for
+    ``resolution.accuracy`` are those of all torques that share contact lines; each point of other keys has its own.
 
     Raises
     ------
     InputError
-        If a key is none of the scene's numbers, a value is not allowed, or the scene gives ``resolution.accuracy``.
+        If a key is none of the scene's numbers, a value is not allowed, or ``samples`` meet ``resolution.accuracy``.
 
     Examples
     --------
@@ -76,65 +78,81 @@ def sweep(
     """
     start = time.perf_counter()
     check_outputs(tuple(outputs))
-    if samples < 0:
+    swept: dict[str, Any] = {**(ranges or {}), **keys}
+    spectrum = () if {"torque", TORQUE} & swept.keys() else scene.loads
+    axes = axes_of(swept | ({"torque": [each.torque for each in spectrum]} if spectrum else {}))
+    solver = _solver(scene, outputs, {"samples": samples, "seed": seed, "sampler": sampler}, threads)
+    points, total = _points(scene, axes), math.prod(len(each.values) for each in axes)
+    own = solver.draws | {"swept": [each.path for each in axes]} | _warning(scene, axes)
+
+    def whole(parts: Sequence[xr.Dataset]) -> xr.Dataset:
+        found = over_loads(combined(parts, points, axes), spectrum)
+        attrs = provenance(scene, wall_time=time.perf_counter() - start) | own | solver.attrs
+        return found.assign_attrs(attrs | {"complete": int(solver.done == total)})
+
+    return whole(_solved(points, solver, lambda: progress(solver.done, total), _Keeper(keep=keep, whole=whole)))
+
+
+@dataclass(kw_only=True)
+class _Keeper:
+    """Keeps the Dataset as far as it is, now and then."""
+
+    keep: Callable[[xr.Dataset], object] | None
+    whole: Callable[[Sequence[xr.Dataset]], xr.Dataset]
+    due: float = field(default_factory=lambda: time.perf_counter() + KEEP_LEAST)
+
+    def look(self, parts: Sequence[xr.Dataset], so_far: Callable[[], xr.Dataset]) -> None:
+        """Keep ``parts`` and what ``so_far`` makes, where it is time."""
+        if self.keep is None or (begun := time.perf_counter()) < self.due:
+            return
+        self.keep(self.whole([*parts, so_far()]))
+        now = time.perf_counter()
+        self.due = now + max(KEEP_LEAST, KEEP_SHARE * (now - begun))
+
+
+def _solved(
+    points: Sequence[Sequence[Sequence[Scene]]], solver: Solver, advance: Callable[[], None], keeper: _Keeper
+) -> list[xr.Dataset]:
+    """Datasets of the groups of all points; after Ctrl-C of those until then, the last one as far as it is."""
+    parts: list[xr.Dataset] = []
+    for group in (group for groups in points for group in groups):
+        so_far = None
+        try:
+            for so_far in solver.solve(group):
+                advance()
+                keeper.look(parts, so_far)
+        except KeyboardInterrupt:
+            arrived()
+            if so_far is None and not parts:
+                raise
+            return parts if so_far is None else [*parts, so_far()]
+        assert so_far is not None
+        parts.append(so_far())
+    return parts
+
+
+def _solver(scene: Scene, outputs: Sequence[str], draws: dict[str, Any], threads: int | None) -> Solver:
+    """What solves the groups, without or with samples, whose responses are those among the outputs."""
+    if (samples := draws["samples"]) < 0:
         raise InputError("samples", samples, "must be at least 0")
-    axes, count = axes_of({**(ranges or {}), **keys}), threads or default_threads()
-    # where flanks touch off the line of action, the load decides how far contact lines reach: each has its own
-    shares = scene.effect("off_line_contact") is None
-    # so do the torques of either flank
-    loads = next((each for each in axes if each.path == TORQUE and shares and each.one_sign), None)
-    dim, runs = _runs(scene, axes, loads)
-    draws = {"samples": samples, "seed": seed, "sampler": sampler} if samples else {}
-    parts, complete = _solved(runs, count, progress, _reduction(dim, outputs, draws, count))
-    whole = combined(completed(parts, dim, runs, keep=loads is not None), axes, loads)
-    own = draws | {"complete": int(complete), "swept": [each.path for each in axes]}
-    return whole.assign_attrs(provenance(scene, wall_time=time.perf_counter() - start) | own | _warning(scene, axes))
+    if samples and scene.resolution.accuracy is not None:
+        raise InputError("samples", samples, "conflicts with resolution.accuracy, for which robust chooses both")
+    if samples:
+        outputs = () if outputs is DEFAULT_OUTPUTS else tuple(filter(is_response, outputs))
+    return Solver(outputs=outputs, draws=draws if samples else {}, threads=threads or default_threads())
+
+
+def _points(scene: Scene, axes: Sequence[Axis]) -> list[list[list[Scene]]]:
+    """For each point of the keys but the torque: the scenes under its torques, in groups that are solved together."""
+    base = scene.under(scene.load) if scene.loads else scene
+    torque = next((each.values for each in axes if each.path == TORQUE), None)
+    scenes = [scene_at(base, point) for point in grid([each for each in axes if each.path != TORQUE])]
+    return [[[each]] if torque is None else under_loads(each, torque) for each in scenes]
 
 
 def _warning(scene: Scene, axes: Sequence[Axis]) -> dict[str, str]:
     """The warning of the greatest torque, where it has one."""
-    greatest = max((float(max(each.values)) for each in axes if each.path == TORQUE), default=scene.load.torque)
-    warning = beyond_elasticity(changed(scene, load=Load(torque=greatest)))
+    torques = [value for each in axes if each.path == TORQUE for value in each.values]
+    scene = scene.under(Load(torque=float(max(torques, key=abs)))) if torques else scene
+    warning = beyond_elasticity(scene)
     return {} if warning is None else {"warning": warning}
-
-
-def _reduction(dim: str, outputs: Sequence[str], draws: dict[str, Any], threads: int) -> Callable[..., xr.Dataset]:
-    """From a scene solved under several loads to their Dataset."""
-    if not draws:
-        return partial(loads_dataset, dim=dim, outputs=outputs)
-    asked = () if outputs is DEFAULT_OUTPUTS else tuple(filter(is_response, outputs))
-    return partial(robust_loads_dataset, dim=dim, more=asked, threads=threads, **draws)
-
-
-def _runs(scene: Scene, axes: Sequence[Axis], torque: Axis | None) -> tuple[str, list[list[Scene]]]:
-    """The dimension of the loads ``torque``, and the scenes: for each point of the other keys one under each load."""
-    scenes = [scene_at(scene, point) for point in grid([each for each in axes if each is not torque])]
-    if torque is None:
-        return "torque", [[each] for each in scenes]
-    loads = [read(Load, {"torque": value}, "load") for value in torque.values]
-    return torque.name, [[changed(each, load=load) for load in loads] for each in scenes]
-
-
-def _solved(
-    runs: Sequence[Sequence[Scene]], threads: int, progress: Callable[[int, int], None], reduce: Callable[..., Any]
-) -> tuple[list[xr.Dataset], bool]:
-    """Datasets of the runs, each one scene under several loads; and whether all were finished."""
-    shared, parts, done = Shared(), [], 0
-    for run in runs:
-        found: list[ContactSolution] = []
-        at = None
-        try:
-            at = shared.assembled(run[0])
-            for solution in solve_loads(at.problem, [scene.F_bn for scene in run], threads):
-                found.append(solution)
-                progress(done + len(found), sum(map(len, runs)))
-            parts.append(reduce(at, run, found))
-        except KeyboardInterrupt:
-            arrived()
-            if at is not None and found:
-                parts.append(reduce(at, run, found))
-            if not parts:
-                raise
-            return parts, False
-        done += len(run)
-    return parts, True

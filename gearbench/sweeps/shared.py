@@ -1,21 +1,39 @@
-"""What the points of a sweep share: contact lines and compliance, made once for all that does not change them."""
+"""What scenes share: contact lines and compliance, made once for all that does not change them."""
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble, gap_and_variation, mesh_phases, scene_lines
-from gearbench.contact.problem import ContactProblem
+from gearbench.contact.loads import solve_loads, under
+from gearbench.contact.problem import ContactProblem, ContactSolution
 from gearbench.effects.base import ComplianceEffect
 from gearbench.geometry.action import ContactLines
-from gearbench.scene import Scene
+from gearbench.results.solved import Solved
+from gearbench.robustness.montecarlo import RobustProblem, prepare_problem
+from gearbench.scene import Load, Scene
+from gearbench.schema import read
+from gearbench.solution import solve_lines
 
 #: Compliances kept at once: as many as gears or resolutions take turns within a grid, at most.
 KEPT = 8
+
+
+def under_loads(scene: Scene, torques: Sequence[float]) -> list[list[Scene]]:
+    """``scene`` under each of the torques [N·m], in groups of those that share contact lines and compliance.
+
+    Drive and coast flanks do not share them; nor do flanks that touch off the line of action, where the load decides
+    how far contact lines reach, nor gears on shafts, whose bearings it loads.
+    """
+    scenes = [scene.under(read(Load, {"torque": torque}, "load")) for torque in torques]
+    if scene.has_shafts or scene.effect("off_line_contact") is not None:
+        return [[each] for each in scenes]
+    return [list(group) for _, group in groupby(scenes, lambda each: each.load.coast)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,6 +45,14 @@ class Assembled:
     weight: NDArray
     problem: ContactProblem
 
+    def solved(self, solution: ContactSolution) -> Solved:
+        """The scene with its solution, or with those under several loads."""
+        return Solved(scene=self.scene, lines=self.lines, weight=self.weight, problem=self.problem, solution=solution)
+
+    def robust(self, scene: Scene) -> RobustProblem:
+        """The problem of error samples of ``scene``: this one under another load."""
+        return prepare_problem(scene, self.lines, self.weight, under(self.problem, scene.F_bn))
+
 
 @dataclass(frozen=True)
 class Shared:
@@ -34,11 +60,24 @@ class Shared:
 
     _known: dict[Hashable, Assembled] = field(default_factory=dict)
 
+    def solutions(self, group: Sequence[Scene], threads: int = 1) -> tuple[Assembled, Iterator[ContactSolution]]:
+        """Contact problem of a group of ``under_loads``, and its solutions under one load after the other."""
+        if group[0].has_shafts:
+            (scene,) = group
+            phase, weight = mesh_phases(scene)
+            solved = solve_lines(scene, scene_lines(scene, phase), weight)
+            at = Assembled(scene=scene, lines=solved.lines, weight=weight, problem=solved.problem)
+            return at, iter([solved.solution])
+        at = self.assembled(group[0])
+        return at, solve_loads(at.problem, [scene.F_bn for scene in group], threads)
+
     def assembled(self, scene: Scene) -> Assembled:
         """Contact problem of ``scene``."""
         phase, weight = mesh_phases(scene)
         stiff = tuple(effect for effect in scene.effects if isinstance(effect, ComplianceEffect))
         lines = scene_lines(scene, phase)
+        if scene.has_shafts:  # compliances of their own, bearings at rest under the torque
+            return Assembled(scene=scene, lines=lines, weight=weight, problem=assemble(scene, lines))
         # lines end and bend where gaps do; a separation is kept by those that use it, and so is its identity
         nodes = (lines.u.tobytes(), lines.y.tobytes(), lines.length.tobytes())
         key = (scene.pair, stiff, nodes, lines.cells, lines.coast, id(lines.separation), lines.typical_load)

@@ -35,9 +35,9 @@ def reference_scene(scene: Scene, accuracy: float = 0.01) -> Scene:
     Raises
     ------
     InputError
-        If there is nothing to compare: the scene runs on finite elements, or has no smooth compliance.
+        If there is nothing to compare: the scene runs on finite elements, has no smooth compliance, or several loads.
     """
-    if tooth_bending(scene.effects_by_name, "finite_elements"):
+    if tooth_bending(scene.one_load.effects_by_name, "finite_elements"):
         raise InputError("effects.tooth_bending.model", "finite_elements", "is the reference: give a fast model")
     smooth = smooth_effects(scene)
     if not smooth:

@@ -1,0 +1,66 @@
+"""Loads of a pair: one, or several with weights."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import AfterValidator, Field
+from pydantic.dataclasses import dataclass
+
+from gearbench.errors import InputError
+from gearbench.schema import STRICT
+
+
+def _loaded(torque: float) -> float:
+    if torque == 0:
+        raise InputError("", torque, "must not be 0: above it the drive flanks carry, below it the coast flanks")
+    return torque
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Load:
+    """Load of the pair.
+
+    Parameters
+    ----------
+    torque
+        On the pinion [N·m]. Positive: the pinion drives with its drive flanks. Negative: the coast flanks carry, as
+        where the wheel drives while both keep turning.
+    """
+
+    torque: Annotated[float, AfterValidator(_loaded)]
+
+    @property
+    def coast(self) -> bool:
+        """Whether the coast flanks carry it."""
+        return self.torque < 0
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class WeightedLoad:
+    """One of several loads of the pair.
+
+    Parameters
+    ----------
+    torque
+        On the pinion [N·m], as that of ``[load]``.
+    weight
+        Its share in means over the loads, relative to the weights of the others [–].
+    """
+
+    torque: Annotated[float, AfterValidator(_loaded)]
+    weight: Annotated[float, Field(gt=0.0, le=1e6)] = 1.0
+
+
+def greatest_load(loads: Sequence[WeightedLoad]) -> Load:
+    """The load of the greatest torque, whatever its sign."""
+    return Load(torque=max((each.torque for each in loads), key=abs))
+
+
+def load_weights(loads: Sequence[WeightedLoad]) -> NDArray:
+    """Shares of the loads in means over them, torques ascending, (load,)."""
+    weight = np.array([each.weight for each in sorted(loads, key=lambda each: each.torque)])
+    return weight / weight.sum()
