@@ -267,7 +267,7 @@ def _panel_edges(
 @lru_cache(maxsize=64)
 def _widest(pair: Pair, ends: tuple[float, float], kinks: tuple[float, ...], face_kinks: tuple[float, ...]) -> NDArray:
     """The widest that each panel becomes while a line passes, whatever the phases asked for, (panel,) [mm]."""
-    start = np.linspace(ends[0] - pair.face_width * math.tan(pair.meshing.beta_b), ends[1], 401)
+    start = np.linspace(ends[0] - pair.meshing.face_width * math.tan(pair.meshing.beta_b), ends[1], 401)
     return np.diff(_panel_edges(pair, start, ends, kinks, face_kinks), axis=0).max(axis=1, initial=0.0)
 
 

@@ -260,8 +260,11 @@ class Pair:
 
     def _generating_shifts(self, at: str) -> tuple[float, float]:
         one, two = (0.0 if member.thickness is None else getattr(member.thickness, at) for member in self.members)
-        thicknesses = self.pinion.thickness, self.wheel.thickness
-        return generating_shifts(self.sections, self.profile_shifts, thicknesses, (one, two))
+        return generating_shifts(self.sections, self.profile_shifts, self._thicknesses, (one, two))
+
+    @property
+    def _thicknesses(self) -> tuple[Thickness | None, Thickness | None]:
+        return self.pinion.thickness, self.wheel.thickness
 
     # -- faces, materials, temperatures -------------------------------------------------------------------------------
     @cached_property
@@ -320,6 +323,14 @@ class Pair:
             for at, distance in ends
         )
         return least, most
+
+    def backlash_with(self, thickness: tuple[float, float], distance: float) -> float:
+        """j_wt [mm] where thicknesses and centre distance lie that much [µm] beside the middle of their deviations."""
+        known = tuple(Thickness() if own is None else own for own in self._thicknesses)
+        one, two = (own.middle + more for own, more in zip(known, thickness, strict=True))
+        shifts = generating_shifts(self.sections, self.profile_shifts, (known[0], known[1]), (one, two))
+        middle = (self.centre_distance_upper + self.centre_distance_lower) / 2
+        return backlash(self.sections, shifts, self.working_distance(middle + distance))
 
     @property
     def _working_distance(self) -> float:

@@ -27,12 +27,12 @@ def mass(scene: Scene) -> float:
     """Mass of both gears, their teeth as generated, from the bore (none: from the axis) on [kg]."""
     from gearbench.compliance.outline import tooth_outline
 
-    pair, volume = scene.pair, 0.0
-    for gear, member in zip(pair.gears, (pair.pinion, pair.wheel), strict=True):
+    pair, total = scene.pair, 0.0
+    for gear, member, material in zip(pair.gears, pair.members, pair.materials, strict=True):
         _, weight, half_width, _ = tooth_outline(gear, POINTS)
         body = math.pi * (gear.root_radius**2 - ((member.bore_diameter or 0.0) / 2) ** 2)
-        volume += pair.face_width * (body + gear.teeth * 2 * float(weight @ half_width))
-    return 1e-6 * pair.material.density * volume
+        total += gear.face_width * (body + gear.teeth * 2 * float(weight @ half_width)) * material.density
+    return 1e-6 * total
 
 
 def gear_ratio(scene: Scene) -> float:

@@ -45,8 +45,10 @@ def robust_dataset(
     errors = errors[:count]
     variables: dict[str, tuple] = {name: ("sample", values) for name, values in responses.values.items()}
     variables["error"] = (("sample", "error_name"), errors)
-    modes = problem.errors.error_modes(problem.scene.pair)
-    variables["tightening_cost"] = ("error_name", [mode.cost for mode in modes])
+    if problem.errors.centre_distance is not None or problem.errors.tooth_thickness is not None:
+        variables["backlash"] = ("sample", _backlash(problem, errors))
+    drawn = problem.errors.variables(problem.scene.pair)
+    variables["tightening_cost"] = ("error_name", [each.cost for each in drawn])
     for name in dict.fromkeys((*STUDIED, *more)) if count > 1 else ():
         values = responses[name]
         for statistic, (value, standard_error) in summarise(values, sampler).items():
@@ -60,3 +62,12 @@ def robust_dataset(
     attrs = provenance(problem.scene, wall_time=wall_time, seed=seed)
     attrs |= {"sampler": sampler, "samples": count, "complete": int(complete), "rescued": responses.rescued}
     return xr.Dataset(described(variables), coords={"error_name": np.array(problem.names, dtype=str)}, attrs=attrs)
+
+
+def _backlash(problem: RobustProblem, errors: NDArray) -> NDArray:
+    """j_wt of each sample [mm]."""
+    pair, zero = problem.scene.pair, np.zeros(len(errors))
+    columns = dict(zip(problem.names, errors.T, strict=True))
+    names = ("tooth_thickness_pinion", "tooth_thickness_wheel", "centre_distance")
+    one, two, distance = (columns.get(name, zero) for name in names)
+    return np.array([pair.backlash_with((s1, s2), a) for s1, s2, a in zip(one, two, distance, strict=True)])
