@@ -93,8 +93,8 @@ def test_trials_are_small_whatever_the_scene(name):
     """That plans take less than two seconds is measured by ``benchmarks/test_plan.py``."""
     small = reduced(LARGE[name]())
     pairs, resolution = pairs_of_teeth(small.scene), small.scene.resolution
-    assert pairs <= 11
-    assert pairs * resolution.segments <= 220
+    assert pairs <= 12  # one more at either end of a narrower face
+    assert pairs * resolution.segments <= 240
     assert small.segments > 1 or small.pairs > 10
     if resolution.positions is None:
         assert resolution.gauss_points is not None
