@@ -8,14 +8,16 @@ from pathlib import Path
 
 from matplotlib import pyplot as plt
 
-from gearbench import contributions, load_scene, robust
+from gearbench import ManufacturingErrors, contributions, load_scene, robust
 
 scene = load_scene(Path(__file__).parents[1] / "gear55_robust.toml")
 figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4), layout="constrained")
 for iso_class, colour in ((5, "#009E73"), (6, "#0072B2"), (7, "#D55E00")):
-    errors = replace(scene.effect("manufacturing_errors").convention(), iso_class=iso_class)
-    kept = tuple(effect for effect in scene.effects if effect.name != "manufacturing_errors")
-    samples = robust(replace(scene, effects=(*kept, errors)), samples=256)
+    effects = [
+        replace(effect.convention(), iso_class=iso_class) if isinstance(effect, ManufacturingErrors) else effect
+        for effect in scene.effects
+    ]
+    samples = robust(replace(scene, effects=tuple(effects)), samples=256)
     values = samples["transmission_error_rms"]
     label = f"class {iso_class}, mean {float(values.mean()):.2f} µm"
     left.hist(values, bins=25, density=True, color=colour, alpha=0.5, label=label)

@@ -36,7 +36,7 @@ def fronts(dataset: xr.Dataset) -> Any:
         axis.plot(*solid[np.argsort(solid[:, 0])].T, "o-", color=BLUE, ms=4, label="front on solid teeth and bodies")
         axis.plot(*theirs.T, "x", color="black", label="rows of Table 2, solid on body")
         axis.set(title=f"tool {tool}, m$_n$ = {MODULE[tool]:g} mm", xlabel=_ACROSS, ylabel=_UP, yscale="log")
-    legend_below(figure, axes.ravel()[0])
+    legend_below(figure, axes.ravel()[0], 2)
     return figure
 
 
