@@ -3,6 +3,9 @@
 Processor times, minima over repeats that take turns: other programs on the machine do not count.
 """
 
+import os
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +14,7 @@ import pytest
 from gearbench.contact import batch as batching
 from gearbench.contact.assemble import assemble, scene_lines
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
+from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.effort.clock import quickest, unseen
 from gearbench.robustness.montecarlo import RobustProblem, prepare_scene, respond
@@ -83,3 +87,60 @@ def test_compliance_of_a_new_pair_and_of_a_known_one(benchmark):
     benchmark.extra_info |= {"target_s": 60e-3, "processor_s": new, "times_a_known_pair": new / known}
     print(f"\nprocessor time {1e3 * new:.0f} ms, {new / known:.0f} × a known pair's")
     benchmark.pedantic(lambda: compliance(unseen(scene, next(fresh))), rounds=5)
+
+
+def test_contact_off_the_line_against_contact_on_it(benchmark):
+    """At another torque each time, so that the phases are found anew."""
+    scene, more = axle(64), iter(range(1, 10_000))
+    beyond = replace(scene, effects=(*scene.effects, OffLineContact()))
+
+    def once(of: Scene) -> None:
+        simulate(replace(of, load=replace(of.load, torque=of.load.torque * (1 + 1e-9 * next(more)))))
+
+    works = [lambda s=s: once(s) for s in (scene, beyond)]
+    for work in works:
+        work()
+    on, off = quickest(works, 7)
+    benchmark.extra_info |= {"target_times": 1.3, "times_on_the_line": off / on, "processor_s": off}
+    print(f"\nprocessor time {1e3 * off:.0f} ms, × {off / on:.2f} of contact on the line")
+    benchmark.pedantic(works[1], rounds=5)
+
+
+#: Prints the wall time [s] of the slowest of eleven runs in a fresh process, no thread variables set.
+SLOWEST = """
+import sys, time
+from gearbench import load_scene, simulate
+scene = load_scene(sys.argv[1])
+simulate(scene)
+times = []
+for _ in range(11):
+    start = time.perf_counter()
+    simulate(scene)
+    times.append(time.perf_counter() - start)
+print(max(times))
+"""
+BUSY = "while True: pass"
+
+
+def test_beside_two_busy_processes(benchmark, tmp_path):
+    """Wall times: other programs on the machine count in both."""
+    path = tmp_path / "axle.toml"
+    path.write_text(axle(64).to_toml(), encoding="utf-8")
+    plain = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
+
+    def slowest() -> float:
+        command = [sys.executable, "-c", SLOWEST, str(path)]
+        return float(subprocess.run(command, check=True, capture_output=True, text=True, env=plain).stdout)
+
+    quiet = slowest()
+    busy = [subprocess.Popen([sys.executable, "-c", BUSY]) for _ in range(2)]
+    try:
+        loaded = slowest()
+    finally:
+        for process in busy:
+            process.kill()
+            process.wait()
+    benchmark.extra_info |= {"target_times": 4.0, "times_quiet": loaded / quiet, "slowest_s": loaded}
+    print(f"\nslowest of eleven {1e3 * loaded:.0f} ms, × {loaded / quiet:.1f} of that on a machine as it is")
+    assert loaded < 4 * quiet
+    benchmark.pedantic(slowest, rounds=1)

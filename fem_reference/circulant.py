@@ -9,6 +9,7 @@ are the mean of all waves, so that C_d = (1/z) Σ_k e^{idφ} Ĉ(φ).
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import scipy.sparse as sp
@@ -16,28 +17,35 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.linalg import cho_factor, cho_solve
 
+from fem_reference.axis import Axis
 from fem_reference.sector import Section
 from fem_reference.solver import schur_complement
-from gearbench.compliance.bases import axis_functions, gauss, legendre_functions
-from gearbench.compliance.solid import axis_integrals
 from gearbench.geometry.material import Material
 
 
-def tensor_stiffness(section: Section, counts: NDArray, material: Material) -> sp.csr_matrix:
+def tensor_stiffness(section: Section, axis: Axis, there: NDArray, material: Material) -> sp.csr_matrix:
     """Upper triangle of A₀₀⊗M + A₀₁⊗G + A₁₀⊗Gᵀ + A₁₁⊗S on the nodes that are not held, M = ∫hh, G = ∫hh′, S = ∫h′h′.
 
-    ``counts``: numbers of functions along the axis of the degrees of freedom of the section that are not held; those of
+    A web adds its own sum of these, with integrals over its own width.
+
+    ``there``: whether each degree of freedom of the section that is not held has each function along the axis; those of
     one follow each other.
     """
-    count = int(counts.max())
-    b = section.body.gear.face_width
-    integrals = axis_integrals(count) * np.array([[b, 1.0], [1.0, 1 / b]])[:, :, None, None]
-    parts = section.stiffness(material)
-    free = section.free
+    of_web = section.of_web
+    found = _tensor(section.stiffness(material, ~of_web), section.free, axis.integrals(), there)
+    if of_web.any():
+        narrow = axis.integrals((section.body.web_piece,))
+        found = sp.csr_matrix(found + _tensor(section.stiffness(material, of_web), section.free, narrow, there))
+        found.sort_indices()
+    return found
+
+
+def _tensor(parts: Sequence[sp.csr_array], free: NDArray, integrals: NDArray, there: NDArray) -> sp.csr_matrix:
+    """Upper triangle of the sum of products of A₀₀, A₀₁ and A₁₁ with ``integrals`` (2, 2, count, count)."""
     parts = [A[free][:, free].tocsr() for A in (parts[0], parts[1], parts[1].T.tocsr(), parts[2])]
     for A in parts:
         A.sort_indices()
-    n = parts[0].shape[0]
+    n, count = there.shape
     row = np.repeat(np.arange(n), np.diff(parts[0].indptr))
     upper = parts[0].indices >= row
     row, col = row[upper], parts[0].indices[upper]
@@ -54,7 +62,6 @@ def tensor_stiffness(section: Section, counts: NDArray, material: Material) -> s
         target = (start[row * count + a] + within * len(band[a]))[:, None] + np.arange(len(band[a]))
         data[target] = values.T @ of_axis[:, a, band[a]]
         indices[target] = col[:, None] * count + band[a]
-    there = np.arange(count) < counts[:, None]
     row_there, number = np.flatnonzero(there), (np.cumsum(there) - 1).astype(np.int32)
     whole = np.repeat(np.arange(n * count), np.diff(start))
     keep = (indices >= whole) & (data != 0) & there.ravel()[indices] & there.ravel()[whole]
@@ -63,25 +70,28 @@ def tensor_stiffness(section: Section, counts: NDArray, material: Material) -> s
     return sp.csr_matrix((data[keep], number[indices[keep]], pointer), shape=(len(row_there),) * 2)
 
 
-def flank_blocks(section: Section, counts: NDArray, material: Material, order: tuple[int, int], n: int) -> NDArray:
+def flank_blocks(
+    section: Section, axis: Axis, there: NDArray, material: Material, order: tuple[int, int], n: int
+) -> NDArray:
     """C_d, d = −n … n, (2n+1, p·q, p·q) [mm/N] of the surface under polynomial loads on the right flank.
 
     Parameters
     ----------
     section
         The section of a sector with its body, or of a tooth alone (n = 0).
-    counts
-        Number of functions along the axis of each degree of freedom of the section that is not held.
+    axis, there
+        Functions along the axis, and which of them each degree of freedom of the section has that is not held.
     order
         Numbers p, q of polynomials of the loads along height and face width.
     """
-    S, face = condensed_sector(section, counts, material, order)
+    S, face = condensed_sector(section, axis, there, material, order)
     return -S[None] if section.body.bore_radius is None else circulant_compliance(S, face, section.body.gear.teeth, n)
 
 
 def condensed_sector(
     section: Section,
-    counts: NDArray,
+    axis: Axis,
+    there: NDArray,
     material: Material,
     order: tuple[int, int],
     functionals: sp.csr_array | None = None,
@@ -90,28 +100,20 @@ def condensed_sector(
 
     ``functionals``: columns of more loads, of all functions along the axis at each degree of freedom of the section.
     """
-    gear = section.body.gear
-    stiffness = tensor_stiffness(section, counts, material)
-    there = np.arange(counts.max()) < counts[:, None]
-    along = axis_load(gear.face_width, int(counts.max()), order[1])
-    loads = [sp.kron(section.flank_load(order[0])[section.free], along)]
+    stiffness = tensor_stiffness(section, axis, there, material)
+    loads = [sp.kron(section.flank_load(order[0])[section.free], axis.load(order[1]))]
     loads += [] if functionals is None else [functionals]
     load = sp.csr_matrix(sp.csr_array(sp.hstack(loads))[there.ravel()])
     if section.body.bore_radius is None:
         return schur_complement(stiffness, load, np.zeros(0, dtype=np.int64)), 0
     number = np.where(section.free, np.cumsum(section.free) - 1, -1)
-    of, faces = np.repeat(np.arange(len(counts)), counts), []
+    unknown = np.where(there, np.cumsum(there).reshape(there.shape) - 1, -1)
+    faces = []
     for sign in (-1, 1):
         dofs = number[(3 * section.side(sign)[:, None] + np.arange(3)).ravel()]
-        faces.append(np.concatenate([np.flatnonzero(of == dof) for dof in dofs[dofs >= 0]]))
+        at = unknown[dofs[dofs >= 0]].ravel()
+        faces.append(at[at >= 0])
     return schur_complement(stiffness, load, np.concatenate(faces)), len(faces[0])
-
-
-def axis_load(b: float, count: int, q: int) -> NDArray:
-    """∫ h_a φ_j dy of the functions along the axis and q orthonormal Legendre functions, (count, q)."""
-    eta, weight = gauss((count + q) // 2 + 1)
-    found = math.sqrt(b) * axis_functions(count, eta)[0].T @ (weight[:, None] * legendre_functions(q, eta))
-    return np.where(np.abs(found) > 1e-14 * np.abs(found).max(), found, 0.0)
 
 
 def circulant_compliance(S: NDArray, face: int, z: int, n: int, loads: int | None = None) -> NDArray:

@@ -20,7 +20,7 @@ from fem_reference.circulant import circulant_compliance, condensed_sector
 from fem_reference.refinement import NEIGHBOURS, Level, default_order
 from fem_reference.section import Body
 from fem_reference.sector import Outline, Section, elasticity, lagrange, strains
-from gearbench.compliance.bases import axis_functions, gauss
+from gearbench.compliance.bases import gauss
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.material import Material
@@ -158,15 +158,15 @@ def fillet_stress(
     """
     order = order or default_order(body.gear)
     level = Level(body=body, number=number, waves=order[1], rim=RIM)
-    b, counts = body.gear.face_width, level.counts
+    b = body.gear.face_width
     fillet = Fillet(section=level.section)
     eta = gauss(max(3, math.ceil(STATIONS * order[1])))[0]
-    values, slopes = axis_functions(int(counts.max()), eta)
+    values, slopes = level.axis.values(b * eta)
     F0, F1 = (F[level.section.free] for F in fillet.functionals(material))
-    rows = sp.csr_array(sp.kron(F0, values.T) + sp.kron(F1, slopes.T / b))
+    rows = sp.csr_array(sp.kron(F0, values.T) + sp.kron(F1, slopes.T))
     # from (component of a point, station) to (point, station, component)
     turn = np.arange(F0.shape[1] * len(eta)).reshape(-1, 3, len(eta)).transpose(0, 2, 1).ravel()
-    S, face = condensed_sector(level.section, counts, material, order, rows[:, turn])
+    S, face = condensed_sector(level.section, level.axis, level.there, material, order, rows[:, turn])
     n, loads = min((body.gear.teeth - 1) // 2, NEIGHBOURS), order[0] * order[1]
     if body.bore_radius is None:
         blocks = -S[None, loads:, :loads]

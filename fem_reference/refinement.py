@@ -17,6 +17,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from fem_reference.axis import Axis
 from fem_reference.circulant import flank_blocks
 from fem_reference.section import Body
 from fem_reference.sector import Grain, Section
@@ -73,37 +74,48 @@ class Level:
         """The section."""
         return Section(body=self.body, grain=Grain(degree=self.number, rim=self.rim))
 
-    @property
-    def count(self) -> int:
-        """Number of functions along the axis."""
-        return self.waves + EXTRA[self.number]
+    @cached_property
+    def axis(self) -> Axis:
+        """Functions along the axis."""
+        breaks = self.body.axis_breaks
+        share = np.diff(breaks) / breaks[-1]
+        counts = tuple(math.ceil(self.waves * part - 1e-9) + EXTRA[self.number] for part in share)
+        return Axis(breaks=breaks, counts=counts)
 
     @cached_property
     def of_nodes(self) -> NDArray:
-        """Number of functions along the axis at each node: waves along the axis fade with the depth below the teeth.
+        """Whether each node has each function along the axis (node, count): waves fade with the depth below the teeth.
 
-        A wave q fades at least like exp(−q d cos β) with the depth d, also seen along the screw.
+        A wave q fades at least like exp(−q d cos β) with the depth d, also seen along the screw. Inside the web there
+        are functions on its own width only.
         """
-        gear, section = self.body.gear, self.section
+        gear, section, web, axis = self.body.gear, self.section, self.body.web, self.axis
         depth = np.maximum(gear.root_radius - section.positions[:, 0], 1e-9 * gear.root_radius)
-        felt = FADED[self.number] * gear.face_width / (math.pi * depth * math.cos(gear.beta))
-        return np.minimum(self.count, np.ceil(EXTRA[self.number] + felt)).astype(int)
+        felt = FADED[self.number] / (math.pi * depth * math.cos(gear.beta))
+        piece, number = axis.degrees
+        lengths = np.append(np.diff(axis.breaks), 0.0)  # none at the breaks, whose functions are there at any depth
+        there = number < np.ceil(EXTRA[self.number] + felt[:, None] * lengths[piece])
+        if web is not None:
+            inside = np.isin(np.arange(len(there)), section.nodes[section.of_web])
+            inside &= ~np.isin(np.arange(len(there)), section.nodes[~section.of_web])
+            there &= ~inside[:, None] | np.isin(np.arange(axis.count), axis.of_piece(self.body.web_piece))
+        return there
 
     @property
-    def counts(self) -> NDArray:
+    def there(self) -> NDArray:
         """The same for each degree of freedom of the section that is not held."""
-        return np.repeat(self.of_nodes, 3)[self.section.free]
+        return np.repeat(self.of_nodes, 3, axis=0)[self.section.free]
 
     @property
     def unknowns(self) -> int:
         """Number of unknowns of the sector."""
-        return int(self.counts.sum())
+        return int(np.count_nonzero(self.there))
 
     @property
     def memory(self) -> float:
         """Memory [bytes], good to a factor of two: 120 bytes an entry of the matrix, measured."""
         of_element = (3 * (self.number + 1) ** 2) ** 2
-        return 150e6 + 120 * 2.5 * of_element * float(self.of_nodes[self.section.nodes].mean(axis=1).sum())
+        return 150e6 + 120 * 2.5 * of_element * float(self.of_nodes.sum(axis=1)[self.section.nodes].mean(axis=1).sum())
 
     @property
     def seconds(self) -> float:
@@ -180,7 +192,7 @@ def refined_compliance(
             )
     attrs = {
         "solver": available_solver(), "unknowns": level.unknowns, "meshes": len(found),
-        "element": f"quadrilaterals of degree {level.number} × {level.count} polynomials", "level": level.number,
+        "element": f"quadrilaterals of degree {level.number} × {level.axis.count} polynomials", "level": level.number,
         "seconds": time.perf_counter() - start,
     }  # fmt: skip
     blocks = found[-1] + step
@@ -191,6 +203,6 @@ def blocks_of(level: Level, material: Material, order: tuple[int, int]) -> np.nd
     """Blocks C_d (2n+1, p·q, p·q) [mm/N] of a level, the compression of the half-space taken out of C_0."""
     gear = level.body.gear
     n = 0 if level.body.bore_radius is None else min((gear.teeth - 1) // 2, NEIGHBOURS)
-    blocks = flank_blocks(level.section, level.counts, material, order, n)
+    blocks = flank_blocks(level.section, level.axis, level.there, material, order, n)
     blocks[n] -= half_space_compression(gear, material.E, material.nu, order, points=24)
     return blocks

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.role import Side
+from gearbench.geometry.web import Web
 
 
 class MeshingError(GearbenchError):
@@ -34,6 +35,9 @@ class Body:
     bore_radius
         None: one tooth alone, cut out and clamped along the root circle R = r_f between the feet of its two fillets.
         Otherwise a sector of the gear down to the bore [mm], clamped at the bore.
+    web
+        Rim, web and hub between root circle and bore, seen as on a driving gear; None where all of it is as wide as
+        the face.
     teeth
         Number of neighbouring teeth on the sector, odd, the loaded one in the middle; ``gear.teeth`` makes the
         whole gear.
@@ -50,6 +54,7 @@ class Body:
 
     gear: Gear
     bore_radius: float | None = None
+    web: Web | None = None
     teeth: int = 1
     rest: Literal["ring", "clamped", "free"] = "ring"
 
@@ -68,6 +73,22 @@ class Body:
     def closed(self) -> bool:
         """Whether the whole gear is modelled."""
         return self.bore_radius is not None and self.teeth == self.gear.teeth
+
+    @property
+    def axis_breaks(self) -> tuple[float, ...]:
+        """Where along the face width the body changes: at its ends and at the faces of the web [mm]."""
+        b = self.gear.face_width
+        if self.web is None:
+            return 0.0, b
+        least = 1e-6 * b  # a web that is flush with a face
+        inner = [y for y in (self.web.start, self.web.stop) if least < y < b - least]
+        return 0.0, *inner, b
+
+    @property
+    def web_piece(self) -> int:
+        """Number of the piece between ``axis_breaks`` that the web is as wide as."""
+        assert self.web is not None
+        return int(self.web.start > 1e-6 * self.gear.face_width)
 
     @property
     def offsets(self) -> range:

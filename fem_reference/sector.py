@@ -181,15 +181,18 @@ LEAST_LAND = 2e-3
 
 
 def layer_radii(body: Body, grain: Grain) -> list[float]:
-    """Radii from the lower end of the row below the teeth down to the bore."""
-    bore, top = body.bore_radius or 0.0, body.gear.root_radius
-    depth, step, radii = top - bore, grain.rim * body.gear.normal_module, []
-    at = 0.0
-    while at + 1.5 * step < depth:
-        at += step
-        radii.append(top - at)
-        step *= grain.growth
-    return [*radii, bore]
+    """Radii from the lower end of the row below the teeth down to the bore; those of rim and hub are among them."""
+    bore, web, top = body.bore_radius or 0.0, body.web, body.gear.root_radius
+    step, radii = grain.rim * body.gear.normal_module, []
+    for end in [bore] if web is None else sorted({web.rim_radius, web.hub_radius, bore}, reverse=True):
+        while top - 1.5 * step > end:
+            top -= step
+            radii.append(top)
+            step *= grain.growth
+        radii.append(end)
+        # stress rises at the edges between the parts, over a distance of the order of the web's thickness
+        top, step = end, step if web is None else min(step, web.thickness)
+    return radii
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -239,6 +242,15 @@ class Section:
         found = [at(s, t) for at in self.maps]
         return np.array([R_t * theta_s - R_s * theta_t for _, _, R_s, R_t, theta_s, theta_t in found])
 
+    @cached_property
+    def of_web(self) -> NDArray:
+        """Whether each quadrilateral belongs to the web, which is narrower than the face."""
+        web = self.body.web
+        if web is None:
+            return np.zeros(len(self.maps), dtype=bool)
+        middle = np.array([float(at(np.array(0.5), np.array(0.5))[0]) for at in self.maps])
+        return (web.hub_radius < middle) & (middle < web.rim_radius)
+
     @property
     def held_radius(self) -> float:
         """Radius of the bore, or of the root circle of a tooth alone [mm]."""
@@ -262,10 +274,10 @@ class Section:
         at = np.flatnonzero(np.abs(theta - sign * 0.5 * self.body.pitch_angle) < 1e-7 * self.body.pitch_angle)
         return at[np.argsort(R[at])]
 
-    def stiffness(self, material: Material) -> tuple[sp.csr_array, sp.csr_array, sp.csr_array]:
-        """∫ B₀ᵀCB₀, ∫ B₀ᵀCB₁ and ∫ B₁ᵀCB₁ R dR dθ, for strains B₀u + B₁ ∂u/∂y; all three with the same pattern.
+    def stiffness(self, material: Material, chosen: NDArray) -> tuple[sp.csr_array, sp.csr_array, sp.csr_array]:
+        """∫ B₀ᵀCB₀, ∫ B₀ᵀCB₁ and ∫ B₁ᵀCB₁ R dR dθ over the quadrilaterals ``chosen`` (boolean), of the same pattern.
 
-        Order of the strains: RR, θθ, yy, θy, Ry, Rθ (shear as angles).
+        Strains are B₀u + B₁ ∂u/∂y; their order: RR, θθ, yy, θy, Ry, Rθ (shear as angles).
         """
         n, gear = self.grain.degree, self.body.gear
         points, weights = gauss(n + 2)
@@ -277,7 +289,7 @@ class Section:
         N_t = np.einsum("pi,qj->qpji", value, slope).reshape(len(s), -1)
         C = elasticity(material)
         blocks = []
-        for at in self.maps:
+        for at in (self.maps[e] for e in np.flatnonzero(chosen)):
             R, _, *slopes = at(s, t)
             det, B0, B1 = strains(R, slopes, (N, N_s, N_t), gear)
             scale = np.sqrt(weight * det * R)[:, None, None]
@@ -285,7 +297,7 @@ class Section:
             B0, B1 = ((scale * B.reshape(*B.shape[:2], -1)).reshape(6 * len(s), -1) for B in (B0, B1))
             right = (C @ B1.reshape(len(s), 6, -1)).reshape(6 * len(s), -1)
             blocks.append((B0.T @ left, B0.T @ right, B1.T @ right))
-        dofs = (3 * self.nodes[:, :, None] + np.arange(3)).reshape(len(self.maps), -1)
+        dofs = (3 * self.nodes[chosen][:, :, None] + np.arange(3)).reshape(len(blocks), -1)
         size = 3 * len(self.positions)
         row, col = np.repeat(dofs, dofs.shape[1], axis=1).ravel(), np.tile(dofs, dofs.shape[1]).ravel()
         made = [

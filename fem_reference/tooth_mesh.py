@@ -89,11 +89,13 @@ def tooth_mesh(body: Body, cells: Cells, kind: str = "hex20") -> ToothMesh:
     Raises
     ------
     MeshingError
-        If the section crosses itself, gmsh fails, or an element is turned inside out.
+        If the section crosses itself, gmsh fails, an element is turned inside out, or the body has a web.
     MissingDependencyError
         If gmsh cannot be loaded.
     """
     start = time.perf_counter()
+    if body.web is not None:
+        raise MeshingError("plain meshes know no webs")
     check_section(body)
     flat = _straight(body, cells, kind)
     mesh = screw(_quadratic(flat, body) if kind != "hex8" else flat, body)

@@ -243,20 +243,25 @@ def _smooth(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def contributions(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
-    """Share of each error in the variance of STE and stiffness, with one standard error; the remainder interacts."""
+    """Share of each error in the variance of STE and stiffness: alone, with one standard error, and with others.
+
+    The pale part is that of its products with other errors, which counts for both; the last bar is what neither holds.
+    """
     _one_point(dataset, "transmission_error_rms_first_order", "error_name")
     axes = _axes(axes, (7.0, 4.5))
-    names = [str(name).replace("_", " ") for name in dataset["error_name"].values] + ["interactions"]
+    names = [str(name).replace("_", " ") for name in dataset["error_name"].values] + ["not attributed"]
     position = np.arange(len(names))
     for shift, (name, colour) in enumerate((("transmission_error_rms", BLUE), ("mesh_stiffness_rms", ORANGE))):
-        alone = 100 * dataset[f"{name}_first_order"].values
-        share = np.append(alone, max(0.0, 100 - alone.sum()))
+        alone, total = (100 * dataset[f"{name}_{part}"].values for part in ("first_order", "total"))
+        share = np.append(alone, max(0.0, 100 - alone.sum() - (total - alone).sum() / 2))
         error = np.append(100 * dataset[f"{name}_first_order_standard_error"].values, np.nan)
         label = dataset[name].attrs["symbol"]
-        axes.barh(position + 0.4 * shift - 0.2, share, 0.38, xerr=error, color=colour, ecolor=GREY, label=label)
+        at = position + 0.4 * shift - 0.2
+        axes.barh(at[:-1], np.maximum(total, alone), 0.38, color=colour, alpha=0.35)
+        axes.barh(at, share, 0.38, xerr=error, color=colour, ecolor=GREY, label=label)
     axes.set_yticks(position, names)
     axes.invert_yaxis()
-    axes.set_xlabel("share of the variance, first order [%]")
+    axes.set_xlabel("share of the variance: alone, and pale with others [%]")
     axes.legend(frameon=False)
     return axes
 

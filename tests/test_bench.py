@@ -146,6 +146,18 @@ def test_torques_are_those_of_single_scenes(scene):
         assert_allclose(x[-1] - x[0], 2.0)
 
 
+def test_coast_flanks_are_swept_and_slid_under_their_own_torque(scene):
+    coast = replace(scene, load=Load(torque=-scene.load.torque))
+    (slider,) = (c for g in form(coast) for c in g.controls if c.path == "load.torque")
+    assert slider.low < slider.value < slider.high < 0
+    *_, last = answers(coast, asked(coast))
+    table = last["now"][0]["torque"]
+    assert sorted(table["torque"]) == table["torque"]
+    assert max(table["torque"]) < 0
+    alone = replace(coast, load=Load(torque=table["torque"][2]), resolution=replace(COARSE, positions=32))
+    assert_allclose(table["peak_to_peak"][2], simulate(alone)["transmission_error_peak_to_peak"], rtol=1e-4)
+
+
 def test_clamped_teeth_are_warned_of(scene):
     clamped = replace(scene, effects=tuple(e for e in scene.effects if e.name != "gear_body"))
     lines = [answer["now"][0] for answer in answers(clamped, asked(clamped))][2]["warnings"]["text"]

@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose
 from gearbench.compliance import symbolic_solid
 from gearbench.compliance.bases import axis_functions, gauss, width_functions
 from gearbench.compliance.gear_body import ToothedRing
-from gearbench.compliance.ring import Ring
+from gearbench.compliance.ring import Ring, all_harmonics
 from gearbench.compliance.section import Section
 from gearbench.compliance.solid import Solid
 from gearbench.compliance.solid_tooth import SolidTooth
@@ -200,7 +200,7 @@ def dense_body(b: ToothedRing) -> tuple[np.ndarray, np.ndarray]:
     )  # fmt: skip
     most = z * math.ceil(30.0 / psi / z) + z // 2
     n = np.arange(-most, most + 1)
-    positive = ring.all_harmonics(most)
+    positive = all_harmonics(ring.harmonics, most)
     # of negative harmonics: the conjugate field is another real solution, e^{−inθ} with −i for i
     phase = (1j ** (np.array([1, 0, 1])[:, None] + np.arange(count))).ravel()
     C = phase[:, None] * positive[np.abs(n)] * np.conj(phase)

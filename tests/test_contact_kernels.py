@@ -4,8 +4,11 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench.contact import _kernels
+from gearbench.contact import _kernels, solver
 from gearbench.contact.law import compression, inverse
+from gearbench.contact.problem import ContactProblem
+from gearbench.contact.solver import Guess, newton
+from tests.contact_twin import solve_one
 
 FORCES = np.concatenate([[0.0], 10.0 ** np.linspace(-12, 2, 60)])
 
@@ -46,3 +49,60 @@ def test_complementarity_is_that_of_the_equations(blocks):
     _kernels.complementarity(P, delta, gap, a, h, soft, active, factor, block, blocks, found)
     assert np.isnan(found[2])
     assert np.isfinite(found[[0, 1, 3]]).all()
+
+
+def coupled_problem(seed: int, rank: int, *, soft: bool) -> ContactProblem:
+    """Three positions of 24 segments that share ``rank`` amplitudes; gaps of some deflections, some segments absent."""
+    rng = np.random.default_rng(seed)
+    shape = (3, 24)
+    active = rng.random(shape) < 0.9
+    h = 0.1 * rng.uniform(0.5, 2.0, shape)
+    gap = rng.random(shape) * 10.0 ** rng.uniform(-2, 1)
+    return ContactProblem(
+        gap=gap - np.where(active, gap, np.inf).min(axis=1)[:, None],
+        a=h * rng.uniform(3.0, 9.0, shape),
+        h=h,
+        soft=rng.uniform(0.0, 0.5, shape) if soft else np.zeros(shape),
+        active=active,
+        factor=rng.normal(size=(*shape, rank)) / np.sqrt(rank),
+        block=np.zeros(24, dtype=np.int64),
+        blocks=1,
+        force=1.0,
+        length_scale=1.0,
+        shape=(3, 1, 24),
+    )
+
+
+@pytest.mark.parametrize("soft", [False, True])
+@pytest.mark.parametrize("rank", [13, 40])
+def test_steps_of_the_forces_are_those_of_the_amplitudes(monkeypatch, rank, soft):
+    for seed in range(6):
+        problem = coupled_problem(seed, rank, soft=soft)
+        begun = Guess.nothing(problem)
+        newton(problem, 2, begun)
+        for steps, start in ((0, None), (1, None), (2, None), (3, None), (200, None), (200, begun)):
+            found = []
+            for dense in (0.0, np.inf):
+                monkeypatch.setattr(solver, "DENSE", dense)
+                guess = Guess.nothing(problem) if start is None else Guess(q=start.q.copy(), delta=start.delta.copy())
+                force, delta, stiffness, _ = newton(problem, steps, guess)
+                # before the end the amplitudes of one belong to its steps, of the other to its forces
+                found.append([force, delta, stiffness] + ([guess.q] if steps == 200 else []))
+            # the stiffness counts each segment that is about to part
+            for one, other, rtol in zip(*found, (1e-10, 1e-12, 1e-9, 1e-10), strict=False):
+                assert_allclose(one, other, rtol=rtol, atol=1e-11, err_msg=f"seed {seed}, {steps} steps")
+        P, delta, stiffness = solve_one(problem, 1)
+        assert_allclose(force[1][problem.active[1]], P, atol=1e-11)
+
+
+@pytest.mark.parametrize("dense", [0.0, np.inf], ids=["amplitudes", "forces"])
+def test_a_rough_solution_is_known_to_the_square_of_its_residual(monkeypatch, dense):
+    monkeypatch.setattr(solver, "DENSE", dense)
+    for seed in range(6):
+        problem = coupled_problem(seed, 13, soft=False)
+        rough, exact = Guess.nothing(problem), Guess.nothing(problem)
+        approach, stiffness = solver.solve_roughly(problem, rough)
+        solution = solver.solve(problem, exact)
+        assert_allclose(approach, solution.approach, rtol=1e-10)
+        assert_allclose(rough.q, exact.q, rtol=0, atol=1e-10)
+        assert_allclose(stiffness, solution.stiffness, rtol=1e-5)

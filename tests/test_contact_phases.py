@@ -13,8 +13,10 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.patches import solve_patches
 from gearbench.contact.phases import gauss_phases, uniform_phases
 from gearbench.contact.solver import solve
+from gearbench.contact.transitions import transitions
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
@@ -166,3 +168,15 @@ def test_kinks_of_a_relief_restore_the_convergence():
     with_kinks = figures(s, *mesh_phases(s))
     without = figures(s, *gauss_phases(SPUR.meshing.transition_phases, 8))
     assert np.abs(with_kinks / exact - 1).max() < 1e-10 < 1e-5 < np.abs(without / exact - 1).max()
+
+
+@pytest.mark.parametrize("amount", [20.0, 30.0])
+def test_phases_at_which_pairs_take_and_leave_their_load_are_found_to_a_hundred_thousandth(amount):
+    """On either side of them a different number of pairs is loaded."""
+    relieved = replace(scene(SPUR), effects=(*scene(SPUR).effects, TipRelief(amount=amount, length=1.5)))
+    births = [phase for phase, rank in transitions(relieved, exact=True) if rank == 0]
+    assert births
+    phases = (np.array(births)[:, None] + 1e-5 * np.array([-1.0, 1.0])).ravel() % 1.0
+    solution = solve_patches(assemble(relieved, scene_lines(relieved, phases)))
+    loaded = np.count_nonzero(solution.force.sum(axis=2) > 0, axis=1).reshape(-1, 2)
+    assert np.all(loaded[:, 0] != loaded[:, 1])

@@ -44,4 +44,4 @@ def test_keys_have_meaning_default_and_what_is_allowed():
 
 
 def test_tables_below_a_table_are_shown_once():
-    assert key_tables(ManufacturingErrors).count("| `distribution` |") == 1
+    assert key_tables(ManufacturingErrors).count("| `drawn` |") == 1

@@ -20,6 +20,7 @@ from gearbench.library.garambois2017 import case, gear
 from gearbench.optimisation.front import non_dominated
 from gearbench.results.netcdf import save
 from gearbench.robustness.run import robust
+from gearbench.scene import Load
 from gearbench.scene_file import load_scene, parse_scene
 from gearbench.simulation import simulate
 from gearbench.solution import solve_scene
@@ -108,6 +109,18 @@ def test_settings_change_what_they_name_and_nothing_else(robust_scene):
     assert bare.effect("crowning") is None
     assert bare.effect("tip_relief") is None
     assert parse_scene(changed.to_mapping()) == changed
+
+
+def test_sliders_of_coast_flanks_stay_below_zero(robust_scene):
+    from gearbench.explore.controls import positions, settings_of
+
+    coast = replace(robust_scene, load=Load(torque=-robust_scene.load.torque))
+    slider = positions(coast)["torque"]
+    assert slider["start"] < slider["value"] < slider["end"] < 0
+    values = {name: place["value"] for name, place in positions(coast).items()}
+    changed = settings_of(coast, values | {"torque": -7.0}).applied(coast)
+    assert changed.load.coast
+    assert_allclose(picture(changed).transmission_error.mean, simulate(changed)["transmission_error_mean"], rtol=1e-12)
 
 
 def test_a_relief_longer_than_the_tooth_is_refused(robust_scene):
@@ -209,8 +222,9 @@ def test_curves_come_first_where_the_scatter_takes_long(monkeypatch):
     monkeypatch.setattr(session, "slow", True)
     first, second = session.answers(3, moved)
     assert "ste_density" not in first["now"][0]
-    assert set(second["now"][0]) == {"ste_density", "stiffness_density"}
-    assert "…" in first["summary"][0]
+    assert set(second["now"][0]) == {"ste_density", "stiffness_density", "numbers"}
+    assert "…" in first["now"][0]["numbers"]["value"]
+    assert "…" not in second["now"][0]["numbers"]["value"]
     assert second["summary"] == whole["summary"]
     for name, table in (first["now"][0] | second["now"][0]).items():
         for key, column in table.items():

@@ -1,6 +1,7 @@
 """Non-dominated sets and hypervolumes against their definitions; the search on problems with a known front."""
 
 import math
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
@@ -8,8 +9,8 @@ import numpy as np
 import pytest
 
 from gearbench.optimisation.front import hypervolume, non_dominated
-from gearbench.optimisation.nsga2 import Search
 from gearbench.optimisation.problem import Evaluation, assignments
+from gearbench.optimisation.search import Search
 from gearbench.optimisation.study import Algorithm, Objective, OptimisationStudy, Robustness
 from gearbench.optimisation.study_file import load_study
 from gearbench.optimisation.variables import Variable
@@ -124,3 +125,52 @@ def test_an_exhausted_space_ends_the_search():
     assert len({design for designs in asked for design in designs}) == 10
     assert len(search.population) == 10
     assert len(asked) < 30
+
+
+def sphere(x: list[float], count: int) -> list[float]:
+    """DTLZ2 (Deb, Thiele, Laumanns & Zitzler 2002): the front is the unit sphere, all x beyond the first are ½."""
+    g = sum((v - 0.5) ** 2 for v in x[count - 1 :])
+    angles = [v * math.pi / 2 for v in x[: count - 1]]
+    found = []
+    for i in range(count):
+        f = 1 + g
+        for angle in angles[: count - 1 - i]:
+            f *= math.cos(angle)
+        found.append(f * (math.sin(angles[count - 1 - i]) if i else 1.0))
+    return found
+
+
+def test_nsga3_reaches_the_front_of_four_objectives_and_spreads_over_it():
+    names = ("mesh_stiffness_rms", "transmission_error_rms")
+    objectives = tuple(Objective(weights={f"{n}_{s}": 1.0}) for n in names for s in ("mean", "max"))
+    variables = [Variable(name=f"x{i}", paths=(f"a{i}",), min=0.0, max=1.0) for i in range(8)]
+    base = replace(study(36, 60, *variables), objectives=objectives, robustness=Robustness(samples=2))
+
+    def answer(*x: float) -> Evaluation:
+        f = sphere(list(x), 4)
+        return Evaluation(violation=0.0, reason="", constraints=(), statistics=(f[0], 0.0, f[1], f[2], 0.0, f[3]))
+
+    share = {}
+    for method in ("nsga2", "nsga3"):
+        problem = replace(base, algorithm=replace(base.algorithm, method=method))
+        search, _ = run(problem, answer)
+        F = np.array([sphere(list(problem.values(d).values()), 4) for d in search.population])
+        share[method] = hypervolume(F / 1.2)
+    assert np.median(np.linalg.norm(F, axis=1)) < 1.03
+    # the 35 directions of fours that add up to 4, where they meet the sphere, are the best that the method aims at
+    aims = np.array([d for d in product(range(5), repeat=4) if sum(d) == 4], dtype=float)
+    aims /= np.linalg.norm(aims, axis=1)[:, None]
+    assert share["nsga3"] > 0.95 * hypervolume(aims / 1.2)
+    assert share["nsga3"] > share["nsga2"]
+
+
+def test_nsga3_asks_the_same_questions_after_the_same_answers():
+    problem = replace(SMALL, algorithm=Algorithm(method="nsga3", population=8, generations=5))
+    _, first = run(problem, lambda *v: result(float(v[0]), float(v[2])))
+    np.random.seed(7)  # noqa: NPY002 — the search must not draw from NumPy's global generator
+    assert run(problem, lambda *v: result(float(v[0]), float(v[2])))[1] == first
+
+
+def test_nsga3_needs_objectives_to_weigh():
+    with pytest.raises(ValueError, match=r"algorithm\.method = nsga3: needs two objectives or more"):
+        replace(SMALL, algorithm=replace(SMALL.algorithm, method="nsga3"), objectives=SMALL.objectives[:1])

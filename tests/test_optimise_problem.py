@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from gearbench.geometry.pair import Pair
-from gearbench.optimisation.constraints import constrained, judge, largest_pressure
+from gearbench.optimisation.constraints import constrained, judge
+from gearbench.optimisation.numbers import largest_pressure
 from gearbench.optimisation.problem import NO_GEAR, evaluate, scene_of
 from gearbench.optimisation.study import Limit, Robustness
 from gearbench.optimisation.study_file import parse_study

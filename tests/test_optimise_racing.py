@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from gearbench import load_study, optimise
-from gearbench.optimisation.constraints import ROUGH, constrained, decided, largest_pressure
+from gearbench.optimisation.constraints import ROUGH, constrained, decided
 from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.front import hypervolume, non_dominated
+from gearbench.optimisation.numbers import largest_pressure
 from gearbench.optimisation.problem import evaluate
 from gearbench.optimisation.racing import FIRST, Rivals, stages, statistics
 from gearbench.optimisation.study import Algorithm, Limit, Objective, OptimisationStudy, Robustness
@@ -36,6 +37,10 @@ def responses(rng: np.random.Generator, level: tuple[float, float], own: float =
     return np.array(level)[:, None] * (1 + shared) + own * rng.gamma(2.0, 0.5, (2, SAMPLES))
 
 
+def rivals_of(study: OptimisationStudy, *front: np.ndarray) -> Rivals | None:
+    return Rivals.of(study, front, [tuple(statistics(values)) for values in front])
+
+
 MEANS = synthetic({f"{K}_mean": 1.0}, {f"{STE}_mean": 1.0})
 
 
@@ -44,7 +49,7 @@ def test_stages_grow_to_all_samples():
     assert stages(MEANS) == (128, 256, 512, 1000)
     few = replace(MEANS, robustness=Robustness(samples=FIRST, racing=True))
     assert stages(few) == (FIRST,)
-    assert Rivals.of(few, [np.ones((2, FIRST))]) is None
+    assert rivals_of(few, np.ones((2, FIRST))) is None
     assert stages(replace(MEANS, robustness=Robustness(samples=SAMPLES))) == (SAMPLES,)
 
 
@@ -61,7 +66,7 @@ def test_the_standard_error_is_that_of_the_difference(statistic, n):
         # random order: the first samples are a random draw of all
         order = rng.permutation(SAMPLES)
         mine, theirs = mine[:, order], theirs[:, order]
-        rivals = Rivals.of(study, [theirs])
+        rivals = rivals_of(study, theirs)
         D, s = rivals.difference(study.objectives[0], mine[:, :n])
         scores.append((D[0] - (compute(mine[0]) - compute(theirs[0]))) / s[0])
     # of 400 normal numbers the standard deviation is known to 3.5 %; skewed responses add as much
@@ -77,7 +82,7 @@ def test_a_design_of_the_front_is_not_stopped():
         rival = responses(rng, (1.0, 1.0))
         mine = responses(rng, (1.0, 2.0))
         mine[0] += rival[0].mean() - mine[0].mean()
-        rivals = Rivals.of(MEANS, [rival])
+        rivals = rivals_of(MEANS, rival)
         stopped += any(rivals.beating(mine[:, :n]) is not None for n in stages(MEANS)[:-1])
     assert stopped <= 1
 
@@ -85,7 +90,7 @@ def test_a_design_of_the_front_is_not_stopped():
 def test_a_design_that_is_clearly_beaten_stops_and_one_that_nearly_is_does_not():
     rng = np.random.default_rng(0)
     front = [responses(rng, (1.0, 3.0)), responses(rng, (2.0, 2.0)), responses(rng, (3.0, 1.0))]
-    rivals = Rivals.of(MEANS, front)
+    rivals = rivals_of(MEANS, *front)
     beaten = responses(rng, (2.2, 2.2))
     by = rivals.beating(beaten[:, :FIRST])
     assert by == 1
@@ -102,9 +107,9 @@ def test_the_maximum_is_a_bound():
         rng = np.random.default_rng(seed)
         rival, mine = responses(rng, (1.0, 1.0)), responses(rng, (1.0, 1.0))
         mine[0] *= 0.999 * rival[0].max() / mine[0].max()
-        assert Rivals.of(study, [rival]).beating(mine[:, :FIRST]) is None
+        assert rivals_of(study, rival).beating(mine[:, :FIRST]) is None
     mine[0] *= 1.2 * rival[0].max() / mine[0, :FIRST].max()
-    assert Rivals.of(study, [rival]).beating(mine[:, :FIRST]) == 0
+    assert rivals_of(study, rival).beating(mine[:, :FIRST]) == 0
 
 
 @pytest.mark.parametrize("names", [("mean", "mean"), ("std", "max")])
@@ -112,11 +117,11 @@ def test_what_a_stopped_design_is_taken_to_have_is_dominated(names):
     study = synthetic({f"{K}_{names[0]}": 1.0}, {f"{STE}_mean": 0.5, f"{STE}_{names[1]}": 0.5})
     rng = np.random.default_rng(2)
     rival, mine = responses(rng, (1.0, 1.0)), 2.0 * responses(rng, (1.0, 1.0))
-    rivals = Rivals.of(study, [rival])
+    rivals = rivals_of(study, rival)
     assert rivals.beating(mine[:, :FIRST]) == 0
     known, found, truth = (
         dict(zip(study.statistics, s, strict=True))
-        for s in (statistics(study, rival), rivals.estimate(mine[:, :FIRST], 0), statistics(study, mine))
+        for s in (statistics(rival), rivals.estimate(mine[:, :FIRST], 0), statistics(mine))
     )
     for objective in study.objectives:
         assert objective.value(found) > objective.value(known)

@@ -13,7 +13,8 @@ from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.geometry.material import Material
 from gearbench.library.garambois2017 import case, gear, table_2
-from gearbench.optimisation.constraints import constrained, judge, largest_pressure
+from gearbench.optimisation.constraints import constrained, judge
+from gearbench.optimisation.numbers import largest_pressure
 from gearbench.optimisation.study import Limit
 from gearbench.scene import Resolution
 from gearbench.solution import solve_scene

@@ -48,6 +48,8 @@ AT_PERCENT, A_DECADE, LEAST = (20, 6, 4), (2.5, 4, 3), (8, 3, 1)
 COARSER, LOWER = (0.5, 0.7), 2
 #: Error over the difference to the companion of single runs: order 1.3 in the segments.
 LEFT = 0.7
+#: The same of peak-to-peak values over that of other numbers: they end where the stiffness rises steeply, at births.
+PEAKS = 2.0
 #: Safe order of convergence of solid teeth in the number of functions along the height, as the root is singular, and
 #: the highest that is believed.
 SOLID_CONVERGENCE, FASTEST = 2.2, 3.5
@@ -253,6 +255,7 @@ class _Search(Generic[R]):
         """
         coarse = replace(at, n=_coarser(at.n, 0), g=_coarser(at.g, 1))
         rest = self.left * largest_errors(self(coarse), self(at))
+        rest[[name.endswith("peak_to_peak") for name in COVERED[: rest.size]]] *= PEAKS
         if not self.orders:
             return rest, 0.0, float(rest.max())
         lower = replace(coarse, order=max(0, at.order - LOWER))

@@ -63,6 +63,7 @@ def robust(
     from gearbench.results.netcdf import save
     from gearbench.robustness.montecarlo import SAMPLES
     from gearbench.robustness.run import robust as run
+    from gearbench.robustness.tightening import tighten_first
     from gearbench.scene_file import load_scene
 
     loaded = with_accuracy(load_scene(scene), accuracy)
@@ -82,13 +83,16 @@ def robust(
             written += draw_robust(each, at)
     if json:
         files = [str(path) for path in written]
-        summary.print_json(loaded, dataset, samples=done, complete=bool(dataset.attrs["complete"]), files=files)
+        answer = {"complete": bool(dataset.attrs["complete"]), "tighten_first": tighten_first(dataset), "files": files}
+        summary.print_json(loaded, dataset, samples=done, **answer)
     elif not quiet:
         if loaded.loads:
             summary.print_points(loaded, dataset)
         summary.print_table(f"{summary.pair_line(loaded)}, {done} samples", summary.result_rows(dataset))
         if "accuracy_settings" in dataset.attrs:
             say(summary.accuracy_line(dataset))
+        if advice := tighten_first(dataset):
+            say(advice)
         for line in (*summary.warnings(dataset), *(f"wrote {path}" for path in written)):
             say(line)
     if not dataset.attrs["complete"]:

@@ -78,7 +78,7 @@ def edge_softening(
     B, r = softness(angle), edge_distance(gear, roll)
     low, high = gear.form_radius, gear.tip_radius
     phi = flank_functions(count, np.hypot(gear.base_radius, roll), low, high)
-    held = np.einsum("...a,ab,...b->...", phi, held_by_polynomials(gear, count), phi)
+    held = np.sum(phi @ held_by_polynomials(gear, count) * phi, axis=-1)
     if gear.tip_rounding:
         # the strip lies on the rounding: the edge is as far away as it would be without
         return c * (-2 * B * np.log(np.maximum(r, 1e-6 * gear.tip_radius)) - held), np.zeros_like(r)

@@ -117,19 +117,20 @@ class FlankCompliance:
         """
         least = max(tolerance, self.rank_tolerance)
         if (pairs, least) not in self._between:
-            basis = self._felt(0.1 * least)
+            value, basis = self._felt(0.1 * least)
             k = basis.shape[1]
-            small = {d: basis.T @ self.block(d) @ basis for d in range(-pairs + 1, pairs)}
+            small = {d: basis.T @ self.block(d) @ basis for d in range(-pairs + 1, pairs)} | {0: np.diag(value)}
             matrix = np.block([[small[i - j] for j in range(pairs)] for i in range(pairs)])
             if not _is_positive(matrix):
                 matrix = gram(_positive_root(matrix, least))
             self._between[pairs, least] = basis, matrix.reshape(pairs, k, pairs, k)
         return self._between[pairs, least]
 
-    def _felt(self, tolerance: float) -> NDArray:
-        """Directions (p·q, rank) whose compliance is above ``tolerance`` of the greatest."""
+    def _felt(self, tolerance: float) -> tuple[NDArray, NDArray]:
+        """Compliances above ``tolerance`` of the greatest, (rank,), and their directions, (p·q, rank)."""
         value, vector = np.linalg.eigh(self.block(0))
-        return vector[:, value > tolerance * value[-1]]
+        felt = value > tolerance * value[-1]
+        return value[felt], vector[:, felt]
 
     @cached_property
     def _roots(self) -> dict[tuple[int, float], NDArray]:
@@ -151,7 +152,7 @@ class FlankCompliance:
 
         Without the directions that ``factor`` leaves out: C of a solid tooth of low order has negative ones.
         """
-        felt = self._felt(self.rank_tolerance)
+        _, felt = self._felt(self.rank_tolerance)
         block = felt.T @ self.block(d) @ felt
         return np.einsum("...a,ab,...b->...", self.shapes(x, y) @ felt, block, self.shapes(x0, y0) @ felt)
 
@@ -179,7 +180,12 @@ def _positive_root(matrix: NDArray, tolerance: float) -> NDArray:
 def flank_factor(flanks: Sequence[FlankCompliance], lines: ContactLines) -> NDArray:
     """Ψ of the flanks of pinion and wheel side by side, each by itself, (position, pair, segment, rank) [√(mm/N)]."""
     roots = [flank.root(1, NEGLIGIBLE)[0] for flank in flanks]
-    return np.concatenate(_on_lines(flanks, lines, roots), axis=-1)
+    factor = np.zeros((*lines.shape, sum(root.shape[1] for root in roots)))
+    column = 0
+    for values in _on_lines(flanks, lines, roots):
+        factor.swapaxes(0, 1)[lines.active.T, :, column : column + values.shape[2]] = values
+        column += values.shape[2]
+    return factor
 
 
 def flank_matrix(flanks: Sequence[FlankCompliance], lines: ContactLines) -> NDArray:
@@ -188,26 +194,43 @@ def flank_matrix(flanks: Sequence[FlankCompliance], lines: ContactLines) -> NDAr
     between = [flank.between(pairs, NEGLIGIBLE) for flank in flanks]
     H = np.zeros((positions, pairs, segments, pairs, segments))
     felt = _on_lines(flanks, lines, [basis for basis, _ in between])
+    number = np.cumsum(lines.active.T.ravel()).reshape(pairs, positions) - 1
     for i in range(pairs):
         for j in range(i + 1):
             both = np.flatnonzero(lines.active[:, i] & lines.active[:, j])
             if not both.size:
                 continue
+            mine, other = _run(number[i, both]), _run(number[j, both])
             block = sum(
-                (X[both, i] @ C[i, :, j]) @ np.swapaxes(X[both, j], 1, 2)
+                _times(X[mine], C[i, :, j]) @ np.swapaxes(X[other], 1, 2)
                 for X, (_, C) in zip(felt, between, strict=True)
             )
             H[both, i, :, j] = block
-            H[both, j, :, i] = np.swapaxes(block, 1, 2)
+            if i != j:
+                H[both, j, :, i] = np.swapaxes(block, 1, 2)
     return H.reshape(positions, pairs * segments, -1)
 
 
+def _times(X: NDArray, C: NDArray) -> NDArray:
+    """X C, (…, k); between the loads on a single tooth C is diagonal as a rule."""
+    diagonal = np.diagonal(C)
+    return X * diagonal if np.count_nonzero(C) == np.count_nonzero(diagonal) else X @ C
+
+
+def _run(rows: NDArray) -> slice | NDArray:
+    """Rows as a slice where they follow one another, so that nothing is copied."""
+    return slice(rows[0], rows[-1] + 1) if rows[-1] - rows[0] == rows.size - 1 else rows
+
+
 def _on_lines(flanks: Sequence[FlankCompliance], lines: ContactLines, bases: Sequence[NDArray]) -> list[NDArray]:
-    """Flank polynomials times the basis (p·q, k) of each gear, (position, pair, segment, k); zero where no line is."""
+    """Flank polynomials times the basis (p·q, k) of each gear on the lines that exist, (line, segment, k).
+
+    Lines of a pair follow one another.
+    """
+    there = lines.active.T
     result = []
     for role, radii, flank, basis in zip(Role, lines.radii, flanks, bases, strict=True):
-        values = np.zeros((*lines.shape, basis.shape[1]))
-        shapes = flank.shapes(radii[lines.active] - flank.gear.root_radius, lines.own_y(role)[lines.active])
-        values[lines.active] = (shapes.reshape(-1, len(basis)) @ basis).reshape(*shapes.shape[:-1], -1)
-        result.append(values)
+        height = radii.swapaxes(0, 1)[there] - flank.gear.root_radius
+        shapes = flank.shapes(height, lines.own_y(role).swapaxes(0, 1)[there])
+        result.append((shapes.reshape(-1, len(basis)) @ basis).reshape(*height.shape, -1))
     return result

@@ -9,21 +9,24 @@ docs/theory.md),
 
 The gear looks the same from every tooth: with waves e^{2πi m d/z} over the teeth d, the ring's harmonics n = m, m ± z,
 m ± 2z, … make up B(m), and each wave is solved by itself. Half-turn symmetry makes all these matrices real in the
-phases η = i^{k+j} (times i for u_θ, u_z) of the polynomials P_k(s) g_j(z).
+phases η = i^{k+j} (times i for u_θ, u_z) of the polynomials P_k(s) g_j(z); with a web out of the middle they are
+Hermitian.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.compliance.flank import FlankCompliance
-from gearbench.compliance.ring import Ring
+from gearbench.compliance.ring import Ring, all_harmonics
 from gearbench.compliance.solid_tooth import SolidTooth
+from gearbench.compliance.webbed_ring import ALONG, BEYOND, WebbedRing
+from gearbench.geometry.web import Web
 
 #: Greatest n ψ of the harmonics counted, ψ the half-angle of a root: the remainder falls like its square.
 FINEST = 30.0
@@ -39,12 +42,15 @@ class ToothedRing:
         The tooth; its flank polynomials are used.
     bore_radius
         Radius [mm] at which the body is held.
+    web
+        Rim, web and hub, seen as on a driving gear; None where the ring reaches down to the bore.
     order
         Number of functions along the radius of the ring; along the axis it has those of the tooth.
     """
 
     tooth: SolidTooth
     bore_radius: float
+    web: Web | None = None
     order: int = 6
 
     @property
@@ -78,27 +84,41 @@ class ToothedRing:
         return (1j ** (np.array([1, 0, 1])[:, None, None] + k + j)).ravel()
 
     @cached_property
-    def _waves(self) -> NDArray:
-        """Motion of the root of tooth 0 per unit force, for each wave m = 0 … z/2, in the phases η: (m, r, r) (R4)."""
-        gear = self.tooth.gear
-        across, axis = self.tooth.order[0], self.axis_order
-        z, psi, r = gear.teeth, self.root_half_angle, gear.root_radius
-        turns = math.ceil(FINEST / psi / z)
+    def ring(self) -> Ring | WebbedRing:
+        """The body without its teeth."""
+        gear, web, axis = self.tooth.gear, self.web, self.axis_order
         ring = Ring(
             inner_radius=self.bore_radius,
-            radius=r,
+            radius=gear.root_radius,
             width=gear.face_width,
             screw=math.tan(gear.beta) / gear.pitch_radius,
             E=self.tooth.E,
             nu=self.tooth.nu,
             order=(self.order, axis),
         )
+        if web is None:
+            return ring
+        rim = replace(ring, inner_radius=web.rim_radius, order=(ALONG, axis + BEYOND))
+        return WebbedRing(rim=rim, web=web, bore_radius=self.bore_radius, seen=axis)
+
+    @property
+    def _symmetric(self) -> bool:
+        """Whether both faces of the body are alike."""
+        return isinstance(self.ring, Ring) or self.ring.symmetric
+
+    @cached_property
+    def _waves(self) -> NDArray:
+        """Motion of the root of tooth 0 per unit force, for each wave m = 0 … z/2, in the phases η: (m, r, r) (R4)."""
+        gear = self.tooth.gear
+        across, axis = self.tooth.order[0], self.axis_order
+        z, psi = gear.teeth, self.root_half_angle
+        turns = math.ceil(FINEST / psi / z)
         m = np.arange(z // 2 + 1)
         n = m[:, None] + z * np.arange(-turns, turns + 1)
-        c = ring.all_harmonics(int(np.abs(n).max()))[np.abs(n)].reshape(*n.shape, 3, axis, 3, axis)
-        # of harmonic −n: the half-turn seen from the other side, where functions odd under it change sign
+        c = all_harmonics(self.ring.harmonics, int(np.abs(n).max()))[np.abs(n)].reshape(*n.shape, 3, axis, 3, axis)
+        # harmonic −n is the conjugate of n; in the phases of the functions their squares, ±1, are left of that
         odd = (-1.0) ** (np.array([1, 0, 1])[:, None] + np.arange(axis))
-        c = np.where(n[..., None, None, None, None] < 0, c * odd[:, :, None, None] * odd, c)
+        c = np.where(n[..., None, None, None, None] < 0, np.conj(c) * odd[:, :, None, None] * odd, c)
         bessel = _legendre_transform(across, n * psi)
         weighted = np.einsum("mnk,mnl->mnkl", bessel, bessel).reshape(*n.shape, -1)
         B = np.swapaxes(weighted, 1, 2) @ c.reshape(*n.shape, -1)
@@ -114,10 +134,11 @@ class ToothedRing:
 
     @property
     def _classes(self) -> list[NDArray]:
-        """Functions of the root (field, k, j) that see each other: without helix angle the two faces are alike."""
+        """Functions of the root (field, k, j) that see each other: faces alike and no helix angle make two classes."""
         field, _, j = np.indices((3, self.tooth.order[0], self.axis_order)).reshape(3, -1)
         odd = (j + (field == 2)) % 2
-        return [np.arange(odd.size)] if self.tooth.gear.beta else [np.flatnonzero(odd == k) for k in range(2)]
+        split = not self.tooth.gear.beta and self._symmetric
+        return [np.flatnonzero(odd == k) for k in range(2)] if split else [np.arange(odd.size)]
 
     def blocks(self, neighbours: int) -> NDArray:
         """Deflection [mm/N] of the flank of tooth d = −n … n due to the body, loads on tooth 0 (R7): (d, p·q, p·q)."""
@@ -130,7 +151,8 @@ class ToothedRing:
         turn = side[:, None] - side
         twice = np.where((m == 0) | (2 * m == z), 1.0, 2.0) / z
         angle = 2 * math.pi * np.outer(np.arange(neighbours + 1), m) / z
-        same, other = (np.tensordot(twice * f(angle), waves, 1) for f in (np.cos, np.sin))
+        cos, sin = (np.tensordot(twice * f(angle), waves, 1) for f in (np.cos, np.sin))
+        same, other = cos.real - sin.imag, sin.real + cos.imag
         found = phi @ np.where(turn == 0, same, turn * other) @ phi.T
         return np.concatenate([np.swapaxes(found[:0:-1], 1, 2), found])
 

@@ -17,6 +17,7 @@ at its inner end: still a Rayleigh–Ritz bound). Between the harmonics computed
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,6 +46,8 @@ class Ring:
         Young's modulus [N/mm²] and Poisson's ratio.
     order
         Numbers of functions along R and along z.
+    held
+        Whether it is held at r_i. If not, one more function along R, the first, is 1 there and 0 at r_o.
     """
 
     inner_radius: float
@@ -54,6 +57,7 @@ class Ring:
     E: float
     nu: float
     order: tuple[int, int]
+    held: bool = True
 
     def harmonics(self, n: NDArray) -> NDArray:
         """ĉ_n (harmonic, 3·q, 3·q) [mm²/N·1/mm]: amplitudes (U, V, W) × g_j/√b on the rim per unit traction × r_o⁻¹.
@@ -61,7 +65,7 @@ class Ring:
         (R3) of docs/theory.md.
         """
         n = np.asarray(n, dtype=float)
-        K, edge = self._stiffness(n)
+        K, edge = self.stiffness(n)
         count, (p, q) = len(n), self.order
         load = np.zeros((3, p, q, 3, q))
         for field in range(3):
@@ -80,23 +84,8 @@ class Ring:
         odd = (j + (field == 2)) % 2
         return [np.arange(odd.size)] if self.screw else [np.flatnonzero(odd == k) for k in range(2)]
 
-    def all_harmonics(self, most: int) -> NDArray:
-        """ĉ_n for n = 0 … ``most``, computed for some n and interpolated between them, (most + 1, 3·q, 3·q)."""
-        from scipy.interpolate import CubicSpline
-
-        some = sampled(most)
-        found = self.harmonics(some)
-        if len(some) == most + 1:
-            return found
-        result = np.empty((most + 1, *found.shape[1:]))
-        result[0] = found[0]
-        n = np.arange(1, most + 1)
-        smooth = CubicSpline(np.log(some[1:]), some[1:, None, None] * found[1:])
-        result[1:] = smooth(np.log(n)) / n[:, None, None]
-        return result
-
-    def _stiffness(self, n: NDArray) -> tuple[NDArray, NDArray]:
-        """K (harmonic, 3·p·q, 3·p·q) and the values of the functions of R on the rim (p,)."""
+    def stiffness(self, n: NDArray) -> tuple[NDArray, NDArray]:
+        """K (harmonic, 3·p·q, 3·p·q) and the values of the functions of R at r_o (p,); p + 1 of them if not held."""
         lam, mu = lame(self.E, self.nu)
         (M, M1, M2, X, X1, S), edge = self._along(n)
         B, A = self._axial(n)
@@ -117,19 +106,24 @@ class Ring:
             (0, 2): kron(lam * m * M1, B) + kron(mu * m * M1, BT),
             (1, 2): kron(-lam * (M1 + T), B) + kron(mu * X, BT),
         }
-        p, q = self.order
+        p, q = len(edge), self.order[1]
         K = np.empty((len(n), 3, p, q, 3, p, q))
         for (a, b), block in blocks.items():
             K[:, a, :, :, b] = block
             K[:, b, :, :, a] = block.transpose(0, 3, 4, 1, 2)
-        return K.reshape(len(n), 3 * p * q, -1), edge
+        return K.reshape(len(n), 3 * p * q, 3 * p * q), edge
 
     def _along(self, n: NDArray) -> tuple[tuple[NDArray, ...], NDArray]:
         """∫ ff R, ∫ ff, ∫ ff/R, ∫ ff′R, ∫ ff′, ∫ f′f′R dR over each harmonic's layer (R2), each (harmonic, p, p)."""
         p = self.order[0]
         w, weight = gauss(p + 8)
         f, df = height_functions(p, 1 - w)
-        layer = np.minimum(self.radius - self.inner_radius, LAYER * self.radius / np.maximum(n, 1e-9))[:, None]
+        edge, _ = height_functions(p, np.array(1.0))
+        layer = np.full((len(n), 1), self.radius - self.inner_radius)
+        if self.held:
+            layer = np.minimum(layer, LAYER * self.radius / np.maximum(n[:, None], 1e-9))
+        else:
+            f, df, edge = np.column_stack([w, f]), np.column_stack([-np.ones_like(w), df]), np.append(0.0, edge)
         # the solutions are powers of R: polynomials of ln R follow them down to bores of a twentieth of the rim
         span = -np.log1p(-layer / self.radius)
         R = self.radius * np.exp(-span * np.expm1(GRADING * w) / math.expm1(GRADING))
@@ -143,7 +137,6 @@ class Ring:
         df = df / slope[..., None]
         dR = weight * slope
         parts = (f, f, dR * R), (f, f, dR), (f, f, dR / R), (f, df, dR * R), (f, df, dR), (df, df, dR * R)
-        edge, _ = height_functions(p, np.array(1.0))
         return tuple(integral(*part) for part in parts), edge
 
     def _axial(self, n: NDArray) -> tuple[NDArray, NDArray]:
@@ -160,6 +153,22 @@ class Ring:
         B = (phase * (-1j * first - turn * np.eye(q))).real
         A = (phase * (second + turn**2 * np.eye(q) + 1j * turn * (first - first.T))).real
         return B, A
+
+
+def all_harmonics(harmonics: Callable[[NDArray], NDArray], most: int) -> NDArray:
+    """ĉ_n for n = 0 … ``most``, computed for some n and interpolated between them, (most + 1, 3·q, 3·q)."""
+    from scipy.interpolate import CubicSpline
+
+    some = sampled(most)
+    found = harmonics(some)
+    if len(some) == most + 1:
+        return found
+    result = np.empty((most + 1, *found.shape[1:]), dtype=found.dtype)
+    result[0] = found[0]
+    n = np.arange(1, most + 1)
+    smooth = CubicSpline(np.log(some[1:]), some[1:, None, None] * found[1:])
+    result[1:] = smooth(np.log(n)) / n[:, None, None]
+    return result
 
 
 def _transposed(matrices: NDArray) -> NDArray:

@@ -14,7 +14,7 @@ IDLE_STEPS = 8
 #: L − ln L where the law is continued by its tangent.
 TANGENT_LEVEL = TANGENT_FROM - math.log(TANGENT_FROM)
 #: Sums may be computed in any order, and so several terms at a time.
-_SUMS = {"contract", "nsz", "reassoc"}
+SUMS = {"contract", "nsz", "reassoc"}
 
 
 @njit(cache=True, error_model="numpy")
@@ -98,7 +98,7 @@ def complementarity(force, delta, gap, a, h, soft, active, factor, block, blocks
                     residual[i] = worst
 
 
-@njit(cache=True, error_model="numpy", fastmath=_SUMS)
+@njit(cache=True, error_model="numpy", fastmath=SUMS)
 def add_loaded(i, loaded, weight, factor, block, force, grad, hess, cross):
     """Add what the ``loaded`` segments contribute to gradient and Hessian, four of a block at a time."""
     rank, n = factor.shape[2], 0
@@ -132,7 +132,7 @@ def add_loaded(i, loaded, weight, factor, block, force, grad, hess, cross):
         n += 1
 
 
-@njit(cache=True, error_model="numpy", fastmath=_SUMS)
+@njit(cache=True, error_model="numpy", fastmath=SUMS)
 def derivatives(i, q, delta, gap, a, h, soft, active, factor, block, force, grad, hess, cross):
     """Fill forces, gradient and Hessian blocks of J; return ∂J/∂δ, ∂²J/∂δ² and J."""
     rank = q.shape[1]
@@ -164,7 +164,7 @@ def derivatives(i, q, delta, gap, a, h, soft, active, factor, block, force, grad
     return total, slope, value
 
 
-@njit(cache=True, error_model="numpy", fastmath=_SUMS)
+@njit(cache=True, error_model="numpy", fastmath=SUMS)
 def newton_direction(total, slope, grad, hess, cross, x, step_q):
     """Newton step of δ and ∂F/∂δ, by eliminating the amplitudes of each block (C6); fills the step of q.
 
@@ -230,12 +230,13 @@ def first_approach(i, gap, a, h, soft, active, factor):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def solve_position(i, gap, a, h, soft, active, factor, block, force, work, hess, limit, delta=-math.inf):
+def solve_position(i, gap, a, h, soft, active, factor, block, force, work, hess, limit, delta=-math.inf, enough=0.0):
     """Newton's method with line search on the convex J(q, δ) of position i.
 
     J = ½|q|² + Σ ∫P ds − δ. Fills force[i] and leaves the amplitudes in work[0]; returns δ, ∂F/∂δ and the number of
     steps, at most ``limit``. work, six arrays (block, rank), and hess (block, rank, rank) are scratch. A finite
-    ``delta`` is a first guess of δ, and work[0] then one of the amplitudes.
+    ``delta`` is a first guess of δ, and work[0] then one of the amplitudes. From a residual of ``enough`` on the last
+    step is taken, which squares it, and nothing evaluated after it.
     """
     q, trial, step_q, x, grad, cross = work
     if delta == -math.inf:
@@ -262,6 +263,11 @@ def solve_position(i, gap, a, h, soft, active, factor, block, force, work, hess,
         best = min(best, residual)
         if residual <= 1e-15 * size or stalled >= 2 or idle >= IDLE_STEPS or iteration >= limit:
             break
+        if residual <= enough * size and slope > 0.0:
+            for k in range(q.shape[0]):
+                for c in range(q.shape[1]):
+                    q[k, c] += step_q[k, c]
+            return delta + step_d, stiffness, iteration + 1
         descent = total * step_d
         for k in range(q.shape[0]):
             for c in range(q.shape[1]):

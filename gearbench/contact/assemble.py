@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 
@@ -15,16 +15,17 @@ from gearbench.contact.problem import (
     TRUNCATION,
     Along,
     ContactProblem,
-    gram,
     reduce_rank,
     stiffness_of_law,
     truncated_root,
 )
 from gearbench.contact.size import require_contact_memory
+from gearbench.contact.smooth import Smooth, smooth_compliance
 from gearbench.contact.solver import solve
-from gearbench.effects.base import ComplianceEffect, Dense, Effect, GapEffect, LineLaw, LowRank
+from gearbench.effects.base import ComplianceEffect, Effect, GapEffect, LineLaw
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, contact_lines
+from gearbench.geometry.pair import Pair
 from gearbench.geometry.separation import Separation, separation
 from gearbench.scene import Scene
 from gearbench.threads import single_threaded_blas
@@ -81,11 +82,7 @@ def _lines(
     pair, load = scene.pair, 0.0 if flanks is None else typical_load(scene)
     coast = scene.load.coast
     kinks, face = gap_kinks(scene, flanks)
-    trial = mirrored_phases(pair, TRIAL_PHASES)
-    sparse = contact_lines(pair, trial, TRIAL_SEGMENTS, kinks, face, coast=coast, separation=flanks, span=span)
-    sparse = replace(sparse, typical_load=load)
-    gap = np.where(sparse.active[..., None], total_gap(scene, sparse), 0.0)
-    parting = bool(np.ptp(gap, axis=2).max() > LEAST_VARIATION)
+    parting = _variation(pair, _gap_effects(scene), coast, tuple(kinks), tuple(face), flanks, span)[0] > LEAST_VARIATION
     lines = contact_lines(
         pair, mesh_phase, scene.resolution.segments, kinks, face,
         parting=parting, coast=coast, separation=flanks, span=span,
@@ -98,9 +95,29 @@ def conforming(scene: Scene) -> bool:
     if flank_separation(scene) is not None:
         return False
     kinks, face = gap_kinks(scene, None)
-    phase = mirrored_phases(scene.pair, TRIAL_PHASES)
-    lines = contact_lines(scene.pair, phase, TRIAL_SEGMENTS, kinks, face, coast=scene.load.coast)
-    return bool(np.ptp(total_gap(scene, lines)[lines.active], axis=None) <= LEAST_VARIATION)
+    variation = _variation(scene.pair, _gap_effects(scene), scene.load.coast, tuple(kinks), tuple(face), None, None)
+    return variation[1] <= LEAST_VARIATION
+
+
+def _gap_effects(scene: Scene) -> tuple[GapEffect, ...]:
+    return tuple(effect for effect in scene.acting_effects if isinstance(effect, GapEffect))
+
+
+@lru_cache(maxsize=32)
+def _variation(
+    pair: Pair,
+    effects: tuple[GapEffect, ...],
+    coast: bool,
+    kinks: tuple[float, ...],
+    face_kinks: tuple[float, ...],
+    flanks: Separation | None,
+    span: tuple[float, float] | None,
+) -> tuple[float, float]:
+    """By how much the gap varies along a line at most, and over all of them [mm], looked at on a few sparse ones."""
+    phase = mirrored_phases(pair, TRIAL_PHASES)
+    lines = contact_lines(pair, phase, TRIAL_SEGMENTS, kinks, face_kinks, coast=coast, separation=flanks, span=span)
+    gap = _sum_of_gaps(effects, lines)[lines.active]
+    return float(np.ptp(gap, axis=1).max(initial=0.0)), float(np.ptp(gap, axis=None)) if gap.size else 0.0
 
 
 def gap_kinks(scene: Scene, flanks: Separation | None) -> tuple[list[float], list[float]]:
@@ -159,10 +176,14 @@ def total_gap(scene: Scene, lines: ContactLines, effects: Sequence[Effect] | Non
 
     Of other ``effects`` than those that act in the scene, where given.
     """
+    return _sum_of_gaps(scene.acting_effects if effects is None else effects, lines)
+
+
+def _sum_of_gaps(effects: Iterable[Effect], lines: ContactLines) -> NDArray:
     total = np.zeros(lines.shape)
-    for effect in scene.acting_effects if effects is None else effects:
+    for effect in effects:
         # modifications of the profiles alone are part of a separation
-        if isinstance(effect, GapEffect) and not (lines.touch and effect.modifications(scene.pair)):
+        if isinstance(effect, GapEffect) and not (lines.touch and effect.modifications(lines.pair)):
             total += effect.gap(lines) / lines.lever
     return total
 
@@ -197,20 +218,20 @@ def assemble(
     gap, soft = gap_and_variation(scene, lines, acting)
     at, rows = lines.uncut(nodes or smooth_nodes(lines)) if lines.cells else (lines, None)
     adding = [effect for effect in acting if isinstance(effect, ComplianceEffect)]
-    parts = [effect.compliance(at, beside) for effect in adding]
-    laws = [effect for effect, part in zip(adding, parts, strict=True) if isinstance(part, LineLaw)]
+    compliance, laws = smooth_compliance(adding, at, beside)
     if rows is None:
-        return _problem(scene, lines, parts, gap, soft, truncation)
+        return _problem(scene, lines, compliance, laws, gap, soft, truncation)
     if not laws:
         # compliance alone determines the loads: it must be known on every segment
-        parts = [effect.compliance(lines, beside) for effect in adding]
-        return _problem(scene, lines, parts, gap, np.zeros(lines.shape), truncation)
+        compliance, laws = smooth_compliance(adding, lines, beside)
+        return _problem(scene, lines, compliance, laws, gap, np.zeros(lines.shape), truncation)
     none = np.zeros(at.shape)
-    smooth = _problem(scene, at, parts, none, none, truncation)
-    own = [effect.compliance(lines, beside) for effect in laws]
-    problem = _problem(scene, lines, own, gap, soft, truncation, smooth.length_scale)
+    smooth = _problem(scene, at, compliance, laws, none, none, truncation)
+    own = replace(compliance, factor=np.zeros((*lines.shape, 0)), matrix=None)
+    laws = [part for effect in own.laws if isinstance(part := effect.compliance(lines, beside), LineLaw)]
+    problem = _problem(scene, lines, own, laws, gap, soft, truncation, smooth.length_scale)
     factor = smooth.factor.reshape(*at.shape, -1)
-    along = Along(scene=scene, effects=tuple(acting), lines=lines, factor=factor, rows=rows, laws=tuple(laws))
+    along = Along(scene=scene, effects=tuple(acting), lines=lines, factor=factor, rows=rows, laws=own.laws)
     # the load on a cell is spread: Ψ is its mean, by Simpson's rule
     factor = np.array([1, 4, 1]) / 6 @ rows @ factor
     return replace(
@@ -238,46 +259,39 @@ def smooth_nodes(lines: ContactLines) -> int:
 def _problem(
     scene: Scene,
     lines: ContactLines,
-    parts: list[LowRank | Dense | LineLaw],
+    smooth: Smooth,
+    laws: list[LineLaw],
     gap: NDArray,
     soft: NDArray,
     truncation: float,
     unit: float | None = None,
 ) -> ContactProblem:
-    """The problem with compliances at the nodes of ``lines``; ``unit`` of displacement [mm], where it is given.
-
-    ``parts`` is emptied: the matrix of all pairs is as large as the sum that it goes into and as its root.
-    """
-    smooth = [part for part in parts if not isinstance(part, LineLaw)]
-    laws = [part for part in parts if isinstance(part, LineLaw)]
-    own = [part for part in smooth if isinstance(part, LowRank) and not part.coupled]
-    coupled = not laws or len(own) < len(smooth)
-    factor = np.zeros((*lines.shape, 0)) if coupled else _own_factor(own, lines)
-    matrix = _shared_compliance(smooth, lines) if coupled else np.empty(0)
-    parts.clear()
-    del smooth, own
+    """The problem with compliances at the nodes of ``lines``; ``unit`` of displacement [mm], where it is given."""
+    factor, matrix = smooth.factor, smooth.matrix
     none = np.zeros(lines.shape)
     a, h = sum((law.a for law in laws), none), sum((law.h for law in laws), none)
-    if unit is None:
-        unit = _typical_compression(a, h, scene) if laws else _even_deflection(matrix, lines) * scene.F_bn
+    if unit is None and matrix is not None and not laws:
+        unit = _even_deflection(matrix, lines) * scene.F_bn
+    elif unit is None:
+        unit = _typical_compression(a, h, scene)
     if lines.touch is not None:
         factor, matrix, a, h = _by_lever(lines.touch.levers[0], factor, matrix, a, h)
-    problem = scale_problem(lines, gap, factor, a, h, soft, scene.F_bn, unit, coupled=coupled)
-    if coupled:
-        matrix *= problem.force / problem.length_scale
+    problem = scale_problem(lines, gap, factor, a, h, soft, scene.F_bn, unit, coupled=matrix is not None)
+    if matrix is not None:
+        matrix = matrix * (problem.force / problem.length_scale)
         return replace(problem, factor=truncated_root(matrix, stiffness_of_law(problem), truncation))
     # a tooth of high order has more amplitudes than a contact line has segments
     return problem if factor.shape[-1] <= lines.shape[2] else reduce_rank(problem, truncation)
 
 
 def _by_lever(
-    w: NDArray, factor: NDArray, matrix: NDArray, a: NDArray, h: NDArray
-) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+    w: NDArray, factor: NDArray, matrix: NDArray | None, a: NDArray, h: NDArray
+) -> tuple[NDArray, NDArray | None, NDArray, NDArray]:
     """Ψ, H, a and h in moments about the pinion's axis over its base radius in place of forces, P̃ = w P (T5).
 
     With compressions s = w (δ − e) the equations keep their form, and their symmetry.
     """
-    if matrix.size:
+    if matrix is not None:
         flat = w.reshape(len(w), -1)
         matrix = matrix / (flat[:, :, None] * flat[:, None, :])
     return factor / w[..., None], matrix, (a + h * np.log(w)) / w**2, h / w**2
@@ -340,36 +354,3 @@ def scale_problem(
         length_scale=scale,
         shape=lines.shape,
     )
-
-
-def _own_factor(parts: Sequence[LowRank], lines: ContactLines) -> NDArray:
-    """Ψ of the sum of compliances that each pair has by itself, (position, pair, segment, rank)."""
-    return np.concatenate([np.zeros((*lines.shape, 0)), *(part.factor for part in parts)], axis=-1)
-
-
-def _shared_compliance(parts: Sequence[LowRank | Dense], lines: ContactLines) -> NDArray:
-    """H of the sum of compliances through which pairs move each other, (position, n, n); zero where no line is."""
-    positions, pairs, segments = lines.shape
-    H = np.zeros((positions, pairs, segments, pairs, segments))
-    whole = H.reshape(positions, pairs * segments, -1)
-    position, pair = np.nonzero(lines.active)
-    for part in parts:
-        if isinstance(part, Dense):
-            whole += part.matrix if part.positive else _without_negative(part.matrix, lines)
-        elif part.coupled:
-            factor = part.factor.reshape(*whole.shape[:2], -1)
-            for pattern in np.unique(lines.active, axis=0):  # of lines that exist, so that the others cost nothing
-                alike, rows = np.all(lines.active == pattern, axis=1), np.repeat(pattern, segments)
-                whole[np.ix_(alike, rows, rows)] += gram(factor[np.ix_(alike, rows)])
-        else:
-            H[position, pair, :, pair] += gram(part.factor[position, pair])
-    active = np.repeat(lines.active, segments, axis=1)
-    whole *= active[:, :, None] & active[:, None, :]
-    return whole
-
-
-def _without_negative(matrix: NDArray, lines: ContactLines) -> NDArray:
-    """A dense compliance on the lines that exist, (position, n, n), less its negative part."""
-    active = np.repeat(lines.active, lines.shape[2], axis=1)
-    value, vector = np.linalg.eigh(np.where(active[:, :, None] & active[:, None, :], matrix, 0.0))
-    return gram(vector * np.sqrt(np.maximum(value, 0.0))[:, None, :])

@@ -15,13 +15,15 @@ from numpy.typing import NDArray
 
 from gearbench.contact.assemble import scale_problem, total_gap
 from gearbench.contact.problem import Along, ContactProblem, ContactSolution
-from gearbench.contact.solver import Guess, newton, solve
+from gearbench.contact.solver import Guess, law_forces, solve, solve_roughly
 from gearbench.effects.base import LineLaw
 from gearbench.geometry.action import SHORTEST, ContactLines
 from gearbench.geometry.quadrature import gauss, interpolation
 
 #: How often the ends of patches are found: each time the error of what follows from them is squared.
 ROUNDS = 2
+#: Residual at which the solution on cells takes its last step: their ends of patches are known to 1e-2 only.
+ON_CELLS = 3e-4
 
 
 def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> ContactSolution:
@@ -35,15 +37,20 @@ def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> Contac
         If a residual stays above 1e-9.
     """
     guess = guess or Guess.nothing(problem)
-    before = solution = solve(problem, guess)
     if problem.along is None:
-        return solution
+        return solve(problem, guess)
+    coarse = solve_roughly(problem, guess, ON_CELLS)
     gap, last = _gaps(problem.along), Guess(q=guess.q.copy(), delta=guess.delta.copy())
-    for _ in range(ROUNDS):
-        y, width = _nodes(problem, _compression(problem, last, gap))
-        before, solution = solution, solve(_on_nodes(problem, y, width), last)
-    coarse = {"coarse_approach": before.approach, "coarse_stiffness": before.stiffness}
-    return replace(solution, **coarse, force=_forces(problem, last, solution))
+
+    def on_patches() -> ContactProblem:
+        return _on_nodes(problem, *_nodes(problem, _compression(problem, last, gap)))
+
+    for _ in range(ROUNDS - 1):
+        coarse = solve_roughly(on_patches(), last)
+    solution = solve(on_patches(), last)
+    return replace(
+        solution, coarse_approach=coarse[0], coarse_stiffness=coarse[1], force=_forces(problem, last, solution)
+    )
 
 
 def _nodes(problem: ContactProblem, s: NDArray) -> tuple[NDArray, NDArray]:
@@ -183,7 +190,7 @@ def _on_nodes(problem: ContactProblem, y: NDArray, width: NDArray) -> ContactPro
 
 def _forces(problem: ContactProblem, guess: Guess, solution: ContactSolution) -> NDArray:
     """Forces on the cells of ``problem`` by the ``solution`` on its patches, that are in equilibrium too."""
-    force = newton(problem, 0, guess)[0].reshape(problem.shape)
+    force = law_forces(problem, guess.delta, guess.q).reshape(problem.shape)
     own = solution.force.sum(axis=2)
     total = force.sum(axis=2)
     return force * np.where(total > 0, own / np.where(total > 0, total, 1.0), 0.0)[..., None]

@@ -18,6 +18,10 @@ RESIDUAL_LIMIT = 1e-9
 POLISH_LIMIT = 1e-10
 #: Newton steps after which a position is given up.
 MAX_STEPS = 200
+#: Amplitudes shared by all segments, per segment, from which their forces are the better unknowns: 1/DENSE.
+DENSE = 2.0
+#: Residual at which a rough solution takes its last step, which squares it.
+ROUGH = 1e-6
 
 
 class ConvergenceError(GearbenchError):
@@ -60,10 +64,8 @@ def solve(problem: ContactProblem, guess: Guess | None = None) -> ContactSolutio
     ConvergenceError
         If a residual stays above 1e-9.
     """
-    # from the smallest gap on: gaps of a million deflections would otherwise leave no digits to the deflection
-    least = np.min(np.where(problem.active, problem.gap, np.inf), axis=1)
-    p = replace(problem, gap=problem.gap - least[:, None])
-    if p.a.any() or p.h.any():
+    least, p = _from_smallest(problem)
+    if _has_law(p):
         guess = guess or Guess.nothing(p)
         guess.delta[:] -= least
         force, delta, stiffness, steps = newton(p, guess=guess)
@@ -92,29 +94,77 @@ def solve(problem: ContactProblem, guess: Guess | None = None) -> ContactSolutio
     )
 
 
+def solve_roughly(problem: ContactProblem, guess: Guess, enough: float = ROUGH) -> tuple[NDArray, NDArray]:
+    """Approach δ_n [mm] and ∂F_bn/∂δ_n [N/mm], (position,), to ``enough`` and better where there is a contact law.
+
+    ``guess`` holds the solution afterwards. Nothing is proven about it: it is where others begin.
+    """
+    least, p = _from_smallest(problem)
+    if not _has_law(p):
+        solution = solve(problem, guess)
+        return solution.approach, solution.stiffness
+    guess.delta[:] -= least
+    _, delta, stiffness, _ = newton(p, guess=guess, enough=enough)
+    guess.delta[:] = delta + least
+    return p.length_scale * guess.delta, p.force / p.length_scale * stiffness
+
+
+def _has_law(problem: ContactProblem) -> bool:
+    return bool(problem.a.any() or problem.h.any())
+
+
+def _from_smallest(problem: ContactProblem) -> tuple[NDArray, ContactProblem]:
+    """The smallest gap of each position, and the problem without it.
+
+    Gaps of a million deflections would otherwise leave no digits to the deflection.
+    """
+    least = np.min(np.where(problem.active, problem.gap, np.inf), axis=1)
+    return least, replace(problem, gap=problem.gap - least[:, None])
+
+
 def newton(
-    p: ContactProblem, limit: int = MAX_STEPS, guess: Guess | None = None
+    p: ContactProblem, limit: int = MAX_STEPS, guess: Guess | None = None, enough: float = 0.0
 ) -> tuple[NDArray, NDArray, NDArray, NDArray]:
     """Forces (position, segment), δ, ∂F/∂δ and the numbers of steps, dimensionless, after at most ``limit`` steps.
 
-    The smallest gap of each position must be zero. The amplitudes of ``guess`` become those of the solution.
+    The smallest gap of each position must be zero. The amplitudes of ``guess`` become those of the solution. From a
+    residual of ``enough`` on one last step is taken, whose forces are those of the law linearised.
     """
+    from gearbench.contact._force_kernels import solve_coupled
     from gearbench.contact._kernels import solve_position
 
     count = len(p.gap)
     force, steps = np.zeros_like(p.gap), np.zeros(count, dtype=np.int64)
     delta, stiffness = np.empty(count), np.empty(count)
+    guess = guess or Guess.nothing(p)
+    if p.blocks == 1 and DENSE * p.factor.shape[2] > p.active.sum() / count:
+        delta[:] = guess.delta
+        solve_coupled(
+            p.gap, p.a, p.h, p.soft, p.active, p.factor, guess.q[:, 0], delta, enough, limit, force, stiffness, steps
+        )
+        return force, delta, stiffness, steps
     block = np.ascontiguousarray(np.broadcast_to(p.block, p.gap.shape))
     work, hess = scratch(p.blocks, p.factor.shape[2])
-    guess = guess or Guess.nothing(p)
     # a loop in Python: a compiled one would save a quarter of a millisecond and cost most of a second of compilation
     for i in range(count):
         work[0][:] = guess.q[i]
         delta[i], stiffness[i], steps[i] = solve_position(
-            i, p.gap, p.a, p.h, p.soft, p.active, p.factor, block, force, work, hess, limit, guess.delta[i]
+            i, p.gap, p.a, p.h, p.soft, p.active, p.factor, block, force, work, hess, limit, guess.delta[i], enough
         )
         guess.q[i] = work[0]
     return force, delta, stiffness, steps
+
+
+def law_forces(problem: ContactProblem, delta: NDArray, q: NDArray) -> NDArray:
+    """Forces (position, segment) of the contact law under δ (position,) and amplitudes (position, block, rank)."""
+    from gearbench.contact._force_kernels import forces
+
+    p, force = problem, np.zeros_like(problem.gap)
+    z = (p.factor[..., None, :] @ q[:, p.block][..., None])[..., 0, 0] - delta[:, None]
+    own, slope = np.empty((2, np.count_nonzero(p.active)))
+    forces(z[p.active], 0.0, p.gap[p.active], (p.a[p.active], p.h[p.active], p.soft[p.active]), own, slope)
+    force[p.active] = own
+    return force
 
 
 def _residual(p: ContactProblem, force: NDArray, delta: NDArray) -> NDArray:

@@ -20,7 +20,7 @@ from gearbench.contact.assemble import assemble, conforming, flank_separation, g
 from gearbench.contact.patches import compression
 from gearbench.contact.phases import gauss_phases, mirrored_phases, uniform_phases
 from gearbench.contact.problem import ContactProblem, part_of
-from gearbench.contact.solver import Guess, solve
+from gearbench.contact.solver import Guess, solve_roughly
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.scene import Resolution, Scene
@@ -33,6 +33,8 @@ GAUSS_POINTS = 5
 COARSE_PHASES, COARSE_SEGMENTS, COARSE_NODES, COARSE_TRUNCATION = 24, 12, 0.7, 1e-3
 #: Phases near the birth of a patch that it is found from.
 POINTS = 4
+#: Distances [mesh cycles] from a birth at which it is looked for once more, and once more, and segments there.
+NEAR, FINE_SEGMENTS = (3e-3, 1e-4), 40
 #: Changes closer than this are one, by rank, and panels wider are split [mesh cycles].
 CLOSE, WIDEST = (1e-3, 0.02), 0.25
 
@@ -51,7 +53,8 @@ def loaded_phases(scene: Scene) -> tuple[NDArray, NDArray, int | None]:
         raise InputError("resolution.accuracy", scene.resolution.accuracy, "is for simulate and robust")
     size = scene.resolution.gauss_points or GAUSS_POINTS
     widest = WIDEST if scene.pair.meshing.overlap_ratio else 1.0
-    return *gauss_phases(panel_ends(transitions(replace(scene, resolution=Resolution())), widest), size), size
+    changes = transitions(replace(scene, resolution=Resolution()), exact=size > GAUSS_POINTS)
+    return *gauss_phases(panel_ends(changes, widest), size), size
 
 
 def panel_ends(changes: Iterable[tuple[float, int]], widest: float = 1.0) -> list[float]:
@@ -67,10 +70,11 @@ def panel_ends(changes: Iterable[tuple[float, int]], widest: float = 1.0) -> lis
 
 @lru_cache(maxsize=64)
 @single_threaded_blas()
-def transitions(scene: Scene) -> list[tuple[float, int]]:
+def transitions(scene: Scene, *, exact: bool = False) -> list[tuple[float, int]]:
     """Phases at which the contact changes under load, with ranks: 0 where a pair takes or leaves its load, 1 otherwise.
 
-    Where flanks touch all along their lines at every phase these are known beforehand.
+    Where flanks touch all along their lines at every phase these are known beforehand. ``exact``: the phases at which
+    a pair takes or leaves its load are found once more, on finer lines close to them.
     """
     meshing = scene.pair.meshing
     if conforming(scene):
@@ -84,7 +88,7 @@ def transitions(scene: Scene) -> list[tuple[float, int]]:
     nodes = round(COARSE_NODES * smooth_nodes(lines))
     problem = assemble(coarse, lines, truncation=COARSE_TRUNCATION, nodes=nodes)
     guess = Guess.nothing(problem)
-    solve(problem, guess)
+    solve_roughly(problem, guess)
     s = compression(problem, lines, guess)
     s = s.reshape(*s.shape[:2], -1)
     on_line = np.stack([s.max(axis=2), s[..., 0], s[..., -1]])  # the greatest, and those at both ends
@@ -92,6 +96,7 @@ def transitions(scene: Scene) -> list[tuple[float, int]]:
     x = (lines.index[:, None] + phase).ravel()
     changes = [(at % 1.0 % 1.0, rank) for at, rank in _known(scene, x, on_line)]
     births = _births(problem, lines, x, _sign_changes(on_line[0]))
+    births = _located(scene, births) if exact else births
     changes += [(at % 1.0 % 1.0, 0) for at in births]
     if scene.pair.meshing.overlap_ratio or lines.cells:
         changes += [(_root(x, curve, i) % 1.0 % 1.0, 1) for curve in on_line[1:] for i in _sign_changes(curve)]
@@ -108,15 +113,38 @@ def _births(problem: ContactProblem, lines: ContactLines, x: NDArray, at: NDArra
         return []
     count, active = len(lines.mesh_phase), lines.active.T.ravel()
     near = [np.array(sorted(np.flatnonzero(active), key=lambda j, i=i: abs(j - i - 0.5))[:POINTS]) for i in at]
-    pair, position = np.divmod(np.concatenate(near), count)
+    margins = _margins(problem, lines, *np.divmod(np.concatenate(near), count))
+    margin = np.split(margins, np.cumsum([len(each) for each in near])[:-1])
+    return [_zero(x[j], m, float(x[i]), float(x[i + 1])) for j, m, i in zip(near, margin, at, strict=True)]
+
+
+def _margins(problem: ContactProblem, lines: ContactLines, pair: NDArray, position: NDArray) -> NDArray:
+    """By how much each ``pair`` at its ``position`` would be pressed, at most, by gears that it does not carry."""
     part = part_of(problem, position)
     alone = part.active.copy().reshape(part.shape)
     alone[np.arange(len(pair)), pair] = False
     guess = Guess.nothing(part)
-    solve(replace(part, active=alone.reshape(part.active.shape)), guess)
+    solve_roughly(replace(part, active=alone.reshape(part.active.shape)), guess)
     s = compression(part, lines.part(position), guess)[np.arange(len(pair)), pair]
-    margin = np.split(s.reshape(len(s), -1).max(axis=1), np.cumsum([len(each) for each in near])[:-1])
-    return [_zero(x[j], m, float(x[i]), float(x[i + 1])) for j, m, i in zip(near, margin, at, strict=True)]
+    return s.reshape(len(s), -1).max(axis=1)
+
+
+def _located(scene: Scene, births: list[float]) -> list[float]:
+    """The x of births once more, from solutions close to them on finer lines."""
+    for reach in NEAR:
+        if not births:
+            break
+        x = (np.array(births)[:, None] + reach * np.array([-1.0, 0.0, 1.0])).ravel()
+        lines = scene_lines(replace(scene, resolution=Resolution(positions=len(x), segments=FINE_SEGMENTS)), x % 1.0)
+        problem = assemble(scene, lines)
+        number = np.floor(x).astype(int) - lines.index[0]
+        there = np.all(lines.active[np.arange(len(x)), number].reshape(-1, 3), axis=1).tolist()
+        margins = _margins(problem, lines, number, np.arange(len(x))).reshape(-1, 3)
+        births = [
+            _zero(at, margin, at[1] - 3 * reach, at[1] + 3 * reach) if on_lines else float(at[1])
+            for at, margin, on_lines in zip(x.reshape(-1, 3), margins, there, strict=True)
+        ]
+    return births
 
 
 def _zero(x: NDArray, values: NDArray, low: float, high: float) -> float:

@@ -62,9 +62,15 @@ def sample_cycles(
         raise InputError("effects", "no manufacturing_errors", "scatter needs [effects.manufacturing_errors]")
     lines, pair = cycle.lines, cycle.scene.pair
     positions, pairs, segments = lines.shape
-    gaps = (errors.modes(lines) / np.expand_dims(lines.lever, -1)).reshape(positions, pairs * segments, -1)
+    if errors.centre_distance is not None:
+        raise InputError(
+            "effects.manufacturing_errors.centre_distance", "given", "is for robust: here axes keep theirs"
+        )
+    expansion = errors.expansion(lines, {effect.name: effect for effect in cycle.scene.flank_effects})
+    gaps = (expansion.modes / np.expand_dims(lines.lever, -1)).reshape(positions, pairs * segments, -1)
     batch = prepare(assemble(cycle.scene, lines, cycle.effects), gaps)
-    drawn = errors.draw(unit_samples(sampler, samples, gaps.shape[-1], seed), pair) - errors.mean(pair)
+    unit = unit_samples(sampler, samples, len(expansion.mean), seed)
+    drawn = expansion.amounts(errors.draw(unit, pair))
     cos_b, rows = math.cos(pair.meshing.beta_b), cycle.rows(2 * harmonics)
     stiffness, error = [], []
     for solution in on_threads(lambda chunk: solve_one_chunk(batch, chunk), chunks(drawn), threads):

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import Dense, Effects, LowRank, ToothCompliance, refuse_foreign_keys
-from gearbench.effects.teeth import require_bores, ring_flank, tooth_among
+from gearbench.effects.teeth import own_web, require_bores, ring_flank, tooth_among
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
@@ -20,6 +20,8 @@ from gearbench.schema import STRICT
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class GearBody(ToothCompliance):
     """Elastic gear bodies, held at their bores, below the teeth. Needs ``bore_diameter`` of both gears.
+
+    They are as wide as the face, or a rim on a web (``rim_thickness`` and ``web_thickness`` of the gear).
 
     Beside a tooth of finite elements the body is of finite elements too, and has no keys of its own.
 
@@ -49,7 +51,7 @@ class GearBody(ToothCompliance):
 
     def check(self, pair: Pair, beside: Effects) -> None:
         """Refuse gears without bore, for the closed form gears outside its range, keys that finite elements ignore."""
-        bores = require_bores(pair)
+        bores, webs = require_bores(pair), [own_web(pair, role, False) for role in Role]
         if _meshed(beside) and self != GearBody():
             key, value = ("coupled", False) if self.model == "ring" else ("model", self.model)
             raise InputError(key, value, "belongs to a plate or solid tooth: finite elements mesh the whole body")
@@ -57,6 +59,8 @@ class GearBody(ToothCompliance):
         if order and order[0] < 2 and self.model == "ring":
             raise InputError("", f"effects.tooth_bending.order = {list(order)}", "a ring needs 2 across the thickness")
         if self.model == "sainsot_velex":
+            if any(web is not None for web in webs):
+                raise InputError("model", self.model, 'knows no webs (rim_thickness): take model = "ring"')
             from gearbench.compliance.sainsot_velex import shape_factors
 
             for name, gear, bore in zip(("pinion", "wheel"), pair.gears, bores, strict=True):
@@ -72,7 +76,7 @@ class GearBody(ToothCompliance):
         from gearbench.compliance.flank import flank_factor, flank_matrix
 
         neighbours = lines.shape[1] - 1 if self.coupled else 0
-        flanks = [ring_flank(lines.pair, role, _joint_order(beside), neighbours) for role in Role]
+        flanks = [ring_flank(lines.pair, role, _joint_order(beside), neighbours, lines.coast) for role in Role]
         if self.coupled:
             return Dense(matrix=flank_matrix(flanks, lines), positive=True)
         return LowRank(factor=flank_factor(flanks, lines))

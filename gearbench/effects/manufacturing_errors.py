@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass as plain_dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -17,7 +17,9 @@ from gearbench.effects import error_modes
 from gearbench.effects.base import Effects, GapEffect
 from gearbench.effects.distributions import DISTRIBUTIONS, Distribution
 from gearbench.effects.error_modes import Along, Range
+from gearbench.effects.expansion import Expansion, Part
 from gearbench.effects.relief import MICROMETRE, Gears, chosen
+from gearbench.effects.varied import Eccentricity, RunOut, Scatter, Variable, VariedKey
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, pair_indices
 from gearbench.geometry.pair import Pair
@@ -55,6 +57,8 @@ class ErrorKind:
         "gear": the same on all teeth of a gear. "tooth": each tooth its own. Axes are the same for all.
     sign
         −1 turns the shape round: material in excess where it was missing (a hollow instead of a barrel).
+    cost
+        What one class finer of this tolerance costs beside the others; ``robust`` says which to tighten first.
     """
 
     distribution: Distribution = "uniform"
@@ -63,11 +67,18 @@ class ErrorKind:
     gear: Gears = "both"
     drawn: Literal["gear", "tooth"] = "gear"
     sign: Literal[-1, 1] = 1
+    cost: Annotated[float, Field(gt=0.0, le=1e6)] = 1.0
+
+
+IsoClass = Annotated[int, Field(ge=0, le=12)]
 
 
 @plain_dataclass(frozen=True)
 class ErrorMode:
-    """One random variable of the pair: name, amplitude [µm], distribution, sign, shape, gear and tooth (None: all)."""
+    """One random variable of the pair: name, amplitude [µm], distribution, sign, shape, gear and tooth (None: all).
+
+    And what one class finer of its tolerance costs.
+    """
 
     name: str
     amplitude: float
@@ -76,6 +87,7 @@ class ErrorMode:
     shape: Callable[..., NDArray]
     gear: Role
     tooth: int | None
+    cost: float
 
     def gap(self, lines: ContactLines, along: Along, span: Range) -> NDArray:
         """Gap of 1 µm of the error, (position, pair, segment) [mm]."""
@@ -93,7 +105,15 @@ _SHAPES: MappingProxyType[str, Callable[..., NDArray]] = MappingProxyType(
         "deviation": error_modes.deviation,
     }
 )
+_CLASSES = ("iso_class", "pinion_iso_class", "wheel_iso_class")
 _OF_AXES = ("inclination", "deviation")
+#: Run-out and wobble: how the wave lies over the face.
+_REVOLVING: MappingProxyType[str, Any] = MappingProxyType({"run_out": "even", "wobble": "tilting"})
+#: Pairs at whose centre distances samples are solved: classes of equal probability.
+DISTANCES = 16
+
+
+_OTHERS = (*_REVOLVING, "varied", "centre_distance", "tooth_thickness")
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -109,7 +129,9 @@ class ManufacturingErrors(GapEffect):
         A published convention, instead of everything below.
     iso_class, edition, rounded
         Where amplitudes come from unless given: class and edition of ISO 1328-1, unrounded by default. Parallelism of
-        the axes by ISO/TR 10064-3 over the face width.
+        the axes by ISO/TR 10064-3 over the face width, from the larger helix tolerance of the two gears.
+    pinion_iso_class, wheel_iso_class
+        Class of one gear, in place of ``iso_class``.
     along
         Whether profile errors are linear and parabolic in "roll" length or in the "radius".
     profile_range
@@ -119,10 +141,20 @@ class ManufacturingErrors(GapEffect):
         f_Hα, f_fα, f_Hβ, f_fβ of each gear.
     inclination, deviation
         f_Σδ, f_Σβ of the axes.
+    run_out, wobble
+        F_r of each gear, and its phase: a wave of order 1 (F7), even or tilting over the face.
+    varied
+        Numbers of other effects that scatter, one table for each.
+    centre_distance
+        Of the pair: samples are solved on pairs of 16 centre distances, each as probable.
+    tooth_thickness
+        Of each gear: with the centre distance it makes the backlash of each sample.
     """
 
     preset: Literal["garambois2017"] | None = None
-    iso_class: Annotated[int, Field(ge=0, le=12)] | None = None
+    iso_class: IsoClass | None = None
+    pinion_iso_class: IsoClass | None = None
+    wheel_iso_class: IsoClass | None = None
     edition: Edition = "2013"
     rounded: bool = False
     along: Along = "roll"
@@ -133,6 +165,11 @@ class ManufacturingErrors(GapEffect):
     helix_form: ErrorKind | None = None
     inclination: ErrorKind | None = None
     deviation: ErrorKind | None = None
+    run_out: RunOut | None = None
+    wobble: RunOut | None = None
+    varied: Annotated[tuple[VariedKey, ...], Field(max_length=100)] = ()
+    centre_distance: Scatter | None = None
+    tooth_thickness: Scatter | None = None
 
     of_flank: ClassVar[bool] = False
     name: ClassVar[str] = "manufacturing_errors"
@@ -143,20 +180,37 @@ class ManufacturingErrors(GapEffect):
 
     def __post_init__(self) -> None:
         kinds = [name for name in _SHAPES if getattr(self, name) is not None]
+        others = [name for name in _OTHERS if getattr(self, name)]
         if self.preset is not None:
-            if kinds or self.iso_class is not None:
-                clash = kinds[0] if kinds else "iso_class"
+            classes = [name for name in _CLASSES if getattr(self, name) is not None]
+            if clashes := [*kinds, *others, *classes]:
+                clash = clashes[0]
                 raise InputError(clash, "given", f'conflicts with preset = "{self.preset}": give one of the two')
             return
-        if not kinds:
-            raise InputError("", "no kind of error", f"give preset, or at least one table of {', '.join(_SHAPES)}")
+        if not kinds and not others:
+            every = ", ".join((*_SHAPES, *_OTHERS))
+            raise InputError("", "no kind of error", f"give preset, or at least one table of {every}")
+        keys = [each.key for each in self.varied]
+        for key in keys:
+            if keys.count(key) > 1:
+                raise InputError("varied", key, "given twice: each key at most once")
         for name in kinds:
-            if getattr(self, name).amplitude is None and self.iso_class is None:
+            if getattr(self, name).amplitude is None and None in map(self.class_of, Role):
                 raise InputError(f"{name}.amplitude", "missing", "is required where iso_class is not given")
 
+    def class_of(self, role: Role) -> int | None:
+        """ISO class of a gear."""
+        own = (self.pinion_iso_class, self.wheel_iso_class)[role]
+        return self.iso_class if own is None else own
+
     def check(self, pair: Pair, beside: Effects) -> None:
-        """Refuse a class or gears outside the scope of the standard."""
-        self.error_modes(pair)
+        """Refuse a class or gears outside the scope of the standard, and numbers that cannot scatter so."""
+        self.variables(pair)
+        for i, each in enumerate(self.varied):
+            try:
+                each.check(pair, beside)
+            except InputError as error:
+                raise error.within(f"varied.{i}") from None
 
     def convention(self) -> ManufacturingErrors:
         """The errors meant: the preset written out, or these."""
@@ -180,7 +234,8 @@ class ManufacturingErrors(GapEffect):
                 teeth = (None,) if kind.drawn == "gear" or name in _OF_AXES else tuple(pair_indices(pair).tolist())
                 for tooth in teeth:
                     full = label if tooth is None else f"{label}_tooth{tooth:+d}"
-                    modes.append(ErrorMode(full, amplitude, kind.distribution, kind.sign, shape, gear, tooth))
+                    shown = (kind.distribution, kind.sign, shape, gear, tooth, kind.cost)
+                    modes.append(ErrorMode(full, amplitude, *shown))
         return tuple(modes)
 
     def class_amplitude(self, tolerance: str, pair: Pair, role: Role) -> float:
@@ -191,31 +246,88 @@ class ManufacturingErrors(GapEffect):
         return getattr(shaft_parallelism(largest, pair.meshing.face_width), tolerance)
 
     def _flank(self, pair: Pair, role: Role) -> FlankTolerances:
-        return gear_tolerances(pair.gears[role], self.iso_class or 0, self.edition, self.rounded)
+        return gear_tolerances(pair.gears[role], self.class_of(role) or 0, self.edition, self.rounded)
 
     def modes(self, lines: ContactLines) -> NDArray:
         """Gap of 1 µm of each error, (position, pair, segment, error) [mm]."""
         return np.stack([self._gap(mode, lines) for mode in self.error_modes(lines.pair)], axis=-1)
 
+    def _revolving(self) -> tuple[Eccentricity, ...]:
+        """Run-out and wobble of each gear that has them."""
+        found = []
+        for name, over_face in _REVOLVING.items():
+            if (kind := getattr(self, name)) is not None:
+                for gear in chosen(kind.gear):
+                    found.append(Eccentricity(name, gear, kind.amplitude, kind.distribution, over_face))
+        return tuple(found)
+
+    def _of_sizes(self, pair: Pair) -> tuple[Variable, ...]:
+        """Centre distance and tooth thickness."""
+        found = []
+        if self.centre_distance is not None:
+            ends = (pair.centre_distance_lower, pair.centre_distance_upper)
+            found.append(self.centre_distance.variable("centre_distance", ends))
+        if self.tooth_thickness is not None:
+            for role, member in zip(Role, pair.members, strict=True):
+                ends = (0.0, 0.0) if member.thickness is None else (member.thickness.lower, member.thickness.upper)
+                found.append(self.tooth_thickness.variable(f"tooth_thickness_{role.label}", ends))
+        return tuple(found)
+
+    def variables(self, pair: Pair) -> tuple[ErrorMode | Variable, ...]:
+        """All random variables of the pair, in a fixed order: those of ``error_modes``, then the others."""
+        revolving = (variable for each in self._revolving() for variable in each.variables)
+        varied = (Variable(each.key, each.amplitude, each.distribution) for each in self.varied)
+        return (*self.error_modes(pair), *revolving, *varied, *self._of_sizes(pair))
+
     def mean(self, pair: Pair) -> NDArray:
-        """Mean of each error, (error,) [µm]."""
-        return np.array([m.amplitude * DISTRIBUTIONS[m.distribution].mean for m in self.error_modes(pair)])
+        """Mean of each error, (error,) [µm]; of numbers of other effects, and sizes, the mean deviation, 0."""
+        return np.array([v.amplitude * DISTRIBUTIONS[v.distribution].mean for v in self.variables(pair)])
 
     def draw(self, unit: NDArray, pair: Pair) -> NDArray:
-        """Errors [µm], (sample, error), from numbers in (0, 1) of the same shape."""
-        modes = self.error_modes(pair)
-        columns = [m.amplitude * DISTRIBUTIONS[m.distribution].quantile(unit[:, i]) for i, m in enumerate(modes)]
+        """Errors [µm, or the unit of the key], (sample, error), from numbers in (0, 1) of the same shape."""
+        columns = []
+        for i, v in enumerate(self.variables(pair)):
+            drawn = unit[:, i]
+            if v.name == "centre_distance":
+                drawn = (np.floor(drawn * DISTANCES) + 0.5) / DISTANCES
+            columns.append(v.amplitude * DISTRIBUTIONS[v.distribution].quantile(drawn))
         return np.stack(columns, axis=-1)
+
+    def expansion(self, lines: ContactLines, beside: Effects) -> Expansion:
+        """Gaps of samples on ``lines``, beside the effects of the flank that is loaded."""
+        classic, parts = len(self.error_modes(lines.pair)), []
+        if classic:
+            parts.append(Part(columns=slice(0, classic), modes=self.modes(lines), amounts=lambda values: values))
+        at = classic
+        for each in self._revolving():
+            parts.append(Part(columns=slice(at, at + 2), modes=each.modes(lines), amounts=each.amounts))
+            at += 2
+        for key in self.varied:
+            modes = key.modes(lines, beside)
+            share = partial(_amounts, key, modes.shape[-1])
+            parts.append(Part(columns=slice(at, at + 1), modes=modes, amounts=share))
+            at += 1
+        if not parts:
+            none = np.zeros((*lines.shape, 1))
+            parts.append(Part(columns=slice(0, 1), modes=none, amounts=np.zeros_like))
+        return Expansion(parts=tuple(parts), mean=self.mean(lines.pair))
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap with every error at its mean, (position, pair, segment) [mm]."""
-        drawn = zip(self.error_modes(lines.pair), self.mean(lines.pair), strict=True)
-        return sum((mean * self._gap(mode, lines) for mode, mean in drawn if mean), np.zeros(lines.shape))
+        drawn = zip(self.error_modes(lines.pair), self.mean(lines.pair), strict=False)
+        total = sum((mean * self._gap(mode, lines) for mode, mean in drawn if mean), np.zeros(lines.shape))
+        for each in self._revolving():
+            total = total + each.modes(lines)[..., 0] * each.amplitude * DISTRIBUTIONS[each.distribution].mean
+        return total
 
     def _gap(self, mode: ErrorMode, lines: ContactLines) -> NDArray:
         """Gap of 1 µm of the error, (position, pair, segment) [mm]."""
         this = self.convention()
         return mode.gap(lines, this.along, this.profile_range)
+
+
+def _amounts(key: VariedKey, modes: int, values: NDArray) -> NDArray:
+    return key.amounts(values[:, 0], modes)
 
 
 #: Conventions by name. "garambois2017" is the one found by ``studies/s01_table2``.

@@ -15,6 +15,7 @@ from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
+from gearbench.geometry.web import Web, make_web
 
 if TYPE_CHECKING:
     from fem_reference.section import Body
@@ -90,17 +91,23 @@ def solid_tooth(pair: Pair, role: Role, order: tuple[int, int, int] | None, root
 
 
 @lru_cache(maxsize=256)
-def toothed_ring(pair: Pair, role: Role, order: tuple[int, int, int] | None) -> ToothedRing:
-    """Body of pinion (k = 0) or wheel (k = 1) as a ring, with solid teeth."""
+def toothed_ring(pair: Pair, role: Role, order: tuple[int, int, int] | None, coast: bool = False) -> ToothedRing:
+    """Body of pinion (k = 0) or wheel (k = 1) as a ring, or rim, web and hub, with solid teeth."""
     from gearbench.compliance.gear_body import ToothedRing
 
-    return ToothedRing(tooth=solid_tooth(pair, role, order, True), bore_radius=require_bores(pair)[role] / 2)
+    tooth, bore = solid_tooth(pair, role, order, True), require_bores(pair)[role] / 2
+    return ToothedRing(tooth=tooth, bore_radius=bore, web=own_web(pair, role, coast))
 
 
 @lru_cache(maxsize=256)
-def ring_flank(pair: Pair, role: Role, order: tuple[int, int, int] | None, neighbours: int) -> FlankCompliance:
+def ring_flank(
+    pair: Pair, role: Role, order: tuple[int, int, int] | None, neighbours: int, coast: bool = False
+) -> FlankCompliance:
     """Compliance that the body of pinion (k = 0) or wheel (k = 1) adds, see ``ToothedRing.flank``."""
-    return toothed_ring(pair, role, order).flank(neighbours)
+    # faces that are alike look alike from the coast flanks
+    web = own_web(pair, role, False)
+    coast = coast and web is not None and web != web.mirrored(pair.gears[role].face_width)
+    return toothed_ring(pair, role, order, coast).flank(neighbours)
 
 
 @lru_cache(maxsize=64)
@@ -117,7 +124,7 @@ def forget_fast_teeth() -> None:
         kept.cache_clear()
 
 
-def meshed_body(pair: Pair, role: Role, *, on_body: bool) -> Body:
+def meshed_body(pair: Pair, role: Role, *, on_body: bool, coast: bool = False) -> Body:
     """Part of pinion (k = 0) or wheel (k = 1) that is meshed: a clamped tooth, or the gear on its bore.
 
     Plain meshes (``fem_reference.mesh_family``) have teeth on a sector only: those in contact at a time, and one more
@@ -130,7 +137,24 @@ def meshed_body(pair: Pair, role: Role, *, on_body: bool) -> Body:
         return Body(gear=gear)
     wanted = 3 + 2 * int(np.ceil((pair.meshing.transverse_contact_ratio + pair.meshing.overlap_ratio) / 2))
     most = gear.teeth - 2 - (gear.teeth + 1) % 2
-    return Body(gear=gear, bore_radius=require_bores(pair)[role] / 2, teeth=min(wanted, most))
+    web = own_web(pair, role, coast)
+    return Body(gear=gear, bore_radius=require_bores(pair)[role] / 2, web=web, teeth=min(wanted, most))
+
+
+def own_web(pair: Pair, role: Role, coast: bool) -> Web | None:
+    """Web of pinion (k = 0) or wheel (k = 1), seen as on a driving gear; None where the body is as wide as the face.
+
+    A driven gear is seen in a mirror, and so are the ``coast`` flanks.
+    """
+    member, gear = pair.members[role], pair.gears[role]
+    if member.rim_thickness is None or member.web_thickness is None:
+        return None
+    bore = require_bores(pair)[role]
+    try:
+        web = make_web(gear, bore, member.rim_thickness, member.web_thickness, member.web_offset, member.hub_diameter)
+    except InputError as error:
+        raise InputError("", f"pair.{role.label}.{error.key} = {error.value:.6g}", error.allowed) from None
+    return web.mirrored(gear.face_width) if (role == Role.WHEEL) != coast else web
 
 
 def require_bores(pair: Pair) -> tuple[float, float]:

@@ -123,7 +123,7 @@ class ToothBending(Tooth):
             return self.both_teeth(lines, beside)
         from gearbench.compliance.flank import flank_factor, flank_matrix
 
-        flanks = [self.flank(lines.pair, role, beside) for role in Role]
+        flanks = [self.flank(lines.pair, role, beside, lines.coast) for role in Role]
         if self.meshed and _on_body(beside):
             return Dense(matrix=flank_matrix(flanks, lines), positive=True)
         return LowRank(factor=flank_factor(flanks, lines))
@@ -138,18 +138,22 @@ class ToothBending(Tooth):
             return factor
         return factor * normal_component(gear, height + gear.root_radius)[..., None]
 
-    def flank(self, pair: Pair, role: Role, beside: Effects) -> FlankCompliance:
-        """Compliance of the flank of pinion (k = 0) or wheel (k = 1), as a solid or by finite elements."""
+    def flank(self, pair: Pair, role: Role, beside: Effects, coast: bool = False) -> FlankCompliance:
+        """Compliance of the flank of pinion (k = 0) or wheel (k = 1), as a solid or by finite elements.
+
+        ``coast``: of its coast flank, which differs where a web lies out of the middle.
+        """
         if self.model == "solid":
             rooted = getattr(beside.get("gear_body"), "model", None) == "ring"
             return solid_tooth(pair, role, self.solid_order, rooted).flank
         return replace(
-            meshed_flank(self.body(pair, role, beside), pair.materials[role], self.accuracy), driven=role == Role.WHEEL
+            meshed_flank(self.body(pair, role, beside, coast), pair.materials[role], self.accuracy),
+            driven=role == Role.WHEEL,
         )
 
-    def body(self, pair: Pair, role: Role, beside: Effects) -> Body:
-        """Part of pinion (k = 0) or wheel (k = 1) that finite elements mesh."""
-        return meshed_body(pair, role, on_body=_on_body(beside))
+    def body(self, pair: Pair, role: Role, beside: Effects, coast: bool = False) -> Body:
+        """Part of pinion (k = 0) or wheel (k = 1) that finite elements mesh, seen from the flank that is loaded."""
+        return meshed_body(pair, role, on_body=_on_body(beside), coast=coast)
 
 
 def tooth_bending(effects: Effects, model: str) -> ToothBending | None:

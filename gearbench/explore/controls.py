@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -37,12 +38,13 @@ def positions(scene: Scene) -> dict[str, dict[str, Any]]:
     """Where the sliders stand for a scene: range, step and value; one that cannot be changed does not move."""
     settings = Settings.of(scene)
     height = min(gear.tooth_height for gear in scene.pair.gears)
-    torque = round_up(scene.load.torque)
+    torque = math.copysign(round_up(abs(scene.load.torque)), scene.load.torque)
     ends = {
         "crowning": (min(0.0, 2 * settings.crowning), max(15.0, 2 * settings.crowning)),
         "relief_amount": (0.0, max(15.0, 2 * settings.relief_amount)),
         "relief_length": (0.0, max(0.6 * height, settings.relief_length)),
-        "torque": (0.05 * torque, 3 * torque),
+        # never through 0, where neither flank carries
+        "torque": tuple(sorted((0.05 * torque, 3 * torque))),
     }
     found: dict[str, dict[str, Any]] = {
         name: {"start": start, "end": end, "step": (end - start) / 150, "value": getattr(settings, name)}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from typing import Any
 
 from bokeh.document import Document, without_document_lock
@@ -29,17 +30,23 @@ class Conversation:
         The source that the browser fills, and the one that it shows.
     answers
         From the data of a question to answers.
+    rest
+        Time without a newer question after which the second answer is begun [s]: once begun it would hold up the first
+        answer to the next question of a slider that moves.
     """
 
     def __init__(
-        self, document: Document, question: ColumnDataSource, answer: ColumnDataSource, answers: Answers
-    ) -> None:
+        self, document: Document, question: ColumnDataSource, answer: ColumnDataSource, answers: Answers, *,
+        rest: float = 0.0,
+    ) -> None:  # fmt: skip
         self._document, self._question, self._answer, self._answers = document, question, answer, answers
+        self._rest, self._newer = rest, asyncio.Event()
         self._wanted, self._running = False, False
         question.on_change("data", self._asked)
 
     def _asked(self, _attr: str, _old: Any, _new: Any) -> None:
         self._wanted = True
+        self._newer.set()
         if not self._running:
             self._running = True
             work: Any = self._work
@@ -50,11 +57,15 @@ class Conversation:
         """Compute until nothing newer is wanted."""
         while self._wanted:
             self._wanted = False
-            answers = self._answers(self._question.data)
+            self._newer.clear()
+            answers, rest = self._answers(self._question.data), self._rest
             while not self._wanted and (found := await asyncio.to_thread(next, answers, None)) is not None:
                 shown = asyncio.Event()
                 self._document.add_next_tick_callback(lambda found=found, shown=shown: self._show(found, shown))
                 await shown.wait()
+                with suppress(TimeoutError):
+                    await asyncio.wait_for(self._newer.wait(), rest)
+                rest = 0.0
         self._running = False
 
     def _show(self, found: dict[str, Any], shown: asyncio.Event) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from bokeh.models import ColorBar, ColumnDataSource, LinearColorMapper, Slider, Span
@@ -10,8 +11,10 @@ from gearbench.explore.gear_data import Tables
 from gearbench.explore.look import BEFORE, HEIGHT, INK, NOW, PALETTE, chart, fitted, fixed, from_zero
 from gearbench.explore.scripts import script
 
-#: Parts of the stored gear drawn beside the changed one.
-COMPARED = ("ste", "stiffness", "ste_orders", "stiffness_orders", "ste_density", "stiffness_density")
+#: Parts of the stored gear shown beside the changed one.
+COMPARED = ("ste", "stiffness", "ste_orders", "stiffness_orders", "ste_density", "stiffness_density", "numbers")
+#: Curves of gears kept beside, laid over those of the gear.
+OVERLAID = ("ste", "stiffness")
 
 
 class GearPanel:
@@ -26,6 +29,8 @@ class GearPanel:
     def __init__(self, now: Tables) -> None:
         self.now = {name: ColumnDataSource(table, name=f"now {name}") for name, table in now.items()}
         self.before = {name: ColumnDataSource(now[name], name=f"before {name}") for name in COMPARED}
+        empty = {"xs": [], "ys": [], "fluctuations": [], "colour": [], "label": []}
+        self.kept = {name: ColumnDataSource(dict(empty), name=f"kept {name}") for name in OVERLAID}
         self.phase = Slider(start=0, end=1, value=0, step=0.01, title="mesh phase τ", width=250, name="phase")
         #: Scripts to run once the page is there.
         self.ready: list[Any] = []
@@ -46,10 +51,22 @@ class GearPanel:
         lower = {"pressure": self.pressure, "teeth": self.teeth}
         return upper | lower | {"ste_density": self.ste_density, "stiffness_density": self.stiffness_density}
 
+    def compare(self, heads: Sequence[str], most: int, beside: Sequence[dict[str, Any]] = ()) -> dict[str, Any]:
+        """Arguments of ``js/compare.js``, which fills the table of numbers and draws the curves of gears kept beside.
+
+        ``heads`` names the columns before and now, or now alone; at most ``most`` gears are kept.
+        """
+        return {
+            "now": self.now, "before": self.before, "sources": self.kept, "heads": list(heads), "most": most,
+            "beside": list(beside), "colours": [*PALETTE[2:], *PALETTE[:2]],
+            "curves": [line.glyph for name in OVERLAID for line in self.figures[name].renderers],
+        }  # fmt: skip
+
     def _curve(self, name: str, title: str, label: str, colour: str) -> Any:
         plot = chart(title, "mesh phase τ [mesh periods]", label, height=HEIGHT, x_range=fixed(0, 2))
         plot.line("phase", "value", source=self.before[name], color=BEFORE, line_dash="dashed", line_width=1.5)
         plot.line("phase", "value", source=self.now[name], color=colour, line_width=2.2)
+        plot.multi_line("xs", "ys", source=self.kept[name], color="colour", line_width=1.6)
         mark = Span(location=0, dimension="height", line_color=INK, line_dash="dotted", line_alpha=0.6)
         self.phase.js_link("value", mark, "location")
         plot.add_layout(mark)

@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 import json
-from html import escape
 from typing import Any
 
 import numpy as np
 
 from gearbench.explore.model import Cycle, Picture, density
 from gearbench.explore.tooth_shapes import mesh
+from gearbench.results.provenance import support
 
 #: Tables of columns by the name of their source.
 Tables = dict[str, dict[str, Any]]
+#: Mesh orders among the numbers, and over torque.
+ORDERS = (1, 2, 3)
 
 
 def tables(picture: Picture, *, teeth: bool = True) -> Tables:
     """All columns of one picture; numbers as 4-byte floats, because they are drawn only.
 
-    Without ``teeth`` those of the tooth shapes are left out, which sliders do not change; those of a scatter that is
-    not computed yet are, too.
+    Without ``teeth`` those of the tooth shapes are left out, which sliders do not change; so is a scatter that is not
+    computed yet.
     """
     pair = picture.scene.pair
     ste, k = picture.transmission_error, picture.mesh_stiffness
@@ -37,7 +39,7 @@ def tables(picture: Picture, *, teeth: bool = True) -> Tables:
         "dh": [picture.pressure_range[1] - picture.pressure_range[0]],
         "top": [float(np.nanquantile(picture.pressure, 0.99))],
     }
-    scatter = {} if picture.unfinished else densities(picture)
+    scatter = numbers(picture) if picture.unfinished else densities(picture)
     shapes = _teeth(picture) if teeth else {}
     return {
         **_short(found),
@@ -49,13 +51,15 @@ def tables(picture: Picture, *, teeth: bool = True) -> Tables:
 
 
 def densities(picture: Picture) -> Tables:
-    """Columns of the scatter alone; empty where there is none."""
+    """Columns of the scatter, empty where there is none, and the numbers."""
     if picture.scatter is None:
-        return _short({f"{name}_density": {"value": [], "density": []} for name in ("ste", "stiffness")})
+        empty = _short({f"{name}_density": {"value": [], "density": []} for name in ("ste", "stiffness")})
+        return {**empty, **numbers(picture)}
     scatter = {"ste": picture.scatter.transmission_error, "stiffness": picture.scatter.mesh_stiffness}
-    return _short(
-        {f"{name}_density": dict(zip(("value", "density"), density(v), strict=True)) for name, v in scatter.items()}
-    )
+    drawn: Tables = {
+        f"{name}_density": dict(zip(("value", "density"), density(v), strict=True)) for name, v in scatter.items()
+    }
+    return {**_short(drawn), **numbers(picture)}
 
 
 def _short(found: Tables) -> Tables:
@@ -98,35 +102,38 @@ def _teeth(picture: Picture) -> Tables:
     }
 
 
-def summary(name: str, *pictures: Picture) -> str:
-    """A table as HTML: the gear as stored, and with the settings of the page where a second picture is given."""
-    pair = pictures[-1].scene.pair
-    z = f"{pair.pinion.teeth}/{pair.wheel.teeth}"
-    head = f"z {z}, m_n {pair.normal_module:g} mm, β {pair.helix_angle:g}°, b {pair.meshing.face_width:g} mm"
-    ratios = f"ε_α {pair.meshing.transverse_contact_ratio:.3f}, ε_β {pair.meshing.overlap_ratio:.3f}"
+def numbers(picture: Picture) -> Tables:
+    """Numbers of a picture by label, as text."""
+    ste, k, pair = picture.transmission_error, picture.mesh_stiffness, picture.scene.pair
     rows = [
-        ("RMS δ [µm]", *(f"{p.transmission_error.rms:.3f}" for p in pictures)),
-        ("peak-to-peak δ [µm]", *(f"{p.transmission_error.peak_to_peak:.3f}" for p in pictures)),
-        ("mean k [N/µm]", *(f"{p.mesh_stiffness.mean:.1f}" for p in pictures)),
-        ("RMS k [%]", *(f"{p.mesh_stiffness.rms:.2f}" for p in pictures)),
-        ("RMS δ, errors [µm]", *(_scatter(p, "transmission_error") for p in pictures)),
-        ("RMS k, errors [%]", *(_scatter(p, "mesh_stiffness") for p in pictures)),
+        ("peak-to-peak STE [µm]", f"{ste.peak_to_peak:.3f}"),
+        ("RMS STE [µm]", f"{ste.rms:.3f}"),
+        *((f"order {n} of STE [µm]", f"{ste.amplitude[n - 1]:.3f}") for n in ORDERS),
+        ("mean STE [µm]", f"{ste.mean:.2f}"),
+        ("mean stiffness k [N/µm]", f"{k.mean:.1f}"),
+        ("RMS of k [%]", f"{k.rms:.2f}"),
+        ("greatest contact pressure [MPa]", f"{np.nanmax(picture.pressure):.0f}"),
+        ("teeth z", f"{pair.pinion.teeth}/{pair.wheel.teeth}"),
+        ("m_n [mm], β [°], b [mm]", f"{pair.normal_module:g}, {pair.helix_angle:g}, {pair.meshing.face_width:g}"),
+        (
+            "contact ratios ε_α, ε_β",
+            f"{pair.meshing.transverse_contact_ratio:.3f}, {pair.meshing.overlap_ratio:.3f}",
+        ),
+        ("working pressure angle α_wt [°]", f"{np.degrees(pair.meshing.alpha_wt):.3f}"),
+        ("backlash j_wt [mm]", f"{pair.actual_backlash:.4f}"),
+        ("torque on the pinion [N·m]", f"{picture.scene.load.torque:g}"),
+        ("teeth stand on", support(picture.scene).replace("_", " ")),
     ]
-    heads = ("", "stored", "now")[: len(pictures) + 1]
-    lines = [_row("th", heads), *(_row("td", row) for row in rows)]
-    table = f"<table style='border-spacing:6px 1px;margin-left:-6px'>{''.join(lines)}</table>"
-    return f"<b>{escape(name)}</b><br>{head}<br>{ratios}{table}"
-
-
-def _row(tag: str, cells: tuple[str, ...]) -> str:
-    first, *rest = cells
-    right = "".join(f"<{tag} style='text-align:right'>{cell}</{tag}>" for cell in rest)
-    return f"<tr><{tag} style='text-align:left'>{first}</{tag}>{right}</tr>"
+    if picture.scatter is not None or picture.unfinished:
+        rows.append(("RMS STE over the errors [µm]", _scatter(picture, "transmission_error")))
+        rows.append(("RMS of k over the errors [%]", _scatter(picture, "mesh_stiffness")))
+    labels, values = zip(*rows, strict=True)
+    return {"numbers": {"label": list(labels), "value": list(values)}}
 
 
 def _scatter(picture: Picture, which: str) -> str:
     """Mean ± standard deviation over the error samples."""
     if picture.scatter is None:
-        return "…" if picture.unfinished else "–"
+        return "…"
     values = getattr(picture.scatter, which)
-    return f"{values.mean():.2f} ± {values.std(ddof=1):.2f}"
+    return f"{values.mean():.3f} ± {values.std(ddof=1):.3f}"

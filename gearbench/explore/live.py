@@ -13,7 +13,7 @@ from gearbench.errors import GearbenchError, InputError
 from gearbench.explore.catalogue import Catalogue
 from gearbench.explore.controls import positions, settings_of, sliders
 from gearbench.explore.conversation import Conversation
-from gearbench.explore.gear_data import densities, summary, tables
+from gearbench.explore.gear_data import densities, tables
 from gearbench.explore.model import Picture, outline, picture, scattered
 from gearbench.explore.page import Page, answer_data, knee
 from gearbench.explore.scripts import script
@@ -38,7 +38,7 @@ class Session:
         self.slow = False
         before = self._keep(first, self._finished(*outline(catalogue.scene(first))))
         question = ColumnDataSource({"design": [first], "settings": [None]}, name="question")
-        self._page = Page(catalogue, first, tables(before), summary(catalogue.name(first), before, before))
+        self._page = Page(catalogue, first, tables(before))
         moved = sliders(catalogue.scene(first))
         self._page.listen(moved)
         ask = script("ask", question=question, answer=self._page.answer, pick=self._page.pick, sliders=moved)
@@ -79,27 +79,27 @@ class Session:
         yield self._as_stored(now, name, positions(scene))
         if now.unfinished:
             now = self._keep(design, self._finished(now, solved))
-            yield answer_data(densities(now), densities(now), summary(name, now, now))
+            yield answer_data(densities(now), densities(now), name)
 
     @staticmethod
     def _as_stored(picture: Picture, name: str, controls: dict[str, Any]) -> dict[str, Any]:
         shown = tables(picture)
-        return answer_data(shown, shown, summary(name, picture, picture), controls=controls)
+        return answer_data(shown, shown, name, controls=controls)
 
     def _moved(self, design: int, values: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
         scene, name = self._catalogue.scene(design), self._catalogue.name(design)
         before = self._stored.get(design) or self._keep(design, picture(scene))
         changed = settings_of(scene, values).applied(scene)
         if changed == scene:
-            yield answer_data(tables(before, teeth=False), None, summary(name, before, before))
+            yield answer_data(tables(before, teeth=False), None, name)
             return
         now, solved = outline(changed)
         if not (self.slow and now.unfinished):
             now = self._finished(now, solved)
-        yield answer_data(tables(now, teeth=False), None, summary(name, before, now))
+        yield answer_data(tables(now, teeth=False), None, name)
         if now.unfinished:
             now = self._finished(now, solved)
-            yield answer_data(densities(now), None, summary(name, before, now))
+            yield answer_data(densities(now), None, name)
 
     def _finished(self, quick: Picture, solved: Solved) -> Picture:
         """With the scatter; how long that takes says whether the next answer waits for it."""

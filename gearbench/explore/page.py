@@ -19,6 +19,9 @@ from gearbench.explore.gear_data import Tables
 from gearbench.explore.look import PALETTE, SIDE, colour
 from gearbench.explore.scripts import script, text_of
 
+#: Picks kept beside the one that is shown, at most.
+MOST = 3
+
 
 class Page:
     """The parts of the page, wired; the answer to a pick is added by the caller.
@@ -31,18 +34,18 @@ class Page:
         The designs.
     first
         The design picked at the beginning.
-    tables, text
-        Its tables and its summary as HTML.
+    tables
+        Its tables.
     """
 
-    def __init__(self, catalogue: Catalogue, first: int, tables: Tables, text: str) -> None:
+    def __init__(self, catalogue: Catalogue, first: int, tables: Tables) -> None:
         self.catalogue = catalogue
         self.sources = cloud.sources(catalogue)
         self.sources["pick"] = ColumnDataSource(pick_data(catalogue, first), name="pick")
         self.pick = self.sources["pick"]
         self.answer = ColumnDataSource(answer_data(), name="answer")
         self.gear = GearPanel(tables)
-        self._text = text
+        self._first = first
         self.export = Button(label="Save scene file", name="export", width=SIDE - 60)
         self.export.js_on_event("button_click", script("export", scene=self.gear.now["scene"]))
         self._above, self.refresh, self.follow = self._designs()
@@ -54,19 +57,31 @@ class Page:
         self.answer.js_on_change("data", show)
 
     def put(self, document: Document, controls: Sequence[Any] = ()) -> None:
-        """Make this the page of a document; ``controls`` stand beside the picked gear."""
+        """Make this the page of a document; ``controls``, if any, stand beside the picked gear and change it."""
         document.template = get_env().from_string("{% extends base %}" + text_of("page.html"))
         chosen = [column["title"] for column in choices(self.catalogue)]
         titles = [self.catalogue.column(name).title for name in (ACROSS, UP)]
         document.template_variables.update(
-            summary=self._text, figures=list(self.gear.figures), columns=chosen, across=titles[0], up=titles[1]
-        )
+            name=self.catalogue.name(self._first), results=self._results(), figures=list(self.gear.figures),
+            columns=chosen, across=titles[0], up=titles[1],
+        )  # fmt: skip
         beside = Stack(children=[*controls, self.gear.phase, self.export], width=SIDE, name="controls")
         for name, root in {**self._above, "controls": beside, **self.gear.figures}.items():
             root.name = name
             document.add_root(root)
         document.title = "gearbench explore"
-        document.js_on_event(DocumentReady, self.refresh, self.follow, *self.gear.ready, script("labels"), self._choose)
+        heads = ("stored", "now") if controls else ("picked",)
+        compare = script("compare", "picks", **self.gear.compare(heads, MOST))
+        shown = (self.refresh, self.follow, *self.gear.ready, script("labels"), self._choose, compare)
+        document.js_on_event(DocumentReady, *shown)
+
+    def _results(self) -> list[str]:
+        """A line on each result: its name, its designs, and the teeth that they were computed with."""
+        counts = np.bincount(self.catalogue.study, minlength=len(self.catalogue.results))
+        return [
+            f"{result.label}: {f'{count:,}'.replace(',', ' ')} designs, {result.teeth}"
+            for result, count in zip(self.catalogue.results, counts, strict=True)
+        ]
 
     def _designs(self) -> tuple[dict[str, Any], Any, Any]:
         """Filters, cloud and parallel coordinates, wired in the browser."""

@@ -8,9 +8,9 @@ from typing import Any
 from bokeh.models import CustomJS
 
 
-def script(name: str, **args: Any) -> CustomJS:
-    """The script ``js/<name>.js`` with the models and values it works on."""
-    return CustomJS(args=args, code=text_of(f"js/{name}.js"))
+def script(*names: str, **args: Any) -> CustomJS:
+    """The scripts ``js/<name>.js``, one after the other, with the models and values they work on."""
+    return CustomJS(args=args, code="\n".join(text_of(f"js/{name}.js") for name in names))
 
 
 def text_of(name: str) -> str:

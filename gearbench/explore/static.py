@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gearbench.errors import GearbenchError, InputError
 from gearbench.explore.catalogue import Catalogue, fronts
-from gearbench.explore.gear_data import Tables, summary, tables
+from gearbench.explore.gear_data import Tables, tables
 from gearbench.explore.guard import guarded_file
 from gearbench.explore.model import picture
 from gearbench.explore.page import Page, knee
@@ -30,20 +30,19 @@ def html(catalogue: Catalogue, pictures: int = PICTURES) -> str:
     the stored values.
     """
     first = knee(catalogue)
-    shown: dict[str, tuple[str, Tables]] = {}
+    shown: dict[str, Tables] = {}
     for design in _spread(catalogue, first, pictures):
         try:
             answer = picture(catalogue.scene(design))
         except (GearbenchError, InputError, ArithmeticError):
             continue
-        shown[str(design)] = (summary(catalogue.name(design), answer), tables(answer))
+        shown[str(design)] = tables(answer)
     if str(first) not in shown:
         raise GearbenchError(f"{catalogue.name(first)} cannot be computed")
-    text, begin = shown[str(first)]
-    page = Page(catalogue, first, begin, text)
+    page = Page(catalogue, first, shown[str(first)])
     page.listen([])
-    texts, drawn = {k: v[0] for k, v in shown.items()}, {k: v[1] for k, v in shown.items()}
-    page.pick.js_on_change("data", script("show", pick=page.pick, answer=page.answer, texts=texts, pictures=drawn))
+    names = {design: catalogue.name(int(design)) for design in shown}
+    page.pick.js_on_change("data", script("show", pick=page.pick, answer=page.answer, names=names, pictures=shown))
     document = Document()
     page.put(document)
     return as_file(document)

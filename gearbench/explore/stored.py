@@ -19,6 +19,7 @@ from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.select import chosen_scene, open_designs
 from gearbench.optimisation.study import RESPONSES
 from gearbench.results.netcdf import load
+from gearbench.results.provenance import support
 from gearbench.results.responses import is_response, statistics_of
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
@@ -43,12 +44,15 @@ class Stored:
         Numbers of the designs in their file, (design,).
     scene
         The scene of the design of a number.
+    teeth
+        Model of the teeth and what they stand on, which its values were computed with.
     """
 
     label: str
     columns: tuple[Column, ...]
     numbers: NDArray
     scene: Callable[[int], Scene]
+    teeth: str
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "label", as_text(self.label))
@@ -115,7 +119,20 @@ def of_designs(designs: Designs, file: str) -> Stored:
     columns += [known_column(name, "limit", dataset[name].values[numbers]) for name in study.constraints]
     columns += [known_column(name, "statistic", dataset[name].values[numbers]) for name in study.statistics]
     label = study.name or file
-    return Stored(label=label, columns=tuple(columns), numbers=numbers, scene=lambda n: chosen_scene(designs, n))
+    teeth = _teeth(designs, numbers)
+    return Stored(
+        label=label, columns=tuple(columns), numbers=numbers, scene=lambda n: chosen_scene(designs, n), teeth=teeth
+    )
+
+
+def _teeth(designs: Designs, numbers: NDArray) -> str:
+    """``teeth_of`` the first design whose scene is whole: files that others name may be gone."""
+    for number in numbers[:10]:
+        try:
+            return teeth_of(chosen_scene(designs, int(number)))
+        except InputError:
+            continue
+    return "teeth not known"
 
 
 def _scene(dataset: xr.Dataset, file: str) -> Scene:
@@ -136,4 +153,15 @@ def of_run(dataset: xr.Dataset, file: str) -> Stored:
             if stored is None and name == f"{response}_mean":
                 stored = dataset[response].mean()
             columns.append(known_column(name, "statistic", np.array([np.nan if stored is None else float(stored)])))
-    return Stored(label=scene.name or file, columns=tuple(columns), numbers=np.array([0]), scene=lambda _: scene)
+    label = scene.name or file
+    return Stored(
+        label=label, columns=tuple(columns), numbers=np.array([0]), scene=lambda _: scene, teeth=teeth_of(scene)
+    )
+
+
+def teeth_of(scene: Scene) -> str:
+    """Model of the teeth of a scene and what they stand on, e.g. "solid teeth, ring"."""
+    bending = scene.effect("tooth_bending")
+    if bending is None:
+        return "rigid teeth"
+    return f"{getattr(bending, 'model', '')} teeth, {support(scene)}".replace("_", " ")

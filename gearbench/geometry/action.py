@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -231,9 +231,7 @@ def contact_lines(
     index = pair_indices(pair, span)
     start = meshing.path_start + (tau[:, None] + index) * meshing.base_pitch  # u at y = 0
     edges = _panel_edges(pair, start, ends, *cuts)
-    # the widest that a panel becomes while a line passes, whatever the phases asked for
-    passing = _panel_edges(pair, np.linspace(u_a - b * tan_b, u_e, 401), ends, *cuts)
-    widest = np.diff(passing, axis=0).max(axis=1, initial=0.0)
+    widest = _widest(pair, ends, *map(tuple, cuts))
     y, width, panel = _on_panels(edges, widest, segments, pair, parting=parting)
     # a line shorter than rounding is no line
     absent = (edges[-1] - edges[0] <= SHORTEST * b)[..., None]
@@ -264,6 +262,13 @@ def _panel_edges(
         high = np.where((start >= u_a) & (start <= u_e), b, 0.0)
     inside += [np.full_like(start, y) for y in face_kinks]
     return np.sort(np.clip(np.stack([low, *inside, high]), low, high), axis=0)
+
+
+@lru_cache(maxsize=64)
+def _widest(pair: Pair, ends: tuple[float, float], kinks: tuple[float, ...], face_kinks: tuple[float, ...]) -> NDArray:
+    """The widest that each panel becomes while a line passes, whatever the phases asked for, (panel,) [mm]."""
+    start = np.linspace(ends[0] - pair.meshing.face_width * math.tan(pair.meshing.beta_b), ends[1], 401)
+    return np.diff(_panel_edges(pair, start, ends, kinks, face_kinks), axis=0).max(axis=1, initial=0.0)
 
 
 def _on_panels(

@@ -20,12 +20,15 @@ class Material:
         Young's modulus E [GPa].
     poisson_ratio
         Poisson's ratio ν [–].
+    density
+        Mass per volume [g/cm³], of steel by default.
     thermal_expansion
         Linear thermal expansion [10⁻⁶/K], where temperatures are given.
     """
 
     youngs_modulus: Annotated[float, Field(ge=0.01, le=5000.0)] = 210.0
     poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)] = 0.3
+    density: Annotated[float, Field(gt=0.0, le=25.0)] = 7.85
     thermal_expansion: Annotated[float, Field(ge=0.0, le=300.0)] = 11.5
 
     @property

@@ -58,6 +58,10 @@ class Member:
         Tip rounding ρ_f* of the generating rack [normal modules]; 0.38 or, where less fits, the full rounding.
     bore_diameter
         Bore of the gear body [mm]; only models of the body ask for it.
+    rim_thickness, web_thickness, web_offset, hub_diameter
+        Body of a rim below the root circle, a web b_s wide along the axis, its middle ``web_offset`` towards y = b from
+        that of the face, and a hub, without which the web reaches down to the bore [mm]; rim and hub are as wide as the
+        face. Without rim and web the body is solid down to the bore.
     tip_rounding, tip_chamfer
         Radius of the rounding, or height of the chamfer (at 45° to the flank), of the tip edge [mm]; a sharp edge
         where both are absent.
@@ -82,6 +86,10 @@ class Member:
     profile_shift: Annotated[float, Field(ge=-3.0, le=3.0)] | None = None
     fillet_radius: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
     bore_diameter: Length | None = None
+    rim_thickness: Length | None = None
+    web_thickness: Length | None = None
+    web_offset: Annotated[float, Field(ge=-20000.0, le=20000.0)] = 0.0
+    hub_diameter: Length | None = None
     tip_rounding: Annotated[float, Field(gt=0.0, le=50.0)] | None = None
     tip_chamfer: Annotated[float, Field(gt=0.0, le=50.0)] | None = None
     face_width: Length | None = None
@@ -100,6 +108,17 @@ class Member:
         if stock is not None and stock > (self.protuberance or 0.0):
             allowed = "must be at most the protuberance: grinding would leave a notch in the fillet"
             raise InputError("grinding_stock", stock, allowed)
+        self._check_web()
+
+    def _check_web(self) -> None:
+        rim, width, hub = self.rim_thickness, self.web_thickness, self.hub_diameter
+        if rim is not None and self.bore_diameter is None:
+            raise InputError("rim_thickness", rim, "needs bore_diameter: the body is held there")
+        if rim is not None and width is None:
+            raise InputError("rim_thickness", rim, "needs web_thickness: the rim stands on a web")
+        for name, value in (("web_thickness", width), ("web_offset", self.web_offset or None), ("hub_diameter", hub)):
+            if value is not None and rim is None:
+                raise InputError(name, value, "needs rim_thickness: the web lies below a rim")
 
     @property
     def depth_of_fillet(self) -> float:
@@ -241,8 +260,11 @@ class Pair:
 
     def _generating_shifts(self, at: str) -> tuple[float, float]:
         one, two = (0.0 if member.thickness is None else getattr(member.thickness, at) for member in self.members)
-        thicknesses = self.pinion.thickness, self.wheel.thickness
-        return generating_shifts(self.sections, self.profile_shifts, thicknesses, (one, two))
+        return generating_shifts(self.sections, self.profile_shifts, self._thicknesses, (one, two))
+
+    @property
+    def _thicknesses(self) -> tuple[Thickness | None, Thickness | None]:
+        return self.pinion.thickness, self.wheel.thickness
 
     # -- faces, materials, temperatures -------------------------------------------------------------------------------
     @cached_property
@@ -301,6 +323,14 @@ class Pair:
             for at, distance in ends
         )
         return least, most
+
+    def backlash_with(self, thickness: tuple[float, float], distance: float) -> float:
+        """j_wt [mm] where thicknesses and centre distance lie that much [µm] beside the middle of their deviations."""
+        known = tuple(Thickness() if own is None else own for own in self._thicknesses)
+        one, two = (own.middle + more for own, more in zip(known, thickness, strict=True))
+        shifts = generating_shifts(self.sections, self.profile_shifts, (known[0], known[1]), (one, two))
+        middle = (self.centre_distance_upper + self.centre_distance_lower) / 2
+        return backlash(self.sections, shifts, self.working_distance(middle + distance))
 
     @property
     def _working_distance(self) -> float:

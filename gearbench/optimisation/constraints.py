@@ -3,32 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cache, partial
-from types import MappingProxyType
 
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.solver import solve
 from gearbench.errors import InputError
+from gearbench.optimisation.numbers import COST, NUMBERS, OF_SCENE, UNDER_LOAD
 from gearbench.optimisation.study import Limit
 from gearbench.results.responses import is_response, response, responses
 from gearbench.results.solved import Solved
 from gearbench.scene import Scene
 from gearbench.solution import solve_scene
-from gearbench.strength.rating import GEOMETRIC, contact_pressure, root_stress
+from gearbench.strength.rating import GEOMETRIC
 
-
-def largest_pressure(solved: Solved) -> float:
-    """Largest Hertz pressure over the mesh cycle, from the solved load distribution [MPa]."""
-    return float(contact_pressure(solved.lines, solved.solution.force).max())
-
-
-#: From the scene.
-OF_SCENE: Mapping[str, Callable[[Scene], float]] = MappingProxyType(
-    {"root_stress": lambda scene: max(root_stress(scene))}
-)
-#: From the scene solved.
-UNDER_LOAD: Mapping[str, Callable[[Solved], float]] = MappingProxyType({"contact_pressure": largest_pressure})
 #: What ``solve_roughly`` is out by at most: where a limit is farther away, it decides. Measured on random gears of the
 #: studies: at most 2.2 % (``tests/test_optimise_racing.py``).
 ROUGH = 0.1
@@ -42,32 +30,37 @@ def check_limited(name: str) -> None:
     InputError
         Naming those that can: numbers of the geometry, of the strength, and responses as ``simulate`` has them.
     """
-    if not any(name in names for names in (GEOMETRIC, OF_SCENE, UNDER_LOAD)) and not is_response(name):
-        allowed = ", ".join([*GEOMETRIC, *OF_SCENE, *UNDER_LOAD, *responses()])
+    if name not in NUMBERS and not is_response(name):
+        allowed = ", ".join([*NUMBERS, *responses()])
         raise InputError(f"constraints.{name}", "unknown quantity", f"allowed: {allowed}")
 
 
 def constrained(
-    scene: Scene, limits: Mapping[str, Limit], solved: Callable[[], Solved] | None = None
+    scene: Scene, limits: Mapping[str, Limit], solved: Callable[[], Solved] | None = None, cost: float = math.nan
 ) -> dict[str, float]:
     """Limited quantities of ``scene`` by name; NaN where they were not computed.
 
     Cheap ones come first: those of the geometry, then those of the scene, then those of the scene solved, each only
     where the limits before it hold. ``solved`` is called for the last; by default the scene is solved here. Of several
-    loads the worst one counts, and each is solved here.
+    loads the worst one counts, and each is solved here. ``cost`` is that of the design's variables.
     """
     if scene.loads:
-        return _under_the_worst(scene, limits)
+        return _under_the_worst(scene, limits, cost)
     solved = solved or cache(partial(solve_scene, scene))
     values = dict.fromkeys(limits, math.nan)
-    values |= {name: GEOMETRIC[name](scene.pair) for name in limits if name in GEOMETRIC}
-    for names in (OF_SCENE, [name for name in limits if name not in GEOMETRIC and name not in OF_SCENE]):
+    cheap = (COST, *GEOMETRIC)
+    for names in (cheap, OF_SCENE, [name for name in limits if name not in cheap and name not in OF_SCENE]):
         if judge(values, limits)[0] == 0:
-            values |= {name: _of_scene(name, scene, solved) for name in limits if name in names}
+            values |= {name: number(name, scene, solved, cost) for name in limits if name in names}
     return values
 
 
-def _of_scene(name: str, scene: Scene, solved: Callable[[], Solved]) -> float:
+def number(name: str, scene: Scene, solved: Callable[[], Solved], cost: float = math.nan) -> float:
+    """Value of a number of the design, or of a response as ``simulate`` has it; arguments as of ``constrained``."""
+    if name == COST:
+        return cost
+    if name in GEOMETRIC:
+        return GEOMETRIC[name](scene.pair)
     if name in OF_SCENE:
         return OF_SCENE[name](scene)
     return UNDER_LOAD[name](solved()) if name in UNDER_LOAD else float(response(name).reduce(solved().cycle))
@@ -81,9 +74,10 @@ def solve_roughly(scene: Scene) -> Solved:
     return Solved(scene=scene, lines=lines, weight=weight, problem=problem, solution=solve(problem))
 
 
-def may_be_rough(scene: Scene, limits: Mapping[str, Limit]) -> bool:
-    """Whether ``solve_roughly`` serves the ``limits``: pressures, not the fine structure of a curve."""
-    return not scene.has_shafts and all(any(n in of for of in (GEOMETRIC, OF_SCENE, UNDER_LOAD)) for n in limits)
+def may_be_rough(scene: Scene, limits: Iterable[str]) -> bool:
+    """Whether ``solve_roughly`` serves the ``limits``: the pressure, not the fine structure of a curve."""
+    dear = {name for name in limits if name not in (COST, *GEOMETRIC, *OF_SCENE)}
+    return not scene.has_shafts and dear <= {"contact_pressure"}
 
 
 def decided(values: Mapping[str, float], limits: Mapping[str, Limit]) -> bool:
@@ -92,9 +86,9 @@ def decided(values: Mapping[str, float], limits: Mapping[str, Limit]) -> bool:
     return not any(end is not None and abs(value - end) <= ROUGH * abs(end) for value, end in ends)
 
 
-def _under_the_worst(scene: Scene, limits: Mapping[str, Limit]) -> dict[str, float]:
+def _under_the_worst(scene: Scene, limits: Mapping[str, Limit], cost: float) -> dict[str, float]:
     """``constrained`` under several loads."""
-    found = [constrained(each, limits) for each in scene.each_load]
+    found = [constrained(each, limits, cost=cost) for each in scene.each_load]
     known = {name: [values[name] for values in found if not math.isnan(values[name])] for name in limits}
     return {name: limits[name].worst(values) if values else math.nan for name, values in known.items()}
 

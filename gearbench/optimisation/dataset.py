@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -84,7 +85,8 @@ def read_designs(arrays: Mapping[str, NDArray], study: OptimisationStudy) -> lis
                 violation=float(violation),
                 reason=str(reason),
                 constraints=tuple(map(float, limited)),
-                statistics=tuple(map(float, known)),
+                # a number that is limited, too, is known of designs that are not feasible
+                statistics=tuple(float(x) if violation == 0 else math.nan for x in known),
                 samples=int(samples),
             ),
         )

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from gearbench.errors import InputError
 from gearbench.optimisation.dataset import read_designs, read_names
 from gearbench.optimisation.problem import scene_of
-from gearbench.optimisation.study import OptimisationStudy
+from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.study_file import parse_study
 from gearbench.results.provenance import support
 from gearbench.results.quantities import QUANTITIES
@@ -126,6 +126,10 @@ class Designs:
         if number not in self._scenes:
             self._scenes[number] = scene_of(self.study, self._codes[number])
         return self._scenes[number]
+
+    def design(self, number: int) -> Design:
+        """Codes of a design by its number in the dimension ``design``."""
+        return self._codes[number]
 
     @cached_property
     def _codes(self) -> Sequence[tuple[float, ...]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache, partial
@@ -17,7 +17,7 @@ from gearbench.budget import MemoryBudgetError
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.pair import Pair
 from gearbench.loads import load_weights
-from gearbench.optimisation.constraints import constrained, decided, judge, may_be_rough, solve_roughly
+from gearbench.optimisation.constraints import constrained, decided, judge, may_be_rough, number, solve_roughly
 from gearbench.optimisation.derived import DERIVED
 from gearbench.optimisation.racing import Rivals, stages, statistics
 from gearbench.optimisation.study import Design, OptimisationStudy
@@ -93,20 +93,21 @@ def evaluate(study: OptimisationStudy, design: Design, rivals: Rivals | None = N
     unknown = (math.nan,) * len(study.constraints)
     nothing = (math.nan,) * len(study.statistics)
     try:
-        scene, limits = scene_of(study, design), study.constraints
+        scene, limits, cost = scene_of(study, design), study.constraints, cost_of(study, design)
         solved = cache(partial(solve_scene, scene))
         rough = None
         if rivals is not None and not scene.loads and may_be_rough(scene, limits):
             rough = cache(partial(solve_roughly, scene))
-        values = constrained(scene, limits, rough or solved)
+        values = constrained(scene, limits, rough or solved, cost)
         if rough is not None and not decided(values, limits):
-            values = constrained(scene, limits, solved)
+            values = constrained(scene, limits, solved, cost)
         unknown, (violation, reason) = tuple(values.values()), judge(values, limits)
         if violation > 0:
             return Evaluation(violation=violation, reason=reason, constraints=unknown, statistics=nothing)
-        answer = _feasible(study, scene, rivals, rough() if rough is not None else None)
+        numbers = _numbers(study, scene, solved, cost)
+        answer = _feasible(study, scene, numbers, rivals, rough() if rough is not None else None)
         if answer.samples == study.robustness.samples:
-            unknown = tuple(constrained(scene, limits, solved).values())
+            unknown = tuple(constrained(scene, limits, solved, cost).values())
         return replace(answer, constraints=unknown)
     except MemoryBudgetError:
         raise
@@ -143,9 +144,9 @@ def assignments(study: OptimisationStudy, design: Design) -> tuple[tuple[str, Va
     An effect whose amount or length is 0 is absent: ("effects.<name>", None) takes the place of its keys.
     """
     given: dict[str, Value | None] = {
-        path: variable.value(code)
+        path: value
         for variable, code in zip(study.variables, design, strict=True)
-        for path in variable.paths
+        for path, value in variable.assigned(code).items()
     }
     for effect in {".".join(path.split(".")[:2]) for path in given if path.startswith("effects.")}:
         table = study.base.get("effects", {}).get(effect.removeprefix("effects."), {})
@@ -201,18 +202,28 @@ def _put(tables: dict[str, Any], path: str, value: Any) -> None:
     tables[last] = value
 
 
-def _feasible(study: OptimisationStudy, scene: Scene, rivals: Rivals | None, rough: Solved | None) -> Evaluation:
+def cost_of(study: OptimisationStudy, design: Design) -> float:
+    """What the values of a design's variables cost; those of an effect that it does without cost nothing."""
+    given = dict(zip((v.name for v in study.variables), values_of(study, design), strict=True))
+    return sum(costs.get(str(given[name]), 0.0) for name, costs in study.costs.items())
+
+
+def _feasible(
+    study: OptimisationStudy, scene: Scene, numbers: tuple[float, ...], rivals: Rivals | None, rough: Solved | None
+) -> Evaluation:
     """Evaluation of a design that keeps its limits; their values are not yet in it.
 
-    ``rough`` is the scene at the mesh phases of its error samples, where it was solved there.
+    ``numbers`` are those of the study; ``rough`` is the scene at the mesh phases of its error samples, where it was
+    solved there.
     """
     if study.robustness.samples == 0:
         found = _at_nominal(study, scene)
+        found |= zip(study.numbers, numbers, strict=True)
         answer = Evaluation(
             violation=0.0, reason="", constraints=(), statistics=tuple(found.get(n, math.nan) for n in study.statistics)
         )
     else:
-        answer = _dispersion(study, scene, rivals, rough)
+        answer = _dispersion(study, scene, numbers, rivals, rough)
     known = dict(zip(study.statistics, answer.statistics, strict=True))
     for name in {name for objective in study.objectives for name in objective.weights}:
         if not math.isfinite(known[name]):
@@ -220,7 +231,9 @@ def _feasible(study: OptimisationStudy, scene: Scene, rivals: Rivals | None, rou
     return answer
 
 
-def _dispersion(study: OptimisationStudy, scene: Scene, rivals: Rivals | None, rough: Solved | None) -> Evaluation:
+def _dispersion(
+    study: OptimisationStudy, scene: Scene, numbers: tuple[float, ...], rivals: Rivals | None, rough: Solved | None
+) -> Evaluation:
     """Statistics over the error samples, as many as it takes."""
     r, problems = study.robustness, _robust_problems(scene, rough)
     first = problems[0]
@@ -228,11 +241,11 @@ def _dispersion(study: OptimisationStudy, scene: Scene, rivals: Rivals | None, r
     values = np.empty((len(study.responses), 0))
     for stop in stages(study) if rivals is not None else (r.samples,):
         values = np.hstack([values, _responses(study, problems, errors[values.shape[1] : stop])])
-        if rivals is not None and stop < r.samples and (by := rivals.beating(values)) is not None:
-            found, kept = rivals.estimate(values, by), None
+        if rivals is not None and stop < r.samples and (by := rivals.beating(values, numbers)) is not None:
+            found, kept = rivals.estimate(values, by, numbers), None
             break
     else:
-        found, kept = statistics(study, values), values if r.racing else None
+        found, kept = statistics(values, numbers), values if r.racing else None
     return Evaluation(
         violation=0.0,
         reason="",
@@ -281,6 +294,20 @@ def _responses(study: OptimisationStudy, problems: Sequence[RobustProblem], erro
         if not complete:
             raise KeyboardInterrupt
         found.append([answers[name] for name in study.responses])
+    return _over_loads(study, found)
+
+
+def _numbers(study: OptimisationStudy, scene: Scene, solved: Callable[[], Solved], cost: float) -> tuple[float, ...]:
+    """Numbers of the design among the objectives, over the loads as the study has it; ``solved``: of a single load."""
+    if not study.numbers:
+        return ()
+    each = [(one, cache(partial(solve_scene, one)) if scene.loads else solved) for one in scene.each_load]
+    found = _over_loads(study, [[number(name, one, of, cost) for name in study.numbers] for one, of in each])
+    return tuple(map(float, found))
+
+
+def _over_loads(study: OptimisationStudy, found: Sequence) -> NDArray:
+    """Values of the loads (load, …), torques ascending, as one: their weighted mean, or the greatest."""
     if len(found) == 1:
         return np.array(found[0])
     loads = read_loads(study.base["loads"], "base.loads")

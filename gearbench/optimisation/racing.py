@@ -47,9 +47,9 @@ def stages(study: OptimisationStudy) -> tuple[int, ...]:
     return (*(n for n in found if n < r.samples), r.samples)
 
 
-def statistics(study: OptimisationStudy, values: NDArray) -> NDArray:
-    """All statistics of responses, (statistic,), as ``study.statistics`` names them; values (response, sample)."""
-    return np.array([compute(x) for x in values for compute, _ in STATISTICS.values()])
+def statistics(values: NDArray, numbers: Sequence[float] = ()) -> NDArray:
+    """``study.statistics`` of a design, (statistic,), from its responses (response, sample) and ``study.numbers``."""
+    return np.array([*(compute(x) for x in values for compute, _ in STATISTICS.values()), *numbers])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +63,7 @@ class Rivals:
     early
         Responses of the samples before the last stage, (rival, response, sample).
     known
-        Statistics over all samples, (rival, statistic).
+        Statistics over all samples, and numbers, (rival, statistic).
     """
 
     study: OptimisationStudy
@@ -71,36 +71,45 @@ class Rivals:
     known: NDArray
 
     @classmethod
-    def of(cls, study: OptimisationStudy, values: Sequence[NDArray]) -> Rivals | None:
-        """Those of designs with ``values`` (response, sample), spread over the first objective; None without any."""
+    def of(cls, study: OptimisationStudy, values: Sequence[NDArray], known: Sequence[Sequence[float]]) -> Rivals | None:
+        """Those of designs with ``values`` (response, sample), spread over the first objective; None without any.
+
+        ``known`` holds the statistics of each, as ``study.statistics`` names them.
+        """
         steps = stages(study)
         if len(steps) == 1 or not values:
             return None
-        known = np.array([statistics(study, x) for x in values])
         first = [study.objectives[0].value(dict(zip(study.statistics, row, strict=True))) for row in known]
         order = np.argsort(first, kind="stable")
         chosen = order[np.unique(np.linspace(0, len(order) - 1, MOST_RIVALS).round().astype(int))]
         early = np.array([values[i][:, : steps[-2]] for i in chosen])
-        return cls(study=study, early=early, known=known[chosen])
+        return cls(study=study, early=early, known=np.array(known)[chosen])
 
-    def beating(self, values: NDArray) -> int | None:
+    def beating(self, values: NDArray, numbers: Sequence[float] = ()) -> int | None:
         """The rival that beats a design by the most standard errors, from its first samples, (response, sample).
 
-        None where no rival is better in every objective by more than ``STANDARD_ERRORS``.
+        ``numbers`` are those of the study. None where no rival is better in every objective by more than
+        ``STANDARD_ERRORS``.
         """
         scores = np.full(len(self.known), math.inf)
         for objective in self.study.objectives:
-            D, s = self.difference(objective, values)
+            D, s = self.difference(objective, values, numbers)
             with np.errstate(divide="ignore", invalid="ignore"):
                 scores = np.minimum(scores, np.where(D > 0, D / s, 0.0))
         best = int(np.argmax(scores))
         return best if scores[best] > STANDARD_ERRORS else None
 
-    def difference(self, objective: Objective, values: NDArray) -> tuple[NDArray, NDArray]:
+    def difference(
+        self, objective: Objective, values: NDArray, numbers: Sequence[float] = ()
+    ) -> tuple[NDArray, NDArray]:
         """D̂ of an objective to each rival and its standard error s, (rival,); ``values`` as in ``beating``."""
         n = values.shape[1]
         D, influence = np.zeros(len(self.known)), np.zeros((len(self.known), n))
         for name, weight in objective.weights.items():
+            if name in self.study.numbers:
+                theirs = self.known[:, self.study.statistics.index(name)]
+                D += weight * (numbers[self.study.numbers.index(name)] - theirs)
+                continue
             i, statistic = self._where(name)
             x, y = values[i], self.early[:, i, :n]
             if statistic == "max":
@@ -118,13 +127,12 @@ class Rivals:
         assert found is not None
         return self.study.responses.index(found[0]), found[1]
 
-    def estimate(self, values: NDArray, rival: int) -> NDArray:
+    def estimate(self, values: NDArray, rival: int, numbers: Sequence[float] = ()) -> NDArray:
         """Statistics over all samples of a design that ``rival`` beats, (statistic,), from its first samples."""
-        mine = statistics(self.study, values)
-        theirs = statistics(self.study, self.early[rival][:, : values.shape[1]])
-        known = self.known[rival]
-        largest = np.array([name.endswith("_max") for name in self.study.statistics])
-        return np.where(largest, mine, np.maximum(known + (mine - theirs), 0.0))
+        mine = statistics(values, numbers)
+        theirs = statistics(self.early[rival][:, : values.shape[1]], numbers)
+        certain = np.array([name.endswith("_max") or name in self.study.numbers for name in self.study.statistics])
+        return np.where(certain, mine, np.maximum(self.known[rival] + (mine - theirs), 0.0))
 
 
 def _mean(x: NDArray) -> tuple[NDArray, NDArray]:

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 from gearbench.optimisation.archive import Archive
 from gearbench.optimisation.dataset import front_dataset
 from gearbench.optimisation.engine import Engine, choose_engine
-from gearbench.optimisation.nsga2 import Search
 from gearbench.optimisation.problem import Evaluation
 from gearbench.optimisation.racing import Rivals
+from gearbench.optimisation.search import Search
 from gearbench.optimisation.store import Store
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.study_file import check_study
@@ -157,7 +157,8 @@ class _Run:
         for design, result in self._engine.evaluate(self._study, list(missing)):
             assert result.values is not None
             archive.values[missing[design]] = result.values
-        return Rivals.of(self._study, [archive.values[i] for i in archive.front])
+        known = [archive.results[i].statistics for i in archive.front]
+        return Rivals.of(self._study, [archive.values[i] for i in archive.front], known)
 
     def _report(self, part: float, new: Sequence[Evaluation] = ()) -> None:
         archive, generations = self._archive, self._study.algorithm.generations

@@ -12,6 +12,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.errors import InputError
+from gearbench.optimisation.numbers import NUMBERS
 from gearbench.optimisation.variables import Value, Variable
 from gearbench.results.responses import STATISTICS, responses, split_statistic, statistics_of
 from gearbench.robustness.sampling import Sampler
@@ -29,12 +30,13 @@ Seed = Annotated[int, Field(ge=0)]
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Objective:
-    """A weighted sum of statistics, to be made small.
+    """A weighted sum of statistics and numbers of the design, to be made small.
 
     Parameters
     ----------
     weights
-        Weight of each statistic, all positive: a response with ``_mean``, ``_std`` or ``_max`` appended.
+        Weight of each, all positive: a response with ``_mean``, ``_std`` or ``_max`` appended, or a name of
+        ``gearbench.optimisation.numbers``.
     """
 
     weights: dict[str, Annotated[float, Field(gt=0.0)]]
@@ -43,9 +45,9 @@ class Objective:
         if not self.weights:
             raise InputError("weights", "none", "must name at least one statistic")
         for name in self.weights:
-            if split_statistic(name) is None:
-                allowed = f"allowed: {', '.join(responses())}, each with _{', _'.join(STATISTICS)}"
-                raise InputError(name, "unknown statistic", allowed)
+            if split_statistic(name) is None and name not in NUMBERS:
+                names = f"{', '.join(responses())}, each with _{', _'.join(STATISTICS)}"
+                raise InputError(name, "unknown statistic", f"allowed: {names}; {', '.join(NUMBERS)}")
 
     @property
     def label(self) -> str:
@@ -90,10 +92,13 @@ class Limit:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Algorithm:
-    """NSGA-II (Deb et al. 2002).
+    """How the search goes on.
 
     Parameters
     ----------
+    method
+        "nsga2" (Deb, Pratap, Agarwal & Meyarivan 2002), or "nsga3" (Deb & Jain 2014) where more than three objectives
+        leave crowding distances without meaning: its population is spread over reference directions.
     population
         Designs in a generation.
     generations
@@ -102,6 +107,7 @@ class Algorithm:
         Of everything random in the search.
     """
 
+    method: Literal["nsga2", "nsga3"] = "nsga2"
     population: Annotated[int, Field(ge=4, le=100_000)] = 100
     generations: Whole = 200
     seed: Seed = 0
@@ -145,6 +151,8 @@ class OptimisationStudy:
         Limits by the name of the quantity, from ``gearbench.optimisation.constraints``.
     algorithm, robustness
         The search, and the error samples of each design.
+    costs
+        By the name of a variable what each of its values costs, the values as text; the number ``cost`` is their sum.
     over_loads
         Where the base has several loads: a response is its weighted mean over them, "mean", or its greatest value,
         "max", of the design itself and of each error sample. Limits hold under every load.
@@ -163,6 +171,7 @@ class OptimisationStudy:
     constraints: dict[str, Limit] = field(default_factory=dict)
     algorithm: Algorithm = Algorithm()
     robustness: Robustness = Robustness()
+    costs: dict[str, dict[str, float]] = field(default_factory=dict)
     over_loads: Literal["mean", "max"] = "mean"
 
     def __post_init__(self) -> None:
@@ -172,13 +181,16 @@ class OptimisationStudy:
             raise InputError("over_loads", self.over_loads, "needs base.loads")
         if not self.objectives:
             raise InputError("objectives", "none", "at least one objective is required")
+        if self.algorithm.method == "nsga3" and not 2 <= len(self.objectives) <= self.algorithm.population:
+            reason = f"needs two objectives or more, and no more than the population: there are {len(self.objectives)}"
+            raise InputError("algorithm.method", "nsga3", reason)
         labels = [objective.label for objective in self.objectives]
         for label in labels:
             if labels.count(label) > 1:
                 raise InputError("objectives", label, "given twice")
         if self.robustness.samples < 2:
             for name in {name for objective in self.objectives for name in objective.weights}:
-                if not name.endswith("_mean"):
+                if not name.endswith("_mean") and name not in NUMBERS:
                     raise InputError("objectives", name, "needs robustness.samples of at least 2")
 
     @cached_property
@@ -188,9 +200,15 @@ class OptimisationStudy:
         return tuple(dict.fromkeys((*RESPONSES, *(found[0] for found in asked if found))))
 
     @cached_property
+    def numbers(self) -> tuple[str, ...]:
+        """Names of the numbers of the design among the objectives."""
+        asked = (name for objective in self.objectives for name in objective.weights if name in NUMBERS)
+        return tuple(dict.fromkeys(asked))
+
+    @cached_property
     def statistics(self) -> tuple[str, ...]:
-        """Names of the statistics of every feasible design: all statistics over the error samples of its responses."""
-        return statistics_of(self.responses)
+        """Known of every feasible design: all statistics of its responses over the error samples, and its numbers."""
+        return (*statistics_of(self.responses), *self.numbers)
 
     def values(self, design: Design) -> dict[str, Value]:
         """Value of each variable of a design by its name."""
@@ -206,6 +224,7 @@ class OptimisationStudy:
             "robustness": asdict(self.robustness),
             "constraints": {name: given(limit) for name, limit in self.constraints.items()},
             "variables": {variable.name: variable.given() for variable in self.variables},
+            **({"costs": self.costs} if self.costs else {}),
             "base": self.base,
         }
 

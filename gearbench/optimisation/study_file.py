@@ -10,6 +10,7 @@ from gearbench.errors import InputError
 from gearbench.optimisation.constraints import check_limited
 from gearbench.optimisation.dataset import DIMENSIONS
 from gearbench.optimisation.derived import DERIVED, SETS
+from gearbench.optimisation.numbers import COST, OF_OPERATION
 from gearbench.optimisation.study import Algorithm, Limit, Objective, OptimisationStudy, Robustness
 from gearbench.optimisation.variables import Variable
 from gearbench.results.responses import quantity
@@ -80,9 +81,31 @@ def check_study(study: OptimisationStudy) -> None:
     if "loads" in study.base:
         _check_loads(study.base, driven)
     _check_base(study.base, driven)
+    _check_numbers(study, driven)
     if study.robustness.samples > 0 and "manufacturing_errors" not in study.base.get("effects", {}):
         allowed = "samples need base.effects.manufacturing_errors; give samples = 0 to optimise without errors"
         raise InputError("robustness.samples", study.robustness.samples, allowed)
+
+
+def _check_numbers(study: OptimisationStudy, driven: Collection[str]) -> None:
+    """Check that numbers of the design which are asked for can be computed, and that each value has its cost."""
+    asked = {*study.constraints, *study.numbers}
+    speed = "speed" in study.base.get("operation", {}) or "operation.speed" in driven
+    for name in OF_OPERATION:
+        if name in asked and not speed:
+            raise InputError("base.operation.speed", "missing", f"is required for {name}")
+    variables = {variable.name: variable for variable in study.variables}
+    for name, costs in study.costs.items():
+        if name not in variables:
+            raise InputError("costs", name, f"must be the name of a variable: {', '.join(variables)}")
+        grid = variables[name].grid
+        if grid is None:
+            raise InputError("costs", name, "is real: give the variable a step, or values")
+        for value in costs.keys() ^ set(map(str, grid)):
+            missing = value not in costs
+            raise InputError(f"costs.{name}", value, "has no cost" if missing else "is no value of the variable")
+    if COST in asked and not study.costs:
+        raise InputError("costs", "missing", "is required where cost is an objective or a limit")
 
 
 def changed_keys(variable: Variable) -> tuple[str, ...]:
@@ -98,7 +121,7 @@ def changed_keys(variable: Variable) -> tuple[str, ...]:
     found: list[str] = []
     for path in variable.paths:
         if path in DERIVED:
-            if variable.kind == "choice":
+            if variable.sets is None and variable.kind == "choice":
                 raise InputError(at, variable.values, f"{path} must be a number")
             found += SETS[path]
             continue
@@ -109,8 +132,9 @@ def changed_keys(variable: Variable) -> tuple[str, ...]:
         if key is None:
             allowed = f"must be a key of a scene, e.g. pair.helix_angle, or one of {', '.join(DERIVED)}"
             raise InputError(at, path, allowed)
-        for code in variable.bounds if variable.values is None else range(len(variable.values)):
-            if fault := key.fault(value := variable.value(code)):
+        listed = variable.grid if variable.values is not None or variable.sets is not None else None
+        for code in variable.bounds if listed is None else range(len(listed)):
+            if fault := key.fault(value := variable.assigned(code)[path]):
                 raise InputError(at, repr(value), fault.replace("must", f"{path} must", 1))
         found.append(path)
     return tuple(found)
@@ -152,10 +176,23 @@ def _variables(prefix: str, tables: Mapping[str, Any]) -> Iterator[Variable]:
             raise InputError(f"variables.{key}", table, "must be a table, e.g. { min = 0.0, max = 5.0, step = 1.0 }")
         if "name" in table:
             raise InputError(f"variables.{key}.name", table["name"], f"the variable's name is {key}")
-        if table and all(isinstance(value, Mapping) for value in table.values()):
+        if isinstance(sets := table.get("sets"), Mapping):
+            flat = {value: dict(_flat("", as_table(f"variables.{key}.sets.{value}", t))) for value, t in sets.items()}
+            paths = list(next(iter(flat.values()), {}))
+            yield read(Variable, {**table, "sets": flat, "paths": paths, "name": key}, f"variables.{key}")
+        elif table and all(isinstance(value, Mapping) for value in table.values()):
             yield from _variables(f"{key}.", table)
         else:
             yield read(Variable, {"paths": [key], **table, "name": key}, f"variables.{key}")
+
+
+def _flat(prefix: str, table: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Dotted keys and values of nested tables."""
+    for name, value in table.items():
+        if isinstance(value, Mapping):
+            yield from _flat(f"{prefix}{name}.", value)
+        else:
+            yield f"{prefix}{name}", value
 
 
 def _objectives(given: Any) -> Iterator[Objective]:

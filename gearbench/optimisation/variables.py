@@ -38,6 +38,9 @@ class Variable:
         See above.
     values
         The values themselves, instead of a range.
+    sets
+        Instead of values and paths: by the name of each value the keys of the scene that it sets, the same ones for
+        all, e.g. module and dedendum of the tools at hand.
 
     Raises
     ------
@@ -51,18 +54,26 @@ class Variable:
     max: int | float | None = None
     step: int | float | None = None
     values: tuple[Value, ...] | None = None
+    sets: dict[str, dict[str, Value]] | None = None
 
     def __post_init__(self) -> None:
         if re.fullmatch(r"\w+(\.\w+)*", self.name) is None:
             raise InputError("name", self.name, "must consist of letters, digits, underscores and dots")
         if not self.paths:
             raise InputError("paths", "none", "must name at least one key of the scene")
-        if self.values is not None:
-            if not self.values:
-                raise InputError("values", "none", "must hold at least one value")
-            for key in ("min", "max", "step"):
+        for one in ("sets", "values"):
+            if getattr(self, one) is None:
+                continue
+            if not getattr(self, one):
+                raise InputError(one, "none", "must hold at least one value")
+            for key in ("min", "max", "step") if one == "values" else ("min", "max", "step", "values"):
                 if getattr(self, key) is not None:
-                    raise InputError(key, getattr(self, key), "conflicts with values: give one of the two")
+                    raise InputError(key, getattr(self, key), f"conflicts with {one}: give one of the two")
+            for name, keys in (self.sets or {}).items():
+                if keys.keys() != set(self.paths):
+                    raise InputError(
+                        f"sets.{name}", ", ".join(keys), f"must set {', '.join(self.paths)}, as the others"
+                    )
             return
         for key in ("min", "max"):
             if getattr(self, key) is None:
@@ -93,6 +104,8 @@ class Variable:
     @cached_property
     def grid(self) -> tuple[Value, ...] | None:
         """All its values in order; None where it is real."""
+        if self.sets is not None:
+            return tuple(self.sets)
         if self.values is not None:
             return self.values
         (low, high), step = self._range, self._step
@@ -124,10 +137,15 @@ class Variable:
         """Value of a code: the code itself, or the position in the grid."""
         return float(code) if self.grid is None else self.grid[int(code)]
 
+    def assigned(self, code: float) -> dict[str, Value]:
+        """Keys of the scene and their values for a code."""
+        value = self.value(code)
+        return dict.fromkeys(self.paths, value) if self.sets is None else self.sets[str(value)]
+
     def given(self) -> dict[str, Any]:
         """As a table of a study file."""
         table = given(self)
         del table["name"]
-        if self.paths == (self.name,):
+        if self.sets is not None or self.paths == (self.name,):
             del table["paths"]
         return table

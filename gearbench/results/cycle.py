@@ -158,7 +158,7 @@ def noise_floor(phases: Phases, values: NDArray, change: NDArray, orders: int = 
     by_panel = values.reshape(*values.shape[:-1], -1, size)
     last = by_panel @ legendre_transform(size)[-1]
     tail = 2 * TAIL * np.sqrt((width * last**2).sum(axis=-1) / (2 * size - 1))
-    ends = by_panel @ interpolation(size, np.array([-1.0, 1.0])).T
+    ends = by_panel @ _to_equidistant(size, 2)
     jump = np.roll(ends[..., 0], -1, axis=-1) - ends[..., 1]
     located = 2 * LOCATED * np.sqrt((jump**2).sum(axis=-1))
     return np.hypot(patches, np.hypot(tail, located)[..., None])
@@ -217,4 +217,10 @@ def _on_panels(phases: Phases, values: NDArray, points: int) -> NDArray:
     """Values (…, position) at equidistant points of the panels, ends included, (…, panel, point)."""
     assert phases.size is not None
     by_panel = values.reshape(*values.shape[:-1], -1, phases.size)
-    return by_panel @ interpolation(phases.size, np.linspace(-1, 1, points)).T
+    return by_panel @ _to_equidistant(phases.size, points)
+
+
+@lru_cache(maxsize=16)
+def _to_equidistant(size: int, points: int) -> NDArray:
+    """Values at the Gauss points of a panel → at equidistant points, ends included, (size, point)."""
+    return interpolation(size, np.linspace(-1, 1, points)).T

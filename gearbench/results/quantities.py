@@ -104,6 +104,9 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "specific_sliding": Quantity("1", "ζ", "largest specific sliding"),
             "contact_pressure": Quantity("MPa", "σ_H", "largest contact pressure"),
             "root_stress": Quantity("MPa", "σ_F", "largest nominal root stress"),
+            "gear_ratio": Quantity("1", "u", "ratio of the numbers of teeth"),
+            "mass": Quantity("kg", "m", "mass of both gears"),
+            "cost": Quantity("1", "", "what the values of the variables cost"),
         },
         "comparison with a reference": {
             "load_share_error_max": Quantity("1", "max |ΔX|", "largest difference of the share of a pair"),
@@ -184,7 +187,9 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "critical_speed": Quantity("1/min", "n_E", "speed at which an order of the mesh frequency meets a mode"),
         },
         "random errors": {
-            "error": Quantity("µm", "ε", "manufacturing error drawn"),
+            "error": Quantity("µm", "ε", "manufacturing error drawn; phases in °, other keys in their own unit"),
+            "backlash": Quantity("mm", "j_wt", "circumferential backlash of each sample at the working pitch circles"),
+            "tightening_cost": Quantity("1", "", "what one class finer of an error's tolerance costs"),
         },
         "how well the contact is solved": {
             "equilibrium_residual": Quantity("1", "|ΣP−F|/F", "relative residual of the force balance"),

@@ -134,9 +134,10 @@ def statistics_of(names: Iterable[str]) -> tuple[str, ...]:
 def quantity(name: str) -> Quantity | None:
     """Unit, symbol and meaning of anything a Dataset may hold; None where the name is not known.
 
-    Names that follow from others are understood: a statistic, its ``…_standard_error``, the ``…_first_order`` shares of
-    the errors in a variance, the ``…_load_mean`` and ``…_load_max`` over several loads, the relative ``…_error``
-    against a reference, its ``…_bar``, and the value ``…_verified`` by one.
+    Names that follow from others are understood: a statistic, its ``…_standard_error``, the ``…_first_order`` and
+    ``…_total`` shares of the errors in a variance, the change ``…_tightened`` of a mean where one error is a class
+    finer, the ``…_load_mean`` and ``…_load_max`` over several loads, the relative ``…_error`` against a reference, its
+    ``…_bar``, and the value ``…_verified`` by one.
     """
     if name in QUANTITIES:
         return QUANTITIES[name]
@@ -156,6 +157,10 @@ _DERIVED: Mapping[str, Callable[[Quantity], Quantity]] = MappingProxyType(
     {
         "_standard_error": lambda q: Quantity(q.units, f"s({q.symbol})", f"standard error of the {q.long_name}"),
         "_first_order": lambda q: Quantity("1", "S", f"share of each error in the variance of the {q.long_name}"),
+        "_total": lambda q: Quantity(
+            "1", "S_T", f"share of each error and its products in the {q.long_name}'s variance"
+        ),
+        "_tightened": lambda q: Quantity(q.units, f"Δ{q.symbol}", f"change of the mean {q.long_name}, one class finer"),
         "_verified": lambda q: Quantity(q.units, q.symbol, f"{q.long_name}, compliance of the reference"),
         "_error": lambda q: Quantity("%", f"error of {q.symbol}", f"error of the {q.long_name} against the reference"),
         "_load_mean": lambda q: Quantity(

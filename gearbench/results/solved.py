@@ -30,7 +30,7 @@ class Solved:
     solution: ContactSolution
     size: int | None = None
 
-    @property
+    @cached_property
     def phases(self) -> Phases:
         """The mesh phases."""
         size = self.size or self.scene.resolution.panel_size

@@ -37,21 +37,37 @@ def robust_dataset(
     """Dataset over the samples that were computed; ``errors`` (sample, error) [µm]; ``more`` get statistics too."""
     import xarray as xr
 
-    from gearbench.robustness.sensitivity import first_order_indices
+    from gearbench.robustness.sensitivity import sensitivity
     from gearbench.robustness.statistics import summarise
+    from gearbench.robustness.tightening import FINER
 
     count = len(responses)
     errors = errors[:count]
     variables: dict[str, tuple] = {name: ("sample", values) for name, values in responses.values.items()}
     variables["error"] = (("sample", "error_name"), errors)
+    if problem.errors.centre_distance is not None or problem.errors.tooth_thickness is not None:
+        variables["backlash"] = ("sample", _backlash(problem, errors))
+    drawn = problem.errors.variables(problem.scene.pair)
+    variables["tightening_cost"] = ("error_name", [each.cost for each in drawn])
     for name in dict.fromkeys((*STUDIED, *more)) if count > 1 else ():
         values = responses[name]
         for statistic, (value, standard_error) in summarise(values, sampler).items():
             variables[f"{name}_{statistic}"] = ((), value)
             variables[f"{name}_{statistic}_standard_error"] = ((), standard_error)
-        index, uncertainty = first_order_indices(errors[:ENOUGH], values[:ENOUGH])
-        variables[f"{name}_first_order"] = ("error_name", index)
-        variables[f"{name}_first_order_standard_error"] = ("error_name", uncertainty)
+        found = sensitivity(errors[:ENOUGH], values[:ENOUGH], FINER)
+        for part in ("first_order", "total", "tightened"):
+            value, uncertainty = getattr(found, part)
+            variables[f"{name}_{part}"] = ("error_name", value)
+            variables[f"{name}_{part}_standard_error"] = ("error_name", uncertainty)
     attrs = provenance(problem.scene, wall_time=wall_time, seed=seed)
     attrs |= {"sampler": sampler, "samples": count, "complete": int(complete), "rescued": responses.rescued}
     return xr.Dataset(described(variables), coords={"error_name": np.array(problem.names, dtype=str)}, attrs=attrs)
+
+
+def _backlash(problem: RobustProblem, errors: NDArray) -> NDArray:
+    """j_wt of each sample [mm]."""
+    pair, zero = problem.scene.pair, np.zeros(len(errors))
+    columns = dict(zip(problem.names, errors.T, strict=True))
+    names = ("tooth_thickness_pinion", "tooth_thickness_wheel", "centre_distance")
+    one, two, distance = (columns.get(name, zero) for name in names)
+    return np.array([pair.backlash_with((s1, s2), a) for s1, s2, a in zip(one, two, distance, strict=True)])

@@ -5,8 +5,8 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,9 @@ from gearbench.budget import require
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.batch import Batch, BatchSolution, chunks, on_threads, prepare, solve_one_chunk
 from gearbench.contact.problem import ContactProblem
+from gearbench.effects.expansion import Expansion
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
+from gearbench.effects.varied import Scatter
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.interruption import arrived
@@ -24,6 +26,7 @@ from gearbench.results.cycle import MeshCycle, Phases
 from gearbench.results.responses import response
 from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.scene import Scene
+from gearbench.schema import changed
 from gearbench.threads import single_threaded_blas
 
 _LOG = logging.getLogger(__name__)
@@ -42,8 +45,8 @@ class RobustProblem:
         The scene and its random errors.
     batch
         The contact problem at the mean errors and the gap of each error.
-    mean
-        Mean of each error, (error,) [µm].
+    expansion
+        Modes of the errors' gaps, and how much of each a sample has.
     phases
         Mesh phases and their weights.
     """
@@ -51,13 +54,35 @@ class RobustProblem:
     scene: Scene
     errors: ManufacturingErrors
     batch: Batch
-    mean: NDArray
+    expansion: Expansion
     phases: Phases
+
+    @property
+    def mean(self) -> NDArray:
+        """Mean of each error, (error,) [µm]."""
+        return self.expansion.mean
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the errors."""
-        return tuple(mode.name for mode in self.errors.error_modes(self.scene.pair))
+        return tuple(variable.name for variable in self.errors.variables(self.scene.pair))
+
+    @cached_property
+    def _distances(self) -> dict[float, RobustProblem]:
+        """The problem at each centre distance drawn so far, by its deviation [µm] from the middle."""
+        return {}
+
+    def at_distance(self, deviation: float) -> RobustProblem:
+        """The problem with the axes farther apart by a ``deviation`` [µm]."""
+        if deviation not in self._distances:
+            pair = self.scene.pair
+            at = (pair.centre_distance_upper + pair.centre_distance_lower) / 2 + deviation
+            moved = changed(pair, centre_distance_upper=at, centre_distance_lower=at)
+            # any amplitude: the moved pair has no deviations that one could follow from
+            errors = replace(self.errors, centre_distance=Scatter(amplitude=1.0))
+            effects = tuple(errors if effect.name == errors.name else effect for effect in self.scene.effects)
+            self._distances[deviation] = prepare_scene(changed(self.scene, pair=moved, effects=effects))
+        return self._distances[deviation]
 
     def draw(self, samples: int, seed: int, sampler: Sampler, start: int = 0) -> NDArray:
         """Errors of the samples ``start`` … ``samples`` − 1, (sample, error) [µm]."""
@@ -88,14 +113,13 @@ def prepare_problem(scene: Scene, lines: ContactLines, weight: NDArray, problem:
     """As ``prepare_phases``, on the contact lines and for the contact problem of ``scene`` given."""
     errors = require_errors(scene)
     positions, pairs, segments = lines.shape
-    number = len(errors.error_modes(scene.pair))
+    number = len(errors.variables(scene.pair))
     need, size = 8.0 * 4 * positions * pairs * segments * number, f"{positions} positions × {segments} segments"
     require(need, "resolution", f"{size} × {number} errors", "fewer segments or positions would fit")
-    modes = (errors.modes(lines) / np.expand_dims(lines.lever, -1)).reshape(positions, pairs * segments, -1)
+    expansion = errors.expansion(lines, {effect.name: effect for effect in scene.flank_effects})
+    modes = (expansion.modes / np.expand_dims(lines.lever, -1)).reshape(positions, pairs * segments, -1)
     phases = Phases(phase=lines.mesh_phase, weight=weight, size=scene.resolution.panel_size)
-    return RobustProblem(
-        scene=scene, errors=errors, batch=prepare(problem, modes), mean=errors.mean(scene.pair), phases=phases
-    )
+    return RobustProblem(scene=scene, errors=errors, batch=prepare(problem, modes), expansion=expansion, phases=phases)
 
 
 def require_errors(scene: Scene) -> ManufacturingErrors:
@@ -152,9 +176,30 @@ def respond(
     An interruption (Ctrl-C) ends the run early; the samples until then are returned. ``progress`` is called with
     the number of samples done so far.
     """
+    if problem.errors.centre_distance is None:
+        return _respond(problem, errors, threads, progress, names)
+    column, done = problem.names.index("centre_distance"), np.zeros(len(errors), dtype=bool)
+    values, rescued = {name: np.full(len(errors), np.nan) for name in names}, 0
+    for distance in np.unique(errors[:, column]):
+        mine, before = np.flatnonzero(errors[:, column] == distance), int(done.sum())
+        there = problem.at_distance(float(distance))
+        answer, complete = _respond(there, errors[mine], threads, lambda n, b=before: progress(b + n), names)
+        for name in names:
+            values[name][mine[: len(answer)]] = answer[name]
+        rescued, done[mine[: len(answer)]] = rescued + answer.rescued, True
+        if not complete:
+            break
+    count = len(errors) if done.all() else int(np.argmin(done))
+    return Responses(values={name: each[:count] for name, each in values.items()}, rescued=rescued), bool(done.all())
+
+
+def _respond(
+    problem: RobustProblem, errors: NDArray, threads: int, progress: Callable[[int], None], names: Sequence[str]
+) -> tuple[Responses, bool]:
+    """``respond`` on the pair of the problem as it is."""
     done: list[Responses] = []
     complete = True
-    solutions = on_threads(partial(solve_one_chunk, problem.batch), chunks(errors - problem.mean), threads)
+    solutions = on_threads(partial(solve_one_chunk, problem.batch), chunks(problem.expansion.amounts(errors)), threads)
     try:
         for solution in solutions:
             done.append(_reduce(problem, solution, names))

@@ -1,9 +1,13 @@
-"""Which error contributes how much: first-order Sobol indices from the samples at hand.
+"""Which error contributes how much: Sobol indices, first-order and total, from the samples at hand.
 
 S_i = Var(E[y | x_i]) / Var(y) of independent x_i. The response is expanded in polynomials orthonormal over the samples
 of each x_i (Oladyshkin & Nowak 2012), so that any distribution will do, and in products of two of them. Terms enter by
 orthogonal matching pursuit as long as they reduce the residual significantly; the coefficients are those of least
 squares. The main effects give S_i = Σ_k β_ik² / Var(y), less the bias Σ_k Var(β_ik) that noise in β adds to its square.
+The total index S_Ti adds the products that x_i is in; what neither holds is higher interaction, or noise of the fit.
+
+What a smaller error does to the mean response follows from the same main effects: with f_i(x_i) = E[y | x_i], the mean
+over all errors with x_i scaled by s is E[f_i(s x_i)], exactly, whatever the interactions.
 """
 
 from __future__ import annotations
@@ -32,11 +36,11 @@ class Fit:
     Parameters
     ----------
     owner
-        Variable of each term; −1 for products and the constant, (term,).
+        The variables of each term, (term, 2): the same one twice, or two of a product; −1 for the constant.
     coefficients, influence
         β, (term,), and the contribution of each sample, (sample, term).
-    main
-        Main effect of each variable at the samples, (sample, variable).
+    terms
+        Values of the terms, (sample, term).
     residual
         (sample,)
     """
@@ -44,16 +48,38 @@ class Fit:
     owner: NDArray
     coefficients: NDArray
     influence: NDArray
-    main: NDArray
+    terms: NDArray
     residual: NDArray
 
+    def of(self, variables: int, *, total: bool) -> NDArray:
+        """Which terms are those of each variable, (term, variable): its own ones, or all that it is in."""
+        first, second = (self.owner[:, [i]] == np.arange(variables) for i in (0, 1))
+        return first | second if total else first & second
 
-def first_order_indices(errors: NDArray, values: NDArray) -> tuple[NDArray, NDArray]:
-    """First-order Sobol indices and their standard errors, each (error,).
 
-    Without bias as long as polynomials describe the main effects (degree 10 and less); therefore an index near 0 may
-    come out slightly negative. Standard errors are those of independent samples, by the infinitesimal jackknife; for
-    Sobol points and Latin hypercubes they err on the safe side. Constant errors have index 0.
+@dataclass(frozen=True)
+class Sensitivity:
+    """What the errors do to a response: each (value, standard error), (error,), as of ``sensitivity``.
+
+    Parameters
+    ----------
+    first_order, total
+        Shares in the variance.
+    tightened
+        Change of the mean where that error alone is scaled.
+    """
+
+    first_order: tuple[NDArray, NDArray]
+    total: tuple[NDArray, NDArray]
+    tightened: tuple[NDArray, NDArray]
+
+
+def sensitivity(errors: NDArray, values: NDArray, scale: float = 1.0) -> Sensitivity:
+    """First-order and total Sobol indices, and the change of the mean with each error scaled by ``scale``.
+
+    Indices are without bias as long as polynomials describe the effects (degree 10 and less alone, 2 in products);
+    therefore one near 0 may come out slightly negative. Standard errors are those of independent samples, by the
+    infinitesimal jackknife; for Sobol points and Latin hypercubes they err on the safe side. Constant errors have none.
 
     Parameters
     ----------
@@ -61,10 +87,12 @@ def first_order_indices(errors: NDArray, values: NDArray) -> tuple[NDArray, NDAr
         Independent random variables, (sample, error), each of any continuous distribution.
     values
         Response, (sample,).
+    scale
+        0 to 1; scaled errors must lie where the errors do (0 within their range).
 
     Returns
     -------
-    (index, standard error); NaN where the samples are too few (less than twice the terms of a linear fit) or the
+    Values and standard errors; NaN where the samples are too few (less than twice the terms of a linear fit) or the
     response is constant.
     """
     x, y = np.asarray(errors, dtype=float), np.asarray(values, dtype=float)
@@ -72,30 +100,43 @@ def first_order_indices(errors: NDArray, values: NDArray) -> tuple[NDArray, NDAr
     if y.shape != (n,):
         raise ValueError(f"values must be of shape ({n},), one for each sample of errors, not {y.shape}")
     varied = np.flatnonzero(np.ptp(x, axis=0) > 0) if n else np.arange(0)
-    index, error = np.zeros(d), np.zeros(d)
+    found = np.zeros((3, 2, d))
     if n < max(8, 2 * (len(varied) + 1)) or np.ptp(y) <= 1e-12 * np.abs(y).max():
-        return np.full(d, math.nan), np.full(d, math.nan)
-    if len(varied):
-        index[varied], error[varied] = _indices(_fit(x[:, varied], y))
-    return index, error
+        found[:] = math.nan
+    elif len(varied):
+        fit, scaled = _fit(x[:, varied], y, scale)
+        found[0][:, varied] = _indices(fit, len(varied), total=False)
+        found[1][:, varied] = _indices(fit, len(varied), total=True)
+        found[2][:, varied] = _change(fit, scaled, len(varied))
+    first, total, tightened = ((value, error) for value, error in found)
+    return Sensitivity(first_order=first, total=total, tightened=tightened)
 
 
-def _indices(fit: Fit) -> tuple[NDArray, NDArray]:
+def first_order_indices(errors: NDArray, values: NDArray) -> tuple[NDArray, NDArray]:
+    """First-order Sobol indices and their standard errors, each (error,), see ``sensitivity``."""
+    return sensitivity(errors, values).first_order
+
+
+def _indices(fit: Fit, variables: int, *, total: bool) -> tuple[NDArray, NDArray]:
     """Indices and their standard errors, bias corrected, from the influence of each sample."""
-    (n, p), d = fit.influence.shape, fit.main.shape[1]
-    β, ψ, of = fit.coefficients, fit.influence, fit.owner
+    n, p = fit.influence.shape
+    β, ψ = fit.coefficients, fit.influence
     correction = n / (n - p)
     var_β = correction * (ψ**2).mean(axis=0) / n
-    constant = np.zeros(p, dtype=bool)
-    constant[0] = True
-    mine = of[:, None] == np.arange(d)  # (term, variable)
+    constant = fit.owner[:, 0] < 0
+    mine, alone = fit.of(variables, total=total), fit.of(variables, total=False)
     σ2 = correction * (fit.residual**2).mean()
     A = (β**2 - var_β) @ mine
     V = (β**2 - var_β)[~constant].sum() + σ2
-    # influence of a sample on A: through β, and through the variance of the main effect over the samples
-    on_A = 2 * (ψ * β) @ mine + (fit.main**2 - (fit.main**2).mean(axis=0))
-    products = (of < 0) & ~constant
-    on_V = on_A.sum(axis=1) + 2 * ψ[:, products] @ β[products] + correction * fit.residual**2 - σ2
+    # influence of a sample on A: through β, and through the variance of the effect over the samples
+
+    def on(terms: NDArray) -> NDArray:
+        effect = (fit.terms * β) @ terms
+        return 2 * (ψ * β) @ terms + (effect**2 - (effect**2).mean(axis=0))
+
+    on_A = on(mine)
+    products = ~alone.any(axis=1) & ~constant
+    on_V = on(alone).sum(axis=1) + 2 * ψ[:, products] @ β[products] + correction * fit.residual**2 - σ2
     S = A / V
     on_S = (on_A - S * on_V[:, None]) / V
     # Var β̂² = 4 β² v + 2 v², estimated without bias by 4 β̂² v − 2 v², and 2 v² at least; v = Var β̂
@@ -104,20 +145,33 @@ def _indices(fit: Fit) -> tuple[NDArray, NDArray]:
     return S, np.sqrt(variance)
 
 
-def _fit(x: NDArray, y: NDArray) -> Fit:
-    """Least squares on the terms that matching pursuit chooses."""
+def _change(fit: Fit, scaled: NDArray, variables: int) -> tuple[NDArray, NDArray]:
+    """E f_i(s x_i) − E f_i(x_i) and its standard error; ``scaled`` holds the terms of single variables at s x_i."""
+    n, p = fit.influence.shape
+    mine = fit.of(variables, total=False)
+    moved = (scaled - fit.terms) * mine.any(axis=1)
+    step = (moved * fit.coefficients) @ mine  # f_i(s x_i) − f_i(x_i), (sample, variable)
+    influence = (fit.influence * moved.mean(axis=0)) @ mine + step - step.mean(axis=0)
+    return step.mean(axis=0), np.sqrt(n / (n - p) * (influence**2).mean(axis=0) / n)
+
+
+def _fit(x: NDArray, y: NDArray, scale: float) -> tuple[Fit, NDArray]:
+    """Least squares on the terms that matching pursuit chooses, and these terms at ``scale`` x, (sample, term)."""
     n, d = x.shape
-    owner, terms, degree = _candidates(x)
+    owner, terms, scaled, degree = _candidates(x, scale)
+    alone = owner[:, 0] == owner[:, 1]
     # always there: low orders of every variable, so that each index has an error estimate
     low = 2 if n >= 8 * d else 1
-    chosen = _pursue(terms, y, np.flatnonzero((owner >= 0) & (degree <= low)))
+    chosen = _pursue(terms, y, np.flatnonzero(alone & (degree <= low)))
     X = np.column_stack([np.ones(n), terms[:, chosen]])
-    of = np.concatenate([[-1], owner[chosen]])
     Q, R = np.linalg.qr(X)
     β = np.linalg.solve(R, Q.T @ y)
     e = y - X @ β
     influence = n * e[:, None] * np.linalg.solve(R, Q.T).T
-    return Fit(owner=of, coefficients=β, influence=influence, main=(X * β) @ (of[:, None] == np.arange(d)), residual=e)
+    # products are of no account where one variable is scaled
+    at_scale = np.column_stack([np.ones(n), *(scaled[:, i] if alone[i] else terms[:, i] for i in chosen)])
+    of = np.concatenate([[[-1, -1]], owner[chosen]])
+    return Fit(owner=of, coefficients=β, influence=influence, terms=X, residual=e), at_scale
 
 
 def _pursue(terms: NDArray, y: NDArray, first: NDArray) -> list[int]:
@@ -146,10 +200,11 @@ def _pursue(terms: NDArray, y: NDArray, first: NDArray) -> list[int]:
     return chosen
 
 
-def _candidates(x: NDArray) -> tuple[NDArray, NDArray, NDArray]:
-    """Variable (−1: two) and degree of each candidate, (term,), and its values, (sample, term)."""
-    single = [_orthonormal(column) for column in x.T]
-    owner = [i for i, basis in enumerate(single) for _ in range(basis.shape[1])]
+def _candidates(x: NDArray, scale: float) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+    """Variables (term, 2) of each candidate, its values (sample, term), single ones at ``scale`` x too, and degrees."""
+    both = [_orthonormal(column, scale) for column in x.T]
+    single = [basis for basis, _ in both]
+    owner = [(i, i) for i, basis in enumerate(single) for _ in range(basis.shape[1])]
     degree = [k + 1 for basis in single for k in range(basis.shape[1])]
     terms = single
     if len(single) <= MOST_WITH_PRODUCTS:
@@ -158,14 +213,19 @@ def _candidates(x: NDArray) -> tuple[NDArray, NDArray, NDArray]:
             for a, b in combinations(single, 2)
         ]
         terms = [*single, *pairs]
+        couples = zip(combinations(range(len(single)), 2), pairs, strict=True)
+        owner += [couple for couple, products in couples for _ in range(products.shape[1])]
     values = np.concatenate(terms, axis=1)
-    products = values.shape[1] - len(owner)
-    return np.array(owner + [-1] * products), values, np.array(degree + [0] * products)
+    degrees = np.array(degree + [0] * (len(owner) - len(degree)))
+    return np.array(owner).reshape(-1, 2), values, np.concatenate([at for _, at in both], axis=1), degrees
 
 
-def _orthonormal(x: NDArray) -> NDArray:
-    """Polynomials of degree 1 … orthonormal over the samples and free of mean, (sample, degree)."""
+def _orthonormal(x: NDArray, scale: float) -> tuple[NDArray, NDArray]:
+    """Polynomials of degree 1 … orthonormal over the samples and free of mean, (sample, degree); at x and scale · x."""
     low, high = x.min(), x.max()
     degree = min(DEGREE, len(np.unique(x)) - 1)
-    powers = np.polynomial.legendre.legvander((2 * x - low - high) / (high - low), degree)
-    return math.sqrt(len(x)) * np.linalg.qr(powers)[0][:, 1:]
+    powers, scaled = (
+        np.polynomial.legendre.legvander((2 * at - low - high) / (high - low), degree) for at in (x, scale * x)
+    )
+    Q, R = np.linalg.qr(powers)
+    return math.sqrt(len(x)) * Q[:, 1:], math.sqrt(len(x)) * np.linalg.solve(R.T, scaled.T).T[:, 1:]

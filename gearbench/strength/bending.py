@@ -127,11 +127,10 @@ class RootBending:
 
         The norm advises against s_R ≤ 0.5 h_t; the formula is continued there.
         """
-        bore = self.pair.members[self.role].bore_diameter
-        gear = self.tooth.gear
-        if bore is None:
+        member, gear = self.pair.members[self.role], self.tooth.gear
+        if member.bore_diameter is None:
             return 1.0
-        rim = gear.root_radius - bore / 2
+        rim = member.rim_thickness or gear.root_radius - member.bore_diameter / 2
         if rim <= 0:
             return math.inf
         # the fit falls below 1 just where the rim is thick enough, at 1.2 h_t

@@ -9,6 +9,7 @@ from itertools import product
 from typing import Any, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearbench.errors import InputError
 from gearbench.scene_file import TABLES, scene_key
@@ -48,7 +49,7 @@ class Axis:
         return self.values[0] * self.values[-1] > 0
 
 
-def axis(name: str, values: Sequence[float]) -> Axis:
+def axis(name: str, values: Sequence[float] | NDArray) -> Axis:
     """Axis of the numeric key ``name``; whole numbers where the key takes no others.
 
     Raises
@@ -70,7 +71,7 @@ def axis(name: str, values: Sequence[float]) -> Axis:
     return Axis(name=name, path=path, values=numbers, unit=key.unit)
 
 
-def axes_of(swept: Mapping[str, Sequence[float]]) -> tuple[Axis, ...]:
+def axes_of(swept: Mapping[str, Sequence[float] | NDArray]) -> tuple[Axis, ...]:
     """The axes of a sweep in the order given.
 
     Raises

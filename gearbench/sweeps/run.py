@@ -8,6 +8,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from numpy.typing import NDArray
+
 from gearbench.errors import InputError
 from gearbench.interruption import arrived
 from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs
@@ -32,7 +34,7 @@ KEEP_SHARE, KEEP_LEAST = 20.0, 2.0
 
 def sweep(
     scene: Scene,
-    ranges: Mapping[str, Sequence[float]] | None = None,
+    ranges: Mapping[str, Sequence[float] | NDArray] | None = None,
     *,
     outputs: Sequence[str] = DEFAULT_OUTPUTS,
     samples: int = 0,
@@ -41,7 +43,7 @@ def sweep(
     threads: int | None = None,
     progress: Callable[[int, int], None] = lambda done, of: None,
     keep: Callable[[xr.Dataset], object] | None = None,
-    **keys: Sequence[float],
+    **keys: Sequence[float] | NDArray,
 ) -> xr.Dataset:
     """Simulate ``scene`` at every point of the grid of some of its numeric keys.
 

@@ -26,7 +26,7 @@ from studies.s08_contact.data import scene as spur_scene
 if TYPE_CHECKING:
     import xarray as xr
 
-PHASES = 12
+PHASES = 8
 SEED = 2409
 #: Relative accuracy of the finite elements on lines.
 ACCURACY = 0.002

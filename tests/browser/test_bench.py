@@ -121,7 +121,7 @@ def test_change_compare_undo_and_save(explored, scene_file, tmp_path):
         assert driver.execute_script(heads) == ["baseline", "variant 1", "now"]
         numbers = driver.execute_script(NUMBER, "peak-to-peak")
         assert numbers[1] == first[1] != numbers[2]  # the variant is that of the curves shown, not of the answer before
-        assert driver.execute_script(MODEL + "return model('variants ste').data.xs.length") == 1
+        assert driver.execute_script(MODEL + "return model('kept ste').data.xs.length") == 1
 
         # an effect that is added begins with an example, and leaves without a trace
         driver.execute_script("document.querySelector('[data-effect=\"end_relief\"]').click()")

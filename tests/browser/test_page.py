@@ -11,6 +11,7 @@ from gearbench.explore.settings import Settings
 from gearbench.explore.stored import open_results
 from gearbench.results.netcdf import save
 from gearbench.scene_file import load_scene
+from gearbench.simulation import simulate
 from tests.browser.changes import CHANGES, change_times
 from tests.browser.chromium import chromium, faults, missing, open_page, shot, wait
 from tests.explore_designs import front
@@ -56,7 +57,7 @@ def test_select_filter_slide_and_export(served, tmp_path):
 
         # a click on a point of the cloud picks that design
         chosen = pick_by_click(driver, designs)
-        wait(lambda: f"design {designs.number[chosen]}<" in summary(driver), "the pick was not computed")
+        wait(lambda: summary(driver).endswith(f"design {designs.number[chosen]}"), "the pick was not computed")
         shot(driver, "2_picked")
         # the sliders follow the pick, and ask nothing by that
         assert driver.execute_script(MODEL + "return model('question').data.settings[0]") is None
@@ -126,6 +127,51 @@ def test_ranges_are_brushed_on_the_axes_of_the_parallel_coordinates(served, tmp_
         assert faults(driver) == []
 
 
+COMPARED = """
+const rows = [...document.querySelectorAll("#numbers tr")];
+return rows.map((row) => [...row.children].map((cell) => cell.firstChild?.textContent ?? ""));
+"""
+
+
+def test_picks_are_compared_in_a_table_and_by_their_curves(served, tmp_path):
+    url = served(300)
+    designs = catalogue(open_results([tmp_path / "front.nc"]))
+    picks = fronts(designs)[[0, 2, 4]]
+    with chromium(tmp_path) as driver:
+        open_page(driver, url)
+        assert "300" not in text(driver, "results")  # one of them is no gear
+        assert text(driver, "results").endswith("299 designs, plate teeth, clamped</li>")
+        means = []
+        for chosen in picks:
+            name = designs.name(int(chosen))
+            driver.execute_script(MODEL + PICK, int(chosen))
+            wait(lambda name=name: summary(driver) == name, "not picked")
+            driver.find_element("id", "keep").click()
+            means.append(simulate(designs.scene(int(chosen)))["transmission_error_mean"].item())
+        rows = driver.execute_script(COMPARED)
+        assert rows[0] == ["", "stored", *(designs.name(int(chosen)) for chosen in picks), "now"]
+        table = {row[0]: row[1:] for row in rows[1:]}
+        assert table["mean STE [µm]"][1:4] == [f"{mean:.2f}" for mean in means]
+        # each curve is laid over those of the gear, with its mean and without
+        value = MODEL + "return model('kept ste').data[arguments[0]].map((v) => Array.from(v))"
+        drawn, less = (driver.execute_script(value, field) for field in ("ys", "fluctuations"))
+        for curve, rest, mean in zip(drawn, less, means, strict=True):
+            np.testing.assert_allclose(np.subtract(curve, rest), mean, rtol=1e-5)
+        driver.find_element("id", "fluctuation").click()
+        glyph = MODEL + "return model('ste').renderers.map((r) => (r.glyph.ys ?? r.glyph.y).field)"
+        assert driver.execute_script(glyph) == ["fluctuation", "fluctuation", "fluctuations"]
+        shot(driver, "12_picks_compared")
+        # a fourth beside the one shown is one too many; a gear that is changed says so
+        driver.find_element("id", "keep").click()
+        assert "drop one first" in text(driver, "message")
+        driver.find_element("css selector", "#numbers thead button").click()
+        driver.execute_script(MODEL + "model('crowning').value = 9")
+        wait(lambda: "amount = 9" in scene_text(driver), "nothing was computed")
+        driver.find_element("id", "keep").click()
+        assert driver.execute_script(COMPARED)[0][-2].endswith(", changed")
+        assert faults(driver) == []
+
+
 @pytest.mark.slow
 def test_sixty_thousand_designs(served, tmp_path):
     """All there, and nothing on the console after sixty changes of each kind; ``make bench`` times them."""
@@ -151,9 +197,7 @@ def test_the_file_works_without_any_network(tmp_path):
         first, last = fronts(designs)[[0, -1]]
         for chosen in (first, last):
             driver.execute_script(MODEL + PICK, int(chosen))
-            wait(
-                lambda chosen=chosen: f"design {designs.number[chosen]}<" in summary(driver), "no picture of the front"
-            )
+            wait(lambda chosen=chosen: summary(driver).endswith(f"design {designs.number[chosen]}"), "no picture")
         driver.execute_script(MODEL + "model('filter effects.crowning.amount').value = [2.5, 5.5]")
         kept = designs.column("effects.crowning.amount").values
         kept = (kept >= 2.5) & (kept <= 5.5)

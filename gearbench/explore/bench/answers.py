@@ -12,10 +12,9 @@ import numpy as np
 from gearbench.contact.off_line import advice
 from gearbench.errors import GearbenchError, InputError
 from gearbench.explore.bench.form import takes_files
-from gearbench.explore.gear_data import Tables, densities, tables
+from gearbench.explore.gear_data import ORDERS, Tables, densities, tables
 from gearbench.explore.model import Picture, outline, scattered
 from gearbench.explore.page import answer_data
-from gearbench.results.provenance import support
 from gearbench.results.solved import Solved
 from gearbench.results.warnings import warnings as scene_warnings
 from gearbench.scene import Resolution, Scene
@@ -25,8 +24,8 @@ from gearbench.sweeps.run import sweep
 
 #: Quick look while a slider moves.
 COARSE = Resolution(positions=16, segments=10)
-#: Torques of the Harris map over that of the scene, and mesh orders shown over torque.
-TORQUES, ORDERS = tuple(np.round(np.linspace(0.2, 1.6, 8), 3)), (1, 2, 3)
+#: Torques of the Harris map over that of the scene.
+TORQUES = tuple(np.round(np.linspace(0.2, 1.6, 8), 3))
 #: Resolution of the Harris map.
 _MAP = Resolution(positions=32, segments=10)
 
@@ -65,13 +64,13 @@ def answers(base: Scene, asked: Any) -> Iterator[dict[str, Any]]:
 
 def _solved(scene: Scene) -> Iterator[dict[str, Any]]:
     quick, _ = outline(replace(scene, resolution=COARSE))
-    yield answer_data({**tables(replace(quick, scene=scene), teeth=False), **numbers(quick)})
+    yield answer_data(tables(replace(quick, scene=scene), teeth=False))
     now, solved = outline(scene)
-    yield answer_data({**tables(now), **numbers(now)})
+    yield answer_data(tables(now))
     yield answer_data({"warnings": {"text": warnings(now, solved)}})
     if now.unfinished:
         now = scattered(now, solved)
-        yield answer_data({**densities(now), **numbers(now)})
+        yield answer_data(densities(now))
     yield answer_data(over_torque(scene))
 
 
@@ -92,29 +91,6 @@ def warnings(now: Picture, solved: Solved) -> list[str]:
     return found
 
 
-def numbers(now: Picture) -> Tables:
-    """Numbers of a picture by label, as text."""
-    ste, k, meshing = now.transmission_error, now.mesh_stiffness, now.scene.pair.meshing
-    rows = [
-        ("peak-to-peak STE [µm]", f"{ste.peak_to_peak:.3f}"),
-        ("RMS STE [µm]", f"{ste.rms:.3f}"),
-        *((f"order {n} of STE [µm]", f"{ste.amplitude[n - 1]:.3f}") for n in ORDERS),
-        ("mean STE [µm]", f"{ste.mean:.2f}"),
-        ("mean stiffness k [N/µm]", f"{k.mean:.1f}"),
-        ("RMS of k [%]", f"{k.rms:.2f}"),
-        ("greatest contact pressure [MPa]", f"{np.nanmax(now.pressure):.0f}"),
-        ("contact ratios ε_α, ε_β", f"{meshing.transverse_contact_ratio:.3f}, {meshing.overlap_ratio:.3f}"),
-        ("working pressure angle α_wt [°]", f"{np.degrees(meshing.alpha_wt):.3f}"),
-        ("backlash j_wt [mm]", f"{now.scene.pair.actual_backlash:.4f}"),
-        ("teeth stand on", support(now.scene).replace("_", " ")),
-    ]
-    if now.scatter is not None:
-        values = now.scatter.transmission_error
-        rows.append(("RMS STE over the errors [µm]", f"{values.mean():.3f} ± {values.std(ddof=1):.3f}"))
-    labels, values = zip(*rows, strict=True)
-    return {"numbers": {"label": list(labels), "value": list(values)}}
-
-
 #: Tables over torque of a scene that is not swept yet.
 NOT_SWEPT: Tables = {
     "harris": {"xs": [], "ys": [], "torque": []},
@@ -124,9 +100,10 @@ NOT_SWEPT: Tables = {
 
 def over_torque(scene: Scene) -> Tables:
     """Harris map, and orders and peak-to-peak STE over torque; of the scene's own load case."""
-    torque = [float(f"{ratio * scene.load.torque:.4g}") for ratio in TORQUES]
     names = ("transmission_error", "transmission_error_amplitude", "transmission_error_peak_to_peak")
-    found = sweep(replace(scene, resolution=_MAP), {"torque": torque}, outputs=names)
+    asked = [float(f"{ratio * scene.load.torque:.4g}") for ratio in TORQUES]
+    found = sweep(replace(scene, resolution=_MAP), {"torque": asked}, outputs=names)
+    torque = found["torque"].values.tolist()  # ascending, also below 0
     phase, values = found["mesh_phase"].values, found["transmission_error"].transpose("torque", ...).values
     phase = phase if phase.ndim == 2 else np.broadcast_to(phase, values.shape)
     lines = [_two_periods(x, y - y.mean()) for x, y in zip(phase, values, strict=True)]

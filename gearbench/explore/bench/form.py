@@ -156,6 +156,8 @@ def _control(key: Key, path: str, given: Any) -> Control | None:
         least, most, above = _limits(limits)
         narrow = path.startswith("pair.") and key.name not in ("profile_shift", "helix_angle")
         low, high, step = _span(value, least, most, unit, whole=plain is int, above=above, narrow=narrow)
+        if path == "load.torque" and value is not None:  # of the sign that it has: neither flank carries 0
+            low, high, step = _same_sign(value, low, high, step)
         kind: Kind = "integer" if plain is int else "number"
         return Control(**common, kind=kind, value=value, least=least, most=most, low=low, high=high, step=step)
     if get_origin(plain) is tuple and all(_unwrapped(item)[0] in (int, float, ...) for item in get_args(plain)):
@@ -209,6 +211,16 @@ def _span(
     low = low if least is None else max(low, math.ceil(least / step) * step + (step if above else 0.0))
     high = high if most is None else min(high, math.floor(most / step) * step)
     return _round(low), _round(high), _round(step)
+
+
+def _same_sign(
+    value: float, low: float | None, high: float | None, step: float | None
+) -> tuple[float | None, float | None, float | None]:
+    """Ends of a slider about a value that is not 0, without 0."""
+    assert low is not None
+    assert high is not None
+    assert step is not None
+    return (max(low, step), high, step) if value > 0 else (low, min(high, -step), step)
 
 
 def _round(value: float) -> float:

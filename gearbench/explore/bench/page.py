@@ -12,17 +12,17 @@ from bokeh.events import DocumentReady
 from bokeh.models import ColorBar, ColumnDataSource, LinearColorMapper
 
 from gearbench.effects.registry import effect_class
-from gearbench.explore.bench.answers import NOT_SWEPT, ORDERS
+from gearbench.explore.bench.answers import NOT_SWEPT
 from gearbench.explore.bench.form import Group, form
 from gearbench.explore.gear import GearPanel
-from gearbench.explore.gear_data import Tables
+from gearbench.explore.gear_data import ORDERS, Tables
 from gearbench.explore.look import HEIGHT, INK, PALETTE, chart, fitted, fixed
 from gearbench.explore.page import answer_data
 from gearbench.explore.scripts import script, text_of
 from gearbench.scene import Scene
 
-#: Curves of variants laid over those of the gear.
-_OVERLAID = ("ste", "stiffness")
+#: Variants kept at most: as many as have colours of their own.
+MOST = 6
 
 
 class BenchPage:
@@ -43,11 +43,7 @@ class BenchPage:
         self.question = ColumnDataSource({"scene": [json.dumps(scene.to_mapping())], "number": [0]}, name="question")
         self.answer = ColumnDataSource(answer_data(), name="answer")
         self.gear = GearPanel({**NOT_SWEPT, "warnings": {"text": []}, **begin})
-        empty = {"xs": [], "ys": [], "fluctuations": [], "colour": [], "label": []}
-        self.variants = {name: ColumnDataSource(dict(empty), name=f"variants {name}") for name in _OVERLAID}
         self.figures = {**self.gear.figures, "harris": self._harris(), "torque": self._torque()}
-        for name, source in self.variants.items():
-            self.figures[name].multi_line("xs", "ys", source=source, color="colour", line_width=1.6)
 
     def put(self, document: Document, *, live: bool = True) -> None:
         """Make this the page of a document; one that is not ``live`` has no controls."""
@@ -64,9 +60,9 @@ class BenchPage:
         self.answer.js_on_change("data", show)
         # scripts of a document alone do not tell the server of the models they work on
         self.figures["ste"].tags = [self.question, self.answer]
-        document.js_on_event(DocumentReady, self._begin(groups), *self.gear.ready)
+        document.js_on_event(DocumentReady, self._begin(groups, live), *self.gear.ready)
 
-    def _begin(self, groups: tuple[Group, ...]) -> Any:
+    def _begin(self, groups: tuple[Group, ...], live: bool) -> Any:
         """The script that brings controls, variants and numbers to life."""
         added = {
             group.path.partition(".")[2]: dict(effect_class(group.path.partition(".")[2]).example)
@@ -74,11 +70,9 @@ class BenchPage:
             if group.optional and not group.present
         }
         return script(
-            "bench", question=self.question, now=self.gear.now, before=self.gear.before, phase=self.gear.phase,
-            variants=self.variants, beside=self.beside, examples=json.dumps(added),
-            colours=[*PALETTE[2:], *PALETTE[:2]],
+            "compare", "bench", question=self.question, phase=self.gear.phase, examples=json.dumps(added),
             plots=[self.figures[name] for name in self._shown()],
-            curves=[line.glyph for name in _OVERLAID for line in self.figures[name].renderers],
+            **self.gear.compare(("baseline", "now") if live else (self.scene.name or "scene",), MOST, self.beside),
         )  # fmt: skip
 
     def _shown(self) -> list[str]:

@@ -10,15 +10,19 @@ from typing import Any
 
 from bokeh.document import Document
 
-from gearbench.explore.bench.answers import answers, numbers, over_torque, warnings
+from gearbench.explore.bench.answers import answers, over_torque, warnings
 from gearbench.explore.bench.page import BenchPage
 from gearbench.explore.conversation import Conversation
+from gearbench.explore.gear import OVERLAID
 from gearbench.explore.gear_data import tables
 from gearbench.explore.model import Picture, outline, picture, scattered
 from gearbench.explore.scripts import text_of
 from gearbench.explore.static import as_file
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
+
+#: Time after which a slider rests, and the fine answer is begun [s].
+REST = 0.12
 
 
 class BenchSession:
@@ -37,8 +41,8 @@ class BenchSession:
     """
 
     def __init__(self, scene: Scene, begin: Picture, document: Document, beside: Sequence[Picture] = ()) -> None:
-        self.page = BenchPage(scene, {**tables(begin), **numbers(begin)}, variants(beside))
-        self._talk = Conversation(document, self.page.question, self.page.answer, partial(answers, scene))
+        self.page = BenchPage(scene, tables(begin), variants(beside))
+        self._talk = Conversation(document, self.page.question, self.page.answer, partial(answers, scene), rest=REST)
         self.page.put(document)
 
 
@@ -59,7 +63,7 @@ def bench(scene: Scene, *others: Scene) -> Callable[[Document], object]:
 def bench_html(scene: Scene, *others: Scene) -> str:
     """The bench as one page that needs no server: all it shows of ``scene`` and its variants, without controls."""
     now, solved = outline(scene.one_load)
-    shown = {**tables(scattered(now, solved)), **numbers(now), **over_torque(scene)}
+    shown = {**tables(scattered(now, solved)), **over_torque(scene)}
     beside = [picture(other) for other in others]
     page = BenchPage(scene, {**shown, "warnings": {"text": warnings(now, solved)}}, variants(beside))
     document = Document()
@@ -68,17 +72,14 @@ def bench_html(scene: Scene, *others: Scene) -> str:
 
 
 def variants(beside: Sequence[Picture]) -> list[dict[str, Any]]:
-    """Pictures as variants of a page: name, scene, numbers and curves."""
-    return [
-        {
-            "name": each.scene.name or f"variant {i}",
-            "number": i,
-            "scene": json.dumps(each.scene.to_mapping()),
-            "numbers": numbers(each)["numbers"],
-            "curves": {name: tables(each, teeth=False)[name] for name in ("ste", "stiffness")},
-        }
-        for i, each in enumerate(beside, start=1)
-    ]
+    """Pictures as gears kept beside: name, number, scene, numbers and curves."""
+    found = []
+    for i, each in enumerate(beside, start=1):
+        shown = tables(each, teeth=False)
+        kept = {"scene": json.dumps(each.scene.to_mapping()), "numbers": shown["numbers"]}
+        curves = {name: shown[name] for name in OVERLAID}
+        found.append({"name": each.scene.name or f"variant {i}", "number": i, **kept, "curves": curves})
+    return found
 
 
 def example() -> Scene:

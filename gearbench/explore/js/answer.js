@@ -1,7 +1,7 @@
-// Show an answer: tables of the gear, its summary, and where its sliders stand. Nothing of it goes back to the server.
+// Show an answer: tables of the gear, its name, and where its sliders stand. Nothing of it goes back to the server.
 const { now: [tables], before: [stored], summary: [text], message: [fault], controls: [places] } = answer.data;
 document.getElementById("message").textContent = fault;
-if (text) document.getElementById("summary").innerHTML = text;
+if (text) document.getElementById("summary").textContent = text;
 if (places) {
   answer.awaited = false;
   answer.placed = places;  // what ask.js tells from a move by hand: it runs later

@@ -1,15 +1,12 @@
 // The design bench in the browser: controls to tables of a scene and back, undo, baseline, variants, numbers.
 // Everything shown is set as text; nothing that comes from a file is read as markup.
-const byId = (id) => document.getElementById(id);
+// After compare.js, whose functions it uses.
 const form = byId("controls");
 const start = question.data.scene[0];
 let tables = JSON.parse(start);
 let committed = start;
 const undone = [];  // earlier scenes, the last one on top
 const added = JSON.parse(examples);
-const variants_ = [...beside];  // { name, scene, numbers, curves, colour }
-let baseline = null;
-const file_name = byId("bench-name").textContent;
 
 // -- tables and controls ----------------------------------------------------------------------------------------------
 function parent(path, make) {
@@ -127,16 +124,11 @@ if (form) {
   });
   byId("baseline").addEventListener("click", () => {
     for (const [name, source] of Object.entries(before)) source.data = { ...now[name].data };
-    baseline = { ...now.numbers.data };
     numbers();
   });
   byId("variant").addEventListener("click", () => {
-    const name = `variant ${variants_.reduce((most, v) => Math.max(most, v.number), 0) + 1}`;
-    variants_.push({
-      name, number: Number(name.split(" ")[1]), scene: now.scene.data.tables[0], numbers: { ...now.numbers.data },
-      curves: Object.fromEntries(Object.keys(variants).map((key) => [key, now[key].data])),
-    });
-    overlay();
+    const number = kept.reduce((last, each) => Math.max(last, each.number), 0) + 1;
+    keep({ name: `variant ${number}`, number, scene: now.scene.data.tables[0] });
   });
   byId("save").addEventListener("click", () => {
     const text = now.scene.data.text[0];
@@ -144,63 +136,12 @@ if (form) {
     download(new Blob([text], { type: "application/toml" }), file);
   });
   byId("pictures").addEventListener("click", pictures);
+  actions = (each) => [["restore", () => { commit(); undone.push(committed); replace(each.scene); }]];
+  overlay();
   show();
 }
 
-// -- numbers and variants ---------------------------------------------------------------------------------------------
-function cell(tag, text, scope) {
-  const found = document.createElement(tag);
-  found.textContent = text;
-  if (scope) found.scope = scope;
-  return found;
-}
-
-function numbers() {
-  const shown = now.numbers.data, table = byId("numbers");
-  baseline ??= { ...shown };
-  const others = variants_.map((v) => [v.name, v.numbers, v]);
-  const columns = form ? [["baseline", baseline], ...others, ["now", shown]] : [[file_name, shown], ...others];
-  const head = document.createElement("tr");
-  head.append(cell("td", ""));
-  for (const [name, , variant] of columns) {
-    const th = cell("th", name, "col");
-    if (variant) {
-      th.style.borderTop = `3px solid ${variant.colour}`;
-      if (form) for (const [label, act] of [["restore", () => { commit(); undone.push(committed); replace(variant.scene); }],
-        ["drop", () => { variants_.splice(variants_.indexOf(variant), 1); overlay(); }]]) {
-        const button = cell("button", label);
-        button.type = "button";
-        button.setAttribute("aria-label", `${label} ${name}`);
-        button.addEventListener("click", act);
-        th.append(document.createElement("br"), button);
-      }
-    }
-    head.append(th);
-  }
-  const rows = shown.label.map((label, i) => {
-    const row = document.createElement("tr");
-    row.append(cell("th", label, "row"));
-    for (const [, values] of columns) row.append(cell("td", values.value[values.label.indexOf(label)] ?? "–"));
-    return row;
-  });
-  const thead = document.createElement("thead"), tbody = document.createElement("tbody");
-  thead.append(head);
-  tbody.append(...rows);
-  table.replaceChildren(thead, tbody);
-}
-
-function overlay() {
-  variants_.forEach((variant, i) => { variant.colour = colours[i % colours.length]; });
-  for (const [key, source] of Object.entries(variants)) {
-    source.data = {
-      xs: variants_.map((v) => v.curves[key].phase), ys: variants_.map((v) => v.curves[key].value),
-      fluctuations: variants_.map((v) => v.curves[key].fluctuation),
-      colour: variants_.map((v) => v.colour), label: variants_.map((v) => v.name),
-    };
-  }
-  numbers();
-}
-
+// -- warnings and errors ----------------------------------------------------------------------------------------------
 function warn() {
   byId("warnings").replaceChildren(...Array.from(now.warnings.data.text, (text) => cell("li", text)));
 }
@@ -244,20 +185,9 @@ async function pictures() {
   download(new Blob([whole], { type: "image/svg+xml" }), "curves.svg");
 }
 
-// STE and stiffness as they are, or less their means
-byId("fluctuation").addEventListener("change", ({ target }) => {
-  const [one, many] = target.checked ? ["fluctuation", "fluctuations"] : ["value", "ys"];
-  for (const glyph of curves) {
-    if (glyph.xs) glyph.ys = { field: many };
-    else glyph.y = { field: one };
-  }
-});
-
 byId("phase").addEventListener("input", ({ target }) => { phase.value = Number(target.value); });
-now.numbers.connect(now.numbers.properties.data.change, numbers);
 now.warnings.connect(now.warnings.properties.data.change, warn);
 now.ste_density.connect(now.ste_density.properties.data.change, errors);
-overlay();
 warn();
 errors();
 if (form) ask();  // warnings, and curves over torque

@@ -1,13 +1,14 @@
-"""NSGA-II with mixed variables (pymoo), asked for designs and told their results; it evaluates nothing itself.
+"""NSGA-II and NSGA-III with mixed variables (pymoo), asked for designs and told their results.
 
-A search is determined by study and results: asked and told again the same, it asks for the same designs.
-That is how an interrupted run is continued.
+The search evaluates nothing itself. It is determined by study and results: asked and told again the same, it asks for
+the same designs. That is how an interrupted run is continued.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -80,6 +81,7 @@ class Search:
 
 def _algorithm(study: OptimisationStudy, gear: Callable[[Any], Hashable]) -> Any:
     from pymoo.algorithms.moo.nsga2 import NSGA2, binary_tournament
+    from pymoo.algorithms.moo.nsga3 import NSGA3, comp_by_cv_then_random
     from pymoo.core.mixed import MixedVariableMating, MixedVariableSampling
     from pymoo.core.problem import Problem
     from pymoo.core.variable import Choice, Integer, Real
@@ -99,9 +101,10 @@ def _algorithm(study: OptimisationStudy, gear: Callable[[Any], Hashable]) -> Any
     duplicates = _same_gear(gear)
     # their types are inferred from defaults
     make_mating: Any = MixedVariableMating
-    make_algorithm: Any = NSGA2
+    third = study.algorithm.method == "nsga3"
+    make_algorithm: Any = partial(NSGA3, ref_dirs=_directions(study)) if third else NSGA2
     mating = make_mating(
-        selection=TournamentSelection(func_comp=binary_tournament),
+        selection=TournamentSelection(func_comp=comp_by_cv_then_random if third else binary_tournament),
         crossover={Real: SBX(), Integer: SBX(vtype=float, repair=RoundingRepair()), Choice: UX()},
         mutation={
             Real: PM(eta=REAL_SPREAD),
@@ -126,6 +129,16 @@ def _algorithm(study: OptimisationStudy, gear: Callable[[Any], Hashable]) -> Any
     )
     algorithm.setup(problem, seed=study.algorithm.seed)
     return algorithm
+
+
+def _directions(study: OptimisationStudy) -> np.ndarray:
+    """Reference directions, (direction, objective): of Das & Dennis 1998, as many as the population holds."""
+    from pymoo.util.ref_dirs import get_reference_directions
+
+    count, parts = len(study.objectives), 1
+    while math.comb(count + parts, parts + 1) <= study.algorithm.population:
+        parts += 1
+    return np.asarray(get_reference_directions("das-dennis", count, n_partitions=parts))
 
 
 def _same_gear(key: Callable[[Any], Hashable]) -> DuplicateElimination:

@@ -1,0 +1,116 @@
+"""Gear body of three rings: a rim on a web on a hub, each by the functions of ``Ring``, joined where they meet.
+
+For every harmonic, web and hub are a foundation of the rim: the stiffness of the web's outer edge, condensed. The web
+is narrower than both; what it shares with them are polynomials across its own width,
+
+    v = T u,    T_kl = i^{l−k} ∫ g_k(web) g_l dz    (R10 of docs/theory.md),
+
+the phases being those of the functions i^j g_j of either. In the middle of the face T is real. Elsewhere the body is
+not its own mirror image: its harmonics are Hermitian matrices.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.compliance.bases import gauss, legendre_functions
+from gearbench.compliance.ring import LAYER, Ring
+from gearbench.geometry.web import Web
+
+#: Functions along the radius of each of the three rings, polynomials along the axis of the rim beyond those seen, and
+#: most polynomials across the web.
+ALONG, BEYOND, ACROSS = 8, 9, 8
+
+
+@dataclass(frozen=True, kw_only=True)
+class WebbedRing:
+    """Rim, web and hub, held at the bore.
+
+    Parameters
+    ----------
+    rim
+        The rim: a ring down to the web.
+    web
+        Sizes of web and hub, seen as the rim is.
+    bore_radius
+        Radius [mm] at which hub or, without one, web is held.
+    seen
+        Number of polynomials along the axis whose amplitudes are asked for; the edges of the web need more of the rim.
+    """
+
+    rim: Ring
+    web: Web
+    bore_radius: float
+    seen: int
+
+    def harmonics(self, n: NDArray) -> NDArray:
+        """ĉ_n of the rim's outer edge, as ``Ring.harmonics``; those that do not reach through the rim are its own."""
+        rim, n = self.rim, np.asarray(n, dtype=float)
+        reaching = n * (rim.radius - rim.inner_radius) < LAYER * rim.radius
+        q, seen, dtype = rim.order[1], self.seen, self._shared.dtype
+        found = np.zeros((len(n), 3 * seen, 3 * seen), dtype=dtype)
+        found[~reaching] = replace(rim, order=(rim.order[0], seen)).harmonics(n[~reaching])
+        K, edge = replace(rim, held=False).stiffness(n[reaching])
+        p = len(edge)
+        K = K.reshape(-1, 3, p, q, 3, p, q).astype(dtype)
+        T = np.kron(np.eye(3), self._shared)
+        K[:, :, 0, :, :, 0] += (T.conj().T @ self.foundation(n[reaching]) @ T).reshape(-1, 3, q, 3, q)
+        load = np.einsum("p,ab->apb", edge, np.eye(3))[:, :, None, :, None] * np.eye(q, seen)[:, None]
+        load = load.reshape(3 * p * q, 3 * seen)
+        found[reaching] = load.T @ np.linalg.solve(K.reshape(len(K), len(load), -1), load)
+        return (found + _adjoint(found)) / 2
+
+    def foundation(self, n: NDArray) -> NDArray:
+        """Stiffness of web and hub against motions of the web's outer edge (R11), (harmonic, 3·q, 3·q) of the web."""
+        rim, web, q = self.rim, self.web, len(self._shared)
+        hub = self.bore_radius < web.hub_radius
+        disc = replace(
+            rim,
+            inner_radius=web.hub_radius,
+            radius=web.rim_radius,
+            width=web.thickness,
+            order=(rim.order[0], q),
+            held=not hub,
+        )
+        if not hub:
+            return np.linalg.inv(disc.harmonics(n))
+        T = np.kron(np.eye(3), self._shared)
+        below = T @ replace(rim, inner_radius=self.bore_radius, radius=web.hub_radius).harmonics(n) @ T.conj().T
+        K, edge = disc.stiffness(n)
+        part = np.arange(K.shape[1]).reshape(3, len(edge), q)
+        inner, outer, between = part[:, 0].ravel(), part[:, 1].ravel(), part[:, 2:].ravel()
+        # the hub yields by u = −c (K_ii u + K_ir v): no inverse of c, which is nearly singular under a thin web
+        rest = np.concatenate([outer, between])
+        K_ii, K_ir = K[:, inner[:, None], inner], K[:, inner[:, None], rest]
+        yields = np.linalg.solve(np.eye(len(inner)) + below @ K_ii, below @ K_ir)
+        K = K[:, rest[:, None], rest] - np.swapaxes(K_ir, 1, 2) @ yields
+        o, b = np.arange(len(outer)), np.arange(len(outer), len(rest))
+        K_bo = K[:, b[:, None], o]
+        found = K[:, o[:, None], o] - K[:, o[:, None], b] @ np.linalg.solve(K[:, b[:, None], b], K_bo)
+        return (found + _adjoint(found)) / 2
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the web lies in the middle of the face."""
+        return bool(np.isrealobj(self._shared))
+
+    @property
+    def _shared(self) -> NDArray:
+        """T (q of the web, q of the rim)."""
+        b, web, q = self.rim.width, self.web, self.rim.order[1]
+        count = min(q, ACROSS)
+        eta, weight = gauss(q + 2)
+        y = (web.start + web.thickness * eta) / b
+        T = legendre_functions(count, eta).T @ (weight[:, None] * legendre_functions(q, y))
+        T *= np.sqrt(web.thickness / b)
+        turn = 1j ** ((np.arange(q) - np.arange(count)[:, None]) % 4)
+        if abs(web.start + web.stop - b) < 1e-9 * b:
+            return T * turn.real
+        return T * turn
+
+
+def _adjoint(matrices: NDArray) -> NDArray:
+    return np.conj(np.swapaxes(matrices, -1, -2))

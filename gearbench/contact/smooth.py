@@ -1,0 +1,135 @@
+"""Smooth compliance of the segments, summed over the effects; kept for pairs and lines that come again.
+
+It depends on the macro-geometry and on where the nodes are, on nothing that micro-geometry, errors and the load change:
+at uniform phases, and at those at which changes of contact are looked for, it is the same for all variants of a pair.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.contact.problem import gram
+from gearbench.effects.base import ComplianceEffect, Dense, Effect, LineLaw, LowRank
+from gearbench.geometry.action import ContactLines
+
+#: Sums kept, and the most that one of them may take [bytes].
+KEPT, LARGEST = 8, 8e6
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Smooth:
+    """Sum of the smooth compliances of the segments of ``lines``. Never changed.
+
+    Parameters
+    ----------
+    laws
+        The other effects that add compliance: laws of contact.
+    factor
+        Ψ, (position, pair, segment, rank) [√(mm/N)], where each pair deflects by itself.
+    matrix
+        H, (position, n, n) [mm/N], n = pair · segment, zero where no line is; None where each pair deflects by itself.
+    """
+
+    laws: tuple[ComplianceEffect, ...]
+    factor: NDArray
+    matrix: NDArray | None
+
+
+def smooth_compliance(
+    adding: Sequence[ComplianceEffect], lines: ContactLines, beside: Mapping[str, Effect]
+) -> tuple[Smooth, list[LineLaw]]:
+    """Sum of what the effects ``adding`` compliance contribute, and the laws among them.
+
+    ``beside``: all effects that act, by their names.
+    """
+    if 8 * lines.shape[0] * (lines.shape[1] * lines.shape[2]) ** 2 > LARGEST:
+        smooth, laws = _summed(adding, lines, beside)
+        return smooth, laws
+    smooth = _kept(_Key(tuple(adding), lines, dict(beside)))
+    return smooth, _only_laws([effect.compliance(lines, beside) for effect in smooth.laws])
+
+
+def _summed(
+    adding: Sequence[ComplianceEffect], lines: ContactLines, beside: Mapping[str, Effect]
+) -> tuple[Smooth, list[LineLaw]]:
+    parts = [effect.compliance(lines, beside) for effect in adding]
+    laws = tuple(effect for effect, part in zip(adding, parts, strict=True) if isinstance(part, LineLaw))
+    found = _only_laws(parts)
+    smooth = [part for part in parts if not isinstance(part, LineLaw)]
+    del parts
+    own = [part for part in smooth if isinstance(part, LowRank) and not part.coupled]
+    if laws and len(own) == len(smooth):
+        return Smooth(laws=laws, factor=_own_factor(own, lines), matrix=None), found
+    none = np.zeros((*lines.shape, 0))
+    return Smooth(laws=laws, factor=none, matrix=_shared_compliance(smooth, lines)), found
+
+
+def _only_laws(parts: Sequence[object]) -> list[LineLaw]:
+    return [part for part in parts if isinstance(part, LineLaw)]
+
+
+class _Key:
+    """Everything that a sum of compliances depends on."""
+
+    def __init__(self, adding: tuple[ComplianceEffect, ...], lines: ContactLines, beside: Mapping[str, Effect]) -> None:
+        self.arguments = adding, lines, beside
+        digest = hashlib.blake2b()
+        for array in (lines.u, lines.y, lines.active):
+            digest.update(array.tobytes())
+        names = tuple(beside)
+        self._key = adding, names, lines.pair, lines.shape, lines.coast, lines.separation, digest.digest()
+
+    def __hash__(self) -> int:
+        return hash(self._key)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Key) and self._key == other._key
+
+
+@lru_cache(maxsize=KEPT)
+def _kept(key: _Key) -> Smooth:
+    return _summed(*key.arguments)[0]
+
+
+def forget_sums() -> None:
+    """Sum anew when compliances are next asked for: to measure it."""
+    _kept.cache_clear()
+
+
+def _own_factor(parts: Sequence[LowRank], lines: ContactLines) -> NDArray:
+    """Ψ of the sum of compliances that each pair has by itself, (position, pair, segment, rank)."""
+    return np.concatenate([np.zeros((*lines.shape, 0)), *(part.factor for part in parts)], axis=-1)
+
+
+def _shared_compliance(parts: Sequence[LowRank | Dense], lines: ContactLines) -> NDArray:
+    """H of the sum of compliances through which pairs move each other, (position, n, n); zero where no line is."""
+    positions, pairs, segments = lines.shape
+    H = np.zeros((positions, pairs, segments, pairs, segments))
+    whole = H.reshape(positions, pairs * segments, -1)
+    position, pair = np.nonzero(lines.active)
+    for part in parts:
+        if isinstance(part, Dense):
+            whole += part.matrix if part.positive else _without_negative(part.matrix, lines)
+        elif part.coupled:
+            factor = part.factor.reshape(*whole.shape[:2], -1)
+            for pattern in np.unique(lines.active, axis=0):  # of lines that exist, so that the others cost nothing
+                alike, rows = np.all(lines.active == pattern, axis=1), np.repeat(pattern, segments)
+                whole[np.ix_(alike, rows, rows)] += gram(factor[np.ix_(alike, rows)])
+        else:
+            H[position, pair, :, pair] += gram(part.factor[position, pair])
+    active = np.repeat(lines.active, segments, axis=1)
+    whole *= active[:, :, None] & active[:, None, :]
+    return whole
+
+
+def _without_negative(matrix: NDArray, lines: ContactLines) -> NDArray:
+    """A dense compliance on the lines that exist, (position, n, n), less its negative part."""
+    active = np.repeat(lines.active, lines.shape[2], axis=1)
+    value, vector = np.linalg.eigh(np.where(active[:, :, None] & active[:, None, :], matrix, 0.0))
+    return gram(vector * np.sqrt(np.maximum(value, 0.0))[:, None, :])

@@ -1,0 +1,197 @@
+"""Random errors of any number of a gap effect, and of run-out and wobble: their gaps in modes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass as plain_dataclass
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+from pydantic.dataclasses import dataclass
+
+from gearbench.effects.base import Effects, GapEffect
+from gearbench.effects.distributions import Distribution
+from gearbench.effects.relief import Gears
+from gearbench.effects.waviness import Wave, Waviness
+from gearbench.errors import InputError
+from gearbench.geometry.action import ContactLines
+from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
+from gearbench.schema import STRICT, given, read
+
+TwoSided = Literal["uniform_two_sided", "normal_two_sided"]
+
+#: Deviations over the amplitude at which the gap of a number that it is not linear in is known.
+NODES = np.array([-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0])
+#: Relative deviation of a gap from a straight line that is rounding.
+STRAIGHT = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class VariedKey:
+    """A number of another gap effect that scatters about its value in the scene.
+
+    Parameters
+    ----------
+    key
+        The number, below ``effects``: "tip_relief.pinion.amount"; items of lists count from 0, as in
+        "profile_curve.pinion.polynomial.1".
+    amplitude
+        f, in the unit of the key.
+    distribution
+        Over ±f, see ``gearbench.effects.distributions``.
+    """
+
+    key: Annotated[str, Field(min_length=3, max_length=200)]
+    amplitude: Annotated[float, Field(gt=0.0, le=20000.0)]
+    distribution: TwoSided = "normal_two_sided"
+
+    def check(self, pair: Pair, beside: Effects) -> None:
+        """Refuse keys that are no number of a gap effect, and values that it does not allow, with an ``InputError``."""
+        self.effect(beside, 0.0)
+        for sign, share in (("−", -1.0), ("+", 1.0)):
+            try:
+                self.effect(beside, share * self.amplitude).check(pair, beside)
+            except InputError as error:
+                allowed = f"{error.key} {error.allowed}" if error.key else error.allowed
+                raise InputError("key", f"{self.key} {sign} {self.amplitude:g}", allowed) from None
+
+    def effect(self, beside: Effects, deviation: float) -> GapEffect:
+        """The effect with the number that much larger.
+
+        Raises
+        ------
+        InputError
+            If there is no such number, or the effect does not allow its value.
+        """
+        name, *path = self.key.split(".")
+        effect = beside.get(name)
+        if not isinstance(effect, GapEffect) or not path:
+            found = ", ".join(n for n, e in beside.items() if isinstance(e, GapEffect) and n != "manufacturing_errors")
+            allowed = f"must be a number of a gap effect of the scene: {found or 'there is none'}"
+            raise InputError("key", self.key, allowed)
+        value: Any = effect
+        for part in path:
+            value = _below(value, part)
+        if not isinstance(value, float):
+            raise InputError("key", self.key, f"must be a number that is given in effects.{name}")
+        table = given(effect)
+        _put(table, path, value + deviation)
+        return read(type(effect), table)
+
+    def modes(self, lines: ContactLines, beside: Effects) -> NDArray:
+        """Change of the gap by one unit where it is linear in the number, (…, 1); else at each of ``NODES``, (…, 8)."""
+        nominal = self.effect(beside, 0.0).gap(lines)
+        changes = np.stack([self.effect(beside, node * self.amplitude).gap(lines) - nominal for node in NODES], axis=-1)
+        straight = changes[..., -1:] * NODES
+        if np.abs(changes - straight).max() <= STRAIGHT * np.abs(changes).max():
+            return changes[..., -1:] / self.amplitude
+        return changes
+
+    def amounts(self, deviation: NDArray, modes: int) -> NDArray:
+        """How much of each of the ``modes`` a ``deviation`` (sample,) has, (sample, mode): straight between nodes."""
+        if modes == 1:
+            return deviation[:, None]
+        known = np.insert(np.eye(len(NODES)), len(NODES) // 2, 0.0, axis=0)
+        at = np.insert(NODES, len(NODES) // 2, 0.0)
+        return np.stack([np.interp(deviation / self.amplitude, at, column) for column in known.T], axis=-1)
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class RunOut:
+    """Run-out or wobble: how large and how distributed; the phase of the revolution is any.
+
+    Parameters
+    ----------
+    amplitude
+        F_r, twice the amplitude of the wave along the line of action [µm].
+    distribution
+        Over F_r, see ``gearbench.effects.distributions``.
+    gear
+        On which gears: "both" (each its own), "pinion" or "wheel".
+    """
+
+    amplitude: Annotated[float, Field(gt=0.0, le=1000.0)]
+    distribution: Distribution = "uniform"
+    gear: Gears = "both"
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Scatter:
+    """A size that scatters between its deviations, or by an amplitude of its own about their middle.
+
+    Parameters
+    ----------
+    amplitude
+        f [µm]; absent: half of the range between the deviations.
+    distribution
+        Over ±f, see ``gearbench.effects.distributions``.
+    """
+
+    amplitude: Annotated[float, Field(gt=0.0, le=5000.0)] | None = None
+    distribution: TwoSided = "normal_two_sided"
+
+    def variable(self, name: str, deviations: tuple[float, float]) -> Variable:
+        """The random variable of a size with these deviations [µm], lower and upper."""
+        lower, upper = deviations
+        if self.amplitude is None and upper == lower:
+            raise InputError(f"{name}.amplitude", "missing", "is required where the size has no deviations")
+        return Variable(name, (upper - lower) / 2 if self.amplitude is None else self.amplitude, self.distribution)
+
+
+@plain_dataclass(frozen=True)
+class Variable:
+    """A random variable: name, amplitude, distribution; and what one class finer of its tolerance costs."""
+
+    name: str
+    amplitude: float
+    distribution: Distribution
+    cost: float = 1.0
+
+
+@plain_dataclass(frozen=True)
+class Eccentricity:
+    """Run-out or wobble of a gear: its amplitude F_r [µm], and the angle at which the mesh cycle meets it, any [°]."""
+
+    name: str
+    gear: Role
+    amplitude: float
+    distribution: Distribution
+    over_face: Literal["even", "tilting"]
+
+    @property
+    def variables(self) -> tuple[Variable, Variable]:
+        """Amplitude and phase."""
+        label = f"{self.name}_{self.gear.label}"
+        phase = Variable(f"{label}_phase", 180.0, "uniform_two_sided", cost=math.inf)
+        return Variable(label, self.amplitude, self.distribution), phase
+
+    def modes(self, lines: ContactLines) -> NDArray:
+        """Gap of F_r = 1 µm at the phases 0° and 90°, (position, pair, segment, 2) [mm]."""
+        wave = Waviness(**{self.gear.label: (Wave(order=1, amplitude=0.5, over_face=self.over_face),)})
+        return 0.5 * wave.turning(lines, np.zeros(1, dtype=int)).modes
+
+    @staticmethod
+    def amounts(values: NDArray) -> NDArray:
+        """How much of each mode F_r and phase (sample, 2) have, (sample, 2)."""
+        angle = np.radians(values[:, 1])
+        return values[:, :1] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+
+def _below(value: Any, part: str) -> Any:
+    """The item or field ``part`` of a value, None where it has none."""
+    if isinstance(value, tuple):
+        return value[int(part)] if part.isdigit() and int(part) < len(value) else None
+    return getattr(value, part, None) if not part.startswith("_") else None
+
+
+def _put(table: Any, path: list[str], value: float) -> None:
+    """Put a value into nested tables and lists."""
+    for part in path[:-1]:
+        table = table[int(part)] if isinstance(table, list) else table.setdefault(part, {})
+    if isinstance(table, list):
+        table[int(path[-1])] = value
+    else:
+        table[path[-1]] = value

@@ -1,0 +1,82 @@
+// Gears beside each other: a table of their numbers, and their curves over those of the gear that is shown.
+// Everything is set as text; nothing that comes from a file is read as markup.
+const byId = (id) => document.getElementById(id);
+const kept = [...beside];  // { name, number, scene, numbers, curves, colour }
+let actions = null;  // what else can be done with a gear that is kept: [label, function]; null: nothing at all
+
+function cell(tag, text, scope) {
+  const found = document.createElement(tag);
+  found.textContent = text;
+  if (scope) found.scope = scope;
+  return found;
+}
+
+function head(name, each) {
+  const th = cell("th", name, "col");
+  if (!each) return th;
+  th.style.borderTop = `3px solid ${each.colour}`;
+  if (!actions) return th;
+  for (const [label, act] of [...actions(each), ["drop", () => { kept.splice(kept.indexOf(each), 1); overlay(); }]]) {
+    const button = cell("button", label);
+    button.type = "button";
+    button.setAttribute("aria-label", `${label} ${name}`);
+    button.addEventListener("click", act);
+    th.append(document.createElement("br"), button);
+  }
+  return th;
+}
+
+function numbers() {
+  const shown = now.numbers.data, last = heads.length - 1;
+  const beside_it = kept.map((each) => [each.name, each.numbers, each]);
+  const columns = last
+    ? [[heads[0], before.numbers.data], ...beside_it, [heads[1], shown]] : [[heads[0], shown], ...beside_it];
+  const top = document.createElement("tr");
+  top.append(cell("td", ""), ...columns.map(([name, , each]) => head(name, each)));
+  const rows = shown.label.map((label) => {
+    const row = document.createElement("tr");
+    row.append(cell("th", label, "row"));
+    for (const [, values] of columns) row.append(cell("td", values.value[values.label.indexOf(label)] ?? "–"));
+    return row;
+  });
+  const thead = document.createElement("thead"), tbody = document.createElement("tbody");
+  thead.append(top);
+  tbody.append(...rows);
+  byId("numbers").replaceChildren(thead, tbody);
+}
+
+function overlay() {
+  kept.forEach((each, i) => { each.colour = colours[i % colours.length]; });
+  for (const [key, source] of Object.entries(sources)) {
+    source.data = {
+      xs: kept.map((each) => each.curves[key].phase), ys: kept.map((each) => each.curves[key].value),
+      fluctuations: kept.map((each) => each.curves[key].fluctuation),
+      colour: kept.map((each) => each.colour), label: kept.map((each) => each.name),
+    };
+  }
+  numbers();
+}
+
+// the gear that is shown, kept beside under a name
+function keep(gear) {
+  if (kept.length >= most) {
+    byId("message").textContent = `At most ${most} are kept beside: drop one first.`;
+    return;
+  }
+  const curves = Object.fromEntries(Object.keys(sources).map((key) => [key, now[key].data]));
+  kept.push({ ...gear, numbers: { ...now.numbers.data }, curves });
+  overlay();
+}
+
+// STE and stiffness as they are, or less their means
+byId("fluctuation").addEventListener("change", ({ target }) => {
+  const [one, many] = target.checked ? ["fluctuation", "fluctuations"] : ["value", "ys"];
+  for (const glyph of curves) {
+    if (glyph.xs) glyph.ys = { field: many };
+    else glyph.y = { field: one };
+  }
+});
+
+now.numbers.connect(now.numbers.properties.data.change, numbers);
+before.numbers.connect(before.numbers.properties.data.change, numbers);
+overlay();

@@ -1,0 +1,73 @@
+"""Numbers of a design that do not scatter with its errors: objectives and limits take them from here.
+
+Of the variables, of the geometry, of the scene, of the scene solved, from cheap to dear. Responses, which scatter, are
+those of ``gearbench.results.responses``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from gearbench.strength.rating import GEOMETRIC, contact_pressure, root_stress
+
+if TYPE_CHECKING:
+    from gearbench.results.solved import Solved
+    from gearbench.scene import Scene
+
+#: From the variables: what their values cost, by the tables ``costs`` of the study.
+COST = "cost"
+#: Gauss points on each panel of a tooth's outline: its area to ten digits.
+POINTS = 16
+
+
+def mass(scene: Scene) -> float:
+    """Mass of both gears, their teeth as generated, from the bore (none: from the axis) on [kg]."""
+    from gearbench.compliance.outline import tooth_outline
+
+    pair, total = scene.pair, 0.0
+    for gear, member, material in zip(pair.gears, pair.members, pair.materials, strict=True):
+        _, weight, half_width, _ = tooth_outline(gear, POINTS)
+        body = math.pi * (gear.root_radius**2 - ((member.bore_diameter or 0.0) / 2) ** 2)
+        total += gear.face_width * (body + gear.teeth * 2 * float(weight @ half_width)) * material.density
+    return 1e-6 * total
+
+
+def gear_ratio(scene: Scene) -> float:
+    """u = z_2/z_1."""
+    return scene.pair.wheel.teeth / scene.pair.pinion.teeth
+
+
+def largest_pressure(solved: Solved) -> float:
+    """Largest Hertz pressure over the mesh cycle, from the solved load distribution [MPa]."""
+    return float(contact_pressure(solved.lines, solved.solution.force).max())
+
+
+def _of_flank(name: str) -> Callable[[Solved], float]:
+    def number(solved: Solved) -> float:
+        from gearbench.results import flank
+
+        return float(getattr(flank, name)(solved).max())
+
+    return number
+
+
+#: From the scene.
+OF_SCENE: Mapping[str, Callable[[Scene], float]] = MappingProxyType(
+    {"gear_ratio": gear_ratio, "mass": mass, "root_stress": lambda scene: max(root_stress(scene))}
+)
+#: From the scene solved.
+UNDER_LOAD: Mapping[str, Callable[[Solved], float]] = MappingProxyType(
+    {
+        "contact_pressure": largest_pressure,
+        "face_load_factor": _of_flank("face_load_factor"),
+        "flash_temperature": _of_flank("flash_temperature"),
+        "friction_loss": _of_flank("friction_loss"),
+    }
+)
+#: All names.
+NUMBERS = (COST, *GEOMETRIC, *OF_SCENE, *UNDER_LOAD)
+#: Those that need the table ``operation`` of the scene.
+OF_OPERATION = ("flash_temperature", "friction_loss")
