@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,9 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
-from gearbench.contact.batch import chunks, on_threads, prepare, solve_one_chunk
+from gearbench.contact.batch import Batch, chunks, on_threads, prepare, solve_one_chunk
 from gearbench.effects.base import GapEffect
 from gearbench.errors import InputError
+from gearbench.geometry.action import ContactLines
+from gearbench.geometry.pair import Pair
 from gearbench.results.cycle import MeshCycle, Phases, fourier_rows
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
@@ -84,29 +87,51 @@ def hunting_cycle(scene: Scene, *, orders: float = 3.0, threads: int = 1) -> xr.
 
 def _all_cycles(scene: Scene, threads: int) -> MeshCycle:
     """δ and k of all mesh cycles, (cycle, position)."""
-    count = math.lcm(*(gear.teeth for gear in scene.pair.gears))
     if scene.has_shafts:
         raise InputError("system.shafts", "given", "hunting cycles are of gears without shafts")
-    if count > MOST_CYCLES:
-        allowed = f"{count} mesh cycles until the same teeth meet: at most {MOST_CYCLES}"
-        raise InputError("pair.wheel.teeth", scene.pair.wheel.teeth, allowed)
+    count = check_cycles(scene.pair)
     phase, weight = mesh_phases(scene)
     lines = scene_lines(scene, phase)
-    gaps = [effect for effect in scene.flank_effects if isinstance(effect, GapEffect)]
-    found = {effect.name: effect.turning(lines, np.arange(count)) for effect in gaps}
-    turning = {name: part for name, part in found.items() if part is not None}
+    turning = unlike(scene)
     if not turning:
         raise InputError("effects", "all teeth are alike", "must have pitch_errors or waviness")
-    same = tuple(effect for effect in scene.flank_effects if effect.name not in turning)
-    modes = np.concatenate([part.modes for part in turning.values()], axis=-1) / np.expand_dims(lines.lever, -1)
-    amounts = np.concatenate([part.amounts for part in turning.values()], axis=-1)
+    modes, amounts = turning_gaps(turning, lines, count)
+    batch = prepare(assemble(scene, lines, tuple(e for e in scene.flank_effects if e not in turning)), modes)
+    phases = Phases(phase=phase, weight=weight, size=scene.resolution.panel_size)
+    return solve_cycles(scene, phases, batch, amounts, threads)
+
+
+def check_cycles(pair: Pair) -> int:
+    """Mesh cycles until the same teeth meet again; ``InputError`` if there are too many."""
+    count = math.lcm(*(gear.teeth for gear in pair.gears))
+    if count > MOST_CYCLES:
+        allowed = f"{count} mesh cycles until the same teeth meet: at most {MOST_CYCLES}"
+        raise InputError("pair.wheel.teeth", pair.wheel.teeth, allowed)
+    return count
+
+
+def unlike(scene: Scene) -> tuple[GapEffect, ...]:
+    """Effects of the loaded flank whose gap is another in each mesh cycle."""
+    lines, one = scene_lines(scene, np.zeros(1)), np.zeros(1, dtype=int)
+    gaps = (effect for effect in scene.flank_effects if isinstance(effect, GapEffect))
+    return tuple(effect for effect in gaps if effect.turning(lines, one) is not None)
+
+
+def turning_gaps(effects: Sequence[GapEffect], lines: ContactLines, count: int) -> tuple[NDArray, NDArray]:
+    """Gaps of the first ``count`` mesh cycles: modes (position, pair·segment, m), amounts (cycle, m)."""
+    parts = [part for effect in effects if (part := effect.turning(lines, np.arange(count))) is not None]
+    modes = np.concatenate([part.modes for part in parts], axis=-1) / np.expand_dims(lines.lever, -1)
     positions, pairs, segments = lines.shape
-    batch = prepare(assemble(scene, lines, same), modes.reshape(positions, pairs * segments, -1))
+    return modes.reshape(positions, pairs * segments, -1), np.concatenate([part.amounts for part in parts], axis=-1)
+
+
+def solve_cycles(scene: Scene, phases: Phases, batch: Batch, amounts: NDArray, threads: int) -> MeshCycle:
+    """δ and k of mesh cycles with the gaps ``amounts`` (cycle, m), (cycle, position)."""
     parts = list(on_threads(partial(solve_one_chunk, batch), chunks(amounts), threads))
     approach, stiffness = (
-        np.concatenate([getattr(part, name) for part in parts], axis=1).T[:count] for name in ("approach", "stiffness")
+        np.concatenate([getattr(part, name) for part in parts], axis=1).T[: len(amounts)]
+        for name in ("approach", "stiffness")
     )
-    phases = Phases(phase=phase, weight=weight, size=scene.resolution.panel_size)
     return MeshCycle.of(scene, phases, approach, stiffness)
 
 

@@ -180,3 +180,10 @@ def test_two_hundred_kills_two_hundred_identical_results(tmp_path):
 @pytest.mark.slow
 def test_kills_of_searches_that_start_their_own_workers(tmp_path):
     kill_and_resume(6, STUDY, tmp_path, 4, "--scheduler", "local:2")
+
+
+@pytest.mark.slow
+def test_kills_of_races(tmp_path):
+    """A race that goes on computes the samples of its front again, which are not stored."""
+    racing = replace(STUDY, robustness=Robustness(samples=256, racing=True))
+    kill_and_resume(30, racing, tmp_path, 5, "--threads", "2")

@@ -9,8 +9,9 @@ from gearbench import simulate
 from gearbench.dynamics.analysis import response
 from gearbench.dynamics.loaded_mesh import loaded_mesh
 from gearbench.dynamics.modes import modes
-from gearbench.dynamics.revolution import Revolution, by_tooth, revolution, revolution_response, side_bands
+from gearbench.dynamics.revolution import Revolution, revolution, revolution_response, side_bands
 from gearbench.errors import InputError
+from gearbench.hunting import unlike
 from gearbench.results.cycle import Phases, fourier_rows
 from gearbench.scene_file import parse_scene
 from tests.systems import series, shafts, wheels
@@ -33,6 +34,8 @@ def scene(system=None, teeth=(7, 11), **errors):
         "effects": {"hertz": {}, "tooth_bending": {"model": "plate", "order": [3, 3]}},
         "resolution": {"segments": 12, "gauss_points": 5},
     }
+    if waves := errors.pop("waviness", None):
+        tables["effects"]["waviness"] = waves
     if errors:
         tables["effects"]["pitch_errors"] = errors
     return parse_scene(tables | ({} if system is None else {"system": system}))
@@ -42,7 +45,7 @@ def scene(system=None, teeth=(7, 11), **errors):
 def test_excitation_is_that_of_every_pair_of_teeth(errors, cycles):
     """Mean and orders of a revolution from ``simulate`` of each of its mesh cycles."""
     own, H = scene({}, **errors), 2
-    found = revolution(loaded_mesh(scene({})), by_tooth(own), H)
+    found = revolution(loaded_mesh(scene({})), unlike(own), H)
     assert found.cycles == cycles
     orders = np.zeros(H * cycles + 1, complex)
     for i in range(cycles):
@@ -52,6 +55,24 @@ def test_excitation_is_that_of_every_pair_of_teeth(errors, cycles):
         rows = fourier_rows(Phases.of_dataset(data), n)
         orders += np.exp(-2j * np.pi * n * i) * (rows @ data["transmission_error"].values) / cycles * 1e-3
     assert_allclose(found.error, orders, atol=1e-9 * np.abs(orders).max())
+
+
+@pytest.mark.parametrize(("gear", "z", "order"), [("pinion", 7, 1), ("wheel", 11, 3)])
+def test_waves_are_those_of_every_mesh_cycle(gear, z, order):
+    """Run-out of the pinion, a ghost order of the wheel: each cycle simulated with the wave's phase in it."""
+    wave, H = {"order": order, "amplitude": 2.0, "phase": 30.0}, 2
+    found = revolution(loaded_mesh(scene({})), unlike(scene({}, waviness={gear: [wave]})), H)
+    assert found.cycles == z
+    orders, n = np.zeros(H * z + 1, complex), np.arange(H * z + 1) / z
+    for i in range(z):
+        turned = wave | {"phase": (30.0 + 360.0 * order * i / z) % 360.0}
+        data = simulate(scene(waviness={gear: [turned]}))
+        rows = fourier_rows(Phases.of_dataset(data), n)
+        orders += np.exp(-2j * np.pi * n * i) * (rows @ data["transmission_error"].values) / z * 1e-3
+    assert_allclose(found.error, orders, atol=1e-9 * np.abs(orders).max())
+    # the wave itself is the largest side band
+    largest = np.argsort(-np.abs(found.error[1:z]))[0] + 1
+    assert largest in (order, z - order)
 
 
 def test_side_bands_against_time_integration():

@@ -70,3 +70,30 @@ def test_statistics_are_those_of_the_samples():
 def test_scene_without_errors_is_refused():
     with pytest.raises(InputError, match="manufacturing_errors"):
         robust_response(spur_scene({}), speed=1000.0)
+
+
+def test_memory_does_not_grow_with_speeds_times_samples(monkeypatch):
+    """Ten times the speeds and the samples: what both together add is below a tenth of one number for each pair."""
+    import tracemalloc
+
+    from gearbench.dynamics import scatter
+
+    def drawn(model, harmonics, *, samples, **_):
+        rng = np.random.default_rng(0)
+        k = np.zeros((samples, 2 * harmonics + 1), complex)
+        k[:, 0] = model.stiffness[0]
+        error = 1e-3 * rng.normal(size=(samples, harmonics + 1)).astype(complex)
+        tracemalloc.start()
+        return scatter.SampleCycles(stiffness=k, error=error)
+
+    def peak(speeds, samples):
+        robust_response(scene(), speed=np.linspace(500, 6000, speeds), samples=samples, harmonics=1, threads=1)
+        found = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        return found
+
+    robust_response(scene(), speed=[500.0], samples=2, harmonics=1)  # compiled, and loaded
+    monkeypatch.setattr(scatter, "sample_cycles", drawn)
+    sizes = {(s, n): peak(s, n) for s in (60, 600) for n in (32, 320)}
+    both = sizes[600, 320] - sizes[600, 32] - sizes[60, 320] + sizes[60, 32]
+    assert both < 0.1 * 8 * 540 * 288

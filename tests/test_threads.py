@@ -6,10 +6,11 @@ from threading import Barrier
 import pytest
 from threadpoolctl import ThreadpoolController
 
-from gearbench import simulate
+from gearbench import nonlinear_response, response, revolution_response, robust_response, simulate
 from gearbench.library.garambois2017 import case
 from gearbench.scene import Resolution
 from gearbench.threads import single_threaded_blas
+from tests.systems import spur_scene
 
 
 def blas() -> ThreadpoolController:
@@ -46,6 +47,22 @@ def test_compliance_by_itself_is_computed_on_one_thread(monkeypatch):
     scene = case(1, Resolution(positions=4))
     assembling.assemble(scene, assembling.scene_lines(scene, assembling.mesh_phases(scene)[0]))
     assert seen == [{1}]
+
+
+@pytest.mark.parametrize("run", [response, nonlinear_response, robust_response, revolution_response])
+def test_response_computes_on_one_thread(run, monkeypatch):
+    """``modes`` is the largest product of matrices of them all."""
+    import gearbench.dynamics.model as model
+
+    seen, own = [], model.modes
+    monkeypatch.setattr(model, "modes", lambda *a: (seen.append(threads()), own(*a))[1])
+    errors = {"manufacturing_errors": {"preset": "garambois2017"}, "pitch_errors": {"pinion": [0.0, 1.0] * 12 + [0.0]}}
+    names = {robust_response: ["manufacturing_errors"], revolution_response: ["pitch_errors"]}
+    effects = {"hertz": {"law": "yang_sun"}, **{name: errors[name] for name in names.get(run, [])}}
+    more = {"samples": 2} if run is robust_response else {}
+    run(spur_scene({}, effects=effects, segments=4, gauss_points=2), speed=900.0, harmonics=1, **more)
+    assert seen == [{1}]
+    assert threads() == {2}
 
 
 def test_errors_give_the_setting_back():

@@ -19,6 +19,7 @@ from gearbench.cli.hunting import hunting
 from gearbench.cli.optimise import optimise
 from gearbench.cli.options import shows_progress
 from gearbench.cli.plan import plan
+from gearbench.cli.polish import polish
 from gearbench.cli.response import response
 from gearbench.cli.rexs import rexs
 from gearbench.cli.robust import robust
@@ -81,7 +82,7 @@ def _announced(command: Callable[..., None]) -> Callable[..., None]:
 
 
 #: Commands that solve contact problems.
-_SOLVING = (simulate, sweep, hunting, response, robust, optimise, explore, verify, validate, cost)
+_SOLVING = (simulate, sweep, hunting, response, robust, optimise, explore, polish, verify, validate, cost)
 #: Commands that commit their files one by one.
 _STEPWISE = (optimise, sweep)
 for command in (
@@ -93,6 +94,7 @@ for command in (
     optimise,
     select,
     explore,
+    polish,
     verify,
     validate,
     plan,

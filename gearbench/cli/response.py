@@ -28,7 +28,7 @@ Nonlinear = Annotated[bool, typer.Option("--nonlinear", help="With loss of conta
 
 
 Revolution = Annotated[
-    bool, typer.Option("--revolution", help="Over whole revolutions: side bands of teeth that differ (pitch_errors).")
+    bool, typer.Option("--revolution", help="Over whole revolutions: side bands of teeth that differ and of waves.")
 ]
 Samples = Annotated[
     int | None, typer.Option(metavar="N", help="Scatter over N samples of the random manufacturing errors.")

@@ -15,10 +15,12 @@ from gearbench.dynamics.balance import solve
 from gearbench.dynamics.model import Group, Model
 from gearbench.dynamics.stability import is_proven, multipliers
 from gearbench.errors import InputError
+from gearbench.hunting import unlike
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
 from gearbench.scene import Scene
 from gearbench.system.mechanics import DIRECTIONS
+from gearbench.threads import single_threaded_blas
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,6 +37,7 @@ NOTED = 0.02
 Variables = dict[str, tuple[tuple[str, ...], NDArray]]
 
 
+@single_threaded_blas()
 def response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS) -> xr.Dataset:
     """Dynamic transmission error, mesh and bearing forces of ``scene`` over speed, by harmonic balance.
 
@@ -163,7 +166,7 @@ def modal_variables(model: Model, speeds: NDArray, harmonics: int) -> Variables:
 def notes(model: Model, speeds: NDArray, harmonics: int, variables: Variables) -> list[str]:
     """What a reader of the result must know, one line each."""
     lines = []
-    if any(hasattr(effect, "pinion_tooth") for effect in model.scene.effects):
+    if unlike(model.scene):
         lines.append("teeth differ from one another: one mesh cycle stands for all, side bands need a revolution")
     kept, growth = variables["contact_kept"][1], variables["floquet_multiplier"][1]
     for mesh, name in enumerate(model.names):

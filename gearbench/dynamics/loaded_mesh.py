@@ -16,7 +16,7 @@ from gearbench.effects.base import Effect
 from gearbench.effects.shafts import SeatedGear, system_effects
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
-from gearbench.results.cycle import MICROMETRES, MeshCycle, fourier_matrix, mean
+from gearbench.results.cycle import MICROMETRES, MeshCycle, Phases, fourier_matrix, mean
 from gearbench.results.solved import Solved
 from gearbench.scene import Scene
 
@@ -71,11 +71,15 @@ class LoadedMesh:
         InputError
             If uniform phases do not resolve the orders.
         """
-        phases = self.cycle.phases
-        if phases.size is None and 2 * orders >= len(phases.phase):
-            allowed = f"must be more than {2 * orders} for {orders} orders of the mesh frequency, or left out"
-            raise InputError("resolution.positions", len(phases.phase), allowed)
-        return np.concatenate([phases.weight[None], fourier_matrix(phases, orders)])
+        return order_rows(self.cycle.phases, orders)
+
+
+def order_rows(phases: Phases, orders: int) -> NDArray:
+    """As ``LoadedMesh.rows``, of any phases."""
+    if phases.size is None and 2 * orders >= len(phases.phase):
+        allowed = f"must be more than {2 * orders} for {orders} orders of the mesh frequency, or left out"
+        raise InputError("resolution.positions", len(phases.phase), allowed)
+    return np.concatenate([phases.weight[None], fourier_matrix(phases, orders)])
 
 
 def loaded_mesh(scene: Scene, mesh: str = "") -> LoadedMesh:

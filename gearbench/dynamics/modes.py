@@ -41,14 +41,18 @@ class Modes:
     dampers: tuple[NDArray, NDArray]
     stiffness: NDArray
 
-    def _dynamic(self, omega: NDArray) -> NDArray:
-        """1/(ω_r² − ω² + 2iζω_rω), (…, mode); ``InputError`` where nothing damps a mode that is met."""
+    def _dynamic(self, omega: NDArray) -> tuple[NDArray, NDArray]:
+        """Real and imaginary part of 1/(ω_r² − ω² + 2iζω_rω), (…, mode).
+
+        ``InputError`` where nothing damps a mode that is met.
+        """
         w, r = omega[..., None], self.frequency
-        stiffness = r**2 - w**2 + 2j * self.damping_ratio * r * w
-        if self.damping_ratio == 0 and (stiffness == 0).any():
-            f = r[np.argwhere(stiffness == 0)[0, -1]] / (2 * np.pi)
+        real, imaginary = r**2 - w**2, (2 * self.damping_ratio * r) * w
+        size = real**2 + imaginary**2
+        if self.damping_ratio == 0 and (size == 0).any():
+            f = r[np.argwhere(size == 0)[0, -1]] / (2 * np.pi)
             raise InputError("system.damping_ratio", 0.0, f"an order meets the mode at {f:.6g} Hz: give it damping")
-        return 1 / stiffness
+        return real / size, -imaginary / size
 
     def _between(self, left: NDArray, right: NDArray, omega: NDArray) -> NDArray:
         """Receptance (…, left, right) at ω > 0 between rows of modes; dampers joined to it by their forces."""
@@ -76,10 +80,11 @@ class Modes:
         return share / np.maximum(share.sum(axis=1, keepdims=True), 1e-300)
 
 
-def _summed(left: NDArray, g: NDArray, right: NDArray) -> NDArray:
+def _summed(left: NDArray, g: tuple[NDArray, NDArray], right: NDArray) -> NDArray:
     """Σ_r left_ir g_r right_jr, (…, left, right): one real product for all frequencies."""
-    both = (left[:, None] * right).reshape(-1, g.shape[-1]).T
-    return (np.real(g) @ both + 1j * (np.imag(g) @ both)).reshape(*g.shape[:-1], len(left), len(right))
+    real, imaginary = g
+    both = (left[:, None] * right).reshape(-1, real.shape[-1]).T
+    return (real @ both + 1j * (imaginary @ both)).reshape(*real.shape[:-1], len(left), len(right))
 
 
 def modes(mechanics: Mechanics, stiffness: NDArray, damping_ratio: float) -> Modes:

@@ -18,6 +18,7 @@ from gearbench.dynamics.oscillator import Oscillator
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
 from gearbench.scene import Scene
+from gearbench.threads import single_threaded_blas
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,6 +29,7 @@ STEPS, PER_ORDER = 128, 8
 SWEEPS = ("up", "down")
 
 
+@single_threaded_blas()
 def nonlinear_response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS) -> xr.Dataset:
     """Steady response of the scene's own pair with loss of contact, as the speed rises and as it falls.
 

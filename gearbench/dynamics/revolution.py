@@ -1,10 +1,9 @@
-"""Response over whole revolutions: teeth that differ from one another excite side bands of the mesh orders (D11)."""
+"""Response over whole revolutions: teeth that differ and waves excite side bands of the mesh orders (D11)."""
 
 from __future__ import annotations
 
-import math
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -12,25 +11,25 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gearbench.contact.assemble import assemble
-from gearbench.contact.batch import chunks, prepare, solve_one_chunk
+from gearbench.contact.batch import prepare
 from gearbench.dynamics import waves
 from gearbench.dynamics.analysis import HARMONICS, check_harmonics, check_speeds, spans
 from gearbench.dynamics.balance import Excitation, solve
-from gearbench.dynamics.loaded_mesh import LoadedMesh
+from gearbench.dynamics.loaded_mesh import PER_MICROMETRE, LoadedMesh
 from gearbench.dynamics.model import Group, Model
+from gearbench.effects.base import GapEffect
 from gearbench.errors import InputError
-from gearbench.hunting import order_coefficients
+from gearbench.hunting import check_cycles, order_coefficients, solve_cycles, turning_gaps, unlike
 from gearbench.results.cycle import MICROMETRES
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
 from gearbench.scene import Scene
 from gearbench.system.mechanics import DIRECTIONS
+from gearbench.threads import single_threaded_blas
 
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Singular values of the gaps of all teeth below this share of the largest are rounding.
-_RANK = 1e-12
 #: Mesh cycles of a revolution from which bearing forces, one for each order, are left out.
 _LONG = 400
 
@@ -59,58 +58,49 @@ class Revolution:
         return (len(self.stiffness) - 1) // 2
 
 
-def by_tooth(scene: Scene) -> tuple[Any, ...]:
-    """Effects of a scene whose gap differs from tooth to tooth."""
-    return tuple(effect for effect in scene.effects if hasattr(effect, "pinion_tooth"))
-
-
-def revolution(mesh: LoadedMesh, effects: tuple[Any, ...], harmonics: int) -> Revolution:
-    """Excitation of a mesh over a revolution, each mesh cycle with its own teeth, from one prepared contact problem.
+def revolution(mesh: LoadedMesh, effects: Sequence[GapEffect], harmonics: int) -> Revolution:
+    """Excitation of a mesh over a revolution, each mesh cycle with its own gaps, from one prepared contact problem.
 
     Parameters
     ----------
     mesh
-        The mesh without the effects that differ from tooth to tooth.
+        The mesh without the effects that differ from cycle to cycle.
     effects
-        Those, their gaps sums of what the pinion's and what the wheel's tooth bring.
+        Those.
     harmonics
         H.
+
+    Raises
+    ------
+    InputError
+        If it takes more than 100 000 mesh cycles until they repeat.
     """
-    lines, pair = mesh.lines, mesh.scene.pair
-    z1, z2 = (gear.teeth for gear in pair.gears)
-
-    def gaps(pinion: int, wheel: int) -> NDArray:
-        at = ((effect, effect.pinion_tooth + pinion, effect.wheel_tooth + wheel) for effect in effects)
-        parts = [replace(e, pinion_tooth=p % z1, wheel_tooth=w % z2).gap(lines) for e, p, w in at]
-        return np.sum(parts, axis=0).ravel()
-
-    none = gaps(0, 0)
-    first = np.array([gaps(i, 0) for i in range(z1)])
-    second = np.array([gaps(0, j) for j in range(z2)]) - none
-    own = [bool(np.abs(part - part[0]).max() > 0) for part in (first, second)]
-    cycles = math.lcm(z1 if own[0] else 1, z2 if own[1] else 1)
-    u, s, vt = np.linalg.svd(np.concatenate([first, second]), full_matrices=False)
-    keep = s > _RANK * max(s[0], 1e-300)
-    shares, shapes = u[:, keep] * s[keep], vt[keep]
-    i = np.arange(cycles)
-    drawn = shares[i % z1] + shares[z1 + i % z2]
-    positions, pairs, segments = lines.shape
-    modes = shapes.T.reshape(positions, pairs * segments, -1)
-    batch = prepare(assemble(mesh.scene, lines, mesh.effects), modes)
-    solved = [solve_one_chunk(batch, chunk) for chunk in chunks(drawn)]
-    cos_b = math.cos(pair.meshing.beta_b)
-    error = np.concatenate([one.approach for one in solved], axis=1)[:, :cycles] / cos_b
-    stiffness = np.concatenate([one.stiffness for one in solved], axis=1)[:, :cycles].mean(axis=1) * cos_b**2
+    scene, lines = mesh.scene, mesh.lines
+    teeth = tuple(gear.teeth for gear in scene.pair.gears)
+    modes, amounts = turning_gaps(effects, lines, check_cycles(scene.pair))
+    cycles = next(P for P in (1, *sorted(teeth), len(amounts)) if _repeats(amounts, P))
+    batch = prepare(assemble(scene, lines, mesh.effects), modes)
+    found = solve_cycles(scene, mesh.cycle.phases, batch, amounts[:cycles], 1)
+    stiffness = PER_MICROMETRE * found.mesh_stiffness.mean(axis=0)
     return Revolution(
-        cycles=cycles, error=_orders(mesh, error, harmonics), stiffness=mesh.rows(2 * harmonics) @ stiffness
+        cycles=cycles,
+        error=_orders(mesh, found.transmission_error / MICROMETRES, harmonics),
+        stiffness=mesh.rows(2 * harmonics) @ stiffness,
+    )
+
+
+def _repeats(amounts: NDArray, cycles: int) -> bool:
+    """Whether gaps (cycle, m) begin anew after so many cycles, but for rounding of their angles."""
+    return len(amounts) % cycles == 0 and np.allclose(
+        amounts.reshape(-1, cycles, amounts.shape[-1]), amounts[:cycles], rtol=0, atol=1e-9 * np.abs(amounts).max()
     )
 
 
 def _orders(mesh: LoadedMesh, curves: NDArray, harmonics: int) -> NDArray:
-    """Orders 0, 1/P … H (H·P + 1,) of the curves of P cycles, (position, cycle), one after the other."""
+    """Orders 0, 1/P … H (H·P + 1,) of the curves of P cycles, (cycle, position), one after the other."""
     phases = mesh.cycle.phases
-    others = order_coefficients(phases, curves.T, harmonics * curves.shape[1])
-    return np.concatenate([[phases.weight @ curves.mean(axis=1)], others])
+    others = order_coefficients(phases, curves, harmonics * len(curves))
+    return np.concatenate([[curves.mean(axis=0) @ phases.weight], others])
 
 
 def given(mesh: LoadedMesh, error: ArrayLike, harmonics: int) -> Revolution:
@@ -198,6 +188,7 @@ def _over_speed(
     return variables, order
 
 
+@single_threaded_blas()
 def revolution_response(
     scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS, error: ArrayLike | None = None
 ) -> xr.Dataset:
@@ -232,12 +223,15 @@ def revolution_response(
 
     start, speeds = time.perf_counter(), check_speeds(speed)
     check_harmonics(harmonics)
-    unlike = by_tooth(scene)
-    if error is None and not unlike:
-        raise InputError("effects", "all teeth alike", "a revolution needs pitch_errors, or an error that is given")
-    model = Model(scene=replace(scene, effects=tuple(e for e in scene.effects if e not in unlike)))
+    turning = unlike(scene)
+    if error is None and not turning:
+        allowed = "a revolution needs pitch_errors, waviness, or an error that is given"
+        raise InputError("effects", "all teeth alike", allowed)
+    names = [effect.name for effect in turning]
+    alike = {key: tuple(e for e in getattr(scene, key) if e.name not in names) for key in ("effects", "coast")}
+    model = Model(scene=replace(scene, **alike))
     mesh = model.cycles[0]
-    excitation = revolution(mesh, unlike, harmonics) if error is None else given(mesh, error, harmonics)
+    excitation = revolution(mesh, turning, harmonics) if error is None else given(mesh, error, harmonics)
     first = model.groups[0]
     group = Group(meshes=first.meshes[:1], rate=first.rate, phase=first.phase[:1])
     variables, order = _over_speed(model, group, excitation, speeds)

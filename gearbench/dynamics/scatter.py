@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,15 +15,18 @@ from gearbench.contact.batch import chunks, on_threads, prepare, solve_one_chunk
 from gearbench.dynamics import waves
 from gearbench.dynamics.analysis import GROWTH, HARMONICS, check_harmonics, check_speeds, spans
 from gearbench.dynamics.balance import convolution, real
+from gearbench.dynamics.loaded_mesh import PER_MICROMETRE, order_rows
 from gearbench.dynamics.model import Group, Model
 from gearbench.dynamics.stability import is_proven, multipliers
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import InputError
+from gearbench.results.cycle import MICROMETRES, MeshCycle
 from gearbench.results.provenance import provenance
-from gearbench.results.responses import described
-from gearbench.robustness.montecarlo import SAMPLES, default_threads
-from gearbench.robustness.sampling import Sampler, unit_samples
+from gearbench.results.responses import STATISTICS, described
+from gearbench.robustness.montecarlo import SAMPLES, RobustProblem, default_threads
+from gearbench.robustness.sampling import Sampler
 from gearbench.scene import Scene
+from gearbench.threads import single_threaded_blas
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,10 +46,15 @@ class SampleCycles:
     stiffness: NDArray
     error: NDArray
 
+    @classmethod
+    def of(cls, cycle: MeshCycle, harmonics: int) -> SampleCycles:
+        """Orders of the curves (sample, position) of a cycle, 2H of the stiffness."""
+        phases, δ, k = cycle.phases, cycle.transmission_error / MICROMETRES, PER_MICROMETRE * cycle.mesh_stiffness
+        rows = order_rows(phases, 2 * harmonics)
+        return cls(stiffness=k @ rows.T, error=δ @ rows[: harmonics + 1].T)
 
-def sample_cycles(
-    model: Model, harmonics: int, *, samples: int, seed: int, sampler: Sampler, threads: int
-) -> SampleCycles:
+
+def sample_problem(model: Model) -> RobustProblem:
     """Contact of the scene's own pair under random errors, shafts displaced as by its mean load.
 
     Raises
@@ -60,7 +68,7 @@ def sample_cycles(
     errors = cycle.scene.effect("manufacturing_errors")
     if not isinstance(errors, ManufacturingErrors):
         raise InputError("effects", "no manufacturing_errors", "scatter needs [effects.manufacturing_errors]")
-    lines, pair = cycle.lines, cycle.scene.pair
+    lines = cycle.lines
     positions, pairs, segments = lines.shape
     if errors.centre_distance is not None:
         raise InputError(
@@ -69,14 +77,21 @@ def sample_cycles(
     expansion = errors.expansion(lines, {effect.name: effect for effect in cycle.scene.flank_effects})
     gaps = (expansion.modes / np.expand_dims(lines.lever, -1)).reshape(positions, pairs * segments, -1)
     batch = prepare(assemble(cycle.scene, lines, cycle.effects), gaps)
-    unit = unit_samples(sampler, samples, len(expansion.mean), seed)
-    drawn = expansion.amounts(errors.draw(unit, pair))
-    cos_b, rows = math.cos(pair.meshing.beta_b), cycle.rows(2 * harmonics)
-    stiffness, error = [], []
-    for solution in on_threads(lambda chunk: solve_one_chunk(batch, chunk), chunks(drawn), threads):
-        stiffness.append(cos_b**2 * solution.stiffness.T @ rows.T)
-        error.append(solution.approach.T @ rows[: harmonics + 1].T / cos_b)
-    return SampleCycles(stiffness=np.concatenate(stiffness)[:samples], error=np.concatenate(error)[:samples])
+    phases = cycle.cycle.phases
+    return RobustProblem(scene=cycle.scene, errors=errors, batch=batch, expansion=expansion, phases=phases)
+
+
+def sample_cycles(
+    model: Model, harmonics: int, *, samples: int, seed: int, sampler: Sampler, threads: int
+) -> SampleCycles:
+    """Orders of stiffness and transmission error of the samples of ``sample_problem``; raises as that."""
+    problem = sample_problem(model)
+    drawn, parts = problem.expansion.amounts(problem.draw(samples, seed, sampler)), []
+    for solution in on_threads(partial(solve_one_chunk, problem.batch), chunks(drawn), threads):
+        cycle = MeshCycle.of(problem.scene, problem.phases, solution.approach.T, solution.stiffness.T)
+        parts.append(SampleCycles.of(cycle, harmonics))
+    whole = {name: np.concatenate([getattr(part, name) for part in parts])[:samples] for name in ("stiffness", "error")}
+    return SampleCycles(**whole)
 
 
 def force_rms(model: Model, group: Group, cycles: SampleCycles, speed: NDArray, threads: int) -> NDArray:
@@ -107,6 +122,7 @@ def force_rms(model: Model, group: Group, cycles: SampleCycles, speed: NDArray, 
     return out
 
 
+@single_threaded_blas()
 def robust_response(
     scene: Scene,
     *,
@@ -135,8 +151,8 @@ def robust_response(
     Returns
     -------
     Dataset with ``mesh_force_percentile`` (speed, percentile), mean, standard deviation and maximum of the RMS of the
-    mesh force at each speed, and of each sample its RMS over all speeds, ``mesh_force_rms_overall`` (sample,), whose
-    ``mesh_force_mean``, ``…_std`` and ``…_max`` over the samples are objectives.
+    mesh force at each speed, and of each sample its RMS over all speeds, the response ``mesh_force`` (sample,), with
+    its statistics ``…_mean``, ``…_std`` and ``…_max`` over the samples.
 
     Raises
     ------
@@ -156,10 +172,8 @@ def robust_response(
         raise InputError("system.meshes", "of the same mesh frequency", "scatter is for a pair of its own frequency")
     cycles = sample_cycles(model, harmonics, samples=samples, seed=seed, sampler=sampler, threads=workers)
     over_speed, overall = _statistics(model, group, cycles, speeds, workers)
-    per_sample = (overall.mean(), overall.std(ddof=1), overall.max())
-    variables = over_speed | {"mesh_force_rms_overall": (("sample",), overall)}
-    for name, value in zip(("mean", "std", "max"), per_sample, strict=True):
-        variables[f"mesh_force_{name}"] = ((), np.asarray(value))
+    variables = over_speed | {"mesh_force": (("sample",), overall)}
+    variables |= {f"mesh_force_{name}": ((), np.asarray(f(overall))) for name, (f, _) in STATISTICS.items()}
     coords = {"speed": ("speed", speeds), "percentile": ("percentile", list(PERCENTILES))}
     lines = remarks(model, group, harmonics, speeds, over_speed["mesh_force_rms_max"][1])
     attrs = provenance(scene, wall_time=time.perf_counter() - start, seed=seed) | {"notes": "\n".join(lines)}

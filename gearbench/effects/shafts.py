@@ -22,7 +22,8 @@ from gearbench.system.static import Settled, twist
 _RANK = 1e-14
 
 
-@dataclass(frozen=True, kw_only=True)
+# one is itself alone: sums of compliances are kept by the effects that they are made of
+@dataclass(frozen=True, kw_only=True, eq=False)
 class SeatedGear:
     """A gear of a mesh on its shaft: the shaft at rest, and the rows that its flank reads."""
 
@@ -149,7 +150,7 @@ class Shafts(ComplianceEffect):
         return LowRank(factor=np.concatenate(parts, axis=-1), coupled=True)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class ShaftMotion(GapEffect):
     """Shafts displaced by what does not depend on the flanks: other loads, play and curves of bearings.
 
@@ -163,6 +164,9 @@ class ShaftMotion(GapEffect):
 
     gears: tuple[SeatedGear, SeatedGear]
     motions: tuple[NDArray, NDArray]
+
+    # one is itself alone
+    __eq__, __hash__ = object.__eq__, object.__hash__
 
     name: ClassVar[str] = "shaft_motion"
     summary: ClassVar[str] = "gap: shafts bent by other loads, and bearings whose stiffness depends on load"

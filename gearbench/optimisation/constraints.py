@@ -8,10 +8,10 @@ from functools import cache, partial
 
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.solver import solve
-from gearbench.errors import InputError
+from gearbench.errors import InputError, one_of
 from gearbench.optimisation.numbers import COST, NUMBERS, OF_SCENE, UNDER_LOAD
-from gearbench.optimisation.study import Limit
-from gearbench.results.responses import is_response, response, responses
+from gearbench.optimisation.study import RESPONSES, Limit
+from gearbench.results.responses import is_over_speed, is_response, response, responses
 from gearbench.results.solved import Solved
 from gearbench.scene import Scene
 from gearbench.solution import solve_scene
@@ -31,27 +31,37 @@ def check_limited(name: str) -> None:
         Naming those that can: numbers of the geometry, of the strength, and responses as ``simulate`` has them.
     """
     if name not in NUMBERS and not is_response(name):
-        allowed = ", ".join([*NUMBERS, *responses()])
-        raise InputError(f"constraints.{name}", "unknown quantity", f"allowed: {allowed}")
+        raise InputError(
+            f"constraints.{name}", "unknown quantity", one_of(name, dict.fromkeys([*RESPONSES, *NUMBERS, *responses()]))
+        )
 
 
 def constrained(
-    scene: Scene, limits: Mapping[str, Limit], solved: Callable[[], Solved] | None = None, cost: float = math.nan
+    scene: Scene,
+    limits: Mapping[str, Limit],
+    solved: Callable[[], Solved] | None = None,
+    cost: float = math.nan,
+    force: Callable[[Scene], float] = lambda _: math.nan,
 ) -> dict[str, float]:
     """Limited quantities of ``scene`` by name; NaN where they were not computed.
 
     Cheap ones come first: those of the geometry, then those of the scene, then those of the scene solved, each only
     where the limits before it hold. ``solved`` is called for the last; by default the scene is solved here. Of several
-    loads the worst one counts, and each is solved here. ``cost`` is that of the design's variables.
+    loads the worst one counts, and each is solved here. ``cost`` is that of the design's variables,
+    ``force`` the mesh force over the study's speeds.
     """
     if scene.loads:
-        return _under_the_worst(scene, limits, cost)
+        return _under_the_worst(scene, limits, cost, force)
     solved = solved or cache(partial(solve_scene, scene))
     values = dict.fromkeys(limits, math.nan)
     cheap = (COST, *GEOMETRIC)
     for names in (cheap, OF_SCENE, [name for name in limits if name not in cheap and name not in OF_SCENE]):
         if judge(values, limits)[0] == 0:
-            values |= {name: number(name, scene, solved, cost) for name in limits if name in names}
+            values |= {
+                name: force(scene) if is_over_speed(name) else number(name, scene, solved, cost)
+                for name in limits
+                if name in names
+            }
     return values
 
 
@@ -86,9 +96,11 @@ def decided(values: Mapping[str, float], limits: Mapping[str, Limit]) -> bool:
     return not any(end is not None and abs(value - end) <= ROUGH * abs(end) for value, end in ends)
 
 
-def _under_the_worst(scene: Scene, limits: Mapping[str, Limit], cost: float) -> dict[str, float]:
+def _under_the_worst(
+    scene: Scene, limits: Mapping[str, Limit], cost: float, force: Callable[[Scene], float]
+) -> dict[str, float]:
     """``constrained`` under several loads."""
-    found = [constrained(each, limits, cost=cost) for each in scene.each_load]
+    found = [constrained(each, limits, cost=cost, force=force) for each in scene.each_load]
     known = {name: [values[name] for values in found if not math.isnan(values[name])] for name in limits}
     return {name: limits[name].worst(values) if values else math.nan for name, values in known.items()}
 

@@ -14,12 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.budget import MemoryBudgetError
+from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.pair import Pair
 from gearbench.loads import load_weights
 from gearbench.optimisation.constraints import constrained, decided, judge, may_be_rough, number, solve_roughly
 from gearbench.optimisation.derived import DERIVED
 from gearbench.optimisation.racing import Rivals, stages, statistics
+from gearbench.optimisation.samples import Forces, cycle_responses, sample_responses
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.variables import Value
 from gearbench.results.solved import Solved
@@ -31,6 +33,7 @@ from gearbench.simulation import simulate
 from gearbench.solution import solve_scene
 
 if TYPE_CHECKING:
+    from gearbench.dynamics.over_speed import ForceOverSpeed
     from gearbench.robustness.montecarlo import RobustProblem
 
 #: Violation of a design that makes no scene, or none that can be solved: more than limits can add up to.
@@ -98,16 +101,17 @@ def evaluate(study: OptimisationStudy, design: Design, rivals: Rivals | None = N
         rough = None
         if rivals is not None and not scene.loads and may_be_rough(scene, limits):
             rough = cache(partial(solve_roughly, scene))
-        values = constrained(scene, limits, rough or solved, cost)
+        forces = Forces(study=study)
+        values = constrained(scene, limits, rough or solved, cost, forces.without_errors)
         if rough is not None and not decided(values, limits):
             values = constrained(scene, limits, solved, cost)
         unknown, (violation, reason) = tuple(values.values()), judge(values, limits)
         if violation > 0:
             return Evaluation(violation=violation, reason=reason, constraints=unknown, statistics=nothing)
         numbers = _numbers(study, scene, solved, cost)
-        answer = _feasible(study, scene, numbers, rivals, rough() if rough is not None else None)
+        answer = _feasible(study, scene, numbers, forces, rivals, rough() if rough is not None else None)
         if answer.samples == study.robustness.samples:
-            unknown = tuple(constrained(scene, limits, solved, cost).values())
+            unknown = tuple(constrained(scene, limits, solved, cost, forces.without_errors).values())
         return replace(answer, constraints=unknown)
     except MemoryBudgetError:
         raise
@@ -209,7 +213,12 @@ def cost_of(study: OptimisationStudy, design: Design) -> float:
 
 
 def _feasible(
-    study: OptimisationStudy, scene: Scene, numbers: tuple[float, ...], rivals: Rivals | None, rough: Solved | None
+    study: OptimisationStudy,
+    scene: Scene,
+    numbers: tuple[float, ...],
+    forces: Forces,
+    rivals: Rivals | None,
+    rough: Solved | None,
 ) -> Evaluation:
     """Evaluation of a design that keeps its limits; their values are not yet in it.
 
@@ -217,13 +226,13 @@ def _feasible(
     solved there.
     """
     if study.robustness.samples == 0:
-        found = _at_nominal(study, scene)
+        found = _at_nominal(study, scene, forces)
         found |= zip(study.numbers, numbers, strict=True)
         answer = Evaluation(
             violation=0.0, reason="", constraints=(), statistics=tuple(found.get(n, math.nan) for n in study.statistics)
         )
     else:
-        answer = _dispersion(study, scene, numbers, rivals, rough)
+        answer = _dispersion(study, scene, numbers, forces, rivals, rough)
     known = dict(zip(study.statistics, answer.statistics, strict=True))
     for name in {name for objective in study.objectives for name in objective.weights}:
         if not math.isfinite(known[name]):
@@ -232,15 +241,22 @@ def _feasible(
 
 
 def _dispersion(
-    study: OptimisationStudy, scene: Scene, numbers: tuple[float, ...], rivals: Rivals | None, rough: Solved | None
+    study: OptimisationStudy,
+    scene: Scene,
+    numbers: tuple[float, ...],
+    forces: Forces,
+    rivals: Rivals | None,
+    rough: Solved | None,
 ) -> Evaluation:
     """Statistics over the error samples, as many as it takes."""
-    r, problems = study.robustness, _robust_problems(scene, rough)
-    first = problems[0]
-    errors = first.errors.draw(_unit(r.sampler, r.samples, len(first.names), r.seed), scene.pair)
+    r, kinds = study.robustness, scene.effect("manufacturing_errors")
+    assert isinstance(kinds, ManufacturingErrors)
+    errors = kinds.draw(_unit(r.sampler, r.samples, len(kinds.variables(scene.pair)), r.seed), scene.pair)
+    problems = _robust_problems(scene, rough) if cycle_responses(study) else [None] * len(scene.each_load)
+    each = list(zip(problems, (forces.of(one) for one in scene.each_load), strict=True))
     values = np.empty((len(study.responses), 0))
     for stop in stages(study) if rivals is not None else (r.samples,):
-        values = np.hstack([values, _responses(study, problems, errors[values.shape[1] : stop])])
+        values = np.hstack([values, _responses(study, each, errors[values.shape[1] : stop])])
         if rivals is not None and stop < r.samples and (by := rivals.beating(values, numbers)) is not None:
             found, kept = rivals.estimate(values, by, numbers), None
             break
@@ -256,15 +272,21 @@ def _dispersion(
     )
 
 
-def _at_nominal(study: OptimisationStudy, scene: Scene) -> dict[str, float]:
+def _at_nominal(study: OptimisationStudy, scene: Scene, forces: Forces) -> dict[str, float]:
     """Responses of the scene as it is, as means over one sample, by name."""
+    found, names = {}, cycle_responses(study)
+    if forces.wanted:
+        each = [forces.without_errors(one) for one in scene.each_load]
+        found["mesh_force_mean"] = float(_over_loads(study, each))
+    if not names:
+        return found
     if not scene.loads:
-        dataset = simulate(scene, outputs=study.responses)
-        return {f"{name}_mean": float(dataset[name]) for name in study.responses}
+        dataset = simulate(scene, outputs=names)
+        return found | {f"{name}_mean": float(dataset[name]) for name in names}
     from gearbench.sweeps.run import sweep
 
-    dataset = sweep(scene, outputs=study.responses, threads=1)
-    return {f"{name}_mean": float(dataset[f"{name}_load_{study.over_loads}"]) for name in study.responses}
+    dataset = sweep(scene, outputs=names, threads=1)
+    return found | {f"{name}_mean": float(dataset[f"{name}_load_{study.over_loads}"]) for name in names}
 
 
 def _robust_problems(scene: Scene, rough: Solved | None) -> list[RobustProblem]:
@@ -284,17 +306,11 @@ def _robust_problems(scene: Scene, rough: Solved | None) -> list[RobustProblem]:
     return found
 
 
-def _responses(study: OptimisationStudy, problems: Sequence[RobustProblem], errors: NDArray) -> NDArray:
+def _responses(
+    study: OptimisationStudy, each: Sequence[tuple[RobustProblem | None, ForceOverSpeed | None]], errors: NDArray
+) -> NDArray:
     """Responses to the ``errors`` (sample, error), over the loads as the study has it, (response, sample)."""
-    from gearbench.robustness.montecarlo import respond
-
-    found = []
-    for problem in problems:
-        answers, complete = respond(problem, errors, names=study.responses)
-        if not complete:
-            raise KeyboardInterrupt
-        found.append([answers[name] for name in study.responses])
-    return _over_loads(study, found)
+    return _over_loads(study, [sample_responses(study, problem, force, errors) for problem, force in each])
 
 
 def _numbers(study: OptimisationStudy, scene: Scene, solved: Callable[[], Solved], cost: float) -> tuple[float, ...]:

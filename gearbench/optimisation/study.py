@@ -8,20 +8,23 @@ from dataclasses import asdict, field
 from functools import cached_property
 from typing import Annotated, Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.errors import InputError
 from gearbench.optimisation.numbers import NUMBERS
 from gearbench.optimisation.variables import Value, Variable
-from gearbench.results.responses import STATISTICS, responses, split_statistic, statistics_of
+from gearbench.results.responses import STATISTICS, is_over_speed, responses, split_statistic, statistics_of
 from gearbench.robustness.sampling import Sampler
 from gearbench.schema import STRICT, given
 
 #: A point of the design space: one code for each variable, see ``Variable.value``.
 Design = tuple[float, ...]
 
-#: Responses that are known of every feasible design, beside those of its objectives.
+#: Responses that are known of every feasible design, beside those of its objectives; not where the force over speed of
+#: a pair on shafts is the only one asked for.
 RESPONSES = ("mesh_stiffness_rms", "transmission_error_rms")
 
 Whole = Annotated[int, Field(ge=1, le=1_000_000)]
@@ -134,6 +137,35 @@ class Robustness:
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
+class Speeds:
+    """Where the mesh force is taken, for objectives and limits of the response ``mesh_force``.
+
+    Parameters
+    ----------
+    lowest, highest
+        Speed of the pinion [1/min].
+    count
+        Speeds, at equal steps.
+    harmonics
+        Orders of the mesh frequency.
+    """
+
+    lowest: Annotated[float, Field(gt=0.0, le=1e6)]
+    highest: Annotated[float, Field(gt=0.0, le=1e6)]
+    count: Annotated[int, Field(ge=1, le=10_000)] = 40
+    harmonics: Annotated[int, Field(ge=1, le=200)] = 10
+
+    def __post_init__(self) -> None:
+        if self.highest < self.lowest:
+            raise InputError("highest", self.highest, f"must be at least lowest, {self.lowest:g}")
+
+    @property
+    def values(self) -> NDArray:
+        """The speeds (count,) [1/min]."""
+        return np.linspace(self.lowest, self.highest, self.count)
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
 class OptimisationStudy:
     """Everything an optimisation needs; ``load_study`` reads one from a TOML file.
 
@@ -156,6 +188,8 @@ class OptimisationStudy:
     over_loads
         Where the base has several loads: a response is its weighted mean over them, "mean", or its greatest value,
         "max", of the design itself and of each error sample. Limits hold under every load.
+    speeds
+        Where the mesh force is taken, if an objective or a limit names it.
 
     Raises
     ------
@@ -173,6 +207,7 @@ class OptimisationStudy:
     robustness: Robustness = Robustness()
     costs: dict[str, dict[str, float]] = field(default_factory=dict)
     over_loads: Literal["mean", "max"] = "mean"
+    speeds: Speeds | None = None
 
     def __post_init__(self) -> None:
         if not self.variables:
@@ -192,12 +227,31 @@ class OptimisationStudy:
             for name in {name for objective in self.objectives for name in objective.weights}:
                 if not name.endswith("_mean") and name not in NUMBERS:
                     raise InputError("objectives", name, "needs robustness.samples of at least 2")
+        self._check_speeds()
+
+    def _check_speeds(self) -> None:
+        asked = [name for name in (*self.responses, *self.constraints) if is_over_speed(name)]
+        if not asked and self.speeds is not None:
+            raise InputError("speeds", "given", "belong to an objective or a limit of mesh_force: there is none")
+        if not asked or self.speeds is None:
+            if asked:
+                raise InputError("speeds", "missing", f"{asked[0]} needs [speeds]: lowest and highest [1/min]")
+            return
+        if "system" not in self.base:
+            raise InputError("base.system", "missing", f"{asked[0]} needs it: shafts, or inertias of the two wheels")
+        positions = self.base.get("resolution", {}).get("positions")
+        if positions is not None and positions <= 4 * self.speeds.harmonics:
+            allowed = f"must be more than {4 * self.speeds.harmonics} for {self.speeds.harmonics} orders, or left out"
+            raise InputError("base.resolution.positions", positions, allowed)
 
     @cached_property
     def responses(self) -> tuple[str, ...]:
         """Names of the responses that are computed of each design."""
         asked = [split_statistic(name) for objective in self.objectives for name in objective.weights]
-        return tuple(dict.fromkeys((*RESPONSES, *(found[0] for found in asked if found))))
+        names = [found[0] for found in asked if found]
+        # shafts that yield and shafts in motion are samples of their own: only those that are asked for
+        alone = bool(self.base.get("system", {}).get("shafts")) and bool(names) and all(map(is_over_speed, names))
+        return tuple(dict.fromkeys((*(() if alone else RESPONSES), *names)))
 
     @cached_property
     def numbers(self) -> tuple[str, ...]:
@@ -225,6 +279,7 @@ class OptimisationStudy:
             "constraints": {name: given(limit) for name, limit in self.constraints.items()},
             "variables": {variable.name: variable.given() for variable in self.variables},
             **({"costs": self.costs} if self.costs else {}),
+            **({} if self.speeds is None else {"speeds": given(self.speeds)}),
             "base": self.base,
         }
 

@@ -11,13 +11,13 @@ from gearbench.optimisation.constraints import check_limited
 from gearbench.optimisation.dataset import DIMENSIONS
 from gearbench.optimisation.derived import DERIVED, SETS
 from gearbench.optimisation.numbers import COST, OF_OPERATION
-from gearbench.optimisation.study import Algorithm, Limit, Objective, OptimisationStudy, Robustness
+from gearbench.optimisation.study import Algorithm, Limit, Objective, OptimisationStudy, Robustness, Speeds
 from gearbench.optimisation.variables import Variable
 from gearbench.results.responses import quantity
 from gearbench.scene_file import read_loads, scene_key, table_class
 from gearbench.schema import as_table, check, keys, make, read, read_toml
 
-_TABLES: dict[str, type] = {"algorithm": Algorithm, "robustness": Robustness}
+_TABLES: dict[str, type] = {"algorithm": Algorithm, "robustness": Robustness, "speeds": Speeds}
 
 
 def load_study(path: str | Path) -> OptimisationStudy:

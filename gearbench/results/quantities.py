@@ -166,10 +166,6 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
                 "N", "σ RMS f", "standard deviation of the RMS of the mesh force over samples"
             ),
             "mesh_force_rms_max": Quantity("N", "max RMS f", "largest RMS of the mesh force of all error samples"),
-            "mesh_force_rms_overall": Quantity("N", "RMS f", "RMS of the mesh force over the range of speeds"),
-            "mesh_force_mean": Quantity("N", "m_f", "mean over the samples of the RMS of the mesh force over speed"),
-            "mesh_force_std": Quantity("N", "σ_f", "standard deviation of the RMS of the mesh force over speed"),
-            "mesh_force_max": Quantity("N", "M_f", "largest RMS of the mesh force over speed of all samples"),
             "dynamic_factor": Quantity("1", "max f/F_bt", "largest over mean mesh force"),
             "contact_kept": Quantity("1", "f > 0", "whether the flanks never part"),
             "floquet_multiplier": Quantity(
@@ -204,6 +200,7 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
                 "index into the grid of a variable's values, or its value where it is real",
             ),
             "objective": Quantity("1", "", "objectives, to be made small"),
+            "objective_before": Quantity("1", "", "objectives before the design was polished"),
             "violation": Quantity("1", "", "sum of the relative violations of the limits"),
             "feasible": Quantity("1", "", "whether the design keeps all limits"),
             "reason": Quantity("1", "", "why the design is not feasible"),

@@ -57,6 +57,8 @@ class Response:
         Unit, symbol and meaning.
     reduce
         From a cycle with curves (…, position) to the numbers (…).
+    over_speed
+        Whether it is one of the dynamic response over a range of speeds, which a study gives it: no cycle has it alone.
 
     Raises
     ------
@@ -67,6 +69,7 @@ class Response:
     name: str
     quantity: Quantity
     reduce: Callable[[MeshCycle], NDArray]
+    over_speed: bool = False
 
     def __post_init__(self) -> None:
         if not self.name.isidentifier() or self.name != self.name.lower():
@@ -118,6 +121,11 @@ def responses() -> Mapping[str, Response]:
 def is_response(name: str) -> bool:
     """Whether a response has the name."""
     return name in KNOWN or name in responses()
+
+
+def is_over_speed(name: str) -> bool:
+    """Whether a response of that name is one of the dynamic response over a range of speeds."""
+    return is_response(name) and response(name).over_speed
 
 
 def split_statistic(name: str) -> tuple[str, str] | None:
@@ -224,6 +232,10 @@ def _stiffness_rms(cycle: MeshCycle) -> NDArray:
     return relative_rms(cycle.mesh_stiffness, cycle.phases.weight)
 
 
+def _needs_speeds(cycle: MeshCycle) -> NDArray:
+    raise InputError("mesh_force", "no speeds", "is for studies with [speeds], and for response and robust_response")
+
+
 _STE, _K = "transmission_error", "mesh_stiffness"
 _NUMBERS = (
     (f"{_STE}_mean", "µm", "mean δ", "mean static transmission error", _mean(_STE)),
@@ -246,3 +258,6 @@ KNOWN: dict[str, Response] = {
     name: Response(name=name, quantity=Quantity(*words), reduce=reduce)
     for name, *words, reduce in (*_NUMBERS, *_AMPLITUDES)
 }
+#: RMS over speeds, and over torques where there are several, of the RMS of the mesh force.
+_FORCE = Quantity("N", "RMS f", "RMS of the mesh force over the range of speeds")
+KNOWN["mesh_force"] = Response(name="mesh_force", quantity=_FORCE, reduce=_needs_speeds, over_speed=True)

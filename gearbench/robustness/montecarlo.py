@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +34,8 @@ _LOG = logging.getLogger(__name__)
 
 #: Error samples unless told otherwise.
 SAMPLES = 1000
+#: From a chunk of cycles (sample, position) to a number of each.
+Reduction = Callable[[MeshCycle], NDArray]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -170,21 +173,25 @@ def respond(
     threads: int = 1,
     progress: Callable[[int], None] = lambda _: None,
     names: Sequence[str] = MEASURED,
+    more: Mapping[str, Reduction] = MappingProxyType({}),
 ) -> tuple[Responses, bool]:
     """Responses ``names`` to the ``errors`` (sample, error) [µm], and whether all of them were computed.
+
+    ``more`` are further numbers by their names, from the cycles (sample, position) of a chunk.
 
     An interruption (Ctrl-C) ends the run early; the samples until then are returned. ``progress`` is called with
     the number of samples done so far.
     """
+    reductions = {name: response(name).reduce for name in names} | dict(more)
     if problem.errors.centre_distance is None:
-        return _respond(problem, errors, threads, progress, names)
+        return _respond(problem, errors, threads, progress, reductions)
     column, done = problem.names.index("centre_distance"), np.zeros(len(errors), dtype=bool)
-    values, rescued = {name: np.full(len(errors), np.nan) for name in names}, 0
+    values, rescued = {name: np.full(len(errors), np.nan) for name in reductions}, 0
     for distance in np.unique(errors[:, column]):
         mine, before = np.flatnonzero(errors[:, column] == distance), int(done.sum())
         there = problem.at_distance(float(distance))
-        answer, complete = _respond(there, errors[mine], threads, lambda n, b=before: progress(b + n), names)
-        for name in names:
+        answer, complete = _respond(there, errors[mine], threads, lambda n, b=before: progress(b + n), reductions)
+        for name in reductions:
             values[name][mine[: len(answer)]] = answer[name]
         rescued, done[mine[: len(answer)]] = rescued + answer.rescued, True
         if not complete:
@@ -194,7 +201,11 @@ def respond(
 
 
 def _respond(
-    problem: RobustProblem, errors: NDArray, threads: int, progress: Callable[[int], None], names: Sequence[str]
+    problem: RobustProblem,
+    errors: NDArray,
+    threads: int,
+    progress: Callable[[int], None],
+    reductions: Mapping[str, Reduction],
 ) -> tuple[Responses, bool]:
     """``respond`` on the pair of the problem as it is."""
     done: list[Responses] = []
@@ -202,18 +213,18 @@ def _respond(
     solutions = on_threads(partial(solve_one_chunk, problem.batch), chunks(problem.expansion.amounts(errors)), threads)
     try:
         for solution in solutions:
-            done.append(_reduce(problem, solution, names))
+            done.append(_reduce(problem, solution, reductions))
             progress(min(sum(map(len, done)), len(errors)))
     except KeyboardInterrupt:
         arrived()
         complete = False
-    return join(done, len(errors), names), complete
+    return join(done, len(errors), tuple(reductions)), complete
 
 
-def _reduce(problem: RobustProblem, solution: BatchSolution, names: Sequence[str]) -> Responses:
+def _reduce(problem: RobustProblem, solution: BatchSolution, reductions: Mapping[str, Reduction]) -> Responses:
     """Responses of one chunk; the curves over the mesh cycle are not kept."""
     cycle = MeshCycle.of(problem.scene, problem.phases, solution.approach.T, solution.stiffness.T)
-    values = {name: response(name).reduce(cycle) for name in names}
+    values = {name: reduce(cycle) for name, reduce in reductions.items()}
     return Responses(values=values, rescued=solution.rescued)
 
 

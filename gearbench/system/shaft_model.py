@@ -154,11 +154,19 @@ class ShaftModel:
         z, w, shape = z[..., 0].ravel(), w.reshape(-1, 6), w.shape[:-1]
         element = np.clip(np.searchsorted(self.nodes, z, side="right") - 1, 0, len(self.beams) - 1)
         out = np.zeros((len(z), self.size))
-        for k in np.unique(element):
-            here = np.flatnonzero(element == k)
-            N = self.beams[k].shapes((z[here] - self.nodes[k]) / self.beams[k].length)
-            out[here, 6 * k : 6 * k + 12] = np.einsum("pi,pia->pa", w[here], N)
+        alike = self._alike[element]
+        for first in np.unique(alike):
+            here = np.flatnonzero(alike == first)
+            s = (z[here] - self.nodes[element[here]]) / self.beams[first].length
+            work = np.einsum("pi,pia->pa", w[here], self.beams[first].shapes(s))
+            out[here[:, None], 6 * element[here, None] + np.arange(12)] = work
         return out.reshape(*shape, self.size)
+
+    @cached_property
+    def _alike(self) -> NDArray:
+        """The first element of the same length and section, of each (element,)."""
+        kinds = [tuple(np.round([beam.length, *beam.diameter, *beam.bore], 9)) for beam in self.beams]
+        return np.array([kinds.index(kind) for kind in kinds])
 
 
 def add_disc(M: NDArray, at: int, disc: Disc) -> None:

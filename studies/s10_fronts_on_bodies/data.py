@@ -113,7 +113,7 @@ def rows(quick: bool) -> xr.Dataset:
         "row_m_ste_paper": [row.m_ste for row in table],
     }
     for model, change in (("plate", lambda scene: scene), ("solid", on_body)):
-        means = np.array([_means(change(scene), r) for scene in scenes])
+        means = np.array([means(change(scene), r) for scene in scenes])
         columns |= {f"row_m_k_{model}": list(means[:, 0]), f"row_m_ste_{model}": list(means[:, 1])}
     columns["row_module"] = [row.module for row in table]
     columns["row_contact_ratio"] = [scene.pair.meshing.total_contact_ratio for scene in scenes]
@@ -121,7 +121,8 @@ def rows(quick: bool) -> xr.Dataset:
     return xr.Dataset({name: ("row", values) for name, values in columns.items()}, coords={"row": names})
 
 
-def _means(scene: Scene, r: Robustness) -> list[float]:
+def means(scene: Scene, r: Robustness) -> list[float]:
+    """m_k and m_ste of a scene over error samples."""
     problem = prepare_scene(scene)
     answers, _ = respond(problem, problem.draw(r.samples, r.seed, r.sampler), names=NAMES)
     return [float(answers[name].mean()) for name in NAMES]

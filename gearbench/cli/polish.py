@@ -1,0 +1,58 @@
+"""``gearbench polish``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from gearbench.cli.options import Json, Memory, Output, Quiet, Stored, Threads, Verbose, progress_lines, say
+
+Evaluations = Annotated[int, typer.Option(min=8, help="Evaluations of each design, at most.")]
+
+
+def polish(
+    stored: Stored,
+    output: Output = None,
+    evaluations: Evaluations = 60,
+    threads: Threads = None,
+    memory: Memory = None,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    json: Json = False,
+) -> None:
+    """Improve every design of a front over its continuous variables, in all objectives at once.
+
+    Variables that decimals step through become real. The result is a front that select, verify and explore open.
+
+    Example: gearbench polish front -o polished.nc
+    """
+    from gearbench.cli.summary import print_mapping
+    from gearbench.files import check_target
+    from gearbench.optimisation.polish import polish as run
+    from gearbench.optimisation.select import open_designs
+    from gearbench.results.netcdf import save
+
+    target = None if output is None else check_target(output)
+    designs = open_designs(stored)
+    tell = progress_lines(quiet=quiet, json=json)
+    dataset = run(
+        designs, evaluations=evaluations, threads=threads, progress=lambda done, of: tell(f"{done} of {of} designs")
+    )
+    if target is not None:
+        save(dataset, target)
+    before, after = (dataset.attrs[f"hypervolume_{when}"] for when in ("before", "after"))
+    moved = int((dataset["objective"] < dataset["objective_before"]).any("objective_name").sum())
+    count = dataset.sizes["design"]
+    if json:
+        files = [] if target is None else [str(target)]
+        print_mapping({"designs": count, "improved": moved, **_hypervolumes(before, after), "files": files})
+    elif not quiet:
+        name = designs.study.name or "study"
+        say(f"{name}: {moved} of {count} designs improved, hypervolume {before:.4f} → {after:.4f}")
+        if target is not None:
+            say(f"wrote {target}")
+
+
+def _hypervolumes(before: float, after: float) -> dict[str, float]:
+    return {"hypervolume_before": before, "hypervolume_after": after}

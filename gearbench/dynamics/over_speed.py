@@ -1,0 +1,100 @@
+"""One number for the response over a range of speeds: the RMS of the mesh force, of a cycle or of many samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.dynamics import waves
+from gearbench.dynamics.analysis import GROWTH, spans
+from gearbench.dynamics.model import Group, Model
+from gearbench.dynamics.scatter import BLOCK, SampleCycles, force_rms, sample_problem
+from gearbench.dynamics.stability import is_proven, multipliers
+from gearbench.errors import GearbenchError, InputError
+from gearbench.results.cycle import MeshCycle
+from gearbench.robustness.montecarlo import RobustProblem, respond
+from gearbench.scene import Scene
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ForceOverSpeed:
+    """RMS over speeds of the RMS of the mesh force, at one torque.
+
+    Parameters
+    ----------
+    scene
+        With a system.
+    speeds
+        Of the pinion (speed,) [1/min].
+    harmonics
+        Orders of the mesh frequency.
+    """
+
+    scene: Scene
+    speeds: NDArray
+    harmonics: int
+
+    @cached_property
+    def model(self) -> Model:
+        """Its dynamic model."""
+        return Model(scene=self.scene)
+
+    @cached_property
+    def group(self) -> Group:
+        """Its own mesh.
+
+        Raises
+        ------
+        InputError
+            If a second mesh shares the mesh frequency.
+        GearbenchError
+            If the motion without scatter grows at one of the speeds: no force is its steady answer.
+        """
+        model, errors = self.model, self.scene.effect("manufacturing_errors")
+        group = model.groups[0]
+        if getattr(errors, "centre_distance", None) is not None:
+            key = "effects.manufacturing_errors.centre_distance"
+            raise InputError(key, "given", "is not for the force over speed: axes keep their distance")
+        if len(group.meshes) > 1:
+            allowed = "the force over speed is for a pair of its own frequency"
+            raise InputError("system.meshes", "of the same mesh frequency", allowed)
+        stiffness = waves.curve(model.excitation(group, self.harmonics).stiffness, max(256, 16 * self.harmonics))
+        if not is_proven(model.modes, group.meshes, stiffness):
+            size = multipliers(model.modes, group.meshes, model.omega(group, self.speeds), stiffness[None])
+            if (grows := size > 1 + GROWTH).any():
+                raise GearbenchError(f"no steady response at {spans(self.speeds, grows)} 1/min: parametric instability")
+        return group
+
+    def of_cycles(self, cycle: MeshCycle) -> NDArray:
+        """RMS (sample,) [N] of cycles (sample, position) of k and δ_s, in which shafts do not yield."""
+        orders, squares = SampleCycles.of(cycle, self.harmonics), np.zeros(len(cycle.transmission_error))
+        for first in range(0, len(self.speeds), BLOCK):
+            values = force_rms(self.model, self.group, orders, self.speeds[first : first + BLOCK], 1)
+            squares += (values**2).sum(axis=0)
+        return np.sqrt(squares / len(self.speeds))
+
+    @property
+    def shares_contact(self) -> bool:
+        """Whether cycles of the scene as they are serve ``of_cycles``: those on shafts do not, for these yield."""
+        return not self.scene.has_shafts
+
+    @cached_property
+    def without_errors(self) -> float:
+        """That of the scene itself."""
+        one = self.model.cycles[0].cycle
+        δ, k = one.transmission_error[None], one.mesh_stiffness[None]
+        return float(self.of_cycles(MeshCycle(phases=one.phases, transmission_error=δ, mesh_stiffness=k))[0])
+
+    @cached_property
+    def _problem(self) -> RobustProblem:
+        return sample_problem(self.model)
+
+    def of_samples(self, errors: NDArray) -> NDArray:
+        """RMS (sample,) [N] of error samples (sample, error) [µm]; raises ``KeyboardInterrupt`` if interrupted."""
+        found, complete = respond(self._problem, errors, names=(), more={"force": self.of_cycles})
+        if not complete:
+            raise KeyboardInterrupt
+        return found["force"]

@@ -1,0 +1,225 @@
+"""Polishing a front: each of its designs improved over its continuous variables, in every objective at once.
+
+A search keeps to a grid where variables are stepped, and nears the best of real ones. From each design of the front,
+Σ_j f_j/s_j is made small (s_j: the front's extent in objective j) where no objective becomes worse than it was and the
+limits hold, so that what is found dominates the design it began with. The error samples are the same throughout, which
+makes the objectives smooth in the amounts and lengths of micro-geometry; they are modelled by quadratics in a trust
+region without derivatives (COBYQA, Ragonneau & Zhang 2022-2024, of SciPy).
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.errors import InputError
+from gearbench.optimisation.dataset import designs_dataset
+from gearbench.optimisation.designs import Designs
+from gearbench.optimisation.front import hypervolume, non_dominated
+from gearbench.optimisation.problem import Evaluation, evaluate
+from gearbench.optimisation.study import Design, OptimisationStudy
+from gearbench.optimisation.variables import Variable
+from gearbench.results.responses import described
+from gearbench.threads import single_threaded_blas
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Evaluations of a design, and the first and last radius of the trust region, as shares of the variables' ranges.
+EVALUATIONS, RADIUS, LEAST_RADIUS = 60, 0.05, 1e-4
+#: Objectives may be worse than before by no more than this share of their extent.
+ROUNDING = 1e-12
+#: Value of all that is minimised where there is no gear.
+NO_ANSWER = 1e3
+
+
+def continuous(study: OptimisationStudy) -> OptimisationStudy:
+    """The study with real variables in place of those that decimals step through, and without racing.
+
+    Raises
+    ------
+    InputError
+        If no variable is real then.
+    """
+    variables = tuple(_released(variable) for variable in study.variables)
+    if all(variable.kind != "real" for variable in variables):
+        raise InputError("variables", "all whole or listed", "nothing to polish: a variable of decimals is needed")
+    return replace(study, variables=variables, robustness=replace(study.robustness, racing=False))
+
+
+def _released(variable: Variable) -> Variable:
+    """Real between the ends of its grid, where it has a step of decimals."""
+    grid = variable.grid
+    if variable.min is None or grid is None or not all(isinstance(value, float) for value in grid) or len(grid) < 2:
+        return variable
+    return replace(variable, min=float(grid[0]), max=float(grid[-1]), step=None)
+
+
+@single_threaded_blas()
+def polish(
+    designs: Designs,
+    *,
+    evaluations: int = EVALUATIONS,
+    threads: int | None = None,
+    progress: Callable[[int, int], None] = lambda *_: None,
+) -> xr.Dataset:
+    """Polish the front of a stored optimisation.
+
+    Parameters
+    ----------
+    designs
+        From ``gearbench.optimisation.select.open_designs``.
+    evaluations
+        Of each design, at most.
+    threads
+        As in ``optimise``; they do not change the result.
+    progress
+        Called with the number of designs done and of all.
+
+    Returns
+    -------
+    Dataset as of an optimisation of ``continuous(study)``, its designs those of the front polished: ``on_front`` among
+    them, ``objective_before``, their ``number`` in the front, and attributes ``hypervolume_before`` and
+    ``hypervolume_after``, shares of the box below the front's reference point.
+
+    Raises
+    ------
+    InputError
+        If no variable is continuous.
+    """
+    from gearbench.robustness.montecarlo import default_threads
+
+    start = time.perf_counter()
+    study = continuous(designs.study)
+    numbers = np.flatnonzero(designs.dataset["on_front"].values)
+    first = [_as_continuous(designs, study, int(number)) for number in numbers]
+    F = designs.dataset["objective"].values[numbers]
+    extent = np.where(np.ptp(F, axis=0) > 0, np.ptp(F, axis=0), np.abs(F).max(axis=0))
+    work = partial(polish_one, study, extent=extent, evaluations=evaluations)
+    found: list[tuple[Design, Evaluation, Evaluation]] = []
+    with ThreadPoolExecutor(threads or default_threads()) as pool:
+        for answer in pool.map(work, first):
+            found.append(answer)
+            progress(len(found), len(first))
+    dataset = _dataset(study, numbers, found, designs.dataset["reference_point"].values)
+    return dataset.assign_attrs(wall_time_s=time.perf_counter() - start)
+
+
+def _as_continuous(designs: Designs, study: OptimisationStudy, number: int) -> Design:
+    """Codes in the continuous study of a design of the stored one."""
+    codes = designs.design(number)
+    return tuple(
+        float(old.value(code)) if new.kind == "real" else code  # pyright: ignore[reportArgumentType]
+        for old, new, code in zip(designs.study.variables, study.variables, codes, strict=True)
+    )
+
+
+def polish_one(
+    study: OptimisationStudy, design: Design, *, extent: NDArray, evaluations: int
+) -> tuple[Design, Evaluation, Evaluation]:
+    """The best design found from ``design``, its evaluation, and that of ``design``; itself where nothing is better."""
+    from scipy.optimize import Bounds, NonlinearConstraint, minimize
+
+    run = _Run(study=study, design=design, extent=extent, seen={})
+    before = run.evaluated(run.start)
+    if not before.feasible:
+        return design, before, before
+    f_0 = np.array(before.objectives(study)) / extent
+
+    def excess(x: NDArray) -> NDArray:
+        return np.append(run.objectives(x) - f_0, run.evaluated(x).violation)
+
+    zero = np.zeros(len(extent) + 1)
+    minimize(
+        lambda x: float(run.objectives(x).sum()),
+        run.start,
+        method="COBYQA",
+        bounds=Bounds(np.zeros_like(run.start), np.ones_like(run.start)),
+        constraints=NonlinearConstraint(excess, -np.inf, zero),
+        options={"maxfev": evaluations, "initial_tr_radius": RADIUS, "final_tr_radius": LEAST_RADIUS},
+    )
+    best = min(run.better_than(f_0), key=lambda key: run.total(key), default=run.start.tobytes())
+    return run.codes(np.frombuffer(best)), run.seen[best], before
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Run:
+    """One design being polished; x are its continuous codes as shares of their ranges, (variable,)."""
+
+    study: OptimisationStudy
+    design: Design
+    extent: NDArray
+    seen: dict[bytes, Evaluation]
+
+    @property
+    def _real(self) -> list[tuple[int, float, float]]:
+        """Position, least value and range of the continuous variables."""
+        ends = [(i, *v.bounds) for i, v in enumerate(self.study.variables) if v.kind == "real"]
+        return [(i, float(low), float(high - low)) for i, low, high in ends]
+
+    @property
+    def start(self) -> NDArray:
+        """x of the design that is polished."""
+        return np.array([(self.design[i] - low) / span for i, low, span in self._real])
+
+    def codes(self, x: NDArray) -> Design:
+        """Codes of x."""
+        found = list(self.design)
+        for (i, low, span), share in zip(self._real, x, strict=True):
+            found[i] = low + span * float(np.clip(share, 0.0, 1.0))
+        return tuple(found)
+
+    def evaluated(self, x: NDArray) -> Evaluation:
+        """Evaluation of x, kept."""
+        key = np.asarray(x, dtype=float).tobytes()
+        if key not in self.seen:
+            # the design itself keeps its codes to the bit
+            known = self.design if np.array_equal(x, self.start) else self.codes(x)
+            self.seen[key] = replace(evaluate(self.study, known), values=None)
+        return self.seen[key]
+
+    def objectives(self, x: NDArray) -> NDArray:
+        """Objectives over their extents, (objective,)."""
+        result = self.evaluated(x)
+        if not result.feasible:
+            return np.full(len(self.extent), NO_ANSWER)
+        return np.array(result.objectives(self.study)) / self.extent
+
+    def better_than(self, f_0: NDArray) -> Sequence[bytes]:
+        """Feasible x, as bytes, that are nowhere worse than ``f_0``."""
+        return [
+            key
+            for key, result in self.seen.items()
+            if result.feasible and np.all(np.array(result.objectives(self.study)) / self.extent <= f_0 + ROUNDING)
+        ]
+
+    def total(self, key: bytes) -> float:
+        """What is minimised, of an x that was evaluated."""
+        return float(np.sum(np.array(self.seen[key].objectives(self.study)) / self.extent))
+
+
+def _dataset(
+    study: OptimisationStudy, numbers: NDArray, found: Sequence[tuple[Design, Evaluation, Evaluation]], box: NDArray
+) -> xr.Dataset:
+    """Dataset of the polished designs; ``box`` is the reference point of the front."""
+    from gearbench.results.provenance import run_provenance
+
+    polished = [design for design, _, _ in found]
+    dataset = designs_dataset(study, polished, [after for _, after, _ in found], [1] * len(found))
+    before = np.array([each.objectives(study) for _, _, each in found])
+    after = dataset["objective"].values
+    more = {
+        "objective_before": (("design", "objective_name"), before),
+        "number": ("design", numbers),
+        "on_front": ("design", non_dominated(after).astype("int8")),
+        "reference_point": ("objective_name", box),
+    }
+    attrs = {"hypervolume_before": hypervolume(before / box), "hypervolume_after": hypervolume(after / box)}
+    return dataset.assign(described(more)).assign_attrs(attrs | run_provenance(wall_time=0.0))
