@@ -347,6 +347,9 @@ def _leading(dataset: xr.Dataset) -> str:
     if rivals:
         among = ", ".join(names[i] for i in (first, *rivals[:2])) + (" and others" if len(rivals) > 2 else "")
         return f"{among}: not told apart within twice the standard error"
+    with_others = names[int(np.argmax(dataset["transmission_error_rms_total"].values))]
+    if with_others != names[first]:
+        return f"{names[first]} contributes most to the scatter of STE alone, {with_others} with others"
     return f"{names[first]} contributes most to the scatter of STE"
 
 

@@ -31,6 +31,16 @@ def test_two_keys_as_json(run):
     assert json.loads(out)["points"] == {"load.torque": 2, "pair.pinion.addendum": 2}
 
 
+def test_the_columns_of_two_keys_of_one_effect_are_told_apart(run, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    keys = ("--set", "effects.tip_relief.amount=2,4", "--set", "effects.tip_relief.length=0.2,0.3")
+    code, out, _ = run("sweep", SCENE, "--torque", "50,100", *keys)
+    assert code == 0
+    assert "…" not in out
+    assert out.count("tip relief") == 2
+    assert len(out[: out.index("50")].split("amount")) == len(out[: out.index("50")].split("length")) == 2
+
+
 @pytest.mark.parametrize(
     ("options", "line"),
     [

@@ -174,7 +174,7 @@ def test_the_explorer_shows_the_face_width_across_too():
     assert shown["pressure"]["dw"] == [SCENE.pair.face_width]
 
 
-def robust_data(shares, errors):
+def robust_data(shares, errors, total=None):
     names = ["profile_form", "helix_slope", "deviation"]
     rng = np.random.default_rng(3)
     data = {}
@@ -184,6 +184,7 @@ def robust_data(shares, errors):
         data |= {f"{name}_mean": values.mean(), f"{name}_std": values.std()}
         data[f"{name}_first_order"] = ("error_name", shares)
         data[f"{name}_first_order_standard_error"] = ("error_name", errors)
+        data[f"{name}_total"] = ("error_name", shares if total is None else total)
     attrs = {"scene": SCENE.to_toml(), "support": "clamped"}
     return xr.Dataset(data, {"error_name": names}, attrs)
 
@@ -211,6 +212,15 @@ def test_a_title_names_no_winner_within_error_bars(monkeypatch, tmp_path, shares
     )
     draw_robust(robust_data(shares, errors), tmp_path)
     assert says in titles[-1]
+
+
+def test_a_title_names_who_leads_with_others_too(tmp_path, monkeypatch):
+    import gearbench.plotting
+
+    titles = []
+    monkeypatch.setattr(gearbench.plotting, "write_figure", lambda f, path: titles.append(f.axes[0].get_title()))
+    draw_robust(robust_data([0.4, 0.2, 0.1], [0.02] * 3, [0.45, 0.6, 0.1]), tmp_path)
+    assert titles[-1].endswith("profile form contributes most to the scatter of STE alone, helix slope with others")
 
 
 def test_contributions_of_a_sweep_ask_for_a_point(axes):

@@ -25,7 +25,7 @@ def folder(tmp_path, monkeypatch):
 
 def test_from_a_scene_to_a_robust_front(folder):
     done = list(follow("tutorial_front.md"))
-    assert [block.language for block in done].count("sh") == 5
+    assert [block.language for block in done].count("sh") == 6
     assert (folder / "front" / "front.nc").exists()
     assert len((folder / "left.csv").read_text().splitlines()) > 1
 

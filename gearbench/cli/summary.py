@@ -134,7 +134,9 @@ def print_points(scene: Scene, dataset: xr.Dataset) -> None:
     table = Table(title=pair_line(scene), title_justify="left", title_style="bold", box=None, pad_edge=False)
     for name in (*names, *shown):
         unit = dataset[name].attrs["units"].replace("1", "–")
-        table.add_column(f"{dataset[name].attrs.get('symbol', name)}\n{unit}", justify="right")
+        # a key in the lines of its parts, which are not cut where the terminal is narrow
+        key = name.removeprefix("effects.").replace(".", "\n").replace("_", " ")
+        table.add_column(f"{dataset[name].attrs.get('symbol', key)}\n{unit}", justify="right", overflow="fold")
     rows = dataset[[*shown]].to_dataframe().reset_index()
     for row in rows[[*names, *shown]].itertuples(index=False):
         table.add_row(*(f"{value:.5g}" for value in row))
