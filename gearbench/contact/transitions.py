@@ -37,6 +37,8 @@ POINTS = 4
 NEAR, FINE_SEGMENTS = (3e-3, 1e-4), 40
 #: Changes closer than this are one, by rank, and panels wider are split [mesh cycles].
 CLOSE, WIDEST = (1e-3, 0.02), 0.25
+#: Uniform phases of the coarse solution, and closeness, where more than five Gauss points follow.
+MORE_PHASES, CLOSER = 72, (1e-5, 1e-3)
 
 
 @lru_cache(maxsize=64)
@@ -53,15 +55,18 @@ def loaded_phases(scene: Scene) -> tuple[NDArray, NDArray, int | None]:
         raise InputError("resolution.accuracy", scene.resolution.accuracy, "is for simulate and robust")
     size = scene.resolution.gauss_points or GAUSS_POINTS
     widest = WIDEST if scene.pair.meshing.overlap_ratio else 1.0
-    changes = transitions(replace(scene, resolution=Resolution()), exact=size > GAUSS_POINTS)
-    return *gauss_phases(panel_ends(changes, widest), size), size
+    exact = size > GAUSS_POINTS
+    changes = transitions(replace(scene, resolution=Resolution()), exact=exact)
+    return *gauss_phases(panel_ends(changes, widest, CLOSER if exact else CLOSE), size), size
 
 
-def panel_ends(changes: Iterable[tuple[float, int]], widest: float = 1.0) -> list[float]:
-    """Ends of panels from changes (phase, rank): of close ones that of the lowest rank; wide panels split."""
+def panel_ends(
+    changes: Iterable[tuple[float, int]], widest: float = 1.0, close: tuple[float, float] = CLOSE
+) -> list[float]:
+    """Ends of panels from changes (phase, rank): of ``close`` ones that of the lowest rank; wide panels split."""
     kept = [0.0]
     for phase, rank in sorted(changes, key=lambda change: (change[1], change[0])):
-        if min(abs((phase - other + 0.5) % 1.0 - 0.5) for other in kept) > CLOSE[rank]:
+        if min(abs((phase - other + 0.5) % 1.0 - 0.5) for other in kept) > close[rank]:
             kept.append(phase)
     ends = np.array([*sorted(kept), 1.0])
     pieces = np.ceil(np.diff(ends) / widest).astype(int)
@@ -73,8 +78,8 @@ def panel_ends(changes: Iterable[tuple[float, int]], widest: float = 1.0) -> lis
 def transitions(scene: Scene, *, exact: bool = False) -> list[tuple[float, int]]:
     """Phases at which the contact changes under load, with ranks: 0 where a pair takes or leaves its load, 1 otherwise.
 
-    Where flanks touch all along their lines at every phase these are known beforehand. ``exact``: the phases at which
-    a pair takes or leaves its load are found once more, on finer lines close to them.
+    Where flanks touch all along their lines at every phase these are known beforehand. ``exact``: with more uniform
+    phases, and those at which a pair takes or leaves its load are found once more, on finer lines close to them.
     """
     meshing = scene.pair.meshing
     if conforming(scene):
@@ -82,8 +87,9 @@ def transitions(scene: Scene, *, exact: bool = False) -> list[tuple[float, int]]
         if scene.operation is not None:  # sliding changes its sign at the pitch point
             known += [(phase, 1) for phase in meshing.phases_at((meshing.pitch_point,))]
         return known
-    coarse = replace(scene, resolution=Resolution(positions=COARSE_PHASES, segments=COARSE_SEGMENTS))
-    phase = mirrored_phases(scene.pair, COARSE_PHASES)
+    count = MORE_PHASES if exact else COARSE_PHASES
+    coarse = replace(scene, resolution=Resolution(positions=count, segments=COARSE_SEGMENTS))
+    phase = mirrored_phases(scene.pair, count)
     lines = scene_lines(coarse, phase)
     nodes = round(COARSE_NODES * smooth_nodes(lines))
     problem = assemble(coarse, lines, truncation=COARSE_TRUNCATION, nodes=nodes)
