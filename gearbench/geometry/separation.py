@@ -206,7 +206,14 @@ class Separation:
             rows.append(np.stack([u[:-1], width, *cubic, *values[:, :-1], *np.diff(values)], axis=-1))
             edges.append(np.full(len(width), c.edge))
         table = np.concatenate(rows)
+        # an interval of rounding has no slopes
+        table[~np.isfinite(table[:, 3:6]).all(axis=1), 3:6] = 0.0
         return np.column_stack([table, np.concatenate(edges)])
+
+    @cached_property
+    def least(self) -> float:
+        """Least separation, 0 of flanks without material in excess [mm]."""
+        return min(float(self._table[:, 2].min()), 0.0)
 
     def __call__(self, u: NDArray) -> Touch:
         """Where flanks touch first at the nominal coordinates u, and how far they are apart before."""
@@ -217,7 +224,8 @@ class Separation:
         width = row[1]
         t = (u - row[0]) / np.where(width > 0, width, 1.0)
         gap = row[2] + t * (row[3] + t * (row[4] + t * row[5]))
-        values = row[6:13] + t * row[13:20]
+        # in a hole as at its end
+        values = row[6:13] + np.clip(t, 0.0, 1.0) * row[13:20]
         # holes: where no point of one flank reaches the other
         room = 1e-9 * self.step
         gap = np.where((t >= -room) & (u <= row[0] + width + room), gap, np.inf)
