@@ -11,7 +11,8 @@ from gearbench.scene import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Allowable contact stress of case-hardened steel of quality MQ, ISO 6336-5 [MPa].
+#: Where a warning begins: allowable contact stress of case-hardened steel of quality MQ, ISO 6336-5, quoted from memory
+#: [MPa].
 HARDENED = 1500.0
 #: Least tip thickness of a tooth [normal modules], ISO 21771-1 and usual practice.
 LEAST_TIP = 0.2
