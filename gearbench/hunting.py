@@ -11,6 +11,7 @@ import math
 import time
 from collections.abc import Sequence
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,9 +31,12 @@ from gearbench.threads import single_threaded_blas
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
 
 #: Mesh cycles at most.
 MOST_CYCLES = 100_000
+#: Decades that a figure shows below the largest amplitude.
+DECADES = 4
 #: Orders found at once: their waves are an array of their own.
 AT_ONCE = 4000
 
@@ -146,3 +150,41 @@ def order_coefficients(phases: Phases, values: NDArray, count: int) -> NDArray:
         return np.where(within, np.einsum("qp,qp->q", wave, by_phase[q % N]), np.nan)
     parts = np.array_split(q, max(1, count // AT_ONCE))
     return np.concatenate([np.einsum("qp,qp->q", fourier_rows(phases, o / N), by_phase[o % N]) for o in parts])
+
+
+def side_bands(dataset: xr.Dataset, axes: Axes) -> Axes:
+    """Amplitudes of the transmission error over mesh orders: those of the mesh, of either shaft, and of neither."""
+    from gearbench.plotting import BLUE, GREEN, GREY, ORANGE
+
+    order = dataset["mesh_order"].values
+    amplitude = dataset["transmission_error_order_amplitude"].values
+    whole = {
+        name: np.isclose(dataset[name], np.round(dataset[name]), rtol=0, atol=1e-6)
+        for name in ("mesh_order", "pinion_order", "wheel_order")
+    }
+    mesh, pinion, wheel = whole.values()
+    floor = 10.0**-DECADES * np.nanmax(amplitude)
+    for these, colour, label in (
+        (~(mesh | pinion | wheel), GREY, "both gears"),
+        (wheel & ~mesh, GREEN, "orders of the wheel"),
+        (pinion & ~mesh, ORANGE, "orders of the pinion"),
+        (mesh, BLUE, "mesh orders"),
+    ):
+        shown = these & (amplitude > floor)
+        if shown.any():
+            axes.vlines(order[shown], floor, amplitude[shown], color=colour, lw=2.0 if label == "mesh orders" else 1.0)
+            axes.plot([], [], color=colour, label=label)
+    axes.set(xlabel="mesh order", ylabel="amplitude of δ [µm]", yscale="log", xlim=(0, order[-1] * 1.02))
+    axes.set_ylim(floor, 2 * np.nanmax(amplitude))
+    return axes
+
+
+def draw_side_bands(dataset: xr.Dataset, folder: Path) -> Path:
+    """Write the figure of the side bands of a hunting cycle."""
+    from gearbench.plotting import heading, legend_below, new_figure, write_figure
+
+    figure, ((axes,),) = new_figure(1, 1, (9.0, 4.8))
+    side_bands(dataset, axes)
+    axes.set_title(f"{heading(dataset)}: {dataset.sizes['cycle']} mesh cycles until the same teeth meet again")
+    legend_below(figure, axes, 4)
+    return write_figure(figure, folder / "side_bands.png")

@@ -22,6 +22,8 @@ ENDED_BY = 128
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 _hearing: Hearing | None = None
+#: What ended an interrupted program, and with it all that was half made: finalisers complain of that.
+_left: BaseException | None = None
 
 
 class Hearing:
@@ -55,7 +57,7 @@ class Hearing:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
-        global _hearing
+        global _hearing, _left
         if _hearing is self:
             _hearing, sys.unraisablehook = None, self._unraisable
             self._look_again(0.0)
@@ -66,6 +68,7 @@ class Hearing:
             return
         if not self.arrived:
             print("gearbench: interrupted", file=sys.stderr)
+        _left = error
         raise SystemExit(ENDED_BY + self.number) from None
 
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
@@ -83,8 +86,8 @@ class Hearing:
         raise KeyboardInterrupt
 
     def _on_unraisable(self, fault: Any) -> None:
-        """Not a word about an exception that was swallowed: it is raised again."""
-        if not issubclass(fault.exc_type, KeyboardInterrupt):
+        """Not a word about an exception that was swallowed, it is raised again; nor about what it left half made."""
+        if self.number is None and not issubclass(fault.exc_type, KeyboardInterrupt):
             self._unraisable(fault)
 
     @staticmethod
@@ -107,8 +110,12 @@ def pending() -> bool:
 
 
 def _end_at_once() -> None:
-    """While Python takes itself apart, Ctrl-C ends it without a word."""
+    """While Python takes itself apart, Ctrl-C ends it without a word, and so do finalisers of what is half made."""
+    global _left
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    if _left is not None:
+        sys.unraisablehook = lambda _: None
+        _left = None
 
 
 def _importing(frame: FrameType | None) -> bool:

@@ -39,7 +39,7 @@ class Operation:
     roughness
         Mean arithmetic roughness R_a of both flanks [µm].
     lubricant_factor
-        X_L [–]: 1.0 for mineral oils, 0.8 for polyalphaolefins and esters, 0.75 for polyglycols.
+        X_L [–]: 1.0 for mineral oils, about 0.8 for polyalphaolefins and esters, 0.75 for polyglycols; better measured.
     thermal_contact_coefficient
         B_M = √(λ ρ c) of the flanks [N/(mm·s^½·K)]; 13.8 for steel.
     """

@@ -12,13 +12,13 @@ from pydantic import ValidationError
 from gearbench.accuracy.choose import choose
 from gearbench.accuracy.knobs import KNOBS, POSITIONS, SOLID_ORDER, with_resolution
 from gearbench.accuracy.measure import COVERED, FLOOR, HARMONIC_FLOOR, HARMONICS, covered, relative_errors, scales
+from gearbench.contact.assemble import mesh_phases
 from gearbench.contact.phases import gauss_phases
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.helix_slope import HelixSlope
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
-from gearbench.effort.plan import plan
 from gearbench.errors import InputError
 from gearbench.library.garambois2017 import case, gear
 from gearbench.robustness.run import robust
@@ -225,7 +225,7 @@ def test_what_cannot_be_met_is_said():
 
 def test_programs_that_choose_nothing_refuse_an_accuracy():
     with pytest.raises(InputError, match=r"resolution\.accuracy"):
-        plan(asking(case(1), 0.01))
+        mesh_phases(asking(case(1), 0.01))
 
 
 def test_a_scene_with_accuracy_survives_its_text():

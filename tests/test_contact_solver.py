@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from gearbench.contact import dense as dense_fallback
 from gearbench.contact.law import compression, inverse
 from gearbench.contact.problem import ContactProblem, full_factor
-from gearbench.contact.solver import complementarity_residual, solve
+from gearbench.contact.solver import ConvergenceError, complementarity_residual, solve
 from tests.contact_twin import solve_one
 
 EXAMPLES = 240
@@ -133,6 +133,15 @@ def test_a_wrong_answer_has_a_large_residual():
     wrong = solution.force.reshape(1, -1).copy()
     wrong[0, np.argmax(wrong)] *= 1.01
     assert complementarity_residual(problem, wrong, solution.approach)[0] > 1e-3
+
+
+@pytest.mark.parametrize("linear", [True, False])
+def test_a_position_where_no_teeth_meet_is_refused(linear):
+    problem = random_problem(3, linear=linear)
+    active = problem.active.copy()
+    active[-1] = False
+    with pytest.raises(ConvergenceError, match="no teeth meet"):
+        solve(replace(problem, active=active))
 
 
 def test_agrees_with_a_dense_active_set():

@@ -133,7 +133,7 @@ def cut_by_rack(gear: Gear, radius: np.ndarray) -> np.ndarray:
     m, alpha, beta = gear.normal_module, gear.alpha_n, gear.beta
     rho, h = gear.fillet_radius * m, gear.dedendum * m
     flat = math.pi * m / 4 - h * math.tan(alpha) - (rho * (1 - math.sin(alpha)) - gear.protuberance) / math.cos(alpha)
-    theta = np.linspace(0.0, math.pi / 2 - alpha / 2, 800)
+    theta = np.linspace(0.0, math.pi / 2 - alpha / 4, 800)
     xi = (flat + rho * np.sin(theta)) / math.cos(beta)
     eta = gear.profile_shift * m - (h - rho) - rho * np.cos(theta)
     left = np.full(radius.shape, np.inf)

@@ -169,6 +169,17 @@ def test_separation_is_continuous_with_its_derivative(power: int) -> None:
     assert np.abs(np.diff(gap, 2)).max() < 0.5 * h**2
 
 
+@pytest.mark.parametrize("amount", [1e-4, 5e-4, 2e-3])
+def test_between_both_sides_of_a_slight_relief_its_corner_touches(amount: float) -> None:
+    """It does so on a part of the path shorter than the distance of nodes: no hole is left there."""
+    pinion, wheel = Member(teeth=25), Member(teeth=40)
+    pair = Pair(normal_module=2.0, helix_angle=20.0, face_width=20.0, centre_distance=70.0, pinion=pinion, wheel=wheel)
+    u = np.linspace(pair.meshing.path_start + 1e-6, pair.meshing.path_end - 1e-6, 20_001)
+    gap = separation(pair, relieved(pair, amount, 0.8))(u).gap
+    assert gap.max() < 1.1 * amount
+    assert np.abs(np.diff(gap)).max() < 2 * amount / 0.8 * (u[1] - u[0])
+
+
 def test_rounded_tip_touches_later_than_a_sharp_one_and_becomes_it() -> None:
     """A rounding takes material away; as it shrinks the sharp edge is what is left."""
     sharp, u = separation(standard()), standard().meshing.path_end + np.array([0.1, 0.3, 0.6])

@@ -76,6 +76,29 @@ def test_a_signal_is_not_lost_where_python_swallows_its_exception(tmp_path, name
     assert time.monotonic() - began < 15
 
 
+HALF_MADE = """
+import os, signal
+from gearbench.interruption import Hearing
+
+class Module:
+    def __init__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+        for _ in range(1000):
+            pass
+        self.handle = 1
+
+    def __del__(self):  # as those of compiled modules
+        del self.handle
+
+with Hearing():
+    Module()
+"""
+
+
+def test_what_an_interruption_leaves_half_made_says_nothing():
+    assert end(start(sys.executable, "-c", HALF_MADE)) == (130, "gearbench: interrupted\n")
+
+
 def code_of(program: Callable[[], None]) -> int:
     """Exit code of a program that hears signals."""
     with pytest.raises(SystemExit) as left, interruption.Hearing():

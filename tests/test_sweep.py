@@ -146,6 +146,18 @@ def test_an_interrupted_sweep_keeps_what_is_done():
     np.testing.assert_allclose(kept, whole["transmission_error_mean"], rtol=1e-12)
 
 
+def test_what_is_done_is_kept_now_and_then(monkeypatch):
+    monkeypatch.setattr("gearbench.sweeps.run.KEEP_LEAST", 0.0)
+    monkeypatch.setattr("gearbench.sweeps.run.KEEP_SHARE", 0.0)
+    kept = []
+    whole = sweep(RELIEVED, {"effects.crowning.amount": [2.0, 8.0]}, torque=[50.0, 100.0], keep=kept.append)
+    done = [int(each["transmission_error_mean"].notnull().sum()) for each in kept]
+    assert done == [1, 2, 3, 4]
+    assert [each.attrs["complete"] for each in kept] == [0, 0, 0, 1]
+    first = kept[2]["transmission_error"]
+    np.testing.assert_allclose(first.where(first.notnull(), whole["transmission_error"]), whole["transmission_error"])
+
+
 def test_an_unmodified_pair_scales_with_the_load():
     # without gaps and with a constant contact law contact is linear
     scene = with_tables(example(), hertz={"law": "yang_sun"})

@@ -164,6 +164,15 @@ def choose(
     )
 
 
+def first_settings(scene: Scene) -> Scene:
+    """``scene``, which asks for an accuracy, with the settings that the search for them begins with."""
+    requested = scene.resolution.accuracy
+    assert requested is not None
+    scene, meshed = _finite_elements(with_resolution(scene), requested)
+    search = _Search(run=lambda _: np.empty(0), numbers=np.asarray, scene=scene, requested=requested, left=LEFT)
+    return search.scene_at(search.first(requested - meshed))
+
+
 def _finite_elements(scene: Scene, budget: float) -> tuple[Scene, float]:
     """The scene with finite elements of the accuracy they must have, unless it gives another, and their share."""
     meshed = tooth_bending(scene.effects_by_name, "finite_elements")

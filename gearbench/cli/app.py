@@ -15,6 +15,7 @@ from gearbench.cli.check import check
 from gearbench.cli.cost import cost
 from gearbench.cli.doctor import doctor
 from gearbench.cli.explore import explore
+from gearbench.cli.hunting import hunting
 from gearbench.cli.optimise import optimise
 from gearbench.cli.options import shows_progress
 from gearbench.cli.plan import plan
@@ -81,12 +82,13 @@ def _announced(command: Callable[..., None]) -> Callable[..., None]:
 
 
 #: Commands that solve contact problems.
-_SOLVING = (simulate, sweep, response, robust, optimise, explore, polish, verify, validate, cost)
+_SOLVING = (simulate, sweep, hunting, response, robust, optimise, explore, polish, verify, validate, cost)
 #: Commands that commit their files one by one.
-_STEPWISE = (optimise,)
+_STEPWISE = (optimise, sweep)
 for command in (
     simulate,
     sweep,
+    hunting,
     response,
     robust,
     optimise,

@@ -2,41 +2,104 @@
 
 from __future__ import annotations
 
-from gearbench.cli.options import Json, Memory, Quiet, SceneFile, Verbose
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gearbench.cli.options import AccuracyText, Json, Memory, Quiet, Verbose, say, with_accuracy
+from gearbench.cli.rexs import LoadCase, StageName, Torque, load_any
+
+if TYPE_CHECKING:
+    from gearbench.effort.plan import Plan
+    from gearbench.scene import Scene
+
+Planned = Annotated[Path, typer.Argument(metavar="SCENE|STUDY", help="Scene, REXS or study file.", show_default=False)]
 
 
 def plan(
-    scene: SceneFile, memory: Memory = None, quiet: Quiet = False, verbose: Verbose = False, json: Json = False
+    scene: Planned,
+    stage: StageName = None,
+    torque: Torque = None,
+    load_case: LoadCase = None,
+    accuracy: AccuracyText = None,
+    memory: Memory = None,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    json: Json = False,
 ) -> None:
-    """Parts that will run for SCENE, and the cost of each.
+    """Parts that will run for SCENE, and the cost of each; for a study, the cost of its search.
 
     Example: gearbench plan examples/case1.toml
     """
-    from dataclasses import asdict
-
-    from gearbench.budget import SMALL, memory_limit, shown
-    from gearbench.cli.summary import console, pair_line, print_mapping
+    from gearbench.cli.summary import print_mapping
     from gearbench.effort.plan import plan as plan_of
-    from gearbench.scene_file import load_scene
+    from gearbench.errors import naming
 
-    loaded = load_scene(scene)
-    made = plan_of(loaded)
+    if _is_study(scene):
+        _plan_study(scene, quiet=quiet, json=json)
+        return
+    loaded, _ = load_any(scene, stage, torque, load_case)
+    loaded = with_accuracy(loaded, accuracy)
+    with naming(scene):
+        made = plan_of(loaded)
     if json:
         print_mapping({"name": loaded.name, "scene_sha256": loaded.digest, **asdict(made)})
-        return
-    if quiet:
-        return
+    elif not quiet:
+        _print(loaded, made)
+
+
+def _is_study(path: Path) -> bool:
+    from gearbench.exchange.rexs_document import is_rexs
+    from gearbench.schema import read_toml
+
+    return not is_rexs(path) and "objectives" in read_toml(path)
+
+
+def _plan_study(path: Path, *, quiet: bool, json: bool) -> None:
+    from gearbench.cli.summary import print_mapping
+    from gearbench.effort.study_plan import study_plan
+    from gearbench.optimisation.study_file import load_study
+
+    study = load_study(path)
+    made = study_plan(study)
+    if json:
+        print_mapping({"name": study.name, "study_sha256": study.digest, **asdict(made)})
+    elif not quiet:
+        say(f"{study.name or 'study'}: {made.designs} designs at most, {made.threads} side by side")
+        say(f"a design, predicted: {_duration(made.design_seconds)}, {made.megabytes / made.threads:.1f} MB")
+        say(f"optimise, predicted: {_duration(made.seconds)} at most, {made.megabytes:.1f} MB")
+        _print_refusal(made.megabytes, "optimise")
+
+
+def _print(scene: Scene, made: Plan) -> None:
     from rich.table import Table
 
+    from gearbench.cli.summary import console, pair_line
+
     out = console()
-    table = Table(title=pair_line(loaded), title_justify="left", title_style="bold", box=None, pad_edge=False)
+    table = Table(title=pair_line(scene), title_justify="left", title_style="bold", box=None, pad_edge=False)
     for name in ("part", "does", "size", "time"):
         table.add_column(name, justify="right" if name == "time" else "left")
     for part in made.parts:
         table.add_row(part.name, part.does, part.size, f"{1e3 * part.seconds:.2f} ms" if part.seconds else "")
     out.print(table)
-    out.print(f"simulate, predicted: {1e3 * made.seconds:.1f} ms, {made.megabytes:.1f} MB")
-    if 1e6 * made.megabytes > max(memory_limit(), SMALL):
-        out.print(f"this is more than the {shown(memory_limit())} of memory that are allowed: simulate refuses it")
+    out.print(f"simulate, predicted: {_duration(made.seconds)}, {made.megabytes:.1f} MB")
+    _print_refusal(made.megabytes, "simulate")
     if made.robust_seconds:
-        out.print(f"robust, predicted: {1e3 * made.robust_seconds:.1f} ms")
+        out.print(f"robust, predicted: {_duration(made.robust_seconds)}")
+
+
+def _print_refusal(megabytes: float, command: str) -> None:
+    from gearbench.budget import SMALL, memory_limit, shown
+
+    if 1e6 * megabytes > max(memory_limit(), SMALL):
+        say(f"this is more than the {shown(memory_limit())} of memory that are allowed: {command} refuses it")
+
+
+def _duration(seconds: float) -> str:
+    """A time in the unit that suits it."""
+    if seconds < 10:
+        return f"{1e3 * seconds:.1f} ms"
+    return f"{seconds:.0f} s" if seconds < 600 else f"{seconds / 3600:.1f} h"

@@ -71,7 +71,8 @@ def scene_lines(scene: Scene, mesh_phase: NDArray) -> ContactLines:
     flanks = flank_separation(scene)
     if flanks is None:
         return _lines(scene, mesh_phase)
-    span = flanks.reach(MARGIN * greatest_deflection(scene, flanks))
+    # of flanks with material in excess, what they are pressed together counts
+    span = flanks.reach(flanks.least + MARGIN * (greatest_deflection(scene, flanks) - flanks.least))
     return _lines(scene, mesh_phase, flanks, span)
 
 
@@ -160,7 +161,9 @@ def greatest_deflection(scene: Scene, flanks: Separation) -> float:
     deflection = float(solve(assemble(scene, lines)).approach.max())
     others = [effect for effect in scene.flank_effects if effect.name != "off_line_contact"]
     if any(isinstance(effect, GapEffect) and not effect.modifications(scene.pair) for effect in others):
-        deflection += float(np.ptp(total_gap(scene, lines, others)[lines.active]))
+        gap = total_gap(scene, lines, others)[lines.active]
+        # gears whose flanks all have material in excess approach by less, even by less than nothing
+        deflection += float(np.ptp(gap) - min(gap.max(), 0.0))
     return deflection / math.cos(meshing.beta_b)
 
 

@@ -20,11 +20,14 @@ MOST_COLUMNS = 1500
 _NUMBER = 8
 
 
-def contact_memory(scene: Scene, positions: int) -> float:
-    """Peak memory [bytes] of the contact problem of ``scene`` at a number of mesh phases, and of its results."""
+def contact_memory(scene: Scene, positions: int, like: Scene | None = None) -> float:
+    """Peak memory [bytes] of the contact problem of ``scene`` at a number of mesh phases, and of its results.
+
+    With the columns of a scene ``like`` it, where its own would take long to set up.
+    """
     segments = scene.resolution.segments
-    columns, coupled = _columns(scene)
-    return positions * _of_position(_pairs(scene), segments, columns, coupled=coupled)
+    columns, coupled = _columns(like or scene)
+    return positions * _of_position(pairs_of_teeth(scene), segments, columns, coupled=coupled)
 
 
 def require_contact_memory(scene: Scene, positions: int) -> None:
@@ -35,7 +38,7 @@ def require_contact_memory(scene: Scene, positions: int) -> None:
     MemoryBudgetError
         Naming numbers of segments or positions that would fit.
     """
-    pairs, segments = _pairs(scene), scene.resolution.segments
+    pairs, segments = pairs_of_teeth(scene), scene.resolution.segments
     if positions * _of_position(pairs, segments, MOST_COLUMNS, coupled=True) <= SMALL:
         return
     columns, coupled = _columns(scene)
@@ -57,7 +60,7 @@ def _of_position(pairs: int, segments: int, columns: int, *, coupled: bool) -> f
     return _NUMBER * (SQUARE * square + n * (COLUMN[not coupled] * columns + SEGMENT))
 
 
-def _pairs(scene: Scene) -> int:
+def pairs_of_teeth(scene: Scene) -> int:
     """Pairs of teeth whose contact lines are followed, at most."""
     more = 2 if scene.effect("off_line_contact") else 0
     return len(pair_indices(scene.pair)) + more

@@ -62,8 +62,10 @@ def solve(problem: ContactProblem, guess: Guess | None = None) -> ContactSolutio
     Raises
     ------
     ConvergenceError
-        If a residual stays above 1e-9.
+        If a residual stays above 1e-9, or no teeth meet at some position.
     """
+    if not problem.active.any(axis=1).all():
+        raise ConvergenceError("contact not solved: at some mesh phase no teeth meet")
     least, p = _from_smallest(problem)
     if _has_law(p):
         guess = guess or Guess.nothing(p)

@@ -117,22 +117,34 @@ def _births(problem: ContactProblem, lines: ContactLines, x: NDArray, at: NDArra
     """
     if not at.size:
         return []
-    count, active = len(lines.mesh_phase), lines.active.T.ravel()
+    shared = lines.active & (lines.active.sum(axis=1) > 1)[:, None]
+    count, active = len(lines.mesh_phase), shared.T.ravel()
     near = [np.array(sorted(np.flatnonzero(active), key=lambda j, i=i: abs(j - i - 0.5))[:POINTS]) for i in at]
+    if not active.any():
+        return [(float(x[i]) + float(x[i + 1])) / 2 for i in at]
     margins = _margins(problem, lines, *np.divmod(np.concatenate(near), count))
     margin = np.split(margins, np.cumsum([len(each) for each in near])[:-1])
     return [_zero(x[j], m, float(x[i]), float(x[i + 1])) for j, m, i in zip(near, margin, at, strict=True)]
 
 
 def _margins(problem: ContactProblem, lines: ContactLines, pair: NDArray, position: NDArray) -> NDArray:
-    """By how much each ``pair`` at its ``position`` would be pressed, at most, by gears that it does not carry."""
+    """By how much each ``pair`` at its ``position`` would be pressed, at most, by gears that it does not carry.
+
+    NaN where it carries alone: there are no others to be solved with.
+    """
+    margins = np.full(len(pair), np.nan)
+    shared = np.flatnonzero(lines.active.sum(axis=1)[position] > 1)
+    if not shared.size:
+        return margins
+    pair, position = pair[shared], position[shared]
     part = part_of(problem, position)
     alone = part.active.copy().reshape(part.shape)
     alone[np.arange(len(pair)), pair] = False
     guess = Guess.nothing(part)
     solve_roughly(replace(part, active=alone.reshape(part.active.shape)), guess)
     s = compression(part, lines.part(position), guess)[np.arange(len(pair)), pair]
-    return s.reshape(len(s), -1).max(axis=1)
+    margins[shared] = s.reshape(len(s), -1).max(axis=1)
+    return margins
 
 
 def _located(scene: Scene, births: list[float]) -> list[float]:
@@ -144,11 +156,11 @@ def _located(scene: Scene, births: list[float]) -> list[float]:
         lines = scene_lines(replace(scene, resolution=Resolution(positions=len(x), segments=FINE_SEGMENTS)), x % 1.0)
         problem = assemble(scene, lines)
         number = np.floor(x).astype(int) - lines.index[0]
-        there = np.all(lines.active[np.arange(len(x)), number].reshape(-1, 3), axis=1).tolist()
         margins = _margins(problem, lines, number, np.arange(len(x))).reshape(-1, 3)
+        on_lines = lines.active[np.arange(len(x)), number].reshape(-1, 3) & np.isfinite(margins)
         births = [
-            _zero(at, margin, at[1] - 3 * reach, at[1] + 3 * reach) if on_lines else float(at[1])
-            for at, margin, on_lines in zip(x.reshape(-1, 3), margins, there, strict=True)
+            _zero(at, margin, at[1] - 3 * reach, at[1] + 3 * reach) if there.all() else float(at[1])
+            for at, margin, there in zip(x.reshape(-1, 3), margins, on_lines, strict=True)
         ]
     return births
 

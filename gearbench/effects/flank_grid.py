@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 ALONG = ("radius", "diameter", "roll_length")
 FACE = "face_position"
+#: No gear is larger [mm].
+LARGEST = 1e5
 _MICROMETRES = {"µm": 1.0, "μm": 1.0, "um": 1.0, "micrometer": 1.0, "micrometre": 1.0, "mm": 1e3}
 
 
@@ -90,6 +92,8 @@ def read_grid(key: str, name: str, data: bytes) -> FlankGrid:
     for axis, values in ((grid.along, grid.coordinate), (FACE, grid.face)):
         if not (values.size and np.isfinite(values).all() and np.all(np.diff(values) > 0)):
             raise InputError(key, f"{name}, {axis}", "must increase, number by number")
+        if max(-values[0], values[-1]) > LARGEST:
+            raise InputError(key, f"{name}, {axis} {values[0]:g} to {values[-1]:g}", f"must be within ±{LARGEST:g} mm")
     if not np.all(np.isfinite(grid.deviation)) or np.any(np.abs(grid.deviation) > 1000):
         row, column = np.argwhere(~(np.abs(grid.deviation) <= 1000))[0]
         where = f"{name}, {grid.along} {grid.coordinate[row]:g}, y {grid.face[column]:g}"

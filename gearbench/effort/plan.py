@@ -1,41 +1,40 @@
 """Parts of a run with the cost of each: measured on a few mesh phases and extrapolated.
 
-Every part costs a constant and an amount for each mesh phase. Both are found by running it on a few phases, so that the
-prediction holds on any machine and for any effect. The set-up of an effect for a pair (the Ritz system of a tooth,
-say) is part of the prediction; a set-up that is kept on disk is not run but estimated. So many segments that trials
-would take long are not run either: two coarser ones show how each part grows with them.
+Every part costs an amount once for a pair that is new (the Ritz system of a tooth, say), a constant, and an amount for
+each mesh phase. They are found by running it on a few phases (``trials``), so that the prediction holds on any machine
+and for any effect. What is large is run coarser: two numbers of segments show how each part grows with them, and
+set-ups grow like the matrices of their functions. A set-up that is kept on disk is not run but estimated. Memory is
+that by which runs are refused, see ``gearbench.budget``.
 """
 
 from __future__ import annotations
 
 import math
-import re
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import count
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gearbench.contact.assemble import mesh_phases, scene_lines
-from gearbench.contact.size import contact_memory
+from gearbench.accuracy.choose import SEARCH_TIME, first_settings
+from gearbench.contact.assemble import conforming, flank_separation, mesh_phases, scene_lines
+from gearbench.contact.size import contact_memory, pairs_of_teeth
+from gearbench.contact.transitions import COARSE_PHASES, COARSE_SEGMENTS, loaded_phases
 from gearbench.effects.base import ComplianceEffect, Dense, Effect, GapEffect, LowRank
-from gearbench.effort.clock import peak_megabytes, quickest, unseen
-from gearbench.geometry.action import ContactLines
+from gearbench.effects.tooth_bending import ToothBending
+from gearbench.effort.clock import peak_megabytes
+from gearbench.effort.robust_plan import SAMPLES, robust_part
+from gearbench.effort.trials import Reduced, Trial, Trials, first_trial, reduced, spent, timed_once, trials
 from gearbench.results.outputs import DEFAULT_OUTPUTS
-from gearbench.results.solved import Solved
-from gearbench.scene import Resolution, Scene
-from gearbench.solution import dataset, solve_lines
+from gearbench.scene import Scene
+from gearbench.solution import dataset
 
-#: Phases of the short and the long trial; a cycle with no more phases than the long one is tried as a whole.
-TRIALS = (4, 32)
-#: Each trial is repeated, and the quickest counts: the machine has other things to do at times.
-REPEATS = 2
-#: Segments of the finest trial, and how each part may grow with their number beyond it, at least and at most.
-FINEST, GROWTH = 32, (1.0, 2.5)
-#: Error samples of the robustness run that is predicted.
-SAMPLES = 1000
+#: Power of the number of segments that the time of each phase may grow with, at most.
+STEEPEST = 2.5
+#: Set-ups that take longer than this are not run again for their memory [s].
+TRACED = 0.3
+_number = count(1)
 
 
 @dataclass(frozen=True)
@@ -59,7 +58,7 @@ class Plan:
     seconds, megabytes
         Predicted time [s] and peak memory [MB] of ``simulate``.
     robust_seconds
-        Predicted time [s] of ``robust`` with 1000 samples; 0 without random errors.
+        Predicted time [s] of ``robust``, set-ups included; 0 without random errors.
     """
 
     parts: tuple[Part, ...]
@@ -68,148 +67,176 @@ class Plan:
     robust_seconds: float = 0.0
 
 
-@dataclass(frozen=True)
-class Trial:
-    """A scene on some of its mesh phases."""
+@dataclass(frozen=True, kw_only=True)
+class _Cost:
+    """What a part costs once for a new pair, and for all phases [s]."""
 
-    scene: Scene
-    lines: ContactLines
-
-    @property
-    def weight(self) -> NDArray:
-        """Weights of the phases, all alike."""
-        return np.full(len(self.lines.mesh_phase), 1 / len(self.lines.mesh_phase))
-
-    def solved(self) -> Solved:
-        """The contact problem assembled and solved."""
-        return solve_lines(self.scene, self.lines, self.weight)
-
-    def unseen(self, number: int) -> Trial:
-        """The trial on a pair that no effect has set up anything for, unless that is kept on disk."""
-        if any(_kept_on_disk(effect, self) for effect in self.scene.effects):
-            return self
-        scene = unseen(self.scene, number)
-        return Trial(scene, scene_lines(scene, self.lines.mesh_phase))
+    once: float = 0.0
+    cycle: float = 0.0
 
 
-@dataclass(frozen=True)
-class Trials:
-    """A scene on few and on more of its ``total`` phases."""
+def plan(scene: Scene, samples: int = SAMPLES, threads: int | None = None) -> Plan:
+    """Plan of ``simulate`` for ``scene``, and of ``robust`` with so many samples where it has random errors.
 
-    short: Trial
-    long: Trial
-    total: int
+    ``threads`` of ``robust``: all processors by default.
 
-    def at_all(self, few: float, many: float) -> float:
-        """A cost at all phases from those of both trials."""
-        return extrapolated(few, many, len(self.short.weight), len(self.long.weight), self.total)
-
-    def seconds(self, work: Callable[[Trial], Any]) -> float:
-        """Processor time [s] of ``work`` at all phases."""
-        return self.at_all(*(quickest([lambda t=t: work(t)], REPEATS)[0] for t in (self.short, self.long)))
-
-
-def plan(scene: Scene) -> Plan:
-    """Plan of ``simulate`` for ``scene``, and of ``robust`` where it has random errors."""
-    if scene.resolution.segments <= FINEST:
-        return _plan(scene)
-    finest, coarser = (_plan(replace(scene, resolution=_with_segments(scene, n))) for n in (FINEST, FINEST // 2))
-    segments = scene.resolution.segments
-    before = {part.name: part.seconds for part in coarser.parts}
-    parts = tuple(_grown(part, before.get(part.name, part.seconds), segments / FINEST) for part in finest.parts)
-    robust = sum(part.seconds for part in parts if part.name.startswith("robust"))
-    positions = len(mesh_phases(scene)[0])
-    return Plan(
-        parts=parts,
-        seconds=sum(part.seconds for part in parts) - robust,
-        megabytes=contact_memory(scene, positions) / 1e6,
-        robust_seconds=robust,
-    )
-
-
-def _with_segments(scene: Scene, segments: int) -> Resolution:
-    return replace(scene.resolution, segments=segments)
-
-
-def _grown(part: Part, before: float, times: float) -> Part:
-    """A part with ``times`` as many segments, from its seconds with half as many, ``before``."""
-    if part.name == "finite elements" or not before:
-        return part
-    order = min(max(math.log2(part.seconds / before), GROWTH[0]), GROWTH[1]) if part.seconds else 0.0
-    size = re.sub(rf"\b{FINEST} segments", f"{round(FINEST * times)} segments", part.size)
-    size = re.sub(r"\d+ loaded", lambda m: f"{round(int(m[0].split()[0]) * times)} loaded", size)
-    return replace(part, size=size, seconds=part.seconds * times**order)
-
-
-def _plan(scene: Scene) -> Plan:
-    """The plan from trials with all its segments."""
-    phase, _ = mesh_phases(scene)
-    kept = sum(effect.preparation(scene.pair, scene.effects_by_name) or 0.0 for effect in scene.effects)
-    scene = _without_preparation(scene)
-    trials = _trials(scene, phase)
-    short, long = trials.short, trials.long
-    long.solved()  # compiled code is loaded, tables are made
-    pairs, segments = long.lines.shape[1:]
-    how = "uniform" if scene.resolution.positions is not None else "Gauss panels"
-    size = f"{len(phase)} positions ({how}) × {pairs} pairs × {segments} segments"
-    seconds = trials.seconds(lambda t: scene_lines(t.scene, t.lines.mesh_phase))
-    parts = [Part("contact lines", "positions and lengths of all segments", size, seconds)]
-    if kept:
-        parts.append(Part("finite elements", "computed once and kept on disk", "", kept))
-    spent = [trials.seconds(lambda t, e=effect: _contribution(e, t)) for effect in scene.effects]
-    for effect, seconds in zip(scene.effects, spent, strict=True):
-        parts.append(Part(effect.name, effect.summary, _size(effect, short), seconds + _set_up(effect, short)))
-    loaded = f"{int(np.mean(long.lines.active.sum(axis=1)) * len(phase) * segments)} loaded segments"
-    contact = max(trials.seconds(Trial.solved) - sum(spent), 0.0)
-    parts.append(Part("contact", "structured Newton, amplitudes and approach", loaded, contact))
-    solved = {id(t): t.solved() for t in (short, long)}
-    parts.append(Part("dataset", "variables and provenance", "", trials.seconds(lambda t: _dataset(solved[id(t)]))))
-    robust = _robust_parts(trials)
+    Where the scene asks for an accuracy, of the settings that the search for them begins with, and of the search.
+    """
+    asked = scene.resolution.accuracy is not None
+    scene = first_settings(scene) if asked else scene
+    prepared = sum(effect.preparation(scene.pair, scene.effects_by_name) or 0.0 for effect in scene.effects)
+    small = reduced(_without_preparation(scene))
+    measured = _Measured.of(scene, small)
+    parts = [measured.lines(scene), *measured.panels(), *measured.effects(scene), *measured.solution()]
+    if prepared:
+        parts.insert(1, Part("finite elements", "computed once and kept on disk", "", prepared))
+    if asked:
+        parts.append(_choice(parts, prepared))
+    whole = replace(measured.trials.short.scene, resolution=scene.resolution)
+    robust = []
+    batch = robust_part(measured.trials, small, len(mesh_phases(whole)[0]), samples, threads)
+    if batch is not None:
+        name, size, seconds = batch
+        robust = [Part(name, "batch of samples in lanes", size, seconds + prepared + measured.set_ups)]
     return Plan(
         parts=(*parts, *robust),
         seconds=sum(part.seconds for part in parts),
-        megabytes=_megabytes(trials),
+        megabytes=max(contact_memory(scene, measured.trials.total, whole) / 1e6, measured.megabytes),
         robust_seconds=sum(part.seconds for part in robust),
     )
 
 
-def _megabytes(trials: Trials) -> float:
-    """Peak memory: each stage has its own, and which one is the highest depends on the number of phases."""
-    fresh = [(trials.short.unseen(n), trials.long.unseen(n + 1)) for n in (1, 3)]
-    stages = (Trial.solved, lambda t: _dataset(t.solved()))
-    return max(
-        trials.at_all(*(peak_megabytes(lambda t=t, s=s: s(t)) for t in pair))
-        for s, pair in zip(stages, fresh, strict=True)
-    )
-
-
-def _trials(scene: Scene, phase: NDArray) -> Trials:
-    """The scene at few and at more of its phases, spread over the cycle: whole panels where it has Gauss panels."""
-    size = scene.resolution.panel_size or 1
-    by_panel = phase.reshape(-1, size)
-
-    def trial(panels: int) -> Trial:
-        some = np.linspace(0, len(by_panel) - 1, min(panels, len(by_panel))).round().astype(int)
-        return Trial(scene, scene_lines(scene, by_panel[some].ravel()))
-
-    return Trials(trial(max(TRIALS[0] // size, 1)), trial(max(TRIALS[1] // size, 2)), len(phase))
+def _choice(parts: list[Part], prepared: float) -> Part:
+    """The search for settings: coarser companions take about as long as the run itself, and rounds have an end."""
+    seconds = min(sum(part.seconds for part in parts) - prepared, SEARCH_TIME)
+    return Part("choice", "coarser runs that show the error; finer ones if it is too large", "", seconds)
 
 
 def _without_preparation(scene: Scene) -> Scene:
     """The scene with a quick tooth in place of one, with its body, that would first compute for minutes."""
     if not any(effect.preparation(scene.pair, scene.effects_by_name) for effect in scene.effects):
         return scene
-    from gearbench.effects.tooth_bending import ToothBending
-
     rest = tuple(effect for effect in scene.effects if effect.name not in (ToothBending.name, "gear_body"))
     return replace(scene, effects=(ToothBending(order=(5, 5)), *rest))
 
 
-def extrapolated(few: float, many: float, short: int, long: int, total: int) -> float:
-    """Cost at ``total`` phases from those at ``short`` and ``long``: a constant and an amount for each phase."""
-    if long >= total or short == long:
-        return many
-    return many + max(many - few, 0.0) / (long - short) * (total - long)
+@dataclass(frozen=True, kw_only=True)
+class _Measured:
+    """Costs of the parts of a scene, from trials of the ``small`` one."""
+
+    small: Reduced
+    trials: Trials
+    costs: dict[str, _Cost]
+    sizes: dict[str, str]
+    megabytes: float
+
+    @property
+    def set_ups(self) -> float:
+        """Time that the effects take once for a pair [s]."""
+        return sum(self.costs[effect.name].once for effect in self.trials.short.scene.effects)
+
+    @classmethod
+    def of(cls, scene: Scene, small: Reduced) -> _Measured:
+        """Costs found by trials."""
+        short, first = timed_once(lambda: first_trial(small.scene, next(_number)))
+        once = {e.name: _once(e, short) * small.set_up for e in short.scene.effects}
+        short.solved()  # compiled code is loaded, tables are made
+        total, once["panels"] = _phases(scene, short)
+        few = _parts(short)
+        both = trials(short, sum(few.values()), total)
+        many = _parts(both.long)
+        cycle = {name: small.pairs * both.at_all(few[name], many[name]) for name in few}
+        if small.segments > 1:
+            coarse = _with_segments(short, max(1, small.scene.resolution.segments // 2))
+            coarser, numbers = _parts(coarse), [s.resolution.segments for s in (coarse.scene, short.scene, scene)]
+            cycle = {n: t * growth(coarser[n], few[n], *numbers) for n, t in cycle.items()}
+        once["panels"] *= small.pairs
+        if flank_separation(scene) is not None:  # set up with the lines
+            once["contact lines"] = max(first - few["contact lines"], 0.0)
+        names = dict.fromkeys((*once, *cycle))
+        return cls(
+            small=small,
+            trials=both,
+            costs={name: _Cost(once=once.get(name, 0.0), cycle=cycle.get(name, 0.0)) for name in names},
+            sizes={effect.name: _size(effect, short) for effect in short.scene.effects},
+            megabytes=_set_up_megabytes(small, sum(once.values())),
+        )
+
+    def lines(self, scene: Scene) -> Part:
+        """The contact lines."""
+        how = "uniform" if scene.resolution.positions is not None else "Gauss panels"
+        pairs, segments = pairs_of_teeth(scene), scene.resolution.segments
+        size = f"{self.trials.total} positions ({how}) × {pairs} pairs × {segments} segments"
+        return self._part("contact lines", "positions and lengths of all segments", size)
+
+    def panels(self) -> list[Part]:
+        """The coarse solution that shows where the contact changes, where there is one."""
+        if not self.costs["panels"].once:
+            return []
+        size = f"{COARSE_PHASES} positions × {COARSE_SEGMENTS} segments"
+        return [self._part("panels", "phases at which the contact changes under load", size)]
+
+    def effects(self, scene: Scene) -> list[Part]:
+        """Contributions of the effects of the scene, or of what stands for those that are not there yet."""
+        own = {effect.name: effect for effect in self.trials.short.scene.effects}
+        named = [own[effect.name] for effect in scene.effects if effect.name in own]
+        return [self._part(effect.name, effect.summary, self.sizes[effect.name]) for effect in named]
+
+    def solution(self) -> list[Part]:
+        """The contact solution and its Dataset."""
+        lines = self.trials.long.lines
+        segments = lines.shape[2] * self.small.segments * math.sqrt(self.small.pairs)
+        loaded = f"{int(np.mean(lines.active.sum(axis=1)) * self.trials.total * segments)} loaded segments"
+        contact = self._part("contact", "structured Newton, amplitudes and approach", loaded)
+        return [contact, self._part("dataset", "variables and provenance", "")]
+
+    def _part(self, name: str, does: str, size: str) -> Part:
+        cost = self.costs[name]
+        return Part(name, does, size, cost.once + cost.cycle)
+
+
+def _phases(scene: Scene, trial: Trial) -> tuple[int, float]:
+    """Number of mesh phases of ``simulate``, and the time to find them [s]."""
+    if scene.resolution.positions is not None:
+        return scene.resolution.positions, 0.0
+    found, seconds = timed_once(lambda: loaded_phases(replace(trial.scene, resolution=scene.resolution)))
+    return len(found[0]), 0.0 if conforming(trial.scene) else seconds
+
+
+def _with_segments(trial: Trial, segments: int) -> Trial:
+    scene = replace(trial.scene, resolution=replace(trial.scene.resolution, segments=segments))
+    return Trial(scene, scene_lines(scene, trial.lines.mesh_phase))
+
+
+def growth(few: float, many: float, n: int, m: int, most: int) -> float:
+    """How many times as long a part takes with ``most`` segments as with m; it takes ``few`` with n, ``many`` with m.
+
+    Like a power of the number; where that is below 1, a constant and an amount for each segment.
+    """
+    if not few or not many:
+        return 1.0
+    power = math.log(many / few) / math.log(m / n)
+    if power < 1:
+        return 1 + max(1 - few / many, 0.0) / (m - n) * (most - m)
+    return (most / m) ** min(power, STEEPEST)
+
+
+def _once(effect: Effect, trial: Trial) -> float:
+    """Time [s] that the effect takes for a pair it has not seen, beyond the time it takes each time."""
+    if effect.preparation(trial.scene.pair, trial.scene.effects_by_name) is not None:
+        return 0.0  # kept on disk
+    first = timed_once(lambda: _contribution(effect, trial))[1]
+    return max(first - spent(lambda: _contribution(effect, trial))[1], 0.0)
+
+
+def _parts(trial: Trial) -> dict[str, float]:
+    """Time [s] of each part of a trial, set-ups left out."""
+    found = {e.name: spent(lambda e=e: _contribution(e, trial))[1] for e in trial.scene.effects}
+    solved, seconds = spent(trial.solved)
+    found["contact"] = max(seconds - sum(found.values()), 0.0)
+    found["contact lines"] = spent(lambda: scene_lines(trial.scene, trial.lines.mesh_phase))[1]
+    found["dataset"] = spent(lambda: dataset(solved, DEFAULT_OUTPUTS, time.perf_counter()))[1]
+    return found
 
 
 def _contribution(effect: Effect, trial: Trial) -> Any:
@@ -219,15 +246,13 @@ def _contribution(effect: Effect, trial: Trial) -> Any:
     return effect.compliance(trial.lines, trial.scene.effects_by_name) if isinstance(effect, ComplianceEffect) else None
 
 
-def _kept_on_disk(effect: Effect, trial: Trial) -> bool:
-    return effect.preparation(trial.scene.pair, trial.scene.effects_by_name) is not None
-
-
-def _set_up(effect: Effect, trial: Trial) -> float:
-    """Time [s] that the effect takes for a pair it has not seen, beyond the time it takes each time."""
-    fresh = trial.unseen(5)
-    first, again = (quickest([lambda: _contribution(effect, fresh)], 1)[0] for _ in range(2))
-    return 0.0 if _kept_on_disk(effect, trial) else max(first - again, 0.0)
+def _set_up_megabytes(small: Reduced, seconds: float) -> float:
+    """Peak memory [MB] of the set-ups, like their matrices; 0 where they would take long."""
+    if seconds > TRACED * small.set_up:
+        return 0.0
+    trial = first_trial(small.scene, next(_number))
+    found = peak_megabytes(lambda: [_contribution(effect, trial) for effect in trial.scene.effects])
+    return found * small.set_up
 
 
 def _size(effect: Effect, trial: Trial) -> str:
@@ -238,37 +263,3 @@ def _size(effect: Effect, trial: Trial) -> str:
     if isinstance(part, LowRank):
         return f"{part.factor.shape[-1]} amplitudes a pair"
     return "all segments with each other" if isinstance(part, Dense) else "one law a segment"
-
-
-def _dataset(solved: Solved) -> None:
-    dataset(solved, DEFAULT_OUTPUTS, time.perf_counter())
-
-
-def _robust_parts(trials: Trials) -> list[Part]:
-    """The batch of error samples, none without errors: one chunk of them at a few phases, extrapolated."""
-    scene = trials.long.scene
-    if scene.effect("manufacturing_errors") is None:
-        return []
-    from gearbench.contact._batch_kernels import LANES
-    from gearbench.contact.batch import solve_one_chunk
-    from gearbench.robustness.dataset import robust_dataset
-    from gearbench.robustness.montecarlo import RobustProblem, default_threads, prepare_phases, respond
-
-    def prepared(trial: Trial) -> RobustProblem:
-        return prepare_phases(scene, trial.lines.mesh_phase, trial.weight)
-
-    few, many = prepared(trials.short), prepared(trials.long)
-    errors = few.draw(SAMPLES, 0, "sobol")
-    draws = errors[:LANES] - few.mean
-    responses, _ = respond(few, errors)
-    threads = default_threads()
-    rounds = -(-SAMPLES // (LANES * threads))
-    seconds = trials.seconds(prepared)
-    seconds += rounds * trials.seconds(lambda t: solve_one_chunk((few if t is trials.short else many).batch, draws))
-    seconds += quickest(
-        [lambda: robust_dataset(few, errors, responses, complete=True, sampler="sobol", seed=0, wall_time=0.0)], REPEATS
-    )[0]
-    batch = many.batch
-    path = "structured" if batch.reference is None else "conjugate gradients"
-    size = f"{path}: rank {batch.rank} a block, {batch.modes.shape[1]} errors, {threads} threads"
-    return [Part(f"robust ({SAMPLES} samples)", "batch of samples in lanes", size, seconds)]

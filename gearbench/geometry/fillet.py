@@ -43,9 +43,9 @@ class Fillet:
     def phi_end(self) -> float:
         """Parameter φ [rad] at the end of the rounding, where the rack's straight flank takes over.
 
-        A rounding that stands out goes on behind it, half the way to where its normal is that of the pitch line.
+        A rounding that stands out goes on behind it, as far as it meets the flank of the gear.
         """
-        return math.pi / 2 - (self.rack.alpha / 2 if self.rack.protuberance else self.rack.alpha)
+        return math.pi / 2 - (self.rack.alpha / 4 if self.rack.protuberance else self.rack.alpha)
 
     @property
     def root_radius(self) -> float:

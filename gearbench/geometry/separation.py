@@ -124,8 +124,10 @@ class Separation:
     def _pieces(self) -> list[tuple[float, float, Curve]]:
         """Where which curve is the lowest: from u to u."""
         curves = self.curves
-        ends = [x for c in curves for x in (c.u[0], c.u[-1]) if self.low <= x <= self.high]
-        grid = np.unique([*np.linspace(self.low, self.high, math.ceil((self.high - self.low) / self.step)), *ends])
+        ends = np.unique([x for c in curves for x in (c.u[0], c.u[-1]) if self.low <= x <= self.high])
+        # where one curve ends just before another begins, a corner may touch in between
+        uniform = np.linspace(self.low, self.high, math.ceil((self.high - self.low) / self.step))
+        grid = np.unique([*uniform, *ends, *((ends[:-1] + ends[1:]) / 2)])
         values = np.stack([hermite(c, grid) for c in curves])
         least = values.min(axis=0)
         # of curves that agree, a smooth contact goes before an edge, and one that goes on before one that ends
@@ -204,7 +206,14 @@ class Separation:
             rows.append(np.stack([u[:-1], width, *cubic, *values[:, :-1], *np.diff(values)], axis=-1))
             edges.append(np.full(len(width), c.edge))
         table = np.concatenate(rows)
+        # an interval of rounding has no slopes
+        table[~np.isfinite(table[:, 3:6]).all(axis=1), 3:6] = 0.0
         return np.column_stack([table, np.concatenate(edges)])
+
+    @cached_property
+    def least(self) -> float:
+        """Least separation, 0 of flanks without material in excess [mm]."""
+        return min(float(self._table[:, 2].min()), 0.0)
 
     def __call__(self, u: NDArray) -> Touch:
         """Where flanks touch first at the nominal coordinates u, and how far they are apart before."""
@@ -215,7 +224,8 @@ class Separation:
         width = row[1]
         t = (u - row[0]) / np.where(width > 0, width, 1.0)
         gap = row[2] + t * (row[3] + t * (row[4] + t * row[5]))
-        values = row[6:13] + t * row[13:20]
+        # in a hole as at its end
+        values = row[6:13] + np.clip(t, 0.0, 1.0) * row[13:20]
         # holes: where no point of one flank reaches the other
         room = 1e-9 * self.step
         gap = np.where((t >= -room) & (u <= row[0] + width + room), gap, np.inf)

@@ -39,6 +39,29 @@ def root_stress(solved: Solved, role: Role) -> NDArray:
     return bending.stress(1.0) * _torque(solved)
 
 
+def loaded_root_stress(solved: Solved, role: Role) -> NDArray:
+    """Largest root stress of one gear over the mesh cycle, from the load as it was found (F9) [MPa].
+
+    Y_F and Y_S of ISO 6336-3:2019 at the height of each segment's load, on the virtual spur tooth; along the face the
+    root has the mean over what lies within a tooth height, which is an assumption of ours and no part of the norm.
+    """
+    pair, lines = solved.scene.pair, solved.lines
+    gear, b = pair.gears[role], pair.meshing.face_width
+    bending = RootBending(pair=pair, role=role)
+    radius = np.where(lines.length > 0, np.hypot(gear.base_radius, lines.rolls[role]), gear.tip_radius)
+    # F_t = F_bn cos α_n cos β of each segment
+    tangential = solved.solution.force / lines.lever * math.cos(gear.alpha_n) * math.cos(gear.beta)
+    moment, end = tangential * bending.loaded(radius), _ends(solved)
+    begin = end - lines.length * math.cos(pair.meshing.beta_b)
+    width = np.where(lines.length > 0, end - begin, 1.0)
+    found = []
+    for middle in np.linspace(0.0, b, FACE_PARTS + 1):
+        low, high = max(middle - gear.tooth_height, 0.0), min(middle + gear.tooth_height, b)
+        share = np.clip(np.minimum(end, high) - np.maximum(begin, low), 0.0, None) / width
+        found.append((moment * share).sum(axis=-1).max(axis=(-1, -2)) / (high - low))
+    return np.max(found, axis=0) / pair.normal_module * bending.rim_factor
+
+
 def specific_sliding(solved: Solved, role: Role) -> NDArray:
     """ζ_1 = 1 − v_2/v_1 of the pinion, ζ_2 = 1 − v_1/v_2 of the wheel (F1), (position, pair, segment) [–]."""
     own, mate = _speeds(solved)[role], _speeds(solved)[role.mate]

@@ -13,6 +13,12 @@ from gearbench.netcdf_bytes import dataset_of, is_netcdf
 if TYPE_CHECKING:
     import xarray as xr
 
+#: Attributes of Datasets and variables that are text: others may be numbers, or lists.
+TEXTS = frozenset(
+    ("scene", "scene_sha256", "study", "study_sha256", "reference_scene", "variables", "versions", "git_revision",
+     "created", "host", "name", "notes", "warning", "units", "long_name", "symbol")
+)  # fmt: skip
+
 
 def save(dataset: xr.Dataset, path: str | Path) -> Path:
     """Write ``dataset`` to ``path`` as netCDF with the digest of its bytes, whole or not at all.
@@ -49,10 +55,16 @@ def load(path: str | Path) -> xr.Dataset:
     InputError
         If the file is missing, is none that ``save`` has written, or has been damaged or changed since.
     """
+    data = whole_bytes(path)
     try:
-        return dataset_of(whole_bytes(path))
+        dataset = dataset_of(data)
+        for name, attrs in (("", dataset.attrs), *((str(n), v.attrs) for n, v in dataset.variables.items())):
+            for key in TEXTS & attrs.keys():
+                if not isinstance(attrs[key], str):
+                    raise InputError("", "", f"its attribute {key} {f'of {name} ' if name else ''}must be text")
+        return dataset
     except InputError as error:
-        raise error if error.value else InputError("", str(path), error.allowed) from None
+        raise InputError("", str(path), error.allowed) from None
 
 
 def whole_bytes(path: str | Path) -> bytes:

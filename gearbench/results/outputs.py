@@ -41,6 +41,8 @@ OUTPUTS: Mapping[str, tuple[tuple[str, ...], Callable[[Solved], NDArray]]] = Map
         "loaded_contact_ratio": ((), flank.loaded_contact_ratio),
         "root_stress_pinion": ((), lambda s: flank.root_stress(s, Role.PINION)),
         "root_stress_wheel": ((), lambda s: flank.root_stress(s, Role.WHEEL)),
+        "loaded_root_stress_pinion": ((), lambda s: flank.loaded_root_stress(s, Role.PINION)),
+        "loaded_root_stress_wheel": ((), lambda s: flank.loaded_root_stress(s, Role.WHEEL)),
         "friction_coefficient": ((), flank.friction_coefficient),
         "friction_loss": ((), flank.friction_loss),
         "mesh_efficiency": ((), flank.efficiency),

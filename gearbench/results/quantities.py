@@ -91,6 +91,8 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "loaded_contact_ratio": Quantity("1", "ε_load", "mean number of tooth pairs that carry load"),
             "root_stress_pinion": Quantity("MPa", "σ_F0,1", "nominal root stress of the pinion"),
             "root_stress_wheel": Quantity("MPa", "σ_F0,2", "nominal root stress of the wheel"),
+            "loaded_root_stress_pinion": Quantity("MPa", "σ_F,1", "root stress of the pinion from the load found"),
+            "loaded_root_stress_wheel": Quantity("MPa", "σ_F,2", "root stress of the wheel from the load found"),
             "friction_coefficient": Quantity("1", "μ", "coefficient of friction of the mesh"),
             "friction_loss": Quantity("W", "P_VZ", "friction loss of the mesh"),
             "mesh_efficiency": Quantity("1", "η_z", "efficiency of the mesh"),

@@ -14,7 +14,8 @@ if TYPE_CHECKING:
 
     from gearbench.geometry.pair import Pair
 
-#: Allowable contact stress of case-hardened steel of quality MQ, ISO 6336-5 [MPa].
+#: Where a warning begins: allowable contact stress of case-hardened steel of quality MQ, ISO 6336-5, quoted from memory
+#: [MPa].
 HARDENED = 1500.0
 #: Least tip thickness of a tooth [normal modules], ISO 21771-1 and usual practice.
 LEAST_TIP = 0.2

@@ -11,6 +11,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
 from gearbench.strength.section import VirtualTooth
@@ -60,18 +63,27 @@ class RootBending:
         roll = math.sqrt(max(tooth.tip_radius**2 - tooth.base_radius**2, 0.0))
         return math.hypot(tooth.base_radius, max(roll - back, 0.0))
 
-    @cached_property
-    def _lever(self) -> tuple[float, float]:
-        h_F, alpha_F = self.tooth.lever(self.load_radius)
+    def _lever(self, radius: float) -> tuple[float, float]:
+        h_F, alpha_F = self.tooth.lever(radius)
         # load below the critical section (stub teeth): no bending moment; the product Y_F Y_S stays finite
         return max(h_F, 1e-3 * self.pair.normal_module), alpha_F
 
-    @property
-    def form_factor(self) -> float:
-        """Y_F = 6 (h_F/m_n) cos α_Fn / ((s_Fn/m_n)² cos α_n) · f_ε; without f_ε for the load at the tip."""
-        (h_F, alpha_F), section, gear = self._lever, self.tooth.section, self.tooth.gear
+    def factors_at(self, radius: float) -> tuple[float, float]:
+        """Y_F without f_ε, and Y_S, of a load at ``radius`` [mm] of the virtual gear.
+
+        Y_F = 6 (h_F/m_n) cos α_Fn / ((s_Fn/m_n)² cos α_n); Y_S = (1.2 + 0.13 L) q_s^(1/(1.21 + 2.3/L)), L = s_Fn/h_F,
+        1 ≤ q_s < 8.
+        """
+        (h_F, alpha_F), section, gear = self._lever(radius), self.tooth.section, self.tooth.gear
         m_n, s_Fn = gear.normal_module, section.chord
         Y_F = 6 * h_F / m_n * math.cos(alpha_F) / ((s_Fn / m_n) ** 2 * math.cos(gear.alpha_n))
+        L, q_s = s_Fn / h_F, min(max(self.notch_parameter, NOTCH_RANGE[0]), NOTCH_RANGE[1])
+        return Y_F, (1.2 + 0.13 * L) * q_s ** (1 / (1.21 + 2.3 / L))
+
+    @property
+    def form_factor(self) -> float:
+        """Y_F of ``factors_at`` times f_ε; without f_ε for the load at the tip."""
+        Y_F = self.factors_at(self.load_radius)[0]
         return Y_F * (self.load_distribution_factor if self.load_at == "single_contact" else 1.0)
 
     @property
@@ -92,16 +104,22 @@ class RootBending:
 
     @property
     def stress_correction(self) -> float:
-        """Y_S = (1.2 + 0.13 L) q_s^(1/(1.21 + 2.3/L)), L = s_Fn/h_F, 1 ≤ q_s < 8."""
-        L = self.tooth.section.chord / self._lever[0]
-        q_s = min(max(self.notch_parameter, NOTCH_RANGE[0]), NOTCH_RANGE[1])
-        return (1.2 + 0.13 * L) * q_s ** (1 / (1.21 + 2.3 / L))
+        """Y_S of ``factors_at``."""
+        return self.factors_at(self.load_radius)[1]
 
     @property
     def helix_factor(self) -> float:
         """Y_β = (1 − ε_β β/120°) / cos³β, with at most ε_β = 1 and β = 30°."""
         beta = min(self.pair.helix_angle, 30.0)
         return (1 - min(self.pair.meshing.overlap_ratio, 1.0) * beta / 120) / math.cos(math.radians(beta)) ** 3
+
+    def loaded(self, radius: NDArray) -> NDArray:
+        """Y_F Y_S of loads on the flank at transverse radii [mm] of the gear itself, of the same shape."""
+        tooth = self.tooth
+        at, back = np.unique(radius, return_inverse=True)
+        virtual = np.maximum(tooth.pitch_radius + at - tooth.gear.pitch_radius, tooth.base_radius)
+        factors = np.array([math.prod(self.factors_at(float(r))) for r in virtual])
+        return factors[back].reshape(radius.shape)
 
     @property
     def rim_factor(self) -> float:

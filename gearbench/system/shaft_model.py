@@ -17,6 +17,9 @@ from gearbench.system.schema import Disc, Shaft
 
 #: Elements across the face of a gear: where its load is distributed, and in the dynamic system.
 FACE_ELEMENTS, DYNAMIC_ELEMENTS = 12, 4
+#: Elements of a stretch without marks, at most: enough for twenty modes of it alone, each far below those of a stretch
+#: as stiff as it is thick.
+MOST_ELEMENTS = 40
 #: Nodes closer than this share of the shaft's length are one.
 _SAME = 1e-9
 #: t/mm³ in 1 g/cm³, t·mm² in 1 kg·m², t in 1 kg, mm in 1 m.
@@ -78,7 +81,7 @@ class ShaftModel:
         for a, b in pairwise(coarse):
             # elements no longer than their diameter: modes of shafts to some ten kHz
             count = math.ceil((b - a) / self._diameters(a, b)[0][0] - 1e-9)
-            fine.append(np.linspace(a, b, max(count, 1) + 1)[1:])
+            fine.append(np.linspace(a, b, min(max(count, 1), MOST_ELEMENTS) + 1)[1:])
         return np.concatenate(fine)
 
     def _diameters(self, a: float, b: float) -> tuple[tuple[float, float], float]:

@@ -10,6 +10,7 @@ import pytest
 
 from gearbench.geometry.action import contact_lines
 from gearbench.geometry.pair import Member, Pair
+from gearbench.strength.bending import RootBending
 
 
 def pair(shift: float = 0.6691, shortening: float = 0.938) -> Pair:
@@ -58,3 +59,22 @@ def test_tip_diameters_in_place_of_addenda_are_the_same_gears():
     same = Pair(pinion=by_diameter[0], wheel=by_diameter[1], **whole)
     assert [g.addendum for g in same.gears] == pytest.approx([g.addendum for g in pair().gears], rel=1e-12)
     assert same.meshing.transverse_contact_ratio == pytest.approx(pair().meshing.transverse_contact_ratio, rel=1e-12)
+
+
+def test_root_stress_factors_of_iso_6336_3_of_2006():
+    """Y_F, Y_S, s_Fn, ρ_F and σ_F0 as printed; the edition of 2006 has no f_ε, and Y_β without cos³β.
+
+    The program takes the lever from the root of the generating shift x_E: h_F is 0.03 mm longer.
+    """
+    bending = [RootBending(pair=pair(), role=role) for role in (0, 1)]
+    lever = [b.tooth.lever(b.load_radius)[0] for b in bending]
+    of_2006 = [b.stress(40953.0) / b.load_distribution_factor * math.cos(math.radians(10.0)) ** 3 for b in bending]
+    for found, printed, half in (
+        ([b.form_factor / b.load_distribution_factor for b in bending], (1.18, 1.24), 5e-3),
+        ([b.stress_correction for b in bending], (2.28, 2.35), 7e-3),
+        ([b.tooth.section.chord for b in bending], (31.18, 32.75), 5e-3),
+        ([b.tooth.section.radius for b in bending], (5.95, 5.39), 5e-3),
+        (lever, (14.06, 16.11), 0.03),
+        (of_2006, (117.92, 127.69), 0.12),
+    ):
+        assert found == pytest.approx(printed, abs=half)

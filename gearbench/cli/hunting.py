@@ -1,0 +1,85 @@
+"""``gearbench hunting``."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gearbench.cli.options import (
+    Json,
+    Memory,
+    Output,
+    Plots,
+    Quiet,
+    SceneFile,
+    Threads,
+    Verbose,
+    plot_folder,
+    say,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Orders = Annotated[float, typer.Option("--orders", metavar="N", min=0.01, max=100.0, help="Highest mesh order.")]
+#: Lines of the table of the largest amplitudes.
+SHOWN = 12
+
+
+def hunting(
+    scene: SceneFile,
+    output: Output = None,
+    orders: Orders = 3.0,
+    threads: Threads = None,
+    plots: Plots = None,
+    memory: Memory = None,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    json: Json = False,
+) -> None:
+    """All mesh cycles of SCENE until the same teeth meet again: side bands of pitch errors, run-out, waves.
+
+    Example: gearbench hunting SCENE -o hunting.nc --plots plots
+    """
+    from gearbench.cli import summary
+    from gearbench.errors import naming
+    from gearbench.files import check_target
+    from gearbench.hunting import draw_side_bands, hunting_cycle
+    from gearbench.results.netcdf import save
+    from gearbench.robustness.montecarlo import default_threads
+    from gearbench.scene_file import load_scene
+
+    loaded = load_scene(scene)
+    if output is not None:
+        check_target(output)
+    folder = plot_folder(plots)
+    with naming(scene):
+        dataset = hunting_cycle(loaded, orders=orders, threads=threads or default_threads())
+    written = [save(dataset, output)] if output is not None else []
+    written += [] if folder is None else [draw_side_bands(dataset, folder)]
+    if json:
+        largest = [dict(zip(("mesh_order", "amplitude"), row[:2], strict=True)) for row in _largest(dataset)]
+        files = [str(path) for path in written]
+        summary.print_json(loaded, dataset, cycles=dataset.sizes["cycle"], largest=largest, files=files)
+    elif not quiet:
+        title = f"{summary.pair_line(loaded)}, {dataset.sizes['cycle']} mesh cycles"
+        rows = [
+            (
+                f"order {order:.5g} of the mesh, {pinion:.5g} of the pinion, {wheel:.5g} of the wheel",
+                f"{value:.4g}",
+                "µm",
+            )
+            for order, value, pinion, wheel in _largest(dataset)
+        ]
+        summary.print_table(title, rows)
+        for line in (*summary.warnings(dataset), *(f"wrote {path}" for path in written)):
+            say(line)
+
+
+def _largest(dataset: xr.Dataset) -> list[tuple[float, float, float, float]]:
+    """Mesh order, amplitude of the transmission error, orders of pinion and wheel: the largest amplitudes, in order."""
+    one = dataset.sortby("transmission_error_order_amplitude", ascending=False).isel(mesh_order=slice(SHOWN))
+    one = one.sortby("mesh_order")
+    names = ("mesh_order", "transmission_error_order_amplitude", "pinion_order", "wheel_order")
+    return list(zip(*(one[name].values.tolist() for name in names), strict=True))

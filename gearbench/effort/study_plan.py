@@ -1,0 +1,68 @@
+"""What a search will cost: one of its designs on trials, as often as the search asks for designs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gearbench.effort.plan import plan
+from gearbench.errors import GearbenchError, InputError
+from gearbench.optimisation.problem import scene_of
+from gearbench.optimisation.search import Search
+from gearbench.optimisation.study import OptimisationStudy
+from gearbench.robustness.montecarlo import default_threads
+from gearbench.scene import Scene
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyPlan:
+    """Cost of a search, at most: designs that are no gears, or are asked for again, cost nothing.
+
+    Parameters
+    ----------
+    designs
+        Designs that it asks for.
+    threads
+        Designs side by side.
+    design_seconds, seconds
+        Predicted time of a design and of the search on this machine [s].
+    megabytes
+        Predicted peak memory of all threads [MB].
+    """
+
+    designs: int
+    threads: int
+    design_seconds: float
+    seconds: float
+    megabytes: float
+
+
+def study_plan(study: OptimisationStudy, threads: int | None = None) -> StudyPlan:
+    """Plan of ``optimise`` for ``study``, from the first design of its search that is a gear.
+
+    Raises
+    ------
+    GearbenchError
+        If none of the first generation is.
+    """
+    scene, threads = _first_gear(study), threads or default_threads()
+    samples = study.robustness.samples
+    made = plan(scene, samples or 1, threads=1)
+    seconds = made.robust_seconds if samples else made.seconds
+    designs = study.algorithm.population * study.algorithm.generations
+    return StudyPlan(
+        designs=designs,
+        threads=threads,
+        design_seconds=seconds,
+        seconds=designs * seconds / threads,
+        megabytes=threads * made.megabytes,
+    )
+
+
+def _first_gear(study: OptimisationStudy) -> Scene:
+    reason: InputError | None = None
+    for design in Search(study).ask():
+        try:
+            return scene_of(study, design)
+        except InputError as error:
+            reason = error
+    raise GearbenchError(f"none of the first {study.algorithm.population} designs is a gear, the last one: {reason}")

@@ -1,0 +1,52 @@
+"""``gearbench hunting`` as a user meets it."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from gearbench import hunting_cycle, load_scene
+from tests.test_hunting import PITCH, scene
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "pair.toml"
+    waves = {"pinion": [{"order": 1, "amplitude": 6.0}]}
+    made = scene({"pitch_errors": PITCH, "waviness": waves}, positions=8, segments=5)
+    path.write_text(made.to_toml(), encoding="utf-8")
+    return path
+
+
+def test_side_bands_are_printed_written_and_drawn(run, tmp_path, file):
+    target, plots = tmp_path / "hunting.nc", tmp_path / "plots"
+    code, out, err = run("hunting", file, "--orders", "2", "-o", target, "--plots", plots)
+    assert (code, err) == (0, "")
+    assert "77 mesh cycles" in out
+    with xr.open_dataset(target, engine="h5netcdf") as dataset:
+        direct = hunting_cycle(load_scene(file), orders=2.0)
+        name = "transmission_error_order_amplitude"
+        np.testing.assert_allclose(dataset[name], direct[name], rtol=1e-9, atol=1e-12)
+        assert float(dataset["mesh_order"][-1]) == pytest.approx(2.0)
+    # run-out: the largest amplitude is that of the pinion's shaft
+    order, value = float(direct["mesh_order"][int(np.argmax(direct[name].values))]), float(direct[name].max())
+    assert order == pytest.approx(1 / 7)
+    assert f"{value:.4g}" in out
+    assert [path.name for path in plots.iterdir()] == ["side_bands.png"]
+
+
+def test_as_json(run, file):
+    code, out, _ = run("hunting", file, "--orders", "1", "--json")
+    found = json.loads(out)
+    assert (code, found["cycles"]) == (0, 77)
+    assert max(found["largest"], key=lambda each: each["amplitude"])["mesh_order"] == pytest.approx(1 / 7)
+
+
+def test_teeth_that_are_alike_are_one_line(run, tmp_path):
+    path = tmp_path / "alike.toml"
+    path.write_text(scene({}).to_toml(), encoding="utf-8")
+    code, out, err = run("hunting", path)
+    assert (code, out) == (2, "")
+    assert "effects = all teeth are alike: must have pitch_errors or waviness" in err
+    assert err.count("\n") == 1

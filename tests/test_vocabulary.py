@@ -1,0 +1,186 @@
+"""Pairs in use with keys drawn at random from the whole vocabulary: written, read back, solved, kept, loaded."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from gearbench import load, load_scene, save
+from gearbench.effects.registry import EFFECTS
+from gearbench.errors import InputError
+from gearbench.exchange.rexs import load_rexs
+from gearbench.scene import Scene
+from gearbench.scene_file import parse_scene
+from gearbench.simulation import simulate
+
+ROOT = Path(__file__).parents[1]
+GEARS = sorted((ROOT / "examples" / "gears").glob("*.toml"))
+SEW = ROOT / "tests" / "data" / "sew_3_stage_cylindrical_gearbox_1.0.rexs"
+NAMES = [*(path.stem for path in GEARS), *(f"sew stage {n}" for n in (1, 2, 3))]
+#: Effects of the flank's shape, which the coast flanks may have of their own.
+SHAPES = ("crowning", "tip_relief", "end_relief", "profile_crowning", "helix_slope", "flank_twist", "profile_curve")
+
+
+def base(name: str) -> Scene:
+    if not name.startswith("sew"):
+        return load_scene(ROOT / "examples" / "gears" / f"{name}.toml")
+    return load_rexs(SEW, int(name[-1]), torque=100.0)
+
+
+def member(draw: np.random.Generator, m: float, b: float) -> dict[str, Any]:
+    """Keys of one gear."""
+    low = float(-draw.uniform(0.02, 0.05) * m * 1e3)
+    keys: dict[str, Any] = {
+        "face_width": float(b * draw.uniform(1.0, 1.2)),
+        "axial_offset": float(draw.uniform(-0.05, 0.05) * b),
+        "thickness": {"upper": 0.5 * low, "lower": low},
+        "protuberance": float(0.02 * m),
+        "grinding_stock": float(0.01 * m),
+        "material": {"youngs_modulus": float(draw.uniform(180, 215)), "thermal_expansion": 12.0},
+        "tip_chamfer" if draw.random() < 0.5 else "tip_rounding": float(0.03 * m),
+    }
+    chosen = {key: value for key, value in keys.items() if draw.random() < 0.6}
+    if "protuberance" not in chosen:
+        chosen.pop("grinding_stock", None)
+    return chosen
+
+
+def relief(draw: np.random.Generator, m: float) -> dict[str, Any]:
+    shape = str(draw.choice(["linear", "parabolic", "circular"]))
+    return {"amount": float(draw.uniform(1, 12)), "length": float(draw.uniform(0.1, 0.35) * m), "shape": shape}
+
+
+def effects(draw: np.random.Generator, scene: Scene) -> dict[str, Any]:
+    """Tables of every effect that adds gap, and of random errors of all kinds."""
+    m, b, z = scene.pair.normal_module, scene.pair.meshing.face_width, scene.pair.pinion.teeth
+    some = lambda scale: float(draw.uniform(-scale, scale))  # noqa: E731
+    return {
+        "crowning": {"amount": abs(some(8)), "amount_at_0": abs(some(5)), "highest": float(draw.uniform(0.3, 0.7) * b)},
+        "tip_relief": {"pinion": relief(draw, m), "wheel": relief(draw, m)},
+        "root_relief": {**relief(draw, 0.5 * m), "gear": "wheel"},
+        "end_relief": {"at_b": {"amount": abs(some(8)), "length": 0.1 * b, "shape": "parabolic"}},
+        "profile_slope": {"pinion": some(4), "wheel": some(4)},
+        "profile_crowning": {"pinion": abs(some(4)), "wheel": 1.0},
+        "profile_curve": {"wheel": {"polynomial": [some(3), some(3), some(2)]}},
+        "helix_curve": {"pinion": {"at": [0.0, 0.5 * b, b], "deviation": [abs(some(4)), 0.0, abs(some(4))]}},
+        "flank_twist": {"pinion": some(5)},
+        "helix_slope": {"pinion": some(6), "wheel": some(4)},
+        "pitch_errors": {"pinion": [some(2) for _ in range(z)], "pinion_tooth": int(draw.integers(z))},
+        "waviness": {"pinion": [{"order": 1, "amplitude": abs(some(10)), "over_face": "tilting"}],
+                     "wheel": [{"order": int(draw.integers(2, 200)), "amplitude": 0.3, "phase": some(180)}]},
+        "misalignment": {"inclination": some(5), "deviation": some(5)},
+        "manufacturing_errors": {
+            "profile_form": {"amplitude": 4.0},
+            "run_out": {"amplitude": 20.0},
+            "wobble": {"amplitude": 5.0, "gear": "wheel"},
+            "varied": [{"key": "helix_slope.pinion", "amplitude": 3.0}],
+            "tooth_thickness": {"amplitude": 10.0},
+            "centre_distance": {"amplitude": 15.0},
+        },
+        "off_line_contact": {},
+    }  # fmt: skip
+
+
+def drawn(name: str, seed: int) -> dict[str, Any]:
+    """The tables of a scene of one of the pairs, with about 60 % of all keys."""
+    draw, scene = np.random.default_rng([seed, NAMES.index(name)]), base(name)
+    tables = scene.to_mapping()
+    pair, m, b = tables["pair"], scene.pair.normal_module, scene.pair.face_width
+    for role in ("pinion", "wheel"):
+        pair[role] |= member(draw, m, b)
+    if "face_width" in pair["pinion"] and "face_width" in pair["wheel"]:
+        pair["wheel"]["face_width"] = b
+    if draw.random() < 0.6:
+        pair |= {"centre_distance_upper": 25.0, "centre_distance_lower": -15.0}
+    if draw.random() < 0.6:
+        pair["temperature"] = {"pinion": 55.0, "wheel": 50.0, "housing": 60.0, "housing_expansion": 23.0}
+    table = effects(draw, scene)
+    chosen = {key: value for key, value in table.items() if draw.random() < 0.6 or key == "helix_slope"}
+    if "off_line_contact" in chosen:
+        # known limit: a tip rounding under these gaps is not solved on high contact ratios, see docs/validation.md
+        for role in ("pinion", "wheel"):
+            pair[role].pop("tip_rounding", None)
+    tables["effects"] = {"tooth_bending": {"basis": "paper"}, "hertz": {}, **chosen}
+    if draw.random() < 0.5:
+        tables["load"]["torque"] *= -1
+        tables["coast"] = {key: effects(draw, scene)[key] for key in SHAPES if draw.random() < 0.5}
+        if not tables["coast"]:
+            del tables["coast"]
+    tables["resolution"] = {"positions": 5, "segments": 9}
+    tables.pop("operation", None)
+    return tables
+
+
+def written_read_solved_kept(name: str, seed: int, folder: Path) -> None:
+    tables = drawn(name, seed)
+    scene = parse_scene(tables)
+    text = scene.to_toml()
+    again = parse_scene(tomllib.loads(text))
+    assert again == scene
+    assert again.digest == scene.digest
+    dataset = simulate(scene)
+    assert np.all(np.isfinite(dataset.transmission_error))
+    assert np.all(dataset.mesh_stiffness > 0)
+    assert float(dataset.equilibrium_residual.max()) < 1e-9
+    assert float(dataset.complementarity_residual.max()) < 1e-6
+    save(dataset, folder / "kept.nc")
+    kept = load(folder / "kept.nc")
+    xr.testing.assert_identical(kept.transmission_error, dataset.transmission_error)
+    assert parse_scene(tomllib.loads(kept.attrs["scene"])) == scene
+
+
+@pytest.mark.parametrize("name", ["e_drive_input", "fzg_c", "sew stage 2"])
+def test_keys_at_random(name, tmp_path):
+    written_read_solved_kept(name, 0, tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+def test_keys_at_random_of_every_pair(name, tmp_path):
+    for seed in range(1, 4):
+        written_read_solved_kept(name, seed, tmp_path)
+
+
+def test_the_draws_reach_every_effect_that_adds_gap():
+    """Topographies stand in files: tests/test_topography.py."""
+    reached = set(effects(np.random.default_rng(0), base("fzg_c")))
+    assert reached == set(EFFECTS) - {"tooth_bending", "gear_body", "hertz", "topography"}
+
+
+def test_faults_of_any_drawn_number_are_one_line():
+    """Every number of a drawn scene far beyond what it may be: refused in a line that names a key, or harmless."""
+    tables, refused = drawn("fzg_c", 3), 0
+
+    def numbers(table: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+        items = table.items() if isinstance(table, dict) else enumerate(table) if isinstance(table, list) else ()
+        found = [(*path, key) for key, value in items if isinstance(value, float)]
+        return found + [each for key, value in items for each in numbers(value, (*path, key))]
+
+    for path in numbers(tables):
+        below: Any = tables
+        for key in path[:-1]:
+            below = below[key]
+        kept, below[path[-1]] = below[path[-1]], 1e9
+        with pytest.raises(InputError) as caught:
+            parse_scene(tables)
+        assert caught.value.key
+        assert "\n" not in str(caught.value)
+        refused, below[path[-1]] = refused + 1, kept
+    assert refused > 40
+    parse_scene(tables)
+
+
+def test_a_scene_without_temperatures_does_not_import_what_they_need():
+    code = (
+        "import sys; from gearbench import load_scene; "
+        f"load_scene({str(ROOT / 'examples' / 'gears' / 'fzg_c.toml')!r}).acting_effects; "
+        "sys.exit('gearbench.effects.thermal_pitch' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False, capture_output=True).returncode == 0
