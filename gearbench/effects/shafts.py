@@ -166,7 +166,7 @@ class ShaftMotion(GapEffect):
     motions: tuple[NDArray, NDArray]
 
     # one is itself alone
-    __eq__, __hash__ = object.__eq__, object.__hash__
+    __eq__, __hash__ = object.__eq__, object.__hash__  # type: ignore[assignment]
 
     name: ClassVar[str] = "shaft_motion"
     summary: ClassVar[str] = "gap: shafts bent by other loads, and bearings whose stiffness depends on load"

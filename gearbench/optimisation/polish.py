@@ -125,7 +125,7 @@ def polish_one(
     study: OptimisationStudy, design: Design, *, extent: NDArray, evaluations: int
 ) -> tuple[Design, Evaluation, Evaluation]:
     """The best design found from ``design``, its evaluation, and that of ``design``; itself where nothing is better."""
-    from scipy.optimize import Bounds, NonlinearConstraint, minimize
+    from scipy.optimize import NonlinearConstraint, minimize
 
     run = _Run(study=study, design=design, extent=extent, seen={})
     before = run.evaluated(run.start)
@@ -141,7 +141,7 @@ def polish_one(
         lambda x: float(run.objectives(x).sum()),
         run.start,
         method="COBYQA",
-        bounds=Bounds(np.zeros_like(run.start), np.ones_like(run.start)),
+        bounds=[(0.0, 1.0)] * len(run.start),
         constraints=NonlinearConstraint(excess, -np.inf, zero),
         options={"maxfev": evaluations, "initial_tr_radius": RADIUS, "final_tr_radius": LEAST_RADIUS},
     )

@@ -113,8 +113,8 @@ def rows(quick: bool) -> xr.Dataset:
         "row_m_ste_paper": [row.m_ste for row in table],
     }
     for model, change in (("plate", lambda scene: scene), ("solid", on_body)):
-        means = np.array([means(change(scene), r) for scene in scenes])
-        columns |= {f"row_m_k_{model}": list(means[:, 0]), f"row_m_ste_{model}": list(means[:, 1])}
+        found = np.array([means(change(scene), r) for scene in scenes])
+        columns |= {f"row_m_k_{model}": list(found[:, 0]), f"row_m_ste_{model}": list(found[:, 1])}
     columns["row_module"] = [row.module for row in table]
     columns["row_contact_ratio"] = [scene.pair.meshing.total_contact_ratio for scene in scenes]
     names = np.array([row.gear for row in table], dtype=object)
