@@ -26,6 +26,15 @@ _hearing: Hearing | None = None
 _left: BaseException | None = None
 
 
+class _Interruption(KeyboardInterrupt):
+    """What the signals raise, a class of its own.
+
+    Python takes note when a ``KeyboardInterrupt``, and none of its subclasses, leaves text that is evaluated (``exec``,
+    ``eval``): at its end it sends itself SIGINT then, whatever the exit code of a module that it runs (``-m``).
+    Source: ``run_eval_code_obj`` in CPython's pythonrun.c, ``Py_RunMain`` in main.c.
+    """
+
+
 class Hearing:
     """Context of a program: inside, both signals raise ``KeyboardInterrupt`` in the main thread, and are never lost.
 
@@ -37,6 +46,7 @@ class Hearing:
     def __init__(self) -> None:
         self.number: int | None = None
         self.arrived = False
+        self._over = False
         self._before: dict[int, Any] = {}
         self._unraisable = sys.unraisablehook
 
@@ -58,6 +68,7 @@ class Hearing:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
         global _hearing, _left
+        self._over = True
         if _hearing is self:
             _hearing, sys.unraisablehook = None, self._unraisable
             self._look_again(0.0)
@@ -80,10 +91,12 @@ class Hearing:
             self._raise(frame, importing=_importing(frame))
 
     def _raise(self, frame: FrameType | None, *, importing: bool) -> None:
+        if self._over:  # the context is being left, and its end sees the number
+            return
         later = self._look_again(AGAIN)
         if (importing and later) or _on_its_way():
             return
-        raise KeyboardInterrupt
+        raise _Interruption
 
     def _on_unraisable(self, fault: Any) -> None:
         """Not a word about an exception that was swallowed, it is raised again; nor about what it left half made."""

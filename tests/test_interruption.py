@@ -99,6 +99,21 @@ def test_what_an_interruption_leaves_half_made_says_nothing():
     assert end(start(sys.executable, "-c", HALF_MADE)) == (130, "gearbench: interrupted\n")
 
 
+TEXT = """
+from gearbench.interruption import Hearing
+
+with Hearing():
+    eval("__import__('signal').raise_signal({number})")  # as typer does with annotations
+"""
+
+
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_python_does_not_end_a_module_by_ctrl_c_that_was_raised_in_evaluated_text(tmp_path, number, code):
+    (tmp_path / "program.py").write_text(TEXT.format(number=int(number)))
+    program = start(sys.executable, "-m", "program", folder=tmp_path)
+    assert end(program) == (code, "gearbench: interrupted\n")
+
+
 def code_of(program: Callable[[], None]) -> int:
     """Exit code of a program that hears signals."""
     with pytest.raises(SystemExit) as left, interruption.Hearing():
@@ -139,6 +154,19 @@ def test_a_command_that_says_so_itself_ends_with_the_code_of_the_signal():
         raise SystemExit(130)
 
     assert code_of(program) == 143
+
+
+def test_a_signal_while_the_context_is_left_is_heard(monkeypatch, capsys):
+    look_again = interruption.Hearing._look_again
+
+    def look_again_and_signal(seconds: float) -> bool:
+        if not seconds:
+            signal.raise_signal(signal.SIGTERM)
+        return look_again(seconds)
+
+    monkeypatch.setattr(interruption.Hearing, "_look_again", staticmethod(look_again_and_signal))
+    assert code_of(lambda: None) == 143
+    assert capsys.readouterr().err == "gearbench: interrupted\n"
 
 
 def handlers() -> tuple[object, ...]:
