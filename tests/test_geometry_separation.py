@@ -29,13 +29,14 @@ def relieved(pair: Pair, amount: float, length: float, power: int = 1) -> tuple[
     )
 
 
-def random_pair(rng: np.random.Generator) -> Pair:
-    """Spur or helical, 14 to 90 teeth, modules of 1 to 10 mm, shifted, with long and short addenda."""
+def random_pair(rng: np.random.Generator, rounded: bool = False) -> Pair:
+    """Spur or helical, 14 to 90 teeth, modules of 1 to 10 mm, shifted, with long and short addenda, tips rounded."""
     while True:
         z, m = rng.integers((14, 14), (60, 90)), rng.choice([1.0, 2.0, 5.0, 10.0])
         helix = rng.choice([0.0, rng.uniform(0, 30)])
         a = m * z.sum() / 2 / math.cos(math.radians(helix)) * rng.uniform(0.99, 1.02)
-        members = [Member(teeth=int(n), addendum=rng.uniform(0.8, 1.15), dedendum=1.4) for n in z]
+        tip = {"tip_rounding": m * rng.uniform(0.02, 0.06)} if rounded else {}
+        members = [Member(teeth=int(n), addendum=rng.uniform(0.8, 1.15), dedendum=1.4, **tip) for n in z]
         try:
             return Pair(
                 normal_module=m,
@@ -50,8 +51,8 @@ def random_pair(rng: np.random.Generator) -> Pair:
             continue
 
 
-def random_modifications(pair: Pair, rng: np.random.Generator) -> tuple[Modification, ...]:
-    """Relief of tips and roots, linear and parabolic, material in excess too, and leaning profiles."""
+def random_modifications(pair: Pair, rng: np.random.Generator, powers: int = 1) -> tuple[Modification, ...]:
+    """Relief of tips and roots, linear and parabolic, material in excess too, and profile curves up to ``powers``."""
     found, m = [], pair.normal_module
     for role, gear in zip(Role, pair.gears, strict=True):
         start, end = pair.meshing.active_radii[role]
@@ -65,17 +66,18 @@ def random_modifications(pair: Pair, rng: np.random.Generator) -> tuple[Modifica
             found.append(Modification(role=role, amount=amount, start=start + length, length=-length, power=power))
         if rng.random() < 0.4:
             low, high = (math.sqrt(r**2 - gear.base_radius**2) for r in (start, end))
-            amount, whole = rng.uniform(-3e-3, 3e-3) * m, {"along": "roll", "one_sided": False}
-            found.append(Modification(role=role, amount=amount, start=low, length=high - low, **whole))
+            for power in range(1, powers + 1):
+                amount, whole = rng.uniform(-3e-3, 3e-3) * m, {"along": "roll", "one_sided": False, "power": power}
+                found.append(Modification(role=role, amount=amount, start=low, length=high - low, **whole))
     return tuple(found)
 
 
-def against_search(pairs: int, seed: int) -> NDArray:
+def against_search(pairs: int, seed: int, rounded: bool = False) -> NDArray:
     """Differences [mm] of separations from a search of two surfaces, four phases a pair."""
     rng, found = np.random.default_rng(seed), []
     for _ in range(pairs):
-        pair = random_pair(rng)
-        modifications = random_modifications(pair, rng)
+        pair = random_pair(rng, rounded)
+        modifications = random_modifications(pair, rng, 3 if rounded else 1)
         flanks, p = separation(pair, modifications), pair.meshing.base_pitch
         for v in rng.uniform(pair.meshing.path_start - 0.3 * p, pair.meshing.path_end + 0.3 * p, 4):
             u, gap = first_touch(pair, modifications, v)
@@ -89,6 +91,13 @@ def test_separation_is_that_of_a_search_of_two_surfaces() -> None:
     """Measured: 1e-11 mm and less, a few 1e-10 mm near an interference point, where profiles curve sharply."""
     differences = against_search(60, seed=3)
     assert len(differences) > 120
+    assert_allclose(differences, 0.0, atol=1e-9)
+
+
+def test_separation_of_rounded_tips_is_that_of_a_search_of_two_surfaces() -> None:
+    """Both tips rounded, under relief and profile curves: the rounding of either gear on its mate's flank too."""
+    differences = against_search(15, seed=5, rounded=True)
+    assert len(differences) > 30
     assert_allclose(differences, 0.0, atol=1e-9)
 
 

@@ -31,7 +31,20 @@ class Flank:
             x = np.hypot(roll, self.gear.base_radius) if m.along == "radius" else roll
             t = (x - m.start) / m.length
             total = total + m.amount * (np.maximum(t, 0.0) if m.one_sided else t) ** m.power
-        return total
+        return total + self.rounded_off(roll)
+
+    def rounded_off(self, roll: NDArray) -> NDArray:
+        """What a tip rounding takes along each tangent: from the involute to a circle whose centre is a point."""
+        r_b, radius = self.gear.base_radius, self.gear.tip_rounding
+        if not radius:
+            return np.zeros_like(roll)
+        start = math.sqrt(self.gear.tip_form_radius**2 - r_b**2)
+        begin, turn = start / r_b, roll / r_b
+        centre = (start - radius) * np.exp(1j * begin) + 1j * r_b * np.exp(1j * begin)
+        # how far the centre is ahead of the tangent's point on the base circle, and aside
+        seen = centre * np.exp(-1j * turn) - 1j * r_b
+        end = seen.real + np.sqrt(np.maximum(radius**2 - seen.imag**2, 0.0))
+        return np.where(roll > start, roll - end, 0.0)
 
     def polar(self, roll: NDArray) -> tuple[NDArray, NDArray]:
         """Radius, and polar angle counted from the point on the base circle at which the involute begins."""
@@ -40,14 +53,20 @@ class Flank:
         return np.hypot(length, r_b), roll / r_b - np.arctan2(length, r_b)
 
     def range(self) -> tuple[float, float]:
-        """Roll lengths at the form circle and where the flank meets the tip circle."""
+        """Roll lengths at the form circle and where the flank, or its rounding, meets the tip circle."""
         r_b, r_a = self.gear.base_radius, self.gear.tip_radius
         low, high = (math.sqrt(max(r**2 - r_b**2, 0.0)) for r in (self.gear.form_radius, r_a))
+        if self.gear.tip_rounding:  # its last point is on the tip circle, on the ray through its centre
+            start = math.sqrt(self.gear.tip_form_radius**2 - r_b**2)
+            inner = start - self.gear.tip_rounding
+            return low, start + r_b * (math.atan2(high, r_b) - math.atan2(inner, r_b))
         return low, brentq(lambda x: self.polar(np.array(x))[0] - r_a, high - 0.2, high + 0.2, xtol=1e-15)
 
     def kinks(self) -> list[float]:
-        """Roll lengths at which modifications begin."""
-        return [k for m in self.modifications if (k := m.kink(self.gear.base_radius)) is not None]
+        """Roll lengths at which modifications and the rounding begin."""
+        r_b, tip = self.gear.base_radius, self.gear.tip_form_radius
+        rounding = [math.sqrt(tip**2 - r_b**2)] if self.gear.tip_rounding else []
+        return [*rounding, *(k for m in self.modifications if (k := m.kink(r_b)) is not None)]
 
 
 def first_touch(pair: Pair, modifications: tuple[Modification, ...], v: float) -> tuple[float, float]:

@@ -90,8 +90,10 @@ class Separation:
         found: list[Curve | None] = []
         for piece in first.pieces:
             for other in second.pieces:
-                roll = self.plane.common_nodes(piece, other, self.step)
-                found.append(self._resolved(partial(self.plane.piece_on_piece, piece, other), roll))
+                # a rounding of either gear leads
+                k, own, mate = (1, other, piece) if other.is_rounding else (0, piece, other)
+                roll = self.plane.common_nodes(own, mate, self.step)
+                found.append(self._resolved(partial(self.plane.piece_on_piece, k, own, mate), roll))
         for k, (own, mate) in enumerate(((first, second), (second, first))):
             for roll, piece in own.corners:
                 # the path of contact ends at a corner, or passes it

@@ -118,29 +118,23 @@ class Plane:
         turn = math.atan2(y, x) - math.atan2(own.base_radius, length)
         return [roll - own.base_radius * (turn + sign * math.acos(cosine)) for sign in (-1, 1)]
 
-    def common_nodes(self, first: Piece, second: Piece, step: float) -> NDArray:
-        """Roll lengths of the pinion at which two smooth pieces may touch, ends included, no farther than ``step``."""
-        roll = np.linspace(first.low, first.high, max(5, math.ceil((first.high - first.low) / step) + 1))
-        if first.is_rounding or second.is_rounding:
-            roll = self._rounding_nodes(first, second)
+    def common_nodes(self, own: Piece, mate: Piece, step: float) -> NDArray:
+        """Roll lengths of ``own`` at which two smooth pieces may touch, ends included, no farther than ``step``."""
+        roll = np.linspace(own.low, own.high, max(5, math.ceil((own.high - own.low) / step) + 1))
+        if own.is_rounding:  # its normal turns fast
+            roll = np.linspace(own.low, own.low + _USED * (own.high - own.low), _ARC_NODES)
         found = [roll]
-        for end in (second.low, second.high):
-            excess = self._partner(first, second, roll) - end
+        for end in (mate.low, mate.high):
+            excess = self._partner(own, mate, roll) - end
             for i in np.flatnonzero(excess[:-1] * excess[1:] < 0):
                 (a, b), (fa, fb) = roll[i : i + 2], excess[i : i + 2]
                 for _ in range(12):  # secant: the function is all but linear
                     if fa == fb:
                         break
                     a, b, fa = b, b - fb * (b - a) / (fb - fa), fb
-                    fb = float(self._partner(first, second, np.array([b]))[0]) - end
+                    fb = float(self._partner(own, mate, np.array([b]))[0]) - end
                 found.append(np.array([b]))
         return np.unique(np.concatenate(found))
-
-    def _rounding_nodes(self, first: Piece, second: Piece) -> NDArray:
-        """Roll lengths of the pinion where one of two pieces is a rounding: its normal turns fast."""
-        arc = first if first.is_rounding else second
-        roll = np.linspace(arc.low, arc.low + _USED * (arc.high - arc.low), _ARC_NODES)
-        return roll if arc is first else np.sort(self._partner(second, first, roll))
 
     def _partner(self, own: Piece, mate: Piece, roll: NDArray) -> NDArray:
         """Roll length at which a piece ``mate`` has a common normal with ``own`` at ``roll``, where both just touch."""
@@ -161,27 +155,31 @@ class Plane:
                 break
         return other
 
-    def piece_on_piece(self, first: Piece, second: Piece, roll: NDArray) -> Curve | None:
-        """Two smooth pieces touching at the roll lengths ``roll`` of the pinion's."""
+    def piece_on_piece(self, k: int, own: Piece, mate: Piece, roll: NDArray) -> Curve | None:
+        """Smooth piece ``own`` of gear k touching one of its mate's at its roll lengths ``roll``.
+
+        A rounding has to be ``own``: its normal turns fast, so that its mate's point follows from its own safely, not
+        the other way.
+        """
         T = self.tangent_length
-        if first.is_involute and second.is_involute:
+        if own.is_involute and mate.is_involute:
             room = 1e-12 * T
-            keep = (T - roll >= second.low - room) & (T - roll <= second.high + room)
+            keep = (T - roll >= mate.low - room) & (T - roll <= mate.high + room)
             both = np.stack([roll, T - roll])
-            return self._curve(-1, both, both, np.ones_like(both), both, keep)
+            return self._curve(k, both, both, np.ones_like(both), both, keep)
         x, y = self._wheel_centre
-        eps1, _, c1, d1, _, _ = first.normal(roll)
-        other = self._partner(first, second, roll)
-        eps2, _, c2, d2, _, _ = second.normal(other)
+        eps1, _, c1, d1, _, _ = own.normal(roll)
+        other = self._partner(own, mate, roll)
+        eps2, _, c2, d2, _, _ = mate.normal(other)
         room = 1e-9 * T
         keep = (np.abs(np.hypot(c1 + c2, d1 + d2) - math.hypot(x, y)) < 1e-12 * T) & (
-            (other >= second.low - room) & (other <= second.high + room)
+            (other >= mate.low - room) & (other <= mate.high + room)
         )
         theta = math.atan2(y, x) - np.arctan2(d1 + d2, c1 + c2)
-        v = np.stack([roll - first.base_radius * (theta - eps1), other - second.base_radius * (theta - eps2)])
-        levers = np.stack([d1 / first.base_radius, d2 / second.base_radius])
-        radii = np.stack([first.curvature_radius(roll), second.curvature_radius(other)])
-        return self._curve(-1, v, np.stack([roll, other]), levers, radii, keep)
+        v = np.stack([roll - own.base_radius * (theta - eps1), other - mate.base_radius * (theta - eps2)])
+        levers = np.stack([d1 / own.base_radius, d2 / mate.base_radius])
+        radii = np.stack([own.curvature_radius(roll), mate.curvature_radius(other)])
+        return self._curve(k, v, np.stack([roll, other]), levers, radii, keep)
 
     def _curve(
         self,
