@@ -157,14 +157,14 @@ def test_a_command_that_says_so_itself_ends_with_the_code_of_the_signal():
 
 
 def test_a_signal_while_the_context_is_left_is_heard(monkeypatch, capsys):
-    look_again = interruption.Hearing._look_again
+    stop = signal.setitimer
 
-    def look_again_and_signal(seconds: float) -> bool:
+    def signal_and_stop(timer: int, seconds: float) -> None:
         if not seconds:
             signal.raise_signal(signal.SIGTERM)
-        return look_again(seconds)
+        stop(timer, seconds)
 
-    monkeypatch.setattr(interruption.Hearing, "_look_again", staticmethod(look_again_and_signal))
+    monkeypatch.setattr("signal.setitimer", signal_and_stop)
     assert code_of(lambda: None) == 143
     assert capsys.readouterr().err == "gearbench: interrupted\n"
 
