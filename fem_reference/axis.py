@@ -63,6 +63,8 @@ class Axis:
         piece = np.clip(np.searchsorted(self.breaks, y, side="right") - 1, 0, len(self.counts) - 1)
         for i in range(len(self.counts)):
             at = piece == i
+            if not at.any():
+                continue
             found = np.stack(axis_functions(self.counts[i], (y[at] - self.breaks[i]) / self.length(i)))
             found[1] /= self.length(i)
             out[np.ix_(np.arange(2), np.flatnonzero(at), self.of_piece(i))] = found @ self._ends(i).T

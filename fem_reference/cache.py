@@ -32,7 +32,7 @@ SOURCES = (
     "budget.py",
     "schema.py",
     "threads.py",
-    *(f"geometry/{name}.py" for name in ("fillet", "gear", "involute", "material", "rack", "role", "section")),
+    *(f"geometry/{name}.py" for name in ("fillet", "gear", "involute", "material", "rack", "role", "section", "web")),
     *(f"compliance/{name}.py" for name in ("bases", "chain", "flank", "local", "outline", "section", "solid")),
 )
 

@@ -11,7 +11,8 @@ from tests.test_architecture import ROOT
 NOTEBOOK = ROOT / "examples" / "first_steps.ipynb"
 
 
-def test_the_notebook_runs_in_a_kernel_and_shows_what_it_says():
+def test_the_notebook_runs_in_a_kernel_and_shows_what_it_says(monkeypatch):
+    monkeypatch.delenv("MPLBACKEND", raising=False)  # a kernel draws into its cells unless told otherwise
     pytest.importorskip("ipykernel")
     nbclient, nbformat = pytest.importorskip("nbclient"), pytest.importorskip("nbformat")
     notebook = nbformat.read(NOTEBOOK, 4)

@@ -74,7 +74,7 @@ FAULTS = {
         "stifness": 1.0,
         "damping": "x",
     },
-    "at.material.nu = unknown key: allowed: youngs_modulus, poisson_ratio, thermal_expansion": {
+    "at.material.nu = unknown key: allowed: youngs_modulus, poisson_ratio, density, thermal_expansion": {
         "stiffness": 1.0,
         "material": {"nu": 0.3},
     },

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gearbench.compliance.plate import PlateTooth
+from gearbench.contact.smooth import forget_sums
 from gearbench.effects import tooth_bending
 from gearbench.effects.teeth import plate_tooth
 from gearbench.geometry.gear import Gear
@@ -44,3 +45,4 @@ def plates_for_finite_elements(monkeypatch, softness: float = 1.0, correction: f
         return PlateFlank(body.gear, plate_tooth(body.gear, material, None, False), softness, correction * accuracy)
 
     monkeypatch.setattr(tooth_bending, "meshed_flank", flank)
+    forget_sums()  # those of another softness

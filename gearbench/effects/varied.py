@@ -14,7 +14,6 @@ from pydantic.dataclasses import dataclass
 from gearbench.effects.base import Effects, GapEffect
 from gearbench.effects.distributions import Distribution
 from gearbench.effects.relief import Gears
-from gearbench.effects.waviness import Wave, Waviness
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
@@ -170,6 +169,8 @@ class Eccentricity:
 
     def modes(self, lines: ContactLines) -> NDArray:
         """Gap of F_r = 1 µm at the phases 0° and 90°, (position, pair, segment, 2) [mm]."""
+        from gearbench.effects.waviness import Wave, Waviness
+
         wave = Waviness(**{self.gear.label: (Wave(order=1, amplitude=0.5, over_face=self.over_face),)})
         return 0.5 * wave.turning(lines, np.zeros(1, dtype=int)).modes
 

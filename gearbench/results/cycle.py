@@ -173,9 +173,10 @@ def panels(dataset: xr.Dataset, name: str, points: int = 40) -> list[tuple[NDArr
 def cycles(dataset: xr.Dataset, name: str) -> list[xr.Dataset]:
     """A variable over the mesh cycle at each point of a sweep, with its own positions; of a scene the one."""
     outer = {str(dim): size for dim, size in dataset[name].sizes.items() if dim != "position"}
+    phases = ("mesh_phase", "phase_weight", "panel_start", "panel_end")
     found = []
     for point in np.ndindex(*outer.values()):
-        one = dataset[[name]].isel(dict(zip(outer, point, strict=True)))
+        one = dataset[[name, *phases]].isel(dict(zip(outer, point, strict=True)))
         # positions that only other points have are of weight 0
         found.append(one.isel(position=np.flatnonzero(one["phase_weight"].values > 0)))
     return found

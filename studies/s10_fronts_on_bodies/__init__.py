@@ -5,10 +5,10 @@ with the tooth model that is within a percent of finite elements: which gears th
 paper's remain, and what the plate said about each of them.
 """
 
-from studies.s10_fronts_on_bodies.data import compute
+from studies.s10_fronts_on_bodies.data import compute, scene
 from studies.s10_fronts_on_bodies.findings import checks
 from studies.s10_fronts_on_bodies.pictures import figures
 
 QUESTION = "What do the paper's fronts become on teeth and bodies as finite elements have them?"
 
-__all__ = ["QUESTION", "checks", "compute", "figures"]
+__all__ = ["QUESTION", "checks", "compute", "figures", "scene"]

@@ -51,6 +51,12 @@ def study(tool: int, model: str, *, quick: bool = False) -> OptimisationStudy:
     return parse_study(tables | {"name": f"{given.name}, solid on body"})
 
 
+def scene(number: int = 0) -> Scene:
+    """A row of Table 2 on solid teeth and bodies, at the resolution of the searches."""
+    resolution = Resolution(**plate_study(1).base["resolution"])
+    return on_body(table_2()[number].scene(errors=True, resolution=resolution))
+
+
 def on_body(scene: Scene) -> Scene:
     """A scene of the paper with solid teeth on their bodies."""
     pair = scene.pair
@@ -112,7 +118,7 @@ def rows(quick: bool) -> xr.Dataset:
         "row_m_k_paper": [row.m_k for row in table],
         "row_m_ste_paper": [row.m_ste for row in table],
     }
-    for model, change in (("plate", lambda scene: scene), ("solid", on_body)):
+    for model, change in (("plate", lambda each: each), ("solid", on_body)):
         found = np.array([means(change(scene), r) for scene in scenes])
         columns |= {f"row_m_k_{model}": list(found[:, 0]), f"row_m_ste_{model}": list(found[:, 1])}
     columns["row_module"] = [row.module for row in table]

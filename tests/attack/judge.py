@@ -131,7 +131,7 @@ def faults(ending: Ending, folder: Path, given: frozenset[str], targets: Sequenc
 
 
 #: Quantities that are unknown of few samples, or of responses that do not scatter.
-UNKNOWN = ("_standard_error", "_first_order", "_noise_floor")
+UNKNOWN = ("_standard_error", "_first_order", "_total", "_tightened", "_noise_floor")
 
 
 def unfit(path: Path) -> list[str]:

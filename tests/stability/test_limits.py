@@ -161,5 +161,5 @@ def test_awkward_counts_reach_the_statistics():
         assert out.attrs["rescued"] == 0
         assert np.array_equal(out.mesh_stiffness_rms.values, whole.mesh_stiffness_rms.values[:count])
         for name in out.data_vars:
-            if "first_order" not in name and "standard_error" not in name:
+            if not name.endswith(("_first_order", "_total", "_tightened", "_standard_error")):  # too few samples
                 assert np.all(np.isfinite(out[name].values)), name
