@@ -78,7 +78,8 @@ def solid_order(gear: Gear) -> tuple[int, int, int]:
     from gearbench.compliance.solid_tooth import WIDE
 
     steep, wide = gear.helix_angle > STEEP, gear.face_width > WIDE * gear.normal_module
-    return *((8, 9) if steep else (6, 7)), waves_across(gear) + (4 if steep or wide else 1)
+    across, along = (8, 9) if steep else (6, 7)
+    return across, along, waves_across(gear) + (4 if steep or wide else 1)
 
 
 @lru_cache(maxsize=256)
