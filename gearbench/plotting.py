@@ -329,7 +329,7 @@ def draw_robust(dataset: xr.Dataset, folder: Path) -> list[Path]:
     )
     written = [write_figure(figure, folder / "density.png")]
     axes = contributions(dataset)
-    axes.set_title(f"{name}\n{_leading(dataset)}")
+    axes.set_title(f"{name}\n{_leading(dataset)}", fontsize=9, wrap=True)
     return [*written, write_figure(axes.get_figure(), folder / "contributions.png")]
 
 
