@@ -83,10 +83,15 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
 
 def _warn_of_noise(solved: Solved) -> None:
     """Say so where harmonics are not known to ``NOISE`` of peak-to-peak."""
+    loud = []
     for curve in ("transmission_error", "mesh_stiffness"):
         whole = float(peak_to_peak(solved.phases, getattr(solved.cycle, curve)))
         floor = float(np.fmax.reduce(output(solved, f"{curve}_amplitude_noise_floor")[1], axis=None))
         # what hardly fluctuates has no harmonics to speak of
         level = abs(float(getattr(solved.cycle, curve).mean()))
         if floor > NOISE * whole > 1e-6 * level:
-            _LOG.warning("noise floor of the harmonics of %s: %.1f %% of peak-to-peak", curve, 100 * floor / whole)
+            loud.append(f"{curve} {100 * floor / whole:.1f} %")
+    if loud:
+        _LOG.warning(
+            "noise floor of the harmonics, of peak-to-peak: %s; resolution.accuracy lowers it", ", ".join(loud)
+        )
