@@ -25,7 +25,7 @@ def lines(slope: float, seed: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarr
 def test_a_plane_is_reproduced_whatever_the_segments_of_each_line(slope):
     u, y, width = lines(slope)
     image = over_flank(u, y, width, 3.0 + 2.0 * u, PATH, ACROSS)
-    inside = (ACROSS > y[:, 0].max()) & (ACROSS < y[:, -1].min())
+    inside = (y[:, 0].max() < ACROSS) & (y[:, -1].min() > ACROSS)
     assert inside.sum() > 5
     assert_allclose(image[:, inside], np.repeat((3.0 + 2.0 * PATH)[:, None], inside.sum(), axis=1), rtol=1e-12)
 
