@@ -38,6 +38,8 @@ TRIAL_PHASES, TRIAL_SEGMENTS = 8, 12
 _REACH = 0.3
 #: How much farther the lines of a solution reach than flanks as far apart as the gears deflect.
 MARGIN = 1.3
+#: Segments at least by which the greatest deflection is told.
+_TOLD_BY = 15
 
 
 def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
@@ -157,6 +159,9 @@ def greatest_deflection(scene: Scene, flanks: Separation) -> float:
     room = _REACH * meshing.base_pitch
     span = (meshing.path_start - room, meshing.path_end + room)
     most = meshing.transverse_contact_ratio % 1.0
+    # a cell that reaches from the path to far beyond it says little
+    if scene.resolution.segments < _TOLD_BY:
+        scene = replace(scene, resolution=replace(scene.resolution, segments=_TOLD_BY))
     lines = _lines(scene, np.array([(1 + most) / 2, most / 2]), flanks, span)
     deflection = float(solve(assemble(scene, lines)).approach.max())
     others = [effect for effect in scene.flank_effects if effect.name != "off_line_contact"]
