@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearbench.results.cycle import peak_to_peak
+from gearbench.results.origin import keeping
 from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs, output
 from gearbench.results.solved import Solved
 from gearbench.scene import Scene
@@ -72,12 +73,12 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
     if scene.resolution.accuracy is None:
         solved = solve_scene(scene)
         _warn_of_noise(solved)
-        return dataset(solved, outputs, start)
+        return keeping(dataset(solved, outputs, start), scene)
     from gearbench.accuracy.choose import choose
     from gearbench.accuracy.measure import covered
 
     choice = choose(scene, solve_scene, lambda solved: covered(solved.cycle))
-    return dataset(choice.run, outputs, start).assign_attrs(choice.attrs)
+    return keeping(dataset(choice.run, outputs, start).assign_attrs(choice.attrs), scene)
 
 
 def _warn_of_noise(solved: Solved) -> None:
