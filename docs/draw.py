@@ -1,4 +1,4 @@
-"""The figures on the page of conventions: ``python -m docs.draw`` draws them from geometry and effects."""
+"""The figures of conventions and of the keys of a pair: ``python -m docs.draw``, from geometry and effects."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from docs.draw_flanks import draw
+from docs.draw_pair import draw_pair, draw_turning
 from gearbench.explore.tooth_shapes import mesh
 from gearbench.geometry.action import contact_lines
 from gearbench.geometry.pair import Member, Pair
@@ -41,6 +42,8 @@ def main(folder: Path = FOLDER) -> None:
     figure.savefig(folder / "axes.png", dpi=110)
     plt.close(figure)
     draw(folder / "micro_geometry.png")
+    draw_pair(folder / "pair.png")
+    draw_turning(folder / "turning.png")
 
 
 def transverse(axis: Axes) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from gearbench.effects.base import GapEffect
 from gearbench.effects.registry import effect_class
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Member, Pair
+from gearbench.named_files import files_in
 from gearbench.schema import read
 
 if TYPE_CHECKING:
@@ -30,6 +32,7 @@ _RELIEF = {"amount": 10.0, "start_roll_angle": 25.0}
 SHAPES: dict[str, tuple[str, dict[str, Any]]] = {
     "tip relief C_αa, linear": ("tip_relief", {"pinion": _RELIEF}),
     "tip relief, parabolic": ("tip_relief", {"pinion": {**_RELIEF, "shape": "parabolic"}}),
+    "tip relief, circular": ("tip_relief", {"pinion": {**_RELIEF, "shape": "circular"}}),
     "root relief C_αf": ("root_relief", {"pinion": {"amount": 10.0, "start_roll_angle": 17.5}}),
     "profile slope f_Hα": ("profile_slope", {"pinion": 10.0}),
     "profile crowning C_α": ("profile_crowning", {"pinion": 10.0}),
@@ -40,17 +43,29 @@ SHAPES: dict[str, tuple[str, dict[str, Any]]] = {
     "end relief at y = b": ("end_relief", {"at_b": {"amount": 10.0, "length": 8.0, "shape": "parabolic"}}),
     "helix slope f_Hβ": ("helix_slope", {"pinion": 10.0}),
     "flank twist S_α": ("flank_twist", {"pinion": 20.0}),
+    "helix curve": ("helix_curve", {"pinion": {"at": [0.0, 6.0, 18.0, 24.0], "deviation": [10.0, 0.0, 0.0, 6.0]}}),
+    "misalignment f_Σβ": ("misalignment", {"deviation": 11.0}),
+    "topography": ("topography", {"pinion": "flank.csv"}),
 }
+#: A measured flank: radii down, face width across, material missing [µm].
+MEASURED = """radius, 0, 6, 12, 18, 24
+34.5, 5, 3, 2.5, 3, 4
+36.0, 3, 1, 0, 0.5, 2
+37.5, 4, 1.5, 0.5, 1, 3
+39.5, 10, 8, 7, 7.5, 9
+"""
 
 
 def draw(path: Path) -> None:
     """Write the figure."""
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(3, 4, figsize=(12.0, 8.2), layout="constrained", subplot_kw={"projection": "3d"})
-    for axis, (title, (name, table)) in zip(axes.flat, SHAPES.items(), strict=True):
-        shape(axis, read(effect_class(name), table))
-        axis.set_title(title, fontsize=11, y=0.97)
+    figure, axes = plt.subplots(4, 4, figsize=(12.0, 10.8), layout="constrained", subplot_kw={"projection": "3d"})
+    with TemporaryDirectory() as folder, files_in(Path(folder)):
+        (Path(folder) / "flank.csv").write_text(MEASURED, encoding="utf-8")
+        for axis, (title, (name, table)) in zip(axes.flat, SHAPES.items(), strict=True):
+            shape(axis, read(effect_class(name), table))
+            axis.set_title(title, fontsize=11, y=0.97)
     figure.suptitle("Material missing on the flank of the pinion [µm], upwards; root in front, tip behind", fontsize=12)
     figure.savefig(path, dpi=100)
     plt.close(figure)

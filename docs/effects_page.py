@@ -21,6 +21,8 @@ the scene; what a scene does not name is not imported, allocated or called (`tes
 Contributions of the same kind add up, in any order. Cost: processor time of the effect's own term for 64 mesh phases of
 a helical pair with 15 segments a line, once it is set up; `gearbench plan SCENE` tells what a scene will cost. How to
 add an effect: [Adding an effect](tutorial_effect.md). Signs and axes: [Conventions](conventions.md).
+
+![Every shape of a flank, over face width and roll angle](figures/micro_geometry.png)
 """
 
 #: Both gears with a bore, for effects that ask for it.

@@ -24,6 +24,7 @@ from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
 from gearbench.results.cycle import MeshCycle, Phases, fourier_rows
+from gearbench.results.origin import keeping
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
 from gearbench.scene import Scene
@@ -82,7 +83,7 @@ def hunting_cycle(scene: Scene, *, orders: float = 3.0, threads: int = 1) -> xr.
     coords |= {"pinion_order": ("mesh_order", order * z_1), "wheel_order": ("mesh_order", order * z_2)}
     variables = {name: (("cycle", "position"), values) for name, values in curves.items()} | amplitudes
     attrs = provenance(scene, wall_time=time.perf_counter() - start)
-    return xr.Dataset(described(variables), coords=described(coords), attrs=attrs)
+    return keeping(xr.Dataset(described(variables), coords=described(coords), attrs=attrs), scene)
 
 
 def _all_cycles(scene: Scene, threads: int) -> MeshCycle:

@@ -27,8 +27,8 @@ class Load:
     Parameters
     ----------
     torque
-        On the pinion [N·m]. Positive: the pinion drives with its drive flanks. Negative: the coast flanks carry, as
-        where the wheel drives while both keep turning.
+        On the pinion [N·m], not 0. Positive: the pinion drives with its drive flanks. Negative: the coast flanks carry,
+        as where the wheel drives while both keep turning.
     """
 
     torque: Annotated[float, AfterValidator(_loaded)]
@@ -46,7 +46,7 @@ class WeightedLoad:
     Parameters
     ----------
     torque
-        On the pinion [N·m], as that of ``[load]``.
+        On the pinion [N·m], not 0, as that of ``[load]``.
     weight
         Its share in means over the loads, relative to the weights of the others [–].
     """

@@ -14,6 +14,7 @@ from gearbench.errors import InputError, plain
 from gearbench.files import replacing
 from gearbench.geometry.role import Role
 from gearbench.results.cycle import fourier, panels
+from gearbench.results.flank_map import over_flank
 from gearbench.results.origin import scene_of
 from gearbench.scene import Scene
 
@@ -27,6 +28,8 @@ BLUE, ORANGE, GREEN, PURPLE, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", 
 DPI = 150
 #: Points of a sweep that a figure shows at most, evenly over its range.
 POINTS = 8
+#: Points of a load map in either direction.
+MAP = 300
 
 
 def new_figure(rows: int, columns: int, size: tuple[float, float], **more: Any) -> tuple[Figure, Any]:
@@ -142,12 +145,8 @@ def load_distribution(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
     """Line load on the flank over the mesh cycle: face width across, path of contact up."""
     _one_point(dataset, "line_load", "position", "pair", "segment")
     axes = _axes(axes, (7.0, 4.5))
-    present = (dataset["segment_length"] > 0).all("segment").values
-    # the lines of all pairs are one family, ordered by τ + k
-    order = np.argsort((dataset["mesh_phase"].values[:, None] + dataset["pair_index"].values)[present])
-    u, y, load = (dataset[name].values[present][order] for name in ("path_position", "face_position", "line_load"))
+    u, y, load, weight = _family(dataset)
     # a line that just enters at a corner is short and heavily loaded: it must not hide the rest
-    weight = dataset["segment_length"].values[present][order]
     top = float(np.quantile(load, 0.99, weights=weight, method="inverted_cdf"))
     drawn = axes.pcolormesh(y, u, load, shading="gouraud", cmap="viridis", vmin=0, vmax=top)
     axes.plot(y.T, u.T, color="white", lw=0.4, alpha=0.4)
@@ -170,18 +169,15 @@ def load_map(dataset: xr.Dataset, role: Role, axes: Axes | None = None, *, scale
     axes = _axes(axes, (6.0, 5.0))
     scene = scene_of(dataset)
     pair, gear = scene.pair, scene.pair.gears[role]
-    present = (dataset["segment_length"] > 0).all("segment").values
-    order = np.argsort((dataset["mesh_phase"].values[:, None] + dataset["pair_index"].values)[present])
-    u, y, load, weight = (
-        dataset[name].values[present][order]
-        for name in ("path_position", "face_position", "line_load", "segment_length")
-    )
+    u, y, load, weight = _family(dataset)
     rho = pair.meshing.curvature_radius(np.clip(u, 1e-6 * pair.meshing.tangent_length, None))
     pressure = np.sqrt(load * pair.contact_modulus / (np.pi * np.maximum(rho, 1e-9)))
-    roll = u if role == Role.PINION else pair.meshing.tangent_length - u
     top = scale or float(np.quantile(pressure, 0.995, weights=weight, method="inverted_cdf"))
-    angle = np.degrees(roll / gear.base_radius)
-    drawn = axes.pcolormesh(y, angle, pressure, shading="gouraud", cmap="viridis", vmin=0, vmax=top)
+    b, ends = pair.meshing.face_width, (pair.meshing.path_start, pair.meshing.path_end)
+    across, path = (np.linspace(*limits, MAP) for limits in ((0.0, b), (min(ends[0], u.min()), max(ends[1], u.max()))))
+    shown = over_flank(u, y, weight * np.cos(pair.meshing.beta_b), pressure, path, across)
+    angle = np.degrees((path if role == Role.PINION else pair.meshing.tangent_length - path) / gear.base_radius)
+    drawn = axes.pcolormesh(across, angle, shown, shading="nearest", cmap="viridis", vmin=0, vmax=top)
     figure = axes.get_figure()
     assert figure is not None
     extend = "max" if pressure.max() > 1.005 * top else "neither"
@@ -195,9 +191,18 @@ def load_map(dataset: xr.Dataset, role: Role, axes: Axes | None = None, *, scale
     for kink in sorted({y for effect in scene.flank_effects if isinstance(effect, GapEffect)
                          for y in effect.face_kinks(pair)}):  # fmt: skip
         axes.axvline(kink, color="0.25", lw=1.0, ls=":")
-    b = pair.meshing.face_width
     axes.set(xlim=(0, b), xlabel="position along the face width y [mm]", ylabel="roll angle [°]")
+    axes.margins(y=0.02)  # tip and start of the active profile are lines of the picture, not its frame
     return axes
+
+
+def _family(dataset: xr.Dataset) -> tuple[np.ndarray, ...]:
+    """u, y, line load and length on the contact lines of all pairs, (line, segment): one family, ordered by τ + k."""
+    present = (dataset["segment_length"] > 0).all("segment").values
+    order = np.argsort((dataset["mesh_phase"].values[:, None] + dataset["pair_index"].values)[present])
+    names = ("path_position", "face_position", "line_load", "segment_length")
+    u, y, load, length = (dataset[name].values[present][order] for name in names)
+    return u, y, load, length
 
 
 def _circles(scene: Scene, role: Role) -> list[tuple[float, str, str]]:

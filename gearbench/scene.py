@@ -39,7 +39,9 @@ class Operation:
     roughness
         Mean arithmetic roughness R_a of both flanks [µm].
     lubricant_factor
-        X_L [–]: 1.0 for mineral oils, about 0.8 for polyalphaolefins and esters, 0.75 for polyglycols; better measured.
+        X_L [–]: 1 is the mineral oil that the others are compared with. ISO/TR 13989 and 15144-1 have 0.8 for
+        polyalphaolefins, 0.7 for polyglycols (0.6 where they mix with water), 1.3 for phosphate esters and 1.5 for
+        traction fluids; better that of the oil.
     thermal_contact_coefficient
         B_M = √(λ ρ c) of the flanks [N/(mm·s^½·K)]; 13.8 for steel.
     """

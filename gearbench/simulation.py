@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearbench.results.cycle import peak_to_peak
+from gearbench.results.origin import keeping
 from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs, output
 from gearbench.results.solved import Solved
 from gearbench.scene import Scene
@@ -72,20 +73,25 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
     if scene.resolution.accuracy is None:
         solved = solve_scene(scene)
         _warn_of_noise(solved)
-        return dataset(solved, outputs, start)
+        return keeping(dataset(solved, outputs, start), scene)
     from gearbench.accuracy.choose import choose
     from gearbench.accuracy.measure import covered
 
     choice = choose(scene, solve_scene, lambda solved: covered(solved.cycle))
-    return dataset(choice.run, outputs, start).assign_attrs(choice.attrs)
+    return keeping(dataset(choice.run, outputs, start).assign_attrs(choice.attrs), scene)
 
 
 def _warn_of_noise(solved: Solved) -> None:
     """Say so where harmonics are not known to ``NOISE`` of peak-to-peak."""
+    loud = []
     for curve in ("transmission_error", "mesh_stiffness"):
         whole = float(peak_to_peak(solved.phases, getattr(solved.cycle, curve)))
         floor = float(np.fmax.reduce(output(solved, f"{curve}_amplitude_noise_floor")[1], axis=None))
         # what hardly fluctuates has no harmonics to speak of
         level = abs(float(getattr(solved.cycle, curve).mean()))
         if floor > NOISE * whole > 1e-6 * level:
-            _LOG.warning("noise floor of the harmonics of %s: %.1f %% of peak-to-peak", curve, 100 * floor / whole)
+            loud.append(f"{curve} {100 * floor / whole:.1f} %")
+    if loud:
+        _LOG.warning(
+            "noise floor of the harmonics, of peak-to-peak: %s; resolution.accuracy lowers it", ", ".join(loud)
+        )

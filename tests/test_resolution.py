@@ -102,7 +102,9 @@ def test_the_noise_floor_bounds_the_error_of_the_harmonics(name, monkeypatch):
 
 def test_a_coarse_run_says_that_its_harmonics_are_noise(caplog):
     simulate(replace(example("nasa_28"), resolution=Resolution(positions=16)))
-    assert "noise floor of the harmonics of mesh_stiffness" in caplog.text
+    (line,) = caplog.messages
+    assert line.startswith("noise floor of the harmonics")
+    assert "mesh_stiffness" in line
     caplog.clear()
     simulate(example("nasa_28"))
     assert not caplog.text

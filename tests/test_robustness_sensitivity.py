@@ -6,7 +6,12 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from gearbench.effects.distributions import DISTRIBUTIONS
 from gearbench.robustness.sampling import unit_samples
-from gearbench.robustness.sensitivity import first_order_indices
+from gearbench.robustness.sensitivity import sensitivity
+
+
+def first_order(errors, values):
+    return sensitivity(errors, values).first_order
+
 
 ERRORS = 15
 SLOPE = np.append(np.arange(1.0, 13.0), [0.0, 0.0, 0.0])
@@ -52,7 +57,7 @@ def test_closed_forms_and_honest_standard_errors(name, sampler):
     found = []
     for seed in range(10):
         x = 2 * unit_samples(sampler, 1000, ERRORS, seed) - 1
-        found.append(first_order_indices(x, response(x)))
+        found.append(first_order(x, response(x)))
     index, error = np.array(found).transpose(1, 0, 2)
     assert_allclose(index, np.broadcast_to(expected, index.shape), rtol=0, atol=TOLERANCE[sampler, name])
     important = expected > 0.01
@@ -66,7 +71,7 @@ def test_closed_forms_and_honest_standard_errors(name, sampler):
 def test_few_samples_of_many_errors_with_interactions():
     """y = x_0 x_1 + x_0, uniform on [−1, 1]: S_0 = 3/4, nothing else alone; 256 Sobol points, 20 errors."""
     x = 2 * unit_samples("sobol", 256, 20, 1) - 1
-    index, error = first_order_indices(x, x[:, 0] * x[:, 1] + x[:, 0])
+    index, error = first_order(x, x[:, 0] * x[:, 1] + x[:, 0])
     assert_allclose(index, np.append(0.75, np.zeros(19)), atol=0.01)  # 4 standard errors of the products' sample mean
     assert (error < 0.05).all()
 
@@ -76,7 +81,7 @@ def test_any_distribution_and_constant_errors():
     unit = unit_samples("sobol", 1000, 4, 3)
     laws = ("normal_two_sided", "normal", "uniform", "fixed")
     x = np.stack([DISTRIBUTIONS[law].quantile(unit[:, i]) for i, law in enumerate(laws)], axis=1)
-    index, error = first_order_indices(x, x @ [1.0, 2.0, 3.0, 4.0])
+    index, error = first_order(x, x @ [1.0, 2.0, 3.0, 4.0])
     variance = np.array([0.9733369246625415 / 9, 4 * 0.9733369246625415 / 36, 9 / 12, 0.0])  # of a normal cut at 3σ
     assert_allclose(index, variance / variance.sum(), atol=1e-3)  # variances of 1000 Sobol points
     assert (index[3], error[3]) == (0.0, 0.0)
@@ -85,8 +90,8 @@ def test_any_distribution_and_constant_errors():
 def test_does_not_depend_on_units_or_order():
     x = unit_samples("random", 200, 5, 8)
     y = np.exp(x @ np.arange(5.0) / 5)
-    index, error = first_order_indices(x, y)
-    turned = first_order_indices(1e3 * x[::-1, ::-1] - 7, 5 - 1e-3 * y[::-1])
+    index, error = first_order(x, y)
+    turned = first_order(1e3 * x[::-1, ::-1] - 7, 5 - 1e-3 * y[::-1])
     assert_allclose(turned[0][::-1], index, atol=1e-8)  # rounding of scaled errors through degree 10
     assert_allclose(turned[1][::-1], error, atol=1e-8)
 
@@ -94,20 +99,20 @@ def test_does_not_depend_on_units_or_order():
 def test_too_few_samples_or_nothing_to_explain():
     x = unit_samples("random", 100, 6, 0)
     for points, y in ((x[:13], x[:13, 0]), (x[:0], x[:0, 0]), (x[:1], x[:1, 0]), (x, np.full(100, 0.1))):
-        index, error = first_order_indices(points, y)
+        index, error = first_order(points, y)
         assert index.shape == error.shape == (6,)
         assert np.isnan(index).all()
         assert np.isnan(error).all()
-    assert np.isfinite(first_order_indices(x[:14], x[:14] @ np.arange(6.0))[0]).all()
-    assert_array_equal(first_order_indices(np.ones((100, 2)), x[:, 0]), 0.0)
+    assert np.isfinite(first_order(x[:14], x[:14] @ np.arange(6.0))[0]).all()
+    assert_array_equal(first_order(np.ones((100, 2)), x[:, 0]), 0.0)
     with pytest.raises(ValueError, match="one for each sample"):
-        first_order_indices(x, x)
+        first_order(x, x)
 
 
 def test_noise_gives_no_index_and_a_true_standard_error():
     """A response to none of the errors: 2 terms each, β² = σ²/n by chance; without correction all S were 0.02."""
     rng = np.random.default_rng(6)
-    runs = [first_order_indices(rng.random((100, 5)), rng.normal(size=100)) for _ in range(200)]
+    runs = [first_order(rng.random((100, 5)), rng.normal(size=100)) for _ in range(200)]
     index, error = np.array(runs).transpose(1, 0, 2)
     assert abs(index.mean()) < 0.003  # scatter 2/n of 1000 numbers: 4 × 0.0006
     assert math.sqrt(np.mean(error**2)) == pytest.approx(index.std(), rel=0.15)  # known to 7 %

@@ -171,7 +171,7 @@ def test_narrow_punch_with_scalar_points(tmp_path):
     assert_allclose(found.stiffness, K)
     assert list(found.nodes) == ["101"]
     assert_allclose(found.nodes["101"][:2], np.eye(3)[:2])
-    assert not found.has_mass
+    assert not found.mass.any()
 
 
 def test_units_and_axes(tmp_path):

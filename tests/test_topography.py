@@ -2,6 +2,8 @@
 
 import math
 import pickle
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,12 +11,14 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from gearbench import robust, save, sweep
 from gearbench.contact.assemble import mesh_phases, scene_lines
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.flank_grid import read_grid
 from gearbench.effects.helix_slope import HelixSlope
 from gearbench.effects.topography import Topography
 from gearbench.errors import InputError
+from gearbench.results.origin import scene_of
 from gearbench.scene import Scene
 from gearbench.scene_file import load_scene
 from gearbench.simulation import simulate
@@ -242,3 +246,55 @@ def test_kinks_of_a_coarse_grid_are_on_the_path_of_contact(scene):
     inside = [u for u in inside if made.pair.meshing.path_start < u < made.pair.meshing.path_end]
     assert len(inside) == 3
     np.testing.assert_allclose(effect.kinks(made.pair), inside, rtol=1e-14)
+
+
+TEXT = csv("radius", [25.0, 27.0, 29.0], [0.0, 20.0], [[0, 1], [2, 3], [4, 8]])
+#: Answers of a process that knows nothing but the Dataset in its folder.
+AFRESH = """
+import sys
+from gearbench import load, simulate
+from gearbench.results.origin import scene_of
+print(repr(float(simulate(scene_of(load(sys.argv[1])))["transmission_error_rms"])))
+"""
+
+
+def test_a_dataset_keeps_the_grid_and_needs_no_file(scene, tmp_path):
+    """In a process of its own, from another folder, the files gone: the same number to the last digit."""
+    dataset = simulate(scene(TEXT))
+    kept = dataset["topography_pinion"]
+    np.testing.assert_array_equal(kept, [[0, 1], [2, 3], [4, 8]])
+    np.testing.assert_array_equal(kept["topography_pinion_radius"], [25.0, 27.0, 29.0])
+    assert kept.units == "µm"
+    assert "positive: material missing" in kept.long_name
+    assert "topography_wheel" not in dataset
+    path = save(dataset, tmp_path / "result.nc")
+    (tmp_path / "flank.csv").unlink()
+    command = [sys.executable, "-c", AFRESH, str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path.parent)
+    assert done.returncode == 0, done.stderr[-1000:]
+    assert float(done.stdout) == float(dataset["transmission_error_rms"])
+
+
+def test_sweeps_samples_and_coast_flanks_keep_it_too(scene):
+    made = scene(TEXT, tables='pinion = "flank.csv"\n[effects.manufacturing_errors.helix_slope]\namplitude = 2.0')
+    own = made.effect("topography")
+    assert isinstance(own, Topography)
+    coast = replace(own, positive="excess")
+    swept = sweep(replace(made, coast=(coast,)), torque=[50.0, 100.0])
+    assert swept["topography_pinion"].dims == ("topography_pinion_radius", "topography_pinion_face_position")
+    np.testing.assert_array_equal(swept["coast_topography_pinion"], swept["topography_pinion"])
+    assert "material excess" in swept["coast_topography_pinion"].long_name
+    assert scene_of(swept.sel(torque=50.0)).effect("topography") == own
+    sampled = robust(made, samples=2)
+    np.testing.assert_array_equal(sampled["topography_pinion"], swept["topography_pinion"])
+
+
+def test_a_kept_grid_that_is_none_is_refused(scene):
+    dataset = simulate(scene(TEXT))
+    for broken, says in (
+        (dataset["topography_pinion"].assign_attrs(sha256="0"), "SHA-256"),
+        (dataset["topography_pinion"].assign_attrs(sha256="0" * 64, units="m"), "units m"),
+        (dataset["topography_pinion"].isel(topography_pinion_radius=0).assign_attrs(sha256="1" * 64), "dimensions"),
+    ):
+        with pytest.raises(InputError, match=says):
+            scene_of(dataset.assign(topography_pinion=broken))

@@ -46,13 +46,10 @@ def polish(
     count = dataset.sizes["design"]
     if json:
         files = [] if target is None else [str(target)]
-        print_mapping({"designs": count, "improved": moved, **_hypervolumes(before, after), "files": files})
+        volumes = {"hypervolume_before": before, "hypervolume_after": after}
+        print_mapping({"designs": count, "improved": moved, **volumes, "files": files})
     elif not quiet:
         name = designs.study.name or "study"
         say(f"{name}: {moved} of {count} designs improved, hypervolume {before:.4f} → {after:.4f}")
         if target is not None:
             say(f"wrote {target}")
-
-
-def _hypervolumes(before: float, after: float) -> dict[str, float]:
-    return {"hypervolume_before": before, "hypervolume_after": after}

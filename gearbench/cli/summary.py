@@ -133,10 +133,11 @@ def print_points(scene: Scene, dataset: xr.Dataset) -> None:
     shown = [name for name in shown if name in dataset and set(dataset[name].dims) == set(names)]
     table = Table(title=pair_line(scene), title_justify="left", title_style="bold", box=None, pad_edge=False)
     for name in (*names, *shown):
-        unit = dataset[name].attrs["units"].replace("1", "–")
+        unit = dataset[name].attrs["units"]
         # a key in the lines of its parts, which are not cut where the terminal is narrow
         key = name.removeprefix("effects.").replace(".", "\n").replace("_", " ")
-        table.add_column(f"{dataset[name].attrs.get('symbol', key)}\n{unit}", justify="right", overflow="fold")
+        head = f"{dataset[name].attrs.get('symbol', key)}\n{'–' if unit == '1' else unit}"
+        table.add_column(head, justify="right", overflow="fold")
     rows = dataset[[*shown]].to_dataframe().reset_index()
     for row in rows[[*names, *shown]].itertuples(index=False):
         table.add_row(*(f"{value:.5g}" for value in row))

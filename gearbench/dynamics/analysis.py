@@ -16,6 +16,7 @@ from gearbench.dynamics.model import Group, Model
 from gearbench.dynamics.stability import is_proven, multipliers
 from gearbench.errors import InputError
 from gearbench.hunting import unlike
+from gearbench.results.origin import keeping
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
 from gearbench.scene import Scene
@@ -218,7 +219,7 @@ def _dataset(
     if model.mechanics.bearing_names:
         coords["bearing"] = ("bearing", list(model.mechanics.bearing_names))
         coords["direction"] = ("direction", list(DIRECTIONS))
-    attrs = provenance(model.scene, wall_time=time.perf_counter() - start)
+    attrs = provenance(model.scene, wall_time=time.perf_counter() - start) | {"notes": "\n".join(lines)}
     for line in lines:
         _LOG.info("%s", line)
-    return xr.Dataset(described(variables), coords=described(coords), attrs=attrs | {"notes": "\n".join(lines)})
+    return keeping(xr.Dataset(described(variables), coords=described(coords), attrs=attrs), model.scene)

@@ -15,6 +15,7 @@ from gearbench.dynamics.branches import Branches, branches, remarks, sweeps
 from gearbench.dynamics.force_curve import force_curve
 from gearbench.dynamics.model import Group, Model
 from gearbench.dynamics.oscillator import Oscillator
+from gearbench.results.origin import keeping
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
 from gearbench.scene import Scene
@@ -113,4 +114,4 @@ def _dataset(oscillator: Oscillator, speeds: NDArray, known: Branches, start: fl
     }
     notes = "\n".join(remarks(oscillator, known, met, speeds))
     attrs = provenance(model.scene, wall_time=time.perf_counter() - start) | {"notes": notes}
-    return xr.Dataset(described(variables | one), coords=described(coords), attrs=attrs)
+    return keeping(xr.Dataset(described(variables | one), coords=described(coords), attrs=attrs), model.scene)

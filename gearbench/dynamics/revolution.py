@@ -21,6 +21,7 @@ from gearbench.effects.base import GapEffect
 from gearbench.errors import InputError
 from gearbench.hunting import check_cycles, order_coefficients, solve_cycles, turning_gaps, unlike
 from gearbench.results.cycle import MICROMETRES
+from gearbench.results.origin import keeping
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
 from gearbench.scene import Scene
@@ -248,7 +249,7 @@ def revolution_response(
         }
     lines = _remarks(model, excitation, speeds, variables)
     attrs = provenance(scene, wall_time=time.perf_counter() - start) | {"notes": "\n".join(lines)}
-    return xr.Dataset(described(variables), coords=described(coords), attrs=attrs)
+    return keeping(xr.Dataset(described(variables), coords=described(coords), attrs=attrs), scene)
 
 
 def _remarks(model: Model, excitation: Revolution, speeds: NDArray, variables: Mapping[str, Any]) -> list[str]:

@@ -21,6 +21,7 @@ from gearbench.dynamics.stability import is_proven, multipliers
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import InputError
 from gearbench.results.cycle import MICROMETRES, MeshCycle
+from gearbench.results.origin import keeping
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import STATISTICS, described
 from gearbench.robustness.montecarlo import SAMPLES, RobustProblem, default_threads
@@ -177,7 +178,7 @@ def robust_response(
     coords = {"speed": ("speed", speeds), "percentile": ("percentile", list(PERCENTILES))}
     lines = remarks(model, group, harmonics, speeds, over_speed["mesh_force_rms_max"][1])
     attrs = provenance(scene, wall_time=time.perf_counter() - start, seed=seed) | {"notes": "\n".join(lines)}
-    return xr.Dataset(described(variables), coords=described(coords), attrs=attrs)
+    return keeping(xr.Dataset(described(variables), coords=described(coords), attrs=attrs), scene)
 
 
 def remarks(model: Model, group: Group, harmonics: int, speeds: NDArray, largest: NDArray) -> list[str]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,9 @@ from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.profile import Modification
 from gearbench.geometry.role import Role
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,6 +99,10 @@ class Effect(ABC):
         0 if they are there; None of an effect that keeps nothing.
         """
         return None
+
+    def kept(self) -> dict[str, xr.DataArray]:
+        """Contents of files that the effect refers to, as variables that a Dataset keeps; none by default."""
+        return {}
 
 
 #: The effects of a scene by their names: those that stand beside one another. Never changed.

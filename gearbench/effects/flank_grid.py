@@ -71,6 +71,30 @@ class FlankGrid:
             return np.hypot(gear.base_radius, self.coordinate)
         return self.coordinate if self.along == "radius" else self.coordinate / 2
 
+    def to_array(self, name: str) -> xr.DataArray:
+        """The grid as a variable of a Dataset, its dimensions called by ``name`` and what they count; [µm], [mm]."""
+        import xarray as xr
+
+        dims = tuple(f"{name}_{axis}" for axis in (self.along, FACE))
+        coords = {
+            dim: (dim, values, {"units": "mm", "long_name": axis.replace("_", " ")})
+            for dim, axis, values in zip(dims, (self.along, FACE), (self.coordinate, self.face), strict=True)
+        }
+        return xr.DataArray(self.deviation, coords, dims, name, {"units": "µm"})
+
+
+def grid_of(array: xr.DataArray) -> FlankGrid:
+    """The grid that ``FlankGrid.to_array`` made a variable of.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    name = str(array.name)
+    plain = array.rename({dim: str(dim).removeprefix(f"{name}_") for dim in array.dims})
+    return _checked(name, "dataset", _of_variable(name, "dataset", plain))
+
 
 def _position(grid: NDArray, x: NDArray) -> tuple[NDArray, NDArray]:
     """Interval and position in it, 0…1, held at the ends of the grid."""
@@ -88,7 +112,11 @@ def read_grid(key: str, name: str, data: bytes) -> FlankGrid:
     InputError
         Keyed ``key``, naming file and row (CSV) or variable (netCDF).
     """
-    grid = _from_netcdf(key, name, data) if is_netcdf(data) else _from_csv(key, name, data)
+    return _checked(key, name, _from_netcdf(key, name, data) if is_netcdf(data) else _from_csv(key, name, data))
+
+
+def _checked(key: str, name: str, grid: FlankGrid) -> FlankGrid:
+    """The grid, if its coordinates increase and its deviations are numbers that a flank can have."""
     for axis, values in ((grid.along, grid.coordinate), (FACE, grid.face)):
         if not (values.size and np.isfinite(values).all() and np.all(np.diff(values) > 0)):
             raise InputError(key, f"{name}, {axis}", "must increase, number by number")
@@ -140,22 +168,29 @@ def _from_netcdf(key: str, name: str, data: bytes) -> FlankGrid:
         dataset = dataset_of(unseal(data) if is_sealed(data) else data)
     except InputError as error:
         raise InputError(key, name, error.allowed) from None
-    fitting = [(along, v) for along in ALONG for v in dataset.data_vars.values() if set(v.dims) == {along, FACE}]
+    fitting = [v for along in ALONG for v in dataset.data_vars.values() if set(v.dims) == {along, FACE}]
     if len(fitting) != 1:
         dims = f"{' or '.join(ALONG)}, and {FACE}"
         raise InputError(key, f"{name}, {len(fitting)} fitting variables", f"must have one with the dimensions {dims}")
-    along, variable = fitting[0]
+    return _of_variable(key, name, fitting[0])
+
+
+def _of_variable(key: str, name: str, variable: xr.DataArray) -> FlankGrid:
+    """Grid from a variable with one dimension of ``ALONG``, and ``FACE``."""
+    along = next((str(dim) for dim in variable.dims if dim in ALONG), "")
+    if set(variable.dims) != {along, FACE}:
+        raise InputError(key, f"{name}, {variable.name}", f"must have the dimensions {' or '.join(ALONG)}, and {FACE}")
     for coordinate in (along, FACE):
-        if coordinate not in dataset.coords:
+        if coordinate not in variable.coords:
             raise InputError(key, f"{name}, {coordinate}", "must be a coordinate, in mm")
-        if (units := str(dataset[coordinate].attrs.get("units", "mm"))) != "mm":
+        if (units := str(variable[coordinate].attrs.get("units", "mm"))) != "mm":
             raise InputError(key, f"{name}, {coordinate} in {units}", "must be in mm")
-    for part in (dataset[along], dataset[FACE], variable):
+    for part in (variable[along], variable[FACE], variable):
         if part.dtype.kind not in "iuf":
             raise InputError(key, f"{name}, {part.name}", "must be numbers")
     factor = _factor(key, name, variable)
     deviation = factor * variable.transpose(along, FACE).values.astype(float)
-    coordinates = (dataset[along].values.astype(float), dataset[FACE].values.astype(float))
+    coordinates = (variable[along].values.astype(float), variable[FACE].values.astype(float))
     return FlankGrid(along=along, coordinate=coordinates[0], face=coordinates[1], deviation=deviation)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -59,8 +60,8 @@ class Hertz(ComplianceEffect):
         h = np.full(lines.shape, c / 2)
         if lines.touch is not None:
             for role in Role:
-                softer = _edge(lines, role, rho)
-                a, h = a + softer[0], h + softer[1]
+                for softer in (_edge(lines, role, rho), *_kinks(lines, role, rho, c)):
+                    a, h = a + softer[0], h + softer[1]
         return LineLaw(a=a, h=h)
 
 
@@ -72,6 +73,29 @@ def _edge(lines: ContactLines, role: Role, rho: NDArray) -> tuple[NDArray, NDArr
     assert touch is not None
     c = [1 / (math.pi * material.plane_strain_modulus) for material in lines.pair.materials]
     roll = touch.rolls[role]
-    # corners where a relief begins are all but flat
+    # corners where a relief begins are all but flat; gaps in the normal plane are cos β_b times the transverse ones
     tilt = np.where((touch.edge == role) & (edge_distance(gear, roll) < 1e-6 * gear.tip_radius), touch.tilt, 0.0)
+    tilt = tilt * math.cos(gear.beta_b)
     return edge_softening(gear, c[role], sum(c) / 2, FLANK_POLYNOMIALS, roll, tilt, rho, lines.typical_load)
+
+
+def _kinks(lines: ContactLines, role: Role, rho: NDArray, c: float) -> Iterator[tuple[NDArray, NDArray]]:
+    """What a and h gain near each kink of the profile of one of the gears, c = Σ 2(1−ν²)/(πE) (E5)."""
+    from gearbench.compliance.kink import kink_softening
+
+    touch, separation = lines.touch, lines.separation
+    assert touch is not None
+    assert separation is not None
+    profile, q, mean = separation.plane.profiles[role], lines.typical_load, c / 4
+    # the same length in both planes: the profile is square to the line of contact
+    half_width, roll = np.sqrt(8 * mean * rho * q), touch.rolls[role]
+    for at, rise in profile.kinks:
+        behind = rho * rise * math.cos(lines.pair.meshing.beta_b)
+        along = (roll**2 - at**2) / (2 * profile.base_radius)
+        tilt = rho * touch.tilt * math.cos(lines.pair.meshing.beta_b)
+        corner = (touch.edge == role) & (np.abs(along) < 1e-9 * profile.base_radius)
+        vertex = np.where(corner, behind - tilt, np.where(along < 0, along, along + behind))
+        value, scaling = kink_softening(vertex / half_width, behind / half_width)
+        # s and k follow q^{-1/2}
+        h = mean * scaling / 2
+        yield mean * value + h * math.log(q), h

@@ -24,7 +24,8 @@ class OffLineContact(GapEffect):
 
     Without it contact is taken to lie on the line of action, and a pair to leave at the end of the path of contact.
     Relief and other modifications of the profiles are part of the separation; whatever changes along the face is
-    added at the point that touches. Near the edge of a tip the contact law is softer (E4 of docs/theory.md).
+    added at the point that touches. Near the edge of a tip, and where a relief begins,
+    the contact law is softer (E4, E5 of docs/theory.md).
     """
 
     of_flank: ClassVar[bool] = False

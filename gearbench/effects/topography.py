@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Literal
+import re
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import Effects, GapEffect
-from gearbench.effects.flank_grid import FlankGrid, read_grid
+from gearbench.effects.flank_grid import FlankGrid, grid_of, read_grid
 from gearbench.effects.relief import MICROMETRE
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
@@ -18,6 +19,9 @@ from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
 from gearbench.named_files import content
 from gearbench.schema import STRICT
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 File = Annotated[str, Field(min_length=1, max_length=1000)]
 Digest = Annotated[str, Field(pattern="[0-9a-f]{64}")]
@@ -102,6 +106,17 @@ class Topography(GapEffect):
                 total += grid.at(gear, radius, lines.own_face(role))
         return (MICROMETRE if self.positive == "missing" else -MICROMETRE) * total
 
+    def kept(self) -> dict[str, xr.DataArray]:
+        """The grids, "topography_pinion" and "topography_wheel", as the files have them [µm], with their SHA-256."""
+        found = {}
+        for gear, grid in zip(_NAMES, self.grids, strict=True):
+            if grid is not None:
+                name = f"{self.name}_{gear}"
+                meaning = f"measured deviation of the flank of the {gear}, positive: material {self.positive}"
+                attrs = {"long_name": meaning, "sha256": str(getattr(self, f"{gear}_sha256"))}
+                found[name] = grid.to_array(name).assign_attrs(attrs)
+        return found
+
     def kinks(self, pair: Pair) -> tuple[float, ...]:
         """Positions u [mm] of the rows of a coarse grid; the kinks of a fine one are too many to integrate between."""
         positions: list[float] = []
@@ -113,6 +128,21 @@ class Topography(GapEffect):
 
 #: Grids read so far by their SHA-256: an effect made anew from its tables needs no second look at the file.
 _KNOWN: dict[str, FlankGrid] = {}
+
+
+def remember(array: xr.DataArray) -> None:
+    """Let scenes have a grid that a Dataset has kept, whether or not its file is still there.
+
+    Raises
+    ------
+    InputError
+        If the variable is no grid with the SHA-256 of its file.
+    """
+    digest = str(array.attrs.get("sha256", "missing"))
+    if not re.fullmatch("[0-9a-f]{64}", digest):
+        raise InputError(str(array.name), digest, "must have the SHA-256 of its file")
+    if digest not in _KNOWN:
+        _KNOWN[digest] = grid_of(array)
 
 
 def _read(key: str, file: str, known: str | None) -> tuple[FlankGrid, str]:

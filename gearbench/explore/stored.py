@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import tomllib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,10 +18,10 @@ from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.select import chosen_scene, open_designs
 from gearbench.optimisation.study import RESPONSES
 from gearbench.results.netcdf import load
+from gearbench.results.origin import scene_of
 from gearbench.results.provenance import support
 from gearbench.results.responses import is_response, statistics_of
 from gearbench.scene import Scene
-from gearbench.scene_file import parse_scene
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -100,7 +99,7 @@ def scene_of_run(path: Path) -> Scene | None:
     """
     dataset = load(path)
     single = "study" not in dataset.attrs and "scene" in dataset.attrs
-    return parse_scene(tomllib.loads(dataset.attrs["scene"])) if single else None
+    return scene_of(dataset) if single else None
 
 
 def of_designs(designs: Designs, file: str) -> Stored:
@@ -138,9 +137,9 @@ def _teeth(designs: Designs, numbers: NDArray) -> str:
 def _scene(dataset: xr.Dataset, file: str) -> Scene:
     """The scene that a run has stored with its result."""
     try:
-        return parse_scene(tomllib.loads(str(dataset.attrs["scene"])))
-    except (ValueError, RecursionError) as error:  # an InputError is one, too
-        raise InputError("", file, f"its scene cannot be read: {error}") from None
+        return scene_of(dataset)
+    except InputError as error:
+        raise InputError("", file, f"its scene {error.allowed}") from None
 
 
 def of_run(dataset: xr.Dataset, file: str) -> Stored:

@@ -181,6 +181,18 @@ class Profile:
         ends = [(self.low, self.pieces[0])]
         return [*ends, *inner, *([(self.high, self.pieces[-1])] if self.has_edge else [])]
 
+    @property
+    def kinks(self) -> list[tuple[float, float]]:
+        """Roll lengths of its convex kinks, and by how much its slope rises there along the flank."""
+        found = []
+        for before, after in pairwise(self.pieces):
+            at = np.array(after.low)
+            rise = float(after.deviation(at)[1] - before.deviation(at)[1])
+            # along the flank ds = ℓ dℓ/r_b
+            if rise > 0 and not after.is_rounding:
+                found.append((after.low, rise * self.base_radius / after.low))
+        return found
+
 
 def profile(gear: Gear, modifications: tuple[Modification, ...] = ()) -> Profile:
     """Profile of a flank of ``gear`` with the ``modifications`` on it (those meant for the other gear left out)."""

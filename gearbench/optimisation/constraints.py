@@ -18,7 +18,7 @@ from gearbench.solution import solve_scene
 from gearbench.strength.rating import GEOMETRIC
 
 #: What ``solve_roughly`` is out by at most: where a limit is farther away, it decides. Measured on random gears of the
-#: studies: at most 2.2 % (``tests/test_optimise_racing.py``).
+#: studies: at most 2.2 % with plates, 4.9 % with solid teeth on their bodies.
 ROUGH = 0.1
 
 

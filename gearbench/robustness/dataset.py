@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.results.origin import keeping
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
 
@@ -61,7 +62,8 @@ def robust_dataset(
             variables[f"{name}_{part}_standard_error"] = ("error_name", uncertainty)
     attrs = provenance(problem.scene, wall_time=wall_time, seed=seed)
     attrs |= {"sampler": sampler, "samples": count, "complete": int(complete), "rescued": responses.rescued}
-    return xr.Dataset(described(variables), coords={"error_name": np.array(problem.names, dtype=str)}, attrs=attrs)
+    coords = {"error_name": np.array(problem.names, dtype=str)}
+    return keeping(xr.Dataset(described(variables), coords=coords, attrs=attrs), problem.scene)
 
 
 def _backlash(problem: RobustProblem, errors: NDArray) -> NDArray:

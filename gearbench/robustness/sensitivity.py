@@ -112,11 +112,6 @@ def sensitivity(errors: NDArray, values: NDArray, scale: float = 1.0) -> Sensiti
     return Sensitivity(first_order=first, total=total, tightened=tightened)
 
 
-def first_order_indices(errors: NDArray, values: NDArray) -> tuple[NDArray, NDArray]:
-    """First-order Sobol indices and their standard errors, each (error,), see ``sensitivity``."""
-    return sensitivity(errors, values).first_order
-
-
 def _indices(fit: Fit, variables: int, *, total: bool) -> tuple[NDArray, NDArray]:
     """Indices and their standard errors, bias corrected, from the influence of each sample."""
     n, p = fit.influence.shape

@@ -43,11 +43,6 @@ class Axis:
     values: tuple[float, ...]
     unit: str
 
-    @property
-    def one_sign(self) -> bool:
-        """Whether no value is of the other sign than another."""
-        return self.values[0] * self.values[-1] > 0
-
 
 def axis(name: str, values: Sequence[float] | NDArray) -> Axis:
     """Axis of the numeric key ``name``; whole numbers where the key takes no others.

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from gearbench.errors import InputError
 from gearbench.interruption import arrived
+from gearbench.results.origin import keeping
 from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs
 from gearbench.results.provenance import beyond_elasticity, provenance
 from gearbench.results.responses import is_response
@@ -90,7 +91,7 @@ def sweep(
     def whole(parts: Sequence[xr.Dataset]) -> xr.Dataset:
         found = over_loads(combined(parts, points, axes), spectrum)
         attrs = provenance(scene, wall_time=time.perf_counter() - start) | own | solver.attrs
-        return found.assign_attrs(attrs | {"complete": int(solver.done == total)})
+        return keeping(found.assign_attrs(attrs | {"complete": int(solver.done == total)}), scene)
 
     return whole(_solved(points, solver, lambda: progress(solver.done, total), _Keeper(keep=keep, whole=whole)))
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass as plain_dataclass
-from functools import cached_property
 from typing import Annotated, Literal
 
 import numpy as np
@@ -239,11 +238,6 @@ class Condensed:
             nodes={node: R @ back for node, R in self.nodes.items()},
         )
         return changed, tuple((k, d) for k, d, _ in found)
-
-    @cached_property
-    def has_mass(self) -> bool:
-        """Whether anything of it has inertia."""
-        return bool(self.mass.any())
 
 
 def _checked(name: str, A: NDArray) -> NDArray:

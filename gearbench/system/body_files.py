@@ -111,6 +111,7 @@ def _from_punch(text: str) -> Matrices:
     at = {place: number for number, place in enumerate(places)}
 
     def full(punched: Punched) -> NDArray:
+        """The whole matrix of what was punched: one triangle where it is symmetric."""
         out = np.zeros((len(places), len(places)))
         for (row, column), value in punched.entries.items():
             out[at[row], at[column]] = value

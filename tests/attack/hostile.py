@@ -24,7 +24,8 @@ NUMBERS = (
 def value(rng: Generator, old: Any) -> Any:
     """Something to stand in the place of ``old``: often near it, often not even of its type."""
     kind = rng.random()
-    if kind < 0.6 and isinstance(old, int | float) and not isinstance(old, bool):
+    # a number of 400 digits may stand there already; ``factor`` does not take it
+    if kind < 0.6 and isinstance(old, int | float) and not isinstance(old, bool) and not abs(old) > 1e300:
         factor = float(rng.choice([1 + 1e-9, 0.999, 1.05, 0.8, 1.3, 2, 0.1, 10, 1e3, 1e-3, -1]))
         return round(old * factor) if isinstance(old, int) else old * factor
     if kind < 0.8:

@@ -1,0 +1,77 @@
+"""Hertzian strip on a flank with a kink, such as the start of a linear relief: pressed in more than a smooth one.
+
+The gap of the two flanks is a parabola whose slope rises by κ at x = 0, of two half-spaces in plane strain. Lengths in
+Hertzian half-widths a_H, displacements in c₁q, c₁ = (1−ν²)/(πE) the mean of both materials (E5 of docs/theory.md):
+
+    4(ξ − s)² + 8k max(0, ξ),   s = x_s/a_H, k = κρ/a_H,
+
+x_s the vertex of the parabola before the kink, x_s − κρ that of the one behind it. With φ the part of the strip behind
+the kink, as the angle of its middle m and half-width L,
+
+    L² + (2/π) k L sin φ = 1,   m = −L cos φ = s − kφ/π,
+    D = 4(m − s)² + 2L² + (8k/π)(mφ + L sin φ) + 4 ln(2/L).
+
+Source: Johnson, Contact Mechanics, §2.7 (bounded pressure on an interval).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: Steps of Newton's method between bounds that close in.
+_STEPS = 60
+
+
+def kink_softening(s: NDArray, k: NDArray) -> tuple[NDArray, NDArray]:
+    """Λ(s, k) and s ∂Λ/∂s + k ∂Λ/∂k of a strip on a convex kink, k ≥ 0.
+
+    What the strip is pressed in more than Hertz's and than the least separation of the flanks, in c₁q. Both are zero
+    where the strip does not reach the kink, s ≤ −1 or s ≥ k + 1.
+    """
+    s, k = np.broadcast_arrays(np.asarray(s, dtype=float), np.asarray(k, dtype=float))
+    value, scaling = np.zeros(s.shape), np.zeros(s.shape)
+    near = (s > -1) & (s < k + 1) & (k > 0)
+    if near.any():
+        value[near], scaling[near] = _on_kink(s[near], k[near])
+    return value, scaling
+
+
+def _on_kink(s: NDArray, k: NDArray) -> tuple[NDArray, NDArray]:
+    phi = _part_behind(s, k)
+    L, sin = _half_width(phi, k), np.sin(phi)
+    m = -L * np.cos(phi)
+    of_kink = 8 / math.pi * (m * phi + L * sin)
+    D = 4 * (m - s) ** 2 + 2 * L**2 + k * of_kink - 4 * np.log(L) - 2
+    behind, on = s > k, (s >= 0) & (s <= k)
+    least = np.where(on, 4 * s**2, np.where(behind, 8 * k * s - 4 * k**2, 0.0))
+    # at constant load D changes as the mean of the gap under the pressure of a flat punch does
+    by_s = 8 * k * phi / math.pi - np.where(on, 8 * s, np.where(behind, 8 * k, 0.0))
+    by_k = of_kink - np.where(behind, 8 * (s - k), 0.0)
+    return D - least, s * by_s + k * by_k
+
+
+def _half_width(phi: NDArray, k: NDArray) -> NDArray:
+    """L [a_H] from equilibrium."""
+    b = k * np.sin(phi) / math.pi
+    return np.sqrt(b**2 + 1) - b
+
+
+def _part_behind(s: NDArray, k: NDArray) -> NDArray:
+    """φ from 0, the strip ends at the kink, to π, it begins there: s(φ) = kφ/π − L cos φ rises between them."""
+    low, high = np.zeros_like(s), np.full_like(s, math.pi)
+    phi = np.arccos(np.clip((k - 2 * s) / (k + 2), -1.0, 1.0))
+    for _ in range(_STEPS):
+        L, sin, cos = _half_width(phi, k), np.sin(phi), np.cos(phi)
+        excess = k * phi / math.pi - L * cos - s
+        low, high = np.where(excess < 0, phi, low), np.where(excess < 0, high, phi)
+        b = k * sin / math.pi
+        slope = k / math.pi + L * sin + cos**2 * k / math.pi * L / np.sqrt(b**2 + 1)
+        new = phi - excess / slope
+        new = np.where((new > low) & (new < high), new, (low + high) / 2)
+        if np.all(np.abs(new - phi) < 1e-15 * math.pi):
+            break
+        phi = new
+    return phi
