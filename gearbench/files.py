@@ -48,7 +48,12 @@ _SEAL_LENGTH = len("\ngearbench sha256 \n") + 64
 
 def seal(data: bytes) -> bytes:
     """``data`` with its digest behind it."""
-    return data + f"\ngearbench sha256 {hashlib.sha256(data).hexdigest()}\n".encode()
+    return data + seal_line(data)
+
+
+def seal_line(data: bytes | memoryview) -> bytes:
+    """What ``seal`` puts behind ``data``."""
+    return f"\ngearbench sha256 {hashlib.sha256(data).hexdigest()}\n".encode()
 
 
 def is_sealed(data: bytes) -> bool:
@@ -216,7 +221,7 @@ def _finish(part: Path) -> None:
     part.chmod(0o666 & ~mask)
 
 
-def write_bytes(path: str | Path, data: bytes) -> Path:
+def write_bytes(path: str | Path, data: bytes | memoryview) -> Path:
     """Write ``data`` to ``path``; raises as ``replacing``."""
     with replacing(path) as part:
         part.write_bytes(data)

@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +26,10 @@ from numpy.typing import NDArray
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.ring import Ring, interpolated, sampled
 from gearbench.compliance.solid_tooth import SolidTooth
-from gearbench.compliance.webbed_ring import ALONG, BEYOND, WebbedRing
 from gearbench.geometry.web import Web
+
+if TYPE_CHECKING:
+    from gearbench.compliance.webbed_ring import WebbedRing
 
 #: Greatest n ψ of the harmonics counted, ψ the half-angle of a root: the remainder falls like its square.
 FINEST = 30.0
@@ -98,6 +101,8 @@ class ToothedRing:
         )
         if web is None:
             return ring
+        from gearbench.compliance.webbed_ring import ALONG, BEYOND, WebbedRing
+
         rim = replace(ring, inner_radius=web.rim_radius, order=(ALONG, axis + BEYOND))
         return WebbedRing(rim=rim, web=web, bore_radius=self.bore_radius, seen=axis)
 

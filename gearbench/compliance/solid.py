@@ -138,9 +138,9 @@ class Solid:
         S, position = self.of_section, np.ix_(left[a], right[b])
         # functions of the same parity meet undifferentiated or both differentiated, others one and the other way
         used = ((0, 0), (1, 1)) if a == b else ((0, 1), (1, 0))
-        one, other = (Z[i, j][:, None, None] * S[i, j][position] for i, j in used)
-        one += other
-        return one
+        both = np.stack([S[i, j][position] for i, j in used])
+        coefficients = np.stack([Z[i, j] for i, j in used], axis=1)
+        return (coefficients @ both.reshape(2, -1)).reshape(-1, *both.shape[1:])
 
     def block(self, left: Class, right: Class, Z: NDArray, parities: tuple[NDArray, NDArray]) -> NDArray:
         """Stiffness between functions of two classes, those along the axis one after the other.

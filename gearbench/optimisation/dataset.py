@@ -99,16 +99,16 @@ def front_dataset(archive: Archive, population: Sequence[Design], wall_time: flo
     from gearbench.results.provenance import run_provenance
 
     study = archive.study
-    dataset = designs_dataset(study, archive.designs, archive.results, archive.first)
-    everything = np.arange(len(archive.designs))
+    dataset = _all_designs(archive)
+    everything = np.arange(len(archive))
     members = np.full((len(archive.asked), study.algorithm.population), -1, dtype="int64")
-    for row, asked in zip(members, archive.asked, strict=True):
+    for row, asked in zip(members, archive.asked_numbers(), strict=True):
         row[: len(asked)] = asked
     found = {
         "on_front": ("design", np.isin(everything, archive.front).astype("int8")),
         "in_population": ("design", np.isin(everything, archive.numbers(population)).astype("int8")),
         "asked_design": (("generation", "member"), members),
-        "asked": ("generation", [len(asked) for asked in archive.asked]),
+        "asked": ("generation", archive.asked),
         "evaluated": ("generation", archive.evaluated),
         "feasible_found": ("generation", archive.feasible_found),
         "hypervolume": ("generation", archive.hypervolumes),
@@ -118,6 +118,16 @@ def front_dataset(archive: Archive, population: Sequence[Design], wall_time: flo
     dataset = dataset.assign_coords(generation=np.arange(1, len(archive.asked) + 1))
     sha256 = checksum({str(name): dataset[name].values for name in dataset.variables})
     return dataset.assign_attrs(data_sha256=sha256, **run_provenance(wall_time=wall_time))
+
+
+def _all_designs(archive: Archive) -> xr.Dataset:
+    """``designs_dataset`` of all designs, made of batches: as objects a million of them would fill the memory."""
+    import xarray as xr
+
+    parts = [designs_dataset(archive.study, *map(list, zip(*batch, strict=True))) for batch in archive.batches()]
+    if len(parts) > 1:
+        return xr.concat(parts, "design", data_vars="minimal", coords="minimal", compat="override", join="override")
+    return parts[0] if parts else designs_dataset(archive.study, [], [], [])
 
 
 def checksum(arrays: Mapping[str, NDArray]) -> str:

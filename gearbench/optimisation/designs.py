@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import cached_property
+from collections.abc import Callable, Iterable, Mapping
+from functools import cached_property, lru_cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError
-from gearbench.optimisation.dataset import read_designs, read_names
+from gearbench.optimisation.dataset import read_names
 from gearbench.optimisation.problem import scene_of
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.study_file import parse_study
@@ -24,6 +24,8 @@ from gearbench.scene import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
+#: Scenes of designs that are kept.
+SCENES = 4096
 #: Effects that a designer gives the flanks; errors and measured flanks are none.
 MODIFICATIONS = (
     "crowning",
@@ -82,7 +84,7 @@ class Designs:
             dataset = dataset.assign(evaluated_samples=dataset.attrs.get("samples", 0) * dataset["feasible"])
         self.dataset = dataset
         _check(dataset, self.study)
-        self._scenes: dict[int, Scene] = {}
+        self._scene = lru_cache(maxsize=SCENES)(lambda number: scene_of(self.study, self.design(number)))
 
     @cached_property
     def study(self) -> OptimisationStudy:
@@ -122,19 +124,16 @@ class Designs:
         return np.array([OF_SCENE[name](self.scene(int(number))) for number in numbers], dtype=float)
 
     def scene(self, number: int) -> Scene:
-        """Scene of a design by its number in the dimension ``design``; kept."""
-        if number not in self._scenes:
-            self._scenes[number] = scene_of(self.study, self._codes[number])
-        return self._scenes[number]
+        """Scene of a design by its number in the dimension ``design``; the last ones are kept."""
+        return self._scene(number)
 
     def design(self, number: int) -> Design:
         """Codes of a design by its number in the dimension ``design``."""
-        return self._codes[number]
-
-    @cached_property
-    def _codes(self) -> Sequence[tuple[float, ...]]:
-        arrays = {name: self.dataset[name].values for name in read_names(self.study)}
-        return [design for design, _ in read_designs(arrays, self.study)]
+        codes = self.dataset["code"].values[number]
+        return tuple(
+            float(code) if variable.kind == "real" else int(code)
+            for variable, code in zip(self.study.variables, codes, strict=True)
+        )
 
     def unit(self, name: str) -> str:
         """Unit of a quantity, "" where it has none."""

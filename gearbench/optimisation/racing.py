@@ -52,6 +52,15 @@ def statistics(values: NDArray, numbers: Sequence[float] = ()) -> NDArray:
     return np.array([*(compute(x) for x in values for compute, _ in STATISTICS.values()), *numbers])
 
 
+def spread(first: NDArray) -> NDArray:
+    """Which designs of a front to compare with, at most ``MOST_RIVALS``: evenly by rank in the first objective.
+
+    ``first`` holds that objective of each, (design,).
+    """
+    order = np.argsort(first, kind="stable")
+    return order[np.unique(np.linspace(0, len(order) - 1, MOST_RIVALS).round().astype(int))]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Rivals:
     """Designs whose samples are all known.
@@ -72,18 +81,15 @@ class Rivals:
 
     @classmethod
     def of(cls, study: OptimisationStudy, values: Sequence[NDArray], known: Sequence[Sequence[float]]) -> Rivals | None:
-        """Those of designs with ``values`` (response, sample), spread over the first objective; None without any.
+        """Those of designs with ``values`` (response, sample); None without any, or without stages.
 
         ``known`` holds the statistics of each, as ``study.statistics`` names them.
         """
         steps = stages(study)
         if len(steps) == 1 or not values:
             return None
-        first = [study.objectives[0].value(dict(zip(study.statistics, row, strict=True))) for row in known]
-        order = np.argsort(first, kind="stable")
-        chosen = order[np.unique(np.linspace(0, len(order) - 1, MOST_RIVALS).round().astype(int))]
-        early = np.array([values[i][:, : steps[-2]] for i in chosen])
-        return cls(study=study, early=early, known=np.array(known)[chosen])
+        early = np.array([each[:, : steps[-2]] for each in values])
+        return cls(study=study, early=early, known=np.array(known))
 
     def beating(self, values: NDArray, numbers: Sequence[float] = ()) -> int | None:
         """The rival that beats a design by the most standard errors, from its first samples, (response, sample).

@@ -12,7 +12,7 @@ from gearbench.optimisation.archive import Archive
 from gearbench.optimisation.dataset import front_dataset
 from gearbench.optimisation.engine import Engine, choose_engine
 from gearbench.optimisation.problem import Evaluation
-from gearbench.optimisation.racing import Rivals
+from gearbench.optimisation.racing import Rivals, spread
 from gearbench.optimisation.search import Search
 from gearbench.optimisation.store import Store
 from gearbench.optimisation.study import Design, OptimisationStudy
@@ -119,7 +119,7 @@ class _Run:
         self._study, self._store, self._engine, self._progress = study, store, engine, progress
         self._archive, self._search = Archive(study=study), Search(study)
         self._start = time.perf_counter()
-        self._restored = self._evaluated = 0
+        self._asked = self._restored = self._evaluated = 0
 
     def run(self) -> xr.Dataset:
         """All generations."""
@@ -128,6 +128,7 @@ class _Run:
             if not designs:
                 break
             self._search.tell(self._generation(generation, designs))
+            self._asked += len(designs)
             self._report(0.0)
         wall_time = time.perf_counter() - self._start
         return front_dataset(self._archive, self._search.population, wall_time)
@@ -139,28 +140,32 @@ class _Run:
             return self._archive.add(designs, dict(zip(designs, stored, strict=True)))
         unknown = self._archive.unknown(designs)
         new: dict[Design, Evaluation] = {}
+        feasible = 0
         for design, result in self._engine.evaluate(self._study, unknown, self._rivals() if unknown else None):
             new[design] = result
+            feasible += result.feasible
             self._evaluated += 1
-            self._report(len(new) / len(unknown), list(new.values()))
+            self._report(len(new) / len(unknown), len(new), feasible)
         results = self._archive.add(designs, new)
         if self._store is not None:
             self._store.write(generation, designs, results)
         return results
 
     def _rivals(self) -> Rivals | None:
-        """The front, to race against; of designs read from disk the samples are computed again."""
+        """Some of the front, to race against; of designs read from disk the samples are computed again."""
         archive = self._archive
-        if not self._study.robustness.racing:
+        if not self._study.robustness.racing or not archive.front:
             return None
-        missing = {archive.designs[i]: i for i in archive.front if i not in archive.values}
+        chosen = [archive.front[i] for i in spread(archive.front_objectives[:, 0])]
+        missing = {archive.design(i): i for i in chosen if archive.responses(i) is None}
         for design, result in self._engine.evaluate(self._study, list(missing)):
             assert result.values is not None
-            archive.values[missing[design]] = result.values
-        known = [archive.results[i].statistics for i in archive.front]
-        return Rivals.of(self._study, [archive.values[i] for i in archive.front], known)
+            archive.keep_responses(missing[design], result.values)
+        values = [found for i in chosen if (found := archive.responses(i)) is not None]
+        return Rivals.of(self._study, values, [archive.result(i).statistics for i in chosen])
 
-    def _report(self, part: float, new: Sequence[Evaluation] = ()) -> None:
+    def _report(self, part: float, new: int = 0, feasible: int = 0) -> None:
+        """Report the finished generations, and of the current one the ``part`` done: ``new`` designs."""
         archive, generations = self._archive, self._study.algorithm.generations
         done = len(archive.asked)
         self._progress(
@@ -169,9 +174,9 @@ class _Run:
                 generations=generations,
                 fraction=min(1.0, (done + part) / generations),
                 restored=self._restored,
-                asked=sum(map(len, archive.asked)),
-                evaluated=len(archive.designs) + len(new),
-                feasible=(archive.feasible_found or [0])[-1] + sum(result.feasible for result in new),
+                asked=self._asked,
+                evaluated=len(archive) + new,
+                feasible=(archive.feasible_found or [0])[-1] + feasible,
                 hypervolume=(archive.hypervolumes or [0.0])[-1],
                 elapsed=time.perf_counter() - self._start,
                 evaluated_here=self._evaluated,

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Sequence
-from functools import partial
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from gearbench.errors import GearbenchError
-from gearbench.optimisation.problem import Evaluation, assignments
+from gearbench.optimisation.problem import Evaluation, gear_key
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.variables import Variable
 
@@ -38,7 +38,8 @@ class Search:
 
     def __init__(self, study: OptimisationStudy) -> None:
         self._study = study
-        self._gears: dict[Design, Hashable] = {}
+        # of the population and of what is bred from it
+        self._key = lru_cache(maxsize=8 * study.algorithm.population)(partial(gear_key, study))
         try:
             self._algorithm = _algorithm(study, self._gear)
         except ImportError:
@@ -52,10 +53,7 @@ class Search:
         )
 
     def _gear(self, individual: Any) -> Hashable:
-        design = self._design(individual)
-        if design not in self._gears:
-            self._gears[design] = assignments(self._study, design)
-        return self._gears[design]
+        return self._key(self._design(individual))
 
     def ask(self) -> list[Design]:
         """Designs of the next generation; fewer than the population, or none, where the space is exhausted."""

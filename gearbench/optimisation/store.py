@@ -10,18 +10,16 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING
 
 from gearbench.errors import InputError
 from gearbench.files import is_part, lock, write_text
 from gearbench.optimisation.dataset import designs_dataset, read_designs, read_names
+from gearbench.optimisation.generation_file import read_generation, write_generation
 from gearbench.optimisation.problem import Evaluation
 from gearbench.optimisation.study import Design, OptimisationStudy
-from gearbench.results.netcdf import save, whole_bytes
+from gearbench.results.netcdf import save
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -141,7 +139,7 @@ class Store:
         if not path.exists():
             return None
         try:
-            arrays, searched_with = _read(whole_bytes(path), read_names(self._study))
+            arrays, searched_with = read_generation(path, read_names(self._study))
         except Exception:  # of a damaged file HDF5 says anything
             return None
         rows = read_designs(arrays, self._study)
@@ -166,27 +164,16 @@ class Store:
 
         dataset = designs_dataset(self._study, designs, results, [generation] * len(designs))
         dataset = dataset.drop_vars("first_generation")
-        self._save(dataset.assign_attrs(generation=generation, versions=versions()), self.path(generation))
+        dataset = dataset.assign_attrs(generation=generation, versions=versions())
+        write_generation(dataset, self.path(generation))
+        _sync(self.folder)
 
     def write_front(self, dataset: xr.Dataset) -> Path:
         """Commit the final Dataset, after all generations."""
         self.flush()
-        return self._save(dataset, self.folder / FRONT)
-
-    def _save(self, dataset: xr.Dataset, path: Path) -> Path:
-        save(dataset, path)
+        path = save(dataset, self.folder / FRONT)
         _sync(self.folder)
         return path
-
-
-def _read(data: bytes, names: Sequence[str]) -> tuple[dict[str, NDArray], str]:
-    """Variables and versions of a generation; a hundred times faster than the whole Dataset, labels and all."""
-    import h5py
-
-    with h5py.File(BytesIO(data), "r") as file:
-        found: dict[str, Any] = {name: file[name] for name in names}
-        arrays = {name: (v.asstr()[...] if v.dtype.kind == "O" else v[...]) for name, v in found.items()}
-        return arrays, str(file.attrs["versions"])
 
 
 def _sync(folder: Path) -> None:

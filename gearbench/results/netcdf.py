@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gearbench.errors import InputError
-from gearbench.files import read_bytes, seal, unseal, write_bytes
+from gearbench.files import read_bytes, seal_line, unseal, write_bytes
 from gearbench.netcdf_bytes import dataset_of, is_netcdf
 
 if TYPE_CHECKING:
@@ -30,10 +30,18 @@ def save(dataset: xr.Dataset, path: str | Path) -> Path:
     OSError
         If the disk is full or fails; a file that was there before is untouched.
     """
-    return write_bytes(path, seal(_netcdf(dataset)))
+    return write_sealed(path, _netcdf(dataset))
 
 
-def _netcdf(dataset: xr.Dataset) -> bytes:
+def write_sealed(path: str | Path, file: BytesIO) -> Path:
+    """Write a file made in memory, and the digest of its bytes; a large one is not copied. Raises as ``save``."""
+    line = seal_line(file.getbuffer())
+    file.seek(0, 2)
+    file.write(line)
+    return write_bytes(path, file.getbuffer())
+
+
+def _netcdf(dataset: xr.Dataset) -> BytesIO:
     """The file, made in memory: HDF5 crashes the process at its end if the disk was full."""
     from xarray.backends.h5netcdf_ import H5NetCDFStore
 
@@ -44,7 +52,7 @@ def _netcdf(dataset: xr.Dataset) -> bytes:
         dataset.dump_to_store(store)
     finally:
         store.close()
-    return buffer.getvalue()
+    return buffer
 
 
 def load(path: str | Path) -> xr.Dataset:
