@@ -27,7 +27,7 @@ from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.separation import Separation, separation
-from gearbench.scene import Scene
+from gearbench.scene import Resolution, Scene
 from gearbench.threads import single_threaded_blas
 
 #: A gap that varies less than this along the contact lines is constant [mm].
@@ -38,8 +38,6 @@ TRIAL_PHASES, TRIAL_SEGMENTS = 8, 12
 _REACH = 0.3
 #: How much farther the lines of a solution reach than flanks as far apart as the gears deflect.
 MARGIN = 1.3
-#: Segments at least by which the greatest deflection is told.
-_TOLD_BY = 15
 
 
 def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
@@ -148,20 +146,21 @@ def profile_separation(scene: Scene) -> Separation:
     return separation(scene.pair, tuple(m for effect in gaps for m in effect.modifications(scene.pair)))
 
 
-@lru_cache(maxsize=16)
 def greatest_deflection(scene: Scene, flanks: Separation) -> float:
-    """Greatest approach of the gears along the line of action over a mesh cycle [mm].
+    """Greatest approach of the gears along the line of action over a mesh cycle [mm], whatever the resolution.
 
     Solved amid the phases with fewest and with most pairs on the path; lines that reach ``MARGIN`` times as far miss
     nothing. Gaps other than the separation count with their range, so that samples of random errors stay within it.
     """
+    return _greatest_deflection(replace(scene, resolution=Resolution()), flanks)
+
+
+@lru_cache(maxsize=16)
+def _greatest_deflection(scene: Scene, flanks: Separation) -> float:
     meshing = scene.pair.meshing
     room = _REACH * meshing.base_pitch
     span = (meshing.path_start - room, meshing.path_end + room)
     most = meshing.transverse_contact_ratio % 1.0
-    # a cell that reaches from the path to far beyond it says little
-    if scene.resolution.segments < _TOLD_BY:
-        scene = replace(scene, resolution=replace(scene.resolution, segments=_TOLD_BY))
     lines = _lines(scene, np.array([(1 + most) / 2, most / 2]), flanks, span)
     deflection = float(solve(assemble(scene, lines)).approach.max())
     others = [effect for effect in scene.flank_effects if effect.name != "off_line_contact"]
