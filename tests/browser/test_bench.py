@@ -179,12 +179,15 @@ for (const view of Bokeh.index) view.repainted?.connect(() => {
 });
 """
 #: Least and greatest value of what a figure draws, and the ends of its vertical range.
-FITTED = MODEL + """
+FITTED = (
+    MODEL
+    + """
 const plot = model(arguments[0]), drawn = plot.renderers.flatMap(({ glyph, data_source: { data } }) => [
   ...(data[glyph.y?.field ?? glyph.top?.field] ?? []), ...(data[glyph.ys?.field] ?? []).flatMap((row) => [...row]),
 ]);
 return [Math.min(...drawn), Math.max(...drawn), plot.y_range.start, plot.y_range.end];
 """
+)
 
 
 def test_an_answer_costs_one_message_and_a_paint_of_each_figure(explored, scene_file, tmp_path):
