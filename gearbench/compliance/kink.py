@@ -66,12 +66,14 @@ def _part_behind(s: NDArray, k: NDArray) -> NDArray:
     for _ in range(_STEPS):
         L, sin, cos = _half_width(phi, k), np.sin(phi), np.cos(phi)
         excess = k * phi / math.pi - L * cos - s
+        found = np.abs(excess) <= 1e-15 * (1 + np.abs(s) + k)
+        if found.all():
+            break
         low, high = np.where(excess < 0, phi, low), np.where(excess < 0, high, phi)
         b = k * sin / math.pi
         slope = k / math.pi + L * sin + cos**2 * k / math.pi * L / np.sqrt(b**2 + 1)
         new = phi - excess / slope
         new = np.where((new > low) & (new < high), new, (low + high) / 2)
-        if np.all(np.abs(new - phi) < 1e-15 * math.pi):
-            break
-        phi = new
+        # what is found stays: a bound that is the root itself would send it back to the middle
+        phi = np.where(found, phi, new)
     return phi

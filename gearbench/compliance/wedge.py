@@ -121,10 +121,13 @@ def strip_softening(angle: float, offset: NDArray) -> tuple[NDArray, NDArray]:
     contact at the edge is self-similar, (4 + 2B) ln σ of an edge pressed in at an angle less what the strip has.
     """
     table, B = _strip_table(angle), softness(angle)
+    offset = np.asarray(offset, dtype=float)
     inside = np.minimum(offset, _OFFSETS[0])
-    clipped = np.clip(offset, _OFFSETS[0], _OFFSETS[-1])
-    value, slope = table(clipped), table(clipped, 1)
-    beyond = np.maximum(offset / _OFFSETS[-1], 1.0)
-    value = value - 2 * B * np.log(inside / _OFFSETS[0]) + (4 + 2 * B) * np.log(beyond)
-    slope = np.where(offset < _OFFSETS[0], -2 * B / inside, slope)
-    return value, np.where(offset > _OFFSETS[-1], (4 + 2 * B) / np.maximum(offset, 1.0), slope)
+    value = np.array(float(table(_OFFSETS[0])) - 2 * B * np.log(inside / _OFFSETS[0]))
+    slope = np.array(-2 * B / inside)
+    near = offset > _OFFSETS[0]
+    at = offset[near]
+    within = np.minimum(at, _OFFSETS[-1])
+    value[near] = table(within) + (4 + 2 * B) * np.log(np.maximum(at / _OFFSETS[-1], 1.0))
+    slope[near] = np.where(at > _OFFSETS[-1], (4 + 2 * B) / np.maximum(at, 1.0), table(within, 1))
+    return value, slope

@@ -27,7 +27,7 @@ from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.separation import Separation, separation
-from gearbench.scene import Scene
+from gearbench.scene import Resolution, Scene
 from gearbench.threads import single_threaded_blas
 
 #: A gap that varies less than this along the contact lines is constant [mm].
@@ -146,13 +146,17 @@ def profile_separation(scene: Scene) -> Separation:
     return separation(scene.pair, tuple(m for effect in gaps for m in effect.modifications(scene.pair)))
 
 
-@lru_cache(maxsize=16)
 def greatest_deflection(scene: Scene, flanks: Separation) -> float:
-    """Greatest approach of the gears along the line of action over a mesh cycle [mm].
+    """Greatest approach of the gears along the line of action over a mesh cycle [mm], whatever the resolution.
 
     Solved amid the phases with fewest and with most pairs on the path; lines that reach ``MARGIN`` times as far miss
     nothing. Gaps other than the separation count with their range, so that samples of random errors stay within it.
     """
+    return _greatest_deflection(replace(scene, resolution=Resolution()), flanks)
+
+
+@lru_cache(maxsize=16)
+def _greatest_deflection(scene: Scene, flanks: Separation) -> float:
     meshing = scene.pair.meshing
     room = _REACH * meshing.base_pitch
     span = (meshing.path_start - room, meshing.path_end + room)

@@ -241,8 +241,8 @@ class Separation:
         )
 
     def reach(self, gap: float) -> tuple[float, float]:
-        """u before and after which flanks stay farther apart than ``gap`` [mm]."""
-        near = np.flatnonzero(self._table[:, 2] <= gap)
+        """u before and after which flanks stay farther apart than ``gap`` [mm], or than where they are nearest."""
+        near = np.flatnonzero(self._table[:, 2] <= max(gap, float(self._table[:, 2].min())))
         last = self._table[near[-1]]
         return float(self._table[max(near[0] - 1, 0), 0]), float(last[0] + last[1])
 
