@@ -83,7 +83,11 @@ def _lines(
     pair, load = scene.pair, 0.0 if flanks is None else typical_load(scene)
     coast = scene.load.coast
     kinks, face = gap_kinks(scene, flanks)
-    parting = _variation(pair, _gap_effects(scene), coast, tuple(kinks), tuple(face), flanks, span)[0] > LEAST_VARIATION
+    # along the lines of helical pairs flanks that touch off the line of action are never equally far apart
+    parting = flanks is not None and pair.meshing.overlap_ratio > 0
+    if not parting:
+        looked_at = _variation(pair, _gap_effects(scene), coast, tuple(kinks), tuple(face), flanks, span)
+        parting = looked_at[0] > LEAST_VARIATION
     lines = contact_lines(
         pair, mesh_phase, scene.resolution.segments, kinks, face,
         parting=parting, coast=coast, separation=flanks, span=span,
