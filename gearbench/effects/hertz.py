@@ -80,22 +80,25 @@ def _edge(lines: ContactLines, role: Role, rho: NDArray) -> tuple[NDArray, NDArr
 
 
 def _kinks(lines: ContactLines, role: Role, rho: NDArray, c: float) -> Iterator[tuple[NDArray, NDArray]]:
-    """What a and h gain near each kink of the profile of one of the gears, c = Σ 2(1−ν²)/(πE) (E5)."""
+    """What a and h gain near each kink of the profile of one of the gears, c = Σ 2(1−ν²)/(πE) (E5).
+
+    Exact at two loads: half of what a line carries on the mean, and the whole load on a single pair.
+    """
     from gearbench.compliance.kink import kink_softening
 
-    touch, separation = lines.touch, lines.separation
+    touch, separation, meshing = lines.touch, lines.separation, lines.pair.meshing
     assert touch is not None
     assert separation is not None
-    profile, q, mean = separation.plane.profiles[role], lines.typical_load, c / 4
-    # the same length in both planes: the profile is square to the line of contact
-    half_width, roll = np.sqrt(8 * mean * rho * q), touch.rolls[role]
+    profile, mean, roll = separation.plane.profiles[role], c / 4, touch.rolls[role]
+    loads = lines.typical_load, 2 * max(meshing.transverse_contact_ratio, 1.0) * lines.typical_load
     for at, rise in profile.kinks:
-        behind = rho * rise * math.cos(lines.pair.meshing.beta_b)
+        # lengths are the same in both planes: the profile is square to the line of contact
+        behind = rho * rise * math.cos(meshing.beta_b)
         along = (roll**2 - at**2) / (2 * profile.base_radius)
-        tilt = rho * touch.tilt * math.cos(lines.pair.meshing.beta_b)
+        tilt = rho * touch.tilt * math.cos(meshing.beta_b)
         corner = (touch.edge == role) & (np.abs(along) < 1e-9 * profile.base_radius)
         vertex = np.where(corner, behind - tilt, np.where(along < 0, along, along + behind))
-        value, scaling = kink_softening(vertex / half_width, behind / half_width)
-        # s and k follow q^{-1/2}
-        h = mean * scaling / 2
-        yield mean * value + h * math.log(q), h
+        half_widths = (np.sqrt(8 * mean * rho * q) for q in loads)
+        low, high = (mean * kink_softening(vertex / width, behind / width) for width in half_widths)
+        h = (low - high) / math.log(loads[1] / loads[0])
+        yield low + h * math.log(loads[0]), h
