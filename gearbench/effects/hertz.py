@@ -60,8 +60,11 @@ class Hertz(ComplianceEffect):
         h = np.full(lines.shape, c / 2)
         if lines.touch is not None:
             for role in Role:
-                for softer in (_edge(lines, role, rho), *_kinks(lines, role, rho, c)):
-                    a, h = a + softer[0], h + softer[1]
+                softer = _edge(lines, role, rho)
+                a, h = a + softer[0], h + softer[1]
+                for near, of_level, of_slope in _kinks(lines, role, rho, c):
+                    a[near] += of_level
+                    h[near] += of_slope
         return LineLaw(a=a, h=h)
 
 
@@ -79,10 +82,10 @@ def _edge(lines: ContactLines, role: Role, rho: NDArray) -> tuple[NDArray, NDArr
     return edge_softening(gear, c[role], sum(c) / 2, FLANK_POLYNOMIALS, roll, tilt, rho, lines.typical_load)
 
 
-def _kinks(lines: ContactLines, role: Role, rho: NDArray, c: float) -> Iterator[tuple[NDArray, NDArray]]:
-    """What a and h gain near each kink of the profile of one of the gears, c = Σ 2(1−ν²)/(πE) (E5).
+def _kinks(lines: ContactLines, role: Role, rho: NDArray, c: float) -> Iterator[tuple[NDArray, NDArray, NDArray]]:
+    """Where a strip reaches a kink of the profile of one of the gears, and what a and h gain there (E5).
 
-    Exact at two loads: half of what a line carries on the mean, and the whole load on a single pair.
+    c = Σ 2(1−ν²)/(πE). Exact at two loads: half of what a line carries on the mean, and all of it on a single pair.
     """
     from gearbench.compliance.kink import kink_softening
 
@@ -90,15 +93,17 @@ def _kinks(lines: ContactLines, role: Role, rho: NDArray, c: float) -> Iterator[
     assert touch is not None
     assert separation is not None
     profile, mean, roll = separation.plane.profiles[role], c / 4, touch.rolls[role]
-    loads = lines.typical_load, 2 * max(meshing.transverse_contact_ratio, 1.0) * lines.typical_load
+    more = 2 * max(meshing.transverse_contact_ratio, 1.0)
+    # the same length in both planes: the profile is square to the line of contact
+    half_width = np.sqrt(8 * mean * rho * lines.typical_load)
     for at, rise in profile.kinks:
-        # lengths are the same in both planes: the profile is square to the line of contact
-        behind = rho * rise * math.cos(meshing.beta_b)
         along = (roll**2 - at**2) / (2 * profile.base_radius)
-        tilt = rho * touch.tilt * math.cos(meshing.beta_b)
-        corner = (touch.edge == role) & (np.abs(along) < 1e-9 * profile.base_radius)
+        near = np.abs(along) < math.sqrt(more) * half_width
+        along, unit, normal = along[near], half_width[near], rho[near] * math.cos(meshing.beta_b)
+        behind, tilt = normal * rise, normal * touch.tilt[near]
+        corner = (touch.edge[near] == role) & (np.abs(along) < 1e-9 * profile.base_radius)
         vertex = np.where(corner, behind - tilt, np.where(along < 0, along, along + behind))
-        half_widths = (np.sqrt(8 * mean * rho * q) for q in loads)
-        low, high = (mean * kink_softening(vertex / width, behind / width) for width in half_widths)
-        h = (low - high) / math.log(loads[1] / loads[0])
-        yield low + h * math.log(loads[0]), h
+        widths = (unit, math.sqrt(more) * unit)
+        low, high = (mean * kink_softening(vertex / width, behind / width) for width in widths)
+        h = (low - high) / math.log(more)
+        yield near, low + h * math.log(lines.typical_load), h
