@@ -3,21 +3,35 @@
 from dataclasses import replace
 from pathlib import Path
 
-from gearbench import Hertz, Load, Member, Pair, Scene, TipRelief, ToothBending, fourier, load, plan, save, simulate
+from gearbench import (
+    GearBody,
+    Hertz,
+    Load,
+    Member,
+    Pair,
+    Scene,
+    TipRelief,
+    ToothBending,
+    fourier,
+    load,
+    plan,
+    save,
+    simulate,
+)
 
 pair = Pair(
     normal_module=2.0,
     helix_angle=20.0,
     face_width=20.0,
     centre_distance=70.0,
-    pinion=Member(teeth=25),
-    wheel=Member(teeth=40),
+    pinion=Member(teeth=25, bore_diameter=25.0),
+    wheel=Member(teeth=40, bore_diameter=40.0),
 )
 plain = Scene(
     name="my pair",
     pair=pair,
     load=Load(torque=100.0),
-    effects=(ToothBending(model="solid"), Hertz()),
+    effects=(ToothBending(model="solid"), GearBody(), Hertz()),
 )
 relieved = replace(plain, name="with tip relief", effects=(*plain.effects, TipRelief(amount=10.0, length=0.8)))
 

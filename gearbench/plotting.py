@@ -192,7 +192,8 @@ def load_map(dataset: xr.Dataset, role: Role, axes: Axes | None = None, *, scale
                          for y in effect.face_kinks(pair)}):  # fmt: skip
         axes.axvline(kink, color="0.25", lw=1.0, ls=":")
     axes.set(xlim=(0, b), xlabel="position along the face width y [mm]", ylabel="roll angle [°]")
-    axes.margins(y=0.02)  # tip and start of the active profile are lines of the picture, not its frame
+    margin = 0.02 * np.ptp(angle)  # tip and start of the active profile are lines of the picture, not its frame
+    axes.set_ylim(angle.min() - margin, angle.max() + margin)
     return axes
 
 

@@ -13,10 +13,10 @@ pytest.importorskip("bokeh", reason="the explorer needs the extra gearbench[expl
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.registry import EFFECTS
 from gearbench.errors import InputError
-from gearbench.explore.bench.answers import COARSE, TORQUES, answers, changed
+from gearbench.explore.bench.answers import COARSE, QUICK_ORDER, TORQUES, Answers, changed
 from gearbench.explore.bench.form import form
 from gearbench.explore.bench.session import bench_html, example
-from gearbench.scene import Load
+from gearbench.scene import Load, Resolution
 from gearbench.scene_file import load_scene, parse_scene
 from gearbench.simulation import simulate
 
@@ -105,14 +105,14 @@ def test_a_page_names_no_files(scene, tmp_path):
 
 
 def test_faults_are_one_line_with_key_and_value(scene):
-    (found,) = answers(scene, asked(scene, pair__face_width=-1.0))
+    (found,) = Answers(scene)(asked(scene, pair__face_width=-1.0))
     assert found["message"] == ["pair.face_width = -1.0: must be greater than 0"]
-    (found,) = answers(scene, asked(scene, effects__crowning__amont=1.0))
+    (found,) = Answers(scene)(asked(scene, effects__crowning__amont=1.0))
     assert "amont" in found["message"][0]
-    (found,) = answers(scene, asked(scene, effects__tip_relief__length=50.0))
+    (found,) = Answers(scene)(asked(scene, effects__tip_relief__length=50.0))
     assert "length" in found["message"][0]
     for junk in ({}, {"scene": ["no json"]}, {"scene": ["[1]"]}, {"scene": ['{"effects": 3}']}):
-        (found,) = answers(scene, junk)
+        (found,) = Answers(scene)(junk)
         assert found["message"][0]
 
 
@@ -120,7 +120,7 @@ def test_faults_are_one_line_with_key_and_value(scene):
 
 
 def test_answers_are_coarse_then_those_of_simulate(scene):
-    found = [answer["now"][0] for answer in answers(scene, asked(scene, effects__crowning__amount=6.0))]
+    found = [answer["now"][0] for answer in Answers(scene)(asked(scene, effects__crowning__amount=6.0))]
     moved = replace(scene, effects=tuple(Crowning(amount=6.0) if e.name == "crowning" else e for e in scene.effects))
     for tables, expected in ((found[0], replace(moved, resolution=COARSE)), (found[1], moved)):
         dataset = simulate(expected)
@@ -134,11 +134,56 @@ def test_answers_are_coarse_then_those_of_simulate(scene):
     assert [list(t) for t in found[2:]] == [["warnings"], ["harris", "torque"]]
 
 
+def test_teeth_that_are_new_are_sketched_with_few_functions_until_they_are_known(scene):
+    ask = Answers(scene)
+    assert ask.sketch(scene) == replace(scene, resolution=COARSE)
+    wider = replace(scene, pair=replace(scene.pair, face_width=1.04 * scene.pair.face_width))
+    sketch = ask.sketch(wider)
+    assert sketch.effect("tooth_bending").order == QUICK_ORDER
+    assert (sketch.pair, sketch.load, sketch.effect("hertz")) == (wider.pair, wider.load, scene.effect("hertz"))
+    answers = ask(asked(wider))
+    next(answers)
+    assert ask.sketch(wider) == sketch
+    next(answers)  # as fine as the scene: now these teeth are known, and the former ones are not
+    assert ask.sketch(wider) == replace(wider, resolution=COARSE)
+    assert ask.sketch(scene).effect("tooth_bending").order == QUICK_ORDER
+    own = replace(scene.effect("tooth_bending"), order=(3, 3, 4))
+    few = replace(wider, effects=tuple(own if each.name == own.name else each for each in wider.effects))
+    assert ask.sketch(few).effect("tooth_bending").order == (3, 3, 4)
+
+
+@pytest.mark.parametrize("gear", ["e_drive_input", "e_drive_output", "fine_pitch"])
+def test_few_functions_are_good_enough_for_a_look(gear):
+    base = replace(load_scene(f"examples/gears/{gear}.toml"), resolution=COARSE)
+    few = replace(base.effect("tooth_bending"), order=QUICK_ORDER)
+    quick = replace(base, effects=tuple(few if each.name == few.name else each for each in base.effects))
+    expected, found = (simulate(each) for each in (base, quick))
+    assert_allclose(found["transmission_error_mean"], expected["transmission_error_mean"], rtol=0.03)
+    assert_allclose(
+        found["transmission_error_peak_to_peak"], expected["transmission_error_peak_to_peak"], rtol=0.04
+    )  # a look: the page shows three digits until the slider rests
+
+
+def test_tables_that_a_slider_leaves_alone_stay_the_same_objects(scene):
+    tables = scene.to_mapping()
+    tables["load"]["torque"] += 1.0
+    first, second = changed(scene, scene.to_mapping()), changed(scene, tables)
+    assert first.pair is second.pair
+    assert first.load != second.load
+
+
+def test_a_newer_question_ends_the_torques(scene):
+    found = [list(answer["now"][0]) for answer in Answers(scene)(asked(scene), lambda: True)]
+    assert found
+    assert ["harris", "torque"] not in found
+    assert len(found) == sum(1 for _ in Answers(scene)(asked(scene))) - 1
+
+
 def test_torques_are_those_of_single_scenes(scene):
-    *_, last = answers(scene, asked(scene))
+    *_, last = Answers(scene)(asked(scene))
     table = last["now"][0]["torque"]
     assert_allclose(table["torque"], np.array(TORQUES) * scene.load.torque, rtol=1e-3)
-    alone = replace(scene, load=Load(torque=table["torque"][2]), resolution=replace(COARSE, positions=32))
+    alone = replace(scene, load=Load(torque=table["torque"][2]), resolution=Resolution(positions=32, segments=10))
     assert_allclose(table["peak_to_peak"][2], simulate(alone)["transmission_error_peak_to_peak"], rtol=1e-4)
     harris = last["now"][0]["harris"]
     for x, y in zip(harris["xs"], harris["ys"], strict=True):
@@ -150,17 +195,17 @@ def test_coast_flanks_are_swept_and_slid_under_their_own_torque(scene):
     coast = replace(scene, load=Load(torque=-scene.load.torque))
     (slider,) = (c for g in form(coast) for c in g.controls if c.path == "load.torque")
     assert slider.low < slider.value < slider.high < 0
-    *_, last = answers(coast, asked(coast))
+    *_, last = Answers(coast)(asked(coast))
     table = last["now"][0]["torque"]
     assert sorted(table["torque"]) == table["torque"]
     assert max(table["torque"]) < 0
-    alone = replace(coast, load=Load(torque=table["torque"][2]), resolution=replace(COARSE, positions=32))
+    alone = replace(coast, load=Load(torque=table["torque"][2]), resolution=Resolution(positions=32, segments=10))
     assert_allclose(table["peak_to_peak"][2], simulate(alone)["transmission_error_peak_to_peak"], rtol=1e-4)
 
 
 def test_clamped_teeth_are_warned_of(scene):
     clamped = replace(scene, effects=tuple(e for e in scene.effects if e.name != "gear_body"))
-    lines = [answer["now"][0] for answer in answers(clamped, asked(clamped))][2]["warnings"]["text"]
+    lines = [answer["now"][0] for answer in Answers(clamped)(asked(clamped))][2]["warnings"]["text"]
     assert any("gear_body" in line for line in lines)
 
 

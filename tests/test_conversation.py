@@ -1,8 +1,11 @@
 """Questions of a page and their answers: the newest question counts, and what is slow waits until a slider rests."""
 
 import asyncio
+import base64
+import json
 import threading
 
+import numpy as np
 import pytest
 
 pytest.importorskip("bokeh", reason="the explorer needs the extra gearbench[explore]")
@@ -10,7 +13,7 @@ pytest.importorskip("bokeh", reason="the explorer needs the extra gearbench[expl
 from bokeh.document import Document
 from bokeh.models import ColumnDataSource
 
-from gearbench.explore.conversation import Conversation
+from gearbench.explore.conversation import Conversation, packed
 
 
 class Page:
@@ -22,8 +25,12 @@ class Page:
         self.seen = []
         document = Document()
         document.add_next_tick_callback = self.later
-        self.answer.on_change("data", lambda _attr, _old, new: self.seen.append((new["number"][0], new["step"][0])))
+        self.answer.on_change("data", self.show)
         self.talk = Conversation(document, self.question, self.answer, answers, **options)
+
+    def show(self, _attr, _old, new):
+        found = json.loads(new["packed"][0])
+        self.seen.append((found["number"][0], found["step"][0]))
 
     def later(self, callback):
         loop = asyncio.get_running_loop()
@@ -49,7 +56,7 @@ def run(page, numbers, pause):
 def test_the_slow_answer_waits_until_nothing_newer_is_asked():
     begun = []
 
-    def answers(asked):
+    def answers(asked, _overtaken):
         (number,) = asked["number"]
         yield {"number": [number], "step": [1]}
         begun.append(number)
@@ -61,7 +68,7 @@ def test_the_slow_answer_waits_until_nothing_newer_is_asked():
 
 
 def test_without_a_rest_the_second_answer_follows_at_once():
-    def answers(asked):
+    def answers(asked, _overtaken):
         for step in (1, 2, 3):
             yield {"number": asked["number"], "step": [step]}
 
@@ -71,7 +78,7 @@ def test_without_a_rest_the_second_answer_follows_at_once():
 def test_questions_asked_meanwhile_are_one_and_older_answers_end():
     release, begun = threading.Event(), []
 
-    def answers(asked):
+    def answers(asked, _overtaken):
         (number,) = asked["number"]
         begun.append(number)
         assert release.wait(10)
@@ -90,3 +97,15 @@ def test_questions_asked_meanwhile_are_one_and_older_answers_end():
     asyncio.run(ask())
     assert begun == [1, 4]
     assert page.seen == [(1, 1), (4, 1), (4, 2)]
+
+
+def test_an_answer_is_one_text_with_its_arrays():
+    curve, image = np.linspace(-1, 1, 7), np.array([[1.0, np.nan, 3.0], [4.0, 5.0, 6.0]])[:, ::-1]
+    (text,) = packed({"now": [{"ste": {"value": curve}, "pressure": {"image": [image]}}], "message": [""]})["packed"]
+    found = json.loads(text)
+    assert found["message"] == [""]
+    for sent, array in ((found["now"][0]["ste"]["value"], curve), (found["now"][0]["pressure"]["image"][0], image)):
+        assert sent["shape"] == list(array.shape)
+        np.testing.assert_array_equal(
+            np.frombuffer(base64.b64decode(sent["float32"]), "<f4"), array.ravel().astype("f4")
+        )

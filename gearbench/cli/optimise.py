@@ -42,7 +42,7 @@ def optimise(
 ) -> None:
     """Optimise the gears of STUDY; every generation is kept in DIR, and --resume continues after any interruption.
 
-    Example: gearbench optimise examples/optimise_small.toml -o front
+    Example: gearbench optimise examples/optimise_pair.toml -o front
     """
     from gearbench.interruption import arrived
     from gearbench.optimisation.run import optimise as run

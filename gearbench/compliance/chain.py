@@ -61,27 +61,35 @@ class Chain:
         for i in range(len(self.diagonal)):
             L = np.linalg.cholesky(block)
             if i == len(self.coupling):
-                found.append((L, np.zeros((len(L), 0))))
+                found.append((L, np.zeros((len(L), 0))))  # nothing follows
                 break
-            G = _lower_solve(L, self.coupling[i])
+            G = lower_solve(L, self.coupling[i])
             found.append((L, G))
             block = self.diagonal[i + 1] - G.T @ G
         return found
 
-    def half_solve(self, right: NDArray) -> NDArray:
-        """Y = L⁻¹ B of right-hand sides B (n, m), K = L Lᵀ: Yᵀ Y = Bᵀ K⁻¹ B."""
-        result, start, carried = np.empty(right.shape), 0, None
-        for L, G in self._factor:
-            stop = start + len(L)
-            rest = right[start:stop] if carried is None else right[start:stop] - carried
-            result[start:stop] = _lower_solve(L, rest)
-            carried = G.T @ result[start:stop]
-            start = stop
+    def compliance(self, right: NDArray) -> NDArray:
+        """Bᵀ K⁻¹ B of right-hand sides B (n, m): a column costs nothing above the first block in which it begins."""
+        starts = np.cumsum([0, *(len(block) for block in self.diagonal)])
+        begins = np.full(right.shape[1], len(self.diagonal))
+        for i in reversed(range(len(self.diagonal))):
+            begins[right[starts[i] : starts[i + 1]].any(axis=0)] = i
+        order = np.argsort(begins, kind="stable")
+        here = np.searchsorted(begins[order], np.arange(len(self.diagonal)), side="right")
+        sorted_right = right[:, order]
+        total = np.zeros((len(order), len(order)))
+        for i, (L, G) in enumerate(self._factor):
+            rest = sorted_right[starts[i] : starts[i + 1], : here[i]]
+            half = lower_solve(L, rest)
+            total[: here[i], : here[i]] += half.T @ half
+            sorted_right[starts[i + 1] : starts[i + 1] + G.shape[1], : here[i]] -= G.T @ half
+        result = np.empty_like(total)
+        result[order[:, None], order] = total
         return result
 
 
-def _lower_solve(L: NDArray, right: NDArray) -> NDArray:
-    """L⁻¹ B."""
+def lower_solve(L: NDArray, right: NDArray) -> NDArray:
+    """L⁻¹ B of a lower triangle L."""
     from scipy.linalg import lapack
 
     if not right.size:  # LAPACK refuses empty systems

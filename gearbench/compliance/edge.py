@@ -11,8 +11,10 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
+from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from gearbench.compliance.bases import gauss
@@ -50,6 +52,18 @@ def held_by_polynomials(gear: Gear, count: int) -> NDArray:
     return functions.T @ W @ functions
 
 
+@lru_cache(maxsize=64)
+def _held_at(gear: Gear, count: int) -> NDArray:
+    """What the polynomials hold at a point itself, Σ φ_a φ_b ∬ φ_a W φ_b: a Legendre series in R, on −1 … 1."""
+    W, unit = held_by_polynomials(gear, count), np.eye(count)
+    scale = np.sqrt((2 * np.arange(count) + 1) / (gear.tip_radius - gear.form_radius))
+    products = (
+        np.pad(legendre.legmul(unit[a], unit[b]), (0, 2 * count))[: 2 * count - 1] * (scale[a] * scale[b] * W[a, b])
+        for a, b in product(range(count), range(count))
+    )
+    return np.sum(list(products), axis=0)
+
+
 def edge_softening(
     gear: Gear, c: float, mean: float, count: int, roll: NDArray, tilt: NDArray, rho: NDArray, line_load: float
 ) -> tuple[NDArray, NDArray]:
@@ -77,8 +91,8 @@ def edge_softening(
     angle = tip_angle(gear)
     B, r = softness(angle), edge_distance(gear, roll)
     low, high = gear.form_radius, gear.tip_radius
-    phi = flank_functions(count, np.hypot(gear.base_radius, roll), low, high)
-    held = np.sum(phi @ held_by_polynomials(gear, count) * phi, axis=-1)
+    R = np.clip(np.sqrt(gear.base_radius**2 + roll**2), low, high)
+    held = legendre.legval((2 * R - low - high) / (high - low), _held_at(gear, count))
     if gear.tip_rounding:
         # the strip lies on the rounding: the edge is as far away as it would be without
         return c * (-2 * B * np.log(np.maximum(r, 1e-6 * gear.tip_radius)) - held), np.zeros_like(r)

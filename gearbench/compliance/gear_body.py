@@ -17,16 +17,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.compliance.flank import FlankCompliance
-from gearbench.compliance.ring import Ring, all_harmonics
+from gearbench.compliance.ring import Ring, interpolated, sampled
 from gearbench.compliance.solid_tooth import SolidTooth
-from gearbench.compliance.webbed_ring import ALONG, BEYOND, WebbedRing
 from gearbench.geometry.web import Web
+
+if TYPE_CHECKING:
+    from gearbench.compliance.webbed_ring import WebbedRing
 
 #: Greatest n ψ of the harmonics counted, ψ the half-angle of a root: the remainder falls like its square.
 FINEST = 30.0
@@ -98,6 +101,8 @@ class ToothedRing:
         )
         if web is None:
             return ring
+        from gearbench.compliance.webbed_ring import ALONG, BEYOND, WebbedRing
+
         rim = replace(ring, inner_radius=web.rim_radius, order=(ALONG, axis + BEYOND))
         return WebbedRing(rim=rim, web=web, bore_radius=self.bore_radius, seen=axis)
 
@@ -108,28 +113,33 @@ class ToothedRing:
 
     @cached_property
     def _waves(self) -> NDArray:
-        """Motion of the root of tooth 0 per unit force, for each wave m = 0 … z/2, in the phases η: (m, r, r) (R4)."""
+        """Motion of the root of tooth 0 per unit force, in the phases η, of waves m = 0 … z/2, (m, r, r) (R4).
+
+        Of those computed: between them ``wave_weights`` interpolate.
+        """
         gear = self.tooth.gear
         across, axis = self.tooth.order[0], self.axis_order
         z, psi = gear.teeth, self.root_half_angle
         turns = math.ceil(FINEST / psi / z)
-        m = np.arange(z // 2 + 1)
+        m = sampled(z // 2).astype(int)
         n = m[:, None] + z * np.arange(-turns, turns + 1)
-        c = all_harmonics(self.ring.harmonics, int(np.abs(n).max()))[np.abs(n)].reshape(*n.shape, 3, axis, 3, axis)
+        c = interpolated(self.ring.harmonics, np.abs(n))
         # harmonic −n is the conjugate of n; in the phases of the functions their squares, ±1, are left of that
-        odd = (-1.0) ** (np.array([1, 0, 1])[:, None] + np.arange(axis))
-        c = np.where(n[..., None, None, None, None] < 0, np.conj(c) * odd[:, :, None, None] * odd, c)
+        odd = ((-1.0) ** (np.array([1, 0, 1])[:, None] + np.arange(axis))).ravel()
+        c[n < 0] = np.conj(c[n < 0]) * (odd[:, None] * odd)
         bessel = _legendre_transform(across, n * psi)
-        weighted = np.einsum("mnk,mnl->mnkl", bessel, bessel).reshape(*n.shape, -1)
-        B = np.swapaxes(weighted, 1, 2) @ c.reshape(*n.shape, -1)
-        B = B.reshape(-1, across, across, 3, axis, 3, axis).transpose(0, 3, 1, 4, 5, 2, 6)
-        B = B.reshape(len(m), 3 * across * axis, -1) * (z * self.root_arc / (2 * math.pi))
+        weights = np.einsum("mnk,mnl->mkln", bessel, bessel) * (z * self.root_arc / (2 * math.pi))
         S = np.real(self.tooth_parts[0] * np.conj(self._phase)[:, None] * self._phase)
-        result = np.zeros_like(B)
+        # from (k, l, field, j, field, j) to the functions (field, k, j) of a class
+        order = np.arange(across**2 * (3 * axis) ** 2).reshape(across, across, 3, axis, 3, axis)
+        order = order.transpose(2, 0, 3, 4, 1, 5).reshape(S.shape)
+        result = np.zeros((len(m), *S.shape), dtype=c.dtype)
         for mine in self._classes:
             here = np.ix_(mine, mine)
-            own = B[:, mine[:, None], mine]
-            result[:, mine[:, None], mine] = np.linalg.solve(np.eye(len(mine)) + own @ S[here], own)
+            stiffness, taken = S[here], order[here]
+            for wave, weight, harmonics in zip(result, weights, c, strict=True):
+                B = np.take(weight.reshape(across**2, -1) @ harmonics.reshape(n.shape[1], -1), taken)
+                wave[here] = _joined(B, stiffness)
         return result
 
     @property
@@ -145,13 +155,14 @@ class ToothedRing:
         z = self.tooth.gear.teeth
         real, imaginary = np.real(self._phase), np.imag(self._phase)
         waves, phi = self._waves, self.tooth_parts[1] * (real + imaginary)
-        m = np.arange(len(waves))
+        m = np.arange(z // 2 + 1)
         # of the phases ±1 and ±i the real part of φ η M η̄ φᵀ is left: sines between them, cosines otherwise
         side = np.abs(real)
         turn = side[:, None] - side
         twice = np.where((m == 0) | (2 * m == z), 1.0, 2.0) / z
         angle = 2 * math.pi * np.outer(np.arange(neighbours + 1), m) / z
-        cos, sin = (np.tensordot(twice * f(angle), waves, 1) for f in (np.cos, np.sin))
+        even, odd = wave_weights(z)
+        cos, sin = (np.tensordot(twice * f @ w, waves, 1) for f, w in ((np.cos(angle), even), (np.sin(angle), odd)))
         same, other = cos.real - sin.imag, sin.real + cos.imag
         found = phi @ np.where(turn == 0, same, turn * other) @ phi.T
         return np.concatenate([np.swapaxes(found[:0:-1], 1, 2), found])
@@ -161,6 +172,46 @@ class ToothedRing:
         tooth = self.tooth
         blocks = self.blocks(neighbours)
         return FlankCompliance(gear=tooth.gear, order=tooth.flank_order, blocks=blocks, driven=tooth.driven)
+
+
+def _joined(B: NDArray, S: NDArray) -> NDArray:
+    """(I + B S)⁻¹ B of a Hermitian B and a symmetric S."""
+    from scipy.linalg import get_lapack_funcs
+
+    # transposed arrays are those of Fortran, which LAPACK takes as they are: half the time of numpy's
+    transposed = np.conj(B)
+    system = S @ transposed
+    system.flat[:: len(S) + 1] += 1.0
+    (gesv,) = get_lapack_funcs(("gesv",), (system,))
+    *_, result, failed = gesv(system.T, transposed.T, overwrite_a=True, overwrite_b=True)
+    if failed:
+        raise np.linalg.LinAlgError("singular compliance of a gear body")
+    return result
+
+
+@lru_cache(maxsize=64)
+def wave_weights(teeth: int) -> tuple[NDArray, NDArray]:
+    """Weights of the waves computed in all waves m = 0 … z/2, (m, computed): where they are even about z/2, and odd.
+
+    Times sin(πm/z) they are smooth in ln tan(πm/2z), which is ln m of long waves: to 5e-5, by a spline of degree five.
+    """
+    from scipy.interpolate import make_interp_spline
+
+    some, most = sampled(teeth // 2), teeth // 2
+    if len(some) == most + 1:
+        return np.eye(most + 1), np.eye(most + 1)
+    own = some[1:]
+    below = own[2 * own < teeth][::-1]
+    knots, at = np.append(own, teeth - below), np.arange(1, most + 1)
+    abscissa, level = (lambda m: np.log(np.tan(math.pi * m / (2 * teeth)))), (lambda m: np.sin(math.pi * m / teeth))
+    both = []
+    for sign in (1.0, -1.0):
+        values = np.concatenate([np.eye(len(own)), sign * np.eye(len(own))[: len(below)][::-1]])
+        smooth = make_interp_spline(abscissa(knots), level(knots)[:, None] * values, k=5)
+        weights = np.eye(most + 1, len(some))
+        weights[1:, 1:] = smooth(abscissa(at)) / level(at)[:, None]
+        both.append(weights)
+    return both[0], both[1]
 
 
 def _legendre_transform(count: int, x: NDArray) -> NDArray:

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.compliance.bases import gauss, height_functions, width_functions
+from gearbench.compliance.chain import lower_solve
 from gearbench.geometry.material import lame
 
 #: Depth of the layer that carries harmonic n, in units of r/n: e⁻⁷ of the rim's displacement reaches its inner end.
@@ -66,21 +67,20 @@ class Ring:
         """
         n = np.asarray(n, dtype=float)
         K, edge = self.stiffness(n)
-        count, (p, q) = len(n), self.order
-        load = np.zeros((3, p, q, 3, q))
-        for field in range(3):
-            load[field, :, np.arange(q), field, np.arange(q)] = edge
-        load = load.reshape(3 * p * q, 3 * q)
-        result = np.zeros((count, 3 * q, 3 * q))
-        for mine, rim in zip(self._classes(p), self._classes(1), strict=True):
-            part = load[np.ix_(mine, rim)]
-            found = part.T @ np.linalg.solve(K[:, mine[:, None], mine], part)
-            result[:, rim[:, None], rim] = (found + _transposed(found)) / 2
-        return result
+        part = np.arange(K.shape[1]).reshape(3, len(edge), -1)
+        # of the functions along R one moves the rim; the others are condensed
+        rim, below = part[:, edge != 0].ravel(), part[:, edge == 0]
+        result = np.zeros((len(n), len(rim), len(rim)))
+        for mine in self._classes:
+            outer, inner = rim[mine], below.swapaxes(1, 2).reshape(len(rim), -1)[mine].ravel()
+            found = np.linalg.inv([_condensed(k, outer, inner) for k in K]) if len(n) else np.zeros((0, 1, 1))
+            result[:, mine[:, None], mine] = (found + _transposed(found)) / 2
+        return result * edge[edge != 0] ** 2
 
-    def _classes(self, along: int) -> list[NDArray]:
-        """Functions (field, along, z) that see each other: without screw the two faces are alike, and W is odd."""
-        field, _, j = np.indices((3, along, self.order[1])).reshape(3, -1)
+    @property
+    def _classes(self) -> list[NDArray]:
+        """Functions (field, z) that see each other: without screw the two faces are alike, and W is odd."""
+        field, j = np.indices((3, self.order[1])).reshape(2, -1)
         odd = (j + (field == 2)) % 2
         return [np.arange(odd.size)] if self.screw else [np.flatnonzero(odd == k) for k in range(2)]
 
@@ -155,20 +155,25 @@ class Ring:
         return B, A
 
 
-def all_harmonics(harmonics: Callable[[NDArray], NDArray], most: int) -> NDArray:
-    """ĉ_n for n = 0 … ``most``, computed for some n and interpolated between them, (most + 1, 3·q, 3·q)."""
+def interpolated(harmonics: Callable[[NDArray], NDArray], n: NDArray) -> NDArray:
+    """ĉ_n for numbers n ≥ 0 in any order, computed for some and interpolated between them, (…, 3·q, 3·q)."""
     from scipy.interpolate import CubicSpline
 
-    some = sampled(most)
+    some = sampled(int(n.max()))
     found = harmonics(some)
-    if len(some) == most + 1:
-        return found
-    result = np.empty((most + 1, *found.shape[1:]), dtype=found.dtype)
-    result[0] = found[0]
-    n = np.arange(1, most + 1)
+    if len(some) == some[-1] + 1:
+        return found[n]
+    wanted, back = np.unique(n, return_inverse=True)
+    zeros, wanted = wanted[wanted == 0], wanted[wanted > 0]
     smooth = CubicSpline(np.log(some[1:]), some[1:, None, None] * found[1:])
-    result[1:] = smooth(np.log(n)) / n[:, None, None]
-    return result
+    result = smooth(np.log(wanted)) / wanted[:, None, None]
+    return np.concatenate([found[:1][zeros], result])[back.reshape(n.shape)]
+
+
+def _condensed(K: NDArray, outer: NDArray, inner: NDArray) -> NDArray:
+    """K_oo − K_oi K_ii⁻¹ K_io."""
+    half = lower_solve(np.linalg.cholesky(K[inner[:, None], inner]), K[inner[:, None], outer])
+    return K[outer[:, None], outer] - half.T @ half
 
 
 def _transposed(matrices: NDArray) -> NDArray:

@@ -34,27 +34,24 @@ def root_parts(solid: Solid, flank: NDArray, count: int) -> RootParts:
     """Parts of a ``solid`` with free root, its ``flank`` functionals (flank, n), and ``count`` polynomials in z."""
     field, across, along, axis = solid.shape
     # polynomials of degree j are sums of the first j + 1 functions along the axis
-    polynomials = _in_axis_functions(count, axis)[:, :count]
+    polynomials = np.tril(_in_axis_functions(count, axis))
     number = np.arange(field * across * count).reshape(field * across, count)
+    parity, degrees = np.arange(axis)[::-1] % 2, np.arange(count) % 2
+    joint = solid.of_axis[:, :, ::-1] @ polynomials.T
+    own = polynomials @ solid.of_axis @ polynomials.T
+    own[np.abs(own) <= 1e-13 * np.abs(own).max(axis=(2, 3), keepdims=True)] = 0.0
     held = np.zeros((len(flank), len(flank)))
     S, phi = np.zeros((number.size, number.size)), np.zeros((len(flank), number.size))
+    values = flank.reshape(len(flank), -1, axis) @ polynomials.T
     for inner, root, chain in zip(solid.classes, solid.root_classes, solid.chains, strict=True):
-        # from functions along the axis to polynomials in z of this class
         position = np.concatenate([number[root[j % 2] // along, j] for j in range(count)])
-        owner = np.concatenate([root[k % 2] for k in range(count)])
-        degree = np.concatenate([np.full(len(root[k % 2]), k) for k in range(count)])
-        T = np.where(owner[:, None] == owner, polynomials[degree][:, degree].T, 0.0)
-        at = solid.amplitudes(root)[: len(owner)]
-        K_bi = solid.block(inner, root, count) @ T
-        K_ii = T.T @ solid.block(root, root, count)[: len(owner)] @ T
-        rows = flank[:, solid.amplitudes(inner)]
-        involved = np.flatnonzero(rows.any(axis=1))
-        half = chain.half_solve(np.hstack([K_bi, rows[involved].T]))
-        moved, loaded = half[:, : len(position)], half[:, len(position) :]
-        S[np.ix_(position, position)] = K_ii - moved.T @ moved
-        phi[:, position] += flank[:, at] @ T
-        phi[np.ix_(involved, position)] -= loaded.T @ moved
-        held[np.ix_(involved, involved)] += loaded.T @ loaded
+        K_bi = solid.block(inner, root, joint, (parity, degrees))
+        K_ii = solid.block(root, root, own, (degrees, degrees))
+        moved, loaded = np.split(np.arange(len(position) + len(flank)), [len(position)])
+        found = chain.compliance(np.hstack([K_bi, flank[:, solid.amplitudes(inner)].T]))
+        S[np.ix_(position, position)] = K_ii - found[np.ix_(moved, moved)]
+        phi[:, position] = np.hstack([values[:, root[j % 2], j] for j in range(count)]) - found[np.ix_(loaded, moved)]
+        held += found[np.ix_(loaded, loaded)]
     return RootParts(held=held, stiffness=(S + S.T) / 2, moved=phi)
 
 

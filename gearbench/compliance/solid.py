@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -93,66 +94,67 @@ class Solid:
         return self._classes(root)
 
     def amplitudes(self, chosen: Class) -> NDArray:
-        """Indices of a class in the flattened ``shape``, functions along the axis one after the other."""
-        return np.concatenate([chosen[k % 2] * self.order + k for k in range(self.order)])
+        """Indices of a class in the flattened ``shape``, functions along the axis one after the other, last one first.
+
+        Loads and motions are polynomials of low degree: they begin late in a chain of this order.
+        """
+        return np.concatenate([chosen[k % 2] * self.order + k for k in reversed(range(self.order))])
 
     @cached_property
     def chains(self) -> Sequence[Chain]:
-        """The systems of the classes: two functions along the axis, an even and an odd one, make a block."""
+        """The systems of the classes: two functions along the axis, an odd and an even one, make a block."""
         return [self._chain(chosen) for chosen in self.classes]
 
     def _chain(self, chosen: Class) -> Chain:
-        even, odd = np.arange(0, self.order, 2), np.arange(1, self.order, 2)
+        Z, even, odd = self.of_axis, np.arange(0, self.order, 2), np.arange(1, self.order, 2)
+
+        def blocks(a: int, k: NDArray, b: int, l: NDArray) -> NDArray:
+            return self._products(chosen, a, chosen, b, Z[:, :, k, l])
+
         # blocks of each parity with itself: those on the diagonal, then those to the next but one
-        ee = self._products(chosen, 0, np.append(even, even[:-1]), chosen, 0, np.append(even, even[1:]))
-        oo = self._products(chosen, 1, np.append(odd, odd[:-1]), chosen, 1, np.append(odd, odd[1:]))
-        eo = self._products(chosen, 0, even[: len(odd)], chosen, 1, odd)
-        oe = self._products(chosen, 1, odd[: len(even) - 1], chosen, 0, even[1:])
+        ee = blocks(0, np.append(even, even[1:]), 0, np.append(even, even[:-1]))
+        oo = blocks(1, np.append(odd, odd[1:]), 1, np.append(odd, odd[:-1]))
+        oe = blocks(1, odd, 0, even[: len(odd)])
+        eo = blocks(0, even[1:], 1, odd[: len(even) - 1])
         diagonal, coupling = [], []
-        m, n = len(chosen[0]), len(chosen[1])
-        for i in range(len(even)):
-            own, following = (n if i < len(odd) else 0), (n if i + 1 < len(odd) else 0)
-            A = np.empty((m + own, m + own))
-            A[:m, :m] = ee[i]
+        n, m = len(chosen[1]), len(chosen[0])
+        for i in reversed(range(len(even))):
+            own = n if i < len(odd) else 0
+            A = np.empty((own + m, own + m))
+            A[own:, own:] = ee[i]
             if own:
-                A[:m, m:], A[m:, :m], A[m:, m:] = eo[i], eo[i].T, oo[i]
+                A[:own, own:], A[own:, :own], A[:own, :own] = oe[i], oe[i].T, oo[i]
             diagonal.append(A)
-            if i + 1 < len(even):
-                E = np.zeros((m + own, m + following))
-                E[:m, :m], E[m:, :m] = ee[len(even) + i], oe[i]
-                if following:
-                    E[m:, m:] = oo[len(odd) + i]
+            if i:
+                E = np.zeros((own + m, n + m))
+                E[own:, :n], E[own:, n:] = eo[i - 1], ee[len(even) + i - 1]
+                if own:
+                    E[:own, :n] = oo[len(odd) + i - 1]
                 coupling.append(E)
         return Chain(diagonal=diagonal, coupling=coupling)
 
-    def _products(self, left: Class, a: int, k: NDArray, right: Class, b: int, l: NDArray) -> NDArray:
-        """Blocks Σ Z[k, l] S between functions of parity ``a`` and ``b`` along the axis, (k, left, right)."""
-        S, Z, position = self.of_section, self.of_axis, np.ix_(left[a], right[b])
+    def _products(self, left: Class, a: int, right: Class, b: int, Z: NDArray) -> NDArray:
+        """Blocks Σ Z S between functions of parity ``a`` and ``b`` along the axis, Z (2, 2, n): (n, left, right)."""
+        S, position = self.of_section, np.ix_(left[a], right[b])
         # functions of the same parity meet undifferentiated or both differentiated, others one and the other way
         used = ((0, 0), (1, 1)) if a == b else ((0, 1), (1, 0))
-        one, other = (Z[i, j, k, l][:, None, None] * S[i, j][position] for i, j in used)
-        one += other
-        return one
+        both = np.stack([S[i, j][position] for i, j in used])
+        coefficients = np.stack([Z[i, j] for i, j in used], axis=1)
+        return (coefficients @ both.reshape(2, -1)).reshape(-1, *both.shape[1:])
 
-    def block(self, left: Class, right: Class, most: int | None = None) -> NDArray:
-        """Stiffness between all functions of two classes, in the order of ``amplitudes``.
+    def block(self, left: Class, right: Class, Z: NDArray, parities: tuple[NDArray, NDArray]) -> NDArray:
+        """Stiffness between functions of two classes, those along the axis one after the other.
 
-        Of the class on the right those with the first ``most`` functions along the axis only, by default all.
+        ``Z``: ∫ a_k⁽ⁱ⁾ b_l⁽ʲ⁾ dz of the functions along the axis, (2, 2, k, l); ``parities``: theirs, (k,) and (l,).
         """
-        orders = (self.order, min(most or self.order, self.order))
-        starts = [
-            np.cumsum([0, *(len(side[k % 2]) for k in range(order))])
-            for side, order in zip((left, right), orders, strict=True)
-        ]
-        result = np.zeros((starts[0][-1], starts[1][-1]))
-        for step in range(-2, 3):
-            for parity in range(2):
-                k = np.arange(parity, self.order, 2)
-                k = k[(k + step >= 0) & (k + step < orders[1])]
-                if len(k):
-                    found = self._products(left, parity, k, right, (parity + step) % 2, k + step)
-                    for i, l, part in zip(k, k + step, found, strict=True):
-                        result[starts[0][i] : starts[0][i + 1], starts[1][l] : starts[1][l + 1]] = part
+        sizes = [[len(side[p]) for p in parity] for side, parity in zip((left, right), parities, strict=True)]
+        rows, columns = (np.cumsum([0, *size]) for size in sizes)
+        result = np.zeros((rows[-1], columns[-1]))
+        there = Z.any(axis=(0, 1))
+        for a, b in product(range(2), range(2)):
+            k, l = np.nonzero(there & (parities[0] == a)[:, None] & (parities[1] == b))
+            for i, j, part in zip(k, l, self._products(left, a, right, b, Z[:, :, k, l]), strict=True):
+                result[rows[i] : rows[i + 1], columns[j] : columns[j + 1]] = part
         return result
 
     @property
@@ -171,10 +173,7 @@ class Solid:
         """F K⁻¹ Fᵀ [mm/N] of functionals F (m, n): displacement of each under a unit force along each, (m, m)."""
         total = np.zeros((len(functional), len(functional)))
         for chosen, chain in zip(self.classes, self.chains, strict=True):
-            rows = functional[:, self.amplitudes(chosen)]
-            involved = np.flatnonzero(rows.any(axis=1))
-            half = chain.half_solve(rows[involved].T)
-            total[np.ix_(involved, involved)] += half.T @ half
+            total += chain.compliance(functional[:, self.amplitudes(chosen)].T)
         return total
 
 

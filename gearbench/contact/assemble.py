@@ -27,7 +27,7 @@ from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.separation import Separation, separation
-from gearbench.scene import Scene
+from gearbench.scene import Resolution, Scene
 from gearbench.threads import single_threaded_blas
 
 #: A gap that varies less than this along the contact lines is constant [mm].
@@ -83,7 +83,11 @@ def _lines(
     pair, load = scene.pair, 0.0 if flanks is None else typical_load(scene)
     coast = scene.load.coast
     kinks, face = gap_kinks(scene, flanks)
-    parting = _variation(pair, _gap_effects(scene), coast, tuple(kinks), tuple(face), flanks, span)[0] > LEAST_VARIATION
+    # along the lines of helical pairs flanks that touch off the line of action are never equally far apart
+    parting = flanks is not None and pair.meshing.overlap_ratio > 0
+    if not parting:
+        looked_at = _variation(pair, _gap_effects(scene), coast, tuple(kinks), tuple(face), flanks, span)
+        parting = looked_at[0] > LEAST_VARIATION
     lines = contact_lines(
         pair, mesh_phase, scene.resolution.segments, kinks, face,
         parting=parting, coast=coast, separation=flanks, span=span,
@@ -146,13 +150,17 @@ def profile_separation(scene: Scene) -> Separation:
     return separation(scene.pair, tuple(m for effect in gaps for m in effect.modifications(scene.pair)))
 
 
-@lru_cache(maxsize=16)
 def greatest_deflection(scene: Scene, flanks: Separation) -> float:
-    """Greatest approach of the gears along the line of action over a mesh cycle [mm].
+    """Greatest approach of the gears along the line of action over a mesh cycle [mm], whatever the resolution.
 
     Solved amid the phases with fewest and with most pairs on the path; lines that reach ``MARGIN`` times as far miss
     nothing. Gaps other than the separation count with their range, so that samples of random errors stay within it.
     """
+    return _greatest_deflection(replace(scene, resolution=Resolution()), flanks)
+
+
+@lru_cache(maxsize=16)
+def _greatest_deflection(scene: Scene, flanks: Separation) -> float:
     meshing = scene.pair.meshing
     room = _REACH * meshing.base_pitch
     span = (meshing.path_start - room, meshing.path_end + room)
@@ -191,15 +199,9 @@ def _sum_of_gaps(effects: Iterable[Effect], lines: ContactLines) -> NDArray:
     return total
 
 
-def gap_and_variation(
-    scene: Scene, lines: ContactLines, effects: Sequence[Effect] | None = None
-) -> tuple[NDArray, NDArray]:
-    """Total gap at the nodes, and half of its variation over the cells a contact law is averaged over [mm]."""
-    soft = np.zeros(lines.shape)
-    if lines.cells:
-        begin, end = (total_gap(scene, lines.moved(share), effects) for share in (-1, 1))
-        soft = np.abs(end - begin) / 2
-    return total_gap(scene, lines, effects), soft
+def gaps_along(scene: Scene, lines: ContactLines, effects: Sequence[Effect] | None = None) -> NDArray:
+    """Total gap at the beginning, middle and end of each cell a contact law is averaged over [mm], (…, 3)."""
+    return np.stack([total_gap(scene, each, effects) for each in (lines.moved(-1), lines, lines.moved(1))], axis=-1)
 
 
 @single_threaded_blas()
@@ -218,7 +220,8 @@ def assemble(
     """
     acting = scene.acting_effects if effects is None else effects
     beside = {effect.name: effect for effect in acting}
-    gap, soft = gap_and_variation(scene, lines, acting)
+    gaps = gaps_along(scene, lines, acting) if lines.cells else total_gap(scene, lines, acting)[..., None]
+    gap, soft = gap_and_variation(gaps)
     at, rows = lines.uncut(nodes or smooth_nodes(lines)) if lines.cells else (lines, None)
     adding = [effect for effect in acting if isinstance(effect, ComplianceEffect)]
     compliance, laws = smooth_compliance(adding, at, beside)
@@ -234,7 +237,7 @@ def assemble(
     laws = [part for effect in own.laws if isinstance(part := effect.compliance(lines, beside), LineLaw)]
     problem = _problem(scene, lines, own, laws, gap, soft, truncation, smooth.length_scale)
     factor = smooth.factor.reshape(*at.shape, -1)
-    along = Along(scene=scene, effects=tuple(acting), lines=lines, factor=factor, rows=rows, laws=own.laws)
+    along = Along(scene=scene, effects=tuple(acting), lines=lines, gaps=gaps, factor=factor, rows=rows, laws=own.laws)
     # the load on a cell is spread: Ψ is its mean, by Simpson's rule
     factor = np.array([1, 4, 1]) / 6 @ rows @ factor
     return replace(
@@ -244,6 +247,11 @@ def assemble(
         blocks=smooth.blocks,
         along=along,
     )
+
+
+def gap_and_variation(gaps: NDArray) -> tuple[NDArray, NDArray]:
+    """Gap at the nodes, and half of its variation over the cells, from ``gaps_along`` or from those at nodes alone."""
+    return gaps[..., gaps.shape[-1] // 2], np.abs(gaps[..., -1] - gaps[..., 0]) / 2
 
 
 def smooth_nodes(lines: ContactLines) -> int:

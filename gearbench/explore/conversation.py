@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import asyncio
+import base64
+import json
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from typing import Any
 
+import numpy as np
 from bokeh.document import Document, without_document_lock
 from bokeh.models import ColumnDataSource
 
-#: Answers to the data of a question, one after the other.
-Answers = Callable[[Any], Iterator[dict[str, Any]]]
+#: Answers to the data of a question, one after the other; they may end once the function says that a newer one waits.
+Answers = Callable[[Any, Callable[[], bool]], Iterator[dict[str, Any]]]
 
 
 class Conversation:
@@ -27,7 +30,7 @@ class Conversation:
     document
         The open page.
     question, answer
-        The source that the browser fills, and the one that it shows.
+        The source that the browser fills, and the one that it shows: it gets answers as ``packed``.
     answers
         From the data of a question to answers.
     rest
@@ -58,8 +61,8 @@ class Conversation:
         while self._wanted:
             self._wanted = False
             self._newer.clear()
-            answers, rest = self._answers(self._question.data), self._rest
-            while not self._wanted and (found := await asyncio.to_thread(next, answers, None)) is not None:
+            answers, rest = self._answers(self._question.data, lambda: self._wanted), self._rest
+            while not self._wanted and (found := await asyncio.to_thread(_next, answers)) is not None:
                 shown = asyncio.Event()
                 self._document.add_next_tick_callback(lambda found=found, shown=shown: self._show(found, shown))
                 await shown.wait()
@@ -71,3 +74,21 @@ class Conversation:
     def _show(self, found: dict[str, Any], shown: asyncio.Event) -> None:
         self._answer.data = found
         shown.set()
+
+
+def _next(answers: Iterator[dict[str, Any]]) -> dict[str, Any] | None:
+    found = next(answers, None)
+    return None if found is None else packed(found)
+
+
+def packed(answer: dict[str, Any]) -> dict[str, list[str]]:
+    """An answer as one column of one text, JSON, its arrays 4-byte floats in base 64.
+
+    Bokeh would send each array as two messages of its own, and every message costs both sides a turn.
+    """
+    return {"packed": [json.dumps(answer, default=_array, separators=(",", ":"))]}
+
+
+def _array(values: np.ndarray) -> dict[str, Any]:
+    little = np.ascontiguousarray(values, dtype="<f4")
+    return {"float32": base64.b64encode(little.tobytes()).decode("ascii"), "shape": values.shape}

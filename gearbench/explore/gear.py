@@ -8,7 +8,7 @@ from typing import Any
 from bokeh.models import ColorBar, ColumnDataSource, LinearColorMapper, Slider, Span
 
 from gearbench.explore.gear_data import Tables
-from gearbench.explore.look import BEFORE, HEIGHT, INK, NOW, PALETTE, chart, fitted, fixed, from_zero
+from gearbench.explore.look import BEFORE, HEIGHT, INK, NOW, PALETTE, chart, fitted, fixed
 from gearbench.explore.scripts import script
 
 #: Parts of the stored gear shown beside the changed one.
@@ -70,35 +70,40 @@ class GearPanel:
         mark = Span(location=0, dimension="height", line_color=INK, line_dash="dotted", line_alpha=0.6)
         self.phase.js_link("value", mark, "location")
         plot.add_layout(mark)
+        self.ready.append(fitted(plot, across=False))
         return plot
 
     def _bars(self, name: str, title: str, label: str, colour: str) -> Any:
-        plot = from_zero(chart(title, "mesh order [–]", label, height=HEIGHT, x_range=fixed(0.3, 10.7)))
+        plot = chart(title, "mesh order [–]", label, height=HEIGHT, x_range=fixed(0.3, 10.7))
         key = f"{name}_orders"
         plot.vbar("order", top="amplitude", width=0.85, source=self.before[key], color="#CFCFCF")
         plot.vbar("order", top="amplitude", width=0.5, source=self.now[key], color=colour)
         plot.xaxis.ticker = list(range(1, 11))
         plot.xgrid.visible = False
+        self.ready.append(fitted(plot, across=False, floor=0))
         return plot
 
     def _density(self, name: str, title: str, label: str, unit: str, colour: str) -> Any:
         plot = chart(title, label, f"density [{unit}]", height=HEIGHT)
         key = f"{name}_density"
-        self.ready.append(fitted(plot, (self.now[key], self.before[key]), ("value",), ("density",), 0))
         plot.line("value", "density", source=self.before[key], color=BEFORE, line_dash="dashed", line_width=1.5)
         plot.varea("value", 0, "density", source=self.now[key], color=colour, alpha=0.2)
         plot.line("value", "density", source=self.now[key], color=colour, line_width=2.2)
+        self.ready.append(fitted(plot, floor=0))
         return plot
 
     def _pressure(self, now: Tables) -> Any:
-        plot = chart("Contact pressure on the flank", "face width y [mm]", "path of contact u [mm]", height=HEIGHT)
-        plot.x_range.range_padding = plot.y_range.range_padding = 0
-        mapper = LinearColorMapper(palette="Cividis256", low=0, high=now["pressure"]["top"][0], nan_color="white")
+        image = {key: column[0] for key, column in now["pressure"].items()}
+        plot = chart(
+            "Contact pressure on the flank", "face width y [mm]", "path of contact u [mm]", height=HEIGHT,
+            x_range=fixed(0, image["dw"]), y_range=fixed(image["y"], image["y"] + image["dh"]),
+        )  # fmt: skip
+        mapper = LinearColorMapper(palette="Cividis256", low=0, high=image["top"], nan_color="white")
         source = self.now["pressure"]
         plot.image("image", "x", "y", "dw", "dh", source=source, color_mapper=mapper)
         bar = ColorBar(color_mapper=mapper, title="p [MPa]", width=10, title_text_font_size="12px", padding=3)
         plot.add_layout(bar, "right")
-        source.js_on_change("data", script("load", source=source, mapper=mapper))
+        source.js_on_change("data", script("load", source=source, mapper=mapper, plot=plot))
         plot.grid.visible = False
         return plot
 

@@ -46,8 +46,9 @@ class Session:
         for slider in moved:
             slider.js_on_change("value", ask)
         self._talk = Conversation(
-            document, question, self._page.answer, lambda asked: self.answers(asked["design"][0], asked["settings"][0])
-        )
+            document, question, self._page.answer,
+            lambda asked, _overtaken: self.answers(asked["design"][0], asked["settings"][0]),
+        )  # fmt: skip
         self._page.put(document, moved)
 
     @property

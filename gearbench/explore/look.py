@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
-from bokeh.models import ColumnDataSource, Range1d
+from bokeh.models import Range1d
 from bokeh.plotting import figure
 
 from gearbench.explore.scripts import script
@@ -45,28 +44,24 @@ def chart(title: str, x: str, y: str, *, height: int, tools: str = "", **options
     return plot
 
 
-def from_zero(plot: Any) -> Any:
-    """Let the vertical axis begin at 0."""
-    plot.y_range.start = 0
-    return plot
-
-
 def fixed(start: float, end: float) -> Range1d:
     """A range that does not follow the data."""
     return Range1d(start=start, end=end)
 
 
-def fitted(
-    plot: Any, sources: Sequence[ColumnDataSource], x: Sequence[str], y: Sequence[str], floor: Any = None
-) -> Any:
-    """Fit the ranges of ``plot`` to columns of its sources as they change; the script, to be run once at the beginning.
+def fitted(plot: Any, *, across: bool = True, floor: float | None = None) -> Any:
+    """Fit the ranges of ``plot`` to all that its glyphs draw, as it changes; the script, to be run at first too.
 
-    Bokeh's own ranges complain where there is nothing to show yet. ``x`` may be empty: that range is kept.
+    Bokeh's own ranges complain where there is nothing to show yet, tell the server of every change, and lay the figure
+    out twice. The horizontal range is kept if not ``across``; the vertical one begins at ``floor``, if given.
     """
     plot.y_range = fixed(0, 1)
-    if x:
+    if across:
         plot.x_range = fixed(0, 1)
-    fit = script("fit", plot=plot, sources=list(sources), x=list(x), y=list(y), floor=floor)
-    for source in sources:
-        source.js_on_change("data", fit)
+    fit = script("fit", plot=plot, across=across, floor=floor)
+    for renderer in plot.renderers:
+        renderer.data_source.js_on_change("data", fit)
+        for name in ("y", "ys"):  # another column
+            if name in renderer.glyph.properties():
+                renderer.glyph.js_on_change(name, fit)
     return fit

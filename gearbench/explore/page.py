@@ -71,7 +71,7 @@ class Page:
             document.add_root(root)
         document.title = "gearbench explore"
         heads = ("stored", "now") if controls else ("picked",)
-        compare = script("compare", "picks", **self.gear.compare(heads, MOST))
+        compare = script("light", "compare", "picks", **self.gear.compare(heads, MOST))
         shown = (self.refresh, self.follow, *self.gear.ready, script("labels"), self._choose, compare)
         document.js_on_event(DocumentReady, *shown)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import socket
 from collections.abc import Callable
 
@@ -77,6 +78,9 @@ class Explorer:
     def run(self, ready: Callable[[], None] = lambda: None) -> None:
         """Serve until interrupted; ``ready`` is called once the page can be opened."""
         self._server.start()
+        # searching all that was loaded and solved until now for garbage takes longer than an answer
+        gc.collect()
+        gc.freeze()
         self._loop.add_callback(ready)
         try:
             self._loop.start()

@@ -64,7 +64,7 @@ class Member:
         face. Without rim and web the body is solid down to the bore.
     tip_rounding, tip_chamfer
         Radius of the rounding, or height of the chamfer (at 45° to the flank), of the tip edge [mm]; a sharp edge
-        where both are absent.
+        where both are absent (G17).
     face_width
         Own face width b_i, where it is another than that of the pair [mm].
     axial_offset
@@ -277,6 +277,10 @@ class Pair:
     def overhangs(self) -> tuple[Ends, Ends]:
         """How far the face of each gear reaches beyond the common one, at y = 0 and at y = b [mm]."""
         return self.faces.overhangs
+
+    def face_of(self, role: Role | None) -> float:
+        """Face width of a gear; None: of the common face [mm]."""
+        return self.meshing.face_width if role is None else self.gears[role].face_width
 
     @property
     def materials(self) -> tuple[Material, Material]:

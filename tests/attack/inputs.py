@@ -60,7 +60,10 @@ class Attack:
 def scene_tables() -> tuple[dict[str, Any], ...]:
     texts = [PAIR + BENDING, PAIR + ERRORS, PAIR + BENDING + ERRORS]
     shafts = (ROOT / "examples" / "shafts.toml").read_text(encoding="utf-8")
-    fast = shafts.replace('model = "solid"', 'basis = "paper"') + "[resolution]\ngauss_points = 2\nsegments = 5\n"
+    fast = (
+        shafts.replace('model = "solid"\n[effects.gear_body]', 'basis = "paper"')
+        + "[resolution]\ngauss_points = 2\nsegments = 5\n"
+    )
     return tuple(tomllib.loads(text) for text in (*texts, fast))
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +18,9 @@ from fem_reference.stress import plane_root_stress
 from gearbench.geometry.action import contact_lines
 from gearbench.geometry.pair import Member, Pair
 from gearbench.geometry.role import Role
+from gearbench.results.flank import loaded_root_stress
+from gearbench.scene_file import load_scene
+from gearbench.solution import solve_scene
 from gearbench.strength.bending import RootBending
 from tests.gears import standard_gear
 
@@ -123,3 +127,26 @@ def test_condensed_functionals_are_those_of_the_whole_solution(steel):
     exact = np.einsum("dc,yk,dka->cya", F0, values, u) + np.einsum("dc,yk,dka->cya", F1, slopes / b, u)
     exact = exact.reshape(-1, 3, 3, load.shape[1]).transpose(0, 2, 1, 3).reshape(-1, load.shape[1])
     assert_allclose(found.flank.blocks[0], exact, atol=1e-9 * np.abs(exact).max())
+
+
+@pytest.mark.parametrize(
+    ("name", "role"),
+    [
+        ("osu_50", Role.PINION),
+        pytest.param("osu_50", Role.WHEEL, marks=pytest.mark.slow),
+        pytest.param("e_drive_output", Role.PINION, marks=pytest.mark.slow),
+        pytest.param("e_drive_output", Role.WHEEL, marks=pytest.mark.slow),
+    ],
+)
+def test_root_stress_of_the_load_found_against_finite_elements(name, role):
+    """The largest over the mesh cycle, factors of ISO 6336-3 at the height of each segment (F9), spur and helical.
+
+    −2.5 and −2.6 % on osu_50, 6.6 and 3.6 % on e_drive_output, against level 3; level 4 is 1.2 % lower on osu_50.
+    """
+    scene = load_scene(Path(__file__).parents[2] / "examples" / "gears" / f"{name}.toml")
+    pair, solved = scene.pair, solve_scene(scene)
+    body = Body(gear=pair.gears[role], bore_radius=pair.members[role].bore_diameter / 2)
+    found = fillet_stress(body, pair.materials[role], 3, driven=role == Role.WHEEL)
+    exact = found.largest(solved.lines, solved.solution.force / solved.lines.lever).max()
+    # form and stress correction factor of the norm are good to some percent, see above
+    assert float(loaded_root_stress(solved, role)) == pytest.approx(exact, rel=0.08)

@@ -70,7 +70,7 @@ class BenchPage:
             if group.optional and not group.present
         }
         return script(
-            "compare", "bench", question=self.question, phase=self.gear.phase, examples=json.dumps(added),
+            "light", "compare", "bench", question=self.question, phase=self.gear.phase, examples=json.dumps(added),
             plots=[self.figures[name] for name in self._shown()],
             **self.gear.compare(("baseline", "now") if live else (self.scene.name or "scene",), MOST, self.beside),
         )  # fmt: skip
@@ -93,7 +93,7 @@ class BenchPage:
         plot.add_layout(bar, "right")
         colours = script("torques", source=source, mapper=mapper)
         source.js_on_change("data", colours)
-        self.gear.ready += [colours, fitted(plot, (source,), (), ("ys",))]
+        self.gear.ready += [colours, fitted(plot, across=False)]
         return plot
 
     def _torque(self) -> Any:
@@ -103,8 +103,7 @@ class BenchPage:
         for n, colour in zip(ORDERS, PALETTE, strict=False):
             plot.line("torque", f"order {n}", source=source, color=colour, line_width=1.8, legend_label=f"order {n}")
             plot.scatter("torque", f"order {n}", source=source, color=colour, size=5)
-        names = ("peak_to_peak", *(f"order {n}" for n in ORDERS))
-        self.gear.ready.append(fitted(plot, (source,), ("torque",), names, 0))
+        self.gear.ready.append(fitted(plot, floor=0))
         return _small_legend(plot)
 
 

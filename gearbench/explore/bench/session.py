@@ -5,12 +5,11 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import Any
 
 from bokeh.document import Document
 
-from gearbench.explore.bench.answers import answers, over_torque, warnings
+from gearbench.explore.bench.answers import Answers, over_torque, warnings
 from gearbench.explore.bench.page import BenchPage
 from gearbench.explore.conversation import Conversation
 from gearbench.explore.gear import OVERLAID
@@ -42,7 +41,7 @@ class BenchSession:
 
     def __init__(self, scene: Scene, begin: Picture, document: Document, beside: Sequence[Picture] = ()) -> None:
         self.page = BenchPage(scene, tables(begin), variants(beside))
-        self._talk = Conversation(document, self.page.question, self.page.answer, partial(answers, scene), rest=REST)
+        self._talk = Conversation(document, self.page.question, self.page.answer, Answers(scene), rest=REST)
         self.page.put(document)
 
 

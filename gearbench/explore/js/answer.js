@@ -1,5 +1,15 @@
 // Show an answer: tables of the gear, its name, and where its sliders stand. Nothing of it goes back to the server.
-const { now: [tables], before: [stored], summary: [text], message: [fault], controls: [places] } = answer.data;
+// One of the server comes as a text, one of a file as columns.
+function array(_key, value) {
+  if (value?.float32 === undefined) return value;
+  const bytes = Uint8Array.from(atob(value.float32), (letter) => letter.charCodeAt(0));
+  const flat = new Float32Array(bytes.buffer);
+  if (value.shape.length === 1) return flat;
+  const Image = sources.pressure.data.image[0].constructor;  // arrays of Bokeh know their shape
+  return new Image(flat, value.shape);
+}
+const said = answer.data.packed ? JSON.parse(answer.data.packed[0], array) : answer.data;
+const { now: [tables], before: [stored], summary: [text], message: [fault], controls: [places] } = said;
 document.getElementById("message").textContent = fault;
 if (text) document.getElementById("summary").textContent = text;
 if (places) {
@@ -8,33 +18,40 @@ if (places) {
   for (const slider of sliders) if (places[slider.name]) slider.setv(places[slider.name], { sync: false });
 }
 
-// One figure in each frame: drawing all of them at once would hold up what is clicked meanwhile. A newer answer takes
-// the place of what still waits.
+// Curves at once, the other figures ten times a second at most: drawing all of them would hold up what is moved
+// meanwhile. A newer answer takes the place of what still waits.
+const PAUSE = 100;
 const waiting = (answer.waiting ??= new Map());
 for (const name of Object.keys(sources)) {
   if (tables?.[name]) waiting.set(sources[name], tables[name]);
   if (stored?.[name] && before[name]) waiting.set(before[name], stored[name]);
 }
+const first = ["scene", "numbers", "warnings", "ste", "stiffness"];
 const figures = [
-  ["scene", "numbers", "warnings", "ste", "stiffness"], ["pressure"], ["ste_orders"], ["stiffness_orders"], ["ste_density"],
-  ["stiffness_density"], ["pinion", "wheel", "path", "motion"],  // the last draws the teeth
+  ["pressure", "ste_orders", "stiffness_orders"], ["ste_density", "stiffness_density"],
+  ["pinion", "wheel", "path", "motion"],  // the last draws the teeth
   ["harris"], ["torque"],
 ];
 
-function draw() {
-  for (const names of figures) {
-    const found = names.flatMap((name) => [sources[name], before[name]]).filter((source) => waiting.has(source));
-    if (!found.length) continue;
-    for (const source of found) {
-      source.setv({ data: waiting.get(source) }, { sync: false });
-      waiting.delete(source);
-    }
-    if (waiting.size) return requestAnimationFrame(draw);
+// whether any of these had something to show
+function draw(names) {
+  const found = names.flatMap((name) => [sources[name], before[name]]).filter((source) => waiting.has(source));
+  for (const source of found) {
+    source.setv({ data: waiting.get(source) }, { sync: false });
+    waiting.delete(source);
   }
-  answer.drawing = false;
+  return found.length > 0;
 }
 
-if (!answer.drawing) {
+function others() {
+  answer.drawn = performance.now();
+  figures.some(draw);
+  if (waiting.size) requestAnimationFrame(others);
+  else answer.drawing = false;
+}
+
+draw(first);
+if (waiting.size && !answer.drawing) {
   answer.drawing = true;
-  draw();
+  setTimeout(() => requestAnimationFrame(others), Math.max(0, (answer.drawn ?? 0) + PAUSE - performance.now()));
 }

@@ -31,18 +31,36 @@ function numbers() {
   const beside_it = kept.map((each) => [each.name, each.numbers, each]);
   const columns = last
     ? [[heads[0], before.numbers.data], ...beside_it, [heads[1], shown]] : [[heads[0], shown], ...beside_it];
+  const text = (values, label) => values.value[values.label.indexOf(label)] ?? "–";
+  const table = byId("numbers"), [, body] = table.children;
+  // while a slider moves only texts change: a table of new cells would be laid out anew
+  if (same(columns)) {
+    shown.label.forEach((label, i) => columns.forEach(([, values], k) => {
+      const { firstChild } = body.rows[i].cells[k + 1], found = text(values, label);
+      if (firstChild.data !== found) firstChild.data = found;
+    }));
+    return;
+  }
   const top = document.createElement("tr");
   top.append(cell("td", ""), ...columns.map(([name, , each]) => head(name, each)));
   const rows = shown.label.map((label) => {
     const row = document.createElement("tr");
-    row.append(cell("th", label, "row"));
-    for (const [, values] of columns) row.append(cell("td", values.value[values.label.indexOf(label)] ?? "–"));
+    row.append(cell("th", label, "row"), ...columns.map(([, values]) => cell("td", text(values, label))));
     return row;
   });
   const thead = document.createElement("thead"), tbody = document.createElement("tbody");
   thead.append(top);
   tbody.append(...rows);
-  byId("numbers").replaceChildren(thead, tbody);
+  table.replaceChildren(thead, tbody);
+}
+
+// whether the table has these columns and rows already
+let laid = "";
+function same(columns) {
+  const found = JSON.stringify([columns.map(([name, , each]) => [name, each?.colour]), now.numbers.data.label]);
+  const known = found === laid;
+  laid = found;
+  return known;
 }
 
 function overlay() {
