@@ -1,5 +1,6 @@
-"""Designs a second: threads and workers of dask against one thread, on the same designs of the paper's third tool."""
+"""Designs of the paper's third tool: threads and workers of dask against one thread, solid teeth against plates."""
 
+import math
 import random
 import time
 from pathlib import Path
@@ -7,6 +8,8 @@ from pathlib import Path
 import pytest
 
 from gearbench import load_study
+from gearbench.contact.smooth import forget_sums
+from gearbench.effects.teeth import forget_fast_teeth
 from gearbench.optimisation.engine import Dask, Engine, Threads
 from gearbench.optimisation.study import Design, OptimisationStudy
 
@@ -50,3 +53,27 @@ def test_designs_a_second(benchmark, name):
     assert {count for _, count in found} == {feasible}
     benchmark.extra_info |= {"feasible_a_second": feasible / taken, "times_one_thread": alone / taken}
     print(f"\n{name}: {feasible / taken:.0f} feasible designs a second, × {alone / taken:.2f} one thread")
+
+
+def test_solid_teeth_on_their_bodies_against_plates(benchmark, tmp_path):
+    """Processor time of the same designs: each pair is new, and so are its teeth."""
+    text = STUDY.read_text(encoding="utf-8")
+    bores = "[base.pair.pinion]\nbore_diameter = 15.0\n\n[base.pair.wheel]\nbore_diameter = 15.0\n\n"
+    solid = text.replace('basis = "paper"', 'model = "solid"\n\n[base.effects.gear_body]')
+    path = tmp_path / "solid.toml"
+    path.write_text(solid.replace("[base.load]", bores + "[base.load]"), encoding="utf-8")
+    studies = load_study(STUDY), load_study(path)
+    seconds_each, feasible = [math.inf, math.inf], set()
+    with Threads(1) as one:
+        for _ in range(3):
+            for i, study in enumerate(studies):
+                forget_fast_teeth()
+                forget_sums()
+                start = time.process_time()
+                feasible.add(seconds(one, study, designs(study, 1))[1])
+                seconds_each[i] = min(seconds_each[i], time.process_time() - start)
+    plate, body = seconds_each
+    benchmark.extra_info |= {"target_times": 1.5, "times_the_plate": body / plate, "processor_s": body}
+    print(f"\n{feasible} feasible designs: {body:.2f} s, × {body / plate:.2f} the plate's")
+    with Threads(1) as one:
+        benchmark.pedantic(lambda: seconds(one, studies[1], designs(studies[1], 2)), rounds=1)

@@ -15,6 +15,7 @@ from gearbench.system.rolling import (
     Rolling,
     hertz_point_stiffness,
 )
+from gearbench.system.schema import Section
 
 BALL = Rolling(kind="deep_groove_ball", elements=9, element_diameter=7.938, pitch_diameter=38.5)
 ANGULAR = Rolling(
@@ -107,3 +108,16 @@ def test_curve_is_linear_between_its_points_and_beyond():
 def test_bearings_that_say_too_much_or_too_little(table, match):
     with pytest.raises(Exception, match=match):
         Bearing(position=0.0, **table)
+
+
+def test_no_bearing_has_more_balls_than_can_be_counted():
+    with pytest.raises(Exception, match=r"at most .* 500 balls"):
+        Rolling(kind="deep_groove_ball", bore=30.0, outside=72.0, static_capacity=1.7e308)
+    most = Rolling(kind="deep_groove_ball", bore=30.0, outside=72.0, static_capacity=1e-3 * 500 * 13.5 * 12.6**2)
+    assert most.Z == 500
+
+
+@pytest.mark.parametrize("diameter", [5e-324, 0.0, 9e-4])
+def test_no_shaft_is_thinner_than_a_micrometre(diameter):
+    with pytest.raises(Exception, match=r"greater than or equal to 0\.001"):
+        Section(length=30.0, diameter=diameter)

@@ -64,15 +64,16 @@ def _part_behind(s: NDArray, k: NDArray) -> NDArray:
     low, high = np.zeros_like(s), np.full_like(s, math.pi)
     phi = np.arccos(np.clip((k - 2 * s) / (k + 2), -1.0, 1.0))
     for _ in range(_STEPS):
-        L, sin, cos = _half_width(phi, k), np.sin(phi), np.cos(phi)
-        excess = k * phi / math.pi - L * cos - s
+        sin, cos, share = np.sin(phi), np.cos(phi), k / math.pi
+        b = share * sin
+        root = np.sqrt(b**2 + 1)
+        L = root - b
+        excess = share * phi - L * cos - s
         found = np.abs(excess) <= 1e-15 * (1 + np.abs(s) + k)
         if found.all():
             break
         low, high = np.where(excess < 0, phi, low), np.where(excess < 0, high, phi)
-        b = k * sin / math.pi
-        slope = k / math.pi + L * sin + cos**2 * k / math.pi * L / np.sqrt(b**2 + 1)
-        new = phi - excess / slope
+        new = phi - excess / (share + L * sin + cos**2 * share * L / root)
         new = np.where((new > low) & (new < high), new, (low + high) / 2)
         # what is found stays: a bound that is the root itself would send it back to the middle
         phi = np.where(found, phi, new)

@@ -106,11 +106,13 @@ def _strips() -> NDArray:
 
 
 @lru_cache(maxsize=64)
-def _strip_table(angle: float):
+def _strip_table(angle: float) -> tuple[float, NDArray]:
+    """Λ at the first offset, and the cubics (power falling, interval) that keep it monotone between offsets."""
     from scipy.interpolate import CubicSpline, PchipInterpolator
 
     angle = min(max(angle, _ANGLES[0]), _ANGLES[-1])
-    return PchipInterpolator(_OFFSETS, CubicSpline(_ANGLES, _strips())(angle))
+    values = CubicSpline(_ANGLES, _strips())(angle)
+    return float(values[0]), PchipInterpolator(_OFFSETS, values).c
 
 
 def strip_softening(angle: float, offset: NDArray) -> tuple[NDArray, NDArray]:
@@ -120,14 +122,16 @@ def strip_softening(angle: float, offset: NDArray) -> tuple[NDArray, NDArray]:
     half-widths inside, where it no longer feels the size of the strip, W = −2B ln|σ|; beyond the greatest offset the
     contact at the edge is self-similar, (4 + 2B) ln σ of an edge pressed in at an angle less what the strip has.
     """
-    table, B = _strip_table(angle), softness(angle)
+    (first, cubics), B = _strip_table(angle), softness(angle)
     offset = np.asarray(offset, dtype=float)
     inside = np.minimum(offset, _OFFSETS[0])
-    value = np.array(float(table(_OFFSETS[0])) - 2 * B * np.log(inside / _OFFSETS[0]))
+    value = np.array(first - 2 * B * np.log(inside / _OFFSETS[0]))
     slope = np.array(-2 * B / inside)
     near = offset > _OFFSETS[0]
     at = offset[near]
     within = np.minimum(at, _OFFSETS[-1])
-    value[near] = table(within) + (4 + 2 * B) * np.log(np.maximum(at / _OFFSETS[-1], 1.0))
-    slope[near] = np.where(at > _OFFSETS[-1], (4 + 2 * B) / np.maximum(at, 1.0), table(within, 1))
+    i = np.minimum(np.searchsorted(_OFFSETS, within, side="right") - 1, len(_OFFSETS) - 2)
+    t, (c3, c2, c1, c0) = within - _OFFSETS[i], cubics[:, i]
+    value[near] = c0 + t * (c1 + t * (c2 + t * c3)) + (4 + 2 * B) * np.log(np.maximum(at / _OFFSETS[-1], 1.0))
+    slope[near] = np.where(at > _OFFSETS[-1], (4 + 2 * B) / np.maximum(at, 1.0), c1 + t * (2 * c2 + 3 * t * c3))
     return value, slope

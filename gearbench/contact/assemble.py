@@ -83,7 +83,11 @@ def _lines(
     pair, load = scene.pair, 0.0 if flanks is None else typical_load(scene)
     coast = scene.load.coast
     kinks, face = gap_kinks(scene, flanks)
-    parting = _variation(pair, _gap_effects(scene), coast, tuple(kinks), tuple(face), flanks, span)[0] > LEAST_VARIATION
+    # along the lines of helical pairs flanks that touch off the line of action are never equally far apart
+    parting = flanks is not None and pair.meshing.overlap_ratio > 0
+    if not parting:
+        looked_at = _variation(pair, _gap_effects(scene), coast, tuple(kinks), tuple(face), flanks, span)
+        parting = looked_at[0] > LEAST_VARIATION
     lines = contact_lines(
         pair, mesh_phase, scene.resolution.segments, kinks, face,
         parting=parting, coast=coast, separation=flanks, span=span,
@@ -195,15 +199,9 @@ def _sum_of_gaps(effects: Iterable[Effect], lines: ContactLines) -> NDArray:
     return total
 
 
-def gap_and_variation(
-    scene: Scene, lines: ContactLines, effects: Sequence[Effect] | None = None
-) -> tuple[NDArray, NDArray]:
-    """Total gap at the nodes, and half of its variation over the cells a contact law is averaged over [mm]."""
-    soft = np.zeros(lines.shape)
-    if lines.cells:
-        begin, end = (total_gap(scene, lines.moved(share), effects) for share in (-1, 1))
-        soft = np.abs(end - begin) / 2
-    return total_gap(scene, lines, effects), soft
+def gaps_along(scene: Scene, lines: ContactLines, effects: Sequence[Effect] | None = None) -> NDArray:
+    """Total gap at the beginning, middle and end of each cell a contact law is averaged over [mm], (…, 3)."""
+    return np.stack([total_gap(scene, each, effects) for each in (lines.moved(-1), lines, lines.moved(1))], axis=-1)
 
 
 @single_threaded_blas()
@@ -222,7 +220,8 @@ def assemble(
     """
     acting = scene.acting_effects if effects is None else effects
     beside = {effect.name: effect for effect in acting}
-    gap, soft = gap_and_variation(scene, lines, acting)
+    gaps = gaps_along(scene, lines, acting) if lines.cells else total_gap(scene, lines, acting)[..., None]
+    gap, soft = gap_and_variation(gaps)
     at, rows = lines.uncut(nodes or smooth_nodes(lines)) if lines.cells else (lines, None)
     adding = [effect for effect in acting if isinstance(effect, ComplianceEffect)]
     compliance, laws = smooth_compliance(adding, at, beside)
@@ -238,7 +237,7 @@ def assemble(
     laws = [part for effect in own.laws if isinstance(part := effect.compliance(lines, beside), LineLaw)]
     problem = _problem(scene, lines, own, laws, gap, soft, truncation, smooth.length_scale)
     factor = smooth.factor.reshape(*at.shape, -1)
-    along = Along(scene=scene, effects=tuple(acting), lines=lines, factor=factor, rows=rows, laws=own.laws)
+    along = Along(scene=scene, effects=tuple(acting), lines=lines, gaps=gaps, factor=factor, rows=rows, laws=own.laws)
     # the load on a cell is spread: Ψ is its mean, by Simpson's rule
     factor = np.array([1, 4, 1]) / 6 @ rows @ factor
     return replace(
@@ -248,6 +247,11 @@ def assemble(
         blocks=smooth.blocks,
         along=along,
     )
+
+
+def gap_and_variation(gaps: NDArray) -> tuple[NDArray, NDArray]:
+    """Gap at the nodes, and half of its variation over the cells, from ``gaps_along`` or from those at nodes alone."""
+    return gaps[..., gaps.shape[-1] // 2], np.abs(gaps[..., -1] - gaps[..., 0]) / 2
 
 
 def smooth_nodes(lines: ContactLines) -> int:

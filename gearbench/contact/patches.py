@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import scale_problem, total_gap
-from gearbench.contact.problem import Along, ContactProblem, ContactSolution
+from gearbench.contact.problem import ContactProblem, ContactSolution
 from gearbench.contact.solver import Guess, law_forces, solve, solve_roughly
 from gearbench.effects.base import LineLaw
 from gearbench.geometry.action import SHORTEST, ContactLines
@@ -41,10 +41,10 @@ def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> Contac
     if problem.along is None:
         return solve(problem, guess)
     coarse = solve_roughly(problem, guess, ON_CELLS)
-    gap, last = _gaps(problem.along), Guess(q=guess.q.copy(), delta=guess.delta.copy())
+    last = Guess(q=guess.q.copy(), delta=guess.delta.copy())
 
     def on_patches() -> ContactProblem:
-        return _on_nodes(problem, *_nodes(problem, _compression(problem, last, gap)))
+        return _on_nodes(problem, *_nodes(problem, _compression(problem, last)))
 
     for _ in range(ROUNDS - 1):
         coarse = solve_roughly(on_patches(), last)
@@ -69,32 +69,26 @@ def _nodes(problem: ContactProblem, s: NDArray) -> tuple[NDArray, NDArray]:
     return y, width
 
 
-def _gaps(along: Along) -> NDArray:
-    """Gaps at the beginning, middle and end of each segment, (position, pair, segment, 3) [mm]."""
-    lines = (along.lines.moved(share) for share in (-1, 0, 1))
-    return np.stack([total_gap(along.scene, each, along.effects) for each in lines], axis=-1)
-
-
 def compression(problem: ContactProblem, lines: ContactLines, guess: Guess) -> NDArray:
     """s at the nodes, or at beginning, middle and end of each cell [``length_scale``], (position, pair, segment, …).
 
     Of the solution ``guess``; −1 where there is no line.
     """
     if problem.along is not None:
-        return _compression(problem, guess, _gaps(problem.along))
+        return _compression(problem, guess)
     amplitudes = guess.q[:, problem.block[:: problem.shape[2]]]
     factor = problem.factor.reshape(*problem.shape, -1)
     s = guess.delta[:, None, None] - problem.gap.reshape(problem.shape) - (factor @ amplitudes[..., None])[..., 0]
     return np.where(lines.active[..., None], s, -1.0)
 
 
-def _compression(problem: ContactProblem, guess: Guess, gap: NDArray) -> NDArray:
+def _compression(problem: ContactProblem, guess: Guess) -> NDArray:
     """s at the beginning, middle and end of each segment [``length_scale``]; −1 where there is no line."""
     along = problem.along
     assert along is not None
     amplitudes = guess.q[:, problem.block[:: problem.shape[2]]]
     smooth = (along.rows @ (along.factor @ amplitudes[..., None])[:, :, None])[..., 0]
-    s = guess.delta[:, None, None, None] - gap / problem.length_scale - smooth
+    s = guess.delta[:, None, None, None] - along.gaps / problem.length_scale - smooth
     return np.where(along.lines.active[..., None, None], s, -1.0)
 
 

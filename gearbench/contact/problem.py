@@ -27,6 +27,8 @@ class Along:
         The scene, and the effects that act in it.
     lines
         Lines whose segments are cells.
+    gaps
+        Total gap at the beginning, middle and end of each segment, (position, pair, segment, 3) [mm].
     factor
         Ψ at the nodes of the uncut lines, (position, pair, node, rank).
     rows
@@ -38,13 +40,15 @@ class Along:
     scene: Scene
     effects: tuple[Effect, ...]
     lines: ContactLines
+    gaps: NDArray
     factor: NDArray
     rows: NDArray
     laws: tuple[ComplianceEffect, ...]
 
     def part(self, positions: slice | NDArray) -> Along:
         """The same of some of the positions."""
-        return replace(self, lines=self.lines.part(positions), factor=self.factor[positions], rows=self.rows[positions])
+        arrays = {name: getattr(self, name)[positions] for name in ("gaps", "factor", "rows")}
+        return replace(self, lines=self.lines.part(positions), **arrays)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -60,8 +60,11 @@ class Hertz(ComplianceEffect):
         h = np.full(lines.shape, c / 2)
         if lines.touch is not None:
             for role in Role:
-                for softer in (_edge(lines, role, rho), *_kinks(lines, role, rho, c)):
-                    a, h = a + softer[0], h + softer[1]
+                softer = _edge(lines, role, rho)
+                a, h = a + softer[0], h + softer[1]
+                for near, of_level, of_slope in _kinks(lines, role, rho, c):
+                    a[near] += of_level
+                    h[near] += of_slope
         return LineLaw(a=a, h=h)
 
 
@@ -79,8 +82,11 @@ def _edge(lines: ContactLines, role: Role, rho: NDArray) -> tuple[NDArray, NDArr
     return edge_softening(gear, c[role], sum(c) / 2, FLANK_POLYNOMIALS, roll, tilt, rho, lines.typical_load)
 
 
-def _kinks(lines: ContactLines, role: Role, rho: NDArray, c: float) -> Iterator[tuple[NDArray, NDArray]]:
-    """What a and h gain near each kink of the profile of one of the gears, c = Σ 2(1−ν²)/(πE) (E5)."""
+def _kinks(lines: ContactLines, role: Role, rho: NDArray, c: float) -> Iterator[tuple[NDArray, NDArray, NDArray]]:
+    """Where a strip reaches a kink of the profile of one of the gears, and what a and h gain there (E5).
+
+    c = Σ 2(1−ν²)/(πE).
+    """
     from gearbench.compliance.kink import kink_softening
 
     touch, separation = lines.touch, lines.separation
@@ -90,12 +96,13 @@ def _kinks(lines: ContactLines, role: Role, rho: NDArray, c: float) -> Iterator[
     # the same length in both planes: the profile is square to the line of contact
     half_width, roll = np.sqrt(8 * mean * rho * q), touch.rolls[role]
     for at, rise in profile.kinks:
-        behind = rho * rise * math.cos(lines.pair.meshing.beta_b)
         along = (roll**2 - at**2) / (2 * profile.base_radius)
-        tilt = rho * touch.tilt * math.cos(lines.pair.meshing.beta_b)
-        corner = (touch.edge == role) & (np.abs(along) < 1e-9 * profile.base_radius)
+        near = np.abs(along) < half_width
+        along, unit, normal = along[near], half_width[near], rho[near] * math.cos(lines.pair.meshing.beta_b)
+        behind, tilt = normal * rise, normal * touch.tilt[near]
+        corner = (touch.edge[near] == role) & (np.abs(along) < 1e-9 * profile.base_radius)
         vertex = np.where(corner, behind - tilt, np.where(along < 0, along, along + behind))
-        value, scaling = kink_softening(vertex / half_width, behind / half_width)
+        value, scaling = kink_softening(vertex / unit, behind / unit)
         # s and k follow q^{-1/2}
         h = mean * scaling / 2
-        yield mean * value + h * math.log(q), h
+        yield near, mean * value + h * math.log(q), h

@@ -288,9 +288,9 @@ def _on_panels(
         if not panel.size:
             continue
         if panel.size * FEWEST > segments:
-            counts, ends = [segments], np.stack([edges[0], edges[-1]])[:, alike]
+            counts, ends = (segments,), np.stack([edges[0], edges[-1]])[:, alike]
         else:
-            counts = _shares(segments, np.sqrt(widest[panel]), last=pair.wheel.teeth > pair.pinion.teeth)
+            counts = _shares(segments, tuple(widest[panel]), last=pair.wheel.teeth > pair.pinion.teeth)
             ends = edges[np.append(panel, panel[-1] + 1)][:, alike]
         on[alike] = np.repeat(np.arange(len(counts)), counts)
         rules = [_rule(count, parting) for count in counts]
@@ -301,11 +301,13 @@ def _on_panels(
     return y, width, on
 
 
-def _shares(segments: int, sizes: NDArray, *, last: bool = False) -> list[int]:
-    """``segments`` shared among panels in proportion to ``sizes``, each at least ``FEWEST``.
+@lru_cache(maxsize=256)
+def _shares(segments: int, widths: tuple[float, ...], *, last: bool = False) -> tuple[int, ...]:
+    """``segments`` shared among panels in proportion to the roots of their ``widths``, each at least ``FEWEST``.
 
     Of panels that are alike the first ones get what is left over, or the ``last``.
     """
+    sizes = np.sqrt(widths)
     wanted = segments * sizes / sizes.sum()
     counts = np.maximum(FEWEST, np.floor(wanted + 1e-9)).astype(int)
     while left := segments - int(counts.sum()):
@@ -315,7 +317,7 @@ def _shares(segments: int, sizes: NDArray, *, last: bool = False) -> list[int]:
         groups = [np.flatnonzero(owed == value) for value in np.unique(owed[np.isfinite(owed)])[::-1]]
         chosen = next((group for group in groups if group.size <= abs(left)), groups[0][-1:] if last else groups[0][:1])
         counts[chosen] += step
-    return counts.tolist()
+    return tuple(counts.tolist())
 
 
 def _rule(count: int, parting: bool) -> tuple[NDArray, NDArray]:

@@ -90,7 +90,7 @@ class Gear(TransverseSection):
 
     @property
     def tip_form_radius(self) -> float:
-        """Radius at which the involute ends: r_a, or where the rounding or the chamfer of the tip begins [mm]."""
+        """Radius at which the involute ends: r_a, or where the rounding or the chamfer of the tip begins [mm] (G17)."""
         if self.tip_rounding:
             inner = max(self.tip_radius - self.tip_rounding, self.base_radius)
             # the arc's centre lies on the tangent of the involute's last point, ρ below it

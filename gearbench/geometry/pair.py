@@ -64,7 +64,7 @@ class Member:
         face. Without rim and web the body is solid down to the bore.
     tip_rounding, tip_chamfer
         Radius of the rounding, or height of the chamfer (at 45° to the flank), of the tip edge [mm]; a sharp edge
-        where both are absent.
+        where both are absent (G17).
     face_width
         Own face width b_i, where it is another than that of the pair [mm].
     axial_offset

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import Literal
 
@@ -181,7 +182,7 @@ class Profile:
         ends = [(self.low, self.pieces[0])]
         return [*ends, *inner, *([(self.high, self.pieces[-1])] if self.has_edge else [])]
 
-    @property
+    @cached_property
     def kinks(self) -> list[tuple[float, float]]:
         """Roll lengths of its convex kinks, and by how much its slope rises there along the flank."""
         found = []

@@ -213,16 +213,20 @@ class Separation:
         return np.column_stack([table, np.concatenate(edges)])
 
     @cached_property
+    def _columns(self) -> NDArray:
+        """The table column by column, as it is read."""
+        return np.ascontiguousarray(self._table.T)
+
+    @cached_property
     def least(self) -> float:
         """Least separation, 0 of flanks without material in excess [mm]."""
         return min(float(self._table[:, 2].min()), 0.0)
 
     def __call__(self, u: NDArray) -> Touch:
         """Where flanks touch first at the nominal coordinates u, and how far they are apart before."""
-        table = self._table
+        columns = self._columns
         u = np.asarray(u, dtype=float)
-        row = table[np.clip(np.searchsorted(table[:, 0], u, side="right") - 1, 0, len(table) - 1)]
-        row = np.moveaxis(row, -1, 0)
+        row = columns[:, np.clip(np.searchsorted(columns[0], u, side="right") - 1, 0, columns.shape[1] - 1)]
         width = row[1]
         t = (u - row[0]) / np.where(width > 0, width, 1.0)
         gap = row[2] + t * (row[3] + t * (row[4] + t * row[5]))

@@ -9,7 +9,7 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble, gap_and_variation, mesh_phases, scene_lines
+from gearbench.contact.assemble import assemble, gap_and_variation, gaps_along, mesh_phases, scene_lines, total_gap
 from gearbench.contact.loads import solve_loads, under
 from gearbench.contact.problem import ContactProblem, ContactSolution
 from gearbench.effects.base import ComplianceEffect
@@ -90,12 +90,14 @@ class Shared:
         if known.scene is scene:
             return known
         # in the units of the problem that is known; its load is set when it is solved
-        gap, soft = (x.reshape(known.problem.gap.shape) for x in gap_and_variation(scene, known.lines))
+        own = known.lines
+        gaps = gaps_along(scene, own) if own.cells else total_gap(scene, own)[..., None]
+        gap, soft = (x.reshape(known.problem.gap.shape) for x in gap_and_variation(gaps))
         scale = known.problem.length_scale
         soft = soft if known.problem.a.any() else np.zeros_like(soft)  # without a law there is nothing to average
         gap, soft = np.ascontiguousarray((gap - soft) / scale), np.ascontiguousarray(soft / scale)
         along = known.problem.along
         if along is not None:
-            along = replace(along, scene=scene, effects=tuple(scene.acting_effects))
+            along = replace(along, scene=scene, effects=tuple(scene.acting_effects), gaps=gaps)
         problem = replace(known.problem, gap=gap, soft=soft, along=along)
         return replace(known, scene=scene, weight=weight, problem=problem)

@@ -23,6 +23,8 @@ Dimension = Annotated[float, Field(gt=0.0, le=5000.0)]
 LAMINAE, LINE_CONTACT = 40, 35948.0
 #: Static capacity [N] over i Z D_w² of radial ball bearings: f_0 of ISO 76 in the middle of its table.
 _BALL_CAPACITY = 13.5
+#: Balls or rollers of a bearing at most.
+MOST_ELEMENTS = 500
 #: Moduli of bearing steel in the norm [N/mm²].
 YOUNGS_MODULUS, POISSON_RATIO = 207e3, 0.3
 
@@ -61,7 +63,7 @@ class Rolling:
     outside: Dimension | None = None
     width: Dimension | None = None
     static_capacity: Annotated[float, Field(gt=0.0)] | None = None
-    elements: Annotated[int, Field(ge=3, le=500)] | None = None
+    elements: Annotated[int, Field(ge=3, le=MOST_ELEMENTS)] | None = None
     element_diameter: Dimension | None = None
     pitch_diameter: Dimension | None = None
     roller_length: Dimension | None = None
@@ -86,6 +88,10 @@ class Rolling:
             raise InputError("element_diameter", self.D_w, f"must be less than pitch_diameter, {self.D_pw:g} mm")
         if self.angled and self.alpha == 0:
             raise InputError("contact_angle", 0.0, f"must be above 0 for {self.kind}")
+        most = 1e-3 * MOST_ELEMENTS * self._ball_capacity
+        if self.is_ball and self.static_capacity is not None and self.static_capacity > most:
+            allowed = f"must be at most {most:.4g} kN, of {MOST_ELEMENTS} balls of {self.D_w:.4g} mm"
+            raise InputError("static_capacity", self.static_capacity, allowed)
 
     @property
     def is_ball(self) -> bool:
@@ -131,9 +137,14 @@ class Rolling:
         if self.elements is not None:
             return self.elements
         if self.is_ball and self.static_capacity is not None:
-            return max(3, round(1e3 * self.static_capacity / (_BALL_CAPACITY * self.D_w**2 * math.cos(self.alpha))))
+            return max(3, round(1e3 * self.static_capacity / self._ball_capacity))
         gap = 1.5 if self.is_ball else 1.2
         return max(3, int(math.pi * self.D_pw / (gap * self.D_w)))
+
+    @property
+    def _ball_capacity(self) -> float:
+        """Static capacity of one ball [N]."""
+        return _BALL_CAPACITY * self.D_w**2 * math.cos(self.alpha)
 
     @property
     def L_we(self) -> float:

@@ -14,7 +14,7 @@ from gearbench.system.bearing import Bearing
 from gearbench.system.body import Body
 
 Position = Annotated[float, Field(ge=0.0, le=50000.0)]
-Size = Annotated[float, Field(gt=0.0, le=20000.0)]
+Size = Annotated[float, Field(ge=1e-3, le=20000.0)]
 Inertia = Annotated[float, Field(ge=0.0, le=1e9)]
 Vector = tuple[float, float, float]
 Hand = Literal["right", "left"]

@@ -1,0 +1,13 @@
+"""Table 2 and the three fronts of Garambois et al. 2017 with contact where flanks touch, beside contact on the line.
+
+The paper keeps contact on the line of action and drops a pair of teeth at the end of its path. Its gears are not
+searched anew here: each is judged once more with ``[effects.off_line_contact]``, on the plate and on solid teeth.
+"""
+
+from studies.s12_fronts_off_line.data import compute, scene
+from studies.s12_fronts_off_line.findings import checks
+from studies.s12_fronts_off_line.pictures import figures
+
+QUESTION = "What do Table 2 and the paper's fronts become where flanks may touch off the line of action?"
+
+__all__ = ["QUESTION", "checks", "compute", "figures", "scene"]
