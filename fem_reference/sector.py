@@ -18,6 +18,7 @@ from itertools import pairwise
 import numpy as np
 import scipy.sparse as sp
 from numpy.polynomial import Chebyshev, legendre
+from numpy.polynomial.chebyshev import chebval
 from numpy.typing import NDArray
 
 from fem_reference.section import Body, check_section
@@ -43,19 +44,27 @@ class Outline:
     gear: Gear
 
     @cached_property
-    def _series(self) -> tuple[Chebyshev, Chebyshev]:
-        """c = √(R² − r_f²) and ψ over φ: both analytic, unlike ψ(R), which starts with a root."""
+    def _series(self) -> NDArray:
+        """c = √(R² − r_f²) and ψ over φ: both analytic, unlike ψ(R), which starts with a root; and their slopes.
+
+        Coefficients on [0, φ_end], (degree, 4): c, ψ, dc/dφ, dψ/dφ. Those below rounding are left out.
+        """
         fillet, r_f = self.gear.fillet, self.gear.root_radius
         chord = lambda phi: np.sqrt(np.maximum(fillet.radius(phi) ** 2 - r_f**2, 0.0))  # noqa: E731
         span = [0.0, fillet.phi_end]
-        return Chebyshev.interpolate(chord, 60, span), Chebyshev.interpolate(fillet.half_angle, 60, span)
+        found = [Chebyshev.interpolate(each, 60, span) for each in (chord, fillet.half_angle)]
+        found = [each.trim(1e-15 * np.abs(each.coef).max()) for each in found]
+        found += [each.deriv() for each in found]
+        out = np.zeros((max(len(each.coef) for each in found), 4))
+        for column, each in zip(out.T, found, strict=True):
+            column[: len(each.coef)] = each.coef
+        return out
 
     def fillet(self, phi: NDArray) -> tuple[NDArray, NDArray, NDArray, NDArray]:
         """R, ψ, dR/dφ and dψ/dφ."""
-        chord, psi = self._series
-        c = chord(phi)
+        c, psi, c_phi, psi_phi = chebval(2 * phi / self.gear.fillet.phi_end - 1, self._series)
         R = np.hypot(self.gear.root_radius, c)
-        return R, psi(phi), c * chord.deriv()(phi) / R, psi.deriv()(phi)
+        return R, psi, c * c_phi / R, psi_phi
 
     @cached_property
     def junction(self) -> float:
@@ -67,11 +76,13 @@ class Outline:
 
     def half_angle(self, R: NDArray) -> tuple[NDArray, NDArray]:
         """ψ and dψ/dR from the junction to the tip circle."""
-        gear = self.gear
-        _, psi, R_phi, psi_phi = self.fillet(gear.fillet.parameter(R))
+        gear, flank = self.gear, self.gear.form_radius <= R
         tan = np.sqrt(np.maximum(R**2 - gear.base_radius**2, 0.0)) / gear.base_radius
-        flank = gear.form_radius <= R
-        return np.where(flank, gear.involute_half_angle(R), psi), np.where(flank, -tan / R, psi_phi / R_phi)
+        on_flank = gear.involute_half_angle(R), -tan / R
+        if flank.all():
+            return on_flank
+        _, psi, R_phi, psi_phi = self.fillet(gear.fillet.parameter(R))
+        return np.where(flank, on_flank[0], psi), np.where(flank, on_flank[1], psi_phi / R_phi)
 
 
 #: θ and its derivative, upper end of R and its derivative, at x in [0, 1] across a column.

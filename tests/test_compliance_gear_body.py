@@ -349,7 +349,7 @@ def test_vanishing_helix_is_a_spur_gear():
 def test_factor_of_neighbouring_pairs(driven):
     """ψ_i(a)·ψ_j(b) = φ(a)ᵀ C_{i−j} φ(b); on the driven gear seen in a mirror, and counted the other way."""
     g = gear(20.0)
-    f = body(g, driven=driven).flank(2)
+    f = replace(body(g).flank(2), driven=driven)
     plain = body(g)
     C, phi = plain.blocks(2), plain.tooth.flank.shapes
     w, a, load = g.face_width, (3.0, 2.0), (4.0, 9.0)

@@ -20,7 +20,7 @@ from gearbench.contact.solver import solve
 from gearbench.effects.base import Dense, LowRank
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.registry import RENAMED
-from gearbench.effects.teeth import toothed_ring
+from gearbench.effects.teeth import ring_flank, toothed_ring
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
@@ -186,7 +186,7 @@ def test_directions_left_out_are_not_felt(kind, monkeypatch):
     whole, all_coupled = pair_blocks(OWN.compliance(at, {}), at), simulate(scene(kind, "coupled"))
     most = np.zeros(at.shape)
     for role in Role:
-        flank = toothed_ring(at.pair, role, None).flank(0)
+        flank = ring_flank(at.pair, role, None, 0)
         shapes = flank.shapes(at.radii[role] - flank.gear.root_radius, at.y)
         most += NEGLIGIBLE * np.linalg.eigvalsh(flank.block(0))[-1] * np.sum(shapes**2, axis=-1)
     for p, k in np.argwhere(at.active):
@@ -227,7 +227,7 @@ def test_neighbours_are_the_next_teeth_of_each_gear(kind):
     blocks = [body.blocks(count - 1) for body in bodies]
     height = [r - g.root_radius for r, g in zip(at.radii, pair.gears, strict=True)]
     # the wheel of the pair is the mirror image of the tooth modelled, whose flank is loaded from the other side
-    plain = [replace(body.tooth, driven=False).flank for body in bodies]
+    plain = [body.tooth.flank for body in bodies]
     for p, i, j in np.argwhere(at.active[:, :, None] & at.active[:, None, :]):
         x = [plain[g].shapes(height[g][p], at.y[p] if g == 0 else b - at.y[p]) for g in range(2)]
         expected = x[0][i] @ blocks[0][count - 1 + i - j] @ x[0][j].T
@@ -247,7 +247,7 @@ def test_order_is_that_of_the_tooth(kind):
     assert toothed_ring(at.pair, 0, (3, 3, 3)).tooth.order == (3, 3, 3)
     assert toothed_ring(at.pair, 0, (3, 3, 3)).bore_radius == pytest.approx(15.0)
     assert toothed_ring(at.pair, 1, None).bore_radius == pytest.approx(20.0)
-    assert toothed_ring(at.pair, 1, None).tooth.driven
+    assert [ring_flank(at.pair, role, None, 0).driven for role in Role] == [False, True]
     assert toothed_ring(at.pair, 0, None).tooth.gear == pinion
 
 
@@ -346,3 +346,15 @@ print([m for m in sys.modules if m in ("gearbench.compliance.ring", "gearbench.c
     argument = json.dumps(tables("spur", effects))
     done = subprocess.run([sys.executable, "-c", code, argument], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_equal_gears_and_new_centre_distances_share_their_teeth():
+    """Nothing of a tooth and its body depends on the mate: given profile shifts, the gear is the same."""
+    pair = lines("spur").pair
+    here = toothed_ring(pair, 0, None)
+    members = [replace(m, profile_shift=0.1) for m in (pair.pinion, pair.wheel)]
+    near = replace(pair, pinion=members[0], wheel=members[1], centre_distance=pair.centre_distance * 1.005)
+    far = replace(near, centre_distance=pair.centre_distance * 1.006)
+    assert near.gears[0] != pair.gears[0]
+    assert toothed_ring(near, 0, None) is not here
+    assert toothed_ring(far, 0, None) is toothed_ring(near, 0, None)

@@ -11,19 +11,24 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
+from threading import Timer
 
 import numpy as np
+import psutil
 import pytest
 import xarray as xr
 
 from gearbench import load_study, optimise
+from gearbench.errors import GearbenchError
 from gearbench.optimisation.local_cluster import local_cluster
 from gearbench.optimisation.study import Algorithm, OptimisationStudy, Robustness
 from gearbench.results.netcdf import load
+from tests.dask_processes import dask, scheduler
 
 ROOT = Path(__file__).parents[1]
 STUDY = replace(
@@ -31,6 +36,8 @@ STUDY = replace(
     algorithm=Algorithm(population=8, generations=6, seed=2),
     robustness=Robustness(samples=8),
 )
+
+RACING = replace(STUDY, robustness=Robustness(samples=256, racing=True))
 
 NURSERY = """
 import os, random, sys, time
@@ -185,5 +192,66 @@ def test_kills_of_searches_that_start_their_own_workers(tmp_path):
 @pytest.mark.slow
 def test_kills_of_races(tmp_path):
     """A race that goes on computes the samples of its front again, which are not stored."""
-    racing = replace(STUDY, robustness=Robustness(samples=256, racing=True))
-    kill_and_resume(30, racing, tmp_path, 5, "--threads", "2")
+    kill_and_resume(30, RACING, tmp_path, 5, "--threads", "2")
+
+
+def kill_a_worker(nannies: int, rng: random.Random) -> None:
+    """Kill one of the workers that a process of nannies has started; it is started again."""
+    workers = [child for child in psutil.Process(nannies).children() if "spawn_main" in " ".join(child.cmdline())]
+    rng.choice(workers).kill()
+
+
+@contextmanager
+def killing(seconds: float, kill: Callable[[], object]) -> Iterator[None]:
+    """In the block, after some seconds, something is killed; the block ends after it."""
+    timer = Timer(seconds, kill)
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.join()
+
+
+def fault_of(work: Callable[[], object]) -> list[str]:
+    """The fault that ``work`` ends with, if it does."""
+    try:
+        work()
+    except GearbenchError as fault:
+        return [str(fault)]
+    return []
+
+
+@pytest.mark.slow
+def test_kills_of_dask_workers_in_races(tmp_path):
+    rng, expected = random.Random(6), optimise(RACING, threads=1)
+    with scheduler() as (address, _), dask("worker", address, "--nworkers", "2", "--no-dashboard") as nannies:
+        optimise(RACING, scheduler=address)
+        began = time.monotonic()
+        optimise(RACING, scheduler=address)
+        duration = time.monotonic() - began
+        for i in range(20):
+            with killing(rng.uniform(0.0, duration), lambda: kill_a_worker(nannies.pid, rng)):
+                optimise(RACING, directory=tmp_path / str(i), scheduler=address)
+            assert_as_if_nothing_had_happened(tmp_path / str(i), expected)
+
+
+@pytest.mark.slow
+def test_kills_of_the_scheduler_in_races(tmp_path):
+    """A search whose scheduler is killed ends with one line; it goes on with the next one."""
+    rng, expected = random.Random(7), optimise(RACING, threads=1)
+    faults: list[str] = []
+    duration = 0.0
+    for i in range(11):
+        with scheduler() as (address, process), dask("worker", address, "--nworkers", "2", "--no-dashboard"):
+            if i == 0:
+                optimise(RACING, scheduler=address)
+                began = time.monotonic()
+            optimise(RACING, directory=tmp_path / str(i - 1), scheduler=address, resume=True)
+            assert_as_if_nothing_had_happened(tmp_path / str(i - 1), expected)
+            duration = duration or time.monotonic() - began
+            if i == 10:
+                break
+            with killing(rng.uniform(0.0, duration), process.kill):
+                faults += fault_of(partial(optimise, RACING, directory=tmp_path / str(i), scheduler=address))
+    assert all("scheduler" in line and "\n" not in line for line in faults), faults
+    assert len(faults) >= 3

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import logging
-import os
 import re
 import shutil
 import socket
-import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -22,13 +19,16 @@ from types import SimpleNamespace
 
 import pytest
 
+from benchmarks import many_workers
 from gearbench import load_study, optimise
 from gearbench.errors import GearbenchError, InputError
 from gearbench.optimisation import crew
 from gearbench.optimisation.crew import Crew
+from gearbench.optimisation.engine import Dask
 from gearbench.optimisation.proof import difference, prove
 from gearbench.optimisation.scheduler import check_scheduler, require_scheduler, silent
 from gearbench.optimisation.study import Algorithm, Robustness
+from tests.dask_processes import dask, scheduler
 
 ROOT = Path(__file__).parents[1]
 STUDY = replace(
@@ -184,29 +184,6 @@ def test_without_workers_it_says_so_and_how_long_it_waits(monkeypatch, caplog):
 
 
 # -- real ones ---------------------------------------------------------------------------------------------------------
-@contextmanager
-def dask(*words: str, path: Path = ROOT) -> Iterator[subprocess.Popen]:
-    """A scheduler or worker of dask, importing gearbench from ``path``."""
-    environment = {**os.environ, "PYTHONPATH": str(path), "PYTHONSAFEPATH": "1"}
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    command = [sys.executable, "-m", "distributed.cli.dask_" + words[0], *words[1:]]
-    process = subprocess.Popen(command, env=environment, cwd="/", **quiet)
-    try:
-        yield process
-    finally:
-        process.kill()
-        process.wait()
-
-
-@contextmanager
-def scheduler() -> Iterator[tuple[str, subprocess.Popen]]:
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = str(free.getsockname()[1])
-    with dask("scheduler", "--host", "127.0.0.1", "--port", port, "--no-dashboard") as process:
-        yield f"tcp://127.0.0.1:{port}", process
-
-
 @pytest.mark.slow
 def test_a_worker_with_changed_code_of_the_same_version_is_refused(tmp_path):
     for folder in ("gearbench", "fem_reference"):
@@ -236,3 +213,25 @@ def test_a_scheduler_that_is_killed_is_one_line_and_the_search_goes_on(tmp_path)
         resumed = optimise(longer, directory=tmp_path, scheduler=address, resume=True)
     assert resumed.attrs["data_sha256"] == optimise(longer).attrs["data_sha256"]
     assert (resumed["code"][: whole.sizes["design"]].values == whole["code"].values).all()
+
+
+@pytest.mark.slow
+def test_many_workers_that_are_lost_at_once_do_not_end_a_search():
+    """Eight workers in one process are killed with it: each task may meet four of them, dying, in a row."""
+    designs = [(i % 5, i // 5, 0, 0, 0, 0) for i in range(50)]
+    study = many_workers.the_study(0.5)
+    with (
+        scheduler() as (address, _),
+        many_workers.started("benchmarks.many_workers", address, "8") as lost,
+        many_workers.started("benchmarks.many_workers", address, "2"),
+        Dask(address) as engine,
+    ):
+        while len(engine.client.nthreads()) < 10:
+            time.sleep(0.2)
+        found = {}
+        for design, result in engine.evaluate(study, designs):
+            if not found:
+                lost.kill()
+            found[design] = result
+    assert found.keys() == {*designs}
+    assert all(result == many_workers.asleep(study, designs[0]) for result in found.values())

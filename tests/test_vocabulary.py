@@ -77,11 +77,14 @@ def effects(draw: np.random.Generator, scene: Scene, folder: Path) -> dict[str, 
     """Tables of every effect that adds gap, and of random errors of all kinds."""
     m, b, z = scene.pair.normal_module, scene.pair.meshing.face_width, scene.pair.pinion.teeth
     some = lambda scale: float(draw.uniform(-scale, scale))  # noqa: E731
+    each = draw.random() < 0.5  # a table for each gear, or one of the pair
+    crowned = {"amount": abs(some(8)), "amount_at_0": abs(some(5)), "highest": 0.4 * b}
+    ended = {"at_b": {"amount": abs(some(8)), "length": 0.1 * b, "shape": "parabolic"}}
     return {
-        "crowning": {"amount": abs(some(8)), "amount_at_0": abs(some(5)), "highest": float(draw.uniform(0.3, 0.7) * b)},
+        "crowning": {"pinion": {**crowned, "highest": 0.6 * b}, "wheel": {"amount": 2.0}} if each else crowned,
         "tip_relief": {"pinion": relief(draw, m), "wheel": relief(draw, m)},
         "root_relief": {**relief(draw, 0.5 * m), "gear": "wheel"},
-        "end_relief": {"at_b": {"amount": abs(some(8)), "length": 0.1 * b, "shape": "parabolic"}},
+        "end_relief": {"pinion": {"amount": 3.0, "length": 0.1 * b}, "wheel": ended} if each else ended,
         "profile_slope": {"pinion": some(4), "wheel": some(4)},
         "profile_crowning": {"pinion": abs(some(4)), "wheel": 1.0},
         "profile_curve": {"wheel": {"polynomial": [some(3), some(3), some(2)]}},

@@ -168,10 +168,10 @@ class ToothedRing:
         return np.concatenate([np.swapaxes(found[:0:-1], 1, 2), found])
 
     def flank(self, neighbours: int) -> FlankCompliance:
-        """The compliance for any points of the flanks of a tooth and its ``neighbours`` on each side."""
+        """The compliance for any points of the flanks of a driving tooth and its ``neighbours`` on each side."""
         tooth = self.tooth
         blocks = self.blocks(neighbours)
-        return FlankCompliance(gear=tooth.gear, order=tooth.flank_order, blocks=blocks, driven=tooth.driven)
+        return FlankCompliance(gear=tooth.gear, order=tooth.flank_order, blocks=blocks)
 
 
 def _joined(B: NDArray, S: NDArray) -> NDArray:

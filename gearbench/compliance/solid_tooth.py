@@ -54,8 +54,6 @@ class SolidTooth:
         Numbers of functions across the thickness, along the height, along the face width, of each displacement.
     measured_at
         See above.
-    driven
-        Whether the gear is the driven one, see ``FlankCompliance``.
     rooted
         Whether the tooth will be joined to a body by its root: one system then answers for both.
     heights
@@ -68,7 +66,6 @@ class SolidTooth:
     nu: float
     order: tuple[int, int, int] = (4, 5, 5)
     measured_at: Literal["smooth", "mid", "flank"] = "smooth"
-    driven: bool = False
     rooted: bool = False
     heights: int | None = None
 
@@ -155,12 +152,11 @@ class SolidTooth:
 
     @cached_property
     def flank(self) -> FlankCompliance:
-        """The compliance for any points of the flank."""
+        """The compliance for any points of the flank of a driving gear."""
         return FlankCompliance(
             gear=self.gear,
             order=self.flank_order,
             blocks=self.matrix[None],
-            driven=self.driven,
             rank_tolerance=RANK_TOLERANCE,
         )
 

@@ -10,19 +10,19 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import Effects, GapEffect
-from gearbench.effects.relief import MICROMETRE, Amount
+from gearbench.effects.relief import MICROMETRE, Amount, one_or_each
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
+
+Highest = Annotated[float, Field(ge=0.0, le=20000.0)]
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class Crowning(GapEffect):
-    """Crowning of the pair, both gears together: e = C_β (2y/b − 1)².
-
-    An unsymmetrical one is of two half parabolas that meet without kink at the highest point y_0:
-    e = C_β0 (1 − y/y_0)² before it, C_β ((y − y_0)/(b − y_0))² after it.
+class OneCrowning:
+    """Crowning of one gear, over its own face.
 
     Parameters
     ----------
@@ -36,7 +36,42 @@ class Crowning(GapEffect):
 
     amount: Amount
     amount_at_0: Amount | None = None
-    highest: Annotated[float, Field(ge=0.0, le=20000.0)] | None = None
+    highest: Highest | None = None
+
+    def over(self, y: NDArray, b: float) -> NDArray:
+        """Gap [mm] at positions y on a face of the width b [mm]."""
+        first = self.amount if self.amount_at_0 is None else self.amount_at_0
+        y_0 = b / 2 if self.highest is None else self.highest
+        from_top = y - y_0
+        # a side without width has no point on it
+        before, after = from_top / (y_0 or 1.0), from_top / (b - y_0 or 1.0)
+        return MICROMETRE * np.where(from_top < 0, first * before**2, self.amount * after**2)
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class Crowning(GapEffect):
+    """Crowning e = C_β (2y/b − 1)²: of the pair, both gears together, over the common face, or a table for each gear.
+
+    An unsymmetrical one is of two half parabolas that meet without kink at the highest point y_0:
+    e = C_β0 (1 − y/y_0)² before it, C_β ((y − y_0)/(b − y_0))² after it.
+
+    Parameters
+    ----------
+    amount
+        C_β, material missing at either end of the face [µm].
+    amount_at_0
+        C_β0, material missing at y = 0 where it is another amount than at y = b [µm].
+    highest
+        Position y_0 of the highest point [mm]; the middle of the face where absent.
+    pinion, wheel
+        Crowning of each gear over its own face, in place of the keys above.
+    """
+
+    amount: Amount | None = None
+    amount_at_0: Amount | None = None
+    highest: Highest | None = None
+    pinion: OneCrowning | None = None
+    wheel: OneCrowning | None = None
 
     name: ClassVar[str] = "crowning"
     summary: ClassVar[str] = "gap: parabola over the face width"
@@ -44,18 +79,27 @@ class Crowning(GapEffect):
     use: ClassVar[str] = "Where the load must stay away from the ends of the face."
     example: ClassVar[dict[str, Any]] = {"amount": 4.0}
 
+    def __post_init__(self) -> None:
+        one_or_each(self, ("amount",), ("amount_at_0", "highest"))
+
+    @property
+    def tables(self) -> dict[Role | None, OneCrowning]:
+        """The crowning of the pair (None), or of each gear that has one."""
+        if self.amount is not None:
+            return {None: OneCrowning(amount=self.amount, amount_at_0=self.amount_at_0, highest=self.highest)}
+        return {role: table for role in Role if (table := getattr(self, role.label)) is not None}
+
     def check(self, pair: Pair, beside: Effects) -> None:
         """Refuse a highest point beside the face."""
-        b = pair.meshing.face_width
-        if self.highest is not None and self.highest > b:
-            raise InputError("highest", self.highest, f"must be at most the face width, {b:.4g} mm")
+        for role, table in self.tables.items():
+            b = pair.face_of(role)
+            if table.highest is not None and table.highest > b:
+                key = "highest" if role is None else f"{role.label}.highest"
+                raise InputError(key, table.highest, f"must be at most the face width, {b:.4g} mm")
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
-        b = lines.pair.meshing.face_width
-        first = self.amount if self.amount_at_0 is None else self.amount_at_0
-        y_0 = b / 2 if self.highest is None else self.highest
-        from_top = lines.face - y_0
-        # a side without width has no point on it
-        before, after = from_top / (y_0 or 1.0), from_top / (b - y_0 or 1.0)
-        return MICROMETRE * np.where(from_top < 0, first * before**2, self.amount * after**2)
+        total = np.zeros(lines.shape)
+        for role, table in self.tables.items():
+            total += table.over(lines.face if role is None else lines.own_face(role), lines.pair.face_of(role))
+        return total

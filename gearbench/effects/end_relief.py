@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import Effects, GapEffect
-from gearbench.effects.relief import Amount, Extent, Shape, relief
+from gearbench.effects.relief import Amount, Extent, Shape, one_or_each, relief
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 _ENDS = ("at_0", "at_b")
@@ -38,8 +39,8 @@ class OneEnd:
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class EndRelief(GapEffect):
-    """End relief of the pair, both gears together: the same at both ends, or a table for either end.
+class OneFace:
+    """End relief of one gear, over its own face: the same at both ends, or a table for either end.
 
     Parameters
     ----------
@@ -59,20 +60,8 @@ class EndRelief(GapEffect):
     at_0: OneEnd | None = None
     at_b: OneEnd | None = None
 
-    name: ClassVar[str] = "end_relief"
-    summary: ClassVar[str] = "gap: relief of the ends of the face"
-    source: ClassVar[str] = "ISO 21771-1 C_βI, C_βII"
-    use: ClassVar[str] = "Where only the ends of the face are to be relieved."
-    example: ClassVar[dict[str, Any]] = {"amount": 5.0, "length": 2.0}
-
     def __post_init__(self) -> None:
-        own = [name for name in _ENDS if getattr(self, name) is not None]
-        for name in ("amount", "length"):
-            value = getattr(self, name)
-            if own and value is not None:
-                raise InputError(name, value, f"conflicts with the table {own[0]}: give one of the two")
-            if not own and value is None:
-                raise InputError(name, "missing", "is required, or a table at_0 or at_b")
+        one_or_each(self, ("amount", "length"), names=_ENDS)
 
     @property
     def ends(self) -> tuple[OneEnd | None, OneEnd | None]:
@@ -82,9 +71,9 @@ class EndRelief(GapEffect):
         same = OneEnd(amount=self.amount, length=self.length, shape=self.shape)
         return same, same
 
-    def check(self, pair: Pair, beside: Effects) -> None:
-        """Refuse reliefs that overlap."""
-        b, lengths = pair.meshing.face_width, [0.0 if end is None else end.length for end in self.ends]
+    def check(self, b: float) -> None:
+        """Refuse, with an ``InputError``, reliefs that overlap on a face of the width b [mm]."""
+        lengths = [0.0 if end is None else end.length for end in self.ends]
         if self.length is not None and self.length > b / 2:
             raise InputError("length", self.length, f"must be at most half the face width, {b / 2:.4g} mm")
         if sum(lengths) > b:
@@ -92,16 +81,86 @@ class EndRelief(GapEffect):
             allowed = f"both together must be at most the face width, {b:.4g} mm"
             raise InputError(f"{name}.length", max(lengths), allowed)
 
-    def gap(self, lines: ContactLines) -> NDArray:
-        """Gap [mm], (position, pair, segment)."""
-        total = np.zeros(lines.shape)
-        for end, distance in zip(self.ends, (lines.face, lines.pair.meshing.face_width - lines.face), strict=True):
+    def over(self, y: NDArray, b: float) -> NDArray:
+        """Gap [mm] at positions y on a face of the width b [mm]."""
+        total = np.zeros_like(y)
+        for end, distance in zip(self.ends, (y, b - y), strict=True):
             if end is not None:
                 total += relief(distance, end.length, end.amount, end.shape)
         return total
 
-    def face_kinks(self, pair: Pair) -> tuple[float, ...]:
+    def begins(self, b: float) -> tuple[float, ...]:
         """Where each relief begins, y [mm]."""
         at_0, at_b = (None if end is None or end.amount == 0 else end.length or None for end in self.ends)
-        found = (at_0, None if at_b is None else pair.meshing.face_width - at_b)
-        return tuple(y for y in found if y is not None)
+        return tuple(y for y in (at_0, None if at_b is None else b - at_b) if y is not None)
+
+
+@dataclass(frozen=True, kw_only=True, config=STRICT)
+class EndRelief(GapEffect):
+    """End relief: of the pair, both gears together, over the common face, or a table for each gear.
+
+    The same at both ends, or a table for either end.
+
+    Parameters
+    ----------
+    amount
+        Material missing at either end of the face [µm].
+    length
+        Length of each relief along the face width [mm]; 0 means no relief.
+    shape
+        "linear", "parabolic" or "circular".
+    at_0, at_b
+        Relief of the end at y = 0, at y = b, in place of the keys above.
+    pinion, wheel
+        End relief of each gear over its own face, in place of all keys above.
+    """
+
+    amount: Amount | None = None
+    length: Extent | None = None
+    shape: Shape = "linear"
+    at_0: OneEnd | None = None
+    at_b: OneEnd | None = None
+    pinion: OneFace | None = None
+    wheel: OneFace | None = None
+
+    name: ClassVar[str] = "end_relief"
+    summary: ClassVar[str] = "gap: relief of the ends of the face"
+    source: ClassVar[str] = "ISO 21771-1 C_βI, C_βII"
+    use: ClassVar[str] = "Where only the ends of the face are to be relieved."
+    example: ClassVar[dict[str, Any]] = {"amount": 5.0, "length": 2.0}
+
+    def __post_init__(self) -> None:
+        if self.pinion is None and self.wheel is None:
+            _ = self.tables  # refuses what is no relief
+        else:
+            one_or_each(self, ("amount", "length"), _ENDS)
+
+    @property
+    def tables(self) -> dict[Role | None, OneFace]:
+        """The relief of the pair (None), or of each gear that has one."""
+        found = {role: table for role in Role if (table := getattr(self, role.label)) is not None}
+        keys = ("amount", "length", "shape", *_ENDS)
+        return found or {None: OneFace(**{key: getattr(self, key) for key in keys})}
+
+    def check(self, pair: Pair, beside: Effects) -> None:
+        """Refuse reliefs that overlap."""
+        for role, table in self.tables.items():
+            try:
+                table.check(pair.face_of(role))
+            except InputError as error:
+                raise error if role is None else error.within(role.label) from None
+
+    def gap(self, lines: ContactLines) -> NDArray:
+        """Gap [mm], (position, pair, segment)."""
+        total = np.zeros(lines.shape)
+        for role, table in self.tables.items():
+            total += table.over(lines.face if role is None else lines.own_face(role), lines.pair.face_of(role))
+        return total
+
+    def face_kinks(self, pair: Pair) -> tuple[float, ...]:
+        """Where each relief begins, y [mm] on the common face."""
+        found: list[float] = []
+        for role, table in self.tables.items():
+            before = 0.0 if role is None else pair.overhangs[role][0]
+            found += [y - before for y in table.begins(pair.face_of(role))]
+        return tuple(y for y in found if 0 < y < pair.meshing.face_width)

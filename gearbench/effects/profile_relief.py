@@ -15,7 +15,7 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import Effects, GapEffect
 from gearbench.effects.error_modes import Along
-from gearbench.effects.relief import MICROMETRE, Amount, Extent, Gears, Shape, bend, chosen, relief
+from gearbench.effects.relief import MICROMETRE, Amount, Extent, Gears, Shape, bend, chosen, one_or_each, relief
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.gear import Gear
@@ -98,13 +98,8 @@ class ProfileRelief(GapEffect):
     side: ClassVar[int]
 
     def __post_init__(self) -> None:
+        one_or_each(self, ("amount", "length"))
         own = [role.label for role in Role if getattr(self, role.label) is not None]
-        for name in ("amount", "length"):
-            value = getattr(self, name)
-            if own and value is not None:
-                raise InputError(name, value, f"conflicts with the table {own[0]}: give one of the two")
-            if not own and value is None:
-                raise InputError(name, "missing", "is required, or a table pinion or wheel")
         if own and self.gear != "both":
             raise InputError("gear", self.gear, f"conflicts with the table {own[0]}: give one of the two")
 

@@ -1,9 +1,9 @@
-"""Teeth and gear bodies of a pair, built once and kept: micro-geometry and errors do not change them."""
+"""Teeth and gear bodies, built once for a gear and kept: micro-geometry, errors and its mate do not change them."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -83,28 +83,33 @@ def solid_order(gear: Gear) -> tuple[int, int, int]:
 
 
 @lru_cache(maxsize=256)
-def solid_tooth(pair: Pair, role: Role, order: tuple[int, int, int] | None, rooted: bool = False) -> SolidTooth:
-    """Solid tooth of pinion (k = 0) or wheel (k = 1); ``rooted`` where a ring is joined to it."""
+def solid_tooth(gear: Gear, material: Material, order: tuple[int, int, int] | None, rooted: bool = False) -> SolidTooth:
+    """Solid tooth of a gear as if it drove, whatever its mate; ``rooted`` where a ring is joined to it."""
     from gearbench.compliance.solid_tooth import SolidTooth
 
-    gear, material = pair.gears[role], pair.materials[role]
-    return SolidTooth(
-        gear=gear,
-        E=material.E,
-        nu=material.nu,
-        order=order or solid_order(gear),
-        driven=role == Role.WHEEL,
-        rooted=rooted,
-    )
+    return SolidTooth(gear=gear, E=material.E, nu=material.nu, order=order or solid_order(gear), rooted=rooted)
 
 
 @lru_cache(maxsize=256)
+def solid_flank(pair: Pair, role: Role, order: tuple[int, int, int] | None, rooted: bool) -> FlankCompliance:
+    """Compliance of the solid teeth of pinion (k = 0) or wheel (k = 1)."""
+    flank = solid_tooth(pair.gears[role], pair.materials[role], order, rooted).flank
+    return replace(flank, driven=role == Role.WHEEL)
+
+
 def toothed_ring(pair: Pair, role: Role, order: tuple[int, int, int] | None, coast: bool = False) -> ToothedRing:
-    """Body of pinion (k = 0) or wheel (k = 1) as a ring, or rim, web and hub, with solid teeth."""
+    """Body of pinion (k = 0) or wheel (k = 1) as a ring, or rim, web and hub, with solid teeth, as if it drove."""
+    web = own_web(pair, role, coast)
+    return _toothed_ring(pair.gears[role], pair.materials[role], order, require_bores(pair)[role] / 2, web)
+
+
+@lru_cache(maxsize=256)
+def _toothed_ring(
+    gear: Gear, material: Material, order: tuple[int, int, int] | None, bore_radius: float, web: Web | None
+) -> ToothedRing:
     from gearbench.compliance.gear_body import ToothedRing
 
-    tooth, bore = solid_tooth(pair, role, order, True), require_bores(pair)[role] / 2
-    return ToothedRing(tooth=tooth, bore_radius=bore, web=own_web(pair, role, coast))
+    return ToothedRing(tooth=solid_tooth(gear, material, order, True), bore_radius=bore_radius, web=web)
 
 
 @lru_cache(maxsize=256)
@@ -115,7 +120,7 @@ def ring_flank(
     # faces that are alike look alike from the coast flanks
     web = own_web(pair, role, False)
     coast = coast and web is not None and web != web.mirrored(pair.gears[role].face_width)
-    return toothed_ring(pair, role, order, coast).flank(neighbours)
+    return replace(toothed_ring(pair, role, order, coast).flank(neighbours), driven=role == Role.WHEEL)
 
 
 @lru_cache(maxsize=64)
@@ -128,7 +133,7 @@ def meshed_flank(body: Body, material: Material, accuracy: float) -> FlankCompli
 
 def forget_fast_teeth() -> None:
     """Build plates, solids and rings anew when they are next asked for: to measure it, or to free their memory."""
-    for kept in (plate_tooth, solid_tooth, toothed_ring, ring_flank):
+    for kept in (plate_tooth, solid_tooth, solid_flank, _toothed_ring, ring_flank):
         kept.cache_clear()
 
 

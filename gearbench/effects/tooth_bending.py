@@ -12,7 +12,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import Dense, Effects, LowRank, refuse_foreign_keys
-from gearbench.effects.teeth import Tooth, meshed_body, meshed_flank, plate_tooth, solid_tooth
+from gearbench.effects.teeth import Tooth, meshed_body, meshed_flank, plate_tooth, solid_flank
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.gear import Gear
@@ -145,7 +145,7 @@ class ToothBending(Tooth):
         """
         if self.model == "solid":
             rooted = getattr(beside.get("gear_body"), "model", None) == "ring"
-            return solid_tooth(pair, role, self.solid_order, rooted).flank
+            return solid_flank(pair, role, self.solid_order, rooted)
         return replace(
             meshed_flank(self.body(pair, role, beside, coast), pair.materials[role], self.accuracy),
             driven=role == Role.WHEEL,

@@ -40,7 +40,7 @@ class Settings:
         relieved = (relief.amount, relief.length) if isinstance(relief, TipRelief) else (0.0, 0.0)
         amount, length = (x or 0.0 for x in (relieved if all(relieved) else (0.0, 0.0)))
         return cls(
-            crowning=crowning.amount if isinstance(crowning, Crowning) else 0.0,
+            crowning=(crowning.amount or 0.0) if isinstance(crowning, Crowning) else 0.0,
             relief_amount=amount,
             relief_length=length,
             torque=scene.load.torque,

@@ -194,8 +194,10 @@ class Gear(TransverseSection):
     def half_angle(self, radius: ArrayLike) -> NDArray:
         """Half tooth-thickness angle ψ [rad] of flank and generated fillet at radius R [mm], r_f ≤ R ≤ r_a."""
         radius = np.asarray(radius, dtype=float)
-        phi = np.minimum(self.fillet.parameter(radius), self.fillet_end)
-        return np.where(radius < self.form_radius, self.fillet.half_angle(phi), self.involute_half_angle(radius))
+        psi, below = np.array(self.involute_half_angle(radius)), radius < self.form_radius
+        if below.any():
+            psi[below] = self.fillet.half_angle(np.minimum(self.fillet.parameter(radius[below]), self.fillet_end))
+        return psi
 
     def transverse_thickness(self, radius: ArrayLike, *, fillet: bool = True) -> NDArray:
         """Transverse (arc) tooth thickness s_t = 2 R ψ [mm] at radius R [mm], with or without the root fillet."""

@@ -278,6 +278,10 @@ class Pair:
         """How far the face of each gear reaches beyond the common one, at y = 0 and at y = b [mm]."""
         return self.faces.overhangs
 
+    def face_of(self, role: Role | None) -> float:
+        """Face width of a gear; None: of the common face [mm]."""
+        return self.meshing.face_width if role is None else self.gears[role].face_width
+
     @property
     def materials(self) -> tuple[Material, Material]:
         """Materials of pinion and wheel."""

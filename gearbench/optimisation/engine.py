@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Iterator, Sequence
@@ -25,6 +26,9 @@ from gearbench.threads import single_threaded_blas
 TASKS, AHEAD = 8, 2
 #: Seconds after which the workers are counted again.
 LOOK = 1.0
+#: Times that dask gives a task up before the search does. It gives up where four workers died with it one after the
+#: other: so do those of one machine that is lost, and the task has nothing to do with it.
+DEATHS = 3
 
 
 class Engine(ABC):
@@ -135,29 +139,42 @@ class Dask(Engine):
     def _evaluated(
         self, study: OptimisationStudy, ordered: Sequence[Design], rivals: Rivals | None, crew: Crew
     ) -> Iterator[tuple[Design, Evaluation]]:
-        threads = crew.proven(study)
+        from distributed import KilledWorker
+
+        threads, counted = crew.proven(study), time.monotonic()
         count = min(len(ordered), TASKS * sum(threads.values()))
         # dealt out in turn: gears that do not exist cost nothing, and stand side by side in this order
-        waiting = deque(ordered[i::count] for i in range(count))
-        running: dict[Any, tuple[Sequence[Design], set[str]]] = {}
+        waiting = deque((ordered[i::count], 0) for i in range(count))
+        running: dict[Any, tuple[Sequence[Design], int, set[str]]] = {}
         done: SimpleQueue[Any] = SimpleQueue()
+        common: Any = None
         try:
             while waiting or running:
-                for future, (task, given) in list(running.items()):
+                if common is None or common.status == "error":
+                    # sent once, and from worker to worker: with every task the rivals would be most of what is sent
+                    options = {"workers": [*threads], "allow_other_workers": True, "pure": False}
+                    common = self.client.submit(_common, study, rivals, **options)
+                while waiting and len(running) < AHEAD * sum(threads.values()):
+                    task, deaths = waiting.popleft()
+                    future = self.client.submit(_evaluate_all, common, task, workers=[*threads], pure=False)
+                    running[future] = task, deaths, {*threads}
+                    future.add_done_callback(done.put)
+                finished = {future: running.pop(future) for future in _taken(done) if future in running}
+                for future in [future for future in finished if future.status == "error"]:
+                    task, deaths, _ = finished.pop(future)
+                    if not isinstance(future.exception(), KilledWorker) or deaths == DEATHS:
+                        future.result()  # raises
+                    waiting.append((task, deaths + 1))
+                for results in self.client.gather([*finished]):
+                    yield from results
+                if time.monotonic() - counted < LOOK:
+                    continue
+                threads, counted = crew.proven(study), time.monotonic()
+                for future, (task, deaths, given) in list(running.items()):
                     if not given & threads.keys():  # nobody is left who may do it
                         future.cancel()
                         del running[future]
-                        waiting.append(task)
-                while waiting and len(running) < AHEAD * sum(threads.values()):
-                    task = waiting.popleft()
-                    future = self.client.submit(_evaluate_all, study, task, rivals, workers=[*threads], pure=False)
-                    running[future] = task, {*threads}
-                    future.add_done_callback(done.put)
-                with suppress(Empty):
-                    future = done.get(timeout=LOOK)
-                    if running.pop(future, None) is not None:
-                        yield from future.result()
-                threads = crew.proven(study)
+                        waiting.append((task, deaths))
         finally:
             for future in running:
                 future.cancel()
@@ -181,8 +198,24 @@ def by_geometry(study: OptimisationStudy, designs: Sequence[Design]) -> list[Des
     return sorted(designs, key=lambda design: macro_geometry(study, design))
 
 
+def _taken(queue: SimpleQueue[Any]) -> list[Any]:
+    """All that is in a queue; waits for the first at most ``LOOK`` seconds."""
+    found = []
+    with suppress(Empty):
+        found.append(queue.get(timeout=LOOK))
+        while True:
+            found.append(queue.get_nowait())
+    return found
+
+
+def _common(study: OptimisationStudy, rivals: Rivals | None) -> tuple[OptimisationStudy, Rivals | None]:
+    """What all tasks of a generation need; a task itself, so that it is made again where its worker is lost."""
+    return study, rivals
+
+
 @single_threaded_blas()
 def _evaluate_all(
-    study: OptimisationStudy, designs: Sequence[Design], rivals: Rivals | None
+    common: tuple[OptimisationStudy, Rivals | None], designs: Sequence[Design]
 ) -> list[tuple[Design, Evaluation]]:
+    study, rivals = common
     return [(design, evaluate(study, design, rivals)) for design in designs]

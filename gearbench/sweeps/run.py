@@ -74,8 +74,7 @@ def sweep(
     Raises
     ------
     InputError
-        If a key is none of the scene's numbers, a value is not allowed, ``samples`` meet ``resolution.accuracy``, or
-        the points take more memory than there may be.
+        If a key is no number of the scene, a value not allowed, ``samples`` meet an accuracy, or memory is short.
 
     Examples
     --------
@@ -89,10 +88,7 @@ def sweep(
     spectrum = () if {"torque", TORQUE} & swept.keys() else scene.loads
     axes = axes_of(swept | ({"torque": [each.torque for each in spectrum]} if spectrum else {}))
     solver = _solver(scene, outputs, {"samples": samples, "seed": seed, "sampler": sampler}, threads)
-    total = math.prod(len(each.values) for each in axes)
-    if not samples:
-        _require_memory(scene, total)
-    points = _points(scene, axes)
+    points, total = _points(scene, axes, kept=not samples), math.prod(len(each.values) for each in axes)
     own = solver.draws | {"swept": [each.path for each in axes]} | _warning(scene, axes)
 
     def whole(parts: Sequence[xr.Dataset]) -> xr.Dataset:
@@ -162,8 +158,13 @@ def _solver(scene: Scene, outputs: Sequence[str], draws: dict[str, Any], threads
     return Solver(outputs=outputs, draws=draws if samples else {}, threads=threads or default_threads())
 
 
-def _points(scene: Scene, axes: Sequence[Axis]) -> list[list[list[Scene]]]:
-    """For each point of the keys but the torque: the scenes under its torques, in groups that are solved together."""
+def _points(scene: Scene, axes: Sequence[Axis], *, kept: bool) -> list[list[list[Scene]]]:
+    """For each point of the keys but the torque: the scenes under its torques, in groups that are solved together.
+
+    Where solutions are ``kept`` they must fit into the memory.
+    """
+    if kept:
+        _require_memory(scene, math.prod(len(each.values) for each in axes))
     base = scene.under(scene.load) if scene.loads else scene
     torque = next((each.values for each in axes if each.path == TORQUE), None)
     scenes = [scene_at(base, point) for point in grid([each for each in axes if each.path != TORQUE])]

@@ -19,7 +19,7 @@ from gearbench.results.cycle import Phases
 from gearbench.scene import Scene
 from gearbench.solution import dataset, solve_lines
 from gearbench.validation.mac import compare_shapes, line_mac
-from gearbench.validation.reference import finest_level, finite_elements, reference_scene
+from gearbench.validation.reference import finest_level, finite_elements, reference_scene, solved_reference
 from gearbench.validation.ste_error import CURVES, OUTPUTS, cycle_errors, error_bars
 
 if TYPE_CHECKING:
@@ -93,9 +93,9 @@ def price(reference: Scene) -> float:
 
 
 def _judgement(scene: Scene, fast: xr.Dataset, reference: Scene) -> Judgement:
-    bare = finest_level(reference)
-    cycle, again = (cycle_beside(fast, each, reference) for each in (reference, bare))
-    found = cycle_errors(fast, cycle) | shapes(scene, reference)
+    exact, bare = solved_reference(reference), finest_level(reference)
+    cycle, again = (cycle_beside(fast, each, reference) for each in (exact, bare))
+    found = cycle_errors(fast, cycle) | shapes(scene, exact)
     bars = error_bars(found, cycle_errors(fast, again) | shapes(scene, bare))
     return Judgement(reference=reference, cycle=cycle, found=found | bars, settled=settled(found | bars))
 

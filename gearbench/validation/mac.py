@@ -6,7 +6,7 @@ is taken in the middle of each of 12 × 17 cells, so that sums over the points a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -56,10 +56,19 @@ def flank_grid(pair: Pair, role: Role, cells: tuple[int, int]) -> FlankGrid:
 
 def tooth_factor(scene: Scene, role: Role, height: NDArray, y: NDArray) -> NDArray:
     """Ψ (…, rank) [√(mm/N)] of all smooth compliances of ``scene`` on one tooth of a gear, by itself."""
-    parts = [
-        effect.tooth_factor(scene.pair, role, height, y, scene.effects_by_name) for effect in smooth_effects(scene)
-    ]
+    pair = coast_view(scene.pair) if scene.load.coast else scene.pair
+    parts = [effect.tooth_factor(pair, role, height, y, scene.effects_by_name) for effect in smooth_effects(scene)]
     return np.concatenate(parts, axis=-1)
+
+
+def coast_view(pair: Pair) -> Pair:
+    """The pair as its coast flanks see it, in a mirror: webs lie towards the other face."""
+    offsets = {role.label: member.web_offset for role, member in zip(Role, pair.members, strict=True)}
+    if not any(offsets.values()):
+        return pair
+    return replace(
+        pair, **{name: replace(getattr(pair, name), web_offset=-offset) for name, offset in offsets.items() if offset}
+    )
 
 
 def deflection_shapes(scene: Scene, role: Role) -> NDArray:

@@ -56,9 +56,10 @@ def finite_elements(reference: Scene) -> ToothBending:
 
 
 def meshed_flanks(reference: Scene) -> tuple[FlankCompliance, FlankCompliance]:
-    """Compliances of the flanks of pinion and wheel of a reference."""
-    tooth, beside = finite_elements(reference), reference.effects_by_name
-    return tooth.flank(reference.pair, Role.PINION, beside), tooth.flank(reference.pair, Role.WHEEL, beside)
+    """Compliances of the flanks of pinion and wheel of a reference that carry its load."""
+    tooth, beside, coast = finite_elements(reference), reference.effects_by_name, reference.load.coast
+    pinion, wheel = (tooth.flank(reference.pair, role, beside, coast) for role in Role)
+    return pinion, wheel
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,14 +99,20 @@ class SolvedTeeth(Tooth):
         return self.flanks[role].factor(height, y)
 
 
-def finest_level(reference: Scene) -> Scene:
-    """``reference`` without the extrapolation of its last two levels, which is the error bar of its compliance.
+def solved_reference(reference: Scene) -> Scene:
+    """``reference`` with its flanks at hand. Not for a file: it holds the flanks themselves."""
+    return _with_flanks(reference, meshed_flanks(reference))
 
-    Not for a file: it holds the flanks themselves.
-    """
+
+def finest_level(reference: Scene) -> Scene:
+    """The same without the extrapolation of its last two levels, which is the error bar of its compliance."""
     pinion, wheel = (
         flank if flank.correction is None else replace(flank, blocks=flank.blocks - flank.correction)
         for flank in meshed_flanks(reference)
     )
+    return _with_flanks(reference, (pinion, wheel))
+
+
+def _with_flanks(reference: Scene, flanks: tuple[FlankCompliance, FlankCompliance]) -> Scene:
     kept = [effect for effect in reference.effects if effect.name != ToothBending.name]
-    return replace(reference, effects=(SolvedTeeth(flanks=(pinion, wheel)), *kept))
+    return replace(reference, effects=(SolvedTeeth(flanks=flanks), *kept))

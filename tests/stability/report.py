@@ -66,7 +66,7 @@ BODY = """
 
 The compliance that an elastic body adds to a tooth of the pinion and to both its neighbours, against complex amplitudes
 with 60 digits (`tests/stability/extended/ring.py`); worst entry, relative to the largest. The interpolation between the
-harmonics computed is part of the model.
+harmonics and the waves computed is part of the model.
 """
 
 BODY_TABLE = "\n| case | why it is hard | C | loss | asserted |\n|---|---|---|---|---|\n"

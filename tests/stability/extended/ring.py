@@ -2,7 +2,7 @@
 
 The functions are those of ``gearbench.compliance.ring``, as monomials; neither the real form that half-turn symmetry
 allows nor any other symmetry is used, and harmonics of both signs are solved. The interpolation between the harmonics
-computed is part of the model and written again.
+computed is part of the model and written again; that between the waves is taken by its weights.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import flint
 import mpmath as mp
 import numpy as np
 
-from gearbench.compliance.gear_body import FINEST
+from gearbench.compliance.gear_body import FINEST, wave_weights
 from gearbench.compliance.ring import GRADING, LAYER, sampled
 from tests.stability.extended.balls import Ball, Matrix, ball, entries, gauss, legendre, powers, solve
 from tests.stability.extended.solid import Tooth, axis_projection
@@ -151,7 +151,8 @@ class Body:
         turns = int(np.ceil(FINEST / float(psi) / z))
         harmonics = self.harmonics(z // 2 + z * turns)
         total = [flint.arb_mat(phi.nrows(), phi.nrows()) for _ in range(2 * neighbours + 1)]
-        for m in range(z // 2 + 1):
+        weights = wave_weights(z)
+        for i, m in enumerate(int(m) for m in sampled(z // 2)):
             B = flint.acb_mat(S.nrows(), S.nrows())
             for n in range(m - z * turns, m + z * turns + 1, z):
                 B += self.joined(harmonics[n], n)
@@ -159,10 +160,15 @@ class Body:
             B *= flint.acb(z / (2 * flint.arb.pi()))
             eye = flint.acb_mat([[int(i == j) for j in range(B.nrows())] for i in range(B.nrows())])
             wave = phi * (eye + B * S).solve(B, algorithm="approx") * phi.transpose()
-            share = flint.arb(1 if m == 0 or 2 * m == z else 2) / z
+            even, odd = ([flint.arb(float(w)) for w in each[:, i]] for each in weights)
             for d in range(-neighbours, neighbours + 1):
-                angle = 2 * flint.arb.pi() * m * d / z
-                total[d + neighbours] += (wave * flint.acb(angle.cos(), angle.sin())).real * share
+                cos, sin = flint.arb(0), flint.arb(0)
+                for k in range(z // 2 + 1):
+                    angle = 2 * flint.arb.pi() * k * d / z
+                    share = flint.arb(1 if k == 0 or 2 * k == z else 2) / z
+                    cos, sin = cos + share * angle.cos() * even[k], sin + share * angle.sin() * odd[k]
+                # wave z − k is the conjugate of k
+                total[d + neighbours] += wave.real * cos - wave.imag * sin
         return total
 
     def joined(self, c: Matrix, n: int) -> Matrix:
