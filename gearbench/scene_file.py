@@ -86,21 +86,28 @@ def read_loads(tables: Any, key: str) -> tuple[WeightedLoad, ...]:
 
 
 def scene_at(scene: Scene, point: Mapping[str, float]) -> Scene:
-    """``scene`` with the values of ``point`` at its dotted keys.
+    """``scene`` with the values of ``point`` at its dotted keys; items of lists count from 0.
 
     Raises
     ------
     InputError
-        Where a value is not allowed.
+        Where a value is not allowed, or a list has no such item.
     """
     tables: dict[str, Any] = scene.to_mapping()
     for path, value in point.items():
         *parents, last = path.split(".")
-        table = tables
+        table: Any = tables
         for part in parents:
-            table = table.setdefault(part, {})
-        table[last] = value
+            table = table[_item(table, part, path)] if isinstance(table, list) else table.setdefault(part, {})
+        table[_item(table, last, path) if isinstance(table, list) else last] = value
     return parse_scene(tables) if point else scene
+
+
+def _item(items: list[Any], part: str, path: str) -> int:
+    """Number of the item of a list that ``part`` of a dotted key names."""
+    if not part.isdecimal() or int(part) >= len(items):
+        raise InputError(path, part, f"must be an item of the list, counted from 0 to {len(items) - 1}")
+    return int(part)
 
 
 def _effects(head: str, tables: Mapping[str, Any]) -> tuple[Effect, ...]:

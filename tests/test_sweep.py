@@ -260,3 +260,28 @@ def test_torques_off_the_line_of_action_each_have_their_own_lines():
         weight = at["phase_weight"].values
         np.testing.assert_allclose(weight[: alone.sizes["position"]], alone["phase_weight"], rtol=1e-12)
         assert weight[alone.sizes["position"] :].sum() == 0
+
+
+WAVE, COEFFICIENT = "effects.waviness.pinion.0.amplitude", "effects.profile_curve.pinion.polynomial.1"
+
+
+def test_items_of_lists_are_keys_too():
+    """A number of the first wave, and one of a list of numbers, both at once."""
+    waves = {"pinion": [{"order": 3, "amplitude": 1.0}, {"order": 5, "amplitude": 2.0}]}
+    scene = with_tables(example("case1"), waviness=waves, profile_curve={"pinion": {"polynomial": [0.0, 4.0]}})
+    found = sweep(scene, {WAVE: [1.0, 6.0], COEFFICIENT: [4.0, 8.0]})
+    assert found[WAVE].attrs["units"] == found[COEFFICIENT].attrs["units"] == "µm"
+    waves["pinion"][0]["amplitude"] = 6.0
+    one = with_tables(scene, waviness=waves, profile_curve={"pinion": {"polynomial": [0.0, 8.0]}})
+    np.testing.assert_allclose(
+        found["transmission_error_mean"].sel({WAVE: 6.0, COEFFICIENT: 8.0}),
+        simulate(one)["transmission_error_mean"],
+        rtol=1e-9,
+    )
+    for key, says in (
+        (WAVE.replace("0", "2"), "pinion.2.amplitude = 2: must be an item of the list, counted from 0 to 1"),
+        (WAVE.replace(".0", ""), "= amplitude: must be an item of the list"),
+    ):
+        with pytest.raises(InputError) as caught:
+            sweep(scene, {key: [1.0]})
+        assert says in str(caught.value)

@@ -25,32 +25,26 @@ from numpy.typing import NDArray
 _STEPS = 60
 
 
-def kink_softening(s: NDArray, k: NDArray) -> tuple[NDArray, NDArray]:
-    """Λ(s, k) and s ∂Λ/∂s + k ∂Λ/∂k of a strip on a convex kink, k ≥ 0.
+def kink_softening(s: NDArray, k: NDArray) -> NDArray:
+    """Λ(s, k) of a strip on a convex kink, k ≥ 0.
 
-    What the strip is pressed in more than Hertz's and than the least separation of the flanks, in c₁q. Both are zero
-    where the strip does not reach the kink, s ≤ −1 or s ≥ k + 1.
+    What the strip is pressed in more than Hertz's and than the least separation of the flanks, in c₁q. Zero where it
+    does not reach the kink, s ≤ −1 or s ≥ k + 1.
     """
     s, k = np.broadcast_arrays(np.asarray(s, dtype=float), np.asarray(k, dtype=float))
-    value, scaling = np.zeros(s.shape), np.zeros(s.shape)
+    value = np.zeros(s.shape)
     near = (s > -1) & (s < k + 1) & (k > 0)
     if near.any():
-        value[near], scaling[near] = _on_kink(s[near], k[near])
-    return value, scaling
+        value[near] = _on_kink(s[near], k[near])
+    return value
 
 
-def _on_kink(s: NDArray, k: NDArray) -> tuple[NDArray, NDArray]:
+def _on_kink(s: NDArray, k: NDArray) -> NDArray:
     phi = _part_behind(s, k)
-    L, sin = _half_width(phi, k), np.sin(phi)
+    L = _half_width(phi, k)
     m = -L * np.cos(phi)
-    of_kink = 8 / math.pi * (m * phi + L * sin)
-    D = 4 * (m - s) ** 2 + 2 * L**2 + k * of_kink - 4 * np.log(L) - 2
-    behind, on = s > k, (s >= 0) & (s <= k)
-    least = np.where(on, 4 * s**2, np.where(behind, 8 * k * s - 4 * k**2, 0.0))
-    # at constant load D changes as the mean of the gap under the pressure of a flat punch does
-    by_s = 8 * k * phi / math.pi - np.where(on, 8 * s, np.where(behind, 8 * k, 0.0))
-    by_k = of_kink - np.where(behind, 8 * (s - k), 0.0)
-    return D - least, s * by_s + k * by_k
+    D = 4 * (m - s) ** 2 + 2 * L**2 + 8 * k / math.pi * (m * phi + L * np.sin(phi)) - 4 * np.log(L) - 2
+    return D - np.where(s < 0, 0.0, np.where(s <= k, 4 * s**2, 8 * k * s - 4 * k**2))
 
 
 def _half_width(phi: NDArray, k: NDArray) -> NDArray:

@@ -85,24 +85,25 @@ def _edge(lines: ContactLines, role: Role, rho: NDArray) -> tuple[NDArray, NDArr
 def _kinks(lines: ContactLines, role: Role, rho: NDArray, c: float) -> Iterator[tuple[NDArray, NDArray, NDArray]]:
     """Where a strip reaches a kink of the profile of one of the gears, and what a and h gain there (E5).
 
-    c = Σ 2(1−ν²)/(πE).
+    c = Σ 2(1−ν²)/(πE). Exact at two loads: half of what a line carries on the mean, and all of it on a single pair.
     """
     from gearbench.compliance.kink import kink_softening
 
-    touch, separation = lines.touch, lines.separation
+    touch, separation, meshing = lines.touch, lines.separation, lines.pair.meshing
     assert touch is not None
     assert separation is not None
-    profile, q, mean = separation.plane.profiles[role], lines.typical_load, c / 4
+    profile, mean, roll = separation.plane.profiles[role], c / 4, touch.rolls[role]
+    more = 2 * max(meshing.transverse_contact_ratio, 1.0)
     # the same length in both planes: the profile is square to the line of contact
-    half_width, roll = np.sqrt(8 * mean * rho * q), touch.rolls[role]
+    half_width = np.sqrt(8 * mean * rho * lines.typical_load)
     for at, rise in profile.kinks:
         along = (roll**2 - at**2) / (2 * profile.base_radius)
-        near = np.abs(along) < half_width
-        along, unit, normal = along[near], half_width[near], rho[near] * math.cos(lines.pair.meshing.beta_b)
+        near = np.abs(along) < math.sqrt(more) * half_width
+        along, unit, normal = along[near], half_width[near], rho[near] * math.cos(meshing.beta_b)
         behind, tilt = normal * rise, normal * touch.tilt[near]
         corner = (touch.edge[near] == role) & (np.abs(along) < 1e-9 * profile.base_radius)
         vertex = np.where(corner, behind - tilt, np.where(along < 0, along, along + behind))
-        value, scaling = kink_softening(vertex / unit, behind / unit)
-        # s and k follow q^{-1/2}
-        h = mean * scaling / 2
-        yield near, mean * value + h * math.log(q), h
+        widths = (unit, math.sqrt(more) * unit)
+        low, high = (mean * kink_softening(vertex / width, behind / width) for width in widths)
+        h = (low - high) / math.log(more)
+        yield near, low + h * math.log(lines.typical_load), h

@@ -31,7 +31,7 @@ class Axis:
         As given, and as the dimension of the Dataset is called: a dotted key, or the last part of one of ``[load]``,
         ``[pair]`` or ``[resolution]``.
     path
-        The dotted key.
+        The dotted key; items of lists count from 0, as in "effects.waviness.pinion.0.amplitude".
     values
         Its values, ascending, in the unit of the key.
     unit
@@ -55,7 +55,7 @@ def axis(name: str, values: Sequence[float] | NDArray) -> Axis:
     path = name
     if "." not in name:
         path = next((f"{table}.{name}" for table, kind in TABLES.items() if name in keys(kind)), name)
-    key = scene_key(path)
+    key = scene_key(".".join(part for part in path.split(".") if not part.isdecimal()))  # items of lists
     if key is None or not _numeric(key.hint):
         raise InputError("sweep", name, 'must be a numeric key of a scene, e.g. "torque" or "effects.crowning.amount"')
     given = [float(value) for value in np.atleast_1d(np.asarray(values, dtype=float))]

@@ -57,7 +57,7 @@ def sweep(
         What is varied. Where it has several loads, and the torque is not swept, the torque is the last key.
     ranges, **keys
         Values of each key that is swept, several at once: ``torque=[100, 200]``, or, where a key has a dot,
-        ``**{"effects.tip_relief.amount": [0, 5]}``. One without a dot is of ``[load]``, ``[pair]``, ``[resolution]``.
+        ``**{"effects.tip_relief.amount": [0, 5]}``; lists by number. No dot: ``[load]``, ``[pair]``, ``[resolution]``.
     outputs, samples, seed, sampler, threads
         As for ``simulate``; with ``samples``, the same at every point as for ``robust``, and responses for outputs.
     progress, keep

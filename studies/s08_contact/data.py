@@ -72,6 +72,9 @@ CASES = {
     "thin_rim": Case(scene=_scene("thin_rim", _RIM, 180.0), torques=(180.0,)),
 }
 
+#: Phases and torques [N·m] of the relieved pair with its finite width; ``relief.nc`` holds these curves.
+RELIEF_PHASES, RELIEF_TORQUES = tuple((i + 0.25) / 8 for i in range(8)), (10.0, 50.0, 100.0, 200.0)
+
 
 def scene(name: str = "spur") -> Scene:
     """The scene of a case."""
@@ -84,6 +87,15 @@ def curves(name: str, phases: int = PHASES, workers: int = 2) -> xr.Dataset:
 
     case = CASES[name]
     return contact_cycle(case.scene, phases, torques=case.torques, width_factor=case.width_factor, workers=workers)
+
+
+def relieved() -> xr.Dataset:
+    """The relieved spur pair with its finite width, from a tenth to twice its torque, (torque, position)."""
+    from fem_reference.contact.cycle import contact_cycle
+    from fem_reference.contact.spatial import Fineness, SpatialSettings
+
+    settings = SpatialSettings(fineness=Fineness().coarser())
+    return contact_cycle(scene("spur_relief"), RELIEF_PHASES, torques=RELIEF_TORQUES, settings=settings)
 
 
 def outside_path(dataset: xr.Dataset, pair: Pair) -> np.ndarray:

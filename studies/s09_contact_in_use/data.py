@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -17,7 +18,7 @@ from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.results.responses import described
 from gearbench.scene import Load, Resolution, Scene
-from gearbench.scene_file import load_scene
+from gearbench.scene_file import load_scene, parse_scene
 from gearbench.simulation import simulate
 from gearbench.validation.reference import reference_scene
 from studies.s05_tooth_models.pairs import draw, in_use
@@ -87,37 +88,63 @@ def scene(number: int = 0) -> Scene:
     return scenes()[number]
 
 
-def compute(*, quick: bool = False) -> xr.Dataset:
-    """Curves of all pairs; phases of the contact finite elements are kept on disk, so that a run may be interrupted."""
-    return collected([measured(spur_scene("spur"), 2)] if quick else [measured(each, PHASES) for each in scenes()])
+def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
+    """Curves of all pairs; those of the contact finite elements are kept in ``folder``, where a run goes on."""
+    if quick:
+        return collected([with_models(contact_curve(spur_scene("spur"), 2))])
+    from gearbench.results.netcdf import load, save
+
+    rows = []
+    for number, each in enumerate(scenes()):
+        path = folder / f"{number:02d}.nc" if folder is not None else None
+        if path is not None and path.exists():
+            rows.append(load(path))
+            continue
+        rows.append(contact_curve(each, PHASES))
+        if path is not None:
+            save(rows[-1], path)
+    return collected([with_models(row) for row in rows])
 
 
-def measured(scene: Scene, phases: int) -> xr.Dataset:
-    """One pair: curves of the contact finite elements and of the models (model, position)."""
+def gathered(folder: Path) -> xr.Dataset:
+    """The pairs whose contact finite elements are in ``folder``, beside the models as they are today."""
+    from gearbench.results.netcdf import load
+
+    return collected([with_models(load(path)) for path in sorted(folder.glob("[0-9][0-9].nc"))])
+
+
+def contact_curve(scene: Scene, phases: int) -> xr.Dataset:
+    """One pair by contact finite elements, (position)."""
+    import xarray as xr
+
     from fem_reference.contact.cycle import contact_cycle
     from fem_reference.contact.spatial import Fineness, SpatialSettings
 
-    settings = SpatialSettings(fineness=Fineness().coarser())
-    exact = contact_cycle(scene, phases, settings=settings)
-    curves = [model_cycle(scene, name, phases) for name in MODELS]
-    grid = ("model", "position")
+    exact = contact_cycle(scene, phases, settings=SpatialSettings(fineness=Fineness().coarser()))
     variables = {
         **{name: (("position",), exact[name].values) for name in OUTPUTS},
-        **{f"model_{name}": (grid, [cycle[name].values for cycle in curves]) for name in OUTPUTS},
         "transmission_error_uncertainty": ((), float(exact.transmission_error_uncertainty)),
         "seconds": ((), float(exact.attrs["wall_time_s"])),
     }
-    import xarray as xr
-
-    coords = {"mesh_phase": ("position", exact.mesh_phase.values), "model": ("model", list(MODELS))}
+    coords = {"mesh_phase": ("position", exact.mesh_phase.values)}
     return xr.Dataset(described(variables), coords=described(coords)).assign(scene=scene.to_toml())
+
+
+def with_models(row: xr.Dataset) -> xr.Dataset:
+    """One pair beside the curves of the models, (model, position)."""
+    pair = parse_scene(tomllib.loads(str(row["scene"].values)))
+    curves = [model_cycle(pair, model, row.sizes["position"]) for model in MODELS]
+    variables = {f"model_{name}": (("model", "position"), [cycle[name].values for cycle in curves]) for name in OUTPUTS}
+    bare = row.drop_dims("model", errors="ignore")
+    return bare.assign(described(variables)).assign_coords(model=list(MODELS))
 
 
 def collected(rows: list[xr.Dataset]) -> xr.Dataset:
     """All pairs, along ``design``."""
     import xarray as xr
 
-    return xr.concat(rows, "design", coords="minimal", compat="override")
+    # rows that were read know the length of their own scene, which is that of the first: longer ones would be cut off
+    return xr.concat(rows, "design", coords="minimal", compat="override").drop_encoding()
 
 
 def model_cycle(scene: Scene, model: str, phases: int) -> xr.Dataset:
