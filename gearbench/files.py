@@ -11,7 +11,7 @@ import hashlib
 import os
 import re
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from glob import escape
@@ -39,6 +39,33 @@ def check_target(path: str | Path) -> Path:
     if not os.access(path.parent, os.W_OK):
         raise InputError("output", str(path), f"the folder {path.parent} is not writable")
     return path
+
+
+#: Letters of a name that go into a file's name: up to 4 bytes each, of the 255 that a file system takes.
+_NAMED = 40
+
+
+def file_parts(names: Sequence[str]) -> list[str]:
+    """Names, which may hold anything, as parts of names of files: letters, digits, ``-`` and ``_``, not too long.
+
+    All are different, also where a file system does not tell capitals.
+
+    Examples
+    --------
+    >>> file_parts(["pair", "../../etc", "Pair"])
+    ['pair', '_etc', 'Pair_2']
+    """
+    found: list[str] = []
+    taken: set[str] = set()
+    for name in names:
+        first = part = re.sub(r"[^\w-]+", "_", name)[:_NAMED] or "_"
+        number = 1
+        while part.casefold() in taken:
+            number += 1
+            part = f"{first}_{number}"
+        taken.add(part.casefold())
+        found.append(part)
+    return found
 
 
 #: Last line of a sealed file: the digest of all bytes before it. Readers of HDF5 take no notice of it.

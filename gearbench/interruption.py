@@ -111,10 +111,10 @@ class Hearing:
         return hasattr(signal, "setitimer")
 
 
-def arrived() -> None:
-    """Say that a ``KeyboardInterrupt`` has been caught and dealt with: it is not raised again."""
+def arrived(*, dealt_with: bool = True) -> None:
+    """Say that a ``KeyboardInterrupt`` has been caught and dealt with: it is not raised again; or was not yet."""
     if _hearing is not None:
-        _hearing.arrived = True
+        _hearing.arrived = dealt_with
 
 
 def pending() -> bool:

@@ -98,24 +98,36 @@ def parts(kind: type) -> tuple[str, dict[str, str]]:
     return text, meanings
 
 
+#: Parts of a key at most; tomllib's time grows with their square.
+_DEEPEST = 100
+#: Dots of keys with the blanks about them, and runs of letters that may be a key of more parts.
+_DOT, _LONG_KEY = re.compile(r"(?<![ \t])[ \t]*+\.[ \t]*+"), re.compile(rf"[\w.\"'-]{{{2 * _DEEPEST},}}")
+
+
 def read_toml(path: Path) -> dict[str, Any]:
     """Tables of a TOML file.
 
     Raises
     ------
     InputError
-        If the file cannot be read or is no TOML.
+        Naming it, if it cannot be read or is no TOML.
     """
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        if any(len(re.findall(r"[^.]\.", key)) > _DEEPEST for key in _LONG_KEY.findall(_DOT.sub(".", text))):
+            raise RecursionError
+        return tomllib.loads(text)
     except OSError as error:
-        raise InputError("", (error.strerror or "cannot be read").lower(), "must be a readable TOML file") from None
+        reason = (error.strerror or "cannot be read").lower()
+        raise InputError("", reason, "must be a readable TOML file", str(path)) from None
     except UnicodeDecodeError:
-        raise InputError("", "not UTF-8 text", "must be a readable TOML file") from None
+        raise InputError("", "not UTF-8 text", "must be a readable TOML file", str(path)) from None
     except RecursionError:
-        raise InputError("", "not TOML", "nested too deeply") from None
+        raise InputError("", "not TOML", "nested too deeply", str(path)) from None
     except ValueError as error:  # no TOML, or numbers of thousands of digits
-        raise InputError("", "not TOML", str(error)) from None
+        many = "Exceeds the limit" in str(error)
+        reason = "a whole number of thousands of digits" if many else str(error)
+        raise InputError("", "not TOML", reason, str(path)) from None
 
 
 def as_table(key: str, table: Any) -> Mapping[str, Any]:

@@ -6,6 +6,7 @@ import os
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -33,4 +34,16 @@ def scheduler() -> Iterator[tuple[str, subprocess.Popen]]:
         free.bind(("127.0.0.1", 0))
         port = str(free.getsockname()[1])
     with dask("scheduler", "--host", "127.0.0.1", "--port", port, "--no-dashboard") as process:
+        wait_for(int(port))
         yield f"tcp://127.0.0.1:{port}", process
+
+
+def wait_for(port: int) -> None:
+    """Until somebody listens at a port of this machine; a minute at most."""
+    for _ in range(600):
+        try:
+            socket.create_connection(("127.0.0.1", port), 1.0).close()
+        except OSError:
+            time.sleep(0.1)
+        else:
+            return

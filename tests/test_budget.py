@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gearbench import budget, robust, simulate
+from gearbench import budget, robust, simulate, sweep
 from gearbench.accuracy import choose
 from gearbench.budget import MemoryBudgetError, memory_limit, parse_memory, require, shared, shown
 from gearbench.contact.assemble import mesh_phases
-from gearbench.contact.size import contact_memory
+from gearbench.contact.size import contact_memory, kept_memory
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import InputError
 from gearbench.library.garambois2017 import case, gear
@@ -205,6 +205,30 @@ def test_the_search_for_an_accuracy_ends_at_its_memory_and_says_what_it_reached(
     with pytest.raises(InputError, match=fault) as found:
         choose.choose(case(1, Resolution(accuracy=0.01)), large)
     assert len(str(found.value)) < 300
+
+
+# -- sweeps ------------------------------------------------------------------------------------------------------------
+def test_memory_of_the_points_of_a_sweep_is_predicted():
+    scene, peaks = on_bodies(positions=16, segments=30), []
+    sweep(scene, torque=[100.0])  # what all points share
+    for count in (150, 250):  # more than the problem itself takes
+        tracemalloc.start()
+        sweep(scene, torque=np.linspace(50.0, 150.0, count))
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    predicted = kept_memory(scene, 16)
+    assert 0.4 * predicted < (peaks[1] - peaks[0]) / 100 < predicted
+
+
+def test_more_points_than_the_memory_holds_are_refused_with_what_fits(monkeypatch):
+    monkeypatch.setenv(budget.VARIABLE, "5e8")
+    scene, torques = on_bodies(positions=64, segments=15), np.linspace(50.0, 150.0, 100_000)
+    with pytest.raises(
+        MemoryBudgetError, match=r"sweep = 100000 points: needs about .* (\d+) points would fit"
+    ) as found:
+        sweep(scene, torque=torques)
+    fits = int(re.search(r"(\d+) points would fit", str(found.value))[1])
+    assert 0.9 * 5e8 < fits * kept_memory(scene, 64) <= 5e8
 
 
 # -- the command -------------------------------------------------------------------------------------------------------

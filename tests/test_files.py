@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 
 from gearbench.errors import InputError
-from gearbench.files import replacing, write_bytes, write_text
+from gearbench.files import file_parts, replacing, write_bytes, write_text
 from gearbench.results.netcdf import load, save
 from tests.explore_designs import EXAMPLES, front
 
@@ -166,3 +166,32 @@ def test_commands_leave_nothing_where_the_disk_is_full(run, stored, tmp_path, mo
         assert code == 1, arguments
         assert "No space left on device" in err
         assert list(out.iterdir()) == [], arguments
+
+
+#: Names that are no names of files, or of files elsewhere.
+HOSTILE = [
+    "",
+    "/etc/passwd",
+    "../../up",
+    "..",
+    "a/b",
+    "C:\\x",
+    "nul\0byte",
+    "line\nbreak",
+    "x" * 300,
+    "齿" * 300,
+    "CON",
+    "con",
+    "_",
+]
+
+
+def test_any_name_becomes_a_file_in_its_folder(tmp_path):
+    parts = file_parts(HOSTILE)
+    assert len({part.casefold() for part in parts}) == len(HOSTILE)
+    for part in parts:
+        path = write_text(tmp_path / f"campbell_{part}.png", "x")
+        assert path.parent == tmp_path
+        assert path.resolve().parent == tmp_path.resolve()
+    assert len(list(tmp_path.iterdir())) == len(HOSTILE)
+    assert file_parts(["pair", "Pumpe-2", "Stufe Ä"]) == ["pair", "Pumpe-2", "Stufe_Ä"]

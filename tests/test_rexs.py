@@ -308,6 +308,7 @@ FAULTS = {
     "no such component": ('id="12" role="gear_2"', 'id="99" role="gear_2"', "component 99"),
     "component twice": ('<component id="2" ', '<component id="1" ', "component 1"),
     "id of text": ('<component id="2" ', '<component id="two" ', "'two'"),
+    "id of many digits": ('<component id="2" ', f'<component id="{"2" * 5000}" ', "at most 18 digits"),
     "version": ('version="1.6"', 'version="1.8"', "1.8"),
     "no version": (' version="1.6"', "", "missing"),
     "other XML": ("model", "modell", "modell"),

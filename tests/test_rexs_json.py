@@ -165,6 +165,8 @@ def changed(change):
         ('{"model": ' + "[" * 200_000 + "]" * 200_000 + "}", "nested too deep"),
         (changed(lambda m: m.update(version="2.0")), "must be one of 1.0"),
         (changed(lambda m: m["components"][0].update(id="one")), "must be a whole number"),
+        (changed(lambda m: m["components"][0].update(id=10**20)), "must be a whole number of at most 18 digits"),
+        ('{"model": {"version": 1' + "0" * 5000 + "}}", "a whole number of thousands of digits"),
         (changed(lambda m: m["relations"][0]["refs"][0].update(id=99)), "no such component"),
         ('{"model": {"version": NaN}}', "not JSON"),
         ('{"model": {"version": 1e999}}', "must be a finite number"),

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import time
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import gearbench.contact.assemble
-from gearbench import load_scene, robust, simulate, sweep
+from gearbench import interruption, load_scene, robust, simulate, sweep
 from gearbench.contact.assemble import mesh_phases, scene_lines
 from gearbench.contact.loads import solve_loads
 from gearbench.contact.problem import ContactProblem
@@ -17,7 +20,7 @@ from gearbench.results.outputs import DEFAULT_OUTPUTS
 from gearbench.scene import Load, Scene
 from gearbench.scene_file import parse_scene
 from gearbench.solution import dataset, solve_lines
-from gearbench.sweeps import shared
+from gearbench.sweeps import groups, shared
 from gearbench.sweeps.ranges import parse_range, parse_setting
 from tests.test_architecture import ROOT
 
@@ -144,6 +147,26 @@ def test_an_interrupted_sweep_keeps_what_is_done():
     whole = sweep(RELIEVED, {"effects.crowning.amount": [2.0, 8.0]}, torque=[50.0, 100.0, 150.0])
     kept = dataset["transmission_error_mean"].where(done, whole["transmission_error_mean"])
     np.testing.assert_allclose(kept, whole["transmission_error_mean"], rtol=1e-12)
+
+
+@pytest.mark.parametrize("samples", [0, 4])
+def test_an_interruption_before_the_first_point_is_not_passed_over_in_silence(monkeypatch, capsys, samples):
+    def interrupted(*_, **__):
+        try:
+            os.kill(os.getpid(), signal.SIGINT)
+            time.sleep(5)
+        except KeyboardInterrupt:
+            if not samples:
+                raise
+            interruption.arrived()  # as error samples do, which are kept elsewhere
+        return {}, False
+
+    monkeypatch.setattr(groups, "respond", interrupted)
+    monkeypatch.setattr(groups.Shared, "solutions", interrupted)
+    with pytest.raises(SystemExit) as end, interruption.Hearing():
+        sweep(example("gear55_robust"), torque=[5.0], samples=samples)
+    assert end.value.code == 130
+    assert capsys.readouterr().err == "gearbench: interrupted\n"
 
 
 def test_what_is_done_is_kept_now_and_then(monkeypatch):

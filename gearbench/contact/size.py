@@ -16,6 +16,9 @@ from gearbench.scene import Scene
 SQUARE, COLUMN, SEGMENT = 3.0, (2.5, 3.4), 30.0
 #: Columns that no Ψ has more of: while the size with them is small, the columns are not counted.
 MOST_COLUMNS = 1500
+#: Numbers of a solution that are kept while others are solved, and put together at the end, for each segment of a
+#: position and for each position. Measured, with a third in reserve.
+KEPT_SEGMENT, KEPT_POSITION = 4.0, 60.0
 #: Bytes of a number.
 _NUMBER = 8
 
@@ -58,6 +61,12 @@ def _of_position(pairs: int, segments: int, columns: int, *, coupled: bool) -> f
     # of pairs that deflect by themselves, the compliance of each is reduced where it has more columns than segments
     square = n * n if coupled else n * segments * (columns > segments)
     return _NUMBER * (SQUARE * square + n * (COLUMN[not coupled] * columns + SEGMENT))
+
+
+def kept_memory(scene: Scene, positions: int) -> float:
+    """Memory [bytes] that the results of ``scene`` at a number of mesh phases take among those of a sweep."""
+    segments = pairs_of_teeth(scene) * scene.resolution.segments
+    return _NUMBER * positions * (KEPT_SEGMENT * segments + KEPT_POSITION)
 
 
 def pairs_of_teeth(scene: Scene) -> int:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gearbench.files import file_parts, replacing
+
 if TYPE_CHECKING:
     import xarray as xr
 
@@ -30,8 +32,9 @@ def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
     elif "sweep" not in dataset.dims and dataset.sizes["speed"] > 1:
         kinds = (*kinds, ("orders", _orders), ("campbell", _campbell))
     written = []
-    for mesh in dataset["mesh"].values:
-        one = dataset.sel(mesh=mesh)
+    meshes = file_parts([str(mesh) for mesh in dataset["mesh"].values])
+    for number, mesh in enumerate(meshes):
+        one = dataset.isel(mesh=number)
         for name, draw in kinds:
             path = folder / f"{name}_{mesh}.png"
             _figure(draw, one, path)
@@ -46,7 +49,8 @@ def _figure(draw: Any, one: xr.Dataset, path: Path) -> None:
     figure = Figure(figsize=(8, 4.8), layout="constrained")
     FigureCanvasAgg(figure)
     draw(figure, one)
-    figure.savefig(path, dpi=120)
+    with replacing(path) as part:
+        figure.savefig(part, dpi=120, format="png")
 
 
 def _force(figure: Any, one: xr.Dataset) -> None:

@@ -138,7 +138,10 @@ class EndRelief(GapEffect):
     @property
     def tables(self) -> dict[Role | None, OneFace]:
         """The relief of the pair (None), or of each gear that has one."""
-        found = {role: table for role in Role if (table := getattr(self, role.label)) is not None}
+        found: dict[Role | None, OneFace] = {}
+        for role in Role:
+            if (table := getattr(self, role.label)) is not None:
+                found[role] = table
         keys = ("amount", "length", "shape", *_ENDS)
         return found or {None: OneFace(**{key: getattr(self, key) for key in keys})}
 

@@ -29,6 +29,8 @@ JSON = (".rexsj", ".rexs.json")
 PACKED = (".rexsz", ".rexs.zip")
 #: Largest size of the text [bytes], and how many times larger than the packed file it may be.
 LARGEST, LARGEST_RATIO = 200_000_000, 200
+#: Digits of an id at most: those of 8 bytes.
+MOST_DIGITS = 18
 #: Elements and comments at most, a hundred times those of a gearbox; each takes 2 µs and 90 bytes. REXS nests six deep.
 MOST_ELEMENTS, DEEPEST = 1_000_000, 100
 
@@ -304,6 +306,6 @@ def _document(path: Path, root: Element) -> RexsDocument:
 
 def _id(element: Element, kind: str) -> int:
     text = element.get("id") or ""
-    if not text.isdecimal():
-        raise InputError(f"{kind}.id", repr(text), "must be a whole number")
+    if not text.isdecimal() or len(text) > MOST_DIGITS:
+        raise InputError(f"{kind}.id", repr(text), f"must be a whole number of at most {MOST_DIGITS} digits")
     return int(text)

@@ -38,8 +38,9 @@ def parse_json(data: bytes) -> Element:
         found = json.loads(data.decode("utf-8-sig"), parse_constant=_refused)
     except RecursionError:
         raise InputError("", "nested too deep", "refused: REXS nests eight deep") from None
-    except ValueError as error:  # no UTF-8, no JSON
-        raise InputError("", "not JSON", str(error)) from None
+    except ValueError as error:  # no UTF-8, no JSON, numbers of thousands of digits
+        many = "Exceeds the limit" in str(error)
+        raise InputError("", "not JSON", "a whole number of thousands of digits" if many else str(error)) from None
     model = found.get("model") if isinstance(found, dict) else None
     if not isinstance(model, dict):
         raise InputError("model", "missing", "must be a REXS model")

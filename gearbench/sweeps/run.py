@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from numpy.typing import NDArray
 
+from gearbench.budget import SMALL, memory_limit, require
+from gearbench.contact.assemble import mesh_phases
+from gearbench.contact.size import kept_memory
 from gearbench.errors import InputError
 from gearbench.interruption import arrived
 from gearbench.results.origin import keeping
@@ -17,7 +20,7 @@ from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs
 from gearbench.results.provenance import beyond_elasticity, provenance
 from gearbench.results.responses import is_response
 from gearbench.robustness.montecarlo import default_threads
-from gearbench.scene import Load, Scene
+from gearbench.scene import Load, Resolution, Scene
 from gearbench.scene_file import scene_at
 from gearbench.sweeps.axes import TORQUE, Axis, axes_of, grid
 from gearbench.sweeps.dataset import combined, over_loads
@@ -71,7 +74,7 @@ def sweep(
     Raises
     ------
     InputError
-        If a key is none of the scene's numbers, a value is not allowed, or ``samples`` meet ``resolution.accuracy``.
+        If a key is no number of the scene, a value not allowed, ``samples`` meet an accuracy, or memory is short.
 
     Examples
     --------
@@ -85,7 +88,7 @@ def sweep(
     spectrum = () if {"torque", TORQUE} & swept.keys() else scene.loads
     axes = axes_of(swept | ({"torque": [each.torque for each in spectrum]} if spectrum else {}))
     solver = _solver(scene, outputs, {"samples": samples, "seed": seed, "sampler": sampler}, threads)
-    points, total = _points(scene, axes), math.prod(len(each.values) for each in axes)
+    points, total = _points(scene, axes, kept=not samples), math.prod(len(each.values) for each in axes)
     own = solver.draws | {"swept": [each.path for each in axes]} | _warning(scene, axes)
 
     def whole(parts: Sequence[xr.Dataset]) -> xr.Dataset:
@@ -94,6 +97,15 @@ def sweep(
         return keeping(found.assign_attrs(attrs | {"complete": int(solver.done == total)}), scene)
 
     return whole(_solved(points, solver, lambda: progress(solver.done, total), _Keeper(keep=keep, whole=whole)))
+
+
+def _require_memory(scene: Scene, points: int) -> None:
+    """Refuse more points than the memory holds at the resolution of ``scene``, the default one for an accuracy."""
+    if scene.resolution.accuracy is not None:
+        scene = replace(scene, resolution=Resolution())
+    each = kept_memory(scene, len(mesh_phases(scene)[0]))
+    instead = f"{int(max(memory_limit(), SMALL) / each)} points would fit"
+    require(points * each, "sweep", f"{points} points", instead)
 
 
 @dataclass(kw_only=True)
@@ -125,9 +137,10 @@ def _solved(
                 advance()
                 keeper.look(parts, so_far)
         except KeyboardInterrupt:
-            arrived()
             if so_far is None and not parts:
+                arrived(dealt_with=False)  # nothing is kept, whatever the samples of the first point said
                 raise
+            arrived()
             return parts if so_far is None else [*parts, so_far()]
         assert so_far is not None
         parts.append(so_far())
@@ -145,8 +158,13 @@ def _solver(scene: Scene, outputs: Sequence[str], draws: dict[str, Any], threads
     return Solver(outputs=outputs, draws=draws if samples else {}, threads=threads or default_threads())
 
 
-def _points(scene: Scene, axes: Sequence[Axis]) -> list[list[list[Scene]]]:
-    """For each point of the keys but the torque: the scenes under its torques, in groups that are solved together."""
+def _points(scene: Scene, axes: Sequence[Axis], *, kept: bool) -> list[list[list[Scene]]]:
+    """For each point of the keys but the torque: the scenes under its torques, in groups that are solved together.
+
+    Where solutions are ``kept`` they must fit into the memory.
+    """
+    if kept:
+        _require_memory(scene, math.prod(len(each.values) for each in axes))
     base = scene.under(scene.load) if scene.loads else scene
     torque = next((each.values for each in axes if each.path == TORQUE), None)
     scenes = [scene_at(base, point) for point in grid([each for each in axes if each.path != TORQUE])]

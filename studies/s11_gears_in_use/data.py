@@ -17,7 +17,7 @@ from gearbench.effects.base import Effect
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending
-from gearbench.files import replacing
+from gearbench.files import is_sealed, seal, unseal, write_bytes
 from gearbench.geometry.role import Role
 from gearbench.scene import Scene
 from gearbench.simulation import simulate
@@ -75,13 +75,13 @@ def _kept(scene: Scene, path: Path | None) -> dict:
     """Errors of the models on a pair, from ``path`` where it holds those of the same pair."""
     key = {"scene": scene.to_toml(), "models": list(MODELS), "accuracy": ACCURACY}
     if path is not None and path.exists():
-        stored = json.loads(path.read_text(encoding="utf-8"))
+        data = path.read_bytes()
+        stored = json.loads(unseal(data) if is_sealed(data) else data)  # those of early runs have no digest
         if stored.pop("key") == key:
             return stored
     found = pair_errors(scene)
     if path is not None:
-        with replacing(path) as part:
-            part.write_text(json.dumps({"key": key} | found), encoding="utf-8")
+        write_bytes(path, seal(json.dumps({"key": key} | found).encode()))
     return found
 
 

@@ -132,7 +132,7 @@ if (form) {
   });
   byId("save").addEventListener("click", () => {
     const text = now.scene.data.text[0];
-    const file = ((/^name = "(.*)"$/m.exec(text)?.[1] ?? "scene").replace(/[^\w]+/g, "_") || "scene") + ".toml";
+    const file = ((/^name = "(.*)"$/m.exec(text)?.[1] ?? "scene").replace(/[^\w]+/g, "_").slice(0, 80) || "scene") + ".toml";
     download(new Blob([text], { type: "application/toml" }), file);
   });
   byId("pictures").addEventListener("click", pictures);
