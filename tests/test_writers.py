@@ -31,7 +31,7 @@ WRITERS = {
     "gearbench/exchange/rexs_results.py": "REXS, whose standard has no digest",
     "fem_reference/cache.py": OWN,
     "fem_reference/contact/calculix.py": PASSING,
-    "fem_reference/contact/result.py": "named after the digest of its inputs and the program; none of its numbers",
+    "fem_reference/contact/result.py": SEALED,
     "studies/s01_table2/pictures.py": TO_READ,
     "studies/s04_paper_validation/pictures.py": TO_READ,
     "studies/s06_paper_fronts/search.py": "times of the legs of a search, for its report alone",

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import tempfile
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import cache
@@ -13,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fem_reference.cache import cache_folder, code_version
+from gearbench.files import seal, unseal, write_bytes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,18 +37,22 @@ class PhaseResult:
 
 
 def kept(key: list[Any], compute: Callable[[], PhaseResult]) -> PhaseResult:
-    """A result from the cache where the same was computed before: same ``key``, same program."""
+    """A result from the cache where the same was computed before: same ``key``, same program.
+
+    One that is damaged is computed again.
+    """
     digest = hashlib.sha256(json.dumps([*key, _code()], sort_keys=True, default=repr).encode()).hexdigest()[:32]
     path = cache_folder() / f"contact-{digest}.json"
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = json.loads(unseal(path.read_bytes()))
         for name in ("share", "radius"):
             found[name] = {int(k): values for k, values in found[name].items()}
         return PhaseResult(**found)
     except (OSError, ValueError, KeyError, TypeError):
         pass
     result = compute()
-    _store(path, result)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_bytes(path, seal(json.dumps(asdict(result)).encode()))
     return result
 
 
@@ -61,12 +64,3 @@ def _code() -> str:
         if source.name != "cycle.py":
             total.update(source.read_bytes())
     return total.hexdigest()
-
-
-def _store(path: Path, result: PhaseResult) -> None:
-    """Whole or not at all."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    with os.fdopen(handle, "w", encoding="utf-8") as file:
-        json.dump(asdict(result), file)
-    Path(name).replace(path)
