@@ -163,9 +163,9 @@ def _points(scene: Scene, axes: Sequence[Axis], *, kept: bool) -> list[list[list
 
     Where solutions are ``kept`` they must fit into the memory.
     """
-    if kept:
-        _require_memory(scene, math.prod(len(each.values) for each in axes))
     base = scene.under(scene.load) if scene.loads else scene
+    if kept:
+        _require_memory(base, math.prod(len(each.values) for each in axes))
     torque = next((each.values for each in axes if each.path == TORQUE), None)
     scenes = [scene_at(base, point) for point in grid([each for each in axes if each.path != TORQUE])]
     return [[[each]] if torque is None else under_loads(each, torque) for each in scenes]
