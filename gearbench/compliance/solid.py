@@ -140,7 +140,7 @@ class Solid:
         used = ((0, 0), (1, 1)) if a == b else ((0, 1), (1, 0))
         both = np.stack([S[i, j][position] for i, j in used])
         coefficients = np.stack([Z[i, j] for i, j in used], axis=1)
-        return (coefficients @ both.reshape(2, -1)).reshape(-1, *both.shape[1:])
+        return (coefficients @ both.reshape(2, -1)).reshape(len(coefficients), *both.shape[1:])
 
     def block(self, left: Class, right: Class, Z: NDArray, parities: tuple[NDArray, NDArray]) -> NDArray:
         """Stiffness between functions of two classes, those along the axis one after the other.

@@ -15,6 +15,8 @@ from gearbench.system.body import Body
 
 Position = Annotated[float, Field(ge=0.0, le=50000.0)]
 Size = Annotated[float, Field(ge=1e-3, le=20000.0)]
+#: Length of a shaft over its least diameter at most: beyond, it is a wire that bears no gear.
+MOST_SLENDER = 300
 Inertia = Annotated[float, Field(ge=0.0, le=1e9)]
 Vector = tuple[float, float, float]
 Hand = Literal["right", "left"]
@@ -175,6 +177,13 @@ class Shaft:
                     raise self._beyond(f"{key}.{number}.position", item.position)
         if self.coupling is not None and self.coupling.position > self.length:
             raise self._beyond("coupling.position", self.coupling.position)
+        least = self.length / MOST_SLENDER
+        for number, section in enumerate(self.sections):
+            for key in ("diameter", "end_diameter"):
+                value = getattr(section, key)
+                if value is not None and value < least:
+                    allowed = f"must be at least {least:.3g} mm, 1/{MOST_SLENDER} of the length of the shaft"
+                    raise InputError(f"sections.{number}.{key}", value, allowed)
 
     def _beyond(self, key: str, value: float) -> InputError:
         return InputError(key, value, f"must lie on the shaft, 0 to {self.length:g} mm")

@@ -61,7 +61,7 @@ class Settled:
             if np.abs(residual).max(initial=0.0) <= SETTLED * scale:
                 return u
             # bearings that carry nothing yet have no stiffness: steps of a few µm until they do
-            soft = np.linalg.eigvalsh(_balanced(K))[0] < SOFT
+            soft = not _stiffer_than(_balanced(K), SOFT)
             step = np.linalg.solve(K + soft * scale / SHORT_STEP * np.eye(len(K)), residual)
             trial = u.copy()
             trial[self._free] += step
@@ -179,6 +179,15 @@ def _may_hold_axially(bearing: Bearing) -> bool:
 def _balanced(A: NDArray) -> NDArray:
     d = 1 / np.sqrt(np.maximum(np.abs(np.diag(A)), 1e-300))
     return A * d[:, None] * d
+
+
+def _stiffer_than(K: NDArray, least: float) -> bool:
+    """Whether all eigenvalues of a symmetric matrix are above ``least``, by a factorisation: they are not known."""
+    try:
+        np.linalg.cholesky(K - least * np.eye(len(K)))
+    except np.linalg.LinAlgError:
+        return False
+    return True
 
 
 def external_load(model: ShaftModel) -> NDArray:
