@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     from gearbench.geometry.pair import Pair
 
 #: Where a warning begins: σ_Hlim of case-hardened wrought steel of quality MQ, ISO 6336-5:2016 table 1 (1300 of quality
-#: ML, 1650 of ME); the same 1500 of carburised gears in Lloyd's Register's rules for naval ships, volume 2, part 3,
-#: chapter 1, table 1.7.2 [MPa].
+#: ML, 1650 of ME) [MPa].
 HARDENED = 1500.0
 #: Least tip thickness of a tooth [normal modules], ISO 21771-1 and usual practice.
 LEAST_TIP = 0.2
