@@ -262,3 +262,10 @@ def test_bad_input_is_one_line_and_exit_code_2(run, tmp_path, monkeypatch, argum
     assert (code, out) == (2, "")
     assert err.count("\n") == 1
     assert "Traceback" not in err
+
+
+def test_an_interrupted_scatter_is_an_interruption(monkeypatch):
+    """No fault of the picture: the program would end with 1, not with the code of its signal."""
+    monkeypatch.setattr("gearbench.explore.model.respond", lambda *_: ({}, False))
+    with pytest.raises(KeyboardInterrupt):
+        picture(load_scene(EXAMPLES / "gear55_robust.toml"))

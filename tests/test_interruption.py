@@ -200,7 +200,7 @@ COMMANDS = (
     ("optimise", ROOT / "examples" / "optimise_small.toml", "-o", "out"),
     ("plan", SCENE),
     ("sweep", SCENE, "--torque", "1:8:0.01", "-o", "out.nc"),
-    ("hunting", ROOT / "examples" / "gears" / "fzg_c.toml", "-o", "out.nc"),
+    ("hunting", ROOT / "tests" / "data" / "waves.toml", "-o", "out.nc"),
     ("response", ROOT / "examples" / "shafts.toml", "--speed", "500:6000:20000", "-o", "out.nc"),
     ("explore", SCENE, "--port", 0),
 )
