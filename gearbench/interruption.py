@@ -48,7 +48,7 @@ class Hearing:
         self.arrived = False
         self._over = False
         self._before: dict[int, Any] = {}
-        self._unraisable = sys.unraisablehook
+        self._unraisable, self._printed = sys.unraisablehook, sys.excepthook
 
     def __enter__(self) -> Hearing:
         global _hearing
@@ -61,6 +61,7 @@ class Hearing:
         except ValueError:  # not the main thread
             return self
         self._unraisable, sys.unraisablehook = sys.unraisablehook, self._on_unraisable
+        self._printed, sys.excepthook = sys.excepthook, self._on_printed
         _hearing = self
         atexit.unregister(_end_at_once)
         atexit.register(_end_at_once)
@@ -70,7 +71,7 @@ class Hearing:
         global _hearing, _left
         self._over = True
         if _hearing is self:
-            _hearing, sys.unraisablehook = None, self._unraisable
+            _hearing, sys.unraisablehook, sys.excepthook = None, self._unraisable, self._printed
             self._look_again(0.0)
         for number, before in self._before.items():
             signal.signal(number, before)
@@ -102,6 +103,11 @@ class Hearing:
         """Not a word about an exception that was swallowed, it is raised again; nor about what it left half made."""
         if self.number is None and not issubclass(fault.exc_type, KeyboardInterrupt):
             self._unraisable(fault)
+
+    def _on_printed(self, kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+        """Nor its trace, which Cython prints before that where a function cannot raise (scipy's Sobol points)."""
+        if self.number is None or not issubclass(kind, KeyboardInterrupt):
+            self._printed(kind, error, trace)
 
     @staticmethod
     def _look_again(seconds: float) -> bool:

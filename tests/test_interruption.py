@@ -193,6 +193,25 @@ def test_another_error_that_the_signal_became_is_the_signal(monkeypatch, capsys)
     assert capsys.readouterr().err == "gearbench: interrupted\n"
 
 
+def test_an_interruption_that_is_swallowed_leaves_no_trace(monkeypatch, capsys):
+    """Cython prints what a function cannot raise, a trace for the user to read; other faults are printed as ever."""
+
+    def swallows() -> None:
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except BaseException as error:
+            sys.excepthook(type(error), error, error.__traceback__)
+        sys.excepthook(ValueError, ValueError("of something else"), None)
+        raise KeyboardInterrupt
+
+    before = sys.excepthook
+    monkeypatch.setattr("gearbench.cli.app.app", swallows)
+    with pytest.raises(SystemExit, match="130"):
+        main()
+    assert capsys.readouterr().err == "ValueError: of something else\ngearbench: interrupted\n"
+    assert sys.excepthook is before
+
+
 # -- at random moments -------------------------------------------------------------------------------------------------
 COMMANDS = (
     ("simulate", SCENE, "-o", "out.nc"),
