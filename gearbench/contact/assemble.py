@@ -237,7 +237,10 @@ def assemble(
     laws = [part for effect in own.laws if isinstance(part := effect.compliance(lines, beside), LineLaw)]
     problem = _problem(scene, lines, own, laws, gap, soft, truncation, smooth.length_scale)
     factor = smooth.factor.reshape(*at.shape, -1)
-    along = Along(scene=scene, effects=tuple(acting), lines=lines, gaps=gaps, factor=factor, rows=rows, laws=own.laws)
+    along = Along(
+        scene=scene, effects=tuple(acting), lines=lines, gaps=gaps, factor=factor, rows=rows, laws=own.laws,
+        share=np.ones(len(gaps)),
+    )  # fmt: skip
     # the load on a cell is spread: Ψ is its mean, by Simpson's rule
     factor = np.array([1, 4, 1]) / 6 @ rows @ factor
     return replace(
