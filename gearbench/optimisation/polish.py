@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError
+from gearbench.interruption import pending
 from gearbench.optimisation.dataset import designs_dataset
 from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.front import hypervolume, non_dominated
@@ -177,7 +178,9 @@ class _Run:
         return tuple(found)
 
     def evaluated(self, x: NDArray) -> Evaluation:
-        """Evaluation of x, kept."""
+        """Evaluation of x, kept; the first after Ctrl-C ends the thread, which does not hear it itself."""
+        if pending():
+            raise KeyboardInterrupt
         key = np.asarray(x, dtype=float).tobytes()
         if key not in self.seen:
             # the design itself keeps its codes to the bit
