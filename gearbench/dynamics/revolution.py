@@ -17,9 +17,17 @@ from gearbench.dynamics.analysis import HARMONICS, check_harmonics, check_speeds
 from gearbench.dynamics.balance import Excitation, solve
 from gearbench.dynamics.loaded_mesh import PER_MICROMETRE, LoadedMesh
 from gearbench.dynamics.model import Group, Model
+from gearbench.dynamics.size import bearings, require_each, speed_memory
 from gearbench.effects.base import GapEffect
 from gearbench.errors import InputError
-from gearbench.hunting import check_cycles, order_coefficients, solve_cycles, turning_gaps, unlike
+from gearbench.hunting import (
+    check_cycles,
+    order_coefficients,
+    require_cycles_memory,
+    solve_cycles,
+    turning_gaps,
+    unlike,
+)
 from gearbench.results.cycle import MICROMETRES
 from gearbench.results.origin import keeping
 from gearbench.results.provenance import provenance
@@ -80,6 +88,7 @@ def revolution(mesh: LoadedMesh, effects: Sequence[GapEffect], harmonics: int) -
     teeth = tuple(gear.teeth for gear in scene.pair.gears)
     modes, amounts = turning_gaps(effects, lines, check_cycles(scene.pair))
     cycles = next(P for P in (1, *sorted(teeth), len(amounts)) if _repeats(amounts, P))
+    require_cycles_memory(scene, effects, len(lines.mesh_phase), cycles, harmonics)
     batch = prepare(assemble(scene, lines, mesh.effects), modes)
     found = solve_cycles(scene, mesh.cycle.phases, batch, amounts[:cycles], 1)
     stiffness = PER_MICROMETRE * found.mesh_stiffness.mean(axis=0)
@@ -233,6 +242,9 @@ def revolution_response(
     model = Model(scene=replace(scene, **alike))
     mesh = model.cycles[0]
     excitation = revolution(mesh, turning, harmonics) if error is None else given(mesh, error, harmonics)
+    seen = bearings(scene) if excitation.cycles <= _LONG else 0
+    each = speed_memory(len(excitation.error), 1, seen)
+    require_each(each, len(speeds), "speed", f"{len(excitation.error)} orders of {excitation.cycles} mesh cycles")
     first = model.groups[0]
     group = Group(meshes=first.meshes[:1], rate=first.rate, phase=first.phase[:1])
     variables, order = _over_speed(model, group, excitation, speeds)

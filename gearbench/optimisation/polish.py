@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.budget import shared
 from gearbench.errors import InputError
 from gearbench.interruption import pending
 from gearbench.optimisation.dataset import designs_dataset
@@ -93,19 +94,22 @@ def polish(
     Raises
     ------
     InputError
-        If no variable is continuous.
+        If no variable is continuous, or no design feasible.
     """
     from gearbench.robustness.montecarlo import default_threads
 
     start = time.perf_counter()
     study = continuous(designs.study)
     numbers = np.flatnonzero(designs.dataset["on_front"].values)
+    if not len(numbers):
+        raise InputError("", designs.study.name or "study", "has no feasible design")
     first = [_as_continuous(designs, study, int(number)) for number in numbers]
     F = designs.dataset["objective"].values[numbers]
     extent = np.where(np.ptp(F, axis=0) > 0, np.ptp(F, axis=0), np.abs(F).max(axis=0))
     work = partial(polish_one, study, extent=extent, evaluations=evaluations)
     found: list[tuple[Design, Evaluation, Evaluation]] = []
-    with ThreadPoolExecutor(threads or default_threads()) as pool:
+    threads = threads or default_threads()
+    with shared(threads), ThreadPoolExecutor(threads) as pool:
         for answer in pool.map(work, first):
             found.append(answer)
             progress(len(found), len(first))
