@@ -107,8 +107,8 @@ class Effect(ABC):
         """
         return {}
 
-    @classmethod
-    def recall(cls, kept: Mapping[str, xr.DataArray]) -> None:  # noqa: B027 (nothing to do by default)
+    @classmethod  # noqa: B027
+    def recall(cls, kept: Mapping[str, xr.DataArray]) -> None:
         """Let scenes have what ``kept`` has given to a Dataset, whether or not the files are still there.
 
         Raises
