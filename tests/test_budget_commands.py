@@ -14,6 +14,7 @@ import pytest
 
 from gearbench import budget, load_study
 from gearbench.budget import MemoryBudgetError, memory_limit
+from gearbench.contact.assemble import mesh_phases
 from gearbench.dynamics.analysis import response
 from gearbench.dynamics.model import Model
 from gearbench.dynamics.nonlinear import PER_ORDER, STEPS, nonlinear_response
@@ -21,16 +22,19 @@ from gearbench.dynamics.revolution import revolution_response
 from gearbench.dynamics.scatter import BLOCK, robust_response
 from gearbench.dynamics.size import bearings, in_blocks, nonlinear_memory, sample_memory, speed_memory
 from gearbench.effects.waviness import Wave, Waviness
+from gearbench.effort.apart import apart
+from gearbench.effort.clock import most_megabytes
 from gearbench.errors import InputError
 from gearbench.hunting import cycles_memory, hunting_cycle
 from gearbench.optimisation import polish as polishing
 from gearbench.optimisation import verify as verifying
 from gearbench.optimisation.polish import polish
 from gearbench.optimisation.select import open_designs
-from gearbench.scene import Scene
+from gearbench.scene import Resolution, Scene
 from gearbench.scene_file import load_scene
 from gearbench.validation import comparison
 from gearbench.validation.comparison import validate
+from gearbench.validation.reference import reference_memory, reference_scene
 from tests.systems import shafts, spur_scene
 
 ROOT = Path(__file__).parents[1]
@@ -113,6 +117,32 @@ def test_matrices_of_a_response_do_not_take_more_at_more_speeds():
     assert peak(lambda: response(scene, speed=SPEEDS(500), harmonics=100)) < 0.2 * 500 * 201**2 * 8
     assert [*in_blocks(5, 10**9)] == [slice(i, i + 1) for i in range(5)]
     assert [range(7)[here] for here in in_blocks(7, 10**5)] == [range(2), range(2, 4), range(4, 6), range(6, 7)]
+
+
+def largest_with_a_reference(scene: Scene) -> tuple[float, float]:
+    """Memory [MB] predicted for the finite elements of a comparison, and what this process has taken after it."""
+    predicted = reference_memory(reference_scene(scene), len(mesh_phases(scene)[0]))
+    comparison.compare(scene, 0.01)
+    return predicted / 1e6, most_megabytes()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["large_wheel", "nrel_5mw_stage3", "fzg_c", "fine_pitch"])
+def test_memory_of_a_comparison_is_that_of_its_process(name):
+    predicted, measured = apart(largest_with_a_reference, load_scene(ROOT / "examples" / "gears" / f"{name}.toml"))
+    assert 0.5 * measured < predicted < 2 * measured
+
+
+@pytest.mark.parametrize("name", ["large_wheel", "nrel_5mw_stage3"])
+def test_memory_of_mesh_cycles_of_gears_in_use(name):
+    """A wheel far larger than its pinion, and an undercut one: with waves, at few of their mesh cycles' positions."""
+    scene = load_scene(ROOT / "examples" / "gears" / f"{name}.toml")
+    waves = Waviness(pinion=(Wave(order=1, amplitude=2.0),))
+    scene = replace(scene, effects=(*scene.effects, waves), resolution=Resolution(positions=4, segments=8))
+    hunting_cycle(scene, orders=0.1)
+    found: dict[str, int] = {}
+    measured = peak(lambda: found.update(hunting_cycle(scene, orders=200.0).sizes))
+    assert 0.95 * measured < cycles_memory(scene, 4, found["cycle"], 200.0, 2) < 2 * measured
 
 
 # -- refusals ----------------------------------------------------------------------------------------------------------

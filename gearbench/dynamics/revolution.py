@@ -17,7 +17,7 @@ from gearbench.dynamics.analysis import HARMONICS, check_harmonics, check_speeds
 from gearbench.dynamics.balance import Excitation, solve
 from gearbench.dynamics.loaded_mesh import PER_MICROMETRE, LoadedMesh
 from gearbench.dynamics.model import Group, Model
-from gearbench.dynamics.size import bearings, require_each, speed_memory
+from gearbench.dynamics.size import require_each, speed_memory
 from gearbench.effects.base import GapEffect
 from gearbench.errors import InputError
 from gearbench.hunting import (
@@ -171,6 +171,7 @@ def _over_speed(
     mesh, order = group.meshes[0], np.arange(1, len(excitation.error)) / excitation.cycles
     mean, force = float(model.stiffness[mesh]), float(model.force[mesh])
     bearings = len(model.mechanics.bearing_names) if excitation.cycles <= _LONG else 0
+    require_each(speed_memory(len(order), 1, bearings), len(speeds), "speed", f"{len(order)} orders")
     te, forces = (np.empty((len(speeds), len(order) + 1), dtype=complex) for _ in range(2))
     shaken = np.empty((len(speeds), bearings, 3, len(order)), dtype=complex)
     for k, omega in enumerate(model.omega(group, speeds)):
@@ -242,9 +243,6 @@ def revolution_response(
     model = Model(scene=replace(scene, **alike))
     mesh = model.cycles[0]
     excitation = revolution(mesh, turning, harmonics) if error is None else given(mesh, error, harmonics)
-    seen = bearings(scene) if excitation.cycles <= _LONG else 0
-    each = speed_memory(len(excitation.error), 1, seen)
-    require_each(each, len(speeds), "speed", f"{len(excitation.error)} orders of {excitation.cycles} mesh cycles")
     first = model.groups[0]
     group = Group(meshes=first.meshes[:1], rate=first.rate, phase=first.phase[:1])
     variables, order = _over_speed(model, group, excitation, speeds)
