@@ -102,36 +102,23 @@ class Solid:
 
     @cached_property
     def chains(self) -> Sequence[Chain]:
-        """The systems of the classes: two functions along the axis, an odd and an even one, make a block."""
+        """The systems of the classes: every function along the axis makes a block, and meets the next two."""
         return [self._chain(chosen) for chosen in self.classes]
 
     def _chain(self, chosen: Class) -> Chain:
-        Z, even, odd = self.of_axis, np.arange(0, self.order, 2), np.arange(1, self.order, 2)
-
-        def blocks(a: int, k: NDArray, b: int, l: NDArray) -> NDArray:
-            return self._products(chosen, a, chosen, b, Z[:, :, k, l])
-
-        # blocks of each parity with itself: those on the diagonal, then those to the next but one
-        ee = blocks(0, np.append(even, even[1:]), 0, np.append(even, even[:-1]))
-        oo = blocks(1, np.append(odd, odd[1:]), 1, np.append(odd, odd[:-1]))
-        oe = blocks(1, odd, 0, even[: len(odd)])
-        eo = blocks(0, even[1:], 1, odd[: len(even) - 1])
-        diagonal, coupling = [], []
-        n, m = len(chosen[1]), len(chosen[0])
-        for i in reversed(range(len(even))):
-            own = n if i < len(odd) else 0
-            A = np.empty((own + m, own + m))
-            A[own:, own:] = ee[i]
-            if own:
-                A[:own, own:], A[own:, :own], A[:own, :own] = oe[i], oe[i].T, oo[i]
-            diagonal.append(A)
-            if i:
-                E = np.zeros((own + m, n + m))
-                E[own:, :n], E[own:, n:] = eo[i - 1], ee[len(even) + i - 1]
-                if own:
-                    E[:own, :n] = oo[len(odd) + i - 1]
-                coupling.append(E)
-        return Chain(diagonal=diagonal, coupling=coupling)
+        found: list[list[NDArray]] = []
+        for apart in range(3):
+            k = np.arange(self.order)[::-1][: max(self.order - apart, 0)]
+            blocks: list[NDArray] = [np.empty(0)] * len(k)
+            for parity in range(2):
+                mine = np.flatnonzero(k % 2 == parity)
+                products = self._products(
+                    chosen, parity, chosen, (parity + apart) % 2, self.of_axis[:, :, k[mine], k[mine] - apart]
+                )
+                for i, block in zip(mine, products, strict=True):
+                    blocks[i] = block
+            found.append(blocks)
+        return Chain(diagonal=found[0], coupling=found[1], beyond=found[2])
 
     def _products(self, left: Class, a: int, right: Class, b: int, Z: NDArray) -> NDArray:
         """Blocks Σ Z S between functions of parity ``a`` and ``b`` along the axis, Z (2, 2, n): (n, left, right)."""
