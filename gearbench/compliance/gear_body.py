@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,6 +28,7 @@ from gearbench.compliance.lapack import cholesky, solve_lower
 from gearbench.compliance.ring import Ring, harmonic_weights, sampled
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.geometry.web import Web
+from gearbench.threads import lazy
 
 if TYPE_CHECKING:
     from gearbench.compliance.webbed_ring import WebbedRing
@@ -62,7 +63,7 @@ class ToothedRing:
         """Number of polynomials in z of the root."""
         return self.tooth.root_axis_order
 
-    @cached_property
+    @lazy
     def tooth_parts(self) -> tuple[NDArray, NDArray]:
         """S (r, r) and Φ (flank, r) of the tooth, r = (field, k, j): (R5)."""
         # from the Ritz functions, orthonormal on [0, 1], to those orthonormal on the root
@@ -70,7 +71,7 @@ class ToothedRing:
         parts = self.tooth.root_parts(self.axis_order)
         return parts.stiffness / scale**2, parts.moved / scale
 
-    @cached_property
+    @lazy
     def root_half_angle(self) -> float:
         """ψ [rad] of the tooth at its root circle."""
         return float(self.tooth.gear.half_angle(self.tooth.gear.root_radius))
@@ -80,14 +81,14 @@ class ToothedRing:
         """Length of the root of a tooth along the root circle [mm]."""
         return 2 * self.root_half_angle * self.tooth.gear.root_radius
 
-    @cached_property
+    @lazy
     def _phase(self) -> NDArray:
         """η of the functions (field, k, j)."""
         across, axis = self.tooth.order[0], self.axis_order
         k, j = np.arange(across)[:, None], np.arange(axis)
         return (1j ** (np.array([1, 0, 1])[:, None, None] + k + j)).ravel()
 
-    @cached_property
+    @lazy
     def ring(self) -> Ring | WebbedRing:
         """The body without its teeth."""
         gear, web, axis = self.tooth.gear, self.web, self.axis_order
@@ -112,7 +113,7 @@ class ToothedRing:
         """Whether both faces of the body are alike."""
         return isinstance(self.ring, Ring) or self.ring.symmetric
 
-    @cached_property
+    @lazy
     def _harmonics(self) -> tuple[NDArray, NDArray]:
         """B(m) of waves m computed as weights (m, k·l, …) times (…, field·j·field·j) (R4).
 
@@ -135,7 +136,7 @@ class ToothedRing:
         each = np.concatenate([np.where(below, 0.0, each[np.abs(n)]), np.where(below, each[np.abs(n)], 0.0)], axis=2)
         return squares.reshape(len(m), across**2, -1) @ each, c
 
-    @cached_property
+    @lazy
     def _waves(self) -> tuple[NDArray, NDArray]:
         """Deflection Φ (S + B⁻¹)⁻¹ Φᵀ of the flank of tooth 0 per unit force, of waves m = 0 … z/2, (m, p·q, p·q).
 
@@ -168,7 +169,7 @@ class ToothedRing:
         _, k, j = np.indices((3, self.tooth.order[0], self.axis_order)).reshape(3, -1)
         return np.flatnonzero(k + j <= 1)
 
-    @cached_property
+    @lazy
     def _spring(self) -> float:
         """Half of what the body can lend a tooth of its stiffness against each of these motions, in every wave."""
         weights, c = self._harmonics

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -21,6 +21,7 @@ from gearbench.compliance.bases import axis_functions, gauss
 from gearbench.compliance.chain import Chain
 from gearbench.compliance.section import Section
 from gearbench.geometry.material import lame
+from gearbench.threads import lazy
 
 #: Functions of the section that go with the even and with the odd functions along the axis.
 Class = tuple[NDArray, NDArray]
@@ -53,13 +54,13 @@ class Solid:
         """(field, across, height, axis) of the amplitudes."""
         return 3, *self.section.shape, self.order
 
-    @cached_property
+    @lazy
     def of_section(self) -> NDArray:
         """S[a, b] of the section, (2, 2, n, n)."""
         n = int(np.prod(self.shape[:3]))
         return self.section.stiffness(lame(self.E, self.nu)).reshape(2, 2, n, n)
 
-    @cached_property
+    @lazy
     def of_axis(self) -> NDArray:
         """∫ h_k⁽ᵃ⁾ h_l⁽ᵇ⁾ dz of the functions along the axis, (2, 2, q, q); zero where |k − l| > 2."""
         b = self.width
@@ -79,14 +80,14 @@ class Solid:
             return [(one, other), (other, one)]
         return [(m[0], m[1]), (m[1], m[0]), (m[2], m[3]), (m[3], m[2])]
 
-    @cached_property
+    @lazy
     def classes(self) -> Sequence[Class]:
         """Symmetry classes of the functions that are zero at the root."""
         inner = np.ones(self.shape[:3], dtype=bool)
         inner[:, :, : self.section.free] = False
         return self._classes(inner)
 
-    @cached_property
+    @lazy
     def root_classes(self) -> Sequence[Class]:
         """The same of the functions that move the root."""
         root = np.zeros(self.shape[:3], dtype=bool)
@@ -100,7 +101,7 @@ class Solid:
         """
         return np.concatenate([chosen[k % 2] * self.order + k for k in reversed(range(self.order))])
 
-    @cached_property
+    @lazy
     def chains(self) -> Sequence[Chain]:
         """The systems of the classes: every function along the axis makes a block, and meets the next two."""
         return [self._chain(chosen) for chosen in self.classes]

@@ -19,7 +19,7 @@ from gearbench.optimisation.problem import Evaluation, evaluate, macro_geometry
 from gearbench.optimisation.racing import Rivals
 from gearbench.optimisation.scheduler import check_scheduler, connected, require_scheduler, silent
 from gearbench.optimisation.study import Design, OptimisationStudy
-from gearbench.threads import single_threaded_blas
+from gearbench.threads import processors_taken, single_threaded_blas
 
 #: Tasks of a generation for each thread of the workers: one that is lost costs one of them, a slow one holds up the
 #: others less. So many are handed out at a time, so that workers that join get their share.
@@ -61,7 +61,7 @@ class Threads(Engine):
         self, study: OptimisationStudy, designs: Sequence[Design], rivals: Rivals | None = None
     ) -> Iterator[tuple[Design, Evaluation]]:
         """See ``Engine``."""
-        with single_threaded_blas(), shared(self._count):
+        with single_threaded_blas(), processors_taken(), shared(self._count):
             pool = ThreadPoolExecutor(self._count)
             try:
                 ordered = by_geometry(study, designs)
@@ -188,7 +188,7 @@ def choose_engine(scheduler: str | None, threads: int | None) -> Engine:
     """Dask where a scheduler is given, threads otherwise."""
     if scheduler is not None:
         return Dask(scheduler)
-    from gearbench.robustness.montecarlo import default_threads
+    from gearbench.threads import default_threads
 
     return Threads(threads or default_threads())
 
@@ -214,6 +214,7 @@ def _common(study: OptimisationStudy, rivals: Rivals | None) -> tuple[Optimisati
 
 
 @single_threaded_blas()
+@processors_taken()
 def _evaluate_all(
     common: tuple[OptimisationStudy, Rivals | None], designs: Sequence[Design]
 ) -> list[tuple[Design, Evaluation]]:

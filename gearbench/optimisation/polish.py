@@ -94,7 +94,7 @@ def polish(
     InputError
         If no variable is continuous.
     """
-    from gearbench.robustness.montecarlo import default_threads
+    from gearbench.threads import default_threads
 
     start = time.perf_counter()
     study = continuous(designs.study)

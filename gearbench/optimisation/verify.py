@@ -153,7 +153,7 @@ def _prepare(
 
 
 def _engine(threads: int | None) -> Threads:
-    from gearbench.robustness.montecarlo import default_threads
+    from gearbench.threads import default_threads
 
     return Threads(threads or default_threads())
 
