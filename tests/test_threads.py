@@ -3,6 +3,7 @@
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 from threading import Barrier, get_ident
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, cast
 
 import pytest
@@ -135,13 +136,13 @@ def test_designs_of_a_search_start_no_threads_of_their_own(monkeypatch):
 
     def evaluate(*_: object) -> Any:
         seen.append([*side_by_side(lambda _: get_ident(), [1, 2]), get_ident()])
+        return SimpleNamespace(feasible=True, violation=0.0)
 
     monkeypatch.setattr(engine, "evaluate", evaluate)
     monkeypatch.setattr(engine, "by_geometry", lambda study, designs: designs)
     study, designs = cast("OptimisationStudy", None), [cast("Any", (1,)), cast("Any", (2,))]
     assert len(list(engine.Threads(2).evaluate(study, designs))) == 2
-    engine._evaluate_all((study, None), designs)
-    assert len(seen) == 4
+    assert len(seen) == 2
     assert all(len(set(idents)) == 1 for idents in seen)
 
 
