@@ -18,8 +18,8 @@ from gearbench.effort.trials import Reduced, Trial, Trials, spent
 from gearbench.errors import GearbenchError, InputError
 from gearbench.hunting import ORDERS, check_cycles, cycles_memory, order_coefficients, turning_gaps, unlike
 from gearbench.results.cycle import Phases
-from gearbench.robustness.montecarlo import default_threads
 from gearbench.scene import Scene
+from gearbench.threads import default_threads
 from gearbench.validation.reference import finite_elements, reference_memory, reference_scene
 
 #: Speeds of ``response`` that are predicted, and those of its two trials.

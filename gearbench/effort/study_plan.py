@@ -14,8 +14,8 @@ from gearbench.optimisation.problem import scene_of
 from gearbench.optimisation.search import Search
 from gearbench.optimisation.study import OptimisationStudy
 from gearbench.optimisation.verify import reference_study
-from gearbench.robustness.montecarlo import default_threads
 from gearbench.scene import Scene
+from gearbench.threads import default_threads
 
 
 @dataclass(frozen=True, kw_only=True)
