@@ -31,8 +31,8 @@ HARMONICS = 10
 #: the last change of a curve when the ends of patches are found once more: measured on gears in use.
 LOCATED, TAIL, LEFT = 5e-4, 0.4, 0.3
 #: Points on each panel where peak-to-peak values look, and the last coefficient on one, over the range of the curve,
-#: above which they look at its Gauss points only.
-FINE, STEEP = 201, 5e-3
+#: above which they look between its Gauss points and the neighbours only.
+FINE, STEEP = 201, 2e-2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
