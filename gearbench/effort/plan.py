@@ -27,6 +27,7 @@ from gearbench.contact.transitions import COARSE_PHASES, loaded_phases
 from gearbench.effects.base import ComplianceEffect, Dense, Effect, GapEffect, LowRank
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.effort.clock import peak_megabytes
+from gearbench.effort.forecast import Forecast, forecasts
 from gearbench.effort.robust_plan import SAMPLES, robust_part
 from gearbench.effort.trials import Reduced, Trial, Trials, first_trial, reduced, spent, timed_once, trials
 from gearbench.loads import WeightedLoad, greatest_load
@@ -65,12 +66,15 @@ class Plan:
         Predicted time [s] and peak memory [MB] of ``simulate``.
     robust_seconds
         Predicted time [s] of ``robust``, set-ups included; 0 without random errors.
+    others
+        Of the other commands that the scene is fit for.
     """
 
     parts: tuple[Part, ...]
     seconds: float
     megabytes: float
     robust_seconds: float = 0.0
+    others: tuple[Forecast, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,11 +114,13 @@ def plan(scene: Scene, samples: int = SAMPLES, threads: int | None = None) -> Pl
         name, size, seconds = batch
         seconds *= max(len(loads), 1)
         robust = [Part(name, "batch of samples in lanes", size, seconds + prepared + measured.set_ups)]
+    seconds = sum(part.seconds for part in parts)
     return Plan(
         parts=(*parts, *robust),
-        seconds=sum(part.seconds for part in parts),
+        seconds=seconds,
         megabytes=max((contact_memory(scene, total, whole) + kept) / 1e6, measured.megabytes),
         robust_seconds=sum(part.seconds for part in robust),
+        others=() if loads else forecasts(scene, small, measured.trials, seconds, measured.set_ups),
     )
 
 
