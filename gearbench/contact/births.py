@@ -34,9 +34,10 @@ NEAR = (3e-3, 1e-4)
 
 
 def coarse(scene: Scene, phase: NDArray, segments: int = COARSE_SEGMENTS) -> tuple[ContactProblem, ContactLines]:
-    """Problem of few segments and functions, and its lines, at mesh phases."""
+    """Problem of few segments and functions, and its lines, at mesh phases; on more segments with more functions."""
     lines = scene_lines(replace(scene, resolution=Resolution(positions=len(phase), segments=segments)), phase)
-    nodes = round(COARSE_NODES * smooth_nodes(lines) * math.sqrt(COARSE_SEGMENTS / segments))
+    share = COARSE_NODES if segments == COARSE_SEGMENTS else math.sqrt(COARSE_SEGMENTS / segments)
+    nodes = round(share * smooth_nodes(lines))
     return assemble(scene, lines, truncation=COARSE_TRUNCATION, nodes=nodes), lines
 
 

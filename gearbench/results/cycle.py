@@ -30,6 +30,9 @@ HARMONICS = 10
 #: Accuracy of the phases at which curves jump [mesh cycles], what is left of the last coefficient on a panel, and of
 #: the last change of a curve when the ends of patches are found once more: measured on gears in use.
 LOCATED, TAIL, LEFT = 5e-4, 0.4, 0.3
+#: What the few functions along oblique lines leave of a harmonic, of peak-to-peak, and what is cut off compliances of
+#: one of the stiffness, of its mean: measured on gears in use.
+ALONG, CUT = 2e-4, 3e-5
 #: Points on each panel where peak-to-peak values look, and the last coefficient on one, over the range of the curve,
 #: above which they look between its Gauss points and the neighbours only.
 FINE, STEEP = 201, 2e-2
@@ -165,17 +168,23 @@ def coefficients(phases: Phases, values: NDArray, orders: int = HARMONICS) -> ND
 
 
 def noise_floor(
-    phases: Phases, values: NDArray, change: NDArray, orders: int = HARMONICS, *, located: float = LOCATED
+    phases: Phases,
+    values: NDArray,
+    change: NDArray,
+    orders: int = HARMONICS,
+    *,
+    located: float = LOCATED,
+    least: NDArray | float = 0.0,
 ) -> NDArray:
     """Estimated error of the amplitudes of the orders 1 … ``orders``, in the unit of the values, (…, harmonic).
 
-    Root sum of squares of three parts: ``TAIL`` of the last Legendre coefficients on the panels, since what they leave
-    out is less; ``located`` of the jumps between panels, whose phases are known so well; and ``LEFT`` of the harmonics
-    of ``change`` (…, position), by which the values changed when the ends of contact patches were found for the last
-    time. Of uniform phases the highest quarter of the harmonics that they give stands for
-    the first two.
+    Root sum of squares of four parts: ``least`` (…); ``TAIL`` of the last Legendre coefficients on the panels, since
+    what they leave out is less; ``located`` of the jumps between panels, whose phases are known so well; and ``LEFT``
+    of the harmonics of ``change`` (…, position), by which the values changed when the ends of contact patches were
+    found for the last time. Of uniform phases the highest quarter of the harmonics that they give stands for the tail
+    and the jumps.
     """
-    patches = LEFT * 2 * np.abs(coefficients(phases, change, orders))
+    patches = np.hypot(LEFT * 2 * np.abs(coefficients(phases, change, orders)), np.asarray(least)[..., None])
     if phases.size is None:
         spectrum = 2 * np.abs(np.fft.rfft(values, axis=-1)) / len(phases.phase)
         return np.hypot(patches, spectrum[..., -max(1, spectrum.shape[-1] // 4) :].max(axis=-1)[..., None])
