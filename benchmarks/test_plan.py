@@ -25,10 +25,10 @@ from gearbench.effort.clock import timed
 from gearbench.effort.plan import SAMPLES, plan
 from gearbench.library.garambois2017 import case, gear
 from gearbench.loads import WeightedLoad, greatest_load
-from gearbench.robustness.montecarlo import default_threads
 from gearbench.robustness.run import robust
 from gearbench.scene import Resolution, Scene
 from gearbench.simulation import simulate
+from gearbench.threads import default_threads
 from tests.test_plan import LARGE
 
 ERRORS = ManufacturingErrors(preset="garambois2017")

@@ -25,10 +25,10 @@ from gearbench.results.cycle import MICROMETRES, MeshCycle
 from gearbench.results.origin import keeping
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import STATISTICS, described
-from gearbench.robustness.montecarlo import SAMPLES, RobustProblem, default_threads
+from gearbench.robustness.montecarlo import SAMPLES, RobustProblem
 from gearbench.robustness.sampling import Sampler
 from gearbench.scene import Scene
-from gearbench.threads import single_threaded_blas
+from gearbench.threads import default_threads, single_threaded_blas
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -14,8 +14,8 @@ from gearbench.optimisation.problem import scene_of
 from gearbench.optimisation.search import Search
 from gearbench.optimisation.study import OptimisationStudy
 from gearbench.optimisation.verify import reference_study
-from gearbench.robustness.montecarlo import default_threads
 from gearbench.scene import Scene
+from gearbench.threads import default_threads
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +81,7 @@ def _verify(study: OptimisationStudy, scene: Scene, seconds: float, megabytes: f
         tooth = ToothBending(**effects[ToothBending.name])
         meshed = tooth.preparation(scene.pair, beside) or 0.0
         need = max(tooth.preparation_memory(scene.pair, beside) / 1e6, megabytes)
-    except GearbenchError:  # it says so itself
+    except (InputError, GearbenchError):  # it says so itself
         return None
     size = f"a macro-geometry with one design, finite elements of {100 * ACCURACY:g} %"
     return Forecast(command="verify", size=size, seconds=meshed + seconds, megabytes=need)

@@ -96,7 +96,7 @@ def polish(
     InputError
         If no variable is continuous, or no design feasible.
     """
-    from gearbench.robustness.montecarlo import default_threads
+    from gearbench.threads import default_threads
 
     start = time.perf_counter()
     study = continuous(designs.study)

@@ -171,7 +171,7 @@ def _price(reference: ToothBending, pair: Pair, beside: Effects) -> float:
 
 
 def _engine(threads: int | None) -> Threads:
-    from gearbench.robustness.montecarlo import default_threads
+    from gearbench.threads import default_threads
 
     return Threads(threads or default_threads())
 
