@@ -111,7 +111,7 @@ def _response(scene: Scene, small: Reduced, both: Trials, seconds: float) -> For
 
     try:
         few, many = (tried(speeds) for speeds in TRIED)
-    except GearbenchError:  # it says so itself
+    except (InputError, GearbenchError):  # it says so itself
         return None
     each = HARMONICS * max(many - few, 0.0) / (TRIED[1] - TRIED[0])
     meshes = len(scene.pairs)
@@ -130,7 +130,7 @@ def _validate(scene: Scene, both: Trials, cycle: float, once: float) -> Forecast
         reference = reference_scene(scene, ACCURACY)
         meshed = finite_elements(reference).preparation(scene.pair, reference.effects_by_name) or 0.0
         need = reference_memory(reference, both.total)
-    except GearbenchError:  # it says so itself
+    except (InputError, GearbenchError):  # it says so itself
         return None
     return Forecast(
         command="validate",

@@ -81,7 +81,7 @@ def _verify(study: OptimisationStudy, scene: Scene, seconds: float, megabytes: f
         tooth = ToothBending(**effects[ToothBending.name])
         meshed = tooth.preparation(scene.pair, beside) or 0.0
         need = max(tooth.preparation_memory(scene.pair, beside) / 1e6, megabytes)
-    except GearbenchError:  # it says so itself
+    except (InputError, GearbenchError):  # it says so itself
         return None
     size = f"a macro-geometry with one design, finite elements of {100 * ACCURACY:g} %"
     return Forecast(command="verify", size=size, seconds=meshed + seconds, megabytes=need)
