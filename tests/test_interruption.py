@@ -225,6 +225,10 @@ COMMANDS = (
 )
 
 
+#: Python's own words where Ctrl-C ends it before gearbench begins.
+STARTING = ("Fatal Python error: init", "Could not import runpy module")
+
+
 def interrupt_at(moment: float, number: signal.Signals, command: tuple, folder: Path) -> tuple[int, str]:
     folder.mkdir()
     process = start(sys.executable, "-m", "gearbench", *command, folder=folder)
@@ -240,7 +244,8 @@ def hold(code: int, err: str, number: signal.Signals, folder: Path) -> bool:
     if code == 0:  # it had come to its end before
         assert err == ""
         return False
-    if code == -number:  # Python had not handed over to gearbench yet
+    # Python had not handed over to gearbench yet
+    if code == -number or err.startswith(STARTING):
         assert "gearbench:" not in err
         return True
     assert code == 128 + number, err

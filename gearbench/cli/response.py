@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Output, Plots, Quiet, Threads, Verbose, plot_folder, say
+from gearbench.cli.options import Json, Memory, Output, Plots, Quiet, Threads, Verbose, plot_folder, say
 from gearbench.cli.rexs import AnyFile, LoadCase, StageName, Torque, load_any
 
 if TYPE_CHECKING:
@@ -56,6 +56,7 @@ def response(
     stage: StageName = None,
     torque: Torque = None,
     load_case: LoadCase = None,
+    memory: Memory = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,
@@ -65,6 +66,7 @@ def response(
     Example: gearbench response examples/shafts.toml --speed 500:6000 -o response.nc --plots plots
     """
     from gearbench.cli import summary
+    from gearbench.dynamics.housing import housing_response, load_housing
     from gearbench.errors import naming
     from gearbench.files import check_target
 
@@ -74,13 +76,13 @@ def response(
         if target is not None:
             check_target(target)
     folder = plot_folder(plots)
+    transfer = None if housing is None else load_housing(housing)
     run = _kind(nonlinear=nonlinear, revolution=revolution, samples=samples, seed=seed, threads=threads)
     with naming(scene):
         dataset = run(loaded, speed=speeds, harmonics=harmonics)
-    if housing is not None:
-        from gearbench.dynamics.housing import housing_response, load_housing
-
-        dataset = housing_response(dataset, load_housing(housing))
+    if transfer is not None:
+        with naming(housing):
+            dataset = housing_response(dataset, transfer)
     written = _written(dataset, output, folder, sound)
     notes = [*remarks, *filter(None, dataset.attrs.get("notes", "").split("\n"))]
     if json:

@@ -77,19 +77,19 @@ def _nodes(problem: ContactProblem, s: NDArray) -> tuple[NDArray, NDArray]:
     """``patch_nodes``; where a position has no patch, on the whole of the cell that is pressed most."""
     along = problem.along
     assert along is not None
-    y, width = patch_nodes(along.lines, s, along.factor.shape[2])
+    y, width = patch_nodes(along.lines, s, along.nodes)
     alone = np.flatnonzero(width.sum(axis=(1, 2)) == 0)
     if alone.size:
         # a patch within a single cell, that reaches neither its ends nor its middle
         by_cell = s.reshape(len(s), -1, 3).copy()
         there = np.repeat(along.lines.active, problem.shape[2], axis=1)[alone]
         by_cell[alone, np.where(there, by_cell[alone].max(axis=2), -np.inf).argmax(axis=1)] = 1.0
-        y, width = patch_nodes(along.lines, by_cell.reshape(s.shape), along.factor.shape[2])
+        y, width = patch_nodes(along.lines, by_cell.reshape(s.shape), along.nodes)
     return y, width
 
 
 def compression(problem: ContactProblem, lines: ContactLines, guess: Guess) -> NDArray:
-    """s at the nodes, or at beginning, middle and end of each cell [``length_scale``], (position, pair, segment, …).
+    """s at nodes, or at beginning, middle and end of each cell [``length_scale``], (position, pair, segment, 1 or 3).
 
     Of the solution ``guess``; −1 where there is no line.
     """
@@ -98,7 +98,7 @@ def compression(problem: ContactProblem, lines: ContactLines, guess: Guess) -> N
     amplitudes = guess.q[:, problem.block[:: problem.shape[2]]]
     factor = problem.factor.reshape(*problem.shape, -1)
     s = guess.delta[:, None, None] - problem.gap.reshape(problem.shape) - (factor @ amplitudes[..., None])[..., 0]
-    return np.where(lines.active[..., None], s, -1.0)
+    return np.where(lines.active[..., None], s, -1.0)[..., None]
 
 
 def _compression(problem: ContactProblem, guess: Guess) -> NDArray:

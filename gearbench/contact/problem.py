@@ -35,6 +35,8 @@ class Along:
         From these nodes to the beginning, middle and end of each segment, (position, pair, segment, 3, node).
     laws
         The effects that are laws of contact.
+    nodes
+        Gauss points on the patches of each line, as many whichever positions are looked at.
     share
         Load of each position over that of the problem, (position,).
     """
@@ -46,6 +48,7 @@ class Along:
     factor: NDArray
     rows: NDArray
     laws: tuple[ComplianceEffect, ...]
+    nodes: int
     share: NDArray
 
     def part(self, positions: slice | NDArray) -> Along:
