@@ -124,7 +124,8 @@ def contact_curve(scene: Scene, phases: int) -> xr.Dataset:
     import xarray as xr
 
     from fem_reference.contact.cycle import contact_cycle
-    from fem_reference.contact.spatial import Fineness, SpatialSettings
+    from fem_reference.contact.laying import Fineness
+    from fem_reference.contact.spatial import SpatialSettings
 
     exact = contact_cycle(scene, phases, settings=SpatialSettings(fineness=Fineness().coarser()))
     variables = {
