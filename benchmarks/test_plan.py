@@ -24,10 +24,11 @@ from gearbench.effects.tooth_bending import ToothBending
 from gearbench.effort.clock import timed
 from gearbench.effort.plan import SAMPLES, plan
 from gearbench.library.garambois2017 import case, gear
-from gearbench.robustness.montecarlo import default_threads
+from gearbench.loads import WeightedLoad, greatest_load
 from gearbench.robustness.run import robust
 from gearbench.scene import Resolution, Scene
 from gearbench.simulation import simulate
+from gearbench.threads import default_threads
 from tests.test_plan import LARGE
 
 ERRORS = ManufacturingErrors(preset="garambois2017")
@@ -36,6 +37,11 @@ GAPS = (Crowning(amount=4.0), TipRelief(amount=5.0, length=0.2), ProfileSlope(pi
 
 def with_effects(scene: Scene, *effects) -> Scene:
     return replace(scene, effects=effects)
+
+
+def under_loads(scene: Scene, *torques: float) -> Scene:
+    loads = tuple(WeightedLoad(torque=torque) for torque in torques)
+    return replace(scene, load=greatest_load(loads), loads=loads)
 
 
 SCENES = {
@@ -65,6 +71,8 @@ SCENES = {
     "solid helical tooth": with_effects(case(2), ToothBending(model="solid", order=(4, 5, 5)), Hertz()),
     "many gaps": with_effects(case(2), ToothBending(), Hertz(), *GAPS, EndRelief(amount=4.0, length=3.0)),
     "many gaps, 1000 positions": with_effects(case(2, Resolution(positions=1000)), ToothBending(), Hertz(), *GAPS),
+    "case 1 under four loads": under_loads(case(1), 2000.0, 5000.0, 9000.0, 13200.0),
+    "case 2 driven and on the coast": under_loads(case(2), -500.0, 500.0, 1000.0),
     "errors at their mean": with_effects(case(1), ToothBending(), Hertz(), ERRORS),
 }
 _different = count(1)

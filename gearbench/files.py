@@ -80,7 +80,12 @@ def seal(data: bytes) -> bytes:
 
 def seal_line(data: bytes | memoryview) -> bytes:
     """What ``seal`` puts behind ``data``."""
-    return f"\ngearbench sha256 {hashlib.sha256(data).hexdigest()}\n".encode()
+    return seal_of(hashlib.sha256(data).hexdigest())
+
+
+def seal_of(digest: str) -> bytes:
+    """What ``seal`` puts behind data with this SHA-256."""
+    return f"\ngearbench sha256 {digest}\n".encode()
 
 
 def is_sealed(data: bytes) -> bool:

@@ -17,8 +17,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.budget import SMALL, memory_limit, require
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.batch import Batch, chunks, on_threads, prepare, solve_one_chunk
+from gearbench.contact.size import contact_memory
 from gearbench.effects.base import GapEffect
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
@@ -36,14 +38,19 @@ if TYPE_CHECKING:
 
 #: Mesh cycles at most.
 MOST_CYCLES = 100_000
+#: Highest mesh order of a spectrum unless told otherwise.
+ORDERS = 3.0
 #: Decades that a figure shows below the largest amplitude.
 DECADES = 4
 #: Orders found at once: their waves are an array of their own.
 AT_ONCE = 4000
+#: Numbers that are kept at the same time, at most: for each position of a mesh cycle, for each position of the waves of
+#: orders found at once, for each order, and for each mode of the gaps of a mesh cycle. Measured, a tenth in reserve.
+OF_POSITION, OF_WAVE, OF_ORDER, OF_MODE = 5.0, 4.4, 9.5, 1.7
 
 
 @single_threaded_blas()
-def hunting_cycle(scene: Scene, *, orders: float = 3.0, threads: int = 1) -> xr.Dataset:
+def hunting_cycle(scene: Scene, *, orders: float = ORDERS, threads: int = 1) -> xr.Dataset:
     """Static transmission error and mesh stiffness over all mesh cycles of ``scene`` until the same teeth meet again.
 
     Parameters
@@ -69,7 +76,7 @@ def hunting_cycle(scene: Scene, *, orders: float = 3.0, threads: int = 1) -> xr.
     import xarray as xr
 
     start = time.perf_counter()
-    cycle = _all_cycles(scene, threads)
+    cycle = _all_cycles(scene, orders, threads)
     curves = {"transmission_error": cycle.transmission_error, "mesh_stiffness": cycle.mesh_stiffness}
     count = len(cycle.transmission_error)
     order = np.arange(1, math.floor(orders * count + 1e-9) + 1) / count
@@ -86,20 +93,48 @@ def hunting_cycle(scene: Scene, *, orders: float = 3.0, threads: int = 1) -> xr.
     return keeping(xr.Dataset(described(variables), coords=described(coords), attrs=attrs), scene)
 
 
-def _all_cycles(scene: Scene, threads: int) -> MeshCycle:
+def _all_cycles(scene: Scene, orders: float, threads: int) -> MeshCycle:
     """δ and k of all mesh cycles, (cycle, position)."""
     if scene.has_shafts:
         raise InputError("system.shafts", "given", "hunting cycles are of gears without shafts")
     count = check_cycles(scene.pair)
     phase, weight = mesh_phases(scene)
-    lines = scene_lines(scene, phase)
     turning = unlike(scene)
     if not turning:
         raise InputError("effects", "all teeth are alike", "must have pitch_errors or waviness")
+    require_cycles_memory(scene, turning, len(phase), count, orders)
+    lines = scene_lines(scene, phase)
     modes, amounts = turning_gaps(turning, lines, count)
     batch = prepare(assemble(scene, lines, tuple(e for e in scene.flank_effects if e not in turning)), modes)
     phases = Phases(phase=phase, weight=weight, size=scene.resolution.panel_size)
     return solve_cycles(scene, phases, batch, amounts, threads)
+
+
+def cycles_memory(scene: Scene, positions: int, cycles: int, orders: float, modes: int) -> float:
+    """Peak memory [bytes] of mesh cycles whose gaps are sums of ``modes``, and of their orders up to a mesh order."""
+    count = orders * cycles
+    numbers = cycles * positions * OF_POSITION + min(count, AT_ONCE) * positions * OF_WAVE + count * OF_ORDER
+    return 8 * (numbers + cycles * modes * OF_MODE) + contact_memory(scene, positions)
+
+
+def require_cycles_memory(
+    scene: Scene, effects: Sequence[GapEffect], positions: int, cycles: int, orders: float
+) -> None:
+    """Refuse mesh cycles, that differ by ``effects``, which need more memory than there may be.
+
+    Raises
+    ------
+    MemoryBudgetError
+        Naming numbers of positions or orders that would fit.
+    """
+    modes = turning_gaps(effects, scene_lines(scene, np.zeros(1)), 1)[1].shape[-1]
+    need, limit = cycles_memory(scene, positions, cycles, orders, modes), max(memory_limit(), SMALL)
+    each = cycles_memory(scene, positions + 1, cycles, orders, modes) - need
+    fewer = int((limit - need) / each + positions)
+    lower = orders - (need - limit) / (8 * OF_ORDER * cycles)
+    instead = [f"{fewer} positions"] * (fewer > 0) + [f"{math.floor(10 * lower) / 10:g} orders"] * (lower >= 0.1)
+    value = f"{cycles} mesh cycles × {positions} positions, {orders:g} orders of the mesh"
+    require(need, "hunting", value, f"{' or '.join(instead) or 'nothing'} would fit")
 
 
 def check_cycles(pair: Pair) -> int:
@@ -143,14 +178,19 @@ def order_coefficients(phases: Phases, values: NDArray, count: int) -> NDArray:
     phase, which repeats itself after N orders, and one over the phase.
     """
     N, q = len(values), np.arange(1, count + 1)
-    by_phase = np.fft.fft(values, axis=0) / N
+    by_phase, parts = np.fft.fft(values, axis=0) / N, -(-count // AT_ONCE)
+    within = (
+        2 * q < N * len(phases.phase) if phases.size is None else True
+    )  # then all cycles are one equidistant series
+    found = [np.einsum("qp,qp->q", _waves(phases, part / N), by_phase[part % N]) for part in np.array_split(q, parts)]
+    return np.where(within, np.concatenate(found), np.nan)
+
+
+def _waves(phases: Phases, order: NDArray) -> NDArray:
+    """Values at the phases of a mesh cycle → ∫₀¹ x(τ) e^{−2πiντ} dτ, (order, position)."""
     if phases.size is None:
-        # uniform phases of all cycles are one equidistant series
-        within = 2 * q < N * len(phases.phase)
-        wave = np.exp(-2j * np.pi * np.outer(q / N, phases.phase)) / len(phases.phase)
-        return np.where(within, np.einsum("qp,qp->q", wave, by_phase[q % N]), np.nan)
-    parts = np.array_split(q, max(1, count // AT_ONCE))
-    return np.concatenate([np.einsum("qp,qp->q", fourier_rows(phases, o / N), by_phase[o % N]) for o in parts])
+        return np.exp(-2j * np.pi * np.outer(order, phases.phase)) / len(phases.phase)
+    return fourier_rows(phases, order)
 
 
 def side_bands(dataset: xr.Dataset, axes: Axes) -> Axes:

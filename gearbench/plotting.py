@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearbench.effects.base import GapEffect
 from gearbench.effects.profile_relief import ProfileRelief
 from gearbench.errors import InputError, plain
 from gearbench.files import replacing
+from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
 from gearbench.results.cycle import fourier, panels
 from gearbench.results.flank_map import over_flank
@@ -145,10 +147,11 @@ def load_distribution(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
     """Line load on the flank over the mesh cycle: face width across, path of contact up."""
     _one_point(dataset, "line_load", "position", "pair", "segment")
     axes = _axes(axes, (7.0, 4.5))
+    pair = scene_of(dataset).pair
     u, y, load, weight = _family(dataset)
     # a line that just enters at a corner is short and heavily loaded: it must not hide the rest
     top = float(np.quantile(load, 0.99, weights=weight, method="inverted_cdf"))
-    drawn = axes.pcolormesh(y, u, load, shading="gouraud", cmap="viridis", vmin=0, vmax=top)
+    drawn = axes.pcolormesh(*_on_grid(pair, u, y, weight, load), shading="nearest", cmap="viridis", vmin=0, vmax=top)
     axes.plot(y.T, u.T, color="white", lw=0.4, alpha=0.4)
     figure = axes.get_figure()
     assert figure is not None
@@ -173,9 +176,7 @@ def load_map(dataset: xr.Dataset, role: Role, axes: Axes | None = None, *, scale
     rho = pair.meshing.curvature_radius(np.clip(u, 1e-6 * pair.meshing.tangent_length, None))
     pressure = np.sqrt(load * pair.contact_modulus / (np.pi * np.maximum(rho, 1e-9)))
     top = scale or float(np.quantile(pressure, 0.995, weights=weight, method="inverted_cdf"))
-    b, ends = pair.meshing.face_width, (pair.meshing.path_start, pair.meshing.path_end)
-    across, path = (np.linspace(*limits, MAP) for limits in ((0.0, b), (min(ends[0], u.min()), max(ends[1], u.max()))))
-    shown = over_flank(u, y, weight * np.cos(pair.meshing.beta_b), pressure, path, across)
+    across, path, shown = _on_grid(pair, u, y, weight, pressure)
     angle = np.degrees((path if role == Role.PINION else pair.meshing.tangent_length - path) / gear.base_radius)
     drawn = axes.pcolormesh(across, angle, shown, shading="nearest", cmap="viridis", vmin=0, vmax=top)
     figure = axes.get_figure()
@@ -191,7 +192,7 @@ def load_map(dataset: xr.Dataset, role: Role, axes: Axes | None = None, *, scale
     for kink in sorted({y for effect in scene.flank_effects if isinstance(effect, GapEffect)
                          for y in effect.face_kinks(pair)}):  # fmt: skip
         axes.axvline(kink, color="0.25", lw=1.0, ls=":")
-    axes.set(xlim=(0, b), xlabel="position along the face width y [mm]", ylabel="roll angle [°]")
+    axes.set(xlim=(0, pair.meshing.face_width), xlabel="position along the face width y [mm]", ylabel="roll angle [°]")
     margin = 0.02 * np.ptp(angle)  # tip and start of the active profile are lines of the picture, not its frame
     axes.set_ylim(angle.min() - margin, angle.max() + margin)
     return axes
@@ -204,6 +205,14 @@ def _family(dataset: xr.Dataset) -> tuple[np.ndarray, ...]:
     names = ("path_position", "face_position", "line_load", "segment_length")
     u, y, load, length = (dataset[name].values[present][order] for name in names)
     return u, y, load, length
+
+
+def _on_grid(pair: Pair, u: NDArray, y: NDArray, length: NDArray, values: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+    """Face positions y and path positions u [mm] of a grid over the flank, and the values there, (path, across)."""
+    meshing = pair.meshing
+    across = np.linspace(0.0, meshing.face_width, MAP)
+    path = np.linspace(min(meshing.path_start, u.min()), max(meshing.path_end, u.max()), MAP)
+    return across, path, over_flank(u, y, length * np.cos(meshing.beta_b), values, path, across)
 
 
 def _circles(scene: Scene, role: Role) -> list[tuple[float, str, str]]:

@@ -6,18 +6,23 @@ for them, a hundred times longer where the machine has other work to do.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import os
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import lru_cache
 from threading import Lock
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, overload
 
 if TYPE_CHECKING:
     from threadpoolctl import ThreadpoolController
 
+Item, Value = TypeVar("Item"), TypeVar("Value")
+
 _LOCK = Lock()
 #: Computations that are under way, and what restores the number of threads after the last of them.
 _running: list[Any] = []
+#: Callers that keep the processors busy themselves.
+_busy: list[None] = []
 
 
 @contextmanager
@@ -49,3 +54,59 @@ def _libraries() -> ThreadpoolController:
     from threadpoolctl import ThreadpoolController
 
     return ThreadpoolController().select(internal_api=["openblas", "blis"])
+
+
+@contextmanager
+def processors_taken() -> Iterator[None]:
+    """Inside, ``side_by_side`` starts no threads: whoever enters has others at work; a decorator too."""
+    _busy.append(None)
+    try:
+        yield
+    finally:
+        _busy.pop()
+
+
+def side_by_side(work: Callable[[Item], Value], items: Iterable[Item]) -> list[Value]:
+    """``work`` on each of a few items, such as both gears of a pair: on a thread each where processors are free.
+
+    Worth it for a millisecond or more outside Python's lock.
+    """
+    first, *others = items
+    if _busy or not others or default_threads() == 1:
+        return [work(first), *(work(item) for item in others)]
+    from concurrent.futures import ThreadPoolExecutor
+
+    with ThreadPoolExecutor(len(others)) as pool:
+        futures = [pool.submit(work, item) for item in others]
+        return [work(first), *(future.result() for future in futures)]
+
+
+def default_threads() -> int:
+    """Processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+class lazy(Generic[Value]):
+    """``functools.cached_property`` without its lock, which in Python 3.11 all objects of a class share.
+
+    Two threads that ask an object at the same time compute the value twice.
+    """
+
+    def __init__(self, function: Callable[[Any], Value]) -> None:
+        self._function = function
+        self.__doc__ = function.__doc__
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        self._name = name
+
+    @overload
+    def __get__(self, instance: None, owner: type) -> Self: ...
+    @overload
+    def __get__(self, instance: object, owner: type) -> Value: ...
+    def __get__(self, instance: object | None, owner: type) -> Self | Value:
+        """The value, computed once and kept in the object's dictionary, which from then on answers instead."""
+        if instance is None:
+            return self
+        value = self._function(instance)
+        instance.__dict__[self._name] = value
+        return value

@@ -14,7 +14,7 @@ from numpy.testing import assert_allclose
 from gearbench.compliance import symbolic_solid
 from gearbench.compliance.bases import axis_functions, gauss, width_functions
 from gearbench.compliance.gear_body import ToothedRing, wave_weights
-from gearbench.compliance.ring import Ring, interpolated, sampled
+from gearbench.compliance.ring import Ring, harmonic_weights, sampled
 from gearbench.compliance.section import Section
 from gearbench.compliance.solid import Solid
 from gearbench.compliance.solid_tooth import SolidTooth
@@ -200,7 +200,8 @@ def dense_body(b: ToothedRing) -> tuple[np.ndarray, np.ndarray]:
     )  # fmt: skip
     most = z * math.ceil(30.0 / psi / z) + z // 2
     n = np.arange(-most, most + 1)
-    positive = interpolated(ring.harmonics, np.arange(most + 1))
+    some, weights = harmonic_weights(most)
+    positive = np.tensordot(weights, ring.harmonics(some), 1)
     # of negative harmonics: the conjugate field is another real solution, e^{−inθ} with −i for i
     phase = (1j ** (np.array([1, 0, 1])[:, None] + np.arange(count))).ravel()
     C = phase[:, None] * positive[np.abs(n)] * np.conj(phase)

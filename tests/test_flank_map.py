@@ -37,6 +37,22 @@ def test_lines_of_the_coast_flanks_run_the_other_way():
     assert np.array_equal(over_flank(u, y, width, values, PATH, ACROSS), over_flank(*backwards, PATH, ACROSS))
 
 
+@pytest.mark.parametrize("feature", ["profile", "face"])
+def test_a_kink_of_the_profile_or_of_the_face_is_drawn_straight(feature):
+    """Lines far apart cross a relief at different y: between them its edge must not wave."""
+    slope = 0.3
+    start = np.linspace(1.0 - 11 * slope, 9.0 + slope, 25)
+    y = np.linspace(0.05, 9.95, 100) + np.zeros((25, 1))
+    u = start[:, None] + slope * y
+    across = np.linspace(1.8, 8.2, 41)  # further out a neighbour no longer reaches the same u
+
+    def load(u, y):
+        return np.minimum(1.0, (7.0 - u) / 2.0) if feature == "profile" else np.minimum(1.0, 0.1 + 0.2 * y)
+
+    image = over_flank(u, y, np.full_like(u, 0.1), load(u, y), PATH, across)
+    assert_allclose(image, np.broadcast_to(load(PATH[:, None], across), image.shape), atol=0.01)
+
+
 def test_where_no_line_is_there_is_nothing():
     u, y, width = lines(0.0)
     width[:] = 0.1

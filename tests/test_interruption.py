@@ -240,7 +240,8 @@ def hold(code: int, err: str, number: signal.Signals, folder: Path) -> bool:
     if code == 0:  # it had come to its end before
         assert err == ""
         return False
-    if code == -number:  # Python had not handed over to gearbench yet
+    # Python had not handed over to gearbench yet
+    if code == -number or err.startswith("Fatal Python error: init"):
         assert "gearbench:" not in err
         return True
     assert code == 128 + number, err

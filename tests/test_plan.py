@@ -19,6 +19,7 @@ from gearbench.effort.study_plan import study_plan
 from gearbench.effort.trials import extrapolated, reduced
 from gearbench.errors import GearbenchError
 from gearbench.library.garambois2017 import case, gear
+from gearbench.loads import WeightedLoad, greatest_load
 from gearbench.optimisation.study_file import load_study
 from gearbench.scene import Resolution, Scene
 from gearbench.scene_file import load_scene, parse_scene
@@ -145,6 +146,28 @@ def test_a_search_costs_its_designs():
     nothing = replace(study, base={**study.base, "pair": {**study.base["pair"], "centre_distance": 3.0}})
     with pytest.raises(GearbenchError, match="none of the first 20 designs is a gear, the last one: pair"):
         study_plan(nothing)
+
+
+def test_further_loads_add_contact_and_samples_but_no_set_ups():
+    scene = gear("55").scene(errors=True, resolution=Resolution(positions=8))
+    loads = tuple(WeightedLoad(torque=1.0 + i) for i in range(20))
+    one, many = plan(scene), plan(replace(scene, load=greatest_load(loads), loads=loads))
+    assert [part.name for part in many.parts] == [part.name for part in one.parts]
+    first, last = ({part.name: part for part in made.parts} for made in (one, many))
+    assert last["contact"].size == f"{first['contact'].size} × 20 loads"
+    # twenty times; a busy machine is given a factor of five
+    assert last["contact"].seconds > 4 * first["contact"].seconds
+    assert many.robust_seconds > 4 * one.robust_seconds
+    assert last["tooth_bending"].seconds < 4 * first["tooth_bending"].seconds
+    assert many.megabytes > one.megabytes
+
+
+def test_a_study_of_several_torques_is_planned():
+    study = load_study(EXAMPLES / "optimise_small.toml")
+    base = {key: value for key, value in study.base.items() if key != "load"}
+    made = study_plan(replace(study, base=base | {"loads": [{"torque": 5.0}, {"torque": 10.0}]}), threads=1)
+    assert made.seconds == made.designs * made.design_seconds > 0
+    assert made.megabytes > 0
 
 
 def test_the_command_plans_studies_and_stages_too(run):

@@ -47,8 +47,8 @@ def hunting(
     from gearbench.files import check_target
     from gearbench.hunting import draw_side_bands, hunting_cycle
     from gearbench.results.netcdf import save
-    from gearbench.robustness.montecarlo import default_threads
     from gearbench.scene_file import load_scene
+    from gearbench.threads import default_threads
 
     loaded = load_scene(scene)
     if output is not None:

@@ -12,6 +12,7 @@ from gearbench.cli.options import AccuracyText, Json, Memory, Quiet, Verbose, sa
 from gearbench.cli.rexs import LoadCase, StageName, Torque, load_any
 
 if TYPE_CHECKING:
+    from gearbench.effort.forecast import Forecast
     from gearbench.effort.plan import Plan
     from gearbench.scene import Scene
 
@@ -71,6 +72,9 @@ def _plan_study(path: Path, *, quiet: bool, json: bool) -> None:
         say(f"a design, predicted: {_duration(made.design_seconds)}, {made.megabytes / made.threads:.1f} MB")
         say(f"optimise, predicted: {_duration(made.seconds)} at most, {made.megabytes:.1f} MB")
         _print_refusal(made.megabytes, "optimise")
+        for each in made.others:
+            say(_forecast(each))
+            _print_refusal(each.megabytes, each.command)
 
 
 def _print(scene: Scene, made: Plan) -> None:
@@ -89,6 +93,13 @@ def _print(scene: Scene, made: Plan) -> None:
     _print_refusal(made.megabytes, "simulate")
     if made.robust_seconds:
         out.print(f"robust, predicted: {_duration(made.robust_seconds)}")
+    for each in made.others:
+        out.print(_forecast(each))
+        _print_refusal(each.megabytes, each.command)
+
+
+def _forecast(each: Forecast) -> str:
+    return f"{each.command} ({each.size}), predicted: {_duration(each.seconds)}, {each.megabytes:.1f} MB"
 
 
 def _print_refusal(megabytes: float, command: str) -> None:

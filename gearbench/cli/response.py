@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Output, Plots, Quiet, Threads, Verbose, plot_folder, say
+from gearbench.cli.options import Json, Memory, Output, Plots, Quiet, Threads, Verbose, plot_folder, say
 from gearbench.cli.rexs import AnyFile, LoadCase, StageName, Torque, load_any
 
 if TYPE_CHECKING:
@@ -56,6 +56,7 @@ def response(
     stage: StageName = None,
     torque: Torque = None,
     load_case: LoadCase = None,
+    memory: Memory = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,

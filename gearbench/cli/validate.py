@@ -65,7 +65,7 @@ def validate(
         check(scene, str(path))
     folder = check_folder(output)
     report = progress_lines(quiet=quiet, json=json)
-    dataset = run(loaded, accuracy, lambda name: report(f"{name}: finite elements …"))
+    dataset = run(loaded, accuracy, lambda line: report(f"{line} …"))
     written = write(dataset, folder)
     if json:
         _print_json(dataset, written)

@@ -1,18 +1,22 @@
-"""Symmetric positive definite systems whose blocks form a chain: each is coupled to the next one only."""
+"""Symmetric positive definite systems whose blocks form a chain: each is coupled to the next two only."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.compliance.lapack import cholesky, solve_lower
+
+#: Rows of solved right-hand sides that are multiplied with each other at a time.
+_TOGETHER = 250
+
 
 @dataclass(frozen=True, kw_only=True)
 class Chain:
-    """Block tridiagonal matrix K, factorised block by block (Golub & Van Loan, Matrix Computations, §4.5.1).
+    """Block pentadiagonal matrix K, eliminated block by block (Golub & Van Loan, Matrix Computations, §4.3, §4.5.1).
 
     Parameters
     ----------
@@ -20,10 +24,13 @@ class Chain:
         A_0, A_1, …, symmetric.
     coupling
         E_0, E_1, …: the block between A_i and A_{i+1}.
+    beyond
+        F_0, F_1, …: the block between A_i and A_{i+2}; none where they are not coupled.
     """
 
     diagonal: Sequence[NDArray]
     coupling: Sequence[NDArray]
+    beyond: Sequence[NDArray] = ()
 
     @property
     def size(self) -> int:
@@ -34,11 +41,10 @@ class Chain:
         """K itself."""
         ends = np.cumsum([0, *(len(block) for block in self.diagonal)])
         K = np.zeros((self.size, self.size))
-        for i, block in enumerate(self.diagonal):
-            K[ends[i] : ends[i + 1], ends[i] : ends[i + 1]] = block
-        for i, block in enumerate(self.coupling):
-            here, there = slice(ends[i], ends[i + 1]), slice(ends[i + 1], ends[i + 2])
-            K[here, there], K[there, here] = block, block.T
+        for apart, blocks in enumerate((self.diagonal, self.coupling, self.beyond)):
+            for i, block in enumerate(blocks):
+                here, there = slice(ends[i], ends[i + 1]), slice(ends[i + apart], ends[i + apart + 1])
+                K[here, there], K[there, here] = block, block.T
         return K
 
     @property
@@ -48,52 +54,54 @@ class Chain:
         scale = 1 / np.sqrt(np.diagonal(K))
         return float(np.linalg.cond(K * scale * scale[:, None]))
 
-    @cached_property
-    def _factor(self) -> Sequence[tuple[NDArray, NDArray]]:
-        """L_i, and L_i⁻¹ E_i, of the Cholesky factor.
+    def compliance(self, right: NDArray) -> NDArray:
+        """Bᵀ K⁻¹ B of right-hand sides B (n, m): a column costs nothing above the first block in which it begins.
 
         Raises
         ------
         numpy.linalg.LinAlgError
             If K is not positive definite.
         """
-        found, block = [], self.diagonal[0]
-        for i in range(len(self.diagonal)):
-            L = np.linalg.cholesky(block)
-            if i == len(self.coupling):
-                found.append((L, np.zeros((len(L), 0))))  # nothing follows
-                break
-            G = lower_solve(L, self.coupling[i])
-            found.append((L, G))
-            block = self.diagonal[i + 1] - G.T @ G
-        return found
-
-    def compliance(self, right: NDArray) -> NDArray:
-        """Bᵀ K⁻¹ B of right-hand sides B (n, m): a column costs nothing above the first block in which it begins."""
         starts = np.cumsum([0, *(len(block) for block in self.diagonal)])
         begins = np.full(right.shape[1], len(self.diagonal))
         for i in reversed(range(len(self.diagonal))):
             begins[right[starts[i] : starts[i + 1]].any(axis=0)] = i
         order = np.argsort(begins, kind="stable")
         here = np.searchsorted(begins[order], np.arange(len(self.diagonal)), side="right")
-        sorted_right = right[:, order]
+        halves = self._half(np.take(right, order, axis=1), starts, here)
         total = np.zeros((len(order), len(order)))
-        for i, (L, G) in enumerate(self._factor):
-            rest = sorted_right[starts[i] : starts[i + 1], : here[i]]
-            half = lower_solve(L, rest)
-            total[: here[i], : here[i]] += half.T @ half
-            sorted_right[starts[i + 1] : starts[i + 1] + G.shape[1], : here[i]] -= G.T @ half
+        first = 0
+        for i in range(len(self.diagonal)):
+            if starts[i + 1] - first >= _TOGETHER or i == len(self.diagonal) - 1:
+                some = halves[first : starts[i + 1], : here[i]]
+                total[: here[i], : here[i]] += some.T @ some
+                first = starts[i + 1]
         result = np.empty_like(total)
         result[order[:, None], order] = total
         return result
 
+    def _half(self, right: NDArray, starts: NDArray, here: NDArray) -> NDArray:
+        """L⁻¹ B of the Cholesky factor L, in place of B; its first ``here[i]`` columns begin at block i or above."""
+        count = len(self.diagonal)
+        # what is left of the block that is next to be eliminated, of its coupling to the one after, and of that one
+        own, off = self._block(0, 0).copy(), self._block(0, 1)
+        after = self._block(1, 0)
+        for i in range(count):
+            n1, n2 = (starts[min(j + 1, count)] - starts[min(j, count)] for j in (i + 1, i + 2))
+            rows, m = slice(starts[i], starts[i + 1]), here[i]
+            sides = np.concatenate([off, self._block(i, 2), right[rows, :m]], axis=1)
+            if sides.size:  # LAPACK refuses empty systems
+                right[rows, :m] = solve_lower(cholesky(own), sides)[:, n1 + n2 :]
+            taken = sides[:, : n1 + n2].T @ sides
+            own, off = after - taken[:n1, :n1], self._block(i + 1, 1) - taken[:n1, n1 : n1 + n2]
+            after = self._block(i + 2, 0) - taken[n1:, n1 : n1 + n2]
+            right[starts[i + 1] : starts[i + 1] + n1 + n2, :m] -= taken[:, n1 + n2 :]
+        return right
 
-def lower_solve(L: NDArray, right: NDArray) -> NDArray:
-    """L⁻¹ B of a lower triangle L."""
-    from scipy.linalg import lapack
-
-    if not right.size:  # LAPACK refuses empty systems
-        return right.copy()
-    # solve_triangular checks its arguments for longer than these small systems take
-    solution, _ = lapack.dtrtrs(L, right, lower=1)  # pyright: ignore[reportAttributeAccessIssue]
-    return solution
+    def _block(self, i: int, apart: int) -> NDArray:
+        """The block between A_i and A_{i + apart}; without rows or columns beyond the end, zero where there is none."""
+        blocks = (self.diagonal, self.coupling, self.beyond)[apart]
+        if i < len(blocks):
+            return blocks[i]
+        sizes = [len(self.diagonal[j]) if j < len(self.diagonal) else 0 for j in (i, i + apart)]
+        return np.zeros(sizes)

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from gearbench.compliance.local import flank_functions
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.role import Role
+from gearbench.threads import lazy, side_by_side
 
 if TYPE_CHECKING:
     from gearbench.geometry.action import ContactLines
@@ -132,11 +132,11 @@ class FlankCompliance:
         felt = value > tolerance * value[-1]
         return value[felt], vector[:, felt]
 
-    @cached_property
+    @lazy
     def _roots(self) -> dict[tuple[int, float], NDArray]:
         return {}
 
-    @cached_property
+    @lazy
     def _between(self) -> dict[tuple[int, float], tuple[NDArray, NDArray]]:
         return {}
 
@@ -179,10 +179,10 @@ def _positive_root(matrix: NDArray, tolerance: float) -> NDArray:
 
 def flank_factor(flanks: Sequence[FlankCompliance], lines: ContactLines) -> NDArray:
     """Ψ of the flanks of pinion and wheel side by side, each by itself, (position, pair, segment, rank) [√(mm/N)]."""
-    roots = [flank.root(1, NEGLIGIBLE)[0] for flank in flanks]
-    factor = np.zeros((*lines.shape, sum(root.shape[1] for root in roots)))
+    both = side_by_side(lambda role: _on_lines(flanks[role], lines, role, flanks[role].root(1, NEGLIGIBLE)[0]), Role)
+    factor = np.zeros((*lines.shape, sum(values.shape[2] for values in both)))
     column = 0
-    for values in _on_lines(flanks, lines, roots):
+    for values in both:
         factor.swapaxes(0, 1)[lines.active.T, :, column : column + values.shape[2]] = values
         column += values.shape[2]
     return factor
@@ -191,9 +191,13 @@ def flank_factor(flanks: Sequence[FlankCompliance], lines: ContactLines) -> NDAr
 def flank_matrix(flanks: Sequence[FlankCompliance], lines: ContactLines) -> NDArray:
     """H of the flanks of pinion and wheel, whose teeth move each other, (position, n, n) [mm/N], n = pair · segment."""
     positions, pairs, segments = lines.shape
-    between = [flank.between(pairs, NEGLIGIBLE) for flank in flanks]
     H = np.zeros((positions, pairs, segments, pairs, segments))
-    felt = _on_lines(flanks, lines, [basis for basis, _ in between])
+
+    def felt_by(role: Role) -> tuple[NDArray, NDArray]:
+        basis, matrix = flanks[role].between(pairs, NEGLIGIBLE)
+        return _on_lines(flanks[role], lines, role, basis), matrix
+
+    both_gears = side_by_side(felt_by, Role)
     number = np.cumsum(lines.active.T.ravel()).reshape(pairs, positions) - 1
     for i in range(pairs):
         for j in range(i + 1):
@@ -201,10 +205,7 @@ def flank_matrix(flanks: Sequence[FlankCompliance], lines: ContactLines) -> NDAr
             if not both.size:
                 continue
             mine, other = _run(number[i, both]), _run(number[j, both])
-            block = sum(
-                _times(X[mine], C[i, :, j]) @ np.swapaxes(X[other], 1, 2)
-                for X, (_, C) in zip(felt, between, strict=True)
-            )
+            block = sum(_times(X[mine], C[i, :, j]) @ np.swapaxes(X[other], 1, 2) for X, C in both_gears)
             H[both, i, :, j] = block
             if i != j:
                 H[both, j, :, i] = np.swapaxes(block, 1, 2)
@@ -222,15 +223,12 @@ def _run(rows: NDArray) -> slice | NDArray:
     return slice(rows[0], rows[-1] + 1) if rows[-1] - rows[0] == rows.size - 1 else rows
 
 
-def _on_lines(flanks: Sequence[FlankCompliance], lines: ContactLines, bases: Sequence[NDArray]) -> list[NDArray]:
-    """Flank polynomials times the basis (p·q, k) of each gear on the lines that exist, (line, segment, k).
+def _on_lines(flank: FlankCompliance, lines: ContactLines, role: Role, basis: NDArray) -> NDArray:
+    """Flank polynomials of a gear times its ``basis`` (p·q, k) on the lines that exist, (line, segment, k).
 
     Lines of a pair follow one another.
     """
     there = lines.active.T
-    result = []
-    for role, radii, flank, basis in zip(Role, lines.radii, flanks, bases, strict=True):
-        height = radii.swapaxes(0, 1)[there] - flank.gear.root_radius
-        shapes = flank.shapes(height, lines.own_y(role).swapaxes(0, 1)[there])
-        result.append((shapes.reshape(-1, len(basis)) @ basis).reshape(*height.shape, -1))
-    return result
+    height = lines.radii[role].swapaxes(0, 1)[there] - flank.gear.root_radius
+    shapes = flank.shapes(height, lines.own_y(role).swapaxes(0, 1)[there])
+    return (shapes.reshape(-1, len(basis)) @ basis).reshape(*height.shape, -1)

@@ -17,16 +17,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.compliance.flank import FlankCompliance
-from gearbench.compliance.ring import Ring, interpolated, sampled
+from gearbench.compliance.lapack import cholesky, solve_lower
+from gearbench.compliance.ring import Ring, harmonic_weights, sampled
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.geometry.web import Web
+from gearbench.threads import lazy
 
 if TYPE_CHECKING:
     from gearbench.compliance.webbed_ring import WebbedRing
@@ -61,7 +63,7 @@ class ToothedRing:
         """Number of polynomials in z of the root."""
         return self.tooth.root_axis_order
 
-    @cached_property
+    @lazy
     def tooth_parts(self) -> tuple[NDArray, NDArray]:
         """S (r, r) and Φ (flank, r) of the tooth, r = (field, k, j): (R5)."""
         # from the Ritz functions, orthonormal on [0, 1], to those orthonormal on the root
@@ -69,7 +71,7 @@ class ToothedRing:
         parts = self.tooth.root_parts(self.axis_order)
         return parts.stiffness / scale**2, parts.moved / scale
 
-    @cached_property
+    @lazy
     def root_half_angle(self) -> float:
         """ψ [rad] of the tooth at its root circle."""
         return float(self.tooth.gear.half_angle(self.tooth.gear.root_radius))
@@ -79,14 +81,14 @@ class ToothedRing:
         """Length of the root of a tooth along the root circle [mm]."""
         return 2 * self.root_half_angle * self.tooth.gear.root_radius
 
-    @cached_property
+    @lazy
     def _phase(self) -> NDArray:
         """η of the functions (field, k, j)."""
         across, axis = self.tooth.order[0], self.axis_order
         k, j = np.arange(across)[:, None], np.arange(axis)
         return (1j ** (np.array([1, 0, 1])[:, None, None] + k + j)).ravel()
 
-    @cached_property
+    @lazy
     def ring(self) -> Ring | WebbedRing:
         """The body without its teeth."""
         gear, web, axis = self.tooth.gear, self.web, self.axis_order
@@ -111,11 +113,12 @@ class ToothedRing:
         """Whether both faces of the body are alike."""
         return isinstance(self.ring, Ring) or self.ring.symmetric
 
-    @cached_property
-    def _waves(self) -> NDArray:
-        """Motion of the root of tooth 0 per unit force, in the phases η, of waves m = 0 … z/2, (m, r, r) (R4).
+    @lazy
+    def _harmonics(self) -> tuple[NDArray, NDArray]:
+        """B(m) of waves m computed as weights (m, k·l, …) times (…, field·j·field·j) (R4).
 
-        Of those computed: between them ``wave_weights`` interpolate.
+        Every harmonic is a sum of those computed; harmonic −n is the conjugate of n, and in the phases of the functions
+        their squares, ±1, are left of that.
         """
         gear = self.tooth.gear
         across, axis = self.tooth.order[0], self.axis_order
@@ -123,24 +126,58 @@ class ToothedRing:
         turns = math.ceil(FINEST / psi / z)
         m = sampled(z // 2).astype(int)
         n = m[:, None] + z * np.arange(-turns, turns + 1)
-        c = interpolated(self.ring.harmonics, np.abs(n))
-        # harmonic −n is the conjugate of n; in the phases of the functions their squares, ±1, are left of that
-        odd = ((-1.0) ** (np.array([1, 0, 1])[:, None] + np.arange(axis))).ravel()
-        c[n < 0] = np.conj(c[n < 0]) * (odd[:, None] * odd)
         bessel = _legendre_transform(across, n * psi)
-        weights = np.einsum("mnk,mnl->mkln", bessel, bessel) * (z * self.root_arc / (2 * math.pi))
-        S = np.real(self.tooth_parts[0] * np.conj(self._phase)[:, None] * self._phase)
+        squares = np.einsum("mnk,mnl->mkln", bessel, bessel) * (z * self.root_arc / (2 * math.pi))
+        some, each = harmonic_weights(int(np.abs(n).max()))
+        c = self.ring.harmonics(some)
+        odd = ((-1.0) ** (np.array([1, 0, 1])[:, None] + np.arange(axis))).ravel()
+        c = np.concatenate([c, np.conj(c) * (odd[:, None] * odd)]).reshape(2 * len(some), -1)
+        below = (n < 0)[:, :, None]
+        each = np.concatenate([np.where(below, 0.0, each[np.abs(n)]), np.where(below, each[np.abs(n)], 0.0)], axis=2)
+        return squares.reshape(len(m), across**2, -1) @ each, c
+
+    @lazy
+    def _waves(self) -> tuple[NDArray, NDArray]:
+        """Deflection Φ (S + B⁻¹)⁻¹ Φᵀ of the flank of tooth 0 per unit force, of waves m = 0 … z/2, (m, p·q, p·q).
+
+        Between motions of the root of the same phase, ±1 or ±i, and between those of different ones. Of the waves
+        computed: between them ``wave_weights`` interpolate.
+        """
+        across, axis = self.tooth.order[0], self.axis_order
+        weights, c = self._harmonics
+        side = np.abs(np.imag(self._phase)).astype(int)
+        sign = np.real(self._phase) + np.imag(self._phase)
+        S, phi = self.tooth_parts[0] * sign[:, None] * sign, self.tooth_parts[1] * sign
         # from (k, l, field, j, field, j) to the functions (field, k, j) of a class
         order = np.arange(across**2 * (3 * axis) ** 2).reshape(across, across, 3, axis, 3, axis)
         order = order.transpose(2, 0, 3, 4, 1, 5).reshape(S.shape)
-        result = np.zeros((len(m), *S.shape), dtype=c.dtype)
+        same, other = np.zeros((2, len(weights), len(phi), len(phi)), dtype=c.dtype)
         for mine in self._classes:
-            here = np.ix_(mine, mine)
-            stiffness, taken = S[here], order[here]
-            for wave, weight, harmonics in zip(result, weights, c, strict=True):
-                B = np.take(weight.reshape(across**2, -1) @ harmonics.reshape(n.shape[1], -1), taken)
-                wave[here] = _joined(B, stiffness)
-        return result
+            parts = [mine[side[mine] == k] for k in range(2)]
+            low = np.flatnonzero(np.isin(np.concatenate(parts), self._lowest))
+            taken = order[np.ix_(*2 * (np.concatenate(parts),))]
+            firm = _Firm.on_springs([S[np.ix_(p, p)] for p in parts], [phi[:, p] for p in parts], low, self._spring)
+            for m, weight in enumerate(weights):
+                equal, different = firm.joined(np.take(weight @ c, taken))
+                same[m] += equal
+                other[m] += different
+        return same, other
+
+    @property
+    def _lowest(self) -> NDArray:
+        """Functions of the root (field, k, j) constant or linear on it: no motion without strain is without them."""
+        _, k, j = np.indices((3, self.tooth.order[0], self.axis_order)).reshape(3, -1)
+        return np.flatnonzero(k + j <= 1)
+
+    @lazy
+    def _spring(self) -> float:
+        """Half of what the body can lend a tooth of its stiffness against each of these motions, in every wave."""
+        weights, c = self._harmonics
+        across, axis = self.tooth.order[0], self.axis_order
+        own = weights.reshape(len(weights), across, across, -1)[:, np.arange(across), np.arange(across)]
+        c = np.real(np.diagonal(c.reshape(len(c), 3 * axis, 3 * axis), axis1=1, axis2=2))
+        diagonal = (own @ c).reshape(-1, across, 3, axis).swapaxes(1, 2).reshape(len(weights), -1)
+        return 0.5 / float(diagonal[:, self._lowest].sum(axis=1).max())
 
     @property
     def _classes(self) -> list[NDArray]:
@@ -153,18 +190,16 @@ class ToothedRing:
     def blocks(self, neighbours: int) -> NDArray:
         """Deflection [mm/N] of the flank of tooth d = −n … n due to the body, loads on tooth 0 (R7): (d, p·q, p·q)."""
         z = self.tooth.gear.teeth
-        real, imaginary = np.real(self._phase), np.imag(self._phase)
-        waves, phi = self._waves, self.tooth_parts[1] * (real + imaginary)
         m = np.arange(z // 2 + 1)
-        # of the phases ±1 and ±i the real part of φ η M η̄ φᵀ is left: sines between them, cosines otherwise
-        side = np.abs(real)
-        turn = side[:, None] - side
+        # the real part of φ η M η̄ φᵀ is left: sines between the phases ±1 and ±i, cosines otherwise
         twice = np.where((m == 0) | (2 * m == z), 1.0, 2.0) / z
         angle = 2 * math.pi * np.outer(np.arange(neighbours + 1), m) / z
         even, odd = wave_weights(z)
-        cos, sin = (np.tensordot(twice * f @ w, waves, 1) for f, w in ((np.cos(angle), even), (np.sin(angle), odd)))
-        same, other = cos.real - sin.imag, sin.real + cos.imag
-        found = phi @ np.where(turn == 0, same, turn * other) @ phi.T
+        cos, sin = twice * np.cos(angle) @ even, twice * np.sin(angle) @ odd
+        same, other = self._waves
+        found = np.tensordot(cos, same.real, 1) + np.tensordot(sin, other.real, 1)
+        if np.iscomplexobj(same):
+            found += np.tensordot(cos, other.imag, 1) - np.tensordot(sin, same.imag, 1)
         return np.concatenate([np.swapaxes(found[:0:-1], 1, 2), found])
 
     def flank(self, neighbours: int) -> FlankCompliance:
@@ -174,19 +209,50 @@ class ToothedRing:
         return FlankCompliance(gear=tooth.gear, order=tooth.flank_order, blocks=blocks)
 
 
-def _joined(B: NDArray, S: NDArray) -> NDArray:
-    """(I + B S)⁻¹ B of a Hermitian B and a symmetric S."""
-    from scipy.linalg import get_lapack_funcs
+@dataclass(frozen=True, kw_only=True)
+class _Firm:
+    """A tooth whose root stands on springs σ against its ``low`` motions, so that no motion is free; of two phases.
 
-    # transposed arrays are those of Fortran, which LAPACK takes as they are: half the time of numpy's
-    transposed = np.conj(B)
-    system = S @ transposed
-    system.flat[:: len(S) + 1] += 1.0
-    (gesv,) = get_lapack_funcs(("gesv",), (system,))
-    *_, result, failed = gesv(system.T, transposed.T, overwrite_a=True, overwrite_b=True)
-    if failed:
-        raise np.linalg.LinAlgError("singular compliance of a gear body")
-    return result
+    With the springs taken from the body again, B_σ⁻¹ = B⁻¹ − σ E Eᵀ and S_σ = S + σ E Eᵀ,
+
+        (S + B⁻¹)⁻¹ = S_σ⁻¹ − S_σ⁻¹ (S_σ⁻¹ + B_σ)⁻¹ S_σ⁻¹.
+    """
+
+    yields: NDArray
+    moved: list[NDArray]
+    alone: NDArray
+    low: NDArray
+    spring: float
+
+    @classmethod
+    def on_springs(cls, S: list[NDArray], phi: list[NDArray], low: NDArray, spring: float) -> _Firm:
+        """S_σ⁻¹ of both phases in one matrix, Φ S_σ⁻¹ and Φ S_σ⁻¹ Φᵀ."""
+        n, sizes = len(S[0]) + len(S[1]), np.array([0, len(S[0])])
+        yields, alone, moved = np.zeros((n, n)), np.zeros(2 * (len(phi[0]),)), []
+        for part, shapes, start in zip(S, phi, sizes, strict=True):
+            held = part.copy()
+            mine = low[(low >= start) & (low < start + len(part))] - start
+            held[mine, mine] += spring
+            soft = np.linalg.inv(held)
+            yields[start : start + len(part), start : start + len(part)] = soft
+            moved.append(soft @ shapes.T)
+            alone += shapes @ moved[-1]
+        return cls(yields=yields, moved=moved, alone=(alone + alone.T) / 2, low=low, spring=spring)
+
+    def joined(self, B: NDArray) -> tuple[NDArray, NDArray]:
+        """Φ (S + B⁻¹)⁻¹ Φᵀ within the phases, and between the two, (flank, flank); B Hermitian."""
+        E = self.low
+        pressed = B[:, E]
+        lent = np.linalg.inv(np.eye(len(E)) / self.spring - B[np.ix_(E, E)])
+        L = cholesky(B + (pressed @ lent) @ np.conj(pressed.T) + self.yields)
+        n = len(self.moved[0])
+        first = np.zeros((len(L), len(self.alone)), dtype=B.dtype)
+        first[:n] = self.moved[0]
+        first = solve_lower(L, first)
+        second = solve_lower(np.ascontiguousarray(L[n:, n:]), self.moved[1].astype(B.dtype))
+        between = np.conj(second.T) @ first[n:]
+        same = self.alone - np.conj(first.T) @ first - np.conj(second.T) @ second
+        return same, between - np.conj(between.T)
 
 
 @lru_cache(maxsize=64)

@@ -17,20 +17,22 @@ at its inner end: still a Rayleigh–Ritz bound). Between the harmonics computed
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.compliance.bases import gauss, height_functions, width_functions
-from gearbench.compliance.chain import lower_solve
+from gearbench.compliance.lapack import cholesky, solve_lower
 from gearbench.geometry.material import lame
 
 #: Depth of the layer that carries harmonic n, in units of r/n: e⁻⁷ of the rim's displacement reaches its inner end.
 LAYER = 7.0
 #: Grading of the functions along ln R towards the rim: their points lie e^1.5 times denser there than at the bore.
 GRADING = 1.5
+#: Harmonics solved at the same time: their matrices stay in the cache.
+_TOGETHER = 12
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,17 +67,19 @@ class Ring:
 
         (R3) of docs/theory.md.
         """
-        n = np.asarray(n, dtype=float)
-        K, edge = self.stiffness(n)
-        part = np.arange(K.shape[1]).reshape(3, len(edge), -1)
-        # of the functions along R one moves the rim; the others are condensed
-        rim, below = part[:, edge != 0].ravel(), part[:, edge == 0]
-        result = np.zeros((len(n), len(rim), len(rim)))
-        for mine in self._classes:
-            outer, inner = rim[mine], below.swapaxes(1, 2).reshape(len(rim), -1)[mine].ravel()
-            found = np.linalg.inv([_condensed(k, outer, inner) for k in K]) if len(n) else np.zeros((0, 1, 1))
-            result[:, mine[:, None], mine] = (found + _transposed(found)) / 2
-        return result * edge[edge != 0] ** 2
+        n, rim = np.asarray(n, dtype=float), 3 * self.order[1]
+        result = np.zeros((len(n), rim, rim))
+        for start in range(0, len(n), _TOGETHER):
+            K, edge = self.stiffness(n[start : start + _TOGETHER])
+            for mine in self._classes:
+                own = (np.arange(len(edge))[:, None] * rim + mine).ravel()
+                for k, matrix in enumerate(K, start):
+                    # the last block of L, of the functions that move the rim: L Lᵀ = K_oo − K_oi K_ii⁻¹ K_io
+                    L = cholesky(matrix if len(mine) == rim else matrix[own[:, None], own])
+                    last = np.ascontiguousarray(L[-len(mine) :, -len(mine) :])
+                    half = solve_lower(last, edge[-1] * np.eye(len(mine)))
+                    result[k, mine[:, None], mine] = half.T @ half
+        return result
 
     @property
     def _classes(self) -> list[NDArray]:
@@ -85,40 +89,45 @@ class Ring:
         return [np.arange(odd.size)] if self.screw else [np.flatnonzero(odd == k) for k in range(2)]
 
     def stiffness(self, n: NDArray) -> tuple[NDArray, NDArray]:
-        """K (harmonic, 3·p·q, 3·p·q) and the values of the functions of R at r_o (p,); p + 1 of them if not held."""
+        """K (harmonic, p·3·q, p·3·q) and the values of the functions of R at r_o (p,); p + 1 of them if not held.
+
+        The first of the functions of R moves the inner edge, where it is not held, the last one the rim.
+        """
         lam, mu = lame(self.E, self.nu)
-        (M, M1, M2, X, X1, S), edge = self._along(n)
+        along, edge = self._along(n)
         B, A = self._axial(n)
-        unit = np.broadcast_to(np.eye(self.order[1]), A.shape)
-        m = n[:, None, None]
-        T, X1T, BT = _transposed(X), _transposed(X1), _transposed(B)
-
-        def kron(along: NDArray, across: NDArray) -> NDArray:
-            """(harmonic, p, q, p, q)."""
-            return along[:, :, None, :, None] * across[:, None, :, None, :]
-
-        blocks = {
-            # ⟨tr, tr⟩ λ + 2μ(ε_θθ² + ε_RR² + ε_zz²) + μ(γ_θR² + γ_θz² + γ_Rz²), field by field
-            (0, 0): kron((lam + 2 * mu) * m**2 * M2 + mu * (S - X1 - X1T + M2), unit) + kron(mu * M, A),
-            (1, 1): kron(lam * (M2 + X1 + X1T + S) + mu * (2 * (M2 + S) + m**2 * M2), unit) + kron(mu * M, A),
-            (2, 2): kron((lam + 2 * mu) * M, A) + kron(mu * (m**2 * M2 + S), unit),
-            (0, 1): kron(m * (-lam * (M2 + X1) - 2 * mu * M2 + mu * (X1T - M2)), unit),
-            (0, 2): kron(lam * m * M1, B) + kron(mu * m * M1, BT),
-            (1, 2): kron(-lam * (M1 + T), B) + kron(mu * X, BT),
-        }
+        m, BT = n[:, None, None], _transposed(B)
         p, q = len(edge), self.order[1]
-        K = np.empty((len(n), 3, p, q, 3, p, q))
-        for (a, b), block in blocks.items():
-            K[:, a, :, :, b] = block
-            K[:, b, :, :, a] = block.transpose(0, 3, 4, 1, 2)
+        # factors in z of the integrals along R, (harmonic, integral, field, q, field, q)
+        across = np.zeros((len(n), along.shape[-1], 3, q, 3, q))
+        M, M1, M2, X, XT, X1, X1T, S = range(along.shape[-1])
+        # ⟨tr, tr⟩ λ + 2μ(ε_θθ² + ε_RR² + ε_zz²) + μ(γ_θR² + γ_θz² + γ_Rz²), field by field
+        for term, a, b, matrix in (
+            (M, 0, 0, mu * A), (M, 1, 1, mu * A), (M, 2, 2, (lam + 2 * mu) * A),
+            (M1, 0, 2, m * (lam * B + mu * BT)), (M1, 2, 0, m * (lam * BT + mu * B)),
+            (M1, 1, 2, -lam * B), (M1, 2, 1, -lam * BT),
+            (XT, 1, 2, -lam * B), (X, 2, 1, -lam * BT), (X, 1, 2, mu * BT), (XT, 2, 1, mu * B),
+        ):  # fmt: skip
+            across[:, term, a, :, b] = matrix
+        for term, a, b, value in (  # the functions of z are orthonormal
+            (M2, 0, 0, (lam + 2 * mu) * m**2 + mu), (M2, 1, 1, lam + 2 * mu + mu * m**2), (M2, 2, 2, mu * m**2),
+            (M2, 0, 1, -m * (lam + 3 * mu)), (M2, 1, 0, -m * (lam + 3 * mu)),
+            (S, 0, 0, mu), (S, 1, 1, lam + 2 * mu), (S, 2, 2, mu),
+            (X1, 0, 0, -mu), (X1T, 0, 0, -mu), (X1, 1, 1, lam), (X1T, 1, 1, lam),
+            (X1, 0, 1, -lam * m), (X1T, 1, 0, -lam * m), (X1T, 0, 1, mu * m), (X1, 1, 0, mu * m),
+        ):  # fmt: skip
+            across[:, term, a, :, b] = value * np.eye(q)
+        K = along.reshape(len(n), p * p, -1) @ across.reshape(len(n), along.shape[-1], -1)
+        K = K.reshape(len(n), p, p, 3 * q, 3 * q).swapaxes(2, 3)
         return K.reshape(len(n), 3 * p * q, 3 * p * q), edge
 
-    def _along(self, n: NDArray) -> tuple[tuple[NDArray, ...], NDArray]:
-        """∫ ff R, ∫ ff, ∫ ff/R, ∫ ff′R, ∫ ff′, ∫ f′f′R dR over each harmonic's layer (R2), each (harmonic, p, p)."""
+    def _along(self, n: NDArray) -> tuple[NDArray, NDArray]:
+        """∫ ff R, ff, ff/R, ff′R, f′fR, ff′, f′f, f′f′R dR over each harmonic's layer (R2), (harmonic, p, p, 8)."""
         p = self.order[0]
         w, weight = gauss(p + 8)
-        f, df = height_functions(p, 1 - w)
-        edge, _ = height_functions(p, np.array(1.0))
+        # the first one moves the rim: to the end with it
+        f, df = (np.roll(each, -1, axis=1) for each in height_functions(p, 1 - w))
+        edge = np.roll(height_functions(p, np.array(1.0))[0], -1)
         layer = np.full((len(n), 1), self.radius - self.inner_radius)
         if self.held:
             layer = np.minimum(layer, LAYER * self.radius / np.maximum(n[:, None], 1e-9))
@@ -136,8 +145,10 @@ class Ring:
         # R falls as w grows, and so does 1 − w: ∂_R f = f′(1 − w) / slope
         df = df / slope[..., None]
         dR = weight * slope
-        parts = (f, f, dR * R), (f, f, dR), (f, f, dR / R), (f, df, dR * R), (f, df, dR), (df, df, dR * R)
-        return tuple(integral(*part) for part in parts), edge
+        M, M1, M2 = (integral(f, f, factor) for factor in (dR * R, dR, dR / R))
+        X, X1 = integral(f, df, dR * R), integral(f, df, dR)
+        found = M, M1, M2, X, _transposed(X), X1, _transposed(X1), integral(df, df, dR * R)
+        return np.stack(found, axis=-1), edge
 
     def _axial(self, n: NDArray) -> tuple[NDArray, NDArray]:
         """⟨φ_j, dφ_l⟩ and ⟨dφ_j, dφ_l⟩ of φ_j = i^j g_j, (harmonic, q, q)."""
@@ -155,25 +166,19 @@ class Ring:
         return B, A
 
 
-def interpolated(harmonics: Callable[[NDArray], NDArray], n: NDArray) -> NDArray:
-    """ĉ_n for numbers n ≥ 0 in any order, computed for some and interpolated between them, (…, 3·q, 3·q)."""
+@lru_cache(maxsize=64)
+def harmonic_weights(most: int) -> tuple[NDArray, NDArray]:
+    """Numbers of the harmonics computed, and their weights in all ĉ_n, n = 0 … ``most``: (n, computed)."""
     from scipy.interpolate import CubicSpline
 
-    some = sampled(int(n.max()))
-    found = harmonics(some)
-    if len(some) == some[-1] + 1:
-        return found[n]
-    wanted, back = np.unique(n, return_inverse=True)
-    zeros, wanted = wanted[wanted == 0], wanted[wanted > 0]
-    smooth = CubicSpline(np.log(some[1:]), some[1:, None, None] * found[1:])
-    result = smooth(np.log(wanted)) / wanted[:, None, None]
-    return np.concatenate([found[:1][zeros], result])[back.reshape(n.shape)]
-
-
-def _condensed(K: NDArray, outer: NDArray, inner: NDArray) -> NDArray:
-    """K_oo − K_oi K_ii⁻¹ K_io."""
-    half = lower_solve(np.linalg.cholesky(K[inner[:, None], inner]), K[inner[:, None], outer])
-    return K[outer[:, None], outer] - half.T @ half
+    some, weights = sampled(most), np.eye(most + 1)
+    if len(some) <= most:
+        n = np.arange(1, most + 1)
+        weights = np.zeros((most + 1, len(some)))
+        weights[0, 0] = 1.0
+        weights[1:, 1:] = CubicSpline(np.log(some[1:]), np.diag(some[1:]))(np.log(n)) / n[:, None]
+    weights.flags.writeable = False
+    return some, weights
 
 
 def _transposed(matrices: NDArray) -> NDArray:

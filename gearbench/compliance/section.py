@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from gearbench.compliance.bases import gauss, height_functions, height_quadrature, legendre_functions, width_functions
 from gearbench.compliance.outline import Outline
+from gearbench.threads import lazy
 
 #: Points of quadrature on a panel of an outline beyond one for each function along the height.
 POINTS = 16
@@ -102,7 +103,7 @@ class Section:
         """Numbers of functions across and along the height, the constant one included."""
         return self.order[0], self.order[1] + self.free
 
-    @cached_property
+    @lazy
     def _nodes(self) -> tuple[NDArray, NDArray, NDArray, NDArray]:
         """Quadrature in x: nodes, weights, e and e′ there, (node,)."""
         if self.outline is not None:
@@ -120,7 +121,7 @@ class Section:
         """c = 1/R at height x [1/mm]."""
         return 1 / (self.root_radius + x)
 
-    @cached_property
+    @lazy
     def _along(self) -> NDArray:
         """∫ a_i b_k e dx of the functions of x, (kind, i, kind, k)."""
         x, weight, e, de = self._nodes
@@ -139,7 +140,7 @@ class Section:
         flat = kinds.reshape(len(x), -1)
         return (flat.T @ (flat * (weight * e)[:, None])).reshape(2 * kinds.shape[1:])
 
-    @cached_property
+    @lazy
     def _across(self) -> NDArray:
         """∫ a_k b_l ds of the functions of s, (kind, k, kind, l)."""
         return _across_integrals(self.order[0])

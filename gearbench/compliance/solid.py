@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -21,6 +21,7 @@ from gearbench.compliance.bases import axis_functions, gauss
 from gearbench.compliance.chain import Chain
 from gearbench.compliance.section import Section
 from gearbench.geometry.material import lame
+from gearbench.threads import lazy
 
 #: Functions of the section that go with the even and with the odd functions along the axis.
 Class = tuple[NDArray, NDArray]
@@ -53,13 +54,13 @@ class Solid:
         """(field, across, height, axis) of the amplitudes."""
         return 3, *self.section.shape, self.order
 
-    @cached_property
+    @lazy
     def of_section(self) -> NDArray:
         """S[a, b] of the section, (2, 2, n, n)."""
         n = int(np.prod(self.shape[:3]))
         return self.section.stiffness(lame(self.E, self.nu)).reshape(2, 2, n, n)
 
-    @cached_property
+    @lazy
     def of_axis(self) -> NDArray:
         """∫ h_k⁽ᵃ⁾ h_l⁽ᵇ⁾ dz of the functions along the axis, (2, 2, q, q); zero where |k − l| > 2."""
         b = self.width
@@ -79,14 +80,14 @@ class Solid:
             return [(one, other), (other, one)]
         return [(m[0], m[1]), (m[1], m[0]), (m[2], m[3]), (m[3], m[2])]
 
-    @cached_property
+    @lazy
     def classes(self) -> Sequence[Class]:
         """Symmetry classes of the functions that are zero at the root."""
         inner = np.ones(self.shape[:3], dtype=bool)
         inner[:, :, : self.section.free] = False
         return self._classes(inner)
 
-    @cached_property
+    @lazy
     def root_classes(self) -> Sequence[Class]:
         """The same of the functions that move the root."""
         root = np.zeros(self.shape[:3], dtype=bool)
@@ -100,38 +101,25 @@ class Solid:
         """
         return np.concatenate([chosen[k % 2] * self.order + k for k in reversed(range(self.order))])
 
-    @cached_property
+    @lazy
     def chains(self) -> Sequence[Chain]:
-        """The systems of the classes: two functions along the axis, an odd and an even one, make a block."""
+        """The systems of the classes: every function along the axis makes a block, and meets the next two."""
         return [self._chain(chosen) for chosen in self.classes]
 
     def _chain(self, chosen: Class) -> Chain:
-        Z, even, odd = self.of_axis, np.arange(0, self.order, 2), np.arange(1, self.order, 2)
-
-        def blocks(a: int, k: NDArray, b: int, l: NDArray) -> NDArray:
-            return self._products(chosen, a, chosen, b, Z[:, :, k, l])
-
-        # blocks of each parity with itself: those on the diagonal, then those to the next but one
-        ee = blocks(0, np.append(even, even[1:]), 0, np.append(even, even[:-1]))
-        oo = blocks(1, np.append(odd, odd[1:]), 1, np.append(odd, odd[:-1]))
-        oe = blocks(1, odd, 0, even[: len(odd)])
-        eo = blocks(0, even[1:], 1, odd[: len(even) - 1])
-        diagonal, coupling = [], []
-        n, m = len(chosen[1]), len(chosen[0])
-        for i in reversed(range(len(even))):
-            own = n if i < len(odd) else 0
-            A = np.empty((own + m, own + m))
-            A[own:, own:] = ee[i]
-            if own:
-                A[:own, own:], A[own:, :own], A[:own, :own] = oe[i], oe[i].T, oo[i]
-            diagonal.append(A)
-            if i:
-                E = np.zeros((own + m, n + m))
-                E[own:, :n], E[own:, n:] = eo[i - 1], ee[len(even) + i - 1]
-                if own:
-                    E[:own, :n] = oo[len(odd) + i - 1]
-                coupling.append(E)
-        return Chain(diagonal=diagonal, coupling=coupling)
+        found: list[list[NDArray]] = []
+        for apart in range(3):
+            k = np.arange(self.order)[::-1][: max(self.order - apart, 0)]
+            blocks: list[NDArray] = [np.empty(0)] * len(k)
+            for parity in range(2):
+                mine = np.flatnonzero(k % 2 == parity)
+                products = self._products(
+                    chosen, parity, chosen, (parity + apart) % 2, self.of_axis[:, :, k[mine], k[mine] - apart]
+                )
+                for i, block in zip(mine, products, strict=True):
+                    blocks[i] = block
+            found.append(blocks)
+        return Chain(diagonal=found[0], coupling=found[1], beyond=found[2])
 
     def _products(self, left: Class, a: int, right: Class, b: int, Z: NDArray) -> NDArray:
         """Blocks Σ Z S between functions of parity ``a`` and ``b`` along the axis, Z (2, 2, n): (n, left, right)."""

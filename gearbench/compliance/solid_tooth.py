@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property, lru_cache, partial
+from functools import lru_cache, partial
 from typing import Literal
 
 import numpy as np
@@ -28,6 +28,7 @@ from gearbench.compliance.rooted import RootParts, root_parts
 from gearbench.compliance.section import Section
 from gearbench.compliance.solid import Solid
 from gearbench.geometry.gear import Gear
+from gearbench.threads import lazy
 
 #: Eigenvalues of the compliance below this fraction of the largest are rounding, or beyond the basis.
 RANK_TOLERANCE = 1e-10
@@ -69,12 +70,12 @@ class SolidTooth:
     rooted: bool = False
     heights: int | None = None
 
-    @cached_property
+    @lazy
     def solid(self) -> Solid:
         """The Ritz system of the tooth held at its root circle."""
         return self.build(free=False)
 
-    @cached_property
+    @lazy
     def free_solid(self) -> Solid:
         """The Ritz system of the tooth whose root moves too, as polynomials of s and y."""
         return self.build(free=True)
@@ -121,7 +122,7 @@ class SolidTooth:
         width = self.gear.face_width / self.gear.normal_module
         return min(self.order[2], ROOT_AXIS_ORDER + int(width / (ROOT_STEP_WIDE if width > WIDE else ROOT_STEP)))
 
-    @cached_property
+    @lazy
     def matrix(self) -> NDArray:
         """Compliance [mm/N] between the polynomials of the flank, (p·q, p·q), before rounding to rank (S5, L3)."""
         if self.rooted and self.measured_at == "smooth":
@@ -146,11 +147,11 @@ class SolidTooth:
             self._root_parts[count] = root_parts(solid, self.flank_functionals(solid), count)
         return self._root_parts[count]
 
-    @cached_property
+    @lazy
     def _root_parts(self) -> dict[int, RootParts]:
         return {}
 
-    @cached_property
+    @lazy
     def flank(self) -> FlankCompliance:
         """The compliance for any points of the flank of a driving gear."""
         return FlankCompliance(
@@ -170,7 +171,7 @@ class SolidTooth:
         along = _axis_projection(q, solid.order) * math.sqrt(self.gear.face_width)
         return (rows[:, None, ..., None] * along[:, None, None, None]).reshape(p * q, -1)
 
-    @cached_property
+    @lazy
     def _stations(self) -> tuple[NDArray, NDArray, NDArray]:
         """Roll angles t = tan α_R, radii, and polynomials of R times weights there."""
         gear, p = self.gear, self.flank_order[0]

@@ -55,10 +55,10 @@ class WebbedRing:
         found[~reaching] = replace(rim, order=(rim.order[0], seen)).harmonics(n[~reaching])
         K, edge = replace(rim, held=False).stiffness(n[reaching])
         p = len(edge)
-        K = K.reshape(-1, 3, p, q, 3, p, q).astype(dtype)
+        K = K.reshape(-1, p, 3, q, p, 3, q).astype(dtype)
         T = np.kron(np.eye(3), self._shared)
-        K[:, :, 0, :, :, 0] += (T.conj().T @ self.foundation(n[reaching]) @ T).reshape(-1, 3, q, 3, q)
-        load = np.einsum("p,ab->apb", edge, np.eye(3))[:, :, None, :, None] * np.eye(q, seen)[:, None]
+        K[:, 0, :, :, 0] += (T.conj().T @ self.foundation(n[reaching]) @ T).reshape(-1, 3, q, 3, q)
+        load = np.einsum("p,ab->pab", edge, np.eye(3))[:, :, None, :, None] * np.eye(q, seen)[:, None]
         load = load.reshape(3 * p * q, 3 * seen)
         found[reaching] = load.T @ np.linalg.solve(K.reshape(len(K), len(load), -1), load)
         return (found + _adjoint(found)) / 2
@@ -80,8 +80,8 @@ class WebbedRing:
         T = np.kron(np.eye(3), self._shared)
         below = T @ replace(rim, inner_radius=self.bore_radius, radius=web.hub_radius).harmonics(n) @ T.conj().T
         K, edge = disc.stiffness(n)
-        part = np.arange(K.shape[1]).reshape(3, len(edge), q)
-        inner, outer, between = part[:, 0].ravel(), part[:, 1].ravel(), part[:, 2:].ravel()
+        part = np.arange(K.shape[1]).reshape(len(edge), 3 * q)
+        inner, outer, between = part[0], part[-1], part[1:-1].ravel()
         # the hub yields by u = −c (K_ii u + K_ir v): no inverse of c, which is nearly singular under a thin web
         rest = np.concatenate([outer, between])
         K_ii, K_ir = K[:, inner[:, None], inner], K[:, inner[:, None], rest]

@@ -200,7 +200,12 @@ def _sum_of_gaps(effects: Iterable[Effect], lines: ContactLines) -> NDArray:
 
 
 def gaps_along(scene: Scene, lines: ContactLines, effects: Sequence[Effect] | None = None) -> NDArray:
-    """Total gap at the beginning, middle and end of each cell a contact law is averaged over [mm], (…, 3)."""
+    """Total gap at the beginning, middle and end of each cell a contact law is averaged over [mm], (…, 3).
+
+    Where segments are no cells, at their middle alone: (…, 1).
+    """
+    if not lines.cells:
+        return total_gap(scene, lines, effects)[..., None]
     return np.stack([total_gap(scene, each, effects) for each in (lines.moved(-1), lines, lines.moved(1))], axis=-1)
 
 
@@ -220,7 +225,7 @@ def assemble(
     """
     acting = scene.acting_effects if effects is None else effects
     beside = {effect.name: effect for effect in acting}
-    gaps = gaps_along(scene, lines, acting) if lines.cells else total_gap(scene, lines, acting)[..., None]
+    gaps = gaps_along(scene, lines, acting)
     gap, soft = gap_and_variation(gaps)
     at, rows = lines.uncut(nodes or smooth_nodes(lines)) if lines.cells else (lines, None)
     adding = [effect for effect in acting if isinstance(effect, ComplianceEffect)]

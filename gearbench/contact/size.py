@@ -83,7 +83,7 @@ def _columns(scene: Scene) -> tuple[int, bool]:
     columns, coupled, law = 0, False, False
     for effect in acting:
         if effect.preparation(scene.pair, scene.effects_by_name):  # finite elements that are not there yet
-            columns, coupled = columns + MOST_COLUMNS // 10, True
+            columns, coupled = columns + MOST_COLUMNS // 10, "gear_body" in beside
             continue
         part = effect.compliance(lines, beside)
         law = law or not isinstance(part, (LowRank, Dense))

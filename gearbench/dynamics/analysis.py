@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from gearbench.dynamics import waves
 from gearbench.dynamics.balance import solve
 from gearbench.dynamics.model import Group, Model
+from gearbench.dynamics.size import bearings, require_each, speed_memory
 from gearbench.dynamics.stability import is_proven, multipliers
 from gearbench.errors import InputError
 from gearbench.hunting import unlike
@@ -68,6 +69,8 @@ def response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS) -> x
     speeds = check_speeds(speed)
     check_harmonics(harmonics)
     model = Model(scene=scene)
+    each = speed_memory(harmonics, len(model.names), bearings(scene))
+    require_each(each, len(speeds), "speed", f"{harmonics} orders")
     variables = over_speed(model, speeds, harmonics)
     variables |= modal_variables(model, speeds, harmonics)
     return _dataset(model, speeds, harmonics, variables, notes(model, speeds, harmonics, variables), start)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.dynamics.modes import Modes
+from gearbench.dynamics.size import in_blocks
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,14 +109,16 @@ def solve(excitation: Excitation, h: NDArray, mean: NDArray) -> tuple[NDArray, N
     for m in range(M):
         vary[m, range(N), m, range(N)] -= mean[m]
     drive = np.einsum("mab,mb->ma", K, real(excitation.error))
-    B = block_rows(h).reshape(len(h), M * N, M * N)
-    # x̂ + ĥ_c (K x̂ − k̄ x̂ − K δ̂) = 0; at order 0 the mean force is F̄: (K x̂ − K δ̂)_0 = 0
-    A = np.eye(M * N) + B @ vary.reshape(M * N, M * N)
-    b = B @ drive.ravel()
-    zero = np.arange(M) * N
-    A[:, zero] = whole.reshape(M * N, M * N)[zero]
-    b[:, zero] = drive[:, 0]
-    x = np.linalg.solve(A, b[..., None])[..., 0].reshape(-1, M, N)
-    force = np.einsum("mab,smb->sma", K, x) - drive
+    found = np.empty((len(h), M, N))
+    for here in in_blocks(len(h), (M * N) ** 2):
+        B = block_rows(h[here]).reshape(-1, M * N, M * N)
+        # x̂ + ĥ_c (K x̂ − k̄ x̂ − K δ̂) = 0; at order 0 the mean force is F̄: (K x̂ − K δ̂)_0 = 0
+        A = np.eye(M * N) + B @ vary.reshape(M * N, M * N)
+        b = B @ drive.ravel()
+        zero = np.arange(M) * N
+        A[:, zero] = whole.reshape(M * N, M * N)[zero]
+        b[:, zero] = drive[:, 0]
+        found[here] = np.linalg.solve(A, b[..., None])[..., 0].reshape(-1, M, N)
+    force = np.einsum("mab,smb->sma", K, found) - drive
     force[..., 0] = excitation.force
-    return orders(x), orders(force)
+    return orders(found), orders(force)

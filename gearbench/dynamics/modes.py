@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.dynamics.size import in_blocks
 from gearbench.errors import InputError
 from gearbench.system.mechanics import Mechanics
 
@@ -56,6 +57,13 @@ class Modes:
 
     def _between(self, left: NDArray, right: NDArray, omega: NDArray) -> NDArray:
         """Receptance (…, left, right) at ω > 0 between rows of modes; dampers joined to it by their forces."""
+        each, found = omega.ravel(), np.empty((omega.size, len(left), len(right)), dtype=complex)
+        for here in in_blocks(omega.size, len(self.frequency)):
+            found[here] = self._at(left, right, each[here])
+        return found.reshape(*omega.shape, len(left), len(right))
+
+    def _at(self, left: NDArray, right: NDArray, omega: NDArray) -> NDArray:
+        """The same at some ω (frequency,)."""
         g = self._dynamic(omega)
         rows, constants = self.dampers
         if not len(constants):

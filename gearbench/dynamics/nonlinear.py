@@ -15,6 +15,7 @@ from gearbench.dynamics.branches import Branches, branches, remarks, sweeps
 from gearbench.dynamics.force_curve import force_curve
 from gearbench.dynamics.model import Group, Model
 from gearbench.dynamics.oscillator import Oscillator
+from gearbench.dynamics.size import nonlinear_memory, require_each
 from gearbench.results.origin import keeping
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
@@ -60,14 +61,15 @@ def nonlinear_response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMO
     start = time.perf_counter()
     speeds = check_speeds(speed)
     check_harmonics(harmonics)
-    model = Model(scene=scene)
+    model, steps = Model(scene=scene), max(STEPS, PER_ORDER * harmonics)
+    require_each(nonlinear_memory(steps), len(speeds), "speed", f"{steps} steps of the period")
     first = model.groups[0]
     group = Group(meshes=first.meshes[:1], rate=first.rate, phase=first.phase[:1])
     low, high = float(speeds.min()), float(speeds.max())
     oscillator = Oscillator(
         model=model,
         group=group,
-        curve=force_curve(model.cycles[0], max(STEPS, PER_ORDER * harmonics)),
+        curve=force_curve(model.cycles[0], steps),
         harmonics=harmonics,
         speeds=(low, high if high > low else 1.01 * low),
     )

@@ -17,9 +17,17 @@ from gearbench.dynamics.analysis import HARMONICS, check_harmonics, check_speeds
 from gearbench.dynamics.balance import Excitation, solve
 from gearbench.dynamics.loaded_mesh import PER_MICROMETRE, LoadedMesh
 from gearbench.dynamics.model import Group, Model
+from gearbench.dynamics.size import require_each, speed_memory
 from gearbench.effects.base import GapEffect
 from gearbench.errors import InputError
-from gearbench.hunting import check_cycles, order_coefficients, solve_cycles, turning_gaps, unlike
+from gearbench.hunting import (
+    check_cycles,
+    order_coefficients,
+    require_cycles_memory,
+    solve_cycles,
+    turning_gaps,
+    unlike,
+)
 from gearbench.results.cycle import MICROMETRES
 from gearbench.results.origin import keeping
 from gearbench.results.provenance import provenance
@@ -80,6 +88,7 @@ def revolution(mesh: LoadedMesh, effects: Sequence[GapEffect], harmonics: int) -
     teeth = tuple(gear.teeth for gear in scene.pair.gears)
     modes, amounts = turning_gaps(effects, lines, check_cycles(scene.pair))
     cycles = next(P for P in (1, *sorted(teeth), len(amounts)) if _repeats(amounts, P))
+    require_cycles_memory(scene, effects, len(lines.mesh_phase), cycles, harmonics)
     batch = prepare(assemble(scene, lines, mesh.effects), modes)
     found = solve_cycles(scene, mesh.cycle.phases, batch, amounts[:cycles], 1)
     stiffness = PER_MICROMETRE * found.mesh_stiffness.mean(axis=0)
@@ -162,6 +171,7 @@ def _over_speed(
     mesh, order = group.meshes[0], np.arange(1, len(excitation.error)) / excitation.cycles
     mean, force = float(model.stiffness[mesh]), float(model.force[mesh])
     bearings = len(model.mechanics.bearing_names) if excitation.cycles <= _LONG else 0
+    require_each(speed_memory(len(order), 1, bearings), len(speeds), "speed", f"{len(order)} orders")
     te, forces = (np.empty((len(speeds), len(order) + 1), dtype=complex) for _ in range(2))
     shaken = np.empty((len(speeds), bearings, 3, len(order)), dtype=complex)
     for k, omega in enumerate(model.omega(group, speeds)):

@@ -17,6 +17,7 @@ from gearbench.dynamics.analysis import GROWTH, HARMONICS, check_harmonics, chec
 from gearbench.dynamics.balance import convolution, real
 from gearbench.dynamics.loaded_mesh import PER_MICROMETRE, order_rows
 from gearbench.dynamics.model import Group, Model
+from gearbench.dynamics.size import require_each, sample_memory, speed_memory
 from gearbench.dynamics.stability import is_proven, multipliers
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import InputError
@@ -24,10 +25,10 @@ from gearbench.results.cycle import MICROMETRES, MeshCycle
 from gearbench.results.origin import keeping
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import STATISTICS, described
-from gearbench.robustness.montecarlo import SAMPLES, RobustProblem, default_threads
+from gearbench.robustness.montecarlo import SAMPLES, RobustProblem
 from gearbench.robustness.sampling import Sampler
 from gearbench.scene import Scene
-from gearbench.threads import single_threaded_blas
+from gearbench.threads import default_threads, single_threaded_blas
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -171,6 +172,9 @@ def robust_response(
     group = model.groups[0]
     if len(group.meshes) > 1:
         raise InputError("system.meshes", "of the same mesh frequency", "scatter is for a pair of its own frequency")
+    block = min(BLOCK, len(speeds))
+    require_each(sample_memory(harmonics, block), samples, "sample", f"{harmonics} orders and {block} speeds at a time")
+    require_each(speed_memory(harmonics, 1, 0), len(speeds), "speed", f"{harmonics} orders")
     cycles = sample_cycles(model, harmonics, samples=samples, seed=seed, sampler=sampler, threads=workers)
     over_speed, overall = _statistics(model, group, cycles, speeds, workers)
     variables = over_speed | {"mesh_force": (("sample",), overall)}

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.dynamics.modes import Modes
+from gearbench.dynamics.size import in_blocks
 
 #: Modes kept: those with the largest share in the compliance at the meshes.
 MODES = 12
@@ -71,10 +72,13 @@ def multipliers(modes: Modes, meshes: NDArray, omega: NDArray, stiffness: NDArra
     r, zeta = modes.frequency[keep], modes.damping_ratio
     dt = 2 * np.pi / omega / stiffness.shape[-1]
     kick = np.ascontiguousarray(stiffness - modes.stiffness[meshes][:, None])
-    counts = (np.multiply.outer(dt, r) < RESOLVED).sum(axis=1)
-    own, half = (free_motion(r, zeta, share * dt[:, None]) for share in (1.0, 0.5))
-    maps = monodromy(own, half, np.ascontiguousarray(modes.mesh[np.ix_(meshes, keep)]), kick, dt, r, counts)
-    return np.abs(np.linalg.eigvals(maps)).max(axis=1)
+    reach, found = np.ascontiguousarray(modes.mesh[np.ix_(meshes, keep)]), np.empty(len(omega))
+    for here in in_blocks(len(omega), (2 * len(r)) ** 2):
+        counts = (np.multiply.outer(dt[here], r) < RESOLVED).sum(axis=1)
+        own, half = (free_motion(r, zeta, share * dt[here, None]) for share in (1.0, 0.5))
+        maps = monodromy(own, half, reach, kick[here] if len(kick) > 1 else kick, dt[here], r, counts)
+        found[here] = np.abs(np.linalg.eigvals(maps)).max(axis=1)
+    return found
 
 
 def free_motion(r: NDArray, zeta: float, dt: NDArray) -> NDArray:

@@ -101,8 +101,21 @@ class Effect(ABC):
         return None
 
     def kept(self) -> dict[str, xr.DataArray]:
-        """Contents of files that the effect refers to, as variables that a Dataset keeps; none by default."""
+        """Contents of files that the effect refers to, as variables that a Dataset keeps; none by default.
+
+        Their names begin with that of the effect and "_".
+        """
         return {}
+
+    @classmethod  # noqa: B027
+    def recall(cls, kept: Mapping[str, xr.DataArray]) -> None:
+        """Let scenes have what ``kept`` has given to a Dataset, whether or not the files are still there.
+
+        Raises
+        ------
+        InputError
+            If a variable is not what ``kept`` gives.
+        """
 
 
 #: The effects of a scene by their names: those that stand beside one another. Never changed.

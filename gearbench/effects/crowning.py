@@ -9,19 +9,16 @@ from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import Effects, GapEffect
+from gearbench.effects.over_face import FaceCurve, OverFace
 from gearbench.effects.relief import MICROMETRE, Amount, one_or_each
 from gearbench.errors import InputError
-from gearbench.geometry.action import ContactLines
-from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 Highest = Annotated[float, Field(ge=0.0, le=20000.0)]
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class OneCrowning:
+class OneCrowning(FaceCurve):
     """Crowning of one gear, over its own face.
 
     Parameters
@@ -38,6 +35,11 @@ class OneCrowning:
     amount_at_0: Amount | None = None
     highest: Highest | None = None
 
+    def check(self, b: float) -> None:
+        """Refuse, with an ``InputError``, a highest point beside the face."""
+        if self.highest is not None and self.highest > b:
+            raise InputError("highest", self.highest, f"must be at most the face width, {b:.4g} mm")
+
     def over(self, y: NDArray, b: float) -> NDArray:
         """Gap [mm] at positions y on a face of the width b [mm]."""
         first = self.amount if self.amount_at_0 is None else self.amount_at_0
@@ -49,7 +51,7 @@ class OneCrowning:
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class Crowning(GapEffect):
+class Crowning(OverFace):
     """Crowning e = C_β (2y/b − 1)²: of the pair, both gears together, over the common face, or a table for each gear.
 
     An unsymmetrical one is of two half parabolas that meet without kink at the highest point y_0:
@@ -83,23 +85,8 @@ class Crowning(GapEffect):
         one_or_each(self, ("amount",), ("amount_at_0", "highest"))
 
     @property
-    def tables(self) -> dict[Role | None, OneCrowning]:
-        """The crowning of the pair (None), or of each gear that has one."""
-        if self.amount is not None:
-            return {None: OneCrowning(amount=self.amount, amount_at_0=self.amount_at_0, highest=self.highest)}
-        return {role: table for role in Role if (table := getattr(self, role.label)) is not None}
-
-    def check(self, pair: Pair, beside: Effects) -> None:
-        """Refuse a highest point beside the face."""
-        for role, table in self.tables.items():
-            b = pair.face_of(role)
-            if table.highest is not None and table.highest > b:
-                key = "highest" if role is None else f"{role.label}.highest"
-                raise InputError(key, table.highest, f"must be at most the face width, {b:.4g} mm")
-
-    def gap(self, lines: ContactLines) -> NDArray:
-        """Gap [mm], (position, pair, segment)."""
-        total = np.zeros(lines.shape)
-        for role, table in self.tables.items():
-            total += table.over(lines.face if role is None else lines.own_face(role), lines.pair.face_of(role))
-        return total
+    def of_pair(self) -> OneCrowning | None:
+        """The crowning of both gears together."""
+        if self.amount is None:
+            return None
+        return OneCrowning(amount=self.amount, amount_at_0=self.amount_at_0, highest=self.highest)

@@ -8,12 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import Effects, GapEffect
+from gearbench.effects.over_face import FaceCurve, OverFace
 from gearbench.effects.relief import Amount, Extent, Shape, one_or_each, relief
 from gearbench.errors import InputError
-from gearbench.geometry.action import ContactLines
-from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 _ENDS = ("at_0", "at_b")
@@ -39,7 +36,7 @@ class OneEnd:
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class OneFace:
+class OneFace(FaceCurve):
     """End relief of one gear, over its own face: the same at both ends, or a table for either end.
 
     Parameters
@@ -96,7 +93,7 @@ class OneFace:
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class EndRelief(GapEffect):
+class EndRelief(OverFace):
     """End relief: of the pair, both gears together, over the common face, or a table for each gear.
 
     The same at both ends, or a table for either end.
@@ -131,39 +128,13 @@ class EndRelief(GapEffect):
 
     def __post_init__(self) -> None:
         if self.pinion is None and self.wheel is None:
-            _ = self.tables  # refuses what is no relief
+            _ = self.of_pair  # refuses what is no relief
         else:
             one_or_each(self, ("amount", "length"), _ENDS)
 
     @property
-    def tables(self) -> dict[Role | None, OneFace]:
-        """The relief of the pair (None), or of each gear that has one."""
-        found: dict[Role | None, OneFace] = {}
-        for role in Role:
-            if (table := getattr(self, role.label)) is not None:
-                found[role] = table
-        keys = ("amount", "length", "shape", *_ENDS)
-        return found or {None: OneFace(**{key: getattr(self, key) for key in keys})}
-
-    def check(self, pair: Pair, beside: Effects) -> None:
-        """Refuse reliefs that overlap."""
-        for role, table in self.tables.items():
-            try:
-                table.check(pair.face_of(role))
-            except InputError as error:
-                raise error if role is None else error.within(role.label) from None
-
-    def gap(self, lines: ContactLines) -> NDArray:
-        """Gap [mm], (position, pair, segment)."""
-        total = np.zeros(lines.shape)
-        for role, table in self.tables.items():
-            total += table.over(lines.face if role is None else lines.own_face(role), lines.pair.face_of(role))
-        return total
-
-    def face_kinks(self, pair: Pair) -> tuple[float, ...]:
-        """Where each relief begins, y [mm] on the common face."""
-        found: list[float] = []
-        for role, table in self.tables.items():
-            before = 0.0 if role is None else pair.overhangs[role][0]
-            found += [y - before for y in table.begins(pair.face_of(role))]
-        return tuple(y for y in found if 0 < y < pair.meshing.face_width)
+    def of_pair(self) -> OneFace | None:
+        """The relief of both gears together."""
+        if self.pinion is not None or self.wheel is not None:
+            return None
+        return OneFace(amount=self.amount, length=self.length, shape=self.shape, at_0=self.at_0, at_b=self.at_b)

@@ -15,6 +15,7 @@ from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
+from gearbench.threads import side_by_side
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -76,7 +77,8 @@ class GearBody(ToothCompliance):
         from gearbench.compliance.flank import flank_factor, flank_matrix
 
         neighbours = lines.shape[1] - 1 if self.coupled else 0
-        flanks = [ring_flank(lines.pair, role, _joint_order(beside), neighbours, lines.coast) for role in Role]
+        order = _joint_order(beside)
+        flanks = side_by_side(lambda role: ring_flank(lines.pair, role, order, neighbours, lines.coast), Role)
         if self.coupled:
             return Dense(matrix=flank_matrix(flanks, lines), positive=True)
         return LowRank(factor=flank_factor(flanks, lines))

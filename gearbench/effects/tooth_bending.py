@@ -19,8 +19,10 @@ from gearbench.geometry.gear import Gear
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
+from gearbench.threads import side_by_side
 
 if TYPE_CHECKING:
+    from fem_reference.refinement import Level
     from fem_reference.section import Body
     from gearbench.compliance.flank import FlankCompliance
 
@@ -108,14 +110,26 @@ class ToothBending(Tooth):
         AccuracyError
             If the memory of the machine does not allow the accuracy.
         """
-        if not self.meshed:
-            return None
+        return sum(level.seconds for level in self._missing_levels(pair, beside)) if self.meshed else None
+
+    def preparation_memory(self, pair: Pair, beside: Effects) -> float:
+        """Predicted memory [bytes] of the finite elements that are not kept on disk yet, good to a factor of two.
+
+        Raises
+        ------
+        AccuracyError
+            As ``preparation``.
+        """
+        return max((level.memory for level in self._missing_levels(pair, beside)), default=0.0) if self.meshed else 0.0
+
+    def _missing_levels(self, pair: Pair, beside: Effects) -> list[Level]:
+        """Levels of the finite elements of both gears that are solved first."""
         from fem_reference.cache import entry
         from fem_reference.refinement import levels
 
         bodies = [(self.body(pair, role, beside), pair.materials[role]) for role in Role]
         missing = [body for body, material in bodies if not entry(body, material, self.accuracy).exists()]
-        return sum(level.seconds for body in missing for level in levels(body, self.accuracy))
+        return [level for body in missing for level in levels(body, self.accuracy)]
 
     def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense:
         """Factor of both teeth side by side, (position, pair, segment, rank); matrix of all pairs of meshed bodies."""
@@ -123,7 +137,7 @@ class ToothBending(Tooth):
             return self.both_teeth(lines, beside)
         from gearbench.compliance.flank import flank_factor, flank_matrix
 
-        flanks = [self.flank(lines.pair, role, beside, lines.coast) for role in Role]
+        flanks = side_by_side(lambda role: self.flank(lines.pair, role, beside, lines.coast), Role)
         if self.meshed and _on_body(beside):
             return Dense(matrix=flank_matrix(flanks, lines), positive=True)
         return LowRank(factor=flank_factor(flanks, lines))

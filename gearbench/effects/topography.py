@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -117,6 +118,22 @@ class Topography(GapEffect):
                 found[name] = grid.to_array(name).assign_attrs(attrs)
         return found
 
+    @classmethod
+    def recall(cls, kept: Mapping[str, xr.DataArray]) -> None:
+        """Let scenes have the grids that a Dataset has kept, whether or not their files are still there.
+
+        Raises
+        ------
+        InputError
+            If a variable is no grid with the SHA-256 of its file.
+        """
+        for name in (f"{cls.name}_{gear}" for gear in _NAMES if f"{cls.name}_{gear}" in kept):
+            digest = str(kept[name].attrs.get("sha256", "missing"))
+            if not re.fullmatch("[0-9a-f]{64}", digest):
+                raise InputError(str(kept[name].name), digest, "must have the SHA-256 of its file")
+            if digest not in _KNOWN:
+                _KNOWN[digest] = grid_of(kept[name])
+
     def kinks(self, pair: Pair) -> tuple[float, ...]:
         """Positions u [mm] of the rows of a coarse grid; the kinks of a fine one are too many to integrate between."""
         positions: list[float] = []
@@ -128,21 +145,6 @@ class Topography(GapEffect):
 
 #: Grids read so far by their SHA-256: an effect made anew from its tables needs no second look at the file.
 _KNOWN: dict[str, FlankGrid] = {}
-
-
-def remember(array: xr.DataArray) -> None:
-    """Let scenes have a grid that a Dataset has kept, whether or not its file is still there.
-
-    Raises
-    ------
-    InputError
-        If the variable is no grid with the SHA-256 of its file.
-    """
-    digest = str(array.attrs.get("sha256", "missing"))
-    if not re.fullmatch("[0-9a-f]{64}", digest):
-        raise InputError(str(array.name), digest, "must have the SHA-256 of its file")
-    if digest not in _KNOWN:
-        _KNOWN[digest] = grid_of(array)
 
 
 def _read(key: str, file: str, known: str | None) -> tuple[FlankGrid, str]:

@@ -4,13 +4,15 @@ Every part costs an amount once for a pair that is new (the Ritz system of a too
 each mesh phase. They are found by running it on a few phases (``trials``), so that the prediction holds on any machine
 and for any effect. What is large is run coarser: two numbers of segments show how each part grows with them, and
 set-ups grow like the matrices of their functions. A set-up that is kept on disk is not run but estimated. Memory is
-that by which runs are refused, see ``gearbench.budget``.
+that by which runs are refused, see ``gearbench.budget``. Of several loads the greatest is tried: the others share its
+set-ups, and mostly its contact lines and compliance (``sweeps.shared``).
 """
 
 from __future__ import annotations
 
 import math
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import Any
@@ -19,16 +21,20 @@ import numpy as np
 
 from gearbench.accuracy.choose import SEARCH_TIME, first_settings
 from gearbench.contact.assemble import conforming, flank_separation, mesh_phases, scene_lines
-from gearbench.contact.size import contact_memory, pairs_of_teeth
+from gearbench.contact.size import contact_memory, kept_memory, pairs_of_teeth
 from gearbench.contact.transitions import COARSE_PHASES, COARSE_SEGMENTS, loaded_phases
 from gearbench.effects.base import ComplianceEffect, Dense, Effect, GapEffect, LowRank
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.effort.clock import peak_megabytes
+from gearbench.effort.forecast import Forecast, forecasts
 from gearbench.effort.robust_plan import SAMPLES, robust_part
 from gearbench.effort.trials import Reduced, Trial, Trials, first_trial, reduced, spent, timed_once, trials
+from gearbench.loads import WeightedLoad, greatest_load
 from gearbench.results.outputs import DEFAULT_OUTPUTS
-from gearbench.scene import Scene
+from gearbench.scene import Resolution, Scene
 from gearbench.solution import dataset
+from gearbench.sweeps.run import sweep
+from gearbench.sweeps.shared import under_loads
 
 #: Power of the number of segments that the time of each phase may grow with, at most.
 STEEPEST = 2.5
@@ -59,12 +65,15 @@ class Plan:
         Predicted time [s] and peak memory [MB] of ``simulate``.
     robust_seconds
         Predicted time [s] of ``robust``, set-ups included; 0 without random errors.
+    others
+        Of the other commands that the scene is fit for.
     """
 
     parts: tuple[Part, ...]
     seconds: float
     megabytes: float
     robust_seconds: float = 0.0
+    others: tuple[Forecast, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,31 +87,39 @@ class _Cost:
 def plan(scene: Scene, samples: int = SAMPLES, threads: int | None = None) -> Plan:
     """Plan of ``simulate`` for ``scene``, and of ``robust`` with so many samples where it has random errors.
 
-    ``threads`` of ``robust``: all processors by default.
+    ``threads`` of ``robust``: all processors by default. Of several loads both are over all of them.
 
     Where the scene asks for an accuracy, of the settings that the search for them begins with, and of the search.
     """
+    loads, groups = scene.loads, 1
+    if loads:
+        groups = len(under_loads(scene, [each.load.torque for each in scene.each_load]))
+        scene = scene.under(scene.load)
     asked = scene.resolution.accuracy is not None
     scene = first_settings(scene) if asked else scene
     prepared = sum(effect.preparation(scene.pair, scene.effects_by_name) or 0.0 for effect in scene.effects)
     small = reduced(_without_preparation(scene))
-    measured = _Measured.of(scene, small)
+    measured = _Measured.of(scene, small, loads, groups)
     parts = [measured.lines(scene), *measured.panels(), *measured.effects(scene), *measured.solution()]
     if prepared:
         parts.insert(1, Part("finite elements", "computed once and kept on disk", "", prepared))
     if asked:
         parts.append(_choice(parts, prepared))
     whole = replace(measured.trials.short.scene, resolution=scene.resolution)
-    robust = []
+    total, robust = measured.trials.total, []
+    kept = kept_memory(scene, total) * len(loads)
     batch = robust_part(measured.trials, small, len(mesh_phases(whole)[0]), samples, threads)
     if batch is not None:
         name, size, seconds = batch
+        seconds *= max(len(loads), 1)
         robust = [Part(name, "batch of samples in lanes", size, seconds + prepared + measured.set_ups)]
+    seconds = sum(part.seconds for part in parts)
     return Plan(
         parts=(*parts, *robust),
-        seconds=sum(part.seconds for part in parts),
-        megabytes=max(contact_memory(scene, measured.trials.total, whole) / 1e6, measured.megabytes),
+        seconds=seconds,
+        megabytes=max((contact_memory(scene, total, whole) + kept) / 1e6, measured.megabytes),
         robust_seconds=sum(part.seconds for part in robust),
+        others=() if loads else forecasts(scene, small, measured.trials, seconds, measured.set_ups),
     )
 
 
@@ -122,8 +139,13 @@ def _without_preparation(scene: Scene) -> Scene:
 
 @dataclass(frozen=True, kw_only=True)
 class _Measured:
-    """Costs of the parts of a scene, from trials of the ``small`` one."""
+    """Costs of the parts of a scene under so many ``loads``, from trials of the ``small`` one under the greatest.
 
+    Loads of one of the ``groups`` share contact lines and compliance.
+    """
+
+    loads: int
+    groups: int
     small: Reduced
     trials: Trials
     costs: dict[str, _Cost]
@@ -136,7 +158,7 @@ class _Measured:
         return sum(self.costs[effect.name].once for effect in self.trials.short.scene.effects)
 
     @classmethod
-    def of(cls, scene: Scene, small: Reduced) -> _Measured:
+    def of(cls, scene: Scene, small: Reduced, loads: Sequence[WeightedLoad], groups: int) -> _Measured:
         """Costs found by trials."""
         short, first = timed_once(lambda: first_trial(small.scene, next(_number)))
         once = {e.name: _once(e, short) * small.set_up for e in short.scene.effects}
@@ -150,11 +172,15 @@ class _Measured:
             coarse = _with_segments(short, max(1, small.scene.resolution.segments // 2))
             coarser, numbers = _parts(coarse), [s.resolution.segments for s in (coarse.scene, short.scene, scene)]
             cycle = {n: t * growth(coarser[n], few[n], *numbers) for n, t in cycle.items()}
-        once["panels"] *= small.pairs
+        once["panels"] *= small.pairs * groups
+        if loads:
+            cycle["dataset"] = _joined(short.scene, loads) / len(loads)
         if flank_separation(scene) is not None:  # set up with the lines
             once["contact lines"] = max(first - few["contact lines"], 0.0)
         names = dict.fromkeys((*once, *cycle))
         return cls(
+            loads=max(len(loads), 1),
+            groups=groups,
             small=small,
             trials=both,
             costs={name: _Cost(once=once.get(name, 0.0), cycle=cycle.get(name, 0.0)) for name in names},
@@ -187,12 +213,14 @@ class _Measured:
         lines = self.trials.long.lines
         segments = lines.shape[2] * self.small.segments * math.sqrt(self.small.pairs)
         loaded = f"{int(np.mean(lines.active.sum(axis=1)) * self.trials.total * segments)} loaded segments"
-        contact = self._part("contact", "structured Newton, amplitudes and approach", loaded)
-        return [contact, self._part("dataset", "variables and provenance", "")]
+        loaded += f" × {self.loads} loads" if self.loads > 1 else ""
+        contact = self._part("contact", "structured Newton, amplitudes and approach", loaded, self.loads)
+        return [contact, self._part("dataset", "variables and provenance", "", self.loads)]
 
-    def _part(self, name: str, does: str, size: str) -> Part:
+    def _part(self, name: str, does: str, size: str, times: int | None = None) -> Part:
+        """A part that runs so many ``times``, by default once for each group of loads."""
         cost = self.costs[name]
-        return Part(name, does, size, cost.once + cost.cycle)
+        return Part(name, does, size, cost.once + (times or self.groups) * cost.cycle)
 
 
 def _phases(scene: Scene, trial: Trial) -> tuple[int, float]:
@@ -237,6 +265,14 @@ def _parts(trial: Trial) -> dict[str, float]:
     found["contact lines"] = spent(lambda: scene_lines(trial.scene, trial.lines.mesh_phase))[1]
     found["dataset"] = spent(lambda: dataset(solved, DEFAULT_OUTPUTS, time.perf_counter()))[1]
     return found
+
+
+def _joined(scene: Scene, loads: Sequence[WeightedLoad]) -> float:
+    """Time [s] of the Datasets of several loads and of joining them: of a sweep over them at a single phase."""
+    tiny = Resolution(positions=1, segments=1)
+    several = replace(scene, load=greatest_load(loads), loads=tuple(loads), resolution=tiny)
+    sweep(several, threads=1)  # code is loaded, tables are made
+    return spent(lambda: sweep(several, threads=1))[1]
 
 
 def _contribution(effect: Effect, trial: Trial) -> Any:

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from gearbench.effort.trials import LONGEST, Reduced, Trial, Trials, spent
-from gearbench.robustness.montecarlo import SAMPLES, RobustProblem, default_threads, prepare_phases, respond
+from gearbench.robustness.montecarlo import SAMPLES, RobustProblem, prepare_phases, respond
+from gearbench.threads import default_threads
 
 
 def robust_part(

@@ -18,9 +18,10 @@ from gearbench.results import flank
 from gearbench.results.cycle import coefficients, curves
 from gearbench.results.responses import response
 from gearbench.results.solved import Solved
-from gearbench.robustness.montecarlo import default_threads, prepare_scene, respond
+from gearbench.robustness.montecarlo import prepare_scene, respond
 from gearbench.scene import Resolution, Scene
 from gearbench.solution import solve_scene
+from gearbench.threads import default_threads
 
 #: Error samples, and mesh orders of the spectra.
 SAMPLES, ORDERS = 256, 10

@@ -47,7 +47,7 @@ class Page:
         self.gear = GearPanel(tables)
         self._first = first
         self.export = Button(label="Save scene file", name="export", width=SIDE - 60)
-        self.export.js_on_event("button_click", script("export", scene=self.gear.now["scene"]))
+        self.export.js_on_event("button_click", script("download", "export", scene=self.gear.now["scene"]))
         self._above, self.refresh, self.follow = self._designs()
 
     def listen(self, controls: Sequence[Any]) -> None:

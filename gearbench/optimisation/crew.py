@@ -8,6 +8,7 @@ from typing import Any
 
 from gearbench.errors import GearbenchError, InputError
 from gearbench.optimisation.proof import Proof, difference, prove
+from gearbench.optimisation.scheduler import persistently
 from gearbench.optimisation.study import OptimisationStudy
 
 _LOG = logging.getLogger(__name__)
@@ -51,7 +52,7 @@ class Crew:
         """
         start, said = time.monotonic(), False
         while True:
-            connected: dict[str, int] = self._client.nthreads()
+            connected: dict[str, int] = persistently(self._client.nthreads, self._client)
             self._ask(study, connected)
             self._judge()
             found = {address: threads for address, threads in connected.items() if address in self._proven}
@@ -91,8 +92,7 @@ class Crew:
             del self._asked[address]
             if future.status == "cancelled":
                 raise OSError("connection lost")
-            assert self._ours is not None
-            fault = difference(future.result(), self._ours) if future.status == "finished" else _failed(future)
+            fault = self._difference(future) if future.status == "finished" else _failed(future)
             if not fault:
                 self._proven.add(address)
                 continue
@@ -100,6 +100,11 @@ class Crew:
             if not self._begun:
                 raise InputError("scheduler", self._scheduler, f"worker {address} is refused: {fault}")
             _LOG.warning("gearbench: worker %s is refused: %s", address, fault)
+
+    def _difference(self, future: Any) -> str:
+        """What is not as in this process, "" where nothing is."""
+        assert self._ours is not None
+        return difference(persistently(future.result, self._client), self._ours)
 
 
 def _failed(future: Any) -> str:

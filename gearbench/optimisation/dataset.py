@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
 #: Dimensions, whose names a variable must not have.
 DIMENSIONS = frozenset({"design", "generation", "variable", "constraint", "objective_name", "member"})
+
+#: Rows of an array that are read at a time.
+ROWS = 10_000
 
 
 def designs_dataset(
@@ -45,7 +48,9 @@ def designs_dataset(
     shown = [values_of(study, design) for design in designs]
     for i, variable in enumerate(study.variables):
         attrs = {"long_name": variable.name, "paths": ", ".join(variable.paths)}
-        values = np.array([row[i] for row in shown])
+        # of all its values, so that parts of a search are alike
+        kind = np.array(variable.grid or [0.0]).dtype
+        values = np.array([row[i] for row in shown], dtype=kind)
         variables[variable.name] = ("design", values.astype("int8") if values.dtype == bool else values, attrs)
     for name, limit in study.constraints.items():
         given = {"limit_min": limit.min, "limit_max": limit.max}
@@ -98,10 +103,33 @@ def front_dataset(archive: Archive, population: Sequence[Design], wall_time: flo
     """All designs of a finished search and its history, dimensions ``design`` and ``generation``."""
     from gearbench.results.provenance import run_provenance
 
-    study = archive.study
-    dataset = _all_designs(archive)
+    dataset, history = _all_designs(archive), history_dataset(archive, population)
+    dataset = dataset.assign(history.data_vars).assign_coords(history.coords)
+    sha256 = checksum({str(name): dataset[name].values for name in dataset.variables})
+    return dataset.assign_attrs(data_sha256=sha256, **run_provenance(wall_time=wall_time))
+
+
+def _all_designs(archive: Archive) -> xr.Dataset:
+    """``designs_dataset`` of all designs, made of batches: as objects a million of them would fill the memory."""
+    import xarray as xr
+
+    parts = list(batches(archive))
+    if len(parts) > 1:
+        return xr.concat(parts, "design", data_vars="minimal", coords="minimal", compat="override", join="override")
+    return parts[0]
+
+
+def batches(archive: Archive) -> Iterator[xr.Dataset]:
+    """``designs_dataset`` of some designs after the other."""
+    return (designs_dataset(archive.study, *map(list, zip(*batch, strict=True))) for batch in archive.batches())
+
+
+def history_dataset(archive: Archive, population: Sequence[Design]) -> xr.Dataset:
+    """How a finished search went, and which of its designs were left at its end."""
+    import xarray as xr
+
     everything = np.arange(len(archive))
-    members = np.full((len(archive.asked), study.algorithm.population), -1, dtype="int64")
+    members = np.full((len(archive.asked), archive.study.algorithm.population), -1, dtype="int64")
     for row, asked in zip(members, archive.asked_numbers(), strict=True):
         row[: len(asked)] = asked
     found = {
@@ -114,28 +142,23 @@ def front_dataset(archive: Archive, population: Sequence[Design], wall_time: flo
         "hypervolume": ("generation", archive.hypervolumes),
         "reference_point": ("objective_name", archive.reference_point),
     }
-    dataset = dataset.assign(described(found))
-    dataset = dataset.assign_coords(generation=np.arange(1, len(archive.asked) + 1))
-    sha256 = checksum({str(name): dataset[name].values for name in dataset.variables})
-    return dataset.assign_attrs(data_sha256=sha256, **run_provenance(wall_time=wall_time))
+    return xr.Dataset(described(found), coords={"generation": np.arange(1, len(archive.asked) + 1)})
 
 
-def _all_designs(archive: Archive) -> xr.Dataset:
-    """``designs_dataset`` of all designs, made of batches: as objects a million of them would fill the memory."""
-    import xarray as xr
+def checksum(arrays: Mapping[str, Any]) -> str:
+    """SHA-256 over names and values: equal for equal results, wherever and whenever computed.
 
-    parts = [designs_dataset(archive.study, *map(list, zip(*batch, strict=True))) for batch in archive.batches()]
-    if len(parts) > 1:
-        return xr.concat(parts, "design", data_vars="minimal", coords="minimal", compat="override", join="override")
-    return parts[0] if parts else designs_dataset(archive.study, [], [], [])
-
-
-def checksum(arrays: Mapping[str, NDArray]) -> str:
-    """SHA-256 over names and values: equal for equal results, wherever and whenever computed."""
+    Of each array some rows at a time are read: it may be one in a file.
+    """
     digest = hashlib.sha256()
     for name in sorted(arrays):
         values = arrays[name]
-        text = values.dtype.kind in "OUS"
-        digest.update(f"{name} {values.shape} ".encode())
-        digest.update("\0".join(map(str, values.ravel())).encode() if text else np.ascontiguousarray(values).tobytes())
+        digest.update(f"{name} {tuple(values.shape)} ".encode())
+        rows = range(0, len(values), ROWS) if values.ndim else [None]
+        for first in rows:
+            part = np.asarray(values[()] if first is None else values[first : first + ROWS])
+            if part.dtype.kind not in "OUS":
+                digest.update(np.ascontiguousarray(part).tobytes())
+                continue
+            digest.update(b"\0" * bool(first) + "\0".join(map(str, part.ravel())).encode())
     return digest.hexdigest()

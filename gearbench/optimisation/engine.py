@@ -8,6 +8,7 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
 from contextlib import ExitStack, suppress
+from functools import partial
 from queue import Empty, SimpleQueue
 from typing import Any
 
@@ -15,15 +16,18 @@ from gearbench.budget import shared
 from gearbench.errors import GearbenchError
 from gearbench.optimisation.crew import Crew
 from gearbench.optimisation.local_cluster import local_cluster
-from gearbench.optimisation.problem import Evaluation, evaluate, macro_geometry
+from gearbench.optimisation.problem import NO_GEAR, Evaluation, evaluate, macro_geometry
 from gearbench.optimisation.racing import Rivals
-from gearbench.optimisation.scheduler import check_scheduler, connected, require_scheduler, silent
+from gearbench.optimisation.scheduler import check_scheduler, connected, persistently, require_scheduler, silent
 from gearbench.optimisation.study import Design, OptimisationStudy
-from gearbench.threads import single_threaded_blas
+from gearbench.threads import processors_taken, single_threaded_blas
 
 #: Tasks of a generation for each thread of the workers: one that is lost costs one of them, a slow one holds up the
 #: others less. So many are handed out at a time, so that workers that join get their share.
 TASKS, AHEAD = 8, 2
+#: Gears evaluated before there are threads, at most. The first time on a machine kernels are compiled, half a minute
+#: and more: in the thread that hears Ctrl-C it ends that, in others it would have to wait for the compiler.
+ALONE = 8
 #: Seconds after which the workers are counted again.
 LOOK = 1.0
 #: Times that dask gives a task up before the search does. It gives up where four workers died with it one after the
@@ -55,17 +59,22 @@ class Threads(Engine):
     """Designs side by side on threads of this process; their kernels run outside Python's lock."""
 
     def __init__(self, count: int) -> None:
-        self._count = count
+        self._count, self._alone = count, ALONE
 
     def evaluate(
         self, study: OptimisationStudy, designs: Sequence[Design], rivals: Rivals | None = None
     ) -> Iterator[tuple[Design, Evaluation]]:
-        """See ``Engine``."""
-        with single_threaded_blas(), shared(self._count):
+        """See ``Engine``. The first designs are evaluated by the calling thread, until one is feasible."""
+        with single_threaded_blas(), processors_taken(), shared(self._count):
+            waiting = deque(by_geometry(study, designs))
+            while waiting and self._alone:
+                design = waiting.popleft()
+                result = evaluate(study, design, rivals)
+                self._alone = 0 if result.feasible else self._alone - (result.violation < NO_GEAR)
+                yield design, result
             pool = ThreadPoolExecutor(self._count)
             try:
-                ordered = by_geometry(study, designs)
-                futures = {pool.submit(evaluate, study, design, rivals): design for design in ordered}
+                futures = {pool.submit(evaluate, study, design, rivals): design for design in waiting}
                 for future in as_completed(futures):
                     yield futures[future], future.result()
             finally:
@@ -165,7 +174,7 @@ class Dask(Engine):
                     if not isinstance(future.exception(), KilledWorker) or deaths == DEATHS:
                         future.result()  # raises
                     waiting.append((task, deaths + 1))
-                for results in self.client.gather([*finished]):
+                for results in persistently(partial(self.client.gather, [*finished]), self.client):
                     yield from results
                 if time.monotonic() - counted < LOOK:
                     continue
@@ -188,7 +197,7 @@ def choose_engine(scheduler: str | None, threads: int | None) -> Engine:
     """Dask where a scheduler is given, threads otherwise."""
     if scheduler is not None:
         return Dask(scheduler)
-    from gearbench.robustness.montecarlo import default_threads
+    from gearbench.threads import default_threads
 
     return Threads(threads or default_threads())
 
@@ -214,6 +223,7 @@ def _common(study: OptimisationStudy, rivals: Rivals | None) -> tuple[Optimisati
 
 
 @single_threaded_blas()
+@processors_taken()
 def _evaluate_all(
     common: tuple[OptimisationStudy, Rivals | None], designs: Sequence[Design]
 ) -> list[tuple[Design, Evaluation]]:

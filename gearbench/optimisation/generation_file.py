@@ -6,7 +6,7 @@ or stop early, is evaluated in less than the other took.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -34,36 +34,48 @@ def write_generation(dataset: xr.Dataset, path: Path) -> Path:
 
     buffer = BytesIO()
     with h5py.File(buffer, "w", track_order=True) as file:
-        scales = {}
-        for dimension, size in dataset.sizes.items():
-            if dimension in dataset.variables:
-                scales[dimension] = _put(file, dataset[dimension])
-                scales[dimension].make_scale(str(dimension))
-            else:
-                scales[dimension] = file.create_dataset(str(dimension), (size,), ">f4")
-                scales[dimension].make_scale(_NO_VARIABLE.format(size))
-        for name in dataset.variables:
-            if name not in scales:
-                item = _put(file, dataset[name])
-                for axis, dimension in enumerate(dataset[name].dims):
-                    item.dims[axis].attach_scale(scales[dimension])
+        declare(file, dataset, {str(name): size for name, size in dataset.sizes.items()})
+        fill(file, dataset)
         file.attrs.update(dataset.attrs)
     return write_sealed(path, buffer)
 
 
-def _put(file: Any, variable: xr.DataArray) -> Any:
-    """A variable with its attributes in an HDF5 file."""
+def declare(file: Any, dataset: xr.Dataset, sizes: Mapping[str, int]) -> None:
+    """Make the dimensions, of ``sizes``, and the variables of a Dataset in an HDF5 file; those that are there stay."""
     import h5py
 
-    values: Any = variable.values
-    texts = values.dtype.kind in "OU"
-    item = file.create_dataset(
-        str(variable.name),
-        data=values.astype(object) if texts else values,
-        dtype=h5py.string_dtype() if texts else None,
-    )
+    for dimension in map(str, dataset.dims):
+        if dimension in file:
+            continue
+        if dimension in dataset.variables:
+            _declare(file, dataset[dimension], sizes)
+            file[dimension].make_scale(dimension)
+        else:
+            file.create_dataset(dimension, (sizes[dimension],), ">f4")
+            file[dimension].make_scale(_NO_VARIABLE.format(sizes[dimension]))
+    for name in map(str, dataset.variables):
+        if name in file:
+            continue
+        item: h5py.Dataset = _declare(file, dataset[name], sizes)
+        for axis, dimension in enumerate(dataset[name].dims):
+            item.dims[axis].attach_scale(file[str(dimension)])
+
+
+def _declare(file: Any, variable: xr.DataArray, sizes: Mapping[str, int]) -> Any:
+    import h5py
+
+    kind = h5py.string_dtype() if variable.dtype.kind in "OU" else variable.dtype
+    item = file.create_dataset(str(variable.name), [sizes[str(dimension)] for dimension in variable.dims], kind)
     item.attrs.update(variable.attrs)
     return item
+
+
+def fill(file: Any, dataset: xr.Dataset, start: int = 0) -> None:
+    """Write the values of a Dataset, as rows from ``start`` on, to variables that are declared."""
+    for name in map(str, dataset.variables):
+        values = dataset[name].values
+        values = values.astype(object) if values.dtype.kind in "OU" else values
+        file[name][start : start + len(values)] = values
 
 
 def read_generation(path: Path, names: Sequence[str]) -> tuple[dict[str, NDArray], str]:

@@ -19,7 +19,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.budget import shared
 from gearbench.errors import InputError
+from gearbench.interruption import pending
 from gearbench.optimisation.dataset import designs_dataset
 from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.front import hypervolume, non_dominated
@@ -92,19 +94,22 @@ def polish(
     Raises
     ------
     InputError
-        If no variable is continuous.
+        If no variable is continuous, or no design feasible.
     """
-    from gearbench.robustness.montecarlo import default_threads
+    from gearbench.threads import default_threads
 
     start = time.perf_counter()
     study = continuous(designs.study)
     numbers = np.flatnonzero(designs.dataset["on_front"].values)
+    if not len(numbers):
+        raise InputError("", designs.study.name or "study", "has no feasible design")
     first = [_as_continuous(designs, study, int(number)) for number in numbers]
     F = designs.dataset["objective"].values[numbers]
     extent = np.where(np.ptp(F, axis=0) > 0, np.ptp(F, axis=0), np.abs(F).max(axis=0))
     work = partial(polish_one, study, extent=extent, evaluations=evaluations)
     found: list[tuple[Design, Evaluation, Evaluation]] = []
-    with ThreadPoolExecutor(threads or default_threads()) as pool:
+    threads = threads or default_threads()
+    with shared(threads), ThreadPoolExecutor(threads) as pool:
         for answer in pool.map(work, first):
             found.append(answer)
             progress(len(found), len(first))
@@ -177,7 +182,9 @@ class _Run:
         return tuple(found)
 
     def evaluated(self, x: NDArray) -> Evaluation:
-        """Evaluation of x, kept."""
+        """Evaluation of x, kept; the first after Ctrl-C ends the thread, which does not hear it itself."""
+        if pending():
+            raise KeyboardInterrupt
         key = np.asarray(x, dtype=float).tobytes()
         if key not in self.seen:
             # the design itself keeps its codes to the bit

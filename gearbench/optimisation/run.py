@@ -17,6 +17,7 @@ from gearbench.optimisation.search import Search
 from gearbench.optimisation.store import Store
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.study_file import check_study
+from gearbench.results.netcdf import load
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -101,15 +102,32 @@ def optimise(
     OSError
         If a generation cannot be stored; those before it are kept.
     """
+    if directory is not None:
+        options = {"resume": resume, "scheduler": scheduler, "threads": threads, "progress": progress}
+        return load(optimise_into(study, directory, **options))
+    check_study(study)
+    with choose_engine(scheduler, threads) as engine:
+        run = _Run(study, None, engine, progress)
+        run.search()
+        return front_dataset(*run.found)
+
+
+def optimise_into(
+    study: OptimisationStudy,
+    directory: str | Path,
+    *,
+    resume: bool = False,
+    scheduler: str | None = None,
+    threads: int | None = None,
+    progress: Callable[[Progress], None] = lambda _: None,
+) -> Path:
+    """``optimise`` into a folder, whose file with the result it returns; memory does not grow with the designs."""
     check_study(study)
     engine = choose_engine(scheduler, threads)
-    if directory is None:
-        with engine:
-            return _Run(study, None, engine, progress).run()
     with Store(directory, study, resume=resume) as store, engine:
-        dataset = _Run(study, store, engine, progress).run()
-        store.write_front(dataset)
-    return dataset
+        run = _Run(study, store, engine, progress)
+        run.search()
+        return store.write_front(*run.found)
 
 
 class _Run:
@@ -121,8 +139,13 @@ class _Run:
         self._start = time.perf_counter()
         self._asked = self._restored = self._evaluated = 0
 
-    def run(self) -> xr.Dataset:
-        """All generations."""
+    @property
+    def found(self) -> tuple[Archive, Sequence[Design], float]:
+        """All designs, those of the last generation, and the wall time so far [s]."""
+        return self._archive, self._search.population, time.perf_counter() - self._start
+
+    def search(self) -> None:
+        """Run all generations."""
         for generation in range(1, self._study.algorithm.generations + 1):
             designs = self._search.ask()
             if not designs:
@@ -130,8 +153,6 @@ class _Run:
             self._search.tell(self._generation(generation, designs))
             self._asked += len(designs)
             self._report(0.0)
-        wall_time = time.perf_counter() - self._start
-        return front_dataset(self._archive, self._search.population, wall_time)
 
     def _generation(self, generation: int, designs: Sequence[Design]) -> list[Evaluation]:
         stored = self._store.read(generation, designs) if self._store is not None else None

@@ -6,18 +6,25 @@ import asyncio
 import logging
 import re
 import signal
+import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from queue import Empty, SimpleQueue
 from threading import Thread
-from typing import Any
+from typing import Any, TypeVar
 
 from gearbench.errors import GearbenchError, InputError
 
+T = TypeVar("T")
+
 #: Seconds within which a scheduler answers.
 ANSWERS = 6.0
+#: Seconds that dask itself waits for it where it is stopped by another clock: its own one may be set forward.
+FAR = 3e7
+#: Seconds until a scheduler is asked again.
+AGAIN = 0.05
 
 
 def check_scheduler(text: str) -> int | None:
@@ -74,9 +81,36 @@ async def _kind(address: str) -> str:
     from distributed import Security, rpc
 
     arguments = Security().get_connection_args("client")
-    async with rpc(address, timeout=ANSWERS, connection_args=arguments) as server:
+    async with rpc(address, timeout=FAR, connection_args=arguments) as server:
         identity: Any = await server.identity()
         return str(identity["type"])
+
+
+def persistently(ask: Callable[[], T], client: Any = None) -> T:
+    """Answer of a scheduler, who is asked again for ``ANSWERS`` seconds where it does not come.
+
+    dask gives a connection up by the time of day: at once, where the clock is set forward in that moment.
+
+    Parameters
+    ----------
+    ask
+        Asks once.
+    client
+        Who asks; where it has lost the scheduler, it is not asked again.
+
+    Raises
+    ------
+    OSError
+        That of the last time.
+    """
+    end = time.monotonic() + ANSWERS
+    while True:
+        try:
+            return ask()
+        except OSError:
+            if time.monotonic() > end or (client is not None and client.status != "running"):
+                raise
+        time.sleep(AGAIN)
 
 
 @contextmanager
@@ -107,7 +141,7 @@ def connected(address: str) -> Iterator[Any]:
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM}) if blocks else set()
     try:
         with warnings.catch_warnings(action="ignore"):  # of versions: workers prove theirs
-            client = Client(address, set_as_default=False, timeout=ANSWERS)
+            client = persistently(lambda: Client(address, set_as_default=False, timeout=ANSWERS))
     finally:
         if blocks:
             signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -11,18 +11,15 @@ import os
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from gearbench.errors import InputError
 from gearbench.files import is_part, lock, write_text
+from gearbench.optimisation.archive import Archive
 from gearbench.optimisation.dataset import designs_dataset, read_designs, read_names
+from gearbench.optimisation.front_file import write_front
 from gearbench.optimisation.generation_file import read_generation, write_generation
 from gearbench.optimisation.problem import Evaluation
 from gearbench.optimisation.study import Design, OptimisationStudy
-from gearbench.results.netcdf import save
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 STUDY, FRONT, LOCK = "study.toml", "front.nc", ".lock"
 
@@ -168,10 +165,10 @@ class Store:
         write_generation(dataset, self.path(generation))
         _sync(self.folder)
 
-    def write_front(self, dataset: xr.Dataset) -> Path:
-        """Commit the final Dataset, after all generations."""
+    def write_front(self, archive: Archive, population: Sequence[Design], wall_time: float) -> Path:
+        """Commit the finished search, after all generations."""
         self.flush()
-        path = save(dataset, self.folder / FRONT)
+        path = write_front(archive, population, wall_time, self.folder / FRONT)
         _sync(self.folder)
         return path
 

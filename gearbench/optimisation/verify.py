@@ -12,9 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.budget import MemoryBudgetError
+from gearbench.effects.base import Effects
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import GearbenchError, InputError
+from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
 from gearbench.optimisation.dataset import read_designs, read_names
 from gearbench.optimisation.designs import Designs
@@ -64,6 +67,8 @@ def verify(
     ------
     InputError
         If the study has no tooth bending to be replaced, a variable changes it, or a design is not feasible.
+    MemoryBudgetError
+        If finite elements need more memory than there may be, before any are solved.
     GearbenchError
         If finite elements give no answer for any of the designs.
     """
@@ -143,17 +148,30 @@ def _prepare(
     effects = study.base["effects"]
     beside = {GearBody.name: GearBody()} if GearBody.name in effects else {}
     reference = ToothBending(**effects[ToothBending.name])
-    for i, number in enumerate(first.values(), start=1):
+    pairs = [designs.scene(number).pair for number in first.values()]
+    seconds = sum(_price(reference, pair, beside) for pair in pairs)
+    if seconds:
+        progress(f"finite elements of {len(first)} macro-geometries, about {seconds:.0f} s")
+    for i, pair in enumerate(pairs, start=1):
         progress(f"finite elements of macro-geometry {i} of {len(first)}")
-        pair = designs.scene(number).pair
         with suppress(GearbenchError):  # the design is then reported with this reason
             for role in Role:
                 reference.flank(pair, role, beside)
     return len(first)
 
 
+def _price(reference: ToothBending, pair: Pair, beside: Effects) -> float:
+    """Predicted processor time [s] of the finite elements of a pair; ``MemoryBudgetError`` before it is spent."""
+    try:
+        return reference.preparation(pair, beside) or 0.0
+    except MemoryBudgetError:
+        raise
+    except GearbenchError:  # the design is then reported with this reason
+        return 0.0
+
+
 def _engine(threads: int | None) -> Threads:
-    from gearbench.robustness.montecarlo import default_threads
+    from gearbench.threads import default_threads
 
     return Threads(threads or default_threads())
 

@@ -1,4 +1,4 @@
-"""Values on contact lines as an image of the flank: face width across, path of contact up."""
+"""Values known on contact lines as an image of the flank."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 def over_flank(u: NDArray, y: NDArray, width: NDArray, values: NDArray, path: NDArray, across: NDArray) -> NDArray:
     """Values on the segments of contact lines at the points of a grid, (path, across); NaN where no line is near.
 
-    Interpolated along each line in y first, as far as its outermost segments reach, then between lines in u:
-    neighbouring lines need not have their segments side by side.
+    Along each line first, as far as its outermost segments reach, then between neighbouring lines, which need not have
+    their segments side by side: between points of the same y or of the same u, by preference those that differ less. A
+    feature of the face (end relief) or of the profile (tip relief) then runs straight from line to line.
 
     Parameters
     ----------
@@ -23,12 +24,36 @@ def over_flank(u: NDArray, y: NDArray, width: NDArray, values: NDArray, path: ND
     ascending = np.argsort(y, axis=-1)
     u, y, width, values = (np.take_along_axis(each, ascending, axis=-1) for each in (u, y, width, values))
     along = np.array([np.interp(across, *line) for line in zip(y, values, strict=True)])
+    over = np.array([_where_reached(path, *line) for line in zip(u, values, strict=True)])
     run = y[:, -1:] - y[:, :1]
     slope = (u[:, -1:] - u[:, :1]) / np.where(run > 0, run, 1.0)
     position = u[:, :1] + (across - y[:, :1]) * slope
     reached = (across >= y[:, :1] - width[:, :1] / 2) & (across <= y[:, -1:] + width[:, -1:] / 2)
     image = np.full((len(path), len(across)), np.nan)
     for column, there in enumerate(reached.T):
-        if there.any():
-            image[:, column] = np.interp(path, position[there, column], along[there, column])
+        lines = np.flatnonzero(there)
+        if len(lines) == 1:
+            image[:, column] = along[lines[0], column]
+        elif len(lines):
+            at = position[lines, column]
+            before = np.clip(np.searchsorted(at, path) - 1, 0, len(lines) - 2)
+            part = np.clip((path - at[before]) / np.maximum(at[before + 1] - at[before], 1e-300), 0.0, 1.0)
+            pair = lines[before], lines[before + 1]
+            same_y, same_u = along[pair, column], over[pair, np.arange(len(path))]
+            image[:, column] = _between(part, same_y, same_u)
     return image
+
+
+def _where_reached(path: NDArray, u: NDArray, values: NDArray) -> NDArray:
+    """Values of one line at points of the path of contact; NaN beyond its ends, everywhere where it has one u."""
+    if u[0] > u[-1]:
+        u, values = u[::-1], values[::-1]
+    return np.interp(path, u, values, left=np.nan, right=np.nan)
+
+
+def _between(part: NDArray, same_y: NDArray, same_u: NDArray) -> NDArray:
+    """Interpolated at ``part`` of the way between two lines, whose values are (2, path); ``same_u`` may be NaN."""
+    by_y, by_u = ((1 - part) * first + part * second for first, second in (same_y, same_u))
+    change_y, change_u = (np.diff(each, axis=0)[0] ** 2 for each in (same_y, same_u))
+    share = change_y / np.maximum(change_y + change_u, 1e-300)
+    return np.where(np.isnan(by_u), by_y, by_y + share * (by_u - by_y))

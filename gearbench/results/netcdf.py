@@ -75,6 +75,13 @@ def load(path: str | Path) -> xr.Dataset:
         raise InputError("", str(path), error.allowed) from None
 
 
+def reading(path: str | Path) -> xr.Dataset:
+    """A Dataset that this process has written, a context: its variables are read as they are used."""
+    import xarray as xr
+
+    return xr.open_dataset(path, engine="h5netcdf", decode_times=False)
+
+
 def whole_bytes(path: str | Path) -> bytes:
     """Bytes of a netCDF file that are those ``save`` has written.
 

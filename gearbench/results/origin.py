@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import tomllib
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gearbench.effects.registry import effect_class, effect_names
 from gearbench.errors import InputError
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene, scene_at
@@ -29,15 +31,13 @@ def keeping(dataset: xr.Dataset, scene: Scene) -> xr.Dataset:
     return dataset
 
 
-def _recall(dataset: xr.Dataset) -> None:
-    """Let the scene have the grids that the Dataset keeps."""
-    for gear in ("pinion", "wheel"):
-        for prefix in _KEPT.values():
-            name = f"{prefix}topography_{gear}"
-            if name in dataset.data_vars:
-                from gearbench.effects.topography import remember
-
-                remember(dataset[name])
+def _recall(dataset: xr.Dataset, tables: Mapping[str, Any]) -> None:
+    """Let the scene of ``tables`` have the grids that the Dataset keeps."""
+    for table, prefix in _KEPT.items():
+        asked = tables.get(table)
+        for effect in set(asked) & set(effect_names()) if isinstance(asked, dict) else ():
+            own = [name for name in map(str, dataset) if name.startswith(f"{prefix}{effect}_")]
+            effect_class(effect).recall({name.removeprefix(prefix): dataset[name] for name in own})
 
 
 def scene_of(dataset: xr.Dataset) -> Scene:
@@ -51,8 +51,9 @@ def scene_of(dataset: xr.Dataset) -> Scene:
     if "scene" not in dataset.attrs:
         raise InputError("dataset", "no scene", "must be a result of gearbench, with its attributes")
     try:
-        _recall(dataset)
-        scene = parse_scene(tomllib.loads(str(dataset.attrs["scene"])))
+        tables = tomllib.loads(str(dataset.attrs["scene"]))
+        _recall(dataset, tables)
+        scene = parse_scene(tables)
     except RecursionError as error:
         raise InputError("dataset", "scene", f"cannot be read: {error}") from None
     except ValueError as error:  # an InputError is one, too

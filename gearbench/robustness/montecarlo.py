@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -232,8 +231,3 @@ def join(parts: Sequence[Responses], count: int | None = None, names: Sequence[s
     """Responses of several draws one after the other, the first ``count`` samples of them."""
     values = {name: np.concatenate([np.empty(0), *(part[name] for part in parts)])[:count] for name in names}
     return Responses(values=values, rescued=sum(part.rescued for part in parts))
-
-
-def default_threads() -> int:
-    """Processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

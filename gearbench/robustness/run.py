@@ -12,9 +12,10 @@ from gearbench.errors import InputError
 from gearbench.results.responses import check_responses
 from gearbench.robustness.adaptive import choose_robust
 from gearbench.robustness.dataset import robust_dataset
-from gearbench.robustness.montecarlo import SAMPLES, default_threads, prepare_scene, respond
+from gearbench.robustness.montecarlo import SAMPLES, prepare_scene, respond
 from gearbench.robustness.sampling import Sampler
 from gearbench.scene import Scene
+from gearbench.threads import default_threads
 
 if TYPE_CHECKING:
     import xarray as xr

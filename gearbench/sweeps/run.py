@@ -19,13 +19,13 @@ from gearbench.results.origin import keeping
 from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs
 from gearbench.results.provenance import beyond_elasticity, provenance
 from gearbench.results.responses import is_response
-from gearbench.robustness.montecarlo import default_threads
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.scene_file import scene_at
 from gearbench.sweeps.axes import TORQUE, Axis, axes_of, grid
 from gearbench.sweeps.dataset import combined, over_loads
 from gearbench.sweeps.groups import Solver
 from gearbench.sweeps.shared import under_loads
+from gearbench.threads import default_threads
 
 if TYPE_CHECKING:
     import xarray as xr

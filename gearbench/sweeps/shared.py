@@ -9,7 +9,7 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble, gap_and_variation, gaps_along, mesh_phases, scene_lines, total_gap
+from gearbench.contact.assemble import assemble, gap_and_variation, gaps_along, mesh_phases, scene_lines
 from gearbench.contact.loads import solve_loads, under
 from gearbench.contact.problem import ContactProblem, ContactSolution
 from gearbench.effects.base import ComplianceEffect
@@ -91,7 +91,7 @@ class Shared:
             return known
         # in the units of the problem that is known; its load is set when it is solved
         own = known.lines
-        gaps = gaps_along(scene, own) if own.cells else total_gap(scene, own)[..., None]
+        gaps = gaps_along(scene, own)
         gap, soft = (x.reshape(known.problem.gap.shape) for x in gap_and_variation(gaps))
         scale = known.problem.length_scale
         soft = soft if known.problem.a.any() else np.zeros_like(soft)  # without a law there is nothing to average

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -18,13 +19,15 @@ from gearbench.results.responses import described
 from gearbench.scene import Scene
 from gearbench.simulation import simulate
 from gearbench.validation.dataset import CYCLE, stack
-from gearbench.validation.judge import judge
+from gearbench.validation.judge import judge, require_reference
 from gearbench.validation.mac import LOADS, flank_grid
 from gearbench.validation.reference import meshed_flanks, reference_scene, smooth_effects
 from gearbench.validation.ste_error import CURVES, HARMONICS, OUTPUTS
 
 if TYPE_CHECKING:
     import xarray as xr
+
+T = TypeVar("T")
 
 #: Timed runs; medians count.
 REPEATS = 5
@@ -143,7 +146,7 @@ def validate(
 ) -> xr.Dataset:
     """Compare several scenes, each with its reference, along the dimension ``scene``.
 
-    ``progress`` is called with the name of each scene before its turn.
+    ``progress`` is called with the name of each scene before its turn, and the time of its finite elements.
 
     Raises
     ------
@@ -153,18 +156,25 @@ def validate(
         If the reference of a scene cannot be had; names the scene, and says what to do.
     """
     begun = time.perf_counter()
-    for name, scene in zip(labels(scenes), scenes, strict=True):
+    named = list(zip(labels(scenes), scenes, strict=True))
+    for name, scene in named:
         check(scene, name)
+    seconds = [_of(name, partial(require_reference, scene, accuracy)) for name, scene in named]
     found = []
-    for name, scene in zip(labels(scenes), scenes, strict=True):
-        progress(name)
-        try:
-            found.append(compare(scene, accuracy))
-        except InputError as error:
-            raise error.in_file(name) from None
-        except GearbenchError as error:
-            raise GearbenchError(f"{name}: {error}") from None
+    for (name, scene), price in zip(named, seconds, strict=True):
+        progress(f"{name}: finite elements, about {price:.0f} s" if price else name)
+        found.append(_of(name, partial(compare, scene, accuracy)))
     return stack(found, labels(scenes)).assign_attrs(run_provenance(wall_time=time.perf_counter() - begun))
+
+
+def _of(name: str, work: Callable[[], T]) -> T:
+    """Answer of a work, faults with the name of the scene."""
+    try:
+        return work()
+    except InputError as error:
+        raise error.in_file(name) from None
+    except GearbenchError as error:
+        raise GearbenchError(f"{name}: {error}") from None
 
 
 def check(scene: Scene, file: str) -> None:

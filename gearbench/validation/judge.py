@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearbench.budget import MemoryBudgetError
-from gearbench.contact.assemble import scene_lines
+from gearbench.contact.assemble import mesh_phases, scene_lines
+from gearbench.contact.size import require_contact_memory
 from gearbench.geometry.role import Role
 from gearbench.results.cycle import Phases
 from gearbench.scene import Scene
@@ -85,6 +86,21 @@ def judge(scene: Scene, fast: xr.Dataset, accuracy: float | None = None) -> Judg
     if judged.settled or accuracy is not None:
         return judged
     return Judgement(**{**vars(judged), "reason": f"accuracy = {ACCURACIES[-1]:g} is the finest that is tried"})
+
+
+def require_reference(scene: Scene, accuracy: float | None) -> float:
+    """Predicted processor time [s] of the finite elements that a scene is compared with first.
+
+    Raises
+    ------
+    AccuracyError, MemoryBudgetError
+        If they, or the contact on them, need more memory than there may be; says what fits.
+    """
+    reference = reference_scene(scene, accuracy or ACCURACIES[0])
+    seconds, positions = price(reference), len(mesh_phases(scene)[0])
+    for each in (scene, reference):
+        require_contact_memory(each, positions)
+    return seconds
 
 
 def price(reference: Scene) -> float:

@@ -8,6 +8,7 @@ from typing import ClassVar
 from numpy.typing import NDArray
 
 from gearbench.compliance.flank import FlankCompliance, flank_factor, flank_matrix
+from gearbench.contact.size import contact_memory
 from gearbench.effects.base import Dense, Effect, Effects, LowRank, ToothCompliance
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.teeth import Tooth
@@ -53,6 +54,18 @@ def finite_elements(reference: Scene) -> ToothBending:
     tooth = tooth_bending(reference.effects_by_name, "finite_elements")
     assert tooth is not None
     return tooth
+
+
+def reference_memory(reference: Scene, positions: int) -> float:
+    """Predicted peak memory [bytes] of a reference at a number of mesh phases, good to a factor of two.
+
+    Raises
+    ------
+    AccuracyError, MemoryBudgetError
+        If there is no reference of the accuracy.
+    """
+    meshed = finite_elements(reference).preparation_memory(reference.pair, reference.effects_by_name)
+    return max(meshed, contact_memory(reference, positions))
 
 
 def meshed_flanks(reference: Scene) -> tuple[FlankCompliance, FlankCompliance]:

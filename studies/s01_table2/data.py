@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from gearbench.effects.manufacturing_errors import PRESETS, ErrorKind, ManufacturingErrors, Tolerance
 from gearbench.library.garambois2017 import gear, table_2
-from gearbench.robustness.montecarlo import Responses, default_threads, prepare_scene, respond
+from gearbench.robustness.montecarlo import Responses, prepare_scene, respond
 from gearbench.scene import Resolution, Scene
+from gearbench.threads import default_threads
 
 if TYPE_CHECKING:
     import xarray as xr

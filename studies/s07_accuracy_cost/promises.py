@@ -23,10 +23,10 @@ from gearbench.effects.tooth_bending import ToothBending
 from gearbench.effort.clock import quickest, timed
 from gearbench.errors import InputError
 from gearbench.results.solved import Solved
-from gearbench.robustness.montecarlo import default_threads
 from gearbench.robustness.run import robust
 from gearbench.scene import Resolution, Scene
 from gearbench.solution import solve_scene
+from gearbench.threads import default_threads
 from studies.s05_tooth_models.pairs import draw, everyday
 
 #: Scenes that the choice was not tuned on: plates, solid teeth, random errors, and the first draw of the latter. Its

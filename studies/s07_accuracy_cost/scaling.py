@@ -11,10 +11,11 @@ import numpy as np
 from gearbench.accuracy.knobs import with_resolution
 from gearbench.effort.clock import times
 from gearbench.library.garambois2017 import case, gear
-from gearbench.robustness.montecarlo import default_threads, prepare_scene, respond
+from gearbench.robustness.montecarlo import prepare_scene, respond
 from gearbench.robustness.sampling import unit_samples
 from gearbench.scene import Scene
 from gearbench.solution import cycle_values
+from gearbench.threads import default_threads
 
 if TYPE_CHECKING:
     import xarray as xr

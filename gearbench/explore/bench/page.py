@@ -70,7 +70,8 @@ class BenchPage:
             if group.optional and not group.present
         }
         return script(
-            "light", "compare", "bench", question=self.question, phase=self.gear.phase, examples=json.dumps(added),
+            "light", "compare", "download", "bench",
+            question=self.question, phase=self.gear.phase, examples=json.dumps(added),
             plots=[self.figures[name] for name in self._shown()],
             **self.gear.compare(("baseline", "now") if live else (self.scene.name or "scene",), MOST, self.beside),
         )  # fmt: skip

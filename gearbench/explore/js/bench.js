@@ -1,6 +1,6 @@
 // The design bench in the browser: controls to tables of a scene and back, undo, baseline, variants, numbers.
 // Everything shown is set as text; nothing that comes from a file is read as markup.
-// After compare.js, whose functions it uses.
+// After compare.js and download.js, whose functions it uses.
 const form = byId("controls");
 const start = question.data.scene[0];
 let tables = JSON.parse(start);
@@ -130,11 +130,7 @@ if (form) {
     const number = kept.reduce((last, each) => Math.max(last, each.number), 0) + 1;
     keep({ name: `variant ${number}`, number, scene: now.scene.data.tables[0] });
   });
-  byId("save").addEventListener("click", () => {
-    const text = now.scene.data.text[0];
-    const file = ((/^name = "(.*)"$/m.exec(text)?.[1] ?? "scene").replace(/[^\w]+/g, "_").slice(0, 80) || "scene") + ".toml";
-    download(new Blob([text], { type: "application/toml" }), file);
-  });
+  byId("save").addEventListener("click", () => downloadScene(now.scene.data.text[0]));
   byId("pictures").addEventListener("click", pictures);
   actions = (each) => [["restore", () => { commit(); undone.push(committed); replace(each.scene); }]];
   overlay();
@@ -153,14 +149,6 @@ function errors() {
 }
 
 // -- files ------------------------------------------------------------------------------------------------------------
-function download(blob, name) {
-  const link = document.createElement("a");
-  link.href = URL.createObjectURL(blob);
-  link.download = name;
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
-}
-
 // Figures are drawn as SVG for the file alone: on the screen that would be slow. Two beside each other in one file.
 async function pictures() {
   const parts = [];

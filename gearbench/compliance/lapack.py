@@ -1,0 +1,68 @@
+"""The few routines of BLAS and LAPACK that small systems are solved with, in place, as SciPy hands them out for C.
+
+SciPy's own wrappers of them hold Python's lock, and check and copy their arguments for longer than these systems take:
+here other threads go on. Arrays are of double precision, contiguous, rows first. LAPACK, which has columns first, sees
+them transposed.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: Letters of LAPACK: real or complex.
+_KINDS = {np.dtype(float): "d", np.dtype(complex): "z"}
+
+
+def cholesky(A: NDArray) -> NDArray:
+    """L of A = L Lᴴ in place of the lower half of A; what is above the diagonal stays.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        If A is not positive definite.
+    """
+    n, info = ctypes.c_int(len(A)), ctypes.c_int()
+    # Fortran's upper half of Aᵀ = Uᴴ U: L = Uᵀ
+    _routine("cython_lapack", _kind(A) + "potrf", 5)(b"U", _at(n), A.ctypes.data, _leading(A), _at(info))
+    if info.value:
+        raise np.linalg.LinAlgError("a matrix is not positive definite")
+    return A
+
+
+def solve_lower(L: NDArray, B: NDArray) -> NDArray:
+    """L⁻¹ B in place of B, both of the same kind."""
+    rows, columns, one = ctypes.c_int(len(B)), ctypes.c_int(B.shape[1]), (ctypes.c_double * 2)(1.0, 0.0)
+    # Xᵀ = Bᵀ U⁻¹
+    arguments = (b"R", b"U", b"N", b"N", _at(columns), _at(rows), _at(one))
+    _routine("cython_blas", _kind(L) + "trsm", 11)(*arguments, L.ctypes.data, _leading(L), B.ctypes.data, _leading(B))
+    return B
+
+
+def _kind(A: NDArray) -> str:
+    return _KINDS[A.dtype]
+
+
+def _leading(A: NDArray) -> object:
+    return _at(ctypes.c_int(max(A.shape[1], 1)))
+
+
+_at = ctypes.byref
+
+
+@lru_cache(maxsize=16)
+def _routine(module: str, name: str, arguments: int) -> Callable[..., None]:
+    """A routine by its address, which SciPy gives in a capsule named after its signature."""
+    from importlib import import_module
+
+    capsule = import_module(f"scipy.linalg.{module}").__pyx_capi__[name]
+    python = ctypes.pythonapi
+    python.PyCapsule_GetName.restype, python.PyCapsule_GetName.argtypes = ctypes.c_char_p, [ctypes.py_object]
+    python.PyCapsule_GetPointer.restype = ctypes.c_void_p
+    python.PyCapsule_GetPointer.argtypes = [ctypes.py_object, ctypes.c_char_p]
+    address = python.PyCapsule_GetPointer(capsule, python.PyCapsule_GetName(capsule))
+    return ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * arguments)(address)

@@ -1,0 +1,78 @@
+"""Why m_k of teeth whose contact ends at the form circle is off on their body, see ``docs/optimisation.md``."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from gearbench.compliance.flank import FlankCompliance
+from gearbench.effects import tooth_bending
+from gearbench.effects.teeth import meshed_body, meshed_flank, ring_flank, solid_flank
+from gearbench.geometry.role import Role
+from gearbench.scene import Scene
+from gearbench.scene_file import parse_scene
+from gearbench.simulation import simulate
+
+MEMBER = {"teeth": 17, "addendum": 0.73, "dedendum": 1.25, "bore_diameter": 20.0}
+EFFECTS = {"tooth_bending": {"model": "solid"}, "gear_body": {}, "hertz": {}}
+
+
+def gear(**tooth: object) -> Scene:
+    """A gear of the front of tool 3, on teeth of a model."""
+    pair = {"normal_module": 2.0, "helix_angle": 10.0, "face_width": 8.0, "centre_distance": 38.0}
+    effects = EFFECTS | {"tooth_bending": {"model": "solid"} | tooth}
+    tables = {"pair": pair | {"pinion": MEMBER, "wheel": MEMBER}, "load": {"torque": 10.0}, "effects": effects}
+    return parse_scene(tables | {"resolution": {"positions": 16}})
+
+
+def without_negative(block: NDArray) -> NDArray:
+    value, vector = np.linalg.eigh(block)
+    return (vector * np.maximum(value, 0.0)) @ vector.T
+
+
+@pytest.fixture(scope="module")
+def parts() -> tuple[FlankCompliance, NDArray, NDArray, NDArray]:
+    """Finite elements on the body; the clamped tooth of finite elements, and of the solid; the ring (13, 25, 25)."""
+    pair = gear().pair
+    whole, clamped = (
+        meshed_flank(meshed_body(pair, Role.PINION, on_body=on_body), pair.materials[0], 0.002)
+        for on_body in (True, False)
+    )
+    solid, ring = solid_flank(pair, Role.PINION, None, True), ring_flank(pair, Role.PINION, None, 6)
+    return whole, clamped.block(0), solid.block(0), ring.blocks
+
+
+@pytest.mark.slow
+def test_negative_directions_are_those_of_the_tooth_alone(parts):
+    whole, clamped, solid, ring = parts
+    counts = [int((np.linalg.eigvalsh(block) < 0).sum()) for block in (whole.block(0), clamped, solid, ring[6])]
+    assert counts == [2, 5, 10, 0]
+    for block, least in ((clamped, -0.03), (solid, -0.047)):
+        value = np.linalg.eigvalsh(block)
+        assert value[0] / value[-1] == pytest.approx(least, abs=0.001)
+
+
+@pytest.mark.slow
+def test_what_is_left_out_before_the_body_is_added_decides(parts, monkeypatch):
+    whole, clamped, solid, ring = parts
+    accuracy = 0.002
+
+    def with_blocks(tooth: NDArray, added: NDArray) -> float:
+        nonlocal accuracy
+        accuracy += 1e-5  # a scene of its own
+        blocks = added.copy()
+        blocks[len(added) // 2] += tooth
+        monkeypatch.setattr(tooth_bending, "meshed_flank", lambda *_: replace(whole, blocks=blocks))
+        scene = gear(model="finite_elements", accuracy=round(accuracy, 6))
+        return float(simulate(scene, outputs=("mesh_stiffness_rms",)).mesh_stiffness_rms)
+
+    fast = float(simulate(gear(), outputs=("mesh_stiffness_rms",)).mesh_stiffness_rms)
+    exact = with_blocks(np.zeros_like(clamped), whole.blocks)
+    assert fast / exact == pytest.approx(0.93, abs=0.01)
+    assert with_blocks(without_negative(solid), ring) == pytest.approx(fast, rel=1e-3)
+    assert with_blocks(clamped, ring) / exact == pytest.approx(1.006, abs=0.003)
+    assert with_blocks(without_negative(clamped), ring) / exact == pytest.approx(0.93, abs=0.01)
+    assert with_blocks(solid, ring) / exact == pytest.approx(1.077, abs=0.01)
