@@ -22,6 +22,7 @@ from gearbench.contact.phases import uniform_phases
 from gearbench.effects.base import GapEffect
 from gearbench.effects.teeth import require_bores
 from gearbench.errors import InputError
+from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
 from gearbench.results.cycle import HARMONICS, MICROMETRES, MeshCycle, Phases, coefficients
 from gearbench.results.provenance import provenance
@@ -113,6 +114,16 @@ def contact_cycle(
     attrs |= provenance(scene, wall_time=time.perf_counter() - start)
     of_pairs = {"load_share": share, "contact_radius": radius}
     return _dataset(cycle, of_pairs, names, MICROMETRES * error.sum(axis=0), loads, torques is None).assign_attrs(attrs)
+
+
+def halfway(dataset: xr.Dataset, pair: Pair) -> NDArray:
+    """Mesh phases amid those of both gears, of a mesh cycle by contact finite elements, (…, position).
+
+    They hold the wheel at ``mesh_phase``; the pinion is ahead of it by the transmission error. Contact on lines counts
+    the phase between the two (T3 of docs/theory.md): models are compared there.
+    """
+    ahead = dataset.transmission_error.values / MICROMETRES / pair.meshing.base_pitch
+    return dataset.mesh_phase.values + ahead / 2
 
 
 def _alike(phases: Sequence[float]) -> tuple[NDArray, NDArray]:
