@@ -124,10 +124,14 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InputError("", "not UTF-8 text", "must be a readable TOML file", str(path)) from None
     except RecursionError:
         raise InputError("", "not TOML", "nested too deeply", str(path)) from None
-    except ValueError as error:  # no TOML, or numbers of thousands of digits
-        many = "Exceeds the limit" in str(error)
-        reason = "a whole number of thousands of digits" if many else str(error)
-        raise InputError("", "not TOML", reason, str(path)) from None
+    except ValueError as error:
+        raise InputError("", "not TOML", unreadable(error), str(path)) from None
+
+
+def unreadable(error: ValueError) -> str:
+    """Why a text could not be read; of numbers that Python does not convert, not how to make it convert them."""
+    many = "Exceeds the limit" in str(error)
+    return "a whole number of thousands of digits" if many else str(error)
 
 
 def as_table(key: str, table: Any) -> Mapping[str, Any]:

@@ -13,6 +13,7 @@ from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
 from gearbench.errors import InputError
+from gearbench.schema import unreadable
 
 #: Commas at most, a hundred times those of a gearbox: there are as many items, and each takes some 160 bytes.
 MOST_COMMAS = 1_000_000
@@ -39,8 +40,7 @@ def parse_json(data: bytes) -> Element:
     except RecursionError:
         raise InputError("", "nested too deep", "refused: REXS nests eight deep") from None
     except ValueError as error:  # no UTF-8, no JSON, numbers of thousands of digits
-        many = "Exceeds the limit" in str(error)
-        raise InputError("", "not JSON", "a whole number of thousands of digits" if many else str(error)) from None
+        raise InputError("", "not JSON", unreadable(error)) from None
     model = found.get("model") if isinstance(found, dict) else None
     if not isinstance(model, dict):
         raise InputError("model", "missing", "must be a REXS model")

@@ -27,6 +27,8 @@ def figures(dataset: xr.Dataset, folder: Path) -> None:
 
 def fronts(dataset: xr.Dataset) -> Any:
     """For each tool: the solid's front, the plate's front as the solid judges it, the rows of Table 2."""
+    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+
     figure, axes = new_figure(1, len(TOOLS), (13.0, 5.0))
     for axis, tool in zip(axes.ravel(), TOOLS, strict=True):
         solid, plate = points(dataset, tool, "solid", "solid"), points(dataset, tool, "plate", "solid")
@@ -36,6 +38,8 @@ def fronts(dataset: xr.Dataset) -> Any:
         axis.plot(*solid[np.argsort(solid[:, 0])].T, "o-", color=BLUE, ms=4, label="front on solid teeth and bodies")
         axis.plot(*theirs.T, "x", color="black", label="rows of Table 2, solid on body")
         axis.set(title=f"tool {tool}, m$_n$ = {MODULE[tool]:g} mm", xlabel=_ACROSS, ylabel=_UP, yscale="log")
+        axis.yaxis.set(major_locator=LogLocator(subs=(1, 2, 3, 5)), major_formatter=StrMethodFormatter("{x:g}"))
+        axis.yaxis.set_minor_formatter(NullFormatter())
     legend_below(figure, axes.ravel()[0], 2)
     return figure
 

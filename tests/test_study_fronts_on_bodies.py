@@ -1,0 +1,110 @@
+"""The paper's fronts on solid teeth and bodies: the stored Dataset, its limits, and what docs/optimisation.md says."""
+
+from importlib import resources
+
+import numpy as np
+import pytest
+import xarray as xr
+from numpy.typing import NDArray
+
+from gearbench.library.garambois2017 import table_2
+from gearbench.results.netcdf import load
+from studies.s06_paper_fronts.compare import coverage, distance, lead
+from studies.s06_paper_fronts.search import TOOLS
+from studies.s06_paper_fronts.search import study as plate_study
+from studies.s10_fronts_on_bodies import checks, figures
+from studies.s10_fronts_on_bodies.data import MODELS, means, scene
+from studies.s10_fronts_on_bodies.findings import measures, points, row_points
+
+
+@pytest.fixture(scope="module")
+def kept() -> xr.Dataset:
+    with resources.as_file(resources.files("studies.s10_fronts_on_bodies") / "dataset.nc") as path:
+        return load(path)
+
+
+def test_stored_fronts_keep_their_limits(kept):
+    assert (int(kept.attrs["quick"]), int(kept.attrs["generations"])) == (0, 200)
+    found = checks(kept)
+    assert len(found) == 6
+    for text, holds in found:
+        assert holds, text
+
+
+def test_rows_are_as_they_were_stored(kept):
+    """Two of them, as the solid is today: a short path, two pairs and more."""
+    for name in ("1", "7"):
+        number = list(kept["row"].values).index(name)
+        assert table_2()[number].gear == name
+        found = means(scene(number), plate_study(1).robustness)
+        stored = [kept[f"row_{each}_solid"].values[number] for each in ("m_k", "m_ste")]
+        np.testing.assert_allclose(found, stored, rtol=0.01)
+
+
+def on_front(dataset: xr.Dataset, tool: int, model: str) -> NDArray:
+    return (dataset["design_tool"].values == tool) & (dataset["design_model"].values == MODELS.index(model))
+
+
+def test_the_page_says_what_the_stored_fronts_show(kept):
+    found = {tool: measures(kept, tool) for tool in TOOLS}
+
+    def row(name: str, digits: int = 0) -> list[float]:
+        return [round(found[tool][name], digits) for tool in TOOLS]
+
+    assert row("gears on the front of the solid") == [27, 68, 53]
+    assert row("gears on the front of the plate") == [79, 66, 68]
+    assert row("of these, on the front of both together") == [4, 47, 32]
+    assert row("hypervolume of the solid's front", 3) == [0.507, 0.418, 0.408]
+    assert row("hypervolume of the plate's front, judged by the solid", 3) == [0.493, 0.411, 0.399]
+    for name, m_k, m_ste in (("median", [-32, -22, -9], [-2, -11, -11]), ("least", [-61, -31, -29], [-46, -36, -28])):
+        comma = ", least" if name == "least" else " from plate to solid, median"
+        assert (row(f"m_k{comma} [%]"), row(f"m_ste{comma} [%]")) == (m_k, m_ste)
+    assert (row("m_k, greatest [%]"), row("m_ste, greatest [%]")) == ([-18, -17, 0], [107, 41, -1])
+    assert row("rank correlation of m_k", 2) == [0.66, 1.0, 0.98]
+    assert [round(100 * found[tool]["largest lead of a row of Table 2"], 1) for tool in TOOLS] == [-4.7, -0.2, -1.1]
+
+
+def test_what_the_fronts_are_made_of(kept):
+    crowned = [[int((kept["crowning"].values[on_front(kept, t, m)] > 2).sum()) for t in TOOLS] for m in MODELS]
+    assert crowned == [[42, 20, 26], [0, 13, 0]]
+    own = on_front(kept, 1, "solid")
+    quiet = own & (kept["m_ste_solid"].values < 0.23)
+    assert (own.sum(), quiet.sum()) == (27, 23)
+    assert set(kept["helix_angle"].values[quiet]) == {25.0}
+    assert kept["crowning"].values[quiet].max() == 0
+    loud = own & ~quiet
+    assert round(kept["m_k_solid"].values[quiet].min() - kept["m_k_solid"].values[loud].min(), 2) == 0.16
+    assert 6.5 < kept["m_ste_solid"].values[loud].min() / kept["m_ste_solid"].values[quiet].max() < 7.5
+
+
+def test_rows_of_the_table_beside_the_fronts(kept):
+    covered, farthest, gains, misses = [], [], [], []
+    for tool in TOOLS:
+        solid, plate = points(kept, tool, "solid", "solid"), points(kept, tool, "plate", "solid")
+        plate, theirs = plate[np.isfinite(plate).all(axis=1)], row_points(kept, tool, "solid")
+        covered.append((round(coverage(solid, theirs) * len(theirs)), len(theirs)))
+        farthest.append(round(100 * max(distance(row, solid) for row in theirs), 1))
+        gains.append(round(100 * max(_gain(row, solid) for row in theirs)))
+        better = [100 * _gain(point, solid) for point in plate]
+        misses.append((round(abs(np.median(better))), round(max(better))))
+        assert all(lead(row, solid) < 0 for row in theirs)
+    assert covered == [(7, 7), (12, 13), (10, 11)]
+    assert farthest[1:] == [0.5, 0.8]
+    assert gains == [43, 21, 22]
+    assert misses == [(24, 50), (0, 5), (1, 7)]
+
+
+def _gain(point: NDArray, front: NDArray) -> float:
+    """By which share some gear of the front is better than ``point`` in both objectives."""
+    return float(np.max(np.min(1 - front / point, axis=1)))
+
+
+def test_a_row_that_beats_the_front_is_found(kept):
+    better = kept.copy(deep=True)
+    better["row_m_k_solid"].values[list(kept["row"].values).index("55")] *= 0.5
+    assert next(text for text, holds in checks(better) if not holds).startswith("tool 3: no row leads")
+
+
+def test_figures_come_from_the_stored_dataset(kept, tmp_path):
+    figures(kept, tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"fronts.png", "table_2.png", "report.md"}
