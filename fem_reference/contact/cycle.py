@@ -67,8 +67,7 @@ def contact_cycle(
     width_factor
         Factor on the elastic deflections in plane strain, not on gaps; narrow teeth deflect some 3 % more.
     settings, workers
-        How each phase is computed to begin with, and how many at a time (one, where the width is finite: they need the
-        memory).
+        How each phase is computed to begin with, and how many at a time (one, where the width is finite).
     error_bar
         Error bar over the mean transmission error for which meshes, contact and bodies are refined, thrice at most.
     report
@@ -94,26 +93,21 @@ def contact_cycle(
     phase, weight = uniform_phases(phases) if isinstance(phases, int) else _alike(phases)
     force = 1e3 * np.array(loads)[:, None] / scene.pair.gears[0].base_radius
     solve = partial(_phases, scene, loads, workers, report)
-    for refinement in range(_REFINEMENTS + 1):
-        checks, last = _checked(solve, phase, chosen), refinement == _REFINEMENTS
-        levels = [widened(some, force, width_factor) for some in (checks.own, checks.coarser, checks.softer)]
-        error = np.stack([np.abs(level - levels[0]).max(axis=1) for level in levels[1:]])
-        if not last and _misses(error, levels[0], error_bar):
-            chosen = _refined(chosen, error / levels[0].mean(axis=1), error_bar)
-            continue
-        found = solve(phase, chosen)
-        q = widened(found, force, width_factor)
-        if last or not _misses(error, q, error_bar):
-            break
-        chosen = _refined(chosen, error / q.mean(axis=1), error_bar)
+    deflection = partial(widened, force=force, factor=width_factor)
+    chosen, found, error = _solved(solve, deflection, phase, chosen, error_bar)
     k = np.array([each.stiffness for each in found]).T / width_factor
-    cos_b = math.cos(scene.pair.meshing.beta_b)
-    cycle = MeshCycle.of(scene, Phases(phase=phase, weight=weight, size=None), q * cos_b, k / cos_b**2)
-    names, share, radius = _of_pairs(found)
+    cycle = _mesh_cycle(scene, Phases(phase=phase, weight=weight, size=None), deflection(found), k)
     attrs = {"support": "finite_elements", "method": _method(chosen), "width_factor": width_factor}
     attrs |= provenance(scene, wall_time=time.perf_counter() - start)
-    of_pairs = {"load_share": share, "contact_radius": radius}
-    return _dataset(cycle, of_pairs, names, MICROMETRES * error.sum(axis=0), loads, torques is None).assign_attrs(attrs)
+    return _dataset(cycle, _of_pairs(found), MICROMETRES * error.sum(axis=0), loads, torques is None).assign_attrs(
+        attrs
+    )
+
+
+def _mesh_cycle(scene: Scene, phases: Phases, q: NDArray, k: NDArray) -> MeshCycle:
+    """Cycle from q and ∂F_bt/∂q along the line of action of the transverse section."""
+    cos_b = math.cos(scene.pair.meshing.beta_b)
+    return MeshCycle.of(scene, phases, q * cos_b, k / cos_b**2)
 
 
 def halfway(dataset: xr.Dataset, pair: Pair) -> NDArray:
@@ -151,6 +145,28 @@ def _check(scene: Scene, loads: Sequence[float], settings: Settings | SpatialSet
             raise InputError(key, member.rim_thickness, allowed)
     if not loads or not all(a < b for a, b in pairwise((0.0, *loads))):
         raise InputError("torques", list(loads), "must be positive and rise")
+
+
+def _solved(
+    solve: Callable[[NDArray, Settings | SpatialSettings], list[PhaseResult]],
+    deflection: Callable[[Sequence[PhaseResult]], NDArray],
+    phase: NDArray,
+    settings: Settings | SpatialSettings,
+    error_bar: float,
+) -> tuple[Settings | SpatialSettings, list[PhaseResult], NDArray]:
+    """Settings refined for the error bar, all phases, and what the error bar consists of [mm], (cause, torque)."""
+    for refinement in range(_REFINEMENTS + 1):
+        checks, last = _checked(solve, phase, settings), refinement == _REFINEMENTS
+        levels = [deflection(some) for some in (checks.own, checks.coarser, checks.softer)]
+        error = np.stack([np.abs(level - levels[0]).max(axis=1) for level in levels[1:]])
+        q = levels[0]
+        if last or not _misses(error, q, error_bar):
+            found = solve(phase, settings)
+            q = deflection(found)
+            if last or not _misses(error, q, error_bar):
+                return settings, found, error
+        settings = _refined(settings, error / q.mean(axis=1), error_bar)
+    raise AssertionError("the last refinement returns")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -224,20 +240,19 @@ def widened(found: Sequence[PhaseResult], force: NDArray, factor: float) -> NDAr
     return q + (factor - 1) * force / k
 
 
-def _of_pairs(found: Sequence[PhaseResult]) -> tuple[NDArray, NDArray, NDArray]:
-    """Numbers of the pairs, their shares and radii (torque, position, pair)."""
+def _of_pairs(found: Sequence[PhaseResult]) -> tuple[NDArray, dict[str, NDArray]]:
+    """Numbers of the pairs, their ``load_share`` and ``contact_radius`` (torque, position, pair)."""
     names = np.array(sorted({k for each in found for k in each.share}))
     count = len(found[0].approach)
     none, zero = [np.nan] * count, [0.0] * count
     share = np.array([[each.share.get(int(k), zero) for k in names] for each in found])
     radius = np.array([[each.radius.get(int(k), none) for k in names] for each in found])
-    return names, np.moveaxis(share, -1, 0), np.moveaxis(radius, -1, 0)
+    return names, {"load_share": np.moveaxis(share, -1, 0), "contact_radius": np.moveaxis(radius, -1, 0)}
 
 
 def _dataset(
     cycle: MeshCycle,
-    of_pairs: dict[str, NDArray],
-    names: NDArray,
+    pairs: tuple[NDArray, dict[str, NDArray]],
     uncertainty: NDArray,
     loads: Sequence[float],
     single: bool,
@@ -245,6 +260,7 @@ def _dataset(
     import xarray as xr
 
     phases, lead = cycle.phases, ("torque",)
+    names, of_pairs = pairs
     variables: dict[str, tuple] = {}
     for name in ("transmission_error", "mesh_stiffness"):
         values = getattr(cycle, name)

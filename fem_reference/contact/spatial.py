@@ -130,7 +130,7 @@ def _settled(
     laying, sections = first_laying(pair, effects, phase, force)
     for _ in range(_LAYINGS):
         strips = lay_strips(pair, effects, phase, laying, sections, fineness)
-        found = _balanced(pair, strips, _compliance(strips, bodies, fineness), force)
+        found = balance(pair, strips, strip_compliance(strips, bodies, fineness), force)
         better = laying.corrected(found.approach, found.loads, fineness, nearest(sections))
         if better == laying:
             return found
@@ -149,7 +149,7 @@ class _Balance:
     loads: dict[int, LineLoad]
 
 
-def _compliance(strips: list[Strip], bodies: Bodies, fineness: Fineness) -> NDArray:
+def strip_compliance(strips: list[Strip], bodies: Bodies, fineness: Fineness) -> NDArray:
     """C of the functions of the pressure of all strips [mm per N/mm², weighted], both gears together."""
     points = [strip.points for strip in strips]
     ends = np.cumsum([0, *(each.functions for each in points)])
@@ -168,7 +168,7 @@ def _compliance(strips: list[Strip], bodies: Bodies, fineness: Fineness) -> NDAr
     return total
 
 
-def _balanced(pair: Pair, strips: list[Strip], C: NDArray, force: float) -> _Balance:
+def balance(pair: Pair, strips: list[Strip], C: NDArray, force: float) -> _Balance:
     """Pressures from gaps and compliances: forces P, counted by their moments over the base radius, ΣP = F_bt."""
     cos_b, points = math.cos(pair.meshing.beta_b), [strip.points for strip in strips]
     moment = np.concatenate([each.hats.T @ (each.weight * each.lever) for each in points]) * cos_b

@@ -148,8 +148,8 @@ def test_layers_crowd_where_a_patch_is_short():
 def test_strips_that_never_suffice_are_told(tmp_path, monkeypatch):
     monkeypatch.setenv("GEARBENCH_CACHE", str(tmp_path))
     monkeypatch.setattr("fem_reference.contact.spatial.bodies_of", lambda pair, accuracy: None)
-    monkeypatch.setattr("fem_reference.contact.spatial._compliance", lambda strips, bodies, fineness: None)
-    monkeypatch.setattr("fem_reference.contact.spatial._balanced", lambda pair, strips, C, force: _far(strips))
+    monkeypatch.setattr("fem_reference.contact.spatial.strip_compliance", lambda strips, bodies, fineness: None)
+    monkeypatch.setattr("fem_reference.contact.spatial.balance", lambda pair, strips, C, force: _far(strips))
     with pytest.raises(StripError, match=r"mesh phase 0\.2: strips laid 5 times"):
         solve_spatial(HELICAL, (), 0.2, (100.0,), COARSE)
 
