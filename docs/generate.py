@@ -92,7 +92,6 @@ def scene() -> str:
     """The tables of a scene beside pair, effects and system."""
     from docs.keys import key_tables, prose
     from gearbench.loads import Load, WeightedLoad
-    from gearbench.scene import Operation, Resolution
 
     return f"""# The scene
 
@@ -145,7 +144,15 @@ length = 0.8
 amount = 4.0
 length = 0.8
 ```
+{_operation()}"""
 
+
+def _operation() -> str:
+    """Speed and lubrication, and how finely."""
+    from docs.keys import key_tables, prose
+    from gearbench.scene import Operation, Resolution
+
+    return f"""
 ## Operation
 
 {prose(Operation)}

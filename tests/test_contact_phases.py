@@ -174,7 +174,7 @@ def test_kinks_of_a_relief_restore_the_convergence():
 def test_phases_at_which_pairs_take_and_leave_their_load_are_found_to_a_hundred_thousandth(amount):
     """On either side of them a different number of pairs is loaded."""
     relieved = replace(scene(SPUR), effects=(*scene(SPUR).effects, TipRelief(amount=amount, length=1.5)))
-    births = [phase for phase, rank in transitions(relieved, exact=True) if rank == 0]
+    births = [change.phase for change in transitions(relieved, exact=True) if change.side]
     assert births
     phases = (np.array(births)[:, None] + 1e-5 * np.array([-1.0, 1.0])).ravel() % 1.0
     solution = solve_patches(assemble(relieved, scene_lines(relieved, phases)))

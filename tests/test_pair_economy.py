@@ -18,18 +18,10 @@ from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from gearbench.schema import keys
 from gearbench.simulation import simulate
+from tests.test_scene_economy import BASE as SIZES
 from tests.test_scene_economy import ROOT, RUNNER
 
-BASE: dict[str, Any] = {
-    "pair": {
-        "normal_module": 3.0,
-        "helix_angle": 12.0,
-        "face_width": 24.0,
-        "centre_distance": 92.2,
-        "pinion": {"teeth": 24, "bore_diameter": 20.0},
-        "wheel": {"teeth": 36, "bore_diameter": 30.0},
-    },
-    "load": {"torque": 150.0},
+BASE: dict[str, Any] = SIZES | {
     "effects": {"tooth_bending": {"basis": "paper"}, "hertz": {}, "tip_relief": {"amount": 6.0, "length": 0.9}},
     "resolution": {"positions": 6, "segments": 7},
 }

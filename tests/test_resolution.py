@@ -9,7 +9,7 @@ import pytest
 
 from gearbench import load_scene
 from gearbench.contact import transitions
-from gearbench.contact.assemble import gap_kinks, scene_lines
+from gearbench.contact.assemble import flank_separation, gap_kinks, scene_lines
 from gearbench.contact.phases import gauss_phases
 from gearbench.results.cycle import MeshCycle, Phases, coefficients, peak_to_peak
 from gearbench.results.outputs import output
@@ -30,16 +30,14 @@ def example(name: str) -> Scene:
 def fine_cycle(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> MeshCycle:
     """Twice the nodes on a line, and panels that end at uniform phases too, the denser the nearer to a birth."""
     fine = replace(scene, resolution=Resolution(segments=30))
-    monkeypatch.setattr(transitions, "COARSE_PHASES", 96)
-    monkeypatch.setattr(transitions, "COARSE_SEGMENTS", 20)
-    changes = transitions.transitions(fine)
+    monkeypatch.setattr(transitions, "MORE_PHASES", 96)
+    changes = transitions.transitions(fine, exact=True)
     meshing = scene.pair.meshing
-    kinks, face = gap_kinks(scene, None)
+    kinks, face = gap_kinks(scene, flank_separation(scene))
     known = meshing.phases_at((meshing.path_start, meshing.path_end, *kinks), face)
-    near = [
-        at + sign * 10.0**-p for at, rank in changes if rank == 0 for sign in (-1, 1) for p in (2.5, 3, 3.5, 4, 4.5)
-    ]
-    phase, weight = gauss_phases([*(at for at, _ in changes), *known, *np.arange(32) / 32, *near], 5)
+    steps = [sign * 10.0**-p for sign in (-1, 1) for p in (1.5, 2, 2.5, 3, 3.5, 4, 4.5)]
+    near = [change.phase + step for change in changes if change.rank == 0 for step in steps]
+    phase, weight = gauss_phases([*(change.phase for change in changes), *known, *np.arange(32) / 32, *near], 5)
     parts = [
         solve_lines(fine, scene_lines(fine, phase[i : i + 40]), weight[i : i + 40], 5).solution
         for i in range(0, len(phase), 40)

@@ -20,6 +20,8 @@ from gearbench.effects.base import LineLaw
 from gearbench.geometry.action import SHORTEST, ContactLines
 from gearbench.geometry.quadrature import gauss, interpolation
 
+#: Gauss points on a line for each panel that it has, at least: between kinks of the gap the load is smooth.
+ON_PANEL = 5
 #: How often the ends of patches are found: each time the error of what follows from them is squared.
 ROUNDS = 2
 #: Residual at which the solution on cells takes its last step. Their ends of patches are known to 1e-2 only, but of
@@ -58,19 +60,21 @@ def _nodes(problem: ContactProblem, s: NDArray) -> tuple[NDArray, NDArray]:
     """``patch_nodes``; where a position has no patch, on the whole of the cell that is pressed most."""
     along = problem.along
     assert along is not None
-    y, width = patch_nodes(along.lines, s, along.factor.shape[2])
+    assert along.lines.panel is not None
+    nodes = max(along.factor.shape[2], ON_PANEL * (1 + int(along.lines.panel.max(initial=0))))
+    y, width = patch_nodes(along.lines, s, nodes)
     alone = np.flatnonzero(width.sum(axis=(1, 2)) == 0)
     if alone.size:
         # a patch within a single cell, that reaches neither its ends nor its middle
         by_cell = s.reshape(len(s), -1, 3).copy()
         there = np.repeat(along.lines.active, problem.shape[2], axis=1)[alone]
         by_cell[alone, np.where(there, by_cell[alone].max(axis=2), -np.inf).argmax(axis=1)] = 1.0
-        y, width = patch_nodes(along.lines, by_cell.reshape(s.shape), along.factor.shape[2])
+        y, width = patch_nodes(along.lines, by_cell.reshape(s.shape), nodes)
     return y, width
 
 
 def compression(problem: ContactProblem, lines: ContactLines, guess: Guess) -> NDArray:
-    """s at the nodes, or at beginning, middle and end of each cell [``length_scale``], (position, pair, segment, …).
+    """s at nodes, or at beginning, middle and end of each cell [``length_scale``], (position, pair, segment, 1 or 3).
 
     Of the solution ``guess``; −1 where there is no line.
     """
@@ -79,7 +83,7 @@ def compression(problem: ContactProblem, lines: ContactLines, guess: Guess) -> N
     amplitudes = guess.q[:, problem.block[:: problem.shape[2]]]
     factor = problem.factor.reshape(*problem.shape, -1)
     s = guess.delta[:, None, None] - problem.gap.reshape(problem.shape) - (factor @ amplitudes[..., None])[..., 0]
-    return np.where(lines.active[..., None], s, -1.0)
+    return np.where(lines.active[..., None], s, -1.0)[..., None]
 
 
 def _compression(problem: ContactProblem, guess: Guess) -> NDArray:

@@ -11,6 +11,7 @@ from statistics import median
 from typing import Any
 
 from gearbench.scene import Scene
+from gearbench.threads import processors_taken
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,8 +57,9 @@ def measured(work: Callable[[], object], repeats: int) -> Cost:
     return replace(times(work, repeats), megabytes=megabytes)
 
 
+@processors_taken()
 def quickest(works: Sequence[Callable[[], object]], repeats: int) -> list[float]:
-    """Least processor time of this thread [s] that each of the works takes.
+    """Least processor time [s] that each of the works takes on this thread alone.
 
     They take turns, so that all of them see the same machine; other threads and programs do not count.
     """

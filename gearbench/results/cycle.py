@@ -30,8 +30,12 @@ HARMONICS = 10
 #: Accuracy of the phases at which curves jump [mesh cycles], what is left of the last coefficient on a panel, and of
 #: the last change of a curve when the ends of patches are found once more: measured on gears in use.
 LOCATED, TAIL, LEFT = 5e-4, 0.4, 0.3
-#: Points on each panel where peak-to-peak values look.
-FINE = 201
+#: What the few functions along oblique lines leave of a harmonic, of peak-to-peak, and what is cut off compliances of
+#: one of the stiffness, of its mean: measured on gears in use.
+ALONG, CUT = 2e-4, 3e-5
+#: Points on each panel where peak-to-peak values look, and the last coefficient on one, over the range of the curve,
+#: above which they look between its Gauss points and the neighbours only.
+FINE, STEEP = 201, 2e-2
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -129,7 +133,29 @@ def peak_to_peak(phases: Phases, values: NDArray) -> NDArray:
     """Greatest less least value over the cycle, up to both sides of every transition, last axis."""
     if phases.size is None:
         return np.ptp(values, axis=-1)
-    return np.ptp(_on_panels(phases, values, FINE), axis=(-2, -1))
+    by_panel, fine = values.reshape(*values.shape[:-1], -1, phases.size), _on_panels(phases, values, FINE)
+    last = np.abs(by_panel @ legendre_transform(phases.size)[-1])
+    steep = (last > STEEP * np.ptp(values, axis=-1)[..., None]) & (phases.size > 3)
+    if steep.any():
+        low, high = _within(by_panel, fine, steep)
+        fine = np.clip(fine, np.where(steep, low, -np.inf)[..., None], np.where(steep, high, np.inf)[..., None])
+    return np.ptp(fine, axis=(-2, -1))
+
+
+def _within(values: NDArray, fine: NDArray, steep: NDArray) -> tuple[NDArray, NDArray]:
+    """Least and greatest value of a curve on panels that it is too steep for, (…, panel) each.
+
+    Polynomials through it (``fine``) run beyond it at their ends. There it is what the neighbour begins or ends with,
+    or, where that is too ``steep`` too, the less extreme of both.
+    """
+    first, last = fine[..., 0], fine[..., -1]
+    before, after = np.roll(last, 1, axis=-1), np.roll(first, -1, axis=-1)
+    both = [steep & np.roll(steep, shift, axis=-1) for shift in (1, -1)]
+    low, high = values.min(axis=-1), values.max(axis=-1)
+    for own, other, doubt in ((first, before, both[0]), (last, after, both[1])):
+        low = np.minimum(low, np.where(doubt, np.maximum(own, other), other))
+        high = np.maximum(high, np.where(doubt, np.minimum(own, other), other))
+    return low, high
 
 
 def coefficients(phases: Phases, values: NDArray, orders: int = HARMONICS) -> NDArray:
@@ -141,16 +167,24 @@ def coefficients(phases: Phases, values: NDArray, orders: int = HARMONICS) -> ND
     return values @ fourier_matrix(phases, orders).T
 
 
-def noise_floor(phases: Phases, values: NDArray, change: NDArray, orders: int = HARMONICS) -> NDArray:
+def noise_floor(
+    phases: Phases,
+    values: NDArray,
+    change: NDArray,
+    orders: int = HARMONICS,
+    *,
+    located: float = LOCATED,
+    least: NDArray | float = 0.0,
+) -> NDArray:
     """Estimated error of the amplitudes of the orders 1 … ``orders``, in the unit of the values, (…, harmonic).
 
-    Root sum of squares of three parts: ``TAIL`` of the last Legendre coefficients on the panels, since what they leave
-    out is less; ``LOCATED`` of the jumps between panels, whose phases are known so well; and ``LEFT`` of the harmonics
-    of ``change`` (…, position), by which the values changed when the ends of contact patches were found for the last
-    time. Of uniform phases the highest quarter of the harmonics that they give stands for
-    the first two.
+    Root sum of squares of four parts: ``least`` (…); ``TAIL`` of the last Legendre coefficients on the panels, since
+    what they leave out is less; ``located`` of the jumps between panels, whose phases are known so well; and ``LEFT``
+    of the harmonics of ``change`` (…, position), by which the values changed when the ends of contact patches were
+    found for the last time. Of uniform phases the highest quarter of the harmonics that they give stands for the tail
+    and the jumps.
     """
-    patches = LEFT * 2 * np.abs(coefficients(phases, change, orders))
+    patches = np.hypot(LEFT * 2 * np.abs(coefficients(phases, change, orders)), np.asarray(least)[..., None])
     if phases.size is None:
         spectrum = 2 * np.abs(np.fft.rfft(values, axis=-1)) / len(phases.phase)
         return np.hypot(patches, spectrum[..., -max(1, spectrum.shape[-1] // 4) :].max(axis=-1)[..., None])
@@ -160,8 +194,8 @@ def noise_floor(phases: Phases, values: NDArray, change: NDArray, orders: int = 
     tail = 2 * TAIL * np.sqrt((width * last**2).sum(axis=-1) / (2 * size - 1))
     ends = by_panel @ _to_equidistant(size, 2)
     jump = np.roll(ends[..., 0], -1, axis=-1) - ends[..., 1]
-    located = 2 * LOCATED * np.sqrt((jump**2).sum(axis=-1))
-    return np.hypot(patches, np.hypot(tail, located)[..., None])
+    jumps = 2 * located * np.sqrt((jump**2).sum(axis=-1))
+    return np.hypot(patches, np.hypot(tail, jumps)[..., None])
 
 
 def panels(dataset: xr.Dataset, name: str, points: int = 40) -> list[tuple[NDArray, NDArray]]:

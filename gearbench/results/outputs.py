@@ -8,10 +8,11 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.contact.assemble import conforming
 from gearbench.errors import InputError, one_of
 from gearbench.geometry.role import Role
 from gearbench.results import flank
-from gearbench.results.cycle import MeshCycle, coefficients, noise_floor
+from gearbench.results.cycle import ALONG, CUT, LOCATED, MeshCycle, coefficients, noise_floor
 from gearbench.results.responses import USUAL, is_response, response, responses
 from gearbench.results.solved import Solved
 
@@ -85,7 +86,12 @@ def _noise_floor(solved: Solved, curve: str) -> NDArray:
         solved.scene, solved.phases, solved.solution.coarse_approach, solved.solution.coarse_stiffness
     )
     values = getattr(solved.cycle, curve)
-    return noise_floor(solved.phases, values, values - getattr(coarse, curve))
+    located = 0.0 if conforming(solved.scene.one_load) else LOCATED  # known beforehand
+    oblique = solved.lines.cells and solved.scene.pair.meshing.overlap_ratio > 0
+    least = ALONG * np.ptp(values, axis=-1) if oblique else 0.0
+    if curve == "mesh_stiffness":
+        least = np.hypot(least, CUT * values.mean(axis=-1))
+    return noise_floor(solved.phases, values, values - getattr(coarse, curve), located=located, least=least)
 
 
 def _harmonics(solved: Solved, curve: str) -> NDArray:

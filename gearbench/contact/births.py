@@ -1,0 +1,143 @@
+"""Births: where a pair of teeth takes or leaves its load under load.
+
+Solved without that pair, its least gap beyond the approach is a smooth curve of x = τ + k, which runs on while the pair
+passes through the mesh: the polynomial through a few values between two phases, of which one is loaded and the other is
+not, has its zero where the load begins. Patches are short there, so that lines have many segments; their compliance
+need not be known well.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.contact.assemble import assemble, flank_separation, scene_lines, smooth_nodes
+from gearbench.contact.patches import compression
+from gearbench.contact.problem import ContactProblem, part_of
+from gearbench.contact.solver import Guess, solve_roughly
+from gearbench.geometry.action import ContactLines
+from gearbench.scene import Resolution, Scene
+
+#: Segments on lines of a coarse solution, share of the nodes their compliance would have, and how much of it is left
+#: out.
+COARSE_SEGMENTS, COARSE_NODES, COARSE_TRUNCATION = 12, 0.7, 1e-3
+#: Segments on lines that begin or cease to touch.
+FINE_SEGMENTS = 40
+#: Where between two phases a birth is looked for, and how far the zeros of polynomials through all values there and
+#: through all but one may be apart where it is known then [mesh cycles].
+BETWEEN, KNOWN = (1e-3, 1 / 3, 2 / 3, 1 - 1e-3), 2e-4
+#: Distances [mesh cycles] from a birth at which it is looked for once more.
+NEAR = (3e-3, 1e-4)
+
+
+def coarse(scene: Scene, phase: NDArray, segments: int = COARSE_SEGMENTS) -> tuple[ContactProblem, ContactLines]:
+    """Problem of few segments and functions, and its lines, at mesh phases; on more segments with more functions."""
+    lines = scene_lines(replace(scene, resolution=Resolution(positions=len(phase), segments=segments)), phase)
+    share = COARSE_NODES if segments == COARSE_SEGMENTS else math.sqrt(COARSE_SEGMENTS / segments)
+    nodes = round(share * smooth_nodes(lines))
+    return assemble(scene, lines, truncation=COARSE_TRUNCATION, nodes=nodes), lines
+
+
+def births(scene: Scene, x: NDArray, greatest: NDArray, *, exact: bool = False) -> list[tuple[float, int]]:
+    """x at which a pair takes (side 1) or leaves (−1) its load, from where the ``greatest`` compression is positive.
+
+    ``greatest`` (number of the pair · phase,) belongs to x = τ + k, ascending, and is NaN where there is no line.
+    ``exact``: each is found once more, and once more, from solutions of which nothing is left out.
+    """
+    meshing = scene.pair.meshing
+    loaded = np.nan_to_num(greatest, nan=-1.0) > 0
+    at = np.flatnonzero(loaded[1:] != loaded[:-1])
+    if not at.size:
+        return []
+    low, high = x[at], x[at + 1]
+    if flank_separation(scene) is None:  # within the path of contact, whose ends are known beforehand
+        low, high = np.maximum(low, -meshing.overlap_ratio), np.minimum(high, meshing.transverse_contact_ratio)
+    inside = low[:, None] + (high - low)[:, None] * np.array(BETWEEN)
+    margins = _margins(scene, inside)
+    # beyond phases at which finer lines say otherwise, but not beyond the ends of a line
+    spare = (x[at + 1] - x[at]) / len(BETWEEN)
+    low, high = np.where(low == x[at], low - spare, low), np.where(high == x[at + 1], high + spare, high)
+    found: list[tuple[float, int, bool]] = []
+    for i, points, margin, a, b in zip(at, inside, margins, low, high, strict=True):
+        birth = _zero(points, margin, a, b)
+        if birth is not None:
+            near = np.sort(np.abs(points - birth).argsort()[:-1])
+            again = _zero(points[near], margin[near], a, b)
+            known = again is not None and abs(again - birth) < KNOWN
+            found.append((birth, -1 if loaded[i] else 1, known))
+    if exact:
+        return _located(scene, [(birth, side) for birth, side, _ in found], NEAR, exact=True)
+    sure = [(birth, side) for birth, side, known in found if known]
+    return sure + _located(scene, [(birth, side) for birth, side, known in found if not known], NEAR[:1])
+
+
+def _margins(scene: Scene, x: NDArray, *, exact: bool = False) -> NDArray:
+    """By how much a pair would be pressed at x, at most, by gears that it does not carry, in the shape of x.
+
+    −∞ where it has no line, ∞ where it carries alone: there are no others to be solved with.
+    """
+    number, position = np.floor(x).ravel(), np.arange(x.size)
+    problem, lines = coarse(scene, x.ravel() - number, FINE_SEGMENTS)
+    problem = assemble(scene, lines) if exact else problem
+    pair = number.astype(int) - lines.index[0]
+    there = lines.active[position, pair]
+    margins = np.where(there, np.inf, -np.inf)
+    shared = np.flatnonzero(there & (lines.active.sum(axis=1) > 1))
+    if shared.size:
+        part = part_of(problem, shared)
+        alone = part.active.copy().reshape(part.shape)
+        alone[np.arange(len(shared)), pair[shared]] = False
+        guess = Guess.nothing(part)
+        solve_roughly(replace(part, active=alone.reshape(part.active.shape)), guess)
+        s = compression(part, lines.part(shared), guess)[np.arange(len(shared)), pair[shared]]
+        margins[shared] = greatest_on_lines(s)
+    return margins.reshape(x.shape)
+
+
+def greatest_on_lines(s: NDArray) -> NDArray:
+    """The greatest compression on each line, from those at its nodes, or at beginning, middle and end of its cells."""
+    if s.shape[-1] == 1:
+        return s[..., 0].max(axis=-1)
+    begin, middle, end = np.moveaxis(s, -1, 0)
+    linear, square = (end - begin) / 2, middle - (end + begin) / 2
+    # the vertex of the parabola through the three, where it lies on the cell
+    inside = 2 * square > np.abs(linear)
+    vertex = middle + linear**2 / (4 * np.where(inside, square, 1.0))
+    return np.maximum(s.max(axis=-1), np.where(inside, vertex, -np.inf)).max(axis=-1)
+
+
+def _located(
+    scene: Scene, births: list[tuple[float, int]], reaches: tuple[float, ...], *, exact: bool = False
+) -> list[tuple[float, int]]:
+    """The x of births once more, from solutions as close to them as each of ``reaches``."""
+    if not births:
+        return []
+    found, sides = map(np.array, zip(*births, strict=True))
+    for reach in reaches:
+        x = found[:, None] + reach * np.array([-1.0, 0.0, 1.0])
+        margins = _margins(scene, x, exact=exact)
+        zeros = [_zero(at, m, at[0] - 2 * reach, at[2] + 2 * reach) for at, m in zip(x, margins, strict=True)]
+        found = np.array([at if zero is None else zero for at, zero in zip(found, zeros, strict=True)])
+    return list(zip(found.tolist(), sides.tolist(), strict=True))
+
+
+def _zero(x: NDArray, values: NDArray, low: float, high: float) -> float | None:
+    """Zero in [low, high] of the polynomial through the finite ``values`` at x, nearest to where their sign changes.
+
+    The middle of the two between which they do where there is no such polynomial, None where they do not.
+    """
+    change = np.flatnonzero((values[1:] > 0) != (values[:-1] > 0))
+    near = (x[change[0]] + x[change[0] + 1]) / 2 if change.size else None
+    x, values = x[np.isfinite(values)], values[np.isfinite(values)]
+    if len(x) > 1:
+        middle, reach = (low + high) / 2, (high - low) / 2
+        roots = np.roots(np.polyfit((x - middle) / reach, values, len(x) - 1))
+        real = middle + reach * roots[np.abs(roots.imag) < 1e-9].real
+        real = real[np.abs(real - middle) <= reach * (1 + 1e-9)]
+        if real.size:
+            aim = x[np.abs(values).argmin()] if near is None else near
+            return float(real[np.abs(real - aim).argmin()])
+    return near
