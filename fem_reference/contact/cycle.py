@@ -94,14 +94,12 @@ def contact_cycle(
     force = 1e3 * np.array(loads)[:, None] / scene.pair.gears[0].base_radius
     solve = partial(_phases, scene, loads, workers, report)
     deflection = partial(widened, force=force, factor=width_factor)
-    chosen, found, error = _solved(solve, deflection, phase, chosen, error_bar)
+    chosen, found, bar = _solved(solve, deflection, phase, chosen, error_bar)
     k = np.array([each.stiffness for each in found]).T / width_factor
     cycle = _mesh_cycle(scene, Phases(phase=phase, weight=weight, size=None), deflection(found), k)
     attrs = {"support": "finite_elements", "method": _method(chosen), "width_factor": width_factor}
     attrs |= provenance(scene, wall_time=time.perf_counter() - start)
-    return _dataset(cycle, _of_pairs(found), MICROMETRES * error.sum(axis=0), loads, torques is None).assign_attrs(
-        attrs
-    )
+    return _dataset(cycle, _of_pairs(found), MICROMETRES * bar, loads, torques is None).assign_attrs(attrs)
 
 
 def _mesh_cycle(scene: Scene, phases: Phases, q: NDArray, k: NDArray) -> MeshCycle:
@@ -154,7 +152,7 @@ def _solved(
     settings: Settings | SpatialSettings,
     error_bar: float,
 ) -> tuple[Settings | SpatialSettings, list[PhaseResult], NDArray]:
-    """Settings refined for the error bar, all phases, and what the error bar consists of [mm], (cause, torque)."""
+    """Settings refined for the error bar, all phases, and the error bar [mm], (torque,)."""
     for refinement in range(_REFINEMENTS + 1):
         checks, last = _checked(solve, phase, settings), refinement == _REFINEMENTS
         levels = [deflection(some) for some in (checks.own, checks.coarser, checks.softer)]
@@ -164,7 +162,7 @@ def _solved(
             found = solve(phase, settings)
             q = deflection(found)
             if last or not _misses(error, q, error_bar):
-                return settings, found, error
+                return settings, found, error.sum(axis=0)
         settings = _refined(settings, error / q.mean(axis=1), error_bar)
     raise AssertionError("the last refinement returns")
 
