@@ -225,6 +225,10 @@ COMMANDS = (
 )
 
 
+#: Python's own words where Ctrl-C ends it before gearbench begins.
+STARTING = ("Fatal Python error: init", "Could not import runpy module")
+
+
 def interrupt_at(moment: float, number: signal.Signals, command: tuple, folder: Path) -> tuple[int, str]:
     folder.mkdir()
     process = start(sys.executable, "-m", "gearbench", *command, folder=folder)
@@ -241,7 +245,7 @@ def hold(code: int, err: str, number: signal.Signals, folder: Path) -> bool:
         assert err == ""
         return False
     # Python had not handed over to gearbench yet
-    if code == -number or err.startswith("Fatal Python error: init"):
+    if code == -number or err.startswith(STARTING):
         assert "gearbench:" not in err
         return True
     assert code == 128 + number, err

@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 from gearbench.dynamics.analysis import response
 from gearbench.dynamics.housing import housing_response, load_housing
 from gearbench.errors import InputError
+from tests.attack.netcdf import damaged
 from tests.systems import shafts, spur_scene
 
 SUPPORT = {"radial_stiffness": 200.0, "axial_stiffness": 100.0}
@@ -65,8 +66,51 @@ def test_what_does_not_fit_is_one_line(answer, tmp_path):
     housing().drop_vars("transfer_imaginary").to_netcdf(tmp_path / "h.nc")
     with pytest.raises(InputError, match="transfer_imaginary = missing"):
         load_housing(tmp_path / "h.nc")
-    with pytest.raises(InputError, match="unreadable: must be a netCDF file"):
+    with pytest.raises(InputError, match=r"none\.nc: no such file"):
         load_housing(tmp_path / "none.nc")
     housing((5.0, 1.0)).to_netcdf(tmp_path / "d.nc")
     with pytest.raises(InputError, match="must ascend"):
         load_housing(tmp_path / "d.nc")
+
+
+def test_damaged_and_hostile_files_are_one_line(answer, tmp_path):
+    """Bits flipped, cut, and changed through HDF5; half of them ended in a traceback once."""
+    housing().to_netcdf(tmp_path / "whole.nc", engine="h5netcdf")
+    whole, refused = (tmp_path / "whole.nc").read_bytes(), []
+    for seed in range(60):
+        (tmp_path / "h.nc").write_bytes(damaged(np.random.default_rng(seed), whole))
+        try:
+            found = housing_response(answer, load_housing(tmp_path / "h.nc"))
+        except InputError as fault:
+            refused.append(str(fault))
+        else:
+            assert np.isfinite(found["housing_amplitude"]).all()
+    assert 20 < len(refused) < 60
+    assert all("\n" not in line and len(line) < 300 for line in refused)
+
+
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        (lambda h: h.isel(frequency=[0]), "frequency = given: must ascend, two values at least"),
+        (
+            lambda h: h.assign_coords(bearing=["A", "A", "B", "output 1"]),
+            "bearing = A, A, B, output 1: must all",
+        ),
+        (
+            lambda h: h.assign(transfer_real=h["transfer_real"] * np.nan),
+            "transfer_real = float64: must be finite",
+        ),
+        (
+            lambda h: h.assign(transfer_imaginary=h["transfer_real"][0]),
+            "transfer_imaginary = .*must have the dim",
+        ),
+        (lambda h: h * 1e200, "transfer_real = given: must be at most 1e"),
+        (lambda h: h.isel(point=[]), "none of them empty"),
+        (lambda h: h.isel(direction=[0, 1]), "housing = no direction y: must have x, y and axial"),
+    ],
+)
+def test_transfer_functions_of_no_housing_are_one_line(answer, tmp_path, change, match):
+    change(housing()).to_netcdf(tmp_path / "h.nc")
+    with pytest.raises(InputError, match=match):
+        housing_response(answer, load_housing(tmp_path / "h.nc"))

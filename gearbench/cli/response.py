@@ -66,6 +66,7 @@ def response(
     Example: gearbench response examples/shafts.toml --speed 500:6000 -o response.nc --plots plots
     """
     from gearbench.cli import summary
+    from gearbench.dynamics.housing import housing_response, load_housing
     from gearbench.errors import naming
     from gearbench.files import check_target
 
@@ -75,13 +76,13 @@ def response(
         if target is not None:
             check_target(target)
     folder = plot_folder(plots)
+    transfer = None if housing is None else load_housing(housing)
     run = _kind(nonlinear=nonlinear, revolution=revolution, samples=samples, seed=seed, threads=threads)
     with naming(scene):
         dataset = run(loaded, speed=speeds, harmonics=harmonics)
-    if housing is not None:
-        from gearbench.dynamics.housing import housing_response, load_housing
-
-        dataset = housing_response(dataset, load_housing(housing))
+    if transfer is not None:
+        with naming(housing):
+            dataset = housing_response(dataset, transfer)
     written = _written(dataset, output, folder, sound)
     notes = [*remarks, *filter(None, dataset.attrs.get("notes", "").split("\n"))]
     if json:

@@ -7,12 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbench.errors import InputError
+from gearbench.errors import InputError, naming
+from gearbench.files import read_bytes
+from gearbench.netcdf_bytes import dataset_of
 from gearbench.results.responses import described
 
 if TYPE_CHECKING:
     import xarray as xr
 
+#: Transfer functions beyond this are none of a housing; squares of larger numbers overflow.
+LARGEST = 1e100
 #: Dimensions of a file of transfer functions, its variables, and those that name what is in them.
 DIMENSIONS, PARTS = ("point", "bearing", "direction", "frequency"), ("transfer_real", "transfer_imaginary")
 
@@ -29,19 +33,28 @@ def load_housing(path: str | Path) -> xr.Dataset:
     InputError
         Naming the file and what it lacks.
     """
-    import xarray as xr
-
-    try:
-        data = xr.load_dataset(path)
-    except (OSError, ValueError) as error:
-        raise InputError(str(path), "unreadable", f"must be a netCDF file: {error}") from None
-    for name in (*PARTS, *DIMENSIONS):
-        if name not in data.variables:
-            raise InputError(f"{path}: {name}", "missing", f"must have {', '.join((*PARTS, *DIMENSIONS))}")
-    if set(data[PARTS[0]].dims) != set(DIMENSIONS):
-        raise InputError(f"{path}: {PARTS[0]}", str(data[PARTS[0]].dims), f"must have the dimensions {DIMENSIONS}")
-    if np.any(np.diff(data["frequency"].values) <= 0):
-        raise InputError(f"{path}: frequency", "given", "must ascend")
+    read = read_bytes(path)
+    with naming(path):
+        data = dataset_of(read)
+        for name in (*PARTS, *DIMENSIONS):
+            if name not in data.variables:
+                raise InputError(name, "missing", f"must have {', '.join((*PARTS, *DIMENSIONS))}")
+            wanted = DIMENSIONS if name in PARTS else (name,)
+            if set(data[name].dims) != set(wanted) or not data[name].size:
+                raise InputError(name, str(data[name].dims), f"must have the dimensions {wanted}, none of them empty")
+        for name in ("bearing", "direction"):
+            labels = [str(label) for label in data[name].values]
+            if len({*labels}) < len(labels):
+                raise InputError(name, ", ".join(labels), "must all be different")
+            data = data.assign_coords({name: labels})
+        for name in (*PARTS, "frequency"):
+            if data[name].dtype.kind not in "iuf" or not np.isfinite(data[name].values).all():
+                raise InputError(name, f"{data[name].dtype}", "must be finite numbers")
+        frequency = data["frequency"].values
+        if len(frequency) < 2 or np.any(np.diff(frequency.astype(float)) <= 0):
+            raise InputError("frequency", "given", "must ascend, two values at least")
+        if np.max([np.abs(data[part].values.astype(float)).max() for part in PARTS]) > LARGEST:
+            raise InputError(PARTS[0], "given", f"must be at most {LARGEST:g}")
     return data
 
 
@@ -64,6 +77,9 @@ def housing_response(dataset: xr.Dataset, housing: xr.Dataset) -> xr.Dataset:
     for name in map(str, dataset["bearing"].values):
         if name not in known:
             raise InputError("housing", f"no bearing {name}", f"must have all of the scene's: it has {known}")
+    directions = list(map(str, housing["direction"].values))
+    if missing := [name for name in map(str, dataset["direction"].values) if name not in directions]:
+        raise InputError("housing", f"no direction {missing[0]}", f"must have x, y and axial: it has {directions}")
     chosen = housing.sel(bearing=dataset["bearing"].values, direction=dataset["direction"].values)
     real, imaginary = (chosen[part].transpose(*DIMENSIONS).values for part in PARTS)
     H, at = real + 1j * imaginary, chosen["frequency"].values
