@@ -306,6 +306,18 @@ def test_a_hardly_helical_pair_is_a_spur_pair():
     assert_allclose(total[0], total[1], rtol=1e-6)
 
 
+def test_a_panel_that_a_line_crosses_in_no_time_has_its_share():
+    """Between two kinks nearer than any phases would show: on a hardly helical pair a line is there for an instant."""
+    pair = replace(case(1).pair, helix_angle=0.001)
+    meshing = pair.meshing
+    u = meshing.path_start + 0.3001 * meshing.base_pitch
+    kinks = (u - 5e-4, u + 2.5e-3)
+    lines = contact_lines(pair, [0.3001], 12, kinks, parting=True)
+    (first,) = np.flatnonzero(lines.index == 0)
+    assert_allclose(lines.length[0, first], meshing.face_width / math.cos(meshing.beta_b) / 12)
+    assert np.all((lines.u[0, first] > kinks[0]) & (lines.u[0, first] < kinks[1]))
+
+
 @given(scale=st.floats(0.1, 10))
 @settings(max_examples=20, deadline=None)
 def test_lengths_scale(scale):

@@ -11,6 +11,7 @@ from gearbench.scene_file import parse_scene
 from gearbench.schema import read
 from gearbench.simulation import simulate
 from gearbench.system.body import Body
+from gearbench.system.body_files import read_matrix
 from tests.bodies import ENDS, labels, matrix_market, netcdf, piece, punch
 from tests.systems import shafts, spur_scene
 
@@ -271,3 +272,59 @@ def test_unknown_body_of_a_bearing_is_named():
     ends = [{"position": p, **BEARING, "on": {"body": "housing", "node": "a"}} for p in (0.0, 200.0)]
     with pytest.raises(InputError, match=r"system.shafts.0.bearings.0.on.body = housing: allowed:"):
         spur_scene(shafts({"bearings": ends}))
+
+
+@pytest.mark.parametrize("form", ["array", "coordinate"])
+@pytest.mark.parametrize("symmetry", ["general", "symmetric"])
+@pytest.mark.parametrize("kind", ["real", "integer"])
+def test_matrix_market_files_are_read_as_scipy_reads_them(tmp_path, form, symmetry, kind):
+    from scipy.io import mmread, mmwrite
+    from scipy.sparse import coo_array
+
+    A = np.random.default_rng(1).integers(-3, 4, size=(6, 6)).astype(float if kind == "real" else int)
+    A = A + A.T if symmetry == "symmetric" else A
+    mmwrite(tmp_path / "a.mtx", coo_array(A) if form == "coordinate" else A, symmetry=symmetry, field=kind)
+    found, _ = read_matrix("stiffness", str(tmp_path / "a.mtx"))
+    assert_allclose(found, A, rtol=0, atol=0)
+    whole = mmread(tmp_path / "a.mtx")
+    assert_allclose(found, whole.toarray() if form == "coordinate" else whole, rtol=0, atol=0)
+
+
+HEADER = "%%MatrixMarket matrix {} {} {}\n% a comment\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        (HEADER.format("coordinate", "real", "general") + "2 2 1\n1 1 1.0\n2 2 1.0\n", "2 entries, 1 expected"),
+        (HEADER.format("coordinate", "real", "general") + "2 2 3\n1 1 1.0\n", "1 entries, 3 expected"),
+        (HEADER.format("coordinate", "real", "general") + "2 2 1\n3 1 1.0\n", "rows and columns must be 1 to 2"),
+        (HEADER.format("coordinate", "real", "general") + "2 2 1\n0 1 1.0\n", "rows and columns must be 1 to 2"),
+        (HEADER.format("coordinate", "real", "general") + "2 2 1\n1.5 1 1.0\n", "must be whole numbers"),
+        (HEADER.format("coordinate", "real", "general") + "2 2 1\nnan 1 1.0\n", "must be a Matrix Market file"),
+        (HEADER.format("coordinate", "real", "general") + "2 2 1\n1 1\n", "2 numbers in a line, 3 expected"),
+        (HEADER.format("coordinate", "real", "general") + f"2 2 {10**17}\n1 1 1\n", "1 entries, 1000000"),
+        (HEADER.format("array", "real", "symmetric") + "2 2\n1.0\n2.0\n", "2 entries, 3 expected"),
+        (HEADER.format("coordinate", "pattern", "general") + "2 2 1\n1 1\n", "must be real and square"),
+        (HEADER.format("coordinate", "real", "skew-symmetric") + "2 2 1\n2 1 1.0\n", "must be real and square"),
+        (HEADER.format("coordinate", "real", "general") + "2 2 1\n1 1 1\x00.0\n", "must be a Matrix Market file"),
+    ],
+)
+def test_damaged_matrix_market_files_are_one_line(tmp_path, text, reason):
+    (tmp_path / "K.mtx").write_text(text, encoding="ascii")
+    with pytest.raises(InputError, match=reason) as fault:
+        read_matrix("stiffness", str(tmp_path / "K.mtx"))
+    assert "\n" not in str(fault.value)
+
+
+@pytest.mark.parametrize(
+    ("value", "reason"), [(np.nan, "shape = not finite"), (1e200, r"shape = 1e\+200: must be at most 1e\+60")]
+)
+def test_shapes_of_modes_are_numbers_that_can_be(tmp_path, value, reason):
+    K, M = piece(support=SPRINGS)
+    values, vectors = eigh(K, M)
+    vectors[3, 3] = value
+    frequency = np.sqrt(np.maximum(values, 0)) / (2 * np.pi)
+    file = netcdf(tmp_path / "end.nc", labels(), frequency=frequency, shape=vectors.T)
+    with pytest.raises(InputError, match=reason):
+        cut({"file": str(file)})

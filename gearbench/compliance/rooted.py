@@ -42,15 +42,18 @@ def root_parts(solid: Solid, flank: NDArray, count: int) -> RootParts:
     own[np.abs(own) <= 1e-13 * np.abs(own).max(axis=(2, 3), keepdims=True)] = 0.0
     held = np.zeros((len(flank), len(flank)))
     S, phi = np.zeros((number.size, number.size)), np.zeros((len(flank), number.size))
-    values = flank.reshape(len(flank), -1, axis) @ polynomials.T
+    # by rows of functions, which are picked fast
+    loads = np.ascontiguousarray(flank.T)
+    on_axis = loads.reshape(-1, axis, len(flank))
     for inner, root, chain in zip(solid.classes, solid.root_classes, solid.chains, strict=True):
         position = np.concatenate([number[root[j % 2] // along, j] for j in range(count)])
         K_bi = solid.block(inner, root, joint, (parity, degrees))
         K_ii = solid.block(root, root, own, (degrees, degrees))
         moved, loaded = np.split(np.arange(len(position) + len(flank)), [len(position)])
-        found = chain.compliance(np.hstack([K_bi, flank[:, solid.amplitudes(inner)].T]))
+        found = chain.compliance(np.hstack([K_bi, loads[solid.amplitudes(inner)]]))
         S[np.ix_(position, position)] = K_ii - found[np.ix_(moved, moved)]
-        phi[:, position] = np.hstack([values[:, root[j % 2], j] for j in range(count)]) - found[np.ix_(loaded, moved)]
+        values = [polynomials @ on_axis[mine] for mine in root]
+        phi[:, position] = np.vstack([values[j % 2][:, j] for j in range(count)]).T - found[np.ix_(loaded, moved)]
         held += found[np.ix_(loaded, loaded)]
     return RootParts(held=held, stiffness=(S + S.T) / 2, moved=phi)
 

@@ -169,7 +169,9 @@ class SolidTooth:
         """Functionals of all polynomials of the flank from those of their part in R, ``rows`` (p, 3, n_s, n_x)."""
         p, q = self.flank_order
         along = _axis_projection(q, solid.order) * math.sqrt(self.gear.face_width)
-        return (rows[:, None, ..., None] * along[:, None, None, None]).reshape(p * q, -1)
+        # functions first in memory: systems pick some of them
+        by_function = rows.reshape(p, -1).T[:, None, :, None] * along.T[:, None, :]
+        return by_function.reshape(-1, p * q).T
 
     @lazy
     def _stations(self) -> tuple[NDArray, NDArray, NDArray]:

@@ -266,8 +266,12 @@ def _panel_edges(
 
 @lru_cache(maxsize=64)
 def _widest(pair: Pair, ends: tuple[float, float], kinks: tuple[float, ...], face_kinks: tuple[float, ...]) -> NDArray:
-    """The widest that each panel becomes while a line passes, whatever the phases asked for, (panel,) [mm]."""
-    start = np.linspace(ends[0] - pair.meshing.face_width * math.tan(pair.meshing.beta_b), ends[1], 401)
+    """The widest that each panel becomes while a line passes, whatever the phases asked for, (panel,) [mm].
+
+    Ends of panels move straight with the line between starts at which it passes a corner of the kinks and edges.
+    """
+    tan_b, b = math.tan(pair.meshing.beta_b), pair.meshing.face_width
+    start = np.subtract.outer([*ends, *kinks], tan_b * np.array([0.0, b, *face_kinks])).ravel()
     return np.diff(_panel_edges(pair, start, ends, kinks, face_kinks), axis=0).max(axis=1, initial=0.0)
 
 

@@ -21,6 +21,8 @@ Axis = tuple[float, float, float]
 #: Share of the largest entry by which a matrix may differ from its transpose, and an eigenvalue lie below zero:
 #: punched numbers have ten digits, and rigid bodies the difference of large ones.
 ROUNDED = 1e-6
+#: Numbers beyond this are of no body; products of larger ones overflow.
+LARGEST = 1e60
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -185,7 +187,7 @@ class Condensed:
             for name, A in (("stiffness", found.stiffness), ("mass", found.mass))
         )
         nodes: dict[str, NDArray] = {}
-        for (node, direction), row in zip(found.labels, found.rows, strict=True):
+        for (node, direction), row in zip(found.labels, _bounded("shape", found.rows), strict=True):
             if not direction:
                 continue
             if direction not in DIRECTIONS:
@@ -240,11 +242,17 @@ class Condensed:
         return changed, tuple((k, d) for k, d, _ in found)
 
 
-def _checked(name: str, A: NDArray) -> NDArray:
-    """Symmetric part of a matrix that is one of an energy, but for rounding."""
+def _bounded(name: str, A: NDArray) -> NDArray:
     if not np.isfinite(A).all():
         raise InputError(name, "not finite", "must be finite numbers")
-    largest = np.abs(A).max(initial=0.0)
+    if np.abs(A).max(initial=0.0) > LARGEST:
+        raise InputError(name, float(np.abs(A).max()), f"must be at most {LARGEST:g}")
+    return A
+
+
+def _checked(name: str, A: NDArray) -> NDArray:
+    """Symmetric part of a matrix that is one of an energy, but for rounding."""
+    largest = np.abs(_bounded(name, A)).max(initial=0.0)
     if np.abs(A - A.T).max(initial=0.0) > ROUNDED * largest:
         raise InputError(name, "not symmetric", "must be symmetric")
     d = np.sqrt(np.maximum(np.abs(np.diag(A)), 1e-12 * largest))

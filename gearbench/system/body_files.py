@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 #: Coordinates that a body may have.
 MOST = 2000
+#: Numbers and symmetries of Matrix Market files that are read.
+KINDS, SYMMETRIES = ("real", "double", "integer", "unsigned-integer"), ("general", "symmetric")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -132,21 +134,44 @@ def read_matrix(key: str, name: str) -> tuple[NDArray, str]:
     InputError
         Keyed ``key``, naming the file.
     """
-    from scipy.io import mminfo, mmread
+    from scipy.io import mminfo
 
     data, digest = content(key, name)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            rows, columns, *_, kind, _ = mminfo(io.BytesIO(data))
-            if rows != columns or rows > MOST or kind == "complex":
-                given = f"{kind}, {rows} × {columns}"
+            rows, columns, count, form, kind, symmetry = mminfo(io.BytesIO(data))
+            if rows != columns or not 0 < rows <= MOST or kind not in KINDS or symmetry not in SYMMETRIES:
+                given = f"{kind}, {symmetry}, {rows} × {columns}"
                 raise InputError(key, f"{name}: {given}", f"must be real and square, at most {MOST} × {MOST}")
-            found = mmread(io.BytesIO(data))
+            return _matrix(data, rows, count, sparse=form == "coordinate", symmetric=symmetry == "symmetric"), digest
     except InputError:
         raise
-    except Exception as error:  # scipy says it with several
+    except Exception as error:  # scipy and NumPy say it with several
         reason = (str(error) or type(error).__name__).splitlines()[0]
         raise InputError(key, name, f"must be a Matrix Market file ({reason})") from None
-    dense = found if isinstance(found, np.ndarray) else found.toarray()
-    return np.asarray(dense, dtype=float), digest
+
+
+def _matrix(data: bytes, n: int, count: int, *, sparse: bool, symmetric: bool) -> NDArray:
+    """Matrix (n, n) of the lines below the header.
+
+    scipy.io.mmread reads beyond its memory where a damaged file has another number of entries than its header says.
+    """
+    lines = [line for line in data.decode("ascii").splitlines()[1:] if line.strip() and not line.startswith("%")][1:]
+    expected = (count, 3) if sparse else (n * (n + 1) // 2 if symmetric else n * n, 1)
+    if len(lines) != expected[0]:
+        raise ValueError(f"{len(lines)} entries, {expected[0]} expected")
+    values = np.loadtxt(lines, ndmin=2, comments=None) if lines else np.zeros(expected)
+    if values.shape != expected:
+        raise ValueError(f"{values.shape[1]} numbers in a line, {expected[1]} expected")
+    if sparse:
+        row, column = np.rint(values[:, :2]).T.astype(int) - 1
+        if not np.array_equal(values[:, :2], np.transpose([row, column]) + 1):
+            raise ValueError("rows and columns must be whole numbers")
+        if not ((row >= 0) & (row < n) & (column >= 0) & (column < n)).all():
+            raise ValueError(f"rows and columns must be 1 to {n}")
+    else:  # column by column, of symmetric ones from the diagonal on
+        column, row = np.triu_indices(n) if symmetric else np.divmod(np.arange(n * n), n)
+    out = np.zeros((n, n))
+    np.add.at(out, (row, column), values[:, -1])
+    return out + np.tril(out, -1).T + np.triu(out, 1).T if symmetric else out
