@@ -147,6 +147,11 @@ def as_table(key: str, table: Any) -> Mapping[str, Any]:
     return table
 
 
+@cache
+def _adapter(kind: type[T]) -> TypeAdapter[T]:
+    return TypeAdapter(kind)
+
+
 def read(kind: type[T], table: Any, key: str = "") -> T:
     """Object of an input class from the table at ``key``; an object of the class is taken as it is.
 
@@ -159,7 +164,7 @@ def read(kind: type[T], table: Any, key: str = "") -> T:
         return table
     try:
         # as JSON, because strict input classes take tables and lists from text only
-        return TypeAdapter(kind).validate_json(_json(as_table(key, table)))
+        return _adapter(kind).validate_json(_json(as_table(key, table)))
     except ValidationError as error:
         raise _one_line(error.errors(), kind).within(key) from None
 

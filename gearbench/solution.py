@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _LOG = logging.getLogger(__name__)
+#: No further dimensions.
+_NONE: Mapping[str, tuple[NDArray, dict[str, str]]] = MappingProxyType({})
 
 
 def cycle_values(scene: Scene) -> NDArray:
@@ -59,11 +62,13 @@ def solve_lines(scene: Scene, lines: ContactLines, weight: NDArray, size: int | 
     return Solved(scene=scene, lines=lines, weight=weight, problem=problem, solution=solution, size=size)
 
 
-def dataset(solved: Solved, outputs: Sequence[str], start: float, before: tuple[str, ...] = ()) -> xr.Dataset:
+def dataset(
+    solved: Solved, outputs: Sequence[str], start: float, before: Mapping[str, tuple[NDArray, dict[str, str]]] = _NONE
+) -> xr.Dataset:
     """Dataset of the ``outputs`` of a solved scene; ``start`` is when its computation began (``perf_counter``).
 
-    ``before`` names the dimensions that the arrays of its solution have before the position: what follows from the
-    solution has them too.
+    ``before``: the dimensions that the arrays of its solution have before the position, with their values and
+    attributes: what follows from the solution has them too.
     """
     import xarray as xr
 
@@ -92,6 +97,7 @@ def dataset(solved: Solved, outputs: Sequence[str], start: float, before: tuple[
     variables = {
         name: ((*before, *dims)[-np.ndim(x) :] if np.ndim(x) else (), x) for name, (dims, x) in variables.items()
     }
+    own = {name: (name, values, attrs) for name, (values, attrs) in before.items()}
     attrs = provenance(solved.scene, wall_time=time.perf_counter() - start)
     attrs["polished_positions"] = solution.polished  # solved once more, see ContactSolution
-    return xr.Dataset(described(variables), coords=described(coords), attrs=attrs)
+    return xr.Dataset(described(variables), coords=described(coords) | own, attrs=attrs)

@@ -84,6 +84,13 @@ def test_strip_far_from_the_edge_is_hertzs() -> None:
     assert strip_at_edge(angle, -10.0) - hertz == pytest.approx(-2 * softness(angle) * math.log(10), abs=2e-2)
 
 
+@pytest.mark.parametrize("offset", [0.0, 0.5, 1.0, 2.0, 6.0, 24.0])
+def test_strip_at_an_edge_ends_where_the_pressure_does(offset: float) -> None:
+    """Room for a strip half as long again changes nothing: none is cut off where elements end."""
+    angle = math.radians(120)
+    assert strip_at_edge(angle, offset) == pytest.approx(strip_at_edge(angle, offset, 3.15), abs=0.03)
+
+
 @pytest.mark.parametrize("degrees", [100.0, 120.0, 135.0])
 def test_softening_is_smooth_where_its_parts_join(degrees: float) -> None:
     """Table and both asymptotes: values agree at the joints, and the slope is that of the values."""

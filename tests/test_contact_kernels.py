@@ -4,11 +4,16 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench.contact import _kernels, solver
+from gearbench import load_scene
+from gearbench.contact import _kernels, _law_kernels, solver
+from gearbench.contact.assemble import scene_lines
 from gearbench.contact.law import compression, inverse
+from gearbench.contact.patches import patch_nodes
 from gearbench.contact.problem import ContactProblem
 from gearbench.contact.solver import Guess, newton
 from tests.contact_twin import solve_one
+from tests.patch_twin import patch_nodes as twin_nodes
+from tests.test_architecture import ROOT
 
 FORCES = np.concatenate([[0.0], 10.0 ** np.linspace(-12, 2, 60)])
 
@@ -26,6 +31,40 @@ def test_the_law_and_its_inverse_are_those_of_the_readable_twins(h, soft, stiff)
     assert_allclose(back[0], FORCES, rtol=1e-12, atol=1e-14 * soft)
     for own, twin in zip(back, inverse(s, a, np.full(FORCES.shape, h), soft), strict=True):
         assert_allclose(own, twin, rtol=1e-12, atol=1e-14 * (1 + soft))
+
+
+@pytest.mark.parametrize("linear", [False, True])
+def test_the_law_of_many_segments_is_that_of_each(linear):
+    rng = np.random.default_rng(4)
+    n = 3000
+    h = 10.0 ** rng.uniform(-4, 1, n)
+    a = h * 10.0 ** rng.uniform(0.4, 3, n)
+    h = 0 * h if linear else h
+    soft = np.where(rng.random(n) < 0.5, 0.0, 10.0 ** rng.uniform(-8, 1, n))
+    s = 10.0 ** rng.uniform(-20, 6, n) * rng.choice([1, 1, 1, -1], n)
+    constants, scratch = np.empty((_law_kernels.CONSTANTS, n)), np.empty((_law_kernels.SCRATCH, n))
+    P, W = np.empty((2, n))
+    _law_kernels.law_constants(a, h, soft, constants, scratch, P, W)
+    total, slope, energy = _law_kernels.apply_laws(s, constants, scratch, scratch.view(np.int64), P, W)
+    each = np.array([_kernels.cell_law(*x) for x in zip(*(v.tolist() for v in (s, a, h, soft)), strict=True)]).T
+    assert_allclose(P, each[0], rtol=1e-14)
+    assert_allclose(W, each[1], rtol=1e-14)
+    assert_allclose([total, slope, energy], each.sum(axis=1), rtol=1e-12)
+
+
+def test_patches_are_those_of_the_readable_twin():
+    scene = load_scene(ROOT / "examples" / "gears" / "large_wheel.toml")
+    lines, rng = scene_lines(scene, np.linspace(0.0, 0.9, 9)), np.random.default_rng(5)
+    patches = 0
+    for _ in range(20):
+        s = rng.normal(size=(*lines.shape, 3)).cumsum(axis=2) + rng.normal()
+        s[:, :, 1:, 0] = s[:, :, :-1, 2]
+        s = np.where(lines.active[..., None, None], s, -1.0)
+        (y, width), (y_twin, width_twin) = patch_nodes(lines, s, 30), twin_nodes(lines, s, 30)
+        assert_allclose(y, y_twin, rtol=1e-14)
+        assert_allclose(width, width_twin, rtol=1e-13)
+        patches += np.count_nonzero(np.diff(np.sign(s.reshape(*lines.shape[:2], -1))) > 0)
+    assert patches > 100
 
 
 @pytest.mark.parametrize("blocks", [1, 3])

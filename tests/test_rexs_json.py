@@ -144,6 +144,9 @@ def test_results_of_a_stage_go_into_the_xml_form(tmp_path):
     assert {"center_distance", "meshing_stiffness_characteristic"} <= kept
     with pytest.raises(InputError, match=r"must end in \.rexs"):
         write_results(document, stages(document)[0], dataset, tmp_path / "out.rexsj")
+    for text in ("[pair", "[pair]\npinion = 3", "", '[pair]\npinion.teeth = "a"\nwheel.teeth = 3'):
+        with pytest.raises(InputError, match=r"^result = scene: its scene cannot be read$"):
+            write_results(document, stages(document)[0], dataset.assign_attrs(scene=text), tmp_path / "no.rexs")
 
 
 def changed(change):

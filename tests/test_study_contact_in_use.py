@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from fem_reference.contact.cycle import halfway
 from gearbench.results.netcdf import load, save
 from studies.s09_contact_in_use import checks, figures
 from studies.s09_contact_in_use.data import collected, gathered, model_cycle, residual, scenes
@@ -20,21 +21,18 @@ def kept() -> xr.Dataset:
 
 
 def test_stored_curves_keep_their_limits(kept):
-    """All but two error bars, of fzg_c and thin_rim: their contact finite elements know their level to 0.51, 0.63 %."""
+    """All but the error bar of drawn_11, which was measured before meshes were refined for it."""
     failed = [text for text, holds in checks(kept) if not holds]
-    assert [text.split(" (")[0] for text in failed] == [
-        "fzg_c: error bar of contact finite elements 0.51 %",
-        "thin_rim: error bar of contact finite elements 0.63 %",
-    ]
+    assert [text.split(" (")[0] for text in failed] == ["drawn_11: error bar of contact finite elements 1.26 %"]
 
 
 def test_the_page_says_what_the_stored_curves_show(kept):
     """Greatest residuals, and the pairs on which the fast teeth are nearer with contact on the line."""
     off = {model: residual(kept).sel(model=model).values for model in kept["model"].values}
-    assert round(float(off["fast_off_line"].max()), 2) == 0.73
+    assert round(float(off["fast_off_line"].max()), 2) == 0.71
     nearer = [name for name, a, b in zip(names(kept), off["fast"], off["fast_off_line"], strict=True) if a < b]
     assert nearer == ["fzg_c", "drawn_4"]
-    assert len(names(kept)) == 17
+    assert len(names(kept)) == 20
 
 
 def test_measured_pairs_are_those_of_the_study(kept):
@@ -50,7 +48,7 @@ def test_relieved_spur_pairs_miss_nothing_at_kinks(kept, name):
     row = names(kept).index(name)
     here = kept.isel(design=row)
     scene = next(scene for scene in scenes() if scene.name == name)
-    found = model_cycle(scene, "fast_off_line", here.sizes["position"]).transmission_error.values
+    found = model_cycle(scene, "fast_off_line", halfway(here, scene.pair)).transmission_error
     off = (found - here.transmission_error.values) / float(here.transmission_error.mean())
     assert np.sqrt((off**2).mean()) < 0.005
     assert np.ptp(off) < 0.006

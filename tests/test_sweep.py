@@ -17,7 +17,7 @@ from gearbench.contact.loads import solve_loads
 from gearbench.contact.problem import ContactProblem
 from gearbench.errors import InputError
 from gearbench.results.outputs import DEFAULT_OUTPUTS
-from gearbench.scene import Load, Scene
+from gearbench.scene import Load, Resolution, Scene
 from gearbench.scene_file import parse_scene
 from gearbench.solution import dataset, solve_lines
 from gearbench.sweeps import groups, shared
@@ -67,6 +67,19 @@ def test_torques_equal_single_runs(scene):
     for torque in torques:
         single = single_run(replace(scene, load=Load(torque=torque)))
         assert_equal(dataset.sel(torque=torque), single)
+
+
+@pytest.mark.parametrize("off_line", [False, True], ids=["on the line", "off the line"])
+def test_many_torques_of_wide_helical_pairs_on_their_bodies_equal_single_runs(off_line):
+    """Each begins from the solutions before it, on cells and on patches; flanks part, and lines get new patches."""
+    scene = load_scene(ROOT / "examples" / "gears" / "large_wheel.toml")
+    effects = {"off_line_contact": {}} if off_line else {}
+    scene = replace(with_tables(scene, **effects), resolution=Resolution(gauss_points=2))
+    torques = scene.load.torque * np.linspace(0.1, 1.6, 4 if off_line else 9)
+    dataset = sweep(scene, torque=torques, threads=1)
+    for torque in torques[::3]:
+        point, single = dataset.sel(torque=torque), single_run(replace(scene, load=Load(torque=torque)))
+        assert_equal(point, single[["transmission_error", "mesh_stiffness", "line_load"]])
 
 
 def test_sweeps_are_simulations_within_what_their_phases_leave_out():

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -21,6 +22,7 @@ from gearbench.contact.phases import uniform_phases
 from gearbench.effects.base import GapEffect
 from gearbench.effects.teeth import require_bores
 from gearbench.errors import InputError
+from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
 from gearbench.results.cycle import HARMONICS, MICROMETRES, MeshCycle, Phases, coefficients
 from gearbench.results.provenance import provenance
@@ -34,6 +36,8 @@ if TYPE_CHECKING:
 _CHECKED = 3
 #: How much less accurate the compliance of the bodies is that tells its error.
 _COARSE = 5.0
+#: Error bar that is asked for, over the mean STE, and how often meshes are refined for it.
+ERROR_BAR, _REFINEMENTS = 0.005, 3
 
 
 def contact_cycle(
@@ -44,6 +48,7 @@ def contact_cycle(
     width_factor: float = 1.0,
     settings: Settings | SpatialSettings | None = None,
     workers: int = 2,
+    error_bar: float = ERROR_BAR,
     report: Callable[[str], None] = lambda _: None,
 ) -> xr.Dataset:
     """Mesh cycle by contact finite elements on the whole bodies held at their bores.
@@ -62,7 +67,9 @@ def contact_cycle(
     width_factor
         Factor on the elastic deflections in plane strain, not on gaps; narrow teeth deflect some 3 % more.
     settings, workers
-        How each phase is computed, and how many at a time (one, where the width is finite: they need the memory).
+        How each phase is computed to begin with, and how many at a time (one, where the width is finite).
+    error_bar
+        Error bar over the mean transmission error for which meshes, contact and bodies are refined, thrice at most.
     report
         Told of each phase that is solved. Phases are kept on disk: a run that was interrupted goes on.
 
@@ -84,19 +91,31 @@ def contact_cycle(
     chosen = settings or (SpatialSettings() if scene.pair.helix_angle else Settings())
     _check(scene, loads, chosen, width_factor)
     phase, weight = uniform_phases(phases) if isinstance(phases, int) else _alike(phases)
-    found, checks = _solved(scene, phase, loads, chosen, workers, report)
     force = 1e3 * np.array(loads)[:, None] / scene.pair.gears[0].base_radius
-    q = widened(found, force, width_factor)
+    solve = partial(_phases, scene, loads, workers, report)
+    deflection = partial(widened, force=force, factor=width_factor)
+    chosen, found, bar = _solved(solve, deflection, phase, chosen, error_bar)
     k = np.array([each.stiffness for each in found]).T / width_factor
-    cos_b = math.cos(scene.pair.meshing.beta_b)
-    cycle = MeshCycle.of(scene, Phases(phase=phase, weight=weight, size=None), q * cos_b, k / cos_b**2)
-    names, share, radius = _of_pairs(found)
-    changed = [widened(some, force, width_factor) - q[:, checks.at] for some in (checks.coarser, checks.softer)]
-    error = MICROMETRES * np.sum([np.abs(change).max(axis=1) for change in changed], axis=0)
+    cycle = _mesh_cycle(scene, Phases(phase=phase, weight=weight, size=None), deflection(found), k)
     attrs = {"support": "finite_elements", "method": _method(chosen), "width_factor": width_factor}
     attrs |= provenance(scene, wall_time=time.perf_counter() - start)
-    of_pairs = {"load_share": share, "contact_radius": radius}
-    return _dataset(cycle, of_pairs, names, error, loads, torques is None).assign_attrs(attrs)
+    return _dataset(cycle, _of_pairs(found), MICROMETRES * bar, loads, torques is None).assign_attrs(attrs)
+
+
+def _mesh_cycle(scene: Scene, phases: Phases, q: NDArray, k: NDArray) -> MeshCycle:
+    """Cycle from q and ∂F_bt/∂q along the line of action of the transverse section."""
+    cos_b = math.cos(scene.pair.meshing.beta_b)
+    return MeshCycle.of(scene, phases, q * cos_b, k / cos_b**2)
+
+
+def halfway(dataset: xr.Dataset, pair: Pair) -> NDArray:
+    """Mesh phases amid those of both gears, of a mesh cycle by contact finite elements, (…, position).
+
+    They hold the wheel at ``mesh_phase``; the pinion is ahead of it by the transmission error. Contact on lines counts
+    the phase between the two (T3 of docs/theory.md): models are compared there.
+    """
+    ahead = dataset.transmission_error.values / MICROMETRES / pair.meshing.base_pitch
+    return dataset.mesh_phase.values + ahead / 2
 
 
 def _alike(phases: Sequence[float]) -> tuple[NDArray, NDArray]:
@@ -126,42 +145,88 @@ def _check(scene: Scene, loads: Sequence[float], settings: Settings | SpatialSet
         raise InputError("torques", list(loads), "must be positive and rise")
 
 
+def _solved(
+    solve: Callable[[NDArray, Settings | SpatialSettings], list[PhaseResult]],
+    deflection: Callable[[Sequence[PhaseResult]], NDArray],
+    phase: NDArray,
+    settings: Settings | SpatialSettings,
+    error_bar: float,
+) -> tuple[Settings | SpatialSettings, list[PhaseResult], NDArray]:
+    """Settings refined for the error bar, all phases, and the error bar [mm], (torque,)."""
+    for refinement in range(_REFINEMENTS + 1):
+        checks, last = _checked(solve, phase, settings), refinement == _REFINEMENTS
+        levels = [deflection(some) for some in (checks.own, checks.coarser, checks.softer)]
+        error = np.stack([np.abs(level - levels[0]).max(axis=1) for level in levels[1:]])
+        q = levels[0]
+        if last or not _misses(error, q, error_bar):
+            found = solve(phase, settings)
+            q = deflection(found)
+            if last or not _misses(error, q, error_bar):
+                return settings, found, error.sum(axis=0)
+        settings = _refined(settings, error / q.mean(axis=1), error_bar)
+    raise AssertionError("the last refinement returns")
+
+
 @dataclass(frozen=True, kw_only=True)
 class _Checks:
-    """Some phases once more, at the numbers ``at``: on coarser meshes, with a softer contact or coarser bodies."""
+    """Some phases as they are, on coarser meshes, and with a softer contact or coarser bodies."""
 
-    at: NDArray
+    own: list[PhaseResult]
     coarser: list[PhaseResult]
     softer: list[PhaseResult]
 
 
-def _solved(
-    scene: Scene,
+def _checked(
+    solve: Callable[[NDArray, Settings | SpatialSettings], list[PhaseResult]],
     phase: NDArray,
-    loads: tuple[float, ...],
     settings: Settings | SpatialSettings,
-    workers: int,
-    report: Callable[[str], None],
-) -> tuple[list[PhaseResult], _Checks]:
-    """All phases, and what tells their error."""
-    gaps = tuple(effect for effect in scene.flank_effects if isinstance(effect, GapEffect))
+) -> _Checks:
+    """Phases that tell the error of all."""
     if isinstance(settings, Settings):
         at = np.unique(np.linspace(0, len(phase) - 1, _CHECKED + 2).astype(int)[1:-1])
         coarser = replace(settings, fineness=settings.fineness.halved())
-        solve, softer = solve_phase, replace(settings, penalty=settings.penalty / 2)
+        softer: Settings | SpatialSettings = replace(settings, penalty=settings.penalty / 2)
     else:
         at = np.array([len(phase) // 2])
         coarser = replace(settings, fineness=settings.fineness.coarser())
-        solve, softer, workers = solve_spatial, replace(settings, accuracy=_COARSE * settings.accuracy), 1
-    jobs = [(float(tau), settings) for tau in phase]
-    jobs += [(float(phase[i]), other) for other in (coarser, softer) for i in at]
+        softer = replace(settings, accuracy=_COARSE * settings.accuracy)
+    own, coarse, soft = (solve(phase[at], each) for each in (settings, coarser, softer))
+    return _Checks(own=own, coarser=coarse, softer=soft)
+
+
+def _misses(error: NDArray, q: NDArray, limit: float) -> bool:
+    """Whether the error bar (cause, torque) is more of the mean of q (torque, position) than it may be."""
+    return bool(np.any(error.sum(axis=0) > limit * q.mean(axis=1)))
+
+
+def _refined(settings: Settings | SpatialSettings, error: NDArray, limit: float) -> Settings | SpatialSettings:
+    """Finer in each of both causes, mesh and contact or bodies, that takes more than half of the relative error bar."""
+    mesh, rest = error.max(axis=1) > limit / 2
+    if isinstance(settings, Settings):
+        fineness = settings.fineness.doubled() if mesh else settings.fineness
+        return replace(settings, fineness=fineness, penalty=settings.penalty * (2 if rest else 1))
+    fineness = settings.fineness.finer() if mesh else settings.fineness
+    return replace(settings, fineness=fineness, accuracy=settings.accuracy / (2 if rest else 1))
+
+
+def _phases(
+    scene: Scene,
+    loads: tuple[float, ...],
+    workers: int,
+    report: Callable[[str], None],
+    phase: NDArray,
+    settings: Settings | SpatialSettings,
+) -> list[PhaseResult]:
+    """Phases, from the cache where they were solved before."""
+    gaps = tuple(effect for effect in scene.flank_effects if isinstance(effect, GapEffect))
+    spatial = isinstance(settings, SpatialSettings)
+    solve = solve_spatial if spatial else solve_phase
     found: list[PhaseResult] = []
-    with ThreadPoolExecutor(workers) as pool:
-        for one in pool.map(lambda job: solve(scene.pair, gaps, job[0], loads, job[1]), jobs):  # type: ignore[arg-type]
+    with ThreadPoolExecutor(1 if spatial else workers) as pool:
+        for one in pool.map(lambda tau: solve(scene.pair, gaps, float(tau), loads, settings), phase):  # type: ignore[arg-type]
             found.append(one)
-            report(f"phase {len(found)} of {len(jobs)}")
-    n, m = len(phase), len(phase) + len(at)
-    return found[:n], _Checks(at=at, coarser=found[n:m], softer=found[m:])
+            report(f"phase {len(found)} of {len(phase)}")
+    return found
 
 
 def widened(found: Sequence[PhaseResult], force: NDArray, factor: float) -> NDArray:
@@ -173,20 +238,19 @@ def widened(found: Sequence[PhaseResult], force: NDArray, factor: float) -> NDAr
     return q + (factor - 1) * force / k
 
 
-def _of_pairs(found: Sequence[PhaseResult]) -> tuple[NDArray, NDArray, NDArray]:
-    """Numbers of the pairs, their shares and radii (torque, position, pair)."""
+def _of_pairs(found: Sequence[PhaseResult]) -> tuple[NDArray, dict[str, NDArray]]:
+    """Numbers of the pairs, their ``load_share`` and ``contact_radius`` (torque, position, pair)."""
     names = np.array(sorted({k for each in found for k in each.share}))
     count = len(found[0].approach)
     none, zero = [np.nan] * count, [0.0] * count
     share = np.array([[each.share.get(int(k), zero) for k in names] for each in found])
     radius = np.array([[each.radius.get(int(k), none) for k in names] for each in found])
-    return names, np.moveaxis(share, -1, 0), np.moveaxis(radius, -1, 0)
+    return names, {"load_share": np.moveaxis(share, -1, 0), "contact_radius": np.moveaxis(radius, -1, 0)}
 
 
 def _dataset(
     cycle: MeshCycle,
-    of_pairs: dict[str, NDArray],
-    names: NDArray,
+    pairs: tuple[NDArray, dict[str, NDArray]],
     uncertainty: NDArray,
     loads: Sequence[float],
     single: bool,
@@ -194,6 +258,7 @@ def _dataset(
     import xarray as xr
 
     phases, lead = cycle.phases, ("torque",)
+    names, of_pairs = pairs
     variables: dict[str, tuple] = {}
     for name in ("transmission_error", "mesh_stiffness"):
         values = getattr(cycle, name)

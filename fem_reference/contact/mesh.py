@@ -42,6 +42,10 @@ class Fineness:
         """Half as many elements: edges √2 longer."""
         return Fineness(contact=self.contact * math.sqrt(2), size=self.size * math.sqrt(2), growth=self.growth * 1.2)
 
+    def doubled(self) -> Fineness:
+        """Twice as many elements: edges √2 shorter."""
+        return Fineness(contact=self.contact / math.sqrt(2), size=self.size / math.sqrt(2), growth=self.growth / 1.2)
+
 
 @dataclass(frozen=True, kw_only=True)
 class GearMesh:

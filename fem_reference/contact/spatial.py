@@ -24,8 +24,9 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fem_reference.cache import cached_compliance
+from fem_reference.contact.laying import Fineness, LineLoad, first_laying, lay_strips, nearest
 from fem_reference.contact.result import PhaseResult, kept
-from fem_reference.contact.strip import Points, Strip, slice_at
+from fem_reference.contact.strip import Points, Strip
 from fem_reference.contact.tooth import FineTooth, Grading
 from fem_reference.flank import Flank
 from gearbench.compliance.flank import FlankCompliance, flank_polynomials
@@ -38,50 +39,12 @@ from gearbench.geometry.gear import Gear
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
 
-#: Stiffness of a pair of steel teeth for a first guess of the deflection [N/mm per mm].
-_STIFFNESS = 14e3
-#: How far beyond the expected deflection flanks are meshed.
-_MARGIN = 2.5
+#: How often strips are laid anew at most.
+_LAYINGS = 5
 
 
 class StripError(GearbenchError):
-    """Flanks touch outside the strips that were meshed."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Fineness:
-    """How fine strips and teeth are.
-
-    Parameters
-    ----------
-    strip
-        Half width of a strip, in half-widths of Hertz's contact strip.
-    cells
-        Cells of the pressure across a strip.
-    contact
-        Edge length of the elements in a strip, in half-widths of Hertz's contact strip.
-    size
-        Edge length away from it, in normal modules.
-    growth
-        How fast it grows between the two, per distance.
-    layer
-        Thickness of the layers across the face, in normal modules; those at the ends of faces and lines are thinner.
-    """
-
-    strip: float = 2.0
-    cells: int = 16
-    contact: float = 0.33
-    size: float = 0.3
-    growth: float = 0.45
-    layer: float = 0.7
-
-    def coarser(self) -> Fineness:
-        """Edges √2 longer."""
-        r = math.sqrt(2)
-        return replace(
-            self, cells=round(self.cells / r), contact=self.contact * r, size=self.size * r, layer=self.layer * r,
-            growth=self.growth * 1.2,
-        )  # fmt: skip
+    """Flanks touch outside the strips, or on a patch they do not resolve, however often they are laid anew."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,8 +113,7 @@ def _solve(
     found = []
     for torque in torques:
         force = 1e3 * torque / pair.gears[0].base_radius
-        strips = lay_strips(pair, effects, phase, force, settings.fineness)
-        found.append(_balanced(pair, strips, _compliance(strips, bodies, settings.fineness), force))
+        found.append(_settled(pair, effects, phase, force, bodies, settings.fineness))
     pairs = sorted({k for each in found for k in each.share})
     return PhaseResult(
         approach=[each.approach for each in found],
@@ -161,17 +123,33 @@ def _solve(
     )
 
 
+def _settled(
+    pair: Pair, effects: tuple[GapEffect, ...], phase: float, force: float, bodies: Bodies, fineness: Fineness
+) -> _Balance:
+    """Balance on strips that suffice for it, laid anew until they do."""
+    laying, sections = first_laying(pair, effects, phase, force)
+    for _ in range(_LAYINGS):
+        strips = lay_strips(pair, effects, phase, laying, sections, fineness)
+        found = balance(pair, strips, strip_compliance(strips, bodies, fineness), force)
+        better = laying.corrected(found.approach, found.loads, fineness, nearest(sections))
+        if better == laying:
+            return found
+        laying = better
+    raise StripError(f"mesh phase {phase:.4g}: strips laid {_LAYINGS} times do not follow where the flanks touch")
+
+
 @dataclass(frozen=True, kw_only=True)
 class _Balance:
-    """One torque: approach [mm], stiffness [N/mm], and of each pair its share and mean radius on the pinion."""
+    """One torque: approach [mm], stiffness [N/mm]; of each pair its share, mean radius on the pinion, line load."""
 
     approach: float
     stiffness: float
     share: dict[int, float]
     radius: dict[int, float]
+    loads: dict[int, LineLoad]
 
 
-def _compliance(strips: list[Strip], bodies: Bodies, fineness: Fineness) -> NDArray:
+def strip_compliance(strips: list[Strip], bodies: Bodies, fineness: Fineness) -> NDArray:
     """C of the functions of the pressure of all strips [mm per N/mm², weighted], both gears together."""
     points = [strip.points for strip in strips]
     ends = np.cumsum([0, *(each.functions for each in points)])
@@ -190,7 +168,7 @@ def _compliance(strips: list[Strip], bodies: Bodies, fineness: Fineness) -> NDAr
     return total
 
 
-def _balanced(pair: Pair, strips: list[Strip], C: NDArray, force: float) -> _Balance:
+def balance(pair: Pair, strips: list[Strip], C: NDArray, force: float) -> _Balance:
     """Pressures from gaps and compliances: forces P, counted by their moments over the base radius, ΣP = F_bt."""
     cos_b, points = math.cos(pair.meshing.beta_b), [strip.points for strip in strips]
     moment = np.concatenate([each.hats.T @ (each.weight * each.lever) for each in points]) * cos_b
@@ -203,68 +181,25 @@ def _balanced(pair: Pair, strips: list[Strip], C: NDArray, force: float) -> _Bal
     unit = 1 / float(np.median(np.diag(C)[there] / w**2)) / force
     H, e = C[np.ix_(there, there)] / np.outer(w, w) * force * unit, gap[there] / w * unit
     P, delta, stiffness, _ = active_set((H + H.T) / 2, e)
-    approach, reach = delta / unit, strips[0].reach
-    if approach > reach:
-        raise StripError(f"flanks approach by {approach:.4g} mm, strips were laid for {reach:.4g} mm")
-    share, radius = {}, {}
+    share, radius, loads = {}, {}, {}
+    forces = np.zeros(len(there))
+    forces[there] = P * force
     for strip in strips:
         own = of_strip[there] == strip.k
         share[strip.k] = float(P[own].sum())
         mean = float(P[own] @ (high[there][own] / w[own]))
         radius[strip.k] = mean / share[strip.k] if share[strip.k] > 0 else math.nan
-    return _Balance(approach=approach, stiffness=stiffness * unit * force, share=share, radius=radius)
+        loads[strip.k] = _line_load(strip, forces[of_strip == strip.k])
+    return _Balance(approach=delta / unit, stiffness=stiffness * unit * force, share=share, radius=radius, loads=loads)
 
 
-def lay_strips(
-    pair: Pair, effects: tuple[GapEffect, ...], phase: float, force: float, fineness: Fineness
-) -> list[Strip]:
-    """Strips of all tooth pairs that may touch under a force F_bt [N]."""
-    meshing, b = pair.meshing, pair.meshing.face_width
-    rise = b * math.tan(meshing.beta_b) / meshing.base_pitch
-    length = (meshing.path_end - meshing.path_start) / meshing.base_pitch
-    first, last = math.floor(-phase - rise), math.ceil(length - phase)
-    load = force / b / max(1.0, 0.8 * length)
-    sections = {
-        k: [slice_at(pair, effects, phase, k, float(y)) for y in np.linspace(0, b, 9)] for k in range(first, last + 1)
-    }
-    least = min(section.gap for some in sections.values() for section in some)
-    reach = least + _MARGIN * load / _STIFFNESS * 210.0 / min(material.youngs_modulus for material in pair.materials)
-    beta_b = meshing.beta_b
-    middle = (meshing.path_start + meshing.path_end) / 2
-    rho = middle * (meshing.tangent_length - middle) / meshing.tangent_length / math.cos(beta_b)
-    modulus = pair.contact_modulus
-    half_width = math.sqrt(4 * load * rho / (math.pi * modulus)) / math.cos(beta_b)
-    found = []
-    for k in range(first, last + 1):
-        if not any(section.gap < reach for section in sections[k]):
-            continue
-        strip = Strip(
-            pair=pair, effects=effects, phase=phase, k=k, half=fineness.strip * half_width, cells=fineness.cells,
-            layers=_layers(pair, phase, k, fineness.layer * pair.normal_module), reach=reach,
-        )  # fmt: skip
-        if strip.near.any():
-            found.append(strip)
-    return found
-
-
-def _layers(pair: Pair, phase: float, k: int, thickness: float) -> NDArray:
-    """Ends of the layers of a strip, thinner towards both faces and where the line of contact leaves a flank."""
-    meshing, b = pair.meshing, pair.meshing.face_width
-    tan_b = math.tan(meshing.beta_b)
-    ends = [0.0, b]
-    if tan_b:
-        at = [
-            (u - meshing.path_start - (phase + k) * meshing.base_pitch) / tan_b
-            for u in (meshing.path_start, meshing.path_end)
-        ]
-        ends += [y for y in at if 0.02 * b < y < 0.98 * b]
-    ends = np.unique(ends)
-    found = [np.zeros(1)]
-    for low, high in pairwise(ends):
-        count = max(3, math.ceil((high - low) / thickness))
-        x = np.linspace(0.0, 1.0, count + 1)[1:]
-        found.append(low + (high - low) * (x - 0.75 * np.sin(2 * np.pi * x) / (2 * np.pi)))
-    return np.concatenate(found)
+def _line_load(strip: Strip, forces: NDArray) -> LineLoad:
+    """Line load from the ``forces`` of the functions [N], which stand at the ends of layers that are near."""
+    near, thickness = np.flatnonzero(strip.near), np.diff(strip.layers)
+    room = (np.concatenate([[0.0], thickness]) + np.concatenate([thickness, [0.0]])) / 2
+    q = np.zeros(len(strip.layers))
+    q[near] = forces.reshape(len(near), -1).sum(axis=1) / room[near]
+    return LineLoad(y=strip.layers, q=q)
 
 
 def _condensed(

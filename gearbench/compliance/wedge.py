@@ -47,14 +47,15 @@ def spread(angle: float, x: NDArray) -> NDArray:
     return (np.cos(x[..., None] * eta) - 1) @ factor
 
 
-def strip_at_edge(angle: float, offset: float) -> float:
+def strip_at_edge(angle: float, offset: float, room: float = 2.1) -> float:
     """Approach of a parabola pressed on a wedge near its edge, in units of c₁ q and half-widths a_H (E3).
 
     The parabola (ξ + σ)²/(2ρ) has its vertex at the ``offset`` σ beyond the edge; the other body is a half-space. A
-    strip far from the edge is Hertz's, with the approach 4 (ln 2 + ½) + W.
+    strip far from the edge is Hertz's, with the approach 4 (ln 2 + ½) + W. ``room``/(1 + 1.5 σ) is the length of the
+    elements at an edge that touches, a fifth more than ever is loaded.
     """
     near = max(0.0, -offset - 1.4)
-    far = max(-offset, 0.0) + (1.4 if offset < 0 else 1.4 / (1 + 1.5 * offset))
+    far = max(-offset, 0.0) + (1.4 if offset < 0 else room / (1 + 1.5 * offset))
     t = np.linspace(0.0, 1.0, _ELEMENTS + 1)
     # elements crowd at both ends of the strip
     edge = near + (far - near) * (1 - np.cos(math.pi * t)) / 2

@@ -10,32 +10,45 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from gearbench.contact._logarithm import (
+    BOTTOM_0,
+    BOTTOM_1,
+    BOTTOM_2,
+    BOTTOM_3,
+    BOTTOM_4,
+    LN2,
+    LN_0,
+    LN_1,
+    LN_2,
+    LN_3,
+    LN_4,
+    LN_5,
+    LN_6,
+    MAGIC,
+    MAGIC_VALUE,
+    MANTISSA,
+    ONE,
+    SQRT2,
+    TOP_0,
+    TOP_1,
+    TOP_2,
+    TOP_3,
+    TOP_4,
+    TOP_5,
+)
+
 #: Samples solved side by side.
 LANES = 128
 
 _OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": {"contract"}}
-
-# Bits of a double: mantissa mask, exponent of 1.0, and the trick that reads an exponent field as a double.
-_MANTISSA, _ONE = np.int64(0x000FFFFFFFFFFFFF), np.int64(0x3FF0000000000000)
-_MAGIC, _MAGIC_VALUE = np.int64(0x4330000000000000), 4503599627370496.0 + 1023.0
-_LN2, _SQRT2 = 0.6931471805599453, 1.4142135623730951
-
-# ln m on [1, 2) to 2e-6, only to start from (Chebyshev interpolation)
-_C0, _C1, _C2 = -2.0996478486768844, 4.205234841459749, -3.647120395291447
-_C3, _C4, _C5, _C6 = 2.226943460753641, -0.8520795951448831, 0.18370084115152, -0.017029610589036435
-# rational approximation of ln L as a function of ℓ = L − ln L on [2 − ln 2, 120], to 1.2e-4, only to start from
-_N0, _N1, _N2 = -9.995550735434079e-05, -0.0249708843354656, -0.6947243186683587
-_N3, _N4, _N5 = -1.9526075373671652, 2.675457294772817, -0.21083468541969874
-_D0, _D1, _D2 = -1.3412269292221055e-05, -0.005223620965804569, -0.2331840533201535
-_D3, _D4 = -1.5703000265079305, -0.14966709188859736
 
 
 @njit(**_OPTIONS)
 def split_exponent(bits, mantissa_bits, exponent_bits):
     """Mantissa in [1, 2) and exponent of positive doubles, through their bits."""
     for j in range(LANES):
-        mantissa_bits[j] = (bits[j] & _MANTISSA) | _ONE
-        exponent_bits[j] = (bits[j] >> 52) | _MAGIC
+        mantissa_bits[j] = (bits[j] & MANTISSA) | ONE
+        exponent_bits[j] = (bits[j] >> 52) | MAGIC
 
 
 @njit(**_OPTIONS)
@@ -53,10 +66,10 @@ def log_law_start(kappa, x, mantissa, exponent, level):
     """First guess of L with L − ln L = κ − ln x, and x ← x / L."""
     for j in range(LANES):
         m = mantissa[j]
-        crude = (((((_C6 * m + _C5) * m + _C4) * m + _C3) * m + _C2) * m + _C1) * m + _C0
-        y = kappa - ((exponent[j] - _MAGIC_VALUE) * _LN2 + crude)
-        top = ((((_N0 * y + _N1) * y + _N2) * y + _N3) * y + _N4) * y + _N5
-        bottom = ((((_D0 * y + _D1) * y + _D2) * y + _D3) * y + _D4) * y + 1.0
+        crude = (((((LN_6 * m + LN_5) * m + LN_4) * m + LN_3) * m + LN_2) * m + LN_1) * m + LN_0
+        y = kappa - ((exponent[j] - MAGIC_VALUE) * LN2 + crude)
+        top = ((((TOP_0 * y + TOP_1) * y + TOP_2) * y + TOP_3) * y + TOP_4) * y + TOP_5
+        bottom = ((((BOTTOM_0 * y + BOTTOM_1) * y + BOTTOM_2) * y + BOTTOM_3) * y + BOTTOM_4) * y + 1.0
         product = y * bottom + top
         inverse = 1.0 / (bottom * product)
         level[j] = product * product * inverse
@@ -68,8 +81,8 @@ def log_law_finish(i, s, edge, kappa, h, mantissa, exponent, level, p, w):
     """Row i of p and w: one step of Halley's method from the guess L, with the exact ln(x/L)."""
     inverse_h = 1.0 / h
     for j in range(LANES):
-        m, e = mantissa[j], exponent[j] - _MAGIC_VALUE
-        large = m > _SQRT2
+        m, e = mantissa[j], exponent[j] - MAGIC_VALUE
+        large = m > SQRT2
         m = 0.5 * m if large else m
         e = e + 1.0 if large else e
         f = (m - 1.0) / (m + 1.0)
@@ -84,7 +97,7 @@ def log_law_finish(i, s, edge, kappa, h, mantissa, exponent, level, p, w):
         r = r * g + 1.0 / 5
         r = r * g + 1.0 / 3
         r = r * g + 1.0
-        residual = level[j] - kappa + e * _LN2 + 2.0 * f * r
+        residual = level[j] - kappa + e * LN2 + 2.0 * f * r
         slope = level[j] - 1.0
         below = slope * slope - 0.5 * residual
         above = level[j] * (below - residual * slope)  # L = above / below

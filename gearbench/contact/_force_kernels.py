@@ -1,7 +1,8 @@
-"""Compiled Newton solver on the forces of loaded segments: for one block of amplitudes, about as many as segments.
+"""Compiled Newton solver on the forces of loaded segments, where these are few, or not many more than amplitudes.
 
 The steps are those of ``gearbench.contact._kernels``, of the same convex J(q, δ): after a step the amplitudes are
 q = Ψᵀ v, and J needs only z = Ψ q = H v and |q|². A matrix has a row for each loaded segment (C9 of docs/theory.md).
+Close to the solution its factor serves for several steps.
 """
 
 from __future__ import annotations
@@ -11,23 +12,17 @@ import math
 import numpy as np
 from numba import njit
 
-from gearbench.contact._kernels import IDLE_STEPS, SUMS, cell_law, first_approach
+from gearbench.contact._kernels import IDLE_STEPS, SUMS, first_approach
+from gearbench.contact._law_kernels import CONSTANTS, SCRATCH, apply_laws, law_constants
 
 #: Residual, relative to the greatest deflection, at which rounding is reached; up to which it is if it does not fall.
 ROUNDING, NEAR_ROUNDING = 1e-15, 1e-13
-
-
-@njit(cache=True, error_model="numpy")
-def forces(z, delta, gap, laws, force, weight):
-    """Fill forces and slopes of the law under the deflections z; ΣP − 1, ΣdP/ds and ∫ΣP ds − δ."""
-    a, h, soft = laws
-    total, slope, value = -1.0, 0.0, -delta
-    for j in range(z.size):
-        force[j], weight[j], energy = cell_law(delta - gap[j] - z[j], a[j], h[j], soft[j])
-        total += force[j]
-        slope += weight[j]
-        value += energy
-    return total, slope, value
+#: Residual from which on a factor serves again, as long as each step with it leaves less than a part of the residual.
+REUSED, FALLING = 1e-3, 0.003
+#: Relative error of the stiffness that is rounding, and that one of a rough solution may have.
+STIFFNESS_ROUNDING, ROUGH_STIFFNESS = 1e-14, 1e-6
+#: Rows of scratch of a position.
+ROWS = 10
 
 
 @njit(cache=True, error_model="numpy", fastmath=SUMS)
@@ -56,37 +51,69 @@ def eliminate(B, n):
 
 
 @njit(cache=True, error_model="numpy", fastmath=SUMS)
-def force_direction(total, H, apart, weight, B, d):
-    """Newton step of δ, and ∂F/∂δ; fills d, the step of the forces v beside that of the law, zero where none is loaded.
+def factorise(H, weight, B, loaded, root):
+    """Cholesky's U of 1 + S H S over the loaded segments, S = √(dP/ds); their number, and ∂F/∂δ.
 
-    With S = √(dP/ds) and the residual g = H P − z: (1 + S H S) S⁻¹ d = S (dδ − g), Σd = 1 − ΣP.
+    Fills ``loaded`` and ``root``, the diagonal of S; the column of B behind U is U⁻ᵀ S 1, whose square is ∂F/∂δ.
     """
-    loaded, root, n = np.empty(d.size, dtype=np.int64), np.empty(d.size), 0
-    for j in range(d.size):
-        d[j] = 0.0
+    n = 0
+    for j in range(weight.size):
         if weight[j] > 0.0:
             loaded[n], root[n] = j, math.sqrt(weight[j])
             n += 1
-    B = B[:, : n + 2]
     for k in range(n):
         row, s = H[loaded[k]], root[k]
         for j in range(k, n):
             B[k, j] = s * root[j] * row[loaded[j]]
         B[k, k] += 1.0
-        B[k, n], B[k, n + 1] = -s * apart[loaded[k]], s
-    eliminate(B, n)
-    right, stiffness = -total, 0.0
+        B[k, n] = s
+    eliminate(B[:, : n + 1], n)
+    stiffness = 0.0
     for k in range(n):
-        right -= B[k, n] * B[k, n + 1]
-        stiffness += B[k, n + 1] * B[k, n + 1]
-    step = right / stiffness
-    for k in range(n - 1, -1, -1):
-        t = B[k, n] + step * B[k, n + 1]
+        stiffness += B[k, n] * B[k, n]
+    return n, stiffness
+
+
+@njit(cache=True, error_model="numpy", fastmath=SUMS)
+def forward(B, n, x):
+    """x ← U⁻ᵀ x."""
+    for k in range(n):
+        x[k] /= B[k, k]
+        y = x[k]
         for j in range(k + 1, n):
-            t -= B[k, j] * B[j, n]
-        B[k, n] = t / B[k, k]
-        d[loaded[k]] = root[k] * B[k, n]
-    return step, stiffness
+            x[j] -= B[k, j] * y
+
+
+@njit(cache=True, error_model="numpy", fastmath=SUMS)
+def back(B, n, x):
+    """x ← U⁻¹ x."""
+    for k in range(n - 1, -1, -1):
+        t = x[k]
+        for j in range(k + 1, n):
+            t -= B[k, j] * x[j]
+        x[k] = t / B[k, k]
+
+
+@njit(cache=True, error_model="numpy", fastmath=SUMS)
+def force_direction(total, apart, B, n, loaded, root, stiffness, x, d):
+    """Newton step of δ; fills d, the step of the forces v beside that of the law, zero where none is loaded.
+
+    With the residual g = H P − z: (1 + S H S) S⁻¹ d = S (dδ − g), Σd = 1 − ΣP.
+    """
+    d[:] = 0.0
+    for k in range(n):
+        x[k] = -root[k] * apart[loaded[k]]
+    forward(B, n, x)
+    right = -total
+    for k in range(n):
+        right -= x[k] * B[k, n]
+    step = right / stiffness
+    for k in range(n):
+        x[k] += step * B[k, n]
+    back(B, n, x)
+    for k in range(n):
+        d[loaded[k]] = root[k] * x[k]
+    return step
 
 
 @njit(cache=True, error_model="numpy", fastmath=SUMS)
@@ -104,17 +131,62 @@ def deflect(H, v, plus, result):
     return greatest
 
 
+@njit(cache=True, error_model="numpy", fastmath=SUMS)
+def stiffness_at(H, weight, B, n, loaded, root, x, v, none, deflected, most):
+    """∂F/∂δ = 1ᵀ (1/W + H)⁻¹ 1 under the slopes W, to a relative error of ``most``.
+
+    By a factor that may be of other slopes, and is replaced where it is of too different ones. With
+    r = 1 − (1/W + H) v, 2 Σv − v·(1/W + H) v misses it by rᵀ(1/W + H)⁻¹ r ≤ Σ W r².
+    """
+    here = 0
+    for j in range(weight.size):
+        here += weight[j] > 0.0
+    for k in range(n):
+        here -= weight[loaded[k]] > 0.0
+    if here == 0 and n > 0:
+        v[:], none[:] = 0.0, 0.0
+        for k in range(n):
+            x[k] = B[k, n]
+        for _ in range(2):
+            back(B, n, x)
+            for k in range(n):
+                v[loaded[k]] += root[k] * x[k]
+            deflect(H, v, none, deflected)
+            stiffness, missed = 0.0, 0.0
+            for k in range(n):
+                j = loaded[k]
+                if weight[j] > 0.0:
+                    r = 1.0 - v[j] / weight[j] - deflected[j]
+                    stiffness += v[j] * (1.0 + r)
+                    missed += weight[j] * r * r
+                    x[k] = root[k] * r
+                else:
+                    missed = math.inf
+            if missed <= most * stiffness:
+                return stiffness
+            forward(B, n, x)
+    return factorise(H, weight, B, loaded, root)[1]
+
+
 @njit(cache=True, error_model="numpy")
-def search(z, dz, delta, step, norms, before, descent, gap, laws, trial, force, weight):
+def forces(z, dz, t, delta, gap, constants, scratch, force, weight):
+    """Fill forces and slopes of the law under the deflections z + t dz; ΣP − 1, ΣdP/ds and ∫ΣP ds − δ."""
+    s = scratch[SCRATCH]
+    for j in range(z.size):
+        s[j] = delta - gap[j] - (z[j] + t * dz[j])
+    total, slope, value = apply_laws(s, constants, scratch, scratch.view(np.int64), force, weight)
+    return total - 1.0, slope, value - delta
+
+
+@njit(cache=True, error_model="numpy")
+def search(z, dz, delta, step, norms, before, descent, gap, constants, scratch, force, weight):
     """Go along a step until J falls as it should; t, ΣP − 1, ΣdP/ds, J and |q|² there.
 
     ``norms``: |q|² before the step, the product of both, and |q|² of a whole step.
     """
     t = 1.0
     while True:
-        for j in range(z.size):
-            trial[j] = z[j] + t * dz[j]
-        total, slope, value = forces(trial, delta + t * step, gap, laws, force, weight)
+        total, slope, value = forces(z, dz, t, delta + t * step, gap, constants, scratch, force, weight)
         square = (1 - t) ** 2 * norms[0] + 2 * t * (1 - t) * norms[1] + t * t * norms[2]
         value += square / 2
         if value <= before + 1e-4 * t * descent + 1e-14 * (abs(before) + 1.0) or t <= 1e-12:
@@ -123,50 +195,59 @@ def search(z, dz, delta, step, norms, before, descent, gap, laws, trial, force, 
 
 
 @njit(cache=True, error_model="numpy")
-def solve_forces(H, z, square, delta, gap, laws, force, work, B, enough, limit):
+def solve_forces(H, z, square, delta, gap, constants, force, work, loaded, scratch, B, enough, limit):
     """Newton's method with line search from the deflections z of the amplitudes |q|² = ``square``, and δ.
 
-    Fills ``force``; returns δ, ∂F/∂δ and the number of steps. From a residual of ``enough`` on the last step is taken,
-    which squares it, and nothing evaluated after it: ``force`` is then that of the law linearised.
+    Fills ``force``; returns δ, ∂F/∂δ and the number of steps. Where a step is to leave a residual of the square of
+    ``enough``, it is the last, and nothing evaluated after it: ``force`` is then that of the law linearised.
     """
-    weight, apart, d, dz, trial = work
-    stiffness, best, stalled, idle, iteration = 0.0, math.inf, 0, 0, 0
-    total, slope, value = forces(z, delta, gap, laws, force, weight)
+    weight, apart, d, dz, root, x, v, none, deflected = work
+    stiffness, best, stalled, idle, iteration, n, before = 0.0, math.inf, 0, 0, 0, 0, math.inf
+    dz[:] = 0.0
+    total, slope, value = forces(z, dz, 0.0, delta, gap, constants, scratch, force, weight)
     value += square / 2
     lowest = value
     while True:
         size = 1.0
         for j in range(z.size):
-            size, trial[j] = max(size, abs(z[j])), -z[j]
-        residual = max(abs(total), deflect(H, force, trial, apart)) / size
-        if slope > 0.0:
-            step, stiffness = force_direction(total, H, apart, weight, B, d)
-            deflect(H, d, apart, dz)
-        else:
-            step = math.inf
-            for j in range(z.size):
-                step, d[j], dz[j] = min(step, gap[j] + z[j] - delta + 1.0), 0.0, -z[j]
+            size, none[j] = max(size, abs(z[j])), -z[j]
+        residual = max(abs(total), deflect(H, force, none, apart)) / size
         stalled = stalled + 1 if residual >= 0.5 * best and residual <= 1e-11 else 0
         best = min(best, residual)
-        if residual <= enough and slope > 0.0:
+        at_rounding = residual <= ROUNDING or (residual <= NEAR_ROUNDING and stalled >= 1) or stalled >= 2
+        again = n > 0 and residual <= REUSED and residual <= FALLING * before
+        last = slope > 0.0 and residual * (residual / before if again else residual) <= enough * enough
+        if not last and (at_rounding or idle >= IDLE_STEPS or iteration >= limit):
+            if slope > 0.0:
+                stiffness = stiffness_at(H, weight, B, n, loaded, root, x, v, none, deflected, STIFFNESS_ROUNDING)
+            return delta, stiffness, iteration
+        if slope > 0.0:
+            if not again:
+                n, stiffness = factorise(H, weight, B, loaded, root)
+            step = force_direction(total, apart, B, n, loaded, root, stiffness, x, d)
+            deflect(H, d, apart, dz)
+        else:
+            n, step = 0, math.inf
+            for j in range(z.size):
+                step, d[j], dz[j] = min(step, gap[j] + z[j] - delta + 1.0), 0.0, -z[j]
+        if last:
             for j in range(z.size):
                 force[j] += d[j]
-            return delta + step, stiffness, iteration + 1
-        at_rounding = residual <= ROUNDING or (residual <= NEAR_ROUNDING and stalled >= 1) or stalled >= 2
-        if at_rounding or idle >= IDLE_STEPS or iteration >= limit:
-            return delta, stiffness, iteration
+            at = stiffness_at(H, weight, B, n, loaded, root, x, v, none, deflected, ROUGH_STIFFNESS)
+            return delta + step, at, iteration + 1
+        before = residual
         descent, product, whole = total * step - square, 0.0, 0.0
         for j in range(z.size):
-            v = force[j] + d[j]
-            product += v * z[j]
-            whole += v * (z[j] + dz[j])
+            v_j = force[j] + d[j]
+            product += v_j * z[j]
+            whole += v_j * (z[j] + dz[j])
             descent -= force[j] * dz[j]
         norms = square, product, whole
         t, total, slope, value, square = search(
-            z, dz, delta, step, norms, value, descent + product, gap, laws, trial, force, weight
+            z, dz, delta, step, norms, value, descent + product, gap, constants, scratch, force, weight
         )
         for j in range(z.size):
-            z[j] = trial[j]
+            z[j] += t * dz[j]
         idle = idle + 1 if value >= lowest - 1e-14 * (abs(lowest) + 1.0) else 0
         lowest = min(lowest, value)
         delta += t * step
@@ -174,33 +255,94 @@ def solve_forces(H, z, square, delta, gap, laws, force, work, B, enough, limit):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def solve_coupled(gap, a, h, soft, active, factor, q, delta, enough, limit, force, stiffness, steps):
-    """Solve every position of a problem whose segments share one block of amplitudes q (position, rank).
+def response(psi, block, H):
+    """Fill H = Ψ Ψᵀ, a block of its own for each block of segments."""
+    H[:] = np.dot(psi, psi.T)
+    if block.size and block[0] == block[-1]:  # blocks stand side by side
+        return
+    for i in range(block.size):
+        for j in range(block.size):
+            if block[i] != block[j]:
+                H[i, j] = 0.0
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def responses(active, factor, block, H):
+    """Fill H (position, n, n) of the active segments of each position, side by side."""
+    for i in range(active.shape[0]):
+        segment = np.flatnonzero(active[i])
+        response(factor[i][segment], block[segment], H[i, : segment.size, : segment.size])
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def solve_coupled(gap, a, h, soft, active, factor, block, H, q, delta, enough, limit, force, stiffness, steps):
+    """Solve every position of a problem whose segments share amplitudes q (position, block, rank).
 
     q and δ are the guess, δ = −∞ for none, and afterwards the solution. Fills forces, ∂F/∂δ and the numbers of steps.
-    Where the last step is taken early, a position without a guess begins from the forces of the one before it.
+    H as by ``responses``, or empty. Where the last step is taken early, a position without a guess begins from the
+    forces of the one before it.
     """
     positions, n = gap.shape
-    B, work, none = np.empty((n, n + 2)), np.empty((5, n)), delta == -math.inf
+    B, rows, none = np.empty((n, n + 1)), np.empty((ROWS, n)), delta == -math.inf
+    own_H, own_constants = np.empty((n, n)), np.empty((CONSTANTS, n))
+    own_scratch, loaded = np.empty((SCRATCH + 1, n)), np.empty(n, dtype=np.int64)
     for i in range(positions):
         segment = np.flatnonzero(active[i])
-        m = segment.size
-        psi = factor[i][segment]
-        H = np.dot(psi, psi.T)
-        laws = a[i][segment], h[i][segment], soft[i][segment]
-        own = np.empty(m)
+        m, own = segment.size, np.empty(segment.size)
+        psi, part = factor[i][segment], block[segment]
+        here = H[i, :m, :m] if H.size else own_H[:m, :m]
+        if not H.size:
+            response(psi, part, here)
+        constants, scratch = own_constants[:, :m], own_scratch[:, :m]
+        law_constants(a[i][segment], h[i][segment], soft[i][segment], constants, scratch, rows[0, :m], own)
         if none[i]:
             before = force[i - 1][segment]
             total = np.sum(before)
+            q[i] = 0.0
             if enough > 0.0 and i > 0 and total > 0.0:
-                delta[i], q[i] = delta[i - 1], np.dot(before / total, psi)
+                delta[i] = delta[i - 1]
+                amplitudes(psi, part, before / total, q[i])
             else:
-                delta[i], q[i] = first_approach(i, gap, a, h, soft, active, factor), 0.0
-        delta[i], stiffness[i], steps[i] = solve_forces(
-            H, np.dot(psi, q[i]), np.dot(q[i], q[i]), delta[i], gap[i][segment], laws, own,
-            (work[0, :m], work[1, :m], work[2, :m], work[3, :m], work[4, :m]), B[:m], enough, limit,
+                delta[i] = first_approach(i, gap, a, h, soft, active, factor)
+        z, square = rows[0, :m], deflections(psi, part, q[i], rows[0, :m])
+        work = (
+            rows[1, :m], rows[2, :m], rows[3, :m], rows[4, :m], rows[5, :m], rows[6, :m], rows[7, :m], rows[8, :m],
+            rows[9, :m],
         )  # fmt: skip
-        q[i] = np.dot(own, psi)
+        delta[i], stiffness[i], steps[i] = solve_forces(
+            here, z, square, delta[i], gap[i][segment], constants, own, work, loaded, scratch, B[:m], enough, limit
+        )
+        amplitudes(psi, part, own, q[i])
         force[i] = 0.0
         for j in range(m):
             force[i, segment[j]] = own[j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=SUMS)
+def amplitudes(psi, block, force, q):
+    """q = Ψᵀ P of each block."""
+    if q.shape[0] == 1:
+        q[0] = np.dot(force, psi)
+        return
+    q[:] = 0.0
+    for j in range(block.size):
+        if force[j] != 0.0:
+            for c in range(psi.shape[1]):
+                q[block[j], c] += psi[j, c] * force[j]
+
+
+@njit(cache=True, error_model="numpy", fastmath=SUMS)
+def deflections(psi, block, q, z):
+    """Fill z = Ψ q; returns |q|²."""
+    if q.shape[0] == 1:
+        z[:] = np.dot(psi, q[0])
+        return np.dot(q[0], q[0])
+    for j in range(block.size):
+        z[j] = 0.0
+        for c in range(psi.shape[1]):
+            z[j] += psi[j, c] * q[block[j], c]
+    square = 0.0
+    for k in range(q.shape[0]):
+        for c in range(q.shape[1]):
+            square += q[k, c] * q[k, c]
+    return square

@@ -36,6 +36,8 @@ LEAST_VARIATION = 1e-10
 TRIAL_PHASES, TRIAL_SEGMENTS = 8, 12
 #: How far lines reach beyond the path of contact where the deflection is not known yet [base pitches].
 _REACH = 0.3
+#: Gauss points on a line for each panel that it has, at least: between kinks of the gap the load is smooth.
+ON_PANEL = 5
 #: How much farther the lines of a solution reach than flanks as far apart as the gears deflect.
 MARGIN = 1.3
 
@@ -238,11 +240,15 @@ def assemble(
         return _problem(scene, lines, compliance, laws, gap, np.zeros(lines.shape), truncation)
     none = np.zeros(at.shape)
     smooth = _problem(scene, at, compliance, laws, none, none, truncation)
+    assert lines.panel is not None
     own = replace(compliance, factor=np.zeros((*lines.shape, 0)), matrix=None)
     laws = [part for effect in own.laws if isinstance(part := effect.compliance(lines, beside), LineLaw)]
     problem = _problem(scene, lines, own, laws, gap, soft, truncation, smooth.length_scale)
     factor = smooth.factor.reshape(*at.shape, -1)
-    along = Along(scene=scene, effects=tuple(acting), lines=lines, gaps=gaps, factor=factor, rows=rows, laws=own.laws)
+    along = Along(
+        scene=scene, effects=tuple(acting), lines=lines, gaps=gaps, factor=factor, rows=rows, laws=own.laws,
+        nodes=max(at.shape[2], ON_PANEL * (1 + int(lines.panel.max(initial=0)))), share=np.ones(len(gaps)),
+    )  # fmt: skip
     # the load on a cell is spread: Ψ is its mean, by Simpson's rule
     factor = np.array([1, 4, 1]) / 6 @ rows @ factor
     return replace(

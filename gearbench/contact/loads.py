@@ -9,32 +9,27 @@ from dataclasses import fields, replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gearbench.contact.patches import solve_patches
+from gearbench.contact import problem as single
+from gearbench.contact.patches import ON_CELLS, ROUNDS, from_cells
 from gearbench.contact.problem import ContactProblem, ContactSolution, part_of
-from gearbench.contact.solver import Guess
+from gearbench.contact.solver import Guess, from_smallest, has_law, newton, proven, responses, solve, solve_roughly
 
 #: Positions that a thread takes at least: fewer are not worth handing over.
 LEAST_POSITIONS = 8
 #: Solutions that the next one is extrapolated from: more gain nothing where segments lose contact.
 KNOWN = 4
+#: Positions under all their loads that are solved together, and bytes that their factors may take: where it is more, or
+#: lines are solved on their patches, the time is not that of many small steps.
+TOGETHER, LARGEST = 320, 4e6
 
 
 def under(problem: ContactProblem, force: float) -> ContactProblem:
-    """``problem`` under another normal force F_bn [N].
-
-    With the unit of displacement proportional to the force, only the gaps and the law's level change: for f = F′/F,
-    e′ = e/f, σ′ = σ/f and g′(P) = g(fP)/f, i.e. a′ = a − h ln f.
-    """
+    """``problem`` under another normal force F_bn [N], with the unit of displacement proportional to it."""
     f = force / problem.force
-    return replace(
-        problem,
-        gap=problem.gap / f,
-        soft=problem.soft / f,
-        a=problem.a - problem.h * math.log(f),
-        force=force,
-        length_scale=problem.length_scale * f,
-    )
+    loaded = single.under(problem, np.full(len(problem.gap), f))
+    return replace(loaded, force=force, length_scale=problem.length_scale * f)
 
 
 def solve_loads(problem: ContactProblem, forces: Sequence[float], threads: int = 1) -> Iterator[ContactSolution]:
@@ -50,12 +45,17 @@ def solve_loads(problem: ContactProblem, forces: Sequence[float], threads: int =
     """
     parts = [part_of(problem, s) for s in _slices(len(problem.gap), threads)]
     chains = [_Chain(part) for part in parts]
+    positions, size = len(problem.gap), max(problem.factor.nbytes, 1)
+    together = 1 if problem.along else max(1, min(TOGETHER // positions, int(LARGEST / size)))
+    groups = [forces[i : i + together] for i in range(0, len(forces), together)]
     if len(chains) == 1:
-        yield from map(chains[0].solve, forces)
+        for some in groups:
+            yield from chains[0].solve(some)
         return
     with ThreadPoolExecutor(len(parts)) as pool:
-        for force in forces:
-            yield _join(list(pool.map(lambda chain, force=force: chain.solve(force), chains)))
+        for some in groups:
+            found = list(pool.map(lambda chain, some=some: chain.solve(some), chains))
+            yield from map(_join, zip(*found, strict=True))
 
 
 class _Chain:
@@ -64,21 +64,61 @@ class _Chain:
     def __init__(self, problem: ContactProblem) -> None:
         self._problem = problem
         self._known: list[tuple[float, Guess]] = []
+        self._ahead: list[list[tuple[float, Guess]]] = [[] for _ in range(ROUNDS)]
+        self._responses = responses(problem)
 
-    def solve(self, force: float) -> ContactSolution:
-        x = math.log(force / self._problem.force)
-        guess = self._extrapolated(x)
-        solution = solve_patches(under(self._problem, force), guess)
-        self._known = [*self._known, (x, guess)][-KNOWN:]
+    def solve(self, forces: Sequence[float]) -> list[ContactSolution]:
+        """Solutions under the next ``forces``."""
+        share = np.array(forces) / self._problem.force
+        if not has_law(self._problem):
+            return [solve(under(self._problem, force)) for force in forces]
+        if self._problem.along is None:
+            return _each_load(self._on_segments(share), share)
+        return [solution for f in share for solution in _each_load(self._on_patches(float(f)), np.array([f]))]
+
+    def _on_segments(self, share: NDArray) -> ContactSolution:
+        """One solution under all loads, one after the other, in the units of the whole load."""
+        count = len(self._problem.gap)
+        all_of_them = part_of(self._problem, np.tile(np.arange(count), len(share)))
+        least, p = from_smallest(single.under(all_of_them, np.repeat(share, count)))
+        found = []
+        for i, x in enumerate(np.log(share)):
+            here, guess = slice(i * count, (i + 1) * count), self._extrapolated(x, self._known)
+            guess.delta[:] -= least[here]
+            force, delta, stiffness, steps = newton(part_of(p, here), guess=guess, response=self._responses)
+            guess.delta[:] = delta + least[here]
+            self._remember(x, guess, self._known)
+            found.append((force, delta, stiffness, steps))
+        force, delta, stiffness, steps = (np.concatenate(each) for each in zip(*found, strict=True))
+        return proven(p, least, force, delta, stiffness, steps)
+
+    def _on_patches(self, share: float) -> ContactSolution:
+        """Solution under one load, in the units of the whole load."""
+        x, each = math.log(share), np.full(len(self._problem.gap), share)
+        along = self._problem.along
+        assert along is not None
+        loaded = replace(single.under(self._problem, each), along=replace(along, share=each))
+        guess = self._extrapolated(x, self._known)
+        coarse = solve_roughly(loaded, guess, ON_CELLS, self._responses)
+        self._remember(x, guess, self._known)
+        ahead = [self._extrapolated(x, known) if known else None for known in self._ahead]
+        solution, changes = from_cells(loaded, guess, coarse, ahead)
+        for known, change in zip(self._ahead, changes, strict=True):
+            self._remember(x, change, known)
         return solution
 
-    def _extrapolated(self, x: float) -> Guess:
+    @staticmethod
+    def _remember(x: float, guess: Guess, known: list[tuple[float, Guess]]) -> None:
+        known.append((x, guess))
+        del known[:-KNOWN]
+
+    def _extrapolated(self, x: float, before: list[tuple[float, Guess]]) -> Guess:
         """The polynomial through the last solutions (Lagrange), at x = ln F."""
-        known = [(at, guess) for i, (at, guess) in enumerate(self._known) if at not in [y for y, _ in self._known[:i]]]
+        known = [(at, guess) for i, (at, guess) in enumerate(before) if at not in [y for y, _ in before[:i]]]
         if not known:
             return Guess.nothing(self._problem)
-        nodes = np.array([at for at, _ in known])
-        weight = [np.prod([(x - z) / (y - z) for z in nodes if z != y]) for y in nodes]
+        nodes = [at for at, _ in known]
+        weight = [math.prod((x - z) / (y - z) for z in nodes if z != y) for y in nodes]
         return Guess(
             q=sum((w * guess.q for w, (_, guess) in zip(weight, known, strict=True)), np.zeros(1)),
             delta=sum((w * guess.delta for w, (_, guess) in zip(weight, known, strict=True)), np.zeros(1)),
@@ -89,6 +129,23 @@ def _slices(positions: int, threads: int) -> list[slice]:
     count = max(1, min(threads, positions // LEAST_POSITIONS))
     edges = np.linspace(0, positions, count + 1).astype(int)
     return [slice(a, b) for a, b in pairwise(edges)]
+
+
+def _each_load(solution: ContactSolution, share: NDArray) -> list[ContactSolution]:
+    """Solutions under each load, of one of all of them in the units of the whole load."""
+    each: dict[str, list[NDArray]] = {}
+    for name in _ARRAYS:
+        values = getattr(solution, name)
+        values = values.reshape(len(share), -1, *values.shape[1:])
+        each[name] = list(values * _times(share, values) if name in _PROPORTIONAL else values)
+    polished = [solution.polished] + [0] * (len(share) - 1)
+    return [
+        ContactSolution(**{name: each[name][i] for name in _ARRAYS}, polished=polished[i]) for i in range(len(share))
+    ]
+
+
+def _times(share: NDArray, values: NDArray) -> NDArray:
+    return share.reshape(-1, *(1,) * (values.ndim - 1))
 
 
 def _join(parts: Sequence[ContactSolution]) -> ContactSolution:
@@ -104,3 +161,5 @@ def stacked(solutions: Sequence[ContactSolution]) -> ContactSolution:
 
 
 _ARRAYS = tuple(field.name for field in fields(ContactSolution) if field.name != "polished")
+#: Those in units that are proportional to the load.
+_PROPORTIONAL = {"force", "approach", "coarse_approach"}

@@ -35,6 +35,10 @@ class Along:
         From these nodes to the beginning, middle and end of each segment, (position, pair, segment, 3, node).
     laws
         The effects that are laws of contact.
+    nodes
+        Gauss points on the patches of each line, as many whichever positions are looked at.
+    share
+        Load of each position over that of the problem, (position,).
     """
 
     scene: Scene
@@ -44,10 +48,12 @@ class Along:
     factor: NDArray
     rows: NDArray
     laws: tuple[ComplianceEffect, ...]
+    nodes: int
+    share: NDArray
 
     def part(self, positions: slice | NDArray) -> Along:
         """The same of some of the positions."""
-        arrays = {name: getattr(self, name)[positions] for name in ("gaps", "factor", "rows")}
+        arrays = {name: getattr(self, name)[positions] for name in ("gaps", "factor", "rows", "share")}
         return replace(self, lines=self.lines.part(positions), **arrays)
 
 
@@ -137,6 +143,16 @@ def part_of(problem: ContactProblem, positions: slice | NDArray) -> ContactProbl
     arrays = {name: getattr(problem, name)[positions] for name in ("gap", "a", "h", "soft", "active", "factor")}
     along = problem.along.part(positions) if problem.along else None
     return replace(problem, **arrays, shape=(len(arrays["gap"]), *problem.shape[1:]), along=along)
+
+
+def under(problem: ContactProblem, share: NDArray) -> ContactProblem:
+    """``problem`` with each position under the ``share`` (position,) of its load.
+
+    With the unit of displacement proportional to the force, only the gaps and the law's level change: for f = F′/F,
+    e′ = e/f, σ′ = σ/f and g′(P) = g(fP)/f, i.e. a′ = a − h ln f. Units remain those of the whole load.
+    """
+    f = share[:, None]
+    return replace(problem, gap=problem.gap / f, soft=problem.soft / f, a=problem.a - problem.h * np.log(f))
 
 
 def full_factor(problem: ContactProblem, position: int) -> NDArray:

@@ -18,8 +18,9 @@ RESIDUAL_LIMIT = 1e-9
 POLISH_LIMIT = 1e-10
 #: Newton steps after which a position is given up.
 MAX_STEPS = 200
-#: Amplitudes shared by all segments, per segment, from which their forces are the better unknowns: 1/DENSE.
-DENSE = 2.0
+#: Amplitudes shared by all segments, per segment, from which their forces are the better unknowns: 1/DENSE; of few
+#: segments half as many.
+DENSE, FEW = 2.0, 48
 #: Residual at which a rough solution takes its last step, which squares it.
 ROUGH = 1e-6
 
@@ -66,14 +67,27 @@ def solve(problem: ContactProblem, guess: Guess | None = None) -> ContactSolutio
     """
     if not problem.active.any(axis=1).all():
         raise ConvergenceError("contact not solved: at some mesh phase no teeth meet")
-    least, p = _from_smallest(problem)
-    if _has_law(p):
+    least, p = from_smallest(problem)
+    if has_law(p):
         guess = guess or Guess.nothing(p)
         guess.delta[:] -= least
         force, delta, stiffness, steps = newton(p, guess=guess)
         guess.delta[:] = delta + least
     else:
         force, delta, stiffness, steps = solve_dense(p)
+    return proven(p, least, force, delta, stiffness, steps)
+
+
+def proven(
+    p: ContactProblem, least: NDArray, force: NDArray, delta: NDArray, stiffness: NDArray, steps: NDArray
+) -> ContactSolution:
+    """Solution of ``p`` with its residuals, from the arrays of ``newton``; ``least`` gaps are to be added to δ.
+
+    Raises
+    ------
+    ConvergenceError
+        If a residual stays above 1e-9.
+    """
     residual = _residual(p, force, delta)
     spoilt = np.flatnonzero(~(residual.max(axis=0) <= POLISH_LIMIT))
     if spoilt.size:
@@ -96,26 +110,30 @@ def solve(problem: ContactProblem, guess: Guess | None = None) -> ContactSolutio
     )
 
 
-def solve_roughly(problem: ContactProblem, guess: Guess, enough: float = ROUGH) -> tuple[NDArray, NDArray]:
+def solve_roughly(
+    problem: ContactProblem, guess: Guess, enough: float = ROUGH, response: NDArray | None = None
+) -> tuple[NDArray, NDArray]:
     """Approach δ_n [mm] and ∂F_bn/∂δ_n [N/mm], (position,), to ``enough`` and better where there is a contact law.
 
-    ``guess`` holds the solution afterwards. Nothing is proven about it: it is where others begin.
+    ``guess`` holds the solution afterwards. Nothing is proven about it: it is where others begin. ``response`` as for
+    ``newton``.
     """
-    least, p = _from_smallest(problem)
-    if not _has_law(p):
+    least, p = from_smallest(problem)
+    if not has_law(p):
         solution = solve(problem, guess)
         return solution.approach, solution.stiffness
     guess.delta[:] -= least
-    _, delta, stiffness, _ = newton(p, guess=guess, enough=enough)
+    _, delta, stiffness, _ = newton(p, guess=guess, enough=enough, response=response)
     guess.delta[:] = delta + least
     return p.length_scale * guess.delta, p.force / p.length_scale * stiffness
 
 
-def _has_law(problem: ContactProblem) -> bool:
+def has_law(problem: ContactProblem) -> bool:
+    """Whether there is a contact law beside the smooth compliance."""
     return bool(problem.a.any() or problem.h.any())
 
 
-def _from_smallest(problem: ContactProblem) -> tuple[NDArray, ContactProblem]:
+def from_smallest(problem: ContactProblem) -> tuple[NDArray, ContactProblem]:
     """The smallest gap of each position, and the problem without it.
 
     Gaps of a million deflections would otherwise leave no digits to the deflection.
@@ -124,13 +142,25 @@ def _from_smallest(problem: ContactProblem) -> tuple[NDArray, ContactProblem]:
     return least, replace(problem, gap=problem.gap - least[:, None])
 
 
+def by_forces(p: ContactProblem) -> bool:
+    """Whether the forces of ``p`` are the better unknowns."""
+    segments = p.active.sum() / len(p.active)
+    dense = DENSE * (2 if segments <= FEW else 1)
+    return bool(p.blocks == 1 and dense * p.factor.shape[2] > segments)
+
+
 def newton(
-    p: ContactProblem, limit: int = MAX_STEPS, guess: Guess | None = None, enough: float = 0.0
+    p: ContactProblem,
+    limit: int = MAX_STEPS,
+    guess: Guess | None = None,
+    enough: float = 0.0,
+    response: NDArray | None = None,
 ) -> tuple[NDArray, NDArray, NDArray, NDArray]:
     """Forces (position, segment), δ, ∂F/∂δ and the numbers of steps, dimensionless, after at most ``limit`` steps.
 
     The smallest gap of each position must be zero. The amplitudes of ``guess`` become those of the solution. From a
-    residual of ``enough`` on one last step is taken, whose forces are those of the law linearised.
+    residual of ``enough`` on one last step is taken, whose forces are those of the law linearised. ``response``: H,
+    where it is known.
     """
     from gearbench.contact._force_kernels import solve_coupled
     from gearbench.contact._kernels import solve_position
@@ -139,11 +169,13 @@ def newton(
     force, steps = np.zeros_like(p.gap), np.zeros(count, dtype=np.int64)
     delta, stiffness = np.empty(count), np.empty(count)
     guess = guess or Guess.nothing(p)
-    if p.blocks == 1 and DENSE * p.factor.shape[2] > p.active.sum() / count:
+    if by_forces(p):
         delta[:] = guess.delta
+        H = np.empty((0, 0, 0)) if response is None else response
         solve_coupled(
-            p.gap, p.a, p.h, p.soft, p.active, p.factor, guess.q[:, 0], delta, enough, limit, force, stiffness, steps
-        )
+            p.gap, p.a, p.h, p.soft, p.active, p.factor, p.block, H, guess.q, delta, enough, limit, force, stiffness,
+            steps,
+        )  # fmt: skip
         return force, delta, stiffness, steps
     block = np.ascontiguousarray(np.broadcast_to(p.block, p.gap.shape))
     work, hess = scratch(p.blocks, p.factor.shape[2])
@@ -157,14 +189,27 @@ def newton(
     return force, delta, stiffness, steps
 
 
+def responses(p: ContactProblem) -> NDArray | None:
+    """H of the segments of each position for ``newton``, (position, n, n), where it takes any."""
+    from gearbench.contact._force_kernels import responses as fill
+
+    if not (has_law(p) and by_forces(p)):
+        return None
+    H = np.empty((len(p.gap), *2 * (int(p.active.sum(axis=1).max()),)))
+    fill(p.active, p.factor, p.block, H)
+    return H
+
+
 def law_forces(problem: ContactProblem, delta: NDArray, q: NDArray) -> NDArray:
     """Forces (position, segment) of the contact law under δ (position,) and amplitudes (position, block, rank)."""
-    from gearbench.contact._force_kernels import forces
+    from gearbench.contact._law_kernels import CONSTANTS, SCRATCH, apply_laws, law_constants
 
     p, force = problem, np.zeros_like(problem.gap)
-    z = (p.factor[..., None, :] @ q[:, p.block][..., None])[..., 0, 0] - delta[:, None]
-    own, slope = np.empty((2, np.count_nonzero(p.active)))
-    forces(z[p.active], 0.0, p.gap[p.active], (p.a[p.active], p.h[p.active], p.soft[p.active]), own, slope)
+    z = (p.factor[..., None, :] @ q[:, p.block][..., None])[..., 0, 0] + p.gap
+    n = np.count_nonzero(p.active)
+    (own, slope), constants, scratch = np.empty((2, n)), np.empty((CONSTANTS, n)), np.empty((SCRATCH, n))
+    law_constants(p.a[p.active], p.h[p.active], p.soft[p.active], constants, scratch, own, slope)
+    apply_laws((delta[:, None] - z)[p.active], constants, scratch, scratch.view(np.int64), own, slope)
     force[p.active] = own
     return force
 

@@ -70,15 +70,18 @@ def write_results(document: RexsDocument, stage: Stage, dataset: xr.Dataset, tar
     )
     for name, unit, values in curves:
         _set(element, space, name, unit, [repr(float(value)) for value in values])
-    _set(element, space, f"{CUSTOM}scene_sha256", "none", dataset.attrs["scene_sha256"])
-    _set(element, space, f"{CUSTOM}versions", "none", dataset.attrs["versions"])
+    _set(element, space, f"{CUSTOM}scene_sha256", "none", str(dataset.attrs.get("scene_sha256", "")))
+    _set(element, space, f"{CUSTOM}versions", "none", str(dataset.attrs.get("versions", "")))
     return _write(root, target)
 
 
 def _driving_teeth(document: RexsDocument, stage: Stage, dataset: xr.Dataset) -> int:
     """Teeth of the driving gear; a result of another pair is refused."""
-    pair = tomllib.loads(dataset.attrs["scene"])["pair"]
-    found = [pair["pinion"]["teeth"], pair["wheel"]["teeth"]]
+    try:
+        pair = tomllib.loads(str(dataset.attrs["scene"]))["pair"]
+        found = [int(pair[gear]["teeth"]) for gear in ("pinion", "wheel")]
+    except (KeyError, TypeError, ValueError, RecursionError):
+        raise InputError("result", "scene", "its scene cannot be read") from None
     expected = [document.text(gear, "number_of_teeth") for gear in stage.gears]
     own = sorted(int(float(text[0])) for text in expected if text is not None)
     if sorted(found) != own:

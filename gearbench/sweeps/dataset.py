@@ -28,6 +28,11 @@ def combined(
     """
     torque = next((each for each in axes if each.path == TORQUE), None)
     outer = [each for each in axes if each is not torque]
+    if not outer and len(points[0]) == 1 and torque is not None and torque.name == LOAD:
+        (found,) = parts
+        if LOAD in found.coords and found.sizes[LOAD] == len(torque.values):
+            return found  # one group, whole, with its loads for its first dimension
+    parts = [part.drop_vars(LOAD, errors="ignore") for part in parts]
     if outer or len(points[0]) > 1:
         parts = [_labelled(part) for part in parts]
     whole, rest = [], list(parts)

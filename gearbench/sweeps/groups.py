@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
     from gearbench.accuracy.choose import Choice
 
-#: The dimension of the loads of a group.
-LOAD = "torque"
+#: The dimension of the loads of a group, and its unit.
+LOAD, UNIT = "torque", "N·m"
 
 
 @dataclass(kw_only=True)
@@ -78,10 +78,11 @@ class Solver:
         at, solutions = self._solutions(group)
         for solution in solutions:
             found.append(solution)
-            yield partial(self._dataset, at, tuple(found))
+            yield partial(self._dataset, at, tuple(found), [scene.load.torque for scene in group[: len(found)]])
 
-    def _dataset(self, at: Assembled, found: Sequence[ContactSolution]) -> xr.Dataset:
-        return dataset(at.solved(stacked(found)), self.outputs, 0.0, before=(LOAD,))
+    def _dataset(self, at: Assembled, found: Sequence[ContactSolution], torque: list[float]) -> xr.Dataset:
+        loads = {LOAD: (np.array(torque), {"units": UNIT})}
+        return dataset(at.solved(stacked(found)), self.outputs, 0.0, before=loads)
 
     def _solutions(self, group: Sequence[Scene]) -> tuple[Assembled, Iterator[ContactSolution]]:
         """Problem of the group, and its solutions; at the resolution that an accuracy asks for."""

@@ -25,7 +25,7 @@ from gearbench.sweeps.axes import TORQUE, Axis, axes_of, grid
 from gearbench.sweeps.dataset import combined, over_loads
 from gearbench.sweeps.groups import Solver
 from gearbench.sweeps.shared import under_loads
-from gearbench.threads import default_threads
+from gearbench.threads import default_threads, single_threaded_blas
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -125,6 +125,7 @@ class _Keeper:
         self.due = now + max(KEEP_LEAST, KEEP_SHARE * (now - begun))
 
 
+@single_threaded_blas()
 def _solved(
     points: Sequence[Sequence[Sequence[Scene]]], solver: Solver, advance: Callable[[], None], keeper: _Keeper
 ) -> list[xr.Dataset]:

@@ -81,7 +81,8 @@ def compare_contact(scene: Scene, phases: int, report: Callable[[str], None] = l
     import xarray as xr
 
     from fem_reference.contact.cycle import contact_cycle
-    from fem_reference.contact.spatial import Fineness, SpatialSettings
+    from fem_reference.contact.laying import Fineness
+    from fem_reference.contact.spatial import SpatialSettings
 
     resolution = Resolution(positions=phases, segments=max(scene.resolution.segments, _SEGMENTS))
     alike = replace(scene, resolution=resolution)

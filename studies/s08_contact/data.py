@@ -92,7 +92,8 @@ def curves(name: str, phases: int = PHASES, workers: int = 2) -> xr.Dataset:
 def relieved() -> xr.Dataset:
     """The relieved spur pair with its finite width, from a tenth to twice its torque, (torque, position)."""
     from fem_reference.contact.cycle import contact_cycle
-    from fem_reference.contact.spatial import Fineness, SpatialSettings
+    from fem_reference.contact.laying import Fineness
+    from fem_reference.contact.spatial import SpatialSettings
 
     settings = SpatialSettings(fineness=Fineness().coarser())
     return contact_cycle(scene("spur_relief"), RELIEF_PHASES, torques=RELIEF_TORQUES, settings=settings)

@@ -9,17 +9,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from gearbench.contact.assemble import scene_lines
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
+from gearbench.results.cycle import MeshCycle
 from gearbench.results.responses import described
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.scene_file import load_scene, parse_scene
-from gearbench.simulation import simulate
+from gearbench.solution import solve_lines
 from gearbench.validation.reference import reference_scene
 from studies.s05_tooth_models.pairs import draw, in_use
 from studies.s08_contact.data import scene as spur_scene
@@ -124,7 +127,8 @@ def contact_curve(scene: Scene, phases: int) -> xr.Dataset:
     import xarray as xr
 
     from fem_reference.contact.cycle import contact_cycle
-    from fem_reference.contact.spatial import Fineness, SpatialSettings
+    from fem_reference.contact.laying import Fineness
+    from fem_reference.contact.spatial import SpatialSettings
 
     exact = contact_cycle(scene, phases, settings=SpatialSettings(fineness=Fineness().coarser()))
     variables = {
@@ -138,9 +142,12 @@ def contact_curve(scene: Scene, phases: int) -> xr.Dataset:
 
 def with_models(row: xr.Dataset) -> xr.Dataset:
     """One pair beside the curves of the models, (model, position)."""
-    pair = parse_scene(tomllib.loads(str(row["scene"].values)))
-    curves = [model_cycle(pair, model, row.sizes["position"]) for model in MODELS]
-    variables = {f"model_{name}": (("model", "position"), [cycle[name].values for cycle in curves]) for name in OUTPUTS}
+    from fem_reference.contact.cycle import halfway
+
+    scene = parse_scene(tomllib.loads(str(row["scene"].values)))
+    curves = [model_cycle(scene, model, halfway(row, scene.pair)) for model in MODELS]
+    grid = ("model", "position")
+    variables = {f"model_{name}": (grid, [getattr(cycle, name) for cycle in curves]) for name in OUTPUTS}
     bare = row.drop_dims("model", errors="ignore")
     return bare.assign(described(variables)).assign_coords(model=list(MODELS))
 
@@ -153,13 +160,14 @@ def collected(rows: list[xr.Dataset]) -> xr.Dataset:
     return xr.concat(rows, "design", coords="minimal", compat="override").drop_encoding()
 
 
-def model_cycle(scene: Scene, model: str, phases: int) -> xr.Dataset:
-    """A model of ``MODELS`` at uniform phases."""
-    resolution = Resolution(positions=phases, segments=SEGMENTS)
-    found = replace(scene, resolution=resolution)
+def model_cycle(scene: Scene, model: str, phases: NDArray) -> MeshCycle:
+    """A model of ``MODELS`` at mesh phases (position,)."""
+    found = replace(scene, resolution=Resolution(positions=len(phases), segments=SEGMENTS))
     if model.endswith("off_line"):
         found = replace(found, effects=(*scene.effects, OffLineContact()))
-    return simulate(reference_scene(found, ACCURACY) if model.startswith("lines") else found, outputs=OUTPUTS)
+    if model.startswith("lines"):
+        found = reference_scene(found, ACCURACY)
+    return solve_lines(found, scene_lines(found, phases), np.full(len(phases), 1 / len(phases))).cycle
 
 
 def residual(dataset: xr.Dataset) -> xr.DataArray:

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from fem_reference.contact import result
 from fem_reference.contact.cycle import contact_cycle
+from fem_reference.contact.laying import Fineness, LineLoad, first_laying, lay_strips, nearest
 from fem_reference.contact.phase import Settings
-from fem_reference.contact.spatial import Fineness, SpatialSettings, lay_strips, solve_spatial
+from fem_reference.contact.spatial import SpatialSettings, StripError, solve_spatial
 from fem_reference.contact.strip import slice_at
 from fem_reference.contact.tooth import FineTooth, Grading
 from fem_reference.flank import Flank
@@ -95,7 +97,8 @@ def test_a_fine_tooth_bears_strips_that_jump_and_knows_its_points():
 
 
 def test_strips_reach_where_flanks_deflect_to():
-    strips = lay_strips(HELICAL, (), 0.2, 5e3, Fineness())
+    laying, sections = first_laying(HELICAL, (), 0.2, 5e3)
+    strips = lay_strips(HELICAL, (), 0.2, laying, sections, Fineness())
     assert {strip.k for strip in strips} >= {0, 1}
     for strip in strips:
         points = strip.points
@@ -104,6 +107,80 @@ def test_strips_reach_where_flanks_deflect_to():
         total = np.asarray(points.hats.sum(axis=1)).ravel()
         assert total.max() == pytest.approx(1)
         assert (np.diff(strip.layers) > 0).all()
+
+
+def line_load(low: float, high: float, count: int = 9, q: float = 100.0) -> LineLoad:
+    y = np.linspace(0.0, 12.0, count)
+    return LineLoad(y=y, q=np.where((y > low) & (y < high), q, 0.0))
+
+
+def test_a_laying_that_suffices_stays_and_one_that_does_not_is_corrected():
+    laying, sections = first_laying(HELICAL, (), 0.2, 5e3)
+    least = nearest(sections)
+    assert least == pytest.approx(0, abs=2e-7)
+    whole = {0: line_load(-1, 13)}
+    assert laying.corrected(laying.reach, whole, Fineness(), least) == laying
+    deeper = laying.corrected(1.5 * laying.reach, whole, Fineness(), least)
+    assert deeper.reach > 1.5 * laying.reach
+    # a strip of two half-widths holds one of 1.67
+    wider = laying.corrected(laying.reach, {0: line_load(-1, 13, q=3.0 * laying.load)}, Fineness(), least)
+    assert (wider.load, wider.reach) == (3.0 * laying.load, laying.reach)
+    short = laying.corrected(laying.reach, {0: line_load(5, 7), 1: line_load(0, 1, q=5.0)}, Fineness(), least)
+    assert short.patches == {0: (4.5, 7.5)}
+
+
+def test_layers_crowd_where_a_patch_is_short():
+    """Ends inside resolve it, none is thicker than before, and both faces stay."""
+    laying, sections = first_laying(HELICAL, (), 0.5, 5e3)
+    fine, coarse = Fineness(), Fineness().coarser()
+    before = {strip.k: strip.layers for strip in lay_strips(HELICAL, (), 0.5, laying, sections, fine)}
+    there = replace(laying, patches={0: (4.5, 6.0)})
+    after = {strip.k: strip.layers for strip in lay_strips(HELICAL, (), 0.5, there, sections, fine)}
+    inside = {name: int(((y >= 4.5) & (y <= 6.0)).sum()) for name, y in (("before", before[0]), ("after", after[0]))}
+    assert inside["before"] <= 2
+    assert inside["after"] >= 13
+    assert (after[0][0], after[0][-1]) == (0.0, 12.0)
+    assert np.diff(after[0]).max() <= 1.2 * np.diff(before[0]).max()
+    some = next(strip for strip in lay_strips(HELICAL, (), 0.5, there, sections, coarse) if strip.k == 0)
+    assert np.diff(some.layers).min() == pytest.approx(math.sqrt(2) * np.diff(after[0]).min(), rel=0.1)
+
+
+def test_strips_that_never_suffice_are_told(tmp_path, monkeypatch):
+    monkeypatch.setenv("GEARBENCH_CACHE", str(tmp_path))
+    monkeypatch.setattr("fem_reference.contact.spatial.bodies_of", lambda pair, accuracy: None)
+    monkeypatch.setattr("fem_reference.contact.spatial.strip_compliance", lambda strips, bodies, fineness: None)
+    monkeypatch.setattr("fem_reference.contact.spatial.balance", lambda pair, strips, C, force: _far(strips))
+    with pytest.raises(StripError, match=r"mesh phase 0\.2: strips laid 5 times"):
+        solve_spatial(HELICAL, (), 0.2, (100.0,), COARSE)
+
+
+def _far(strips):
+    """Flanks that always approach by more than strips were laid for."""
+    return SimpleNamespace(approach=2 * strips[0].reach, loads={0: line_load(-1, 13, q=1.0)})
+
+
+def test_meshes_are_refined_until_the_error_bar_is_met(monkeypatch, loaded):
+    """Meshes off by 4 %, of second order, bodies by a 40th of their accuracy: two steps of √2, bodies as they were."""
+    asked = []
+
+    def solve(pair, gaps, phase, torques, settings):
+        asked.append((phase, settings))
+        q = 0.01 * (1 - 0.04 * (settings.fineness.size / 0.3) ** 2 - 0.025 * settings.accuracy)
+        return result.PhaseResult(approach=[q], stiffness=[1e5], share={0: [1.0]}, radius={0: [17.0]})
+
+    monkeypatch.setattr("fem_reference.contact.cycle.solve_spatial", solve)
+    start = SpatialSettings(fineness=Fineness())
+    found = contact_cycle(loaded, 4, settings=start, error_bar=0.02)
+    assert asked[-1][1].fineness.size == pytest.approx(0.15)
+    assert asked[-1][1].accuracy == start.accuracy
+    bar = float(found.transmission_error_uncertainty / found.transmission_error.mean())
+    assert bar == pytest.approx(0.0102 / 0.98995, rel=1e-6)
+    # phases other than the one that tells the error are solved on the last mesh alone
+    assert len(asked) == 3 * 3 + 4
+    asked.clear()
+    rough = contact_cycle(loaded, 4, settings=start, error_bar=1e-9)
+    assert float(rough.transmission_error_uncertainty) > 0
+    assert len(asked) == 4 * 3 + 4
 
 
 @pytest.fixture(scope="module")
