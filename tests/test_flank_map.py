@@ -73,8 +73,10 @@ def test_the_map_is_the_pressure_of_the_segments_on_either_gear():
         middle = shown[:, 150]
         present = (dataset["segment_length"] > 0).values
         u, p = dataset["path_position"].values[present], dataset["flank_pressure"].values[present]
-        order = np.argsort(u)
-        # between phases and between 300 points the pressure is straight: 1 % of its largest value near the relief
-        spread = p.max() * 0.03
-        assert_allclose(np.interp(u[order], path, middle), p[order], atol=spread)
+        # between phases and between 300 points the pressure is straight: 1 % of its largest value near the relief;
+        # where a pair takes its load it rises within a few of them
+        near, spread = np.abs(u[:, None] - u) <= 2 * (path[1] - path[0]), p.max() * 0.03
+        found = np.interp(u, path, middle)
+        assert np.all(found >= np.where(near, p, np.inf).min(axis=1) - spread)
+        assert np.all(found <= np.where(near, p, -np.inf).max(axis=1) + spread)
         assert drawn.get_clim() == (0.0, 700.0)
