@@ -6,7 +6,6 @@ Processor times, minima over repeats that take turns: other programs on the mach
 import os
 import subprocess
 import sys
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -22,7 +21,6 @@ from gearbench.robustness.montecarlo import RobustProblem, prepare_scene, respon
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from gearbench.simulation import simulate
-from gearbench.threads import processors_taken
 
 SAMPLES, POSITIONS = 1000, 32
 MEMBER = {"addendum": 1.15, "dedendum": 1.5}
@@ -76,26 +74,6 @@ def test_64_phases_on_the_bodies_and_with_the_plate(benchmark, known):
     benchmark.extra_info |= {"target_s": 25e-3 if known else None, "processor_s": body, "times_the_plate": body / thin}
     print(f"\nprocessor time {1e3 * body:.0f} ms, {body / thin:.1f} × the plate's")
     benchmark.pedantic(works[0], rounds=5)
-
-
-def test_both_gears_of_a_new_pair_side_by_side(benchmark):
-    """Wall times, that take turns: other programs on the machine count in both."""
-    scene, fresh = axle(64), iter(range(30_000, 40_000))
-
-    def wall() -> float:
-        start = time.perf_counter()
-        simulate(unseen(scene, next(fresh)))
-        return time.perf_counter() - start
-
-    def wall_of_one_thread() -> float:
-        with processors_taken():
-            return wall()
-
-    wall()
-    both, one = (min(times) for times in zip(*((wall(), wall_of_one_thread()) for _ in range(15)), strict=True))
-    benchmark.extra_info |= {"target_s": 60e-3, "wall_s": both, "times_one_thread": one / both}
-    print(f"\nwall time {1e3 * both:.0f} ms, one thread × {one / both:.2f}")
-    benchmark.pedantic(wall, rounds=5)
 
 
 def test_compliance_of_a_new_pair_and_of_a_known_one(benchmark):

@@ -7,7 +7,7 @@ for them, a hundred times longer where the machine has other work to do.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import lru_cache
 from threading import Lock
@@ -16,13 +16,11 @@ from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, overload
 if TYPE_CHECKING:
     from threadpoolctl import ThreadpoolController
 
-Item, Value = TypeVar("Item"), TypeVar("Value")
+Value = TypeVar("Value")
 
 _LOCK = Lock()
 #: Computations that are under way, and what restores the number of threads after the last of them.
 _running: list[Any] = []
-#: Callers that keep the processors busy themselves.
-_busy: list[None] = []
 
 
 @contextmanager
@@ -54,31 +52,6 @@ def _libraries() -> ThreadpoolController:
     from threadpoolctl import ThreadpoolController
 
     return ThreadpoolController().select(internal_api=["openblas", "blis"])
-
-
-@contextmanager
-def processors_taken() -> Iterator[None]:
-    """Inside, ``side_by_side`` starts no threads: whoever enters has others at work; a decorator too."""
-    _busy.append(None)
-    try:
-        yield
-    finally:
-        _busy.pop()
-
-
-def side_by_side(work: Callable[[Item], Value], items: Iterable[Item]) -> list[Value]:
-    """``work`` on each of a few items, such as both gears of a pair: on a thread each where processors are free.
-
-    Worth it for a millisecond or more outside Python's lock.
-    """
-    first, *others = items
-    if _busy or not others or default_threads() == 1:
-        return [work(first), *(work(item) for item in others)]
-    from concurrent.futures import ThreadPoolExecutor
-
-    with ThreadPoolExecutor(len(others)) as pool:
-        futures = [pool.submit(work, item) for item in others]
-        return [work(first), *(future.result() for future in futures)]
 
 
 def default_threads() -> int:

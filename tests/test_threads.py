@@ -1,10 +1,8 @@
 """BLAS is held to one thread while gearbench computes, and given back as it was."""
 
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import nullcontext
-from threading import Barrier, get_ident
-from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, cast
+from threading import Barrier
+from typing import TYPE_CHECKING
 
 import pytest
 from threadpoolctl import ThreadpoolController
@@ -12,11 +10,11 @@ from threadpoolctl import ThreadpoolController
 from gearbench import nonlinear_response, response, revolution_response, robust_response, simulate
 from gearbench.library.garambois2017 import case
 from gearbench.scene import Resolution
-from gearbench.threads import lazy, processors_taken, side_by_side, single_threaded_blas
+from gearbench.threads import lazy, single_threaded_blas
 from tests.systems import spur_scene
 
 if TYPE_CHECKING:
-    from gearbench.optimisation.study import OptimisationStudy
+    pass
 
 
 def blas() -> ThreadpoolController:
@@ -98,52 +96,6 @@ def test_computations_on_threads_end_in_any_order():
         assert list(pool.map(compute, (True, False))) == [{1}, {1}]
         assert threads() == {1}
     assert threads() == {2}
-
-
-def test_both_gears_are_worked_on_at_the_same_time(monkeypatch):
-    """In order; each waits for the other, which one thread could not."""
-    monkeypatch.setattr("gearbench.threads.default_threads", lambda: 2)
-    both = Barrier(2)
-
-    def work(item: int) -> int:
-        both.wait(timeout=30)
-        return 10 * item
-
-    assert side_by_side(work, [1, 2]) == [10, 20]
-
-
-@pytest.mark.parametrize("processors", [1, 2])
-def test_no_threads_are_started_where_there_are_no_processors(processors, monkeypatch):
-    monkeypatch.setattr("gearbench.threads.default_threads", lambda: processors)
-    with processors_taken() if processors > 1 else nullcontext():
-        assert side_by_side(lambda _: get_ident(), [1, 2]) == [get_ident()] * 2
-    assert side_by_side(lambda item: item, [1]) == [1]
-
-
-def test_an_error_of_either_thread_is_raised(monkeypatch):
-    monkeypatch.setattr("gearbench.threads.default_threads", lambda: 2)
-    for items in ([0, 1], [1, 0]):
-        with pytest.raises(ZeroDivisionError):
-            side_by_side(lambda item: 1 / item, items)
-
-
-def test_designs_of_a_search_start_no_threads_of_their_own(monkeypatch):
-    """Their engines keep the processors busy."""
-    import gearbench.optimisation.engine as engine
-
-    monkeypatch.setattr("gearbench.threads.default_threads", lambda: 2)
-    seen: list[list[int]] = []
-
-    def evaluate(*_: object) -> Any:
-        seen.append([*side_by_side(lambda _: get_ident(), [1, 2]), get_ident()])
-        return SimpleNamespace(feasible=True, violation=0.0)
-
-    monkeypatch.setattr(engine, "evaluate", evaluate)
-    monkeypatch.setattr(engine, "by_geometry", lambda study, designs: designs)
-    study, designs = cast("OptimisationStudy", None), [cast("Any", (1,)), cast("Any", (2,))]
-    assert len(list(engine.Threads(2).evaluate(study, designs))) == 2
-    assert len(seen) == 2
-    assert all(len(set(idents)) == 1 for idents in seen)
 
 
 def test_lazy_values_are_computed_once_and_without_a_common_lock():

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from gearbench.compliance.local import flank_functions
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.role import Role
-from gearbench.threads import lazy, side_by_side
+from gearbench.threads import lazy
 
 if TYPE_CHECKING:
     from gearbench.geometry.action import ContactLines
@@ -179,7 +179,7 @@ def _positive_root(matrix: NDArray, tolerance: float) -> NDArray:
 
 def flank_factor(flanks: Sequence[FlankCompliance], lines: ContactLines) -> NDArray:
     """Ψ of the flanks of pinion and wheel side by side, each by itself, (position, pair, segment, rank) [√(mm/N)]."""
-    both = side_by_side(lambda role: _on_lines(flanks[role], lines, role, flanks[role].root(1, NEGLIGIBLE)[0]), Role)
+    both = [_on_lines(flanks[role], lines, role, flanks[role].root(1, NEGLIGIBLE)[0]) for role in Role]
     factor = np.zeros((*lines.shape, sum(values.shape[2] for values in both)))
     column = 0
     for values in both:
@@ -197,7 +197,7 @@ def flank_matrix(flanks: Sequence[FlankCompliance], lines: ContactLines) -> NDAr
         basis, matrix = flanks[role].between(pairs, NEGLIGIBLE)
         return _on_lines(flanks[role], lines, role, basis), matrix
 
-    both_gears = side_by_side(felt_by, Role)
+    both_gears = [felt_by(role) for role in Role]
     number = np.cumsum(lines.active.T.ravel()).reshape(pairs, positions) - 1
     for i in range(pairs):
         for j in range(i + 1):

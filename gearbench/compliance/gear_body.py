@@ -197,9 +197,9 @@ class ToothedRing:
         even, odd = wave_weights(z)
         cos, sin = twice * np.cos(angle) @ even, twice * np.sin(angle) @ odd
         same, other = self._waves
-        found = np.tensordot(cos, same.real, 1) + np.tensordot(sin, other.real, 1)
+        found = np.tensordot(cos, np.real(same), 1) + np.tensordot(sin, np.real(other), 1)
         if np.iscomplexobj(same):
-            found += np.tensordot(cos, other.imag, 1) - np.tensordot(sin, same.imag, 1)
+            found += np.tensordot(cos, np.imag(other), 1) - np.tensordot(sin, np.imag(same), 1)
         return np.concatenate([np.swapaxes(found[:0:-1], 1, 2), found])
 
     def flank(self, neighbours: int) -> FlankCompliance:

@@ -130,7 +130,7 @@ def _zero(x: NDArray, values: NDArray, low: float, high: float) -> float | None:
     The middle of the two between which they do where there is no such polynomial, None where they do not.
     """
     change = np.flatnonzero((values[1:] > 0) != (values[:-1] > 0))
-    near = (x[change[0]] + x[change[0] + 1]) / 2 if change.size else None
+    near = float(x[change[0]] + x[change[0] + 1]) / 2 if change.size else None
     x, values = x[np.isfinite(values)], values[np.isfinite(values)]
     if len(x) > 1:
         middle, reach = (low + high) / 2, (high - low) / 2

@@ -58,7 +58,7 @@ def from_cells(
     ConvergenceError
         If a residual stays above 1e-9.
     """
-    last, changes = Guess(q=guess.q.copy(), delta=guess.delta.copy()), []
+    last, changes, solution = Guess(q=guess.q.copy(), delta=guess.delta.copy()), [], None
     for number, change in enumerate(ahead, 1):
         patches = _on_nodes(problem, *_nodes(problem, _compression(problem, last)))
         before = Guess(q=last.q.copy(), delta=last.delta.copy())
@@ -69,6 +69,7 @@ def from_cells(
         else:
             solution = solve(patches, last)
         changes.append(Guess(q=last.q - before.q, delta=last.delta - before.delta))
+    assert solution is not None
     own = _forces(problem, last, solution)
     return replace(solution, coarse_approach=coarse[0], coarse_stiffness=coarse[1], force=own), changes
 

@@ -15,7 +15,6 @@ from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
-from gearbench.threads import side_by_side
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -78,7 +77,7 @@ class GearBody(ToothCompliance):
 
         neighbours = lines.shape[1] - 1 if self.coupled else 0
         order = _joint_order(beside)
-        flanks = side_by_side(lambda role: ring_flank(lines.pair, role, order, neighbours, lines.coast), Role)
+        flanks = [ring_flank(lines.pair, role, order, neighbours, lines.coast) for role in Role]
         if self.coupled:
             return Dense(matrix=flank_matrix(flanks, lines), positive=True)
         return LowRank(factor=flank_factor(flanks, lines))

@@ -19,7 +19,6 @@ from gearbench.geometry.gear import Gear
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
-from gearbench.threads import side_by_side
 
 if TYPE_CHECKING:
     from fem_reference.refinement import Level
@@ -137,7 +136,7 @@ class ToothBending(Tooth):
             return self.both_teeth(lines, beside)
         from gearbench.compliance.flank import flank_factor, flank_matrix
 
-        flanks = side_by_side(lambda role: self.flank(lines.pair, role, beside, lines.coast), Role)
+        flanks = [self.flank(lines.pair, role, beside, lines.coast) for role in Role]
         if self.meshed and _on_body(beside):
             return Dense(matrix=flank_matrix(flanks, lines), positive=True)
         return LowRank(factor=flank_factor(flanks, lines))

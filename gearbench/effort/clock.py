@@ -11,7 +11,6 @@ from statistics import median
 from typing import Any
 
 from gearbench.scene import Scene
-from gearbench.threads import processors_taken
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +56,6 @@ def measured(work: Callable[[], object], repeats: int) -> Cost:
     return replace(times(work, repeats), megabytes=megabytes)
 
 
-@processors_taken()
 def quickest(works: Sequence[Callable[[], object]], repeats: int) -> list[float]:
     """Least processor time [s] that each of the works takes on this thread alone.
 

@@ -20,7 +20,7 @@ from gearbench.optimisation.problem import NO_GEAR, Evaluation, evaluate, macro_
 from gearbench.optimisation.racing import Rivals
 from gearbench.optimisation.scheduler import check_scheduler, connected, persistently, require_scheduler, silent
 from gearbench.optimisation.study import Design, OptimisationStudy
-from gearbench.threads import processors_taken, single_threaded_blas
+from gearbench.threads import single_threaded_blas
 
 #: Tasks of a generation for each thread of the workers: one that is lost costs one of them, a slow one holds up the
 #: others less. So many are handed out at a time, so that workers that join get their share.
@@ -65,7 +65,7 @@ class Threads(Engine):
         self, study: OptimisationStudy, designs: Sequence[Design], rivals: Rivals | None = None
     ) -> Iterator[tuple[Design, Evaluation]]:
         """See ``Engine``. The first designs are evaluated by the calling thread, until one is feasible."""
-        with single_threaded_blas(), processors_taken(), shared(self._count):
+        with single_threaded_blas(), shared(self._count):
             waiting = deque(by_geometry(study, designs))
             while waiting and self._alone:
                 design = waiting.popleft()
@@ -223,7 +223,6 @@ def _common(study: OptimisationStudy, rivals: Rivals | None) -> tuple[Optimisati
 
 
 @single_threaded_blas()
-@processors_taken()
 def _evaluate_all(
     common: tuple[OptimisationStudy, Rivals | None], designs: Sequence[Design]
 ) -> list[tuple[Design, Evaluation]]:

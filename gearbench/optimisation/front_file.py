@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Callable, Sequence
 from io import RawIOBase
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, cast
 
 from gearbench.files import replacing, seal_of
 from gearbench.optimisation.archive import Archive
@@ -46,6 +46,7 @@ def _write(archive: Archive, population: Sequence[Design], wall_time: float, dis
     try:
         with h5py.File(faults, "w", track_order=True) as file:
             start, history = 0, history_dataset(archive, population)
+            names = set(map(str, history.variables))
             sizes = {str(name): size for name, size in history.sizes.items()}
             for part in batches(archive):
                 own = {str(name): size for name, size in part.sizes.items()}
@@ -57,10 +58,11 @@ def _write(archive: Archive, population: Sequence[Design], wall_time: float, dis
                     file, part.drop_vars([name for name, v in part.variables.items() if "design" not in v.dims]), start
                 )
                 start += own["design"]
+                names |= set(map(str, part.variables))
             declare(file, history, sizes | {"objective_name": len(archive.study.objectives)})
             fill(file, history)
-            names = {str(name) for name in (*part.variables, *history.variables)}
-            texts = {name: item.asstr() if item.dtype.kind == "O" else item for name in names for item in [file[name]]}
+            data = {name: cast("h5py.Dataset", file[name]) for name in names}
+            texts = {name: item.asstr() if item.dtype.kind == "O" else item for name, item in data.items()}
             file.attrs.update(data_sha256=checksum(texts), **run_provenance(wall_time=wall_time))
     except Exception:
         if faults.first is None:
