@@ -33,7 +33,10 @@ SOURCES = (
     "schema.py",
     "threads.py",
     *(f"geometry/{name}.py" for name in ("fillet", "gear", "involute", "material", "rack", "role", "section", "web")),
-    *(f"compliance/{name}.py" for name in ("bases", "chain", "flank", "local", "outline", "section", "solid")),
+    *(
+        f"compliance/{name}.py"
+        for name in ("bases", "chain", "flank", "lapack", "local", "outline", "section", "solid")
+    ),
 )
 
 
