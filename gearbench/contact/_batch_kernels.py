@@ -10,32 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from gearbench.contact._logarithm import (
-    BOTTOM_0,
-    BOTTOM_1,
-    BOTTOM_2,
-    BOTTOM_3,
-    BOTTOM_4,
-    LN2,
-    LN_0,
-    LN_1,
-    LN_2,
-    LN_3,
-    LN_4,
-    LN_5,
-    LN_6,
-    MAGIC,
-    MAGIC_VALUE,
-    MANTISSA,
-    ONE,
-    SQRT2,
-    TOP_0,
-    TOP_1,
-    TOP_2,
-    TOP_3,
-    TOP_4,
-    TOP_5,
-)
+from gearbench.contact._logarithm_kernels import LN2, MAGIC, MANTISSA, ONE, level_start, logarithm_parts
 
 #: Samples solved side by side.
 LANES = 128
@@ -65,13 +40,7 @@ def linear_law(i, s, a, p, w):
 def log_law_start(kappa, x, mantissa, exponent, level):
     """First guess of L with L − ln L = κ − ln x, and x ← x / L."""
     for j in range(LANES):
-        m = mantissa[j]
-        crude = (((((LN_6 * m + LN_5) * m + LN_4) * m + LN_3) * m + LN_2) * m + LN_1) * m + LN_0
-        y = kappa - ((exponent[j] - MAGIC_VALUE) * LN2 + crude)
-        top = ((((TOP_0 * y + TOP_1) * y + TOP_2) * y + TOP_3) * y + TOP_4) * y + TOP_5
-        bottom = ((((BOTTOM_0 * y + BOTTOM_1) * y + BOTTOM_2) * y + BOTTOM_3) * y + BOTTOM_4) * y + 1.0
-        product = y * bottom + top
-        inverse = 1.0 / (bottom * product)
+        _, bottom, product, inverse = level_start(kappa, mantissa[j], exponent[j])
         level[j] = product * product * inverse
         x[j] = x[j] * bottom * bottom * inverse
 
@@ -81,22 +50,7 @@ def log_law_finish(i, s, edge, kappa, h, mantissa, exponent, level, p, w):
     """Row i of p and w: one step of Halley's method from the guess L, with the exact ln(x/L)."""
     inverse_h = 1.0 / h
     for j in range(LANES):
-        m, e = mantissa[j], exponent[j] - MAGIC_VALUE
-        large = m > SQRT2
-        m = 0.5 * m if large else m
-        e = e + 1.0 if large else e
-        f = (m - 1.0) / (m + 1.0)
-        g = f * f
-        r = 1.0 / 19
-        r = r * g + 1.0 / 17
-        r = r * g + 1.0 / 15
-        r = r * g + 1.0 / 13
-        r = r * g + 1.0 / 11
-        r = r * g + 1.0 / 9
-        r = r * g + 1.0 / 7
-        r = r * g + 1.0 / 5
-        r = r * g + 1.0 / 3
-        r = r * g + 1.0
+        e, f, r = logarithm_parts(mantissa[j], exponent[j])
         residual = level[j] - kappa + e * LN2 + 2.0 * f * r
         slope = level[j] - 1.0
         below = slope * slope - 0.5 * residual
