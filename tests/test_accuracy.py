@@ -97,7 +97,7 @@ def test_made_up_errors_are_found_out(accuracy):
         n, g = scene.resolution.segments, scene.resolution.gauss_points
         return np.array([1.0, 1.0, 1.0, 100.0]) * (1 + 0.1 / n + 0.05 * 0.5**g)
 
-    choice = choose(asking(case(1), accuracy), answers, left=1.0)
+    choice = choose(asking(case(1), accuracy), answers, left=1.5)
     true = relative_errors(answers(choice.scene), [1.0, 1.0, 1.0, 100.0]).max()
     assert true <= 1.02 * choice.estimated <= accuracy  # relative to the answer itself, not to the limit
     assert np.array_equal(choice.run, answers(choice.scene))
@@ -122,7 +122,7 @@ def test_the_order_of_solid_teeth_is_chosen_where_the_scene_gives_none():
     found = choose(asking(solid, 0.03), cycle_values)
     orders = SOLID_ORDER.levels(solid)
     assert found.scene.effect("tooth_bending").order in orders
-    exact = cycle_values(with_resolution(SOLID_ORDER.with_level(solid, orders[-1]), segments=32, gauss_points=8))
+    exact = cycle_values(with_resolution(SOLID_ORDER.with_level(solid, orders[-3]), segments=32, gauss_points=8))
     assert relative_errors(cycle_values(found.scene), exact).max() <= 0.03
     given = replace(case(1), effects=(ToothBending(model="solid", order=(3, 4, 5)), Hertz()))
     assert choose(asking(given, 0.03), cycle_values).scene.effect("tooth_bending").order == (3, 4, 5)

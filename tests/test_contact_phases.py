@@ -23,6 +23,7 @@ from gearbench.effects.tooth_bending import ToothBending
 from gearbench.geometry.pair import Member, Pair
 from gearbench.results.cycle import fluctuation_rms, mean, relative_rms
 from gearbench.scene import Load, Resolution, Scene
+from studies.s07_accuracy_cost.bodies import wide_scenes
 
 SPUR = Pair(normal_module=3.0, face_width=24.0, centre_distance=90.0, pinion=Member(teeth=24), wheel=Member(teeth=36))
 HELICAL = replace(SPUR, helix_angle=18.0, centre_distance=94.6)
@@ -180,3 +181,11 @@ def test_phases_at_which_pairs_take_and_leave_their_load_are_found_to_a_hundred_
     solution = solve_patches(assemble(relieved, scene_lines(relieved, phases)))
     loaded = np.count_nonzero(solution.force.sum(axis=2) > 0, axis=1).reshape(-1, 2)
     assert np.all(loaded[:, 0] != loaded[:, 1])
+
+
+def test_births_found_exactly_are_those_found_at_fewer_phases():
+    """Coarse lines miss a birth by half a hundredth of a cycle: more than a part of the distance of many phases."""
+    relieved = wide_scenes(8, 4711)[7]
+    few, many = (sorted(transitions(replace(relieved, resolution=Resolution()), exact=e)) for e in (False, True))
+    assert [(change.rank, change.side) for change in few] == [(change.rank, change.side) for change in many]
+    assert_allclose([change.phase for change in few], [change.phase for change in many], rtol=0, atol=5e-4)

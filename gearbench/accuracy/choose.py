@@ -1,10 +1,10 @@
 """Choose the resolution for an accuracy: settings known to leave about such an error, one run, coarser companions.
 
-``LEVELS`` says what errors settings left on gears in use. The scene runs at those for its accuracy, then with about
-half the segments and 0.7 of the Gauss points, then with solid teeth two orders lower. Differences of the answers bound
-the errors, by orders of convergence that are safe. What the estimate blames is raised, few times at most; the last run
-is the result. Teeth are those of the first run in the first companion, the second one is coarse in all: both together
-take less than the run itself.
+``AT_PERCENT`` says what errors settings left on gears in use. The scene runs at those for its accuracy, and with fewer
+segments and Gauss points: the difference of the answers bounds their error, and what it blames is raised. Solid teeth
+are one rung lower meanwhile, which takes less time. What these segments and Gauss points leave hardly depends on the
+teeth: with them the order climbs, once as a rule. The difference between the last two orders bounds the error of the
+higher one by the order of convergence that the singular root leaves. The last run is the result.
 
 The search ends where the next run is expected to take it beyond its time, or needs more memory than there may be, and
 says what it has reached.
@@ -39,22 +39,26 @@ from gearbench.scene import Scene
 #: The answer of a run.
 R = TypeVar("R")
 
-#: Shares of the budget of the dearest parts, where a scene has it: finite elements, and the order of solid teeth.
-FE_SHARE, ORDER_SHARE = 0.5, 0.6
+#: Shares of the budget, where a scene has them: of finite elements, and of the order of solid teeth and of segments and
+#: Gauss points beside it, whose squares add up.
+FE_SHARE, ORDER_SHARE, REST_SHARE = 0.5, 0.85, 0.5
 #: Segments, Gauss points and rung of the ladder of solid orders for an error of 1 %, and what each factor of ten adds:
 #: the segments are multiplied, as errors fall like their power −2.5; least of each.
-AT_PERCENT, A_DECADE, LEAST = (20, 6, 4), (2.5, 4, 3), (8, 3, 1)
-#: Segments and Gauss points of the companion, as shares, and how many orders lower its teeth are.
-COARSER, LOWER = (0.5, 0.7), 2
-#: Error over the difference to the companion of single runs: order 1.3 in the segments.
-LEFT = 0.7
+AT_PERCENT, A_DECADE, LEAST = (16, 5, 3), (2.5, 4, 3), (8, 3, 1)
+#: Segments and Gauss points of the companion, as shares, and how many rungs lower the teeth of the first runs are.
+COARSER, LOWER = (0.6, 0.8), 1
+#: Error over the difference to the companion of single runs: order 2 in the segments.
+LEFT = 0.6
 #: The same of peak-to-peak values over that of other numbers: they end where the stiffness rises steeply, at births.
 PEAKS = 2.0
-#: Safe order of convergence of solid teeth in the number of functions along the height, as the root is singular, and
-#: the highest that is believed.
-SOLID_CONVERGENCE, FASTEST = 2.2, 3.5
-#: Rounds of settings that are tried, and by how much they are raised at most in one.
+#: Rungs that the order climbs at most at a time.
+STEP = 2
+#: Order of convergence of solid teeth in the number of functions along the height, as the root is singular.
+SOLID_CONVERGENCE = 2.2
+#: Rounds of settings that are tried, and by how much the segments are raised at most in one.
 ROUNDS, MOST = 6, 3.0
+#: By what each further Gauss point multiplies errors, as a logarithm.
+POINT = math.log(3)
 #: Segments and Gauss points are both raised where their contributions differ by less than this factor.
 ALIKE = 2.0
 #: Cost of a mesh phase in segments, beside those it has, and of a run, whatever its settings.
@@ -135,8 +139,8 @@ def choose(
     share
         Share of the accuracy that may be spent; the rest belongs to the caller's choices.
     left
-        Error over the difference to an answer with half the segments and 0.7 of the Gauss points; 1 where errors fall
-        like 1/n only.
+        Error over the difference to an answer with 0.6 of the segments and 0.8 of the Gauss points; 1.5 where errors
+        fall like 1/n only.
 
     Raises
     ------
@@ -237,61 +241,72 @@ class _Search(Generic[R]):
 
     def search(self, budget: float) -> tuple[_At, NDArray, R]:
         """Settings whose error is within ``budget``, the error of each number, and the answer."""
-        at, most = self.first(budget), self.most
-        share = ORDER_SHARE * budget if self.orders else 0.0
+        first = self.first(budget)
+        if not self.orders:
+            return self._resolved(first, budget)
+        lower = replace(first, order=max(0, first.order - LOWER))
+        at, rest, _ = self._resolved(lower, REST_SHARE * budget)
+        return self._climbed(at, first.order, rest, budget)
+
+    def _resolved(self, at: _At, budget: float) -> tuple[_At, NDArray, R]:
+        """As ``search``, by segments and Gauss points alone, the error that these leave."""
         for _ in range(ROUNDS):
             answer = self._solve(at)
-            errors, by_order, rest = self._errors(at, share)
-            self.reached[at] = error = float(errors.max())
+            errors = self.left * largest_errors(self(self._coarse(at)), self(at))
+            errors[[name.endswith("peak_to_peak") for name in COVERED[: errors.size]]] *= PEAKS
+            error = float(errors.max())
+            if not self.orders:
+                self.reached[at] = error
             if error <= budget:
                 return at, errors, answer
             del answer  # may be large
-            finer = at
-            if by_order > share:
-                finer = replace(finer, order=min(most.order, self._order_for(at.order, by_order / share)))
-            if rest > budget - share:
-                n, g = self._finer(at, rest / (budget - share))
-                finer = replace(finer, n=min(most.n, n), g=min(most.g, g))
+            finer, most = self._finer(at, error / budget), self.most
+            finer = replace(finer, n=min(most.n, finer.n), g=min(most.g, finer.g))
             if finer == at:
                 raise self._stopped("nothing finer can be chosen")
             at = finer
         raise self._stopped(f"{ROUNDS} rounds do not suffice")
 
-    def _errors(self, at: _At, share: float) -> tuple[NDArray, float, float]:
-        """Estimated error of each number; the largest by the order of solid teeth, and by all else.
+    def _climbed(self, lower: _At, order: int, rest: NDArray, budget: float) -> tuple[_At, NDArray, R]:
+        """As ``search``, by the order of solid teeth, from the answer with ``lower`` ones; ``rest`` are other errors.
 
-        Where that by the order is above its ``share`` with the safe order of convergence, the one observed counts.
+        Where one step changes less than errors before it let expect, these count. Errors of the order, with which teeth
+        are too stiff, and the rest have nothing to do with each other: their squares add up.
         """
-        coarse = replace(at, n=_coarser(at.n, 0), g=_coarser(at.g, 1))
-        rest = self.left * largest_errors(self(coarse), self(at))
-        rest[[name.endswith("peak_to_peak") for name in COVERED[: rest.size]]] *= PEAKS
-        if not self.orders:
-            return rest, 0.0, float(rest.max())
-        lower = replace(coarse, order=max(0, at.order - LOWER))
-        difference = largest_errors(self(lower), self(coarse))
-        ratio = self.orders[at.order][1] / self.orders[lower.order][1]
-        falls = ratio**-SOLID_CONVERGENCE
-        if float(difference.max()) * falls / (1 - falls) > share and lower.order >= LOWER:
-            lowest = replace(lower, order=lower.order - LOWER)
-            before = float(largest_errors(self(lowest), self(lower)).max())
-            falls = min(falls, max(float(difference.max()) / before, ratio**-FASTEST))
-        by_order = difference * falls / (1 - falls)
-        return rest + by_order, float(by_order.max()), float(rest.max())
+        by_order = np.zeros_like(rest)
+        while True:
+            at = replace(lower, order=order)
+            answer = self._solve(at)
+            falls = (self.orders[at.order][1] / self.orders[lower.order][1]) ** -SOLID_CONVERGENCE
+            by_order = falls * np.maximum(largest_errors(self(lower), self(at)) / (1 - falls), by_order)
+            errors = np.hypot(rest, by_order)
+            self.reached[at], share = float(errors.max()), ORDER_SHARE * budget
+            if float(by_order.max()) <= share:
+                return at, errors, answer
+            if order == self.most.order:
+                raise self._stopped("nothing finer can be chosen")
+            del answer  # may be large
+            lower, order = at, self._order_for(order, float(by_order.max()) / share)
 
     def _order_for(self, order: int, excess: float) -> int:
         """Place of the order whose error is less by the factor ``excess``."""
-        height = self.orders[order][1] * min(excess, MOST) ** (1 / SOLID_CONVERGENCE)
-        return max(order + 1, sum(each[1] < height for each in self.orders))
+        height = self.orders[order][1] * excess ** (1 / SOLID_CONVERGENCE)
+        return min(self.most.order, max(order + 1, sum(each[1] < height for each in self.orders)), order + STEP)
 
-    def _finer(self, at: _At, excess: float) -> tuple[int, int]:
-        """Segments and Gauss points after those which contribute more have been raised, for an error so much less."""
+    def _coarse(self, at: _At) -> _At:
+        """Settings of the companion."""
+        return replace(at, n=_coarser(at.n, 0), g=_coarser(at.g, 1))
+
+    def _finer(self, at: _At, excess: float) -> _At:
+        """``at`` with more of what contributes more, segments or Gauss points, for an error so much less."""
         between = replace(at, g=_coarser(at.g, 1))
-        coarse = replace(between, n=_coarser(at.n, 0))
         by_phases = float(largest_errors(self(between), self(at)).max())
-        by_segments = float(largest_errors(self(coarse), self(between)).max())
+        by_segments = float(largest_errors(self(self._coarse(at)), self(between)).max())
         factor = min(max(1.4, excess ** (1 / 2)), MOST)
         n = math.ceil(factor * at.n) if by_segments * ALIKE >= by_phases else at.n
-        return n, at.g + math.ceil(at.g * (factor - 1) / 2) if by_phases * ALIKE >= by_segments else at.g
+        return replace(
+            at, n=n, g=at.g + math.ceil(at.g * (factor - 1) / 2) if by_phases * ALIKE >= by_segments else at.g
+        )
 
     def __call__(self, at: _At) -> NDArray:
         if at not in self.values:

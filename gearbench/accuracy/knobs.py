@@ -97,15 +97,17 @@ def with_order(scene: Scene, order: Level) -> Scene:
 #: Functions of the solid across the thickness and along the height, and along the axis as a multiple of the default.
 #: The height counts most: the stress is singular where the flank meets the clamped root.
 _SOLID = (
-    (3, 4, 0.7),
-    (4, 5, 0.8),
-    (5, 7, 1.0),
-    (6, 9, 1.0),
-    (8, 11, 1.1),
-    (8, 14, 1.2),
-    (9, 18, 1.3),
-    (10, 23, 1.4),
-    (11, 29, 1.5),
+    (3, 4, 0.8),
+    (4, 5, 0.9),
+    (6, 7, 1.0),
+    (7, 9, 1.0),
+    (8, 11, 1.0),
+    (9, 14, 1.1),
+    (9, 18, 1.2),
+    (10, 23, 1.3),
+    (11, 29, 1.4),
+    (12, 36, 1.4),
+    (13, 40, 1.4),
 )
 
 

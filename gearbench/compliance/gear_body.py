@@ -129,7 +129,7 @@ class ToothedRing:
         bessel = _legendre_transform(across, n * psi)
         squares = np.einsum("mnk,mnl->mkln", bessel, bessel) * (z * self.root_arc / (2 * math.pi))
         some, each = harmonic_weights(int(np.abs(n).max()))
-        c = self.ring.harmonics(some)
+        c = rim_harmonics(self.ring, tuple(some))
         odd = ((-1.0) ** (np.array([1, 0, 1])[:, None] + np.arange(axis))).ravel()
         c = np.concatenate([c, np.conj(c) * (odd[:, None] * odd)]).reshape(2 * len(some), -1)
         below = (n < 0)[:, :, None]
@@ -278,6 +278,14 @@ def wave_weights(teeth: int) -> tuple[NDArray, NDArray]:
         weights[1:, 1:] = smooth(abscissa(at)) / level(at)[:, None]
         both.append(weights)
     return both[0], both[1]
+
+
+@lru_cache(maxsize=16)
+def rim_harmonics(ring: Ring | WebbedRing, n: tuple[float, ...]) -> NDArray:
+    """``ring.harmonics`` of the numbers n, kept: teeth of another order stand on the same ring."""
+    found = ring.harmonics(np.array(n))
+    found.flags.writeable = False
+    return found
 
 
 def _legendre_transform(count: int, x: NDArray) -> NDArray:

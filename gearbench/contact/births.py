@@ -29,6 +29,8 @@ FINE_SEGMENTS = 40
 #: Where between two phases a birth is looked for, and how far the zeros of polynomials through all values there and
 #: through all but one may be apart where it is known then [mesh cycles].
 BETWEEN, KNOWN = (1e-3, 1 / 3, 2 / 3, 1 - 1e-3), 2e-4
+#: How far beyond these phases it may be where finer lines say otherwise than coarse ones [mesh cycles].
+BEYOND = 0.012
 #: Distances [mesh cycles] from a birth at which it is looked for once more.
 NEAR = (3e-3, 1e-4)
 
@@ -58,8 +60,7 @@ def births(scene: Scene, x: NDArray, greatest: NDArray, *, exact: bool = False) 
     inside = low[:, None] + (high - low)[:, None] * np.array(BETWEEN)
     margins = _margins(scene, inside)
     # beyond phases at which finer lines say otherwise, but not beyond the ends of a line
-    spare = (x[at + 1] - x[at]) / len(BETWEEN)
-    low, high = np.where(low == x[at], low - spare, low), np.where(high == x[at + 1], high + spare, high)
+    low, high = np.where(low == x[at], low - BEYOND, low), np.where(high == x[at + 1], high + BEYOND, high)
     found: list[tuple[float, int, bool]] = []
     for i, points, margin, a, b in zip(at, inside, margins, low, high, strict=True):
         birth = _zero(points, margin, a, b)

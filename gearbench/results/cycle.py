@@ -27,12 +27,16 @@ if TYPE_CHECKING:
 MICROMETRES = 1e3  # per mm
 #: Harmonics that a Dataset holds.
 HARMONICS = 10
-#: Accuracy of the phases at which curves jump [mesh cycles], what is left of the last coefficient on a panel, and of
-#: the last change of a curve when the ends of patches are found once more: measured on gears in use.
-LOCATED, TAIL, LEFT = 5e-4, 0.4, 0.3
-#: What the few functions along oblique lines leave of a harmonic, of peak-to-peak, and what is cut off compliances of
-#: one of the stiffness, of its mean: measured on gears in use.
-ALONG, CUT = 2e-4, 3e-5
+#: Accuracy of the phases at which curves jump [mesh cycles], the part of what panels leave out that they leave of an
+#: amplitude together, and what is left of the last change of a curve when the ends of patches are found once more:
+#: measured on gears in use.
+LOCATED, TAIL, LEFT = 2e-4, 0.5, 0.1
+#: By what factor each coefficient on a panel is below the one before it, at least and at most.
+FALLS = (0.3, 0.95)
+#: What the few functions along oblique lines leave of a harmonic, of peak-to-peak and for each module of face width;
+#: the same of the lines of spur pairs, of peak-to-peak; and what is cut off compliances of one of the stiffness, of its
+#: mean: measured on gears in use.
+ALONG, ACROSS, CUT = 8e-6, 2e-5, 3e-5
 #: Points on each panel where peak-to-peak values look, and the last coefficient on one, over the range of the curve,
 #: above which they look between its Gauss points and the neighbours only.
 FINE, STEEP = 201, 2e-2
@@ -135,7 +139,7 @@ def peak_to_peak(phases: Phases, values: NDArray) -> NDArray:
         return np.ptp(values, axis=-1)
     by_panel, fine = values.reshape(*values.shape[:-1], -1, phases.size), _on_panels(phases, values, FINE)
     last = np.abs(by_panel @ legendre_transform(phases.size)[-1])
-    steep = (last > STEEP * np.ptp(values, axis=-1)[..., None]) & (phases.size > 3)
+    steep = (last > STEEP * np.ptp(values, axis=-1)[..., None]) & (phases.size > 4)
     if steep.any():
         low, high = _within(by_panel, fine, steep)
         fine = np.clip(fine, np.where(steep, low, -np.inf)[..., None], np.where(steep, high, np.inf)[..., None])
@@ -178,24 +182,42 @@ def noise_floor(
 ) -> NDArray:
     """Estimated error of the amplitudes of the orders 1 … ``orders``, in the unit of the values, (…, harmonic).
 
-    Root sum of squares of four parts: ``least`` (…); ``TAIL`` of the last Legendre coefficients on the panels, since
-    what they leave out is less; ``located`` of the jumps between panels, whose phases are known so well; and ``LEFT``
-    of the harmonics of ``change`` (…, position), by which the values changed when the ends of contact patches were
-    found for the last time. Of uniform phases the highest quarter of the harmonics that they give stands for the tail
-    and the jumps.
+    Root sum of squares of four parts: ``least`` (…); what the Legendre coefficients that panels leave out change in
+    each harmonic; ``located`` of the jumps between panels, whose phases are known so well; and ``LEFT`` of the
+    harmonics of ``change`` (…, position), by which the values changed when the ends of contact patches were found for
+    the last time. Of uniform phases the highest quarter of the harmonics that they give stands for the tail and the
+    jumps.
     """
     patches = np.hypot(LEFT * 2 * np.abs(coefficients(phases, change, orders)), np.asarray(least)[..., None])
     if phases.size is None:
         spectrum = 2 * np.abs(np.fft.rfft(values, axis=-1)) / len(phases.phase)
         return np.hypot(patches, spectrum[..., -max(1, spectrum.shape[-1] // 4) :].max(axis=-1)[..., None])
-    width, size = np.diff(phases.edges).ravel(), phases.size
+    size = phases.size
     by_panel = values.reshape(*values.shape[:-1], -1, size)
-    last = by_panel @ legendre_transform(size)[-1]
-    tail = 2 * TAIL * np.sqrt((width * last**2).sum(axis=-1) / (2 * size - 1))
+    tail = TAIL * _left_out(phases, by_panel @ legendre_transform(size).T, orders)
     ends = by_panel @ _to_equidistant(size, 2)
     jump = np.roll(ends[..., 0], -1, axis=-1) - ends[..., 1]
     jumps = 2 * located * np.sqrt((jump**2).sum(axis=-1))
-    return np.hypot(patches, np.hypot(tail, jumps)[..., None])
+    return np.hypot(patches, np.hypot(tail, jumps[..., None]))
+
+
+def _left_out(phases: Phases, coefficient: NDArray, orders: int) -> NDArray:
+    """What panels leave out of the amplitudes, (…, harmonic), by their Legendre coefficients (…, panel, size).
+
+    The next coefficients a_p, a_{p+1}, … fall as the last ones do, by r. In the values at p Gauss points that of
+    P_{p+m} looks like one of P_{p−m}: on a panel of width w it changes c_n by w a_{p+m} j_{p−m}(πnw).
+    """
+    from scipy.special import spherical_jn
+
+    a, size, width = np.abs(coefficient), phases.size, np.diff(phases.edges).ravel()
+    assert size is not None
+    before = a[..., -3:-1].max(axis=-1, initial=0.0)
+    ratio = np.sqrt(np.divide(a[..., -1], before, out=np.ones_like(before), where=before > 0))
+    r = np.clip(ratio, *FALLS)[..., None]
+    m, n = np.arange(size + 1), np.arange(1, orders + 1)
+    seen = np.abs(spherical_jn(size - m, math.pi * np.multiply.outer(n, width)[..., None]))
+    each = np.einsum("...pm,npm->...np", r ** (m + 1), seen) * (width * a[..., -1])[..., None, :]
+    return 2 * np.sqrt((each**2).sum(axis=-1))
 
 
 def panels(dataset: xr.Dataset, name: str, points: int = 40) -> list[tuple[NDArray, NDArray]]:

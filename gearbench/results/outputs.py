@@ -12,7 +12,7 @@ from gearbench.contact.assemble import conforming
 from gearbench.errors import InputError, one_of
 from gearbench.geometry.role import Role
 from gearbench.results import flank
-from gearbench.results.cycle import ALONG, CUT, LOCATED, MeshCycle, coefficients, noise_floor
+from gearbench.results.cycle import ACROSS, ALONG, CUT, LOCATED, MeshCycle, coefficients, noise_floor
 from gearbench.results.responses import USUAL, is_response, response, responses
 from gearbench.results.solved import Solved
 
@@ -87,8 +87,9 @@ def _noise_floor(solved: Solved, curve: str) -> NDArray:
     )
     values = getattr(solved.cycle, curve)
     located = 0.0 if conforming(solved.scene.one_load) else LOCATED  # known beforehand
-    oblique = solved.lines.cells and solved.scene.pair.meshing.overlap_ratio > 0
-    least = ALONG * np.ptp(values, axis=-1) if oblique else 0.0
+    pair = solved.scene.pair
+    along = ALONG * pair.face_width / pair.normal_module if pair.meshing.overlap_ratio else ACROSS
+    least = along * np.ptp(values, axis=-1)
     if curve == "mesh_stiffness":
         least = np.hypot(least, CUT * values.mean(axis=-1))
     return noise_floor(solved.phases, values, values - getattr(coarse, curve), located=located, least=least)

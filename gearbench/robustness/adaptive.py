@@ -19,7 +19,7 @@ from gearbench.scene import Scene
 #: Share of the accuracy that belongs to the resolution; the samples converge more slowly and have the rest.
 RESOLUTION_SHARE = 0.4
 #: Error over the difference to a coarser companion: of samples, the phases are not those where contact changes.
-LEFT = 1.0
+LEFT = 1.5
 #: Samples that the resolution is chosen on: the same ones for each, so that their scatter cancels.
 TRIAL_SAMPLES = 128
 #: Fewest and most samples, and standard errors that count as the error of a mean: the largest of four numbers counts.
