@@ -21,6 +21,8 @@ from gearbench.geometry.touching import Curve, Plane
 
 #: Nodes on a base pitch: cubic Hermite polynomials between them are good to 1e-10 mm and better.
 NODES = 400
+#: Radius of curvature [T1T2] below which nodes are closer, and how many times as close at most.
+SHARP, FINER = 0.1, 16
 #: Length [base pitches] before and after the path of contact up to which separations are known.
 REACH = 0.45
 
@@ -92,7 +94,12 @@ class Separation:
             for other in second.pieces:
                 # a rounding of either gear leads
                 k, own, mate = (1, other, piece) if other.is_rounding else (0, piece, other)
-                roll = self.plane.common_nodes(own, mate, self.step)
+                # between involutes the separation is zero, and all else linear
+                straight = own.is_involute and mate.is_involute
+                roll = self.plane.common_nodes(own, mate, own.high - own.low if straight else self.step)
+                if straight:
+                    found.append(self.plane.piece_on_piece(k, own, mate, roll))
+                    continue
                 found.append(self._resolved(partial(self.plane.piece_on_piece, k, own, mate), roll))
         for k, (own, mate) in enumerate(((first, second), (second, first))):
             for roll, piece in own.corners:
@@ -112,12 +119,24 @@ class Separation:
         return tuple(curve for curve in found if curve is not None)
 
     def _resolved(self, touch: Callable[[NDArray], Curve | None], nodes: NDArray) -> Curve | None:
-        """Curve through ``nodes``, sixteen times as many where flanks are sharply curved, near their base circles."""
+        """Curve through ``nodes``, up to ``FINER`` times as many where flanks are sharply curved, near base circles.
+
+        There roll lengths, which are interpolated linearly, go like the root of u: their error like 1/R³ and the square
+        of the distance of nodes.
+        """
         curve = touch(nodes)
-        if curve is None or curve.radii.min() > 0.1 * self.plane.tangent_length:
+        sharp = SHARP * self.plane.tangent_length
+        if curve is None or curve.radii.min() > sharp:
             return curve
+        radius = np.full(len(nodes), np.nan)
+        radius[np.searchsorted(nodes, curve.node)] = curve.radii.min(axis=0)
+        least = np.minimum(radius[:-1], radius[1:])
+        parts = np.ceil(np.clip((sharp / np.maximum(least, 1e-3 * sharp)) ** 1.5, 1.0, FINER))
+        # the curve ends between a node on it and one that is not
+        parts = np.where(np.isfinite(parts), parts, np.where(np.isnan(radius[:-1]) & np.isnan(radius[1:]), 1, FINER))
         index = np.arange(len(nodes))
-        return touch(np.interp(np.linspace(0, index[-1], 16 * index[-1] + 1), index, nodes))
+        at = np.interp(np.arange(1 + int(parts.sum())), np.append(0, np.cumsum(parts)), index)
+        return touch(np.interp(at, index, nodes))
 
     def _nodes(self, low: float, high: float) -> NDArray:
         return np.linspace(low, high, max(5, math.ceil((high - low) / self.step) + 1))
