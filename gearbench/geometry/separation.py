@@ -97,6 +97,8 @@ class Separation:
                 # between involutes the separation is zero, and all else linear
                 straight = own.is_involute and mate.is_involute
                 roll = self.plane.common_nodes(own, mate, own.high - own.low if straight else self.step)
+                if not roll.size:
+                    continue
                 if straight:
                     found.append(self.plane.piece_on_piece(k, own, mate, roll))
                     continue

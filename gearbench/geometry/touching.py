@@ -127,15 +127,22 @@ class Plane:
         return [roll - own.base_radius * (turn + sign * math.acos(cosine)) for sign in (-1, 1)]
 
     def common_nodes(self, own: Piece, mate: Piece, step: float) -> NDArray:
-        """Roll lengths of ``own`` at which two smooth pieces may touch, ends included, no farther than ``step``."""
+        """Roll lengths of ``own`` at which two smooth pieces may touch, ends included, no farther apart than ``step``."""
         roll = np.linspace(own.low, own.high, max(5, math.ceil((own.high - own.low) / step) + 1))
         if own.is_rounding:  # its normal turns fast
             roll = np.linspace(own.low, own.low + _USED * (own.high - own.low), _ARC_NODES)
-        found = [roll]
+        # the mate's point moves all but in proportion: few nodes say where it is on the piece, and where it leaves it
+        few = roll if own.is_rounding else roll[np.unique(np.append(np.arange(0, len(roll), 16), len(roll) - 1))]
+        partner = self._partner(own, mate, few)
+        low, high = np.minimum(partner[:-1], partner[1:]), np.maximum(partner[:-1], partner[1:])
+        near = np.flatnonzero((low <= mate.high) & (high >= mate.low))
+        if not near.size:
+            return near.astype(float)
+        found = [roll[(roll >= few[near[0]]) & (roll <= few[near[-1] + 1])]]
         for end in (mate.low, mate.high):
-            excess = self._partner(own, mate, roll) - end
+            excess = partner - end
             for i in np.flatnonzero(excess[:-1] * excess[1:] < 0):
-                (a, b), (fa, fb) = roll[i : i + 2], excess[i : i + 2]
+                (a, b), (fa, fb) = few[i : i + 2], excess[i : i + 2]
                 for _ in range(12):  # secant: the function is all but linear
                     if fa == fb or abs(b - a) < 1e-12 * self.tangent_length:
                         break
