@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -21,7 +21,7 @@ from gearbench.contact.problem import (
 )
 from gearbench.contact.size import require_contact_memory
 from gearbench.contact.smooth import Smooth, smooth_compliance
-from gearbench.contact.solver import solve
+from gearbench.contact.solver import Guess, solve_roughly
 from gearbench.effects.base import ComplianceEffect, Effect, GapEffect, LineLaw
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, contact_lines
@@ -34,6 +34,9 @@ from gearbench.threads import single_threaded_blas
 LEAST_VARIATION = 1e-10
 #: Phases, and nodes on their lines, at which the gap is looked at.
 TRIAL_PHASES, TRIAL_SEGMENTS = 8, 12
+#: Uniform phases of a coarse solution, segments on its lines, share of the nodes their compliance would have, and how
+#: much of it is left out.
+COARSE_PHASES, COARSE_SEGMENTS, COARSE_NODES, COARSE_TRUNCATION = 24, 12, 0.7, 1e-3
 #: How far lines reach beyond the path of contact where the deflection is not known yet [base pitches].
 _REACH = 0.3
 #: Gauss points on a line for each panel that it has, at least: between kinks of the gap the load is smooth.
@@ -155,26 +158,61 @@ def profile_separation(scene: Scene) -> Separation:
 def greatest_deflection(scene: Scene, flanks: Separation) -> float:
     """Greatest approach of the gears along the line of action over a mesh cycle [mm], whatever the resolution.
 
-    Solved amid the phases with fewest and with most pairs on the path; lines that reach ``MARGIN`` times as far miss
-    nothing. Gaps other than the separation count with their range, so that samples of random errors stay within it.
+    By the first look at it; lines that reach ``MARGIN`` times as far miss nothing. Gaps other than the separation count
+    with their range, so that samples of random errors stay within it.
     """
     return _greatest_deflection(replace(scene, resolution=Resolution()), flanks)
 
 
 @lru_cache(maxsize=16)
 def _greatest_deflection(scene: Scene, flanks: Separation) -> float:
-    meshing = scene.pair.meshing
-    room = _REACH * meshing.base_pitch
-    span = (meshing.path_start - room, meshing.path_end + room)
-    most = meshing.transverse_contact_ratio % 1.0
-    lines = _lines(scene, np.array([(1 + most) / 2, most / 2]), flanks, span)
-    deflection = float(solve(assemble(scene, lines)).approach.max())
+    look = first_look(scene, COARSE_PHASES)
+    deflection = float(look.problem.length_scale * look.guess.delta.max())
     others = [effect for effect in scene.flank_effects if effect.name != "off_line_contact"]
     if any(isinstance(effect, GapEffect) and not effect.modifications(scene.pair) for effect in others):
-        gap = total_gap(scene, lines, others)[lines.active]
+        gap = total_gap(scene, look.lines, others)[look.lines.active]
         # gears whose flanks all have material in excess approach by less, even by less than nothing
         deflection += float(np.ptp(gap) - min(gap.max(), 0.0))
-    return deflection / math.cos(meshing.beta_b)
+    return deflection / math.cos(scene.pair.meshing.beta_b)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Look:
+    """A coarse solution at uniform phases over the mesh cycle. Never changed.
+
+    Parameters
+    ----------
+    phase
+        Mesh phases τ, (position,).
+    lines, problem
+        Contact lines and problem, of few segments and functions.
+    guess
+        Its solution, good to 1e-6 of itself.
+    """
+
+    phase: NDArray
+    lines: ContactLines
+    problem: ContactProblem
+    guess: Guess
+
+
+@lru_cache(maxsize=16)
+def first_look(scene: Scene, count: int) -> Look:
+    """Coarse solution of ``scene``, whose resolution does not matter, at ``count`` phases.
+
+    Off the line of action lines reach ``_REACH`` beyond the path of contact, whatever the load: their smooth compliance
+    is that under other loads too.
+    """
+    phase, flanks, meshing = mirrored_phases(scene.pair, count), flank_separation(scene), scene.pair.meshing
+    scene = replace(scene, resolution=Resolution(positions=count, segments=COARSE_SEGMENTS))
+    room = _REACH * meshing.base_pitch
+    lines = _lines(scene, phase, flanks, None if flanks is None else (meshing.path_start - room, meshing.path_end + room))
+    problem = assemble(
+        scene, lines, truncation=COARSE_TRUNCATION, nodes=round(COARSE_NODES * smooth_nodes(lines))
+    )
+    guess = Guess.nothing(problem)
+    solve_roughly(problem, guess)
+    return Look(phase=phase, lines=lines, problem=problem, guess=guess)
 
 
 def typical_load(scene: Scene) -> float:
