@@ -21,8 +21,9 @@ from gearbench.geometry.touching import Curve, Plane
 
 #: Nodes on a base pitch: cubic Hermite polynomials between them are good to 1e-10 mm and better.
 NODES = 400
-#: Radius of curvature [T1T2] below which nodes are closer, and how many times as close at most.
-SHARP, FINER = 0.1, 16
+#: Radius of curvature [T1T2] below which nodes are closer, error of cubics from which they are [mm], and how many times
+#: as close at most.
+SHARP, ERROR, FINER = 0.1, 5e-10, 16
 #: How far beyond its end an interval is meant [mm].
 _ROUNDING = 1e-11
 #: Length [base pitches] before and after the path of contact up to which separations are known.
@@ -150,16 +151,20 @@ class Separation:
         """Curve through ``nodes``, up to ``FINER`` times as many where flanks are sharply curved, near base circles.
 
         There roll lengths, which are interpolated linearly, go like the root of u: their error like 1/R³ and the square
-        of the distance of nodes.
+        of the distance h of nodes. That of cubics is about h⁴/R³.
         """
         curve = touch(nodes)
-        sharp = SHARP * self.plane.tangent_length
-        if curve is None or curve.radii.min() > sharp:
-            return curve
+        if curve is None:
+            return None
         radius = np.full(len(nodes), np.nan)
-        radius[np.searchsorted(nodes, curve.node)] = curve.radii.min(axis=0)
+        radius[np.searchsorted(nodes, curve.node)] = np.maximum(curve.radii.min(axis=0), 1e-3 * self.step)
         least = np.minimum(radius[:-1], radius[1:])
-        parts = np.ceil(np.clip((sharp / np.maximum(least, 1e-3 * sharp)) ** 1.5, 1.0, FINER))
+        parts = np.maximum(
+            (SHARP * self.plane.tangent_length / least) ** 1.5, (self.step**4 / least**3 / ERROR) ** 0.25
+        )
+        if not np.nanmax(parts, initial=0.0) > 1:
+            return curve
+        parts = np.ceil(np.clip(parts, 1.0, FINER))
         # the curve ends between a node on it and one that is not
         parts = np.where(np.isfinite(parts), parts, np.where(np.isnan(radius[:-1]) & np.isnan(radius[1:]), 1, FINER))
         index = np.arange(len(nodes))
