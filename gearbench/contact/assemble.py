@@ -19,6 +19,7 @@ from gearbench.contact.problem import (
     stiffness_of_law,
     truncated_root,
 )
+from gearbench.contact.scaling import by_lever, even_deflection, scale_problem, typical_compression
 from gearbench.contact.size import require_contact_memory
 from gearbench.contact.smooth import Smooth, smooth_compliance
 from gearbench.contact.solver import Guess, solve_roughly
@@ -206,10 +207,9 @@ def first_look(scene: Scene, count: int) -> Look:
     phase, flanks, meshing = mirrored_phases(scene.pair, count), flank_separation(scene), scene.pair.meshing
     scene = replace(scene, resolution=Resolution(positions=count, segments=COARSE_SEGMENTS))
     room = _REACH * meshing.base_pitch
-    lines = _lines(scene, phase, flanks, None if flanks is None else (meshing.path_start - room, meshing.path_end + room))
-    problem = assemble(
-        scene, lines, truncation=COARSE_TRUNCATION, nodes=round(COARSE_NODES * smooth_nodes(lines))
-    )
+    span = None if flanks is None else (meshing.path_start - room, meshing.path_end + room)
+    lines = _lines(scene, phase, flanks, span)
+    problem = assemble(scene, lines, truncation=COARSE_TRUNCATION, nodes=round(COARSE_NODES * smooth_nodes(lines)))
     guess = Guess.nothing(problem)
     solve_roughly(problem, guess)
     return Look(phase=phase, lines=lines, problem=problem, guess=guess)
@@ -331,86 +331,14 @@ def _problem(
     none = np.zeros(lines.shape)
     a, h = sum((law.a for law in laws), none), sum((law.h for law in laws), none)
     if unit is None and matrix is not None and not laws:
-        unit = _even_deflection(matrix, lines) * scene.F_bn
+        unit = even_deflection(matrix, lines) * scene.F_bn
     elif unit is None:
-        unit = _typical_compression(a, h, scene)
+        unit = typical_compression(a, h, scene)
     if lines.touch is not None:
-        factor, matrix, a, h = _by_lever(lines.touch.levers[0], factor, matrix, a, h)
+        factor, matrix, a, h = by_lever(lines.touch.levers[0], factor, matrix, a, h)
     problem = scale_problem(lines, gap, factor, a, h, soft, scene.F_bn, unit, coupled=matrix is not None)
     if matrix is not None:
         matrix = matrix * (problem.force / problem.length_scale)
         return replace(problem, factor=truncated_root(matrix, stiffness_of_law(problem), truncation))
     # a tooth of high order has more amplitudes than a contact line has segments
     return problem if factor.shape[-1] <= lines.shape[2] else reduce_rank(problem, truncation)
-
-
-def _by_lever(
-    w: NDArray, factor: NDArray, matrix: NDArray | None, a: NDArray, h: NDArray
-) -> tuple[NDArray, NDArray | None, NDArray, NDArray]:
-    """Ψ, H, a and h in moments about the pinion's axis over its base radius in place of forces, P̃ = w P (T5).
-
-    With compressions s = w (δ − e) the equations keep their form, and their symmetry.
-    """
-    if matrix is not None:
-        flat = w.reshape(len(w), -1)
-        matrix = matrix / (flat[:, :, None] * flat[:, None, :])
-    return factor / w[..., None], matrix, (a + h * np.log(w)) / w**2, h / w**2
-
-
-def _typical_compression(a: NDArray, h: NDArray, scene: Scene) -> float:
-    """Compression under the mean line load [mm]: unit of displacement where there is a law."""
-    line_load = scene.F_bn / scene.pair.meshing.face_width
-    # a law driven beyond its validity still has the slope h of its continuation
-    return line_load * max(float(np.mean(a - h * math.log(line_load))), float(np.mean(h)))
-
-
-def _even_deflection(matrix: NDArray, lines: ContactLines) -> float:
-    """Mean deflection [mm/N] by H (position, n, n) under a unit force shared evenly by all segments.
-
-    Raises
-    ------
-    InputError
-        If the compliance of the segments is not positive definite.
-    """
-    active = np.repeat(lines.active, lines.shape[2], axis=1)
-    greatest = np.linalg.norm(matrix, axis=(1, 2))[:, None]
-    least = np.linalg.eigvalsh(matrix + np.eye(active.shape[1]) * np.where(active, 0.0, greatest)[:, None, :])[:, :1]
-    if np.any(least <= 1e-13 * greatest):
-        raise InputError("effects", "no contact law", "the compliance alone does not determine the loads: add hertz")
-    return float(np.mean(matrix.sum(axis=(1, 2)) / active.sum(axis=1) ** 2))
-
-
-def scale_problem(
-    lines: ContactLines,
-    gap: NDArray,
-    factor: NDArray,
-    a: NDArray,
-    h: NDArray,
-    soft: NDArray,
-    force: float,
-    scale: float,
-    *,
-    coupled: bool,
-) -> ContactProblem:
-    """Dimensionless problem from gap and ``soft``, half its variation over a cell [mm], Ψ [√(mm/N)], a and h [mm²/N].
-
-    All arrays (position, pair, segment, …); ``force`` [N] and ``scale`` [mm] become the units.
-    """
-    positions, pairs, segments = lines.shape
-    active = np.broadcast_to(lines.active[..., None], lines.shape)
-    length = np.where(active, lines.length, 1.0)
-    unit = force / scale
-    flat = (positions, pairs * segments)
-    return ContactProblem(
-        gap=((gap - soft) / scale).reshape(flat),
-        a=(unit / length * (a + h * np.log(length / force))).reshape(flat),
-        h=(unit / length * h).reshape(flat),
-        soft=(soft / scale).reshape(flat),
-        active=active.reshape(flat),
-        factor=np.ascontiguousarray((factor * math.sqrt(unit)).reshape(*flat, -1)),
-        block=np.zeros(flat[1], dtype=np.int64) if coupled else np.repeat(np.arange(pairs), segments),
-        blocks=1 if coupled else pairs,
-        force=force,
-        length_scale=scale,
-        shape=lines.shape,
-    )

@@ -127,7 +127,7 @@ class Plane:
         return [roll - own.base_radius * (turn + sign * math.acos(cosine)) for sign in (-1, 1)]
 
     def common_nodes(self, own: Piece, mate: Piece, step: float) -> NDArray:
-        """Roll lengths of ``own`` at which two smooth pieces may touch, ends included, no farther apart than ``step``."""
+        """Roll lengths of ``own`` at which two smooth pieces may touch, ends included, ``step`` apart at most."""
         roll = np.linspace(own.low, own.high, max(5, math.ceil((own.high - own.low) / step) + 1))
         if own.is_rounding:  # its normal turns fast
             roll = np.linspace(own.low, own.low + _USED * (own.high - own.low), _ARC_NODES)
