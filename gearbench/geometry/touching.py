@@ -114,7 +114,17 @@ class Plane:
         levers = np.stack([lever / r_b, d_mate / r_m])
         radii = np.stack([np.broadcast_to(rho, v.shape), radius])
         tilt = np.abs(theta - phi - eps_own)
-        return self._curve(k, v, np.stack([v, v_mate]), np.stack([np.full_like(v, roll), other]), levers, radii, keep, tilt=tilt, edge=k)
+        return self._curve(
+            k,
+            v,
+            np.stack([v, v_mate]),
+            np.stack([np.full_like(v, roll), other]),
+            levers,
+            radii,
+            keep,
+            tilt=tilt,
+            edge=k,
+        )
 
     def meeting(self, k: int, roll: float, own: Piece, other: float, mate: Piece) -> list[float]:
         """Rotations v of gear k at which its point of the roll length ``roll`` meets the mate's of ``other``."""
