@@ -22,9 +22,7 @@ Folder = Annotated[
     Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the generations and the front.")
 ]
 Resume = Annotated[bool, typer.Option("--resume", help="Continue the search in DIR.")]
-Scheduler = Annotated[
-    str | None, typer.Option(metavar="ADDRESS|local:N", help="Evaluate on dask.distributed.")
-]
+Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS|local:N", help="Evaluate on dask.distributed.")]
 Threads = Annotated[
     int | None, typer.Option(min=1, help="Worker processes, one design at a time on each; all processors by default.")
 ]
