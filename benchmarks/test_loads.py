@@ -1,8 +1,9 @@
 """What a sweep of twenty torques, and contact off the line of action, cost on the twelve gears: ratios of one run."""
 
+import itertools
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -60,12 +61,12 @@ def test_a_sweep_of_twenty_torques_against_one(benchmark, path):
     benchmark.pedantic(lambda: swept(2), rounds=2)
 
 
-def other_pairs(scene: Scene):
-    """The scene with gears that were not solved before, of all but the same addenda."""
-    tables, shares = scene.to_mapping(), iter(1.0 - 1e-7 * np.arange(1, 10_000))
+def other_pairs(scene: Scene, shares: Iterator[float]):
+    """The scene with gears that were not solved before, their addenda ``shares`` of its own."""
+    tables = scene.to_mapping()
 
     def made() -> Scene:
-        share = float(next(shares))
+        share = next(shares)
         gears = {
             gear: {**tables["pair"][gear], "addendum": share * tables["pair"][gear].get("addendum", 1.0)}
             for gear in ("pinion", "wheel")
@@ -82,7 +83,8 @@ def test_contact_off_the_line_of_each_gear(benchmark, path):
     tables["effects"].pop("off_line_contact", None)
     on_line = parse_scene(tables)
     scenes = [on_line, parse_scene({**tables, "effects": {**tables["effects"], "off_line_contact": {}}})]
-    pairs, torques = [other_pairs(s) for s in scenes], [other_torques(s) for s in scenes]
+    shares = (1.0 - 1e-7 * i for i in itertools.count())  # none twice: what one scene has made the other would find
+    pairs, torques = [other_pairs(s, shares) for s in scenes], [other_torques(s) for s in scenes]
     works: dict[str, list[Callable[[], object]]] = {
         "new pair": [lambda made=made: simulate(made()) for made in pairs],
         "new torque": [lambda made=made: simulate(made()) for made in torques],
