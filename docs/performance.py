@@ -55,22 +55,22 @@ scene gives none, the accuracy of finite elements where it has its default; the 
 and is kept.
 
 1. Finite elements get half of the budget.
-2. The scene runs at settings that left the error asked for on gears in use: at 1 % with 16 segments and 5 Gauss points,
-   and again with 0.6 of the segments and 0.8 of the Gauss points: 0.6 of the difference counts as error. Solid teeth have
-   7 functions along the height meanwhile. Where that is above the budget, or half of it with solid teeth, only what
-   contributes is raised, in at most six rounds.
-3. With these segments and Gauss points solid teeth climb, at 1 % to 9 functions along the height: the difference between
-   two rungs is extrapolated with order 2.2 and must be within 0.85 of the budget, otherwise they climb on. Its square and
-   that of the error before add up.
+2. The scene runs at settings that left the error asked for on gears in use: at 1 % with 16 segments and 5 Gauss
+   points, and again with 0.6 of the segments and 0.8 of the Gauss points: 0.6 of the difference counts as error.
+   Solid teeth have 7 functions along the height meanwhile. Where that is above the budget, or half of it with solid
+   teeth, only what contributes is raised, in at most six rounds.
+3. With these segments and Gauss points solid teeth climb, at 1 % to 9 functions along the height: the difference
+   between two rungs is extrapolated with order 2.2 and must be within 0.85 of the budget, otherwise they climb on. Its
+   square and that of the error before add up.
 4. The last run is the result. What cannot be met is refused in one line, which says what was reached.
 5. `robust` does this on 128 samples with 40 % of the budget for the means of mean and RMS, with 1.5 of the difference
    for an error, then doubles the samples until three standard errors fit into the rest.
 
-On wide helical pairs with relief on their bodies (`python -m studies.s07_accuracy_cost.bodies`, rows in
-`bodies.csv` beside it) 1 % was met on 11 of 11 with contact on the line of action, at 4.2 times the processor time of the
-cheapest settings (median; most 9.8), which nobody knows beforehand, and on 5 of 8 with contact off it, where crowned
-flanks converge like 1/n in the segments. 0.1 % is out of reach of most solid teeth: with 29 functions along the height
-their order leaves 0.02 to 0.4 %.
+On wide helical pairs with relief on their bodies (`python -m studies.s07_accuracy_cost.bodies`, rows in `bodies.csv`
+beside it) 1 % was met on 11 of 11 with contact on the line of action, at 4.2 times the processor time of the cheapest
+settings (median; most 9.8), which nobody knows beforehand, and on 5 of 8 with contact off it, where crowned flanks
+converge slowly in the segments. 0.1 % is out of reach of most solid teeth: with 29 functions along the height their
+order leaves 0.02 to 0.4 %.
 
 The random scenes are spur and helical pairs, half of them each with tip relief, crowning, a slope of the helix; none
 was left out. The best setting is the quickest on the grid of all segments up to 128 and Gauss points up to 32 whose

@@ -15,11 +15,15 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.compliance.bases import gauss
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 #: Offsets σ of a parabola's vertex from the edge, in Hertzian half-widths, at which strips are computed.
 _OFFSETS = np.concatenate([-np.geomspace(12.0, 1.4, 9), np.linspace(-1.2, 1.2, 17), np.geomspace(1.4, 24.0, 11)])
@@ -37,14 +41,19 @@ def softness(angle: float) -> float:
 
 def spread(angle: float, x: NDArray) -> NDArray:
     """ω(x) of a wedge of the ``angle`` [rad]: zero at 0, −B |x| far away."""
+    eta, factor = _waves(angle)
+    x = np.asarray(x, dtype=float)
+    return (np.cos(x[..., None] * eta) - 1) @ factor
+
+
+def _waves(angle: float) -> tuple[NDArray, NDArray]:
+    """Gauss points η, and Δm(η)/η times their weights."""
     eta, weight = gauss(160, 0.0, 40.0 / min(angle, math.pi))
     s, c, z = math.sin(angle), math.cos(angle), eta * angle
     # cosh and sinh over e^z, so that nothing overflows
     cosh, sinh, one = (1 + np.exp(-2 * z)) / 2, (1 - np.exp(-2 * z)) / 2, np.exp(-z)
     m = (cosh - c * one) / (sinh + eta * s * one) + (cosh + c * one) / (sinh - eta * s * one)
-    factor = (m - 2 / np.tanh(math.pi * eta)) / eta * weight
-    x = np.asarray(x, dtype=float)
-    return (np.cos(x[..., None] * eta) - 1) @ factor
+    return eta, (m - 2 / np.tanh(math.pi * eta)) / eta * weight
 
 
 def strip_at_edge(angle: float, offset: float, room: float = 2.1) -> float:
@@ -90,8 +99,12 @@ def strip_at_edge(angle: float, offset: float, room: float = 2.1) -> float:
 
 @lru_cache(maxsize=16)
 def _spread_nodes(angle: float) -> tuple[NDArray, NDArray]:
-    x = np.linspace(0.0, 14.0, 700)
-    return x, spread(angle, x)
+    eta, factor = _waves(angle)
+    step = 14.0 / 699
+    # cos(α + β) of few α and few β
+    alpha, beta = (step * at[:, None] * eta for at in (25 * np.arange(28), np.arange(25)))
+    waves = (np.cos(alpha) * factor) @ np.cos(beta).T - (np.sin(alpha) * factor) @ np.sin(beta).T
+    return step * np.arange(700), (waves - factor.sum()).ravel()
 
 
 def spread_table(angle: float, x: NDArray) -> NDArray:
@@ -100,19 +113,22 @@ def spread_table(angle: float, x: NDArray) -> NDArray:
 
 
 @lru_cache(maxsize=1)
-def _strips() -> NDArray:
-    """Λ(σ): approaches less Hertz's own and less the separation at the edge, (angle, offset)."""
+def _strips() -> CubicSpline:
+    """Λ(σ): approaches less Hertz's own and less the separation at the edge, (offset,) of an angle."""
+    from scipy.interpolate import CubicSpline
+
     hertz = 4 * (math.log(2) + 0.5)
-    return np.array([[strip_at_edge(a, s) - hertz - 4 * max(s, 0.0) ** 2 for s in _OFFSETS] for a in _ANGLES])
+    return CubicSpline(
+        _ANGLES, [[strip_at_edge(a, s) - hertz - 4 * max(s, 0.0) ** 2 for s in _OFFSETS] for a in _ANGLES]
+    )
 
 
 @lru_cache(maxsize=64)
 def _strip_table(angle: float) -> tuple[float, NDArray]:
     """Λ at the first offset, and the cubics (power falling, interval) that keep it monotone between offsets."""
-    from scipy.interpolate import CubicSpline, PchipInterpolator
+    from scipy.interpolate import PchipInterpolator
 
-    angle = min(max(angle, _ANGLES[0]), _ANGLES[-1])
-    values = CubicSpline(_ANGLES, _strips())(angle)
+    values = _strips()(min(max(angle, _ANGLES[0]), _ANGLES[-1]))
     return float(values[0]), PchipInterpolator(_OFFSETS, values).c
 
 

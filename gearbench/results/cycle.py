@@ -27,16 +27,15 @@ if TYPE_CHECKING:
 MICROMETRES = 1e3  # per mm
 #: Harmonics that a Dataset holds.
 HARMONICS = 10
-#: Accuracy of the phases at which curves jump [mesh cycles], the part of what panels leave out that they leave of an
-#: amplitude together, and what is left of the last change of a curve when the ends of patches are found once more:
-#: measured on gears in use.
-LOCATED, TAIL, LEFT = 2e-4, 0.5, 0.1
+#: Accuracy of the phases at which curves jump [mesh cycles], and what is left of the last change of a curve when the
+#: ends of patches are found once more: measured on gears in use.
+LOCATED, LEFT = 2e-4, 0.1
 #: By what factor each coefficient on a panel is below the one before it, at least and at most.
 FALLS = (0.3, 0.95)
 #: What the few functions along oblique lines leave of a harmonic, of peak-to-peak and for each module of face width;
 #: the same of the lines of spur pairs, of peak-to-peak; and what is cut off compliances of one of the stiffness, of its
 #: mean: measured on gears in use.
-ALONG, ACROSS, CUT = 8e-6, 2e-5, 3e-5
+ALONG, ACROSS, CUT = 8e-6, 2e-5, 4e-5
 #: Points on each panel where peak-to-peak values look, and the last coefficient on one, over the range of the curve,
 #: above which they look between its Gauss points and the neighbours only.
 FINE, STEEP = 201, 2e-2
@@ -194,7 +193,7 @@ def noise_floor(
         return np.hypot(patches, spectrum[..., -max(1, spectrum.shape[-1] // 4) :].max(axis=-1)[..., None])
     size = phases.size
     by_panel = values.reshape(*values.shape[:-1], -1, size)
-    tail = TAIL * _left_out(phases, by_panel @ legendre_transform(size).T, orders)
+    tail = _left_out(phases, by_panel @ legendre_transform(size).T, orders)
     ends = by_panel @ _to_equidistant(size, 2)
     jump = np.roll(ends[..., 0], -1, axis=-1) - ends[..., 1]
     jumps = 2 * located * np.sqrt((jump**2).sum(axis=-1))
