@@ -307,15 +307,38 @@ def from_smallest(n, gap, delta, least):
 
 
 @njit(**_OPTIONS)
+def keep_settled(unknowns, delta, stiffness, done, kept):
+    """Unknowns (n, lanes), δ, ∂F/∂δ and whether they are done of all lanes, into kept (n + 3, lanes)."""
+    n = unknowns.shape[0]
+    for i in range(n):
+        for j in range(LANES):
+            kept[i, j] = unknowns[i, j]
+    for j in range(LANES):
+        kept[n, j], kept[n + 1, j], kept[n + 2, j] = delta[j], stiffness[j], done[j]
+
+
+@njit(**_OPTIONS)
+def restore_settled(unknowns, delta, stiffness, done, kept):
+    """Lanes that were done get back from kept what they had: they must not see that others were not."""
+    n = unknowns.shape[0]
+    for j in range(LANES):
+        if kept[n + 2, j] == 1.0:
+            delta[j], stiffness[j], done[j] = kept[n, j], kept[n + 1, j], 1.0
+            for i in range(n):
+                unknowns[i, j] = kept[i, j]
+
+
+@njit(**_OPTIONS)
 def solve_chunk(
-    firsts, blocks, ranks, gap0, modes, draws, factor, product, laws, start, guess, tolerance, limit,
+    firsts, blocks, ranks, ahead, gap0, modes, draws, factor, product, laws, start, guess, tolerance, limit,
     delta, stiffness, done,
 ):  # fmt: skip
     """Solve every position for one chunk of ``LANES`` samples; fills δ, ∂F/∂δ and whether they converged.
 
     ranks (position, block): columns of the factor that are not zero in a block. gap0 (position, n), modes (position,
     error, n), draws (error, lanes): e = gap0 + Σ modes · draws. start (position, block·rank + 1)
-    and guess (position, error, block·rank + 1): first guess of (q, δ), linear in the draws.
+    and guess (position, error, block·rank + 1): first guess of (q, δ), linear in the draws. To it comes, by the weights
+    ahead (position, 2), what it missed at the two positions before.
     """
     positions, n = gap0.shape
     errors, rank = draws.shape[0], factor.shape[2]
@@ -323,7 +346,7 @@ def solve_chunk(
     gap, s, p, w = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((n, LANES)), np.empty((n, LANES))
     q, grad, cross = np.empty((most + 1, LANES)), np.empty((most, LANES)), np.empty((most, LANES))
     hess, rows = np.empty((most * (rank + 1) // 2 + 1, LANES)), np.empty((9, LANES))
-    least = np.empty(LANES)
+    least, missed, kept = np.empty(LANES), np.zeros((2, most + 1, LANES)), np.empty((most + 4, LANES))
     steps = 0
     for t in range(positions):
         first = firsts[t, : blocks[t] + 1]
@@ -335,14 +358,36 @@ def solve_chunk(
             for j in range(LANES):
                 q[r, j] = start[t, r]
             add_combination(0, errors, guess[t], r, draws, q, r)
+            for j in range(LANES):
+                more = ahead[t, 0] * missed[0, r, j] + ahead[t, 1] * missed[1, r, j]
+                missed[1, r, j] = missed[0, r, j]
+                missed[0, r, j] = -q[r, j]
+                q[r, j] += more
         for j in range(LANES):
             delta[t, j] = q[most, j]
         from_smallest(first[blocks[t]], gap, delta[t], least)
         steps += solve_lanes(
             first, ranks[t, : blocks[t]], gap, factor[t], product[t], laws[t], q, delta[t], stiffness[t], tolerance,
-            limit, s, p, w, grad, cross, hess, rows,
+            limit if ahead[t, 0] == 0.0 else limit // 2, s, p, w, grad, cross, hess, rows,
         )  # fmt: skip
+        if ahead[t, 0] != 0.0 and rows[7].sum() < LANES:
+            # large errors: from the linear solution alone Newton's method goes farther
+            keep_settled(q, delta[t], stiffness[t], rows[7], kept)
+            for r in range(most + 1):
+                for j in range(LANES):
+                    q[r, j] = -missed[0, r, j]
+            for j in range(LANES):
+                delta[t, j] = q[most, j] - least[j]
+            steps += solve_lanes(
+                first, ranks[t, : blocks[t]], gap, factor[t], product[t], laws[t], q, delta[t], stiffness[t], tolerance,
+                limit, s, p, w, grad, cross, hess, rows,
+            )  # fmt: skip
+            restore_settled(q, delta[t], stiffness[t], rows[7], kept)
         for j in range(LANES):
             delta[t, j] += least[j]
             done[t, j] = rows[7, j]
+            q[most, j] = delta[t, j]
+        for r in range(most + 1):
+            for j in range(LANES):
+                missed[0, r, j] = missed[0, r, j] + q[r, j] if done[t, j] == 1.0 else 0.0
     return steps
