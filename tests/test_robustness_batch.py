@@ -8,7 +8,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from gearbench.contact import batch as batching
-from gearbench.contact._batch_kernels import LANES, apply_laws, solve_chunk
+from gearbench.contact._batch_kernels import apply_laws, solve_chunk
+from gearbench.contact._lane_kernels import LANES
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.law import inverse, kernel_coefficients
 from gearbench.contact.solver import solve
@@ -69,7 +70,7 @@ def test_a_sample_is_bit_for_bit_the_same_in_any_batch_and_on_any_number_of_thre
 
 
 def test_what_the_first_guess_missed_at_the_positions_before_saves_steps():
-    """The same answers; a guess lies on the straight line through two positions, no farther than the position itself."""
+    """The same answers; guesses lie on the straight line through two positions, not beyond the next one."""
     problem = prepare_scene(gear("24").scene(errors=True))
     b, draws = problem.batch, np.ascontiguousarray(problem.expansion.amounts(problem.draw(LANES, 0, "sobol")).T)
     found = []

@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from gearbench.contact import batch as batching
-from gearbench.contact._batch_kernels import LANES
+from gearbench.contact._lane_kernels import LANES
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.batch import Batch, chunks, solve_batch, solve_one_chunk
 from gearbench.contact.law import inverse

@@ -246,7 +246,7 @@ def solve_batch(batch: Batch, draws: NDArray) -> BatchSolution:
 
 def chunks(draws: NDArray) -> Iterator[NDArray]:
     """``draws`` (sample, error) in chunks of the lanes of the kernel, the last one filled up by its last sample."""
-    from gearbench.contact._batch_kernels import LANES
+    from gearbench.contact._lane_kernels import LANES
 
     for i in range(0, len(draws), LANES):
         chunk = draws[i : i + LANES]
