@@ -48,7 +48,7 @@ class Fineness:
     """
 
     strip: float = 2.0
-    cells: int = 16
+    cells: int = 32
     contact: float = 0.33
     size: float = 0.3
     growth: float = 0.45
