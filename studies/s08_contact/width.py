@@ -59,7 +59,8 @@ WIDE = {
         phases=20, fineness=replace(Fineness().coarser(), layer=3.0, cells=32, contact=0.33), softer=1.007,
     ),
     "width_helical": Wide(
-        curves={"helical": (100.0, 200.0), "helical_relief": (50.0, 100.0)}, phases=12, fineness=Fineness().coarser()
+        curves={"helical": (100.0,), "helical_relief": (100.0,)}, phases=12,
+        fineness=replace(Fineness().coarser(), layer=0.7),
     ),
 }  # fmt: skip
 

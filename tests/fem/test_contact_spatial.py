@@ -131,6 +131,21 @@ def test_a_laying_that_suffices_stays_and_one_that_does_not_is_corrected():
     assert short.patches == {0: (4.5, 7.5)}
 
 
+def test_layers_end_where_lines_cross_the_beginning_of_a_relief():
+    """The load has a kink there; a layer across it makes the gears too soft."""
+    relief, meshing = TipRelief(amount=10.0, length=0.5), HELICAL.meshing
+    laying, sections = first_laying(HELICAL, (relief,), 0.2, 2000.0)
+    seen = 0
+    for strip in lay_strips(HELICAL, (relief,), 0.2, laying, sections, Fineness()):
+        start = meshing.path_start + (0.2 + strip.k) * meshing.base_pitch
+        for y in (np.array(relief.kinks(HELICAL)) - start) / math.tan(meshing.beta_b):
+            if 0.5 < y < HELICAL.face_width - 0.5:
+                i, seen = int(np.argmin(np.abs(strip.layers - y))), seen + 1
+                assert strip.layers[i] == pytest.approx(y, abs=1e-9)
+                assert np.diff(strip.layers)[i - 1 : i + 1].max() < 0.6 * Fineness().layer * HELICAL.normal_module
+    assert seen
+
+
 def test_layers_crowd_where_a_patch_is_short():
     """Ends inside resolve it, none is thicker than before, and both faces stay."""
     laying, sections = first_laying(HELICAL, (), 0.5, 5e3)
