@@ -32,7 +32,7 @@ def test_the_page_says_what_the_stored_curves_show(kept):
     assert round(float(off["fast_off_line"].max()), 2) == 0.71
     nearer = [name for name, a, b in zip(names(kept), off["fast"], off["fast_off_line"], strict=True) if a < b]
     assert nearer == ["fzg_c", "drawn_4"]
-    assert len(names(kept)) == 20
+    assert len(names(kept)) == 22
 
 
 def test_measured_pairs_are_those_of_the_study(kept):

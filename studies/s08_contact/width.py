@@ -59,8 +59,10 @@ WIDE = {
         phases=20, fineness=replace(Fineness().coarser(), layer=3.0, cells=32, contact=0.33), softer=1.007,
     ),
     "width_helical": Wide(
-        curves={"helical": (100.0,), "helical_relief": (100.0,)}, phases=12,
-        fineness=replace(Fineness().coarser(), layer=0.7),
+        curves={"helical": (100.0,)}, phases=12, fineness=replace(Fineness().coarser(), layer=0.6)
+    ),
+    "width_helical_relief": Wide(
+        curves={"helical_relief": (100.0,)}, phases=12, fineness=replace(Fineness().coarser(), layer=0.7)
     ),
 }  # fmt: skip
 
@@ -77,29 +79,27 @@ def wide_scene(name: str) -> Scene:
 
 
 def wide(name: str) -> xr.Dataset:
-    """All curves of a file of ``WIDE``, (curve, position), their error bars told and no mesh refined for them."""
+    """All curves of a file of ``WIDE``, (curve, position); no mesh is refined for their error bars."""
     chosen, rows = WIDE[name], []
     for which, torques in chosen.curves.items():
         settings = SpatialSettings(fineness=chosen.fineness)
         found = contact_cycle(wide_scene(which), chosen.phases, torques=torques, settings=settings, error_bar=math.inf)
         q, k = found.transmission_error.values, found.mesh_stiffness.values
-        bars = found.transmission_error_uncertainty.values
-        rows += [(which, *each) for each in zip(torques, q, k, bars, strict=True)]
+        rows += [(which, *each) for each in zip(torques, q, k, strict=True)]
     return collected(name, rows)
 
 
-def collected(name: str, rows: list[tuple[str, float, NDArray, NDArray, float]]) -> xr.Dataset:
-    """Curves from their scenes, torques [N·m], STE [µm] and stiffness [N/µm] (position,), and error bars [µm]."""
+def collected(name: str, rows: list[tuple[str, float, NDArray, NDArray]]) -> xr.Dataset:
+    """Curves from their scenes, torques [N·m], STE [µm] and stiffness [N/µm] (position,)."""
     import xarray as xr
 
     chosen = WIDE[name]
-    scenes, torques, ste, stiffness, bars = (list(each) for each in zip(*rows, strict=True))
+    scenes, torques, ste, stiffness = (list(each) for each in zip(*rows, strict=True))
     r_b = [wide_scene(which).pair.gears[0].base_radius for which in scenes]
     q, k, grid = np.stack(ste), np.stack(stiffness), ("curve", "position")
     variables = {
         "transmission_error": (grid, q + (chosen.softer - 1) * 1e3 * (np.array(torques) / r_b)[:, None] / k),
         "mesh_stiffness": (grid, k / chosen.softer),
-        "transmission_error_uncertainty": ("curve", bars),
     }
     phase = (np.arange(chosen.phases) + 0.5) / chosen.phases
     coords = {"mesh_phase": ("position", phase), "case": ("curve", scenes)}
