@@ -54,9 +54,8 @@ def compression(E: float, nu: float, k: NDArray, r: NDArray, t: NDArray) -> NDAr
     return np.where(k > 0, a * (k0(wave * r) - k0(wave * R)) - c * t**2 / R * wave * k1(wave * R), plane)
 
 
-@lru_cache(maxsize=16)
 def half_space_compression(gear: Gear, E: float, nu: float, order: tuple[int, int], points: int = 18) -> NDArray:
-    """Compression projected onto orthonormal Legendre products on the flank, (p·q, p·q) [mm/N]; kept.
+    """Compression projected onto orthonormal Legendre products on the flank, (p·q, p·q) [mm/N].
 
     Parameters
     ----------
@@ -80,9 +79,7 @@ def half_space_compression(gear: Gear, E: float, nu: float, order: tuple[int, in
     # short waves see the surface only: ĝ_k → 2(1−ν²)/(πE) K₀(kr), whose integral falls like 1/k
     rest = T[:, waves:] * ((waves - 1) / np.arange(waves, T.shape[1]))
     far = (rest @ T[:, waves:].T)[None, :, None, :] * G[-1][:, None, :, None]
-    found = (near + far).reshape(p * q, p * q)
-    found.flags.writeable = False
-    return found
+    return (near + far).reshape(p * q, p * q)
 
 
 def _projected_waves(gear: Gear, E: float, nu: float, p: int, waves: NDArray, points: int) -> NDArray:

@@ -134,10 +134,8 @@ def meshed_flank(body: Body, material: Material, accuracy: float) -> FlankCompli
 def forget_fast_teeth() -> None:
     """Build plates, solids and rings anew when they are next asked for: to measure it, or to free their memory."""
     from gearbench.compliance.gear_body import rim_harmonics
-    from gearbench.compliance.local import half_space_compression
 
-    of_gears = rim_harmonics, half_space_compression
-    for kept in (plate_tooth, solid_tooth, solid_flank, _toothed_ring, ring_flank, *of_gears):
+    for kept in (plate_tooth, solid_tooth, solid_flank, _toothed_ring, ring_flank, rim_harmonics):
         kept.cache_clear()
 
 
