@@ -62,10 +62,11 @@ class Processes(Engine):
         """
         shares, whole = Shares(by_geometry(study, designs), self._count), False
         try:
-            with single_threaded_blas(), shared(self._count):
+            with single_threaded_blas():
                 while not self._ready() and (design := shares.take(0)) is not None:
                     start = time.thread_time()
-                    result = evaluate(study, design, rivals)
+                    with shared(self._count):
+                        result = evaluate(study, design, rivals)
                     self._spent += time.thread_time() - start
                     self._alone = 0 if result.feasible else self._alone - (result.violation < NO_GEAR)
                     if self._spent > self._after and self._alone <= 0:
