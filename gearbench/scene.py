@@ -20,8 +20,8 @@ from gearbench.schema import STRICT, changed, given
 
 #: Line load over E m_n that a scene may have: below, rounding rules; above, teeth would be pressed through many times.
 LOADS = (1e-15, 100.0)
-#: Gauss points on each panel unless a scene says otherwise; off the line of action means and RMS values of error samples
-#: are then within 1.2 % of those of many points, their scatter within a few per cent, as on it.
+#: Gauss points on each panel unless a scene says otherwise; off the line of action means and RMS values of error
+#: samples are then within 1.2 % of those of many points.
 DEFAULT_GAUSS_POINTS, OFF_LINE_GAUSS_POINTS = 8, 5
 
 
