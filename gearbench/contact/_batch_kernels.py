@@ -10,15 +10,19 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from gearbench.contact._lane_kernels import (
+    LANES,
+    OPTIONS,
+    add_combination,
+    begin,
+    keep_settled,
+    note_missed,
+    restore_settled,
+)
 from gearbench.contact._logarithm_kernels import LN2, MAGIC, MANTISSA, ONE, level_start, logarithm_parts
 
-#: Samples solved side by side.
-LANES = 128
 
-_OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": {"contract"}}
-
-
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def split_exponent(bits, mantissa_bits, exponent_bits):
     """Mantissa in [1, 2) and exponent of positive doubles, through their bits."""
     for j in range(LANES):
@@ -26,7 +30,7 @@ def split_exponent(bits, mantissa_bits, exponent_bits):
         exponent_bits[j] = (bits[j] >> 52) | MAGIC
 
 
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def linear_law(i, s, a, p, w):
     """Row i of forces p and slopes w of a linear law, p = s/a."""
     inverse = 1.0 / a
@@ -36,7 +40,7 @@ def linear_law(i, s, a, p, w):
         w[i, j] = inverse if on else 0.0
 
 
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def log_law_start(kappa, x, mantissa, exponent, level):
     """First guess of L with L − ln L = κ − ln x, and x ← x / L."""
     for j in range(LANES):
@@ -45,7 +49,7 @@ def log_law_start(kappa, x, mantissa, exponent, level):
         x[j] = x[j] * bottom * bottom * inverse
 
 
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def log_law_finish(i, s, edge, kappa, h, mantissa, exponent, level, p, w):
     """Row i of p and w: one step of Halley's method from the guess L, with the exact ln(x/L)."""
     inverse_h = 1.0 / h
@@ -65,7 +69,7 @@ def log_law_finish(i, s, edge, kappa, h, mantissa, exponent, level, p, w):
         w[i, j] = rate if on else 0.0
 
 
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def open_cell(i, s, soft, t):
     """Loaded part t of the cell of row i, and the compression of its middle where all of it is loaded, or soft."""
     half = 0.5 / soft
@@ -74,7 +78,7 @@ def open_cell(i, s, soft, t):
         s[i, j] = max(s[i, j] - soft, soft)
 
 
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def close_cell(i, soft, t, p, w):
     """Row i of p and w of cells of which only the part t is loaded."""
     inverse = 1.0 / soft
@@ -83,7 +87,7 @@ def close_cell(i, soft, t, p, w):
         p[i, j] = p[i, j] * t[j] * t[j]
 
 
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def log_law(i, s, h, kappa, edge, p, w, rows, bits):
     """Row i of forces p and slopes w of the law with a logarithm."""
     for j in range(LANES):
@@ -95,7 +99,7 @@ def log_law(i, s, h, kappa, edge, p, w, rows, bits):
     log_law_finish(i, s, edge, kappa, h, rows[1], rows[2], rows[3], p, w)
 
 
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def apply_laws(n, s, a, h, kappa, edge, soft, p, w, rows, bits):
     """Forces p and slopes w (n, lanes) of segments compressed by s, the law of each its own; uses s up."""
     for i in range(n):
@@ -109,24 +113,7 @@ def apply_laws(n, s, a, h, kappa, edge, soft, p, w, rows, bits):
             close_cell(i, soft[i], rows[4], p, w)
 
 
-@njit(**_OPTIONS)
-def add_combination(start, stop, coefficient, column, rows, out, r):
-    """out[r] += Σ_i coefficient[i, column] · rows[i] over start ≤ i < stop, four rows at a time."""
-    i = start
-    while i + 4 <= stop:
-        a, b = coefficient[i, column], coefficient[i + 1, column]
-        c, d = coefficient[i + 2, column], coefficient[i + 3, column]
-        for j in range(LANES):
-            out[r, j] += (a * rows[i, j] + b * rows[i + 1, j]) + (c * rows[i + 2, j] + d * rows[i + 3, j])
-        i += 4
-    while i < stop:
-        a = coefficient[i, column]
-        for j in range(LANES):
-            out[r, j] += a * rows[i, j]
-        i += 1
-
-
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def compress(first, ranks, gap, factor, q, delta, s):
     """s = δ − e − Ψ q of every segment."""
     rank = factor.shape[1]
@@ -147,7 +134,7 @@ def compress(first, ranks, gap, factor, q, delta, s):
                     s[i, j] -= b0 * q[r, j]
 
 
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def normal_equations(first, ranks, factor, product, q, p, w, grad, cross, hess, total, slope):
     """Gradient and Hessian of J(q, δ) per block; lower triangles of the Hessian stored row by row.
 
@@ -182,7 +169,7 @@ def normal_equations(first, ranks, factor, product, q, p, w, grad, cross, hess, 
                 add_combination(first[k], first[k + 1], product.T, t, w, hess, k * size + t)
 
 
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def factorise(ranks, rank, hess, x, y):
     """Cholesky factor of each block (inverse diagonal), and L⁻¹x, L⁻¹y in place."""
     size = rank * (rank + 1) // 2
@@ -217,7 +204,7 @@ def factorise(ranks, rank, hess, x, y):
                 y[xr, j] *= hess[row + c, j]
 
 
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def back_substitute(ranks, rank, hess, x):
     """x ← L⁻ᵀ x of each block."""
     size = rank * (rank + 1) // 2
@@ -233,7 +220,7 @@ def back_substitute(ranks, rank, hess, x):
                 x[r, j] *= hess[t, j]
 
 
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def newton_step(ranks, rank, hess, x, y, rows, stiffness, q, delta, tolerance):
     """One full Newton step of the lanes that are not done; returns how many are done after it.
 
@@ -267,7 +254,7 @@ def newton_step(ranks, rank, hess, x, y, rows, stiffness, q, delta, tolerance):
     return count
 
 
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def solve_lanes(
     first, ranks, gap, factor, product, law, q, delta, stiffness, tolerance, limit, s, p, w, grad, cross, hess, rows
 ):
@@ -291,7 +278,7 @@ def solve_lanes(
     return limit
 
 
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def from_smallest(n, gap, delta, least):
     """Count the gaps of each lane and its δ from the smallest gap, so that large gaps leave δ its digits."""
     for j in range(LANES):
@@ -306,16 +293,17 @@ def from_smallest(n, gap, delta, least):
         delta[j] -= least[j]
 
 
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def solve_chunk(
-    firsts, blocks, ranks, gap0, modes, draws, factor, product, laws, start, guess, tolerance, limit,
+    firsts, blocks, ranks, ahead, gap0, modes, draws, factor, product, laws, start, guess, tolerance, limit,
     delta, stiffness, done,
 ):  # fmt: skip
     """Solve every position for one chunk of ``LANES`` samples; fills δ, ∂F/∂δ and whether they converged.
 
     ranks (position, block): columns of the factor that are not zero in a block. gap0 (position, n), modes (position,
     error, n), draws (error, lanes): e = gap0 + Σ modes · draws. start (position, block·rank + 1)
-    and guess (position, error, block·rank + 1): first guess of (q, δ), linear in the draws.
+    and guess (position, error, block·rank + 1): first guess of (q, δ), linear in the draws. To it comes, by the weights
+    ahead (position, 2), what it missed at the two positions before.
     """
     positions, n = gap0.shape
     errors, rank = draws.shape[0], factor.shape[2]
@@ -323,7 +311,7 @@ def solve_chunk(
     gap, s, p, w = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((n, LANES)), np.empty((n, LANES))
     q, grad, cross = np.empty((most + 1, LANES)), np.empty((most, LANES)), np.empty((most, LANES))
     hess, rows = np.empty((most * (rank + 1) // 2 + 1, LANES)), np.empty((9, LANES))
-    least = np.empty(LANES)
+    least, missed, kept = np.empty(LANES), np.zeros((2, most + 1, LANES)), np.empty((most + 4, LANES))
     steps = 0
     for t in range(positions):
         first = firsts[t, : blocks[t] + 1]
@@ -331,18 +319,30 @@ def solve_chunk(
             for j in range(LANES):
                 gap[i, j] = gap0[t, i]
             add_combination(0, errors, modes[t], i, draws, gap, i)
-        for r in range(most + 1):
-            for j in range(LANES):
-                q[r, j] = start[t, r]
-            add_combination(0, errors, guess[t], r, draws, q, r)
+        begin(start[t], guess[t], draws, ahead[t], missed, q)
         for j in range(LANES):
             delta[t, j] = q[most, j]
         from_smallest(first[blocks[t]], gap, delta[t], least)
         steps += solve_lanes(
             first, ranks[t, : blocks[t]], gap, factor[t], product[t], laws[t], q, delta[t], stiffness[t], tolerance,
-            limit, s, p, w, grad, cross, hess, rows,
+            limit if ahead[t, 0] == 0.0 else limit // 2, s, p, w, grad, cross, hess, rows,
         )  # fmt: skip
+        if ahead[t, 0] != 0.0 and rows[7].sum() < LANES:
+            # large errors: from the linear solution alone Newton's method goes farther
+            keep_settled(q, delta[t], stiffness[t], rows[7], kept)
+            for r in range(most + 1):
+                for j in range(LANES):
+                    q[r, j] = -missed[0, r, j]
+            for j in range(LANES):
+                delta[t, j] = q[most, j] - least[j]
+            steps += solve_lanes(
+                first, ranks[t, : blocks[t]], gap, factor[t], product[t], laws[t], q, delta[t], stiffness[t], tolerance,
+                limit, s, p, w, grad, cross, hess, rows,
+            )  # fmt: skip
+            restore_settled(q, delta[t], stiffness[t], rows[7], kept)
         for j in range(LANES):
             delta[t, j] += least[j]
             done[t, j] = rows[7, j]
+            q[most, j] = delta[t, j]
+        note_missed(q, done[t], missed[0])
     return steps

@@ -12,7 +12,15 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from gearbench.contact._batch_kernels import LANES, add_combination, apply_laws, from_smallest
+from gearbench.contact._batch_kernels import apply_laws, from_smallest
+from gearbench.contact._lane_kernels import (
+    LANES,
+    OPTIONS,
+    add_combination,
+    keep_settled,
+    note_missed,
+    restore_settled,
+)
 
 #: Precision of the Newton steps relative to their first residual: at least, and at most.
 LEAST_PRECISION, MOST_PRECISION = 1e-1, 1e-4
@@ -21,10 +29,8 @@ STIFFNESS_PRECISION = 3e-6
 #: Conjugate gradient steps after which a lane goes on with what it has.
 MOST_CONJUGATE = 60
 
-_OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": {"contract"}}
 
-
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def residuals(u, z, p, w, rise, weight, own, change, total):
     """own ← −F, F = u + p − W₀ z, and change ← W − W₀, single precision; total ← Σ|F|. z lacks ``rise``."""
     for j in range(LANES):
@@ -38,7 +44,7 @@ def residuals(u, z, p, w, rise, weight, own, change, total):
             change[i, j] = w[i, j] - w0
 
 
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def first_direction(r, Gr, d, Gd, product):
     """d ← r, G d ← G r; product ← r·G r."""
     for j in range(LANES):
@@ -50,7 +56,7 @@ def first_direction(r, Gr, d, Gd, product):
             product[j] += r[i, j] * Gr[i, j]
 
 
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def next_direction(r, Gr, d, Gd, beta):
     """d ← r + β d, G d ← G r + β G d."""
     for i in range(r.shape[0]):
@@ -59,7 +65,7 @@ def next_direction(r, Gr, d, Gd, beta):
             Gd[i, j] = Gr[i, j] + beta[j] * Gd[i, j]
 
 
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def curvature(change, d, Gd, product):
     """product ← (G d)·(d + ΔG d)."""
     for j in range(LANES):
@@ -69,7 +75,7 @@ def curvature(change, d, Gd, product):
             product[j] += Gd[i, j] * (d[i, j] + change[i, j] * Gd[i, j])
 
 
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def advance(change, d, Gd, alpha, v, r):
     """v ← v + α d, r ← r − α (d + ΔG d)."""
     for i in range(d.shape[0]):
@@ -78,7 +84,7 @@ def advance(change, d, Gd, alpha, v, r):
             r[i, j] -= alpha[j] * (d[i, j] + change[i, j] * Gd[i, j])
 
 
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def inner(a, b, product):
     """product ← a·b of each lane."""
     for j in range(LANES):
@@ -88,7 +94,7 @@ def inner(a, b, product):
             product[j] += a[i, j] * b[i, j]
 
 
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def conjugate_gradients(G, change, precision, v, r, Gr, d, Gd, rows):
     """v with v + ΔG v = r to the ``precision`` of each lane in the norm of G, single precision; uses r up.
 
@@ -118,7 +124,7 @@ def conjugate_gradients(G, change, precision, v, r, Gr, d, Gd, rows):
     return MOST_CONJUGATE
 
 
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def compress(gap, z, rise, s):
     """s = z − e."""
     for i in range(gap.shape[0]):
@@ -127,7 +133,7 @@ def compress(gap, z, rise, s):
             s[i, j] = z[i, j] + r - gap[i, j]
 
 
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def stiffness_from(change, rise, flexibility, v, Gv, stiffness):
     """∂F/∂δ from v, good to the square of its precision."""
     for j in range(LANES):
@@ -141,7 +147,7 @@ def stiffness_from(change, rise, flexibility, v, Gv, stiffness):
         stiffness[j] = 1.0 / stiffness[j]
 
 
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def solve_coupled_lanes(
     G, G32, gap, law, rise, weight, flexibility, u, stiffness, tolerance, limit, z, s, p, w, single, rows, small
 ):  # fmt: skip
@@ -181,18 +187,22 @@ def solve_coupled_lanes(
     return iteration, conjugate
 
 
-@njit(**_OPTIONS)
+@njit(**OPTIONS)
 def solve_coupled_chunk(
-    count, gap0, modes, draws, laws, response, single_response, rise, flexibility, weight, start, tolerance, limit,
-    delta, stiffness, done,
+    count, ahead, gap0, modes, draws, laws, response, single_response, rise, flexibility, weight, start, tolerance,
+    limit, delta, stiffness, done,
 ):  # fmt: skip
     """Solve every position for one chunk of ``LANES`` samples; fills δ, ∂F/∂δ and whether they converged.
+
+    A sample begins from the linear solution and, by the weights ``ahead``, from what that missed at the two positions
+    before.
 
     Arrays as in ``gearbench.contact.batch.Batch`` and ``Reference``; draws (error, lanes).
     """
     positions, n = gap0.shape
     gap, s, p, w = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((n, LANES)), np.empty((n, LANES))
     u, z, single = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((6, n, LANES), dtype=np.float32)
+    missed, kept = np.zeros((2, n, LANES)), np.empty((n + 3, LANES))
     rows, small, least = np.empty((9, LANES)), np.empty((6, LANES), dtype=np.float32), np.empty(LANES)
     begin, steps, conjugate = 0, 0, 0
     for t in range(positions):
@@ -209,11 +219,25 @@ def solve_coupled_chunk(
         from_smallest(m, gap, delta[t], least)
         for i in range(m):
             for j in range(LANES):
-                u[i, j] = start[t, i] + weight[t, i] * (gap[i, j] - gap0[t, i])
+                first = start[t, i] + weight[t, i] * (gap[i, j] - gap0[t, i])
+                u[i, j] = first + ahead[t, 0] * missed[0, i, j] + ahead[t, 1] * missed[1, i, j]
+                missed[1, i, j] = missed[0, i, j]
+                missed[0, i, j] = -first
         newton, more = solve_coupled_lanes(
-            G, G32, gap[:m], laws[t], rise[t, :m], weight[t, :m], flexibility[t], u[:m], stiffness[t], tolerance, limit,
-            z[:m], s[:m], p[:m], w[:m], single, rows, small,
+            G, G32, gap[:m], laws[t], rise[t, :m], weight[t, :m], flexibility[t], u[:m], stiffness[t], tolerance,
+            limit if ahead[t, 0] == 0.0 else limit // 2, z[:m], s[:m], p[:m], w[:m], single, rows, small,
         )  # fmt: skip
+        if ahead[t, 0] != 0.0 and rows[7].sum() < LANES:
+            # large errors: from the linear solution alone Newton's method goes farther
+            keep_settled(u[:m], delta[t], stiffness[t], rows[7], kept[: m + 3])
+            for i in range(m):
+                for j in range(LANES):
+                    u[i, j] = -missed[0, i, j]
+            newton, more = solve_coupled_lanes(
+                G, G32, gap[:m], laws[t], rise[t, :m], weight[t, :m], flexibility[t], u[:m], stiffness[t], tolerance,
+                limit, z[:m], s[:m], p[:m], w[:m], single, rows, small,
+            )  # fmt: skip
+            restore_settled(u[:m], delta[t], stiffness[t], rows[7], kept[: m + 3])
         steps += newton
         conjugate += more
         for j in range(LANES):
@@ -222,4 +246,5 @@ def solve_coupled_chunk(
         for i in range(m):
             for j in range(LANES):
                 delta[t, j] += rise[t, i] * u[i, j]
+        note_missed(u[:m], rows[7], missed[0])
     return steps, conjugate
