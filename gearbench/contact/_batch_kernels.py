@@ -8,17 +8,15 @@ a sample's answer does not depend on its neighbours. A NumPy twin in the tests h
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from gearbench.compiled import FUSED, entry, part
 from gearbench.contact._logarithm_kernels import LN2, MAGIC, MANTISSA, ONE, level_start, logarithm_parts
 
 #: Samples solved side by side.
 LANES = 128
 
-_OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": {"contract"}}
 
-
-@njit(**_OPTIONS)
+@part(FUSED)
 def split_exponent(bits, mantissa_bits, exponent_bits):
     """Mantissa in [1, 2) and exponent of positive doubles, through their bits."""
     for j in range(LANES):
@@ -26,7 +24,7 @@ def split_exponent(bits, mantissa_bits, exponent_bits):
         exponent_bits[j] = (bits[j] >> 52) | MAGIC
 
 
-@njit(**_OPTIONS)
+@part(FUSED)
 def linear_law(i, s, a, p, w):
     """Row i of forces p and slopes w of a linear law, p = s/a."""
     inverse = 1.0 / a
@@ -36,7 +34,7 @@ def linear_law(i, s, a, p, w):
         w[i, j] = inverse if on else 0.0
 
 
-@njit(**_OPTIONS)
+@part(FUSED)
 def log_law_start(kappa, x, mantissa, exponent, level):
     """First guess of L with L − ln L = κ − ln x, and x ← x / L."""
     for j in range(LANES):
@@ -45,7 +43,7 @@ def log_law_start(kappa, x, mantissa, exponent, level):
         x[j] = x[j] * bottom * bottom * inverse
 
 
-@njit(**_OPTIONS)
+@part(FUSED)
 def log_law_finish(i, s, edge, kappa, h, mantissa, exponent, level, p, w):
     """Row i of p and w: one step of Halley's method from the guess L, with the exact ln(x/L)."""
     inverse_h = 1.0 / h
@@ -65,7 +63,7 @@ def log_law_finish(i, s, edge, kappa, h, mantissa, exponent, level, p, w):
         w[i, j] = rate if on else 0.0
 
 
-@njit(**_OPTIONS)
+@part(FUSED)
 def open_cell(i, s, soft, t):
     """Loaded part t of the cell of row i, and the compression of its middle where all of it is loaded, or soft."""
     half = 0.5 / soft
@@ -74,7 +72,7 @@ def open_cell(i, s, soft, t):
         s[i, j] = max(s[i, j] - soft, soft)
 
 
-@njit(**_OPTIONS)
+@part(FUSED)
 def close_cell(i, soft, t, p, w):
     """Row i of p and w of cells of which only the part t is loaded."""
     inverse = 1.0 / soft
@@ -83,7 +81,7 @@ def close_cell(i, soft, t, p, w):
         p[i, j] = p[i, j] * t[j] * t[j]
 
 
-@njit(**_OPTIONS)
+@part(FUSED)
 def log_law(i, s, h, kappa, edge, p, w, rows, bits):
     """Row i of forces p and slopes w of the law with a logarithm."""
     for j in range(LANES):
@@ -95,7 +93,7 @@ def log_law(i, s, h, kappa, edge, p, w, rows, bits):
     log_law_finish(i, s, edge, kappa, h, rows[1], rows[2], rows[3], p, w)
 
 
-@njit(**_OPTIONS)
+@part(FUSED)
 def apply_laws(n, s, a, h, kappa, edge, soft, p, w, rows, bits):
     """Forces p and slopes w (n, lanes) of segments compressed by s, the law of each its own; uses s up."""
     for i in range(n):
@@ -109,7 +107,7 @@ def apply_laws(n, s, a, h, kappa, edge, soft, p, w, rows, bits):
             close_cell(i, soft[i], rows[4], p, w)
 
 
-@njit(**_OPTIONS)
+@part(FUSED)
 def add_combination(start, stop, coefficient, column, rows, out, r):
     """out[r] += Σ_i coefficient[i, column] · rows[i] over start ≤ i < stop, four rows at a time."""
     i = start
@@ -126,7 +124,7 @@ def add_combination(start, stop, coefficient, column, rows, out, r):
         i += 1
 
 
-@njit(**_OPTIONS)
+@part(FUSED)
 def compress(first, ranks, gap, factor, q, delta, s):
     """s = δ − e − Ψ q of every segment."""
     rank = factor.shape[1]
@@ -147,7 +145,7 @@ def compress(first, ranks, gap, factor, q, delta, s):
                     s[i, j] -= b0 * q[r, j]
 
 
-@njit(**_OPTIONS)
+@part(FUSED)
 def normal_equations(first, ranks, factor, product, q, p, w, grad, cross, hess, total, slope):
     """Gradient and Hessian of J(q, δ) per block; lower triangles of the Hessian stored row by row.
 
@@ -182,7 +180,7 @@ def normal_equations(first, ranks, factor, product, q, p, w, grad, cross, hess, 
                 add_combination(first[k], first[k + 1], product.T, t, w, hess, k * size + t)
 
 
-@njit(**_OPTIONS)
+@part(FUSED)
 def factorise(ranks, rank, hess, x, y):
     """Cholesky factor of each block (inverse diagonal), and L⁻¹x, L⁻¹y in place."""
     size = rank * (rank + 1) // 2
@@ -217,7 +215,7 @@ def factorise(ranks, rank, hess, x, y):
                 y[xr, j] *= hess[row + c, j]
 
 
-@njit(**_OPTIONS)
+@part(FUSED)
 def back_substitute(ranks, rank, hess, x):
     """x ← L⁻ᵀ x of each block."""
     size = rank * (rank + 1) // 2
@@ -233,7 +231,7 @@ def back_substitute(ranks, rank, hess, x):
                 x[r, j] *= hess[t, j]
 
 
-@njit(**_OPTIONS)
+@part(FUSED)
 def newton_step(ranks, rank, hess, x, y, rows, stiffness, q, delta, tolerance):
     """One full Newton step of the lanes that are not done; returns how many are done after it.
 
@@ -267,7 +265,7 @@ def newton_step(ranks, rank, hess, x, y, rows, stiffness, q, delta, tolerance):
     return count
 
 
-@njit(**_OPTIONS)
+@part(FUSED)
 def solve_lanes(
     first, ranks, gap, factor, product, law, q, delta, stiffness, tolerance, limit, s, p, w, grad, cross, hess, rows
 ):
@@ -291,7 +289,7 @@ def solve_lanes(
     return limit
 
 
-@njit(**_OPTIONS)
+@part(FUSED)
 def from_smallest(n, gap, delta, least):
     """Count the gaps of each lane and its δ from the smallest gap, so that large gaps leave δ its digits."""
     for j in range(LANES):
@@ -306,7 +304,7 @@ def from_smallest(n, gap, delta, least):
         delta[j] -= least[j]
 
 
-@njit(**_OPTIONS)
+@entry(FUSED)
 def solve_chunk(
     firsts, blocks, ranks, gap0, modes, draws, factor, product, laws, start, guess, tolerance, limit,
     delta, stiffness, done,
