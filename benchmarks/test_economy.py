@@ -9,8 +9,9 @@ from statistics import median
 import numpy as np
 import pytest
 
-from gearbench.contact.assemble import assemble, mesh_phases, scale_problem, scene_lines, total_gap
+from gearbench.contact.assemble import assemble, mesh_phases, scene_lines, total_gap
 from gearbench.contact.problem import ContactSolution
+from gearbench.contact.scaling import scale_problem
 from gearbench.contact.solver import solve
 from gearbench.effects.base import GapEffect
 from gearbench.effects.crowning import Crowning

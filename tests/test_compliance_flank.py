@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gearbench.compliance.bases import gauss
-from gearbench.compliance.flank import FlankCompliance, flank_factor, flank_matrix, flank_polynomials
+from gearbench.compliance.flank import FlankCompliance, flank_factor, flank_matrix, flank_polynomials, joined
 from gearbench.geometry.action import contact_lines
 from tests.gears import standard_gear
 from tests.test_effects_gear_body import scene
@@ -102,6 +103,33 @@ def test_both_flanks_on_contact_lines_are_their_factors_side_by_side(coupled):
     psi = expected.reshape(2, count * 4, -1)
     H = psi @ np.swapaxes(psi, 1, 2)
     assert_allclose(flank_matrix(own, lines), H, rtol=0, atol=1e-13 * H.max())
+
+
+@pytest.mark.parametrize("neighbours", [0, 1])
+def test_joined_compliances_are_their_sum_less_what_is_negative_of_single_teeth(neighbours, monkeypatch):
+    """Teeth with a negative direction, on bodies; H is the same where positions are taken a few at a time."""
+    pair = scene("helical").pair
+    lines = contact_lines(pair, np.array([0.1, 0.35, 0.6]), 4)
+    Q, _ = np.linalg.qr(np.random.default_rng(3).standard_normal((4, 4)))
+    value = np.array([2.0, 0.5, 0.1, -0.3])
+    both = []
+    for k, gear in enumerate(pair.gears):
+        teeth, body = (
+            FlankCompliance(gear=gear, order=(2, 2), blocks=b, driven=k == 1)
+            for b in ((Q * value @ Q.T)[None], blocks(neighbours))
+        )
+        both.append((teeth, body, joined(teeth, body)))
+    teeth, bodies, sums = zip(*both, strict=True)
+    psi = flank_factor(teeth, lines)
+    H = np.einsum("pisr,pitr->pist", psi, psi)
+    expected = flank_matrix(bodies, lines).reshape(3, lines.shape[1], 4, lines.shape[1], 4)
+    expected[:, np.arange(lines.shape[1]), :, np.arange(lines.shape[1])] += H.swapaxes(0, 1)
+    expected = expected.reshape(3, 4 * lines.shape[1], -1)
+    for together in (1, 10**6):
+        monkeypatch.setattr("gearbench.compliance.flank.TOGETHER", together)
+        assert_allclose(flank_matrix(sums, lines), expected, rtol=0, atol=1e-13 * expected.max())
+    with pytest.raises(ValueError, match="same polynomials"):
+        joined(*both[0][:1], replace(both[0][1], driven=True))
 
 
 def test_a_matrix_that_is_negative_somewhere_loses_that_part():

@@ -55,13 +55,19 @@ def held_by_polynomials(gear: Gear, count: int) -> NDArray:
 @lru_cache(maxsize=64)
 def _held_at(gear: Gear, count: int) -> NDArray:
     """What the polynomials hold at a point itself, Σ φ_a φ_b ∬ φ_a W φ_b: a Legendre series in R, on −1 … 1."""
-    W, unit = held_by_polynomials(gear, count), np.eye(count)
+    W = held_by_polynomials(gear, count)
     scale = np.sqrt((2 * np.arange(count) + 1) / (gear.tip_radius - gear.form_radius))
-    products = (
-        np.pad(legendre.legmul(unit[a], unit[b]), (0, 2 * count))[: 2 * count - 1] * (scale[a] * scale[b] * W[a, b])
-        for a, b in product(range(count), range(count))
-    )
-    return np.sum(list(products), axis=0)
+    return np.einsum("ab,abn->n", W * np.outer(scale, scale), _products(count))
+
+
+@lru_cache(maxsize=4)
+def _products(count: int) -> NDArray:
+    """Legendre series of the products of ``count`` Legendre polynomials, (count, count, 2·count − 1)."""
+    unit, found = np.eye(count), np.zeros((count, count, 2 * count - 1))
+    for a, b in product(range(count), range(count)):
+        series = legendre.legmul(unit[a], unit[b])
+        found[a, b, : len(series)] = series[: 2 * count - 1]
+    return found
 
 
 def edge_softening(

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,8 +24,11 @@ from gearbench.threads import lazy
 if TYPE_CHECKING:
     from gearbench.geometry.action import ContactLines
 
-#: Directions of the compliance of a flank below this fraction of its greatest are not felt on the contact lines.
-NEGLIGIBLE = 1e-7
+#: Directions of the compliance of a flank below this fraction of its greatest are not felt on the contact lines; nor are
+#: those of a body below this one where all of that of the teeth is there beside it: STE changes by less than 1e-7.
+NEGLIGIBLE, NEGLIGIBLE_SHARED = 1e-7, 1e-6
+#: Values of flank polynomials that are kept at the same time: more do not stay in the cache.
+TOGETHER = 150_000
 
 
 def flank_polynomials(gear: Gear, order: tuple[int, int], R: NDArray, y: NDArray) -> NDArray:
@@ -32,8 +36,8 @@ def flank_polynomials(gear: Gear, order: tuple[int, int], R: NDArray, y: NDArray
 
     Points outside the flank take the values at its nearest point.
     """
-    along = flank_functions(order[0], R, gear.form_radius, gear.tip_radius)
-    across = flank_functions(order[1], y, 0.0, gear.face_width)
+    along = np.ascontiguousarray(flank_functions(order[0], R, gear.form_radius, gear.tip_radius))
+    across = np.ascontiguousarray(flank_functions(order[1], y, 0.0, gear.face_width))
     return (along[..., :, None] * across[..., None, :]).reshape(*np.shape(R), -1)
 
 
@@ -65,6 +69,9 @@ class FlankCompliance:
         What ``blocks`` add to the finest discretisation that was solved, where they are extrapolated.
     attrs
         How it was computed: solver, unknowns, times, …
+    own
+        What each tooth deflects besides under its own loads, (p·q, p·q) [mm/N], in no direction negative; of ``joined``
+        compliances that ``flank_matrix`` takes.
     """
 
     gear: Gear
@@ -75,6 +82,7 @@ class FlankCompliance:
     error: float = math.nan
     correction: NDArray | None = None
     attrs: Mapping[str, Any] = field(default_factory=dict)
+    own: NDArray | None = None
 
     @property
     def neighbours(self) -> int:
@@ -157,6 +165,26 @@ class FlankCompliance:
         return np.einsum("...a,ab,...b->...", self.shapes(x, y) @ felt, block, self.shapes(x0, y0) @ felt)
 
 
+@lru_cache(maxsize=256)
+def joined(own: FlankCompliance, shared: FlankCompliance) -> FlankCompliance:
+    """Sum of what each tooth deflects by its ``own`` and of a compliance ``shared`` by the teeth, on one flank.
+
+    Of the own one, directions of negative compliance are left out first.
+
+    Raises
+    ------
+    ValueError
+        If they are not of the same polynomials, or the first one is shared too.
+    """
+    if (own.gear, own.order, own.driven) != (shared.gear, shared.order, shared.driven) or own.neighbours:
+        raise ValueError("only compliances on the same polynomials add up, one of them of single teeth")
+    value, basis = own._felt(own.rank_tolerance)
+    alone = (basis * value) @ basis.T
+    if shared.neighbours:
+        return replace(shared, own=alone)
+    return replace(shared, blocks=shared.blocks + alone)
+
+
 def gram(factor: NDArray) -> NDArray:
     """Ψ Ψᵀ of many Ψ (…, n, m) at once, (…, n, n)."""
     return factor @ np.swapaxes(factor, -1, -2)
@@ -179,7 +207,7 @@ def _positive_root(matrix: NDArray, tolerance: float) -> NDArray:
 
 def flank_factor(flanks: Sequence[FlankCompliance], lines: ContactLines) -> NDArray:
     """Ψ of the flanks of pinion and wheel side by side, each by itself, (position, pair, segment, rank) [√(mm/N)]."""
-    both = [_on_lines(flanks[role], lines, role, flanks[role].root(1, NEGLIGIBLE)[0]) for role in Role]
+    both = [_times(_on_lines(flanks[role], lines, role), flanks[role].root(1, NEGLIGIBLE)[0]) for role in Role]
     factor = np.zeros((*lines.shape, sum(values.shape[2] for values in both)))
     column = 0
     for values in both:
@@ -192,12 +220,18 @@ def flank_matrix(flanks: Sequence[FlankCompliance], lines: ContactLines) -> NDAr
     """H of the flanks of pinion and wheel, whose teeth move each other, (position, n, n) [mm/N], n = pair · segment."""
     positions, pairs, segments = lines.shape
     H = np.zeros((positions, pairs, segments, pairs, segments))
+    size = pairs * segments * max(len(flank.block(0)) for flank in flanks)
+    together = max(1, TOGETHER // size)
+    for first in range(0, positions, together):
+        some = slice(first, first + together)
+        _fill(H[some], flanks, lines.part(some))
+    return H.reshape(positions, pairs * segments, -1)
 
-    def felt_by(role: Role) -> tuple[NDArray, NDArray]:
-        basis, matrix = flanks[role].between(pairs, NEGLIGIBLE)
-        return _on_lines(flanks[role], lines, role, basis), matrix
 
-    both_gears = [felt_by(role) for role in Role]
+def _fill(H: NDArray, flanks: Sequence[FlankCompliance], lines: ContactLines) -> None:
+    """``flank_matrix`` of a few positions, into zeros."""
+    positions, pairs, _ = lines.shape
+    both_gears = [_felt(flanks[role], lines, role) for role in Role]
     number = np.cumsum(lines.active.T.ravel()).reshape(pairs, positions) - 1
     for i in range(pairs):
         for j in range(i + 1):
@@ -205,17 +239,34 @@ def flank_matrix(flanks: Sequence[FlankCompliance], lines: ContactLines) -> NDAr
             if not both.size:
                 continue
             mine, other = _run(number[i, both]), _run(number[j, both])
-            block = sum(_times(X[mine], C[i, :, j]) @ np.swapaxes(X[other], 1, 2) for X, C in both_gears)
+            if i == j:
+                block = sum(SC[mine] @ np.swapaxes(S[mine], 1, 2) for _, _, S, SC in both_gears)
+            else:
+                block = sum(_times(X[mine], C[i, :, j]) @ np.swapaxes(X[other], 1, 2) for X, C, _, _ in both_gears)
             H[both, i, :, j] = block
             if i != j:
                 H[both, j, :, i] = np.swapaxes(block, 1, 2)
-    return H.reshape(positions, pairs * segments, -1)
+
+
+def _felt(flank: FlankCompliance, lines: ContactLines, role: Role) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+    """Directions X (line, segment, k) felt through other teeth on the lines, and C (pair, k, pair, k) between them.
+
+    And the directions S felt on the same tooth, and S C, (line, segment, k).
+    """
+    shapes, pairs = _on_lines(flank, lines, role), lines.shape[1]
+    basis, matrix = flank.between(pairs, NEGLIGIBLE if flank.own is None else NEGLIGIBLE_SHARED)
+    X, first = _times(shapes, basis), matrix[0, :, 0]
+    if flank.own is None:
+        return X, matrix, X, _times(X, first)
+    return X, matrix, shapes, _times(shapes, flank.own + basis @ first @ basis.T)
 
 
 def _times(X: NDArray, C: NDArray) -> NDArray:
-    """X C, (…, k); between the loads on a single tooth C is diagonal as a rule."""
+    """X C, (…, k), as one product; between the loads on a single tooth C is diagonal as a rule."""
     diagonal = np.diagonal(C)
-    return X * diagonal if np.count_nonzero(C) == np.count_nonzero(diagonal) else X @ C
+    if len(C) == C.shape[1] and np.count_nonzero(C) == np.count_nonzero(diagonal):
+        return X * diagonal
+    return (X.reshape(-1, len(C)) @ C).reshape(*X.shape[:-1], -1)
 
 
 def _run(rows: NDArray) -> slice | NDArray:
@@ -223,12 +274,11 @@ def _run(rows: NDArray) -> slice | NDArray:
     return slice(rows[0], rows[-1] + 1) if rows[-1] - rows[0] == rows.size - 1 else rows
 
 
-def _on_lines(flank: FlankCompliance, lines: ContactLines, role: Role, basis: NDArray) -> NDArray:
-    """Flank polynomials of a gear times its ``basis`` (p·q, k) on the lines that exist, (line, segment, k).
+def _on_lines(flank: FlankCompliance, lines: ContactLines, role: Role) -> NDArray:
+    """Flank polynomials of a gear on the lines that exist, (line, segment, p·q).
 
     Lines of a pair follow one another.
     """
     there = lines.active.T
     height = lines.radii[role].swapaxes(0, 1)[there] - flank.gear.root_radius
-    shapes = flank.shapes(height, lines.own_y(role).swapaxes(0, 1)[there])
-    return (shapes.reshape(-1, len(basis)) @ basis).reshape(*height.shape, -1)
+    return flank.shapes(height, lines.own_y(role).swapaxes(0, 1)[there])

@@ -37,14 +37,19 @@ def softness(angle: float) -> float:
 
 def spread(angle: float, x: NDArray) -> NDArray:
     """ω(x) of a wedge of the ``angle`` [rad]: zero at 0, −B |x| far away."""
+    eta, factor = _waves(angle)
+    x = np.asarray(x, dtype=float)
+    return (np.cos(x[..., None] * eta) - 1) @ factor
+
+
+def _waves(angle: float) -> tuple[NDArray, NDArray]:
+    """Gauss points η, and Δm(η)/η times their weights."""
     eta, weight = gauss(160, 0.0, 40.0 / min(angle, math.pi))
     s, c, z = math.sin(angle), math.cos(angle), eta * angle
     # cosh and sinh over e^z, so that nothing overflows
     cosh, sinh, one = (1 + np.exp(-2 * z)) / 2, (1 - np.exp(-2 * z)) / 2, np.exp(-z)
     m = (cosh - c * one) / (sinh + eta * s * one) + (cosh + c * one) / (sinh - eta * s * one)
-    factor = (m - 2 / np.tanh(math.pi * eta)) / eta * weight
-    x = np.asarray(x, dtype=float)
-    return (np.cos(x[..., None] * eta) - 1) @ factor
+    return eta, (m - 2 / np.tanh(math.pi * eta)) / eta * weight
 
 
 def strip_at_edge(angle: float, offset: float, room: float = 2.1) -> float:
@@ -90,8 +95,12 @@ def strip_at_edge(angle: float, offset: float, room: float = 2.1) -> float:
 
 @lru_cache(maxsize=16)
 def _spread_nodes(angle: float) -> tuple[NDArray, NDArray]:
-    x = np.linspace(0.0, 14.0, 700)
-    return x, spread(angle, x)
+    eta, factor = _waves(angle)
+    step = 14.0 / 699
+    # cos(α + β) of few α and few β
+    alpha, beta = (step * at[:, None] * eta for at in (25 * np.arange(28), np.arange(25)))
+    waves = (np.cos(alpha) * factor) @ np.cos(beta).T - (np.sin(alpha) * factor) @ np.sin(beta).T
+    return step * np.arange(700), (waves - factor.sum()).ravel()
 
 
 def spread_table(angle: float, x: NDArray) -> NDArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -19,9 +19,10 @@ from gearbench.contact.problem import (
     stiffness_of_law,
     truncated_root,
 )
+from gearbench.contact.scaling import by_lever, even_deflection, scale_problem, typical_compression
 from gearbench.contact.size import require_contact_memory
 from gearbench.contact.smooth import Smooth, smooth_compliance
-from gearbench.contact.solver import solve
+from gearbench.contact.solver import Guess, solve_roughly
 from gearbench.effects.base import ComplianceEffect, Effect, GapEffect, LineLaw
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, contact_lines
@@ -34,6 +35,9 @@ from gearbench.threads import single_threaded_blas
 LEAST_VARIATION = 1e-10
 #: Phases, and nodes on their lines, at which the gap is looked at.
 TRIAL_PHASES, TRIAL_SEGMENTS = 8, 12
+#: Uniform phases of a coarse solution, segments on its lines, share of the nodes their compliance would have, and how
+#: much of it is left out.
+COARSE_PHASES, COARSE_SEGMENTS, COARSE_NODES, COARSE_TRUNCATION = 24, 12, 0.7, 1e-3
 #: How far lines reach beyond the path of contact where the deflection is not known yet [base pitches].
 _REACH = 0.3
 #: Gauss points on a line for each panel that it has, at least: between kinks of the gap the load is smooth.
@@ -155,26 +159,60 @@ def profile_separation(scene: Scene) -> Separation:
 def greatest_deflection(scene: Scene, flanks: Separation) -> float:
     """Greatest approach of the gears along the line of action over a mesh cycle [mm], whatever the resolution.
 
-    Solved amid the phases with fewest and with most pairs on the path; lines that reach ``MARGIN`` times as far miss
-    nothing. Gaps other than the separation count with their range, so that samples of random errors stay within it.
+    By the first look at it; lines that reach ``MARGIN`` times as far miss nothing. Gaps other than the separation count
+    with their range, so that samples of random errors stay within it.
     """
     return _greatest_deflection(replace(scene, resolution=Resolution()), flanks)
 
 
 @lru_cache(maxsize=16)
 def _greatest_deflection(scene: Scene, flanks: Separation) -> float:
-    meshing = scene.pair.meshing
-    room = _REACH * meshing.base_pitch
-    span = (meshing.path_start - room, meshing.path_end + room)
-    most = meshing.transverse_contact_ratio % 1.0
-    lines = _lines(scene, np.array([(1 + most) / 2, most / 2]), flanks, span)
-    deflection = float(solve(assemble(scene, lines)).approach.max())
+    look = first_look(scene, COARSE_PHASES)
+    deflection = float(look.problem.length_scale * look.guess.delta.max())
     others = [effect for effect in scene.flank_effects if effect.name != "off_line_contact"]
     if any(isinstance(effect, GapEffect) and not effect.modifications(scene.pair) for effect in others):
-        gap = total_gap(scene, lines, others)[lines.active]
+        gap = total_gap(scene, look.lines, others)[look.lines.active]
         # gears whose flanks all have material in excess approach by less, even by less than nothing
         deflection += float(np.ptp(gap) - min(gap.max(), 0.0))
-    return deflection / math.cos(meshing.beta_b)
+    return deflection / math.cos(scene.pair.meshing.beta_b)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Look:
+    """A coarse solution at uniform phases over the mesh cycle. Never changed.
+
+    Parameters
+    ----------
+    phase
+        Mesh phases τ, (position,).
+    lines, problem
+        Contact lines and problem, of few segments and functions.
+    guess
+        Its solution, good to 1e-6 of itself.
+    """
+
+    phase: NDArray
+    lines: ContactLines
+    problem: ContactProblem
+    guess: Guess
+
+
+@lru_cache(maxsize=16)
+def first_look(scene: Scene, count: int) -> Look:
+    """Coarse solution of ``scene``, whose resolution does not matter, at ``count`` phases.
+
+    Off the line of action lines reach ``_REACH`` beyond the path of contact, whatever the load: their smooth compliance
+    is that under other loads too.
+    """
+    phase, flanks, meshing = mirrored_phases(scene.pair, count), flank_separation(scene), scene.pair.meshing
+    scene = replace(scene, resolution=Resolution(positions=count, segments=COARSE_SEGMENTS))
+    room = _REACH * meshing.base_pitch
+    span = None if flanks is None else (meshing.path_start - room, meshing.path_end + room)
+    lines = _lines(scene, phase, flanks, span)
+    problem = assemble(scene, lines, truncation=COARSE_TRUNCATION, nodes=round(COARSE_NODES * smooth_nodes(lines)))
+    guess = Guess.nothing(problem)
+    solve_roughly(problem, guess)
+    return Look(phase=phase, lines=lines, problem=problem, guess=guess)
 
 
 def typical_load(scene: Scene) -> float:
@@ -293,86 +331,14 @@ def _problem(
     none = np.zeros(lines.shape)
     a, h = sum((law.a for law in laws), none), sum((law.h for law in laws), none)
     if unit is None and matrix is not None and not laws:
-        unit = _even_deflection(matrix, lines) * scene.F_bn
+        unit = even_deflection(matrix, lines) * scene.F_bn
     elif unit is None:
-        unit = _typical_compression(a, h, scene)
+        unit = typical_compression(a, h, scene)
     if lines.touch is not None:
-        factor, matrix, a, h = _by_lever(lines.touch.levers[0], factor, matrix, a, h)
+        factor, matrix, a, h = by_lever(lines.touch.levers[0], factor, matrix, a, h)
     problem = scale_problem(lines, gap, factor, a, h, soft, scene.F_bn, unit, coupled=matrix is not None)
     if matrix is not None:
         matrix = matrix * (problem.force / problem.length_scale)
         return replace(problem, factor=truncated_root(matrix, stiffness_of_law(problem), truncation))
     # a tooth of high order has more amplitudes than a contact line has segments
     return problem if factor.shape[-1] <= lines.shape[2] else reduce_rank(problem, truncation)
-
-
-def _by_lever(
-    w: NDArray, factor: NDArray, matrix: NDArray | None, a: NDArray, h: NDArray
-) -> tuple[NDArray, NDArray | None, NDArray, NDArray]:
-    """Ψ, H, a and h in moments about the pinion's axis over its base radius in place of forces, P̃ = w P (T5).
-
-    With compressions s = w (δ − e) the equations keep their form, and their symmetry.
-    """
-    if matrix is not None:
-        flat = w.reshape(len(w), -1)
-        matrix = matrix / (flat[:, :, None] * flat[:, None, :])
-    return factor / w[..., None], matrix, (a + h * np.log(w)) / w**2, h / w**2
-
-
-def _typical_compression(a: NDArray, h: NDArray, scene: Scene) -> float:
-    """Compression under the mean line load [mm]: unit of displacement where there is a law."""
-    line_load = scene.F_bn / scene.pair.meshing.face_width
-    # a law driven beyond its validity still has the slope h of its continuation
-    return line_load * max(float(np.mean(a - h * math.log(line_load))), float(np.mean(h)))
-
-
-def _even_deflection(matrix: NDArray, lines: ContactLines) -> float:
-    """Mean deflection [mm/N] by H (position, n, n) under a unit force shared evenly by all segments.
-
-    Raises
-    ------
-    InputError
-        If the compliance of the segments is not positive definite.
-    """
-    active = np.repeat(lines.active, lines.shape[2], axis=1)
-    greatest = np.linalg.norm(matrix, axis=(1, 2))[:, None]
-    least = np.linalg.eigvalsh(matrix + np.eye(active.shape[1]) * np.where(active, 0.0, greatest)[:, None, :])[:, :1]
-    if np.any(least <= 1e-13 * greatest):
-        raise InputError("effects", "no contact law", "the compliance alone does not determine the loads: add hertz")
-    return float(np.mean(matrix.sum(axis=(1, 2)) / active.sum(axis=1) ** 2))
-
-
-def scale_problem(
-    lines: ContactLines,
-    gap: NDArray,
-    factor: NDArray,
-    a: NDArray,
-    h: NDArray,
-    soft: NDArray,
-    force: float,
-    scale: float,
-    *,
-    coupled: bool,
-) -> ContactProblem:
-    """Dimensionless problem from gap and ``soft``, half its variation over a cell [mm], Ψ [√(mm/N)], a and h [mm²/N].
-
-    All arrays (position, pair, segment, …); ``force`` [N] and ``scale`` [mm] become the units.
-    """
-    positions, pairs, segments = lines.shape
-    active = np.broadcast_to(lines.active[..., None], lines.shape)
-    length = np.where(active, lines.length, 1.0)
-    unit = force / scale
-    flat = (positions, pairs * segments)
-    return ContactProblem(
-        gap=((gap - soft) / scale).reshape(flat),
-        a=(unit / length * (a + h * np.log(length / force))).reshape(flat),
-        h=(unit / length * h).reshape(flat),
-        soft=(soft / scale).reshape(flat),
-        active=active.reshape(flat),
-        factor=np.ascontiguousarray((factor * math.sqrt(unit)).reshape(*flat, -1)),
-        block=np.zeros(flat[1], dtype=np.int64) if coupled else np.repeat(np.arange(pairs), segments),
-        blocks=1 if coupled else pairs,
-        force=force,
-        length_scale=scale,
-        shape=lines.shape,
-    )

@@ -22,7 +22,7 @@ from gearbench.budget import require
 from gearbench.contact.law import kernel_coefficients
 from gearbench.contact.problem import ContactProblem, reduce_rank
 from gearbench.contact.reference import Reference, linearised
-from gearbench.contact.solver import MAX_STEPS, ConvergenceError, scratch
+from gearbench.contact.solver import MAX_STEPS, ConvergenceError, Guess, from_smallest, newton, scratch
 
 #: Residual at which a sample takes its last Newton step; the step squares it.
 NEWTON_TOLERANCE = 1e-10
@@ -163,17 +163,11 @@ def _require_memory(problem: ContactProblem, segments: int, errors: int) -> None
 
 def _reference(batch: Batch) -> Reference:
     """The linear problem at the mean errors, (q, δ) of which the solver of single positions finds."""
-    from gearbench.contact._kernels import solve_position
-
-    a, h, soft, active, block = batch.single_arrays
-    count = len(batch.gap)
-    work, hess = scratch(1, batch.rank)
-    force, delta, q = np.zeros_like(batch.gap), np.empty(count), np.empty((count, batch.rank))
-    for t in range(count):
-        delta[t], _, _ = solve_position(
-            t, batch.gap, a, h, soft, active, batch.factor, block, force, work, hess, MAX_STEPS
-        )
-        q[t] = work[0][0]
+    a, h, soft, active, _ = batch.single_arrays
+    guess = Guess.nothing(batch.problem)
+    least, problem = from_smallest(batch.problem)
+    _, delta, _, _ = newton(problem, guess=guess)
+    q, delta = guess.q[:, 0], delta + least
     factor = np.where(active[..., None], batch.factor, 0.0)
     return linearised(factor, active, batch.gap, (a, h, soft), q, delta)
 

@@ -14,35 +14,44 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble, flank_separation, scene_lines, smooth_nodes
+from gearbench.contact.assemble import (
+    COARSE_SEGMENTS,
+    COARSE_TRUNCATION,
+    Look,
+    assemble,
+    flank_separation,
+    gaps_along,
+    scene_lines,
+    smooth_nodes,
+)
 from gearbench.contact.patches import compression
 from gearbench.contact.problem import ContactProblem, part_of
 from gearbench.contact.solver import Guess, solve_roughly
 from gearbench.geometry.action import ContactLines
 from gearbench.scene import Resolution, Scene
 
-#: Segments on lines of a coarse solution, share of the nodes their compliance would have, and how much of it is left
-#: out.
-COARSE_SEGMENTS, COARSE_NODES, COARSE_TRUNCATION = 12, 0.7, 1e-3
 #: Segments on lines that begin or cease to touch.
 FINE_SEGMENTS = 40
 #: Where between two phases a birth is looked for, and how far the zeros of polynomials through all values there and
 #: through all but one may be apart where it is known then [mesh cycles].
 BETWEEN, KNOWN = (1e-3, 1 / 3, 2 / 3, 1 - 1e-3), 2e-4
+#: Phases of a first look around a birth, counted from the one before it, and points between two of them.
+AROUND, SAMPLED = np.array([-1, 0, 1, 2]), 33
 #: Distances [mesh cycles] from a birth at which it is looked for once more.
 NEAR = (3e-3, 1e-4)
 
 
-def coarse(scene: Scene, phase: NDArray, segments: int = COARSE_SEGMENTS) -> tuple[ContactProblem, ContactLines]:
-    """Problem of few segments and functions, and its lines, at mesh phases; on more segments with more functions."""
-    lines = scene_lines(replace(scene, resolution=Resolution(positions=len(phase), segments=segments)), phase)
-    share = COARSE_NODES if segments == COARSE_SEGMENTS else math.sqrt(COARSE_SEGMENTS / segments)
-    nodes = round(share * smooth_nodes(lines))
+def _fine(scene: Scene, phase: NDArray) -> tuple[ContactProblem, ContactLines]:
+    """Problem of many segments and few functions, and its lines, at mesh phases."""
+    lines = scene_lines(replace(scene, resolution=Resolution(positions=len(phase), segments=FINE_SEGMENTS)), phase)
+    nodes = round(math.sqrt(COARSE_SEGMENTS / FINE_SEGMENTS) * smooth_nodes(lines))
     return assemble(scene, lines, truncation=COARSE_TRUNCATION, nodes=nodes), lines
 
 
-def births(scene: Scene, x: NDArray, greatest: NDArray, *, exact: bool = False) -> list[tuple[float, int]]:
+def births(scene: Scene, look: Look, x: NDArray, greatest: NDArray, *, exact: bool = False) -> list[tuple[float, int]]:
     """x at which a pair takes (side 1) or leaves (−1) its load, from where the ``greatest`` compression is positive.
+
+    Those of spur pairs are found from the first ``look`` alone where that says well enough when they are.
 
     ``greatest`` (number of the pair · phase,) belongs to x = τ + k, ascending, and is NaN where there is no line.
     ``exact``: each is found once more, and once more, from solutions of which nothing is left out.
@@ -52,6 +61,11 @@ def births(scene: Scene, x: NDArray, greatest: NDArray, *, exact: bool = False) 
     at = np.flatnonzero(loaded[1:] != loaded[:-1])
     if not at.size:
         return []
+    known: list[tuple[float, int]] = []
+    if not (meshing.overlap_ratio or exact):
+        known, at = _from_look(scene, look, x, loaded, at)
+        if not at.size:
+            return known
     low, high = x[at], x[at + 1]
     if flank_separation(scene) is None:  # within the path of contact, whose ends are known beforehand
         low, high = np.maximum(low, -meshing.overlap_ratio), np.minimum(high, meshing.transverse_contact_ratio)
@@ -66,12 +80,75 @@ def births(scene: Scene, x: NDArray, greatest: NDArray, *, exact: bool = False) 
         if birth is not None:
             near = np.sort(np.abs(points - birth).argsort()[:-1])
             again = _zero(points[near], margin[near], a, b)
-            known = again is not None and abs(again - birth) < KNOWN
-            found.append((birth, -1 if loaded[i] else 1, known))
+            sure = again is not None and abs(again - birth) < KNOWN
+            found.append((birth, -1 if loaded[i] else 1, sure))
     if exact:
         return _located(scene, [(birth, side) for birth, side, _ in found], NEAR, exact=True)
-    sure = [(birth, side) for birth, side, known in found if known]
-    return sure + _located(scene, [(birth, side) for birth, side, known in found if not known], NEAR[:1])
+    known += [(birth, side) for birth, side, sure in found if sure]
+    return known + _located(scene, [(birth, side) for birth, side, sure in found if not sure], NEAR[:1])
+
+
+def _from_look(
+    scene: Scene, look: Look, x: NDArray, loaded: NDArray, at: NDArray
+) -> tuple[list[tuple[float, int]], NDArray]:
+    """Births of spur pairs between x[at] and x[at + 1], and the indices ``at`` of those that are not known so.
+
+    By how much a pair would be pressed but for its gap, by gears that it does not carry, is a smooth curve at each node
+    of its line: the cubic through the solutions around. The gap is known wherever it is asked for.
+    """
+    phases, shape = len(look.phase), look.lines.shape
+    around = at[:, None] + AROUND
+    pair, position = np.divmod(np.clip(around, 0, len(x) - 1), phases)
+    active = look.lines.active
+    there = (around >= 0) & (around < len(x)) & active[position, pair]
+    sole = active[position].sum(axis=-1) == 1
+    carrying = there & loaded[pair * phases + position]
+    known = np.flatnonzero((there & ~(carrying & sole)).all(axis=1))
+    if not known.size:
+        return [], at
+    at, pair, position, carrying = at[known], pair[known], position[known], carrying[known]
+    scale = look.problem.length_scale
+    # the solutions around, of those that carry once more without them
+    part = part_of(look.problem, position.ravel())
+    others = part.active.copy().reshape(part.shape)
+    others[np.arange(carrying.size), pair.ravel()] &= ~carrying.ravel()[:, None]
+    guess = Guess(q=look.guess.q[position.ravel()].copy(), delta=look.guess.delta[position.ravel()].copy())
+    solve_roughly(replace(part, active=others.reshape(part.active.shape)), guess)
+    gaps = part.along.gaps / scale if part.along else part.gap.reshape(*part.shape, 1)
+    s = compression(part, look.lines.part(position.ravel()), guess) + gaps
+    free = s[np.arange(carrying.size), pair.ravel()].reshape(*carrying.shape, shape[2], -1)
+    # between the two amid them
+    t = np.linspace(0.0, 1.0, SAMPLED)
+    within = x[at, None] + t * (x[at + 1] - x[at])[:, None]
+    number = np.floor(within).ravel()
+    lines = scene_lines(
+        replace(scene, resolution=Resolution(positions=within.size, segments=shape[2])), within.ravel() - number
+    )
+    own = np.arange(within.size), number.astype(int) - lines.index[0]
+    gap = (gaps_along(scene, lines)[own] / scale).reshape(*within.shape, shape[2], -1)
+    exists = lines.active[own].reshape(within.shape)
+    found, left = [], []
+    for i, index in enumerate(at):
+        both = []
+        for nodes in (AROUND, AROUND[:3]):
+            cubic = np.linalg.solve(np.vander(nodes).T, np.vander(t, len(nodes)).T)
+            margin = greatest_on_lines(np.tensordot(cubic.T, free[i, : len(nodes)], 1) - gap[i])
+            both.append(_change(within[i], np.where(exists[i], margin, -np.inf)))
+        if None in both or abs(both[0] - both[1]) > KNOWN:
+            left.append(index)
+        else:
+            found.append((both[0], -1 if loaded[index] else 1))
+    unknown = np.setdiff1d(np.arange(len(around)), known)
+    return found, np.sort(np.append(around[unknown, 1], left)).astype(int)
+
+
+def _change(x: NDArray, values: NDArray) -> float | None:
+    """x at which a curve changes its sign, once, between finite values; None if it does not."""
+    change = np.flatnonzero((values[1:] > 0) != (values[:-1] > 0))
+    if len(change) != 1 or not np.isfinite(values[change[0] : change[0] + 2]).all():
+        return None
+    i = int(change[0])
+    return float(x[i] + (x[i + 1] - x[i]) * values[i] / (values[i] - values[i + 1]))
 
 
 def _margins(scene: Scene, x: NDArray, *, exact: bool = False) -> NDArray:
@@ -80,7 +157,7 @@ def _margins(scene: Scene, x: NDArray, *, exact: bool = False) -> NDArray:
     −∞ where it has no line, ∞ where it carries alone: there are no others to be solved with.
     """
     number, position = np.floor(x).ravel(), np.arange(x.size)
-    problem, lines = coarse(scene, x.ravel() - number, FINE_SEGMENTS)
+    problem, lines = _fine(scene, x.ravel() - number)
     problem = assemble(scene, lines) if exact else problem
     pair = number.astype(int) - lines.index[0]
     there = lines.active[position, pair]

@@ -15,8 +15,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import scale_problem, total_gap
+from gearbench.contact.assemble import total_gap
 from gearbench.contact.problem import ContactProblem, ContactSolution, under
+from gearbench.contact.scaling import scale_problem
 from gearbench.contact.solver import Guess, law_forces, solve, solve_roughly
 from gearbench.effects.base import LineLaw
 from gearbench.geometry.action import SHORTEST, ContactLines

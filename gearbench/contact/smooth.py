@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.problem import gram
-from gearbench.effects.base import ComplianceEffect, Dense, Effect, LineLaw, LowRank
+from gearbench.effects.base import ComplianceEffect, Dense, Effect, Flanks, LineLaw, LowRank
 from gearbench.geometry.action import ContactLines
 
 #: Sums kept, and the most that one of them may take [bytes].
@@ -58,16 +58,31 @@ def smooth_compliance(
 def _summed(
     adding: Sequence[ComplianceEffect], lines: ContactLines, beside: Mapping[str, Effect]
 ) -> tuple[Smooth, list[LineLaw]]:
-    parts = [effect.compliance(lines, beside) for effect in adding]
-    laws = tuple(effect for effect, part in zip(adding, parts, strict=True) if isinstance(part, LineLaw))
-    found = _only_laws(parts)
-    smooth = [part for part in parts if not isinstance(part, LineLaw)]
+    flanks = {effect: found for effect in adding if (found := effect.flanks(lines, beside)) is not None}
+    parts = {effect: effect.compliance(lines, beside) for effect in adding if effect not in flanks}
+    laws = tuple(effect for effect, part in parts.items() if isinstance(part, LineLaw))
+    found = _only_laws(list(parts.values()))
+    smooth = [part for part in parts.values() if not isinstance(part, LineLaw)]
     del parts
+    smooth += [part.on(lines) for part in _joined(list(flanks.values()))]
     own = [part for part in smooth if isinstance(part, LowRank) and not part.coupled]
     if laws and len(own) == len(smooth):
         return Smooth(laws=laws, factor=_own_factor(own, lines), matrix=None), found
     none = np.zeros((*lines.shape, 0))
     return Smooth(laws=laws, factor=none, matrix=_shared_compliance(smooth, lines)), found
+
+
+def _joined(parts: list[Flanks]) -> list[Flanks]:
+    """``parts`` of the same polynomials as one: teeth and the bodies that they stand on."""
+    if len(parts) != 2 or all(part.coupled for part in parts):
+        return parts
+    from gearbench.compliance.flank import joined
+
+    own, shared = sorted(parts, key=lambda part: part.coupled)
+    if any(one.order != other.order for one, other in zip(own.both, shared.both, strict=True)):
+        return parts
+    pinion, wheel = (joined(one, other) for one, other in zip(own.both, shared.both, strict=True))
+    return [Flanks(both=(pinion, wheel), coupled=shared.coupled)]
 
 
 def _only_laws(parts: Sequence[object]) -> list[LineLaw]:

@@ -16,20 +16,17 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import conforming, flank_separation, gap_kinks
-from gearbench.contact.births import births, coarse, greatest_on_lines
+from gearbench.contact.assemble import COARSE_PHASES, conforming, first_look, flank_separation, gap_kinks
+from gearbench.contact.births import births, greatest_on_lines
 from gearbench.contact.panels import CLOSE, LONGEST, Change, panel_ends
 from gearbench.contact.patches import compression
-from gearbench.contact.phases import gauss_phases, mirrored_phases, uniform_phases
-from gearbench.contact.solver import Guess, solve_roughly
+from gearbench.contact.phases import gauss_phases, uniform_phases
 from gearbench.errors import InputError
 from gearbench.scene import Resolution, Scene
 from gearbench.threads import single_threaded_blas
 
 #: Gauss points on each panel unless a scene gives them.
 GAUSS_POINTS = 5
-#: Uniform phases of the coarse solution.
-COARSE_PHASES = 24
 #: Uniform phases of the coarse solution, and closeness, where more than five Gauss points follow.
 MORE_PHASES, CLOSER = 72, (1e-5, 1e-3)
 
@@ -68,17 +65,13 @@ def transitions(scene: Scene, *, exact: bool = False) -> list[Change]:
         if scene.operation is not None:  # sliding changes its sign at the pitch point
             known += [Change(phase, 1) for phase in meshing.phases_at((meshing.pitch_point,))]
         return known
-    count = MORE_PHASES if exact else COARSE_PHASES
-    phase = mirrored_phases(scene.pair, count)
-    problem, lines = coarse(scene, phase)
-    guess = Guess.nothing(problem)
-    solve_roughly(problem, guess)
-    s = compression(problem, lines, guess)
+    look = first_look(scene, MORE_PHASES if exact else COARSE_PHASES)
+    lines, s = look.lines, compression(look.problem, look.lines, look.guess)
     on_line = np.stack([greatest_on_lines(s), s[:, :, 0, 0], s[:, :, -1, -1]])  # and those at both ends
     on_line = np.where(lines.active, on_line, np.nan).swapaxes(1, 2).reshape(3, -1)
-    x = (lines.index[:, None] + phase).ravel()
+    x = (lines.index[:, None] + look.phase).ravel()
     changes = [Change(at % 1.0 % 1.0, rank, side) for at, rank, side in _known(scene, x, on_line)]
-    changes += [Change(at % 1.0 % 1.0, 0, side) for at, side in births(scene, x, on_line[0], exact=exact)]
+    changes += [Change(at % 1.0 % 1.0, 0, side) for at, side in births(scene, look, x, on_line[0], exact=exact)]
     if scene.pair.meshing.overlap_ratio or lines.cells:
         changes += [Change(_root(x, curve, i) % 1.0 % 1.0, 1) for curve in on_line[1:] for i in _sign_changes(curve)]
     return changes

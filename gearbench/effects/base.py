@@ -23,6 +23,8 @@ from gearbench.geometry.role import Role
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gearbench.compliance.flank import FlankCompliance
+
 
 @dataclass(frozen=True, kw_only=True)
 class LowRank:
@@ -55,6 +57,30 @@ class Dense:
 
     matrix: NDArray
     positive: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Flanks:
+    """Smooth compliance of the flanks of pinion and wheel, for any contact lines.
+
+    Parameters
+    ----------
+    both
+        The compliance of each.
+    coupled
+        Whether teeth of a gear move each other.
+    """
+
+    both: tuple[FlankCompliance, FlankCompliance]
+    coupled: bool = False
+
+    def on(self, lines: ContactLines) -> LowRank | Dense:
+        """Compliance of the segments of ``lines``."""
+        from gearbench.compliance.flank import flank_factor, flank_matrix
+
+        if self.coupled:
+            return Dense(matrix=flank_matrix(self.both, lines), positive=True)
+        return LowRank(factor=flank_factor(self.both, lines))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,6 +168,13 @@ class ComplianceEffect(Effect):
     @abstractmethod
     def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense | LineLaw:
         """Compliance of the segments of ``lines``; ``beside`` are the effects of the scene, this one among them."""
+
+    def flanks(self, lines: ContactLines, beside: Effects) -> Flanks | None:
+        """The same as compliances of the flanks of both gears, where it is known in that form; by default it is not.
+
+        Such compliances are summed before the contact lines are looked at.
+        """
+        return None
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import Dense, Effects, LowRank, ToothCompliance, refuse_foreign_keys
+from gearbench.effects.base import Dense, Effects, Flanks, LowRank, ToothCompliance, refuse_foreign_keys
 from gearbench.effects.teeth import own_web, require_bores, ring_flank, tooth_among
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
@@ -71,16 +71,17 @@ class GearBody(ToothCompliance):
 
     def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense:
         """Factor of both gears side by side, (position, pair, segment, rank); of all pairs if they are coupled (R8)."""
-        if self.model != "ring" or _meshed(beside):
-            return self.both_teeth(lines, beside)
-        from gearbench.compliance.flank import flank_factor, flank_matrix
+        flanks = self.flanks(lines, beside)
+        return self.both_teeth(lines, beside) if flanks is None else flanks.on(lines)
 
+    def flanks(self, lines: ContactLines, beside: Effects) -> Flanks | None:
+        """Compliance of both flanks, of rings."""
+        if self.model != "ring" or _meshed(beside):
+            return None
         neighbours = lines.shape[1] - 1 if self.coupled else 0
         order = _joint_order(beside)
-        flanks = [ring_flank(lines.pair, role, order, neighbours, lines.coast) for role in Role]
-        if self.coupled:
-            return Dense(matrix=flank_matrix(flanks, lines), positive=True)
-        return LowRank(factor=flank_factor(flanks, lines))
+        pinion, wheel = (ring_flank(lines.pair, role, order, neighbours, lines.coast) for role in Role)
+        return Flanks(both=(pinion, wheel), coupled=self.coupled)
 
     def tooth_factor(self, pair: Pair, role: Role, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
         """Ψ of one tooth by itself; of rank 0 beside finite elements, which contain the body."""

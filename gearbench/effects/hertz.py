@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any, ClassVar, Literal
 
 import numpy as np
@@ -45,6 +46,19 @@ class Hertz(ComplianceEffect):
 
     def compliance(self, lines: ContactLines, beside: Effects) -> LineLaw:
         """Law of each segment, (position, pair, segment)."""
+        # without helix angle all segments of a line stand at the same u
+        even = lines.pair.meshing.overlap_ratio == 0
+        first = {name: getattr(lines, name)[..., : 1 if even else None] for name in ("u", "y", "length")}
+        if lines.separation is None or self.law == "yang_sun":
+            law = self.law_on(replace(lines, **first, panel=None))
+        else:
+            from gearbench.effects.law_table import law_table
+
+            law = law_table(self, lines.pair, lines.separation, lines.typical_load)(first["u"])
+        return LineLaw(a=np.broadcast_to(law.a, lines.shape), h=np.broadcast_to(law.h, lines.shape))
+
+    def law_on(self, lines: ContactLines) -> LineLaw:
+        """``compliance``, computed for each segment by itself."""
         materials = lines.pair.materials
         each = [2 / (math.pi * material.plane_strain_modulus) for material in materials]
         c = sum(each)

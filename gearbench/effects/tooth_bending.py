@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import Dense, Effects, LowRank, refuse_foreign_keys
+from gearbench.effects.base import Dense, Effects, Flanks, LowRank, refuse_foreign_keys
 from gearbench.effects.teeth import Tooth, meshed_body, meshed_flank, plate_tooth, solid_flank
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
@@ -132,14 +132,15 @@ class ToothBending(Tooth):
 
     def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense:
         """Factor of both teeth side by side, (position, pair, segment, rank); matrix of all pairs of meshed bodies."""
-        if self.model == "plate":
-            return self.both_teeth(lines, beside)
-        from gearbench.compliance.flank import flank_factor, flank_matrix
+        flanks = self.flanks(lines, beside)
+        return self.both_teeth(lines, beside) if flanks is None else flanks.on(lines)
 
-        flanks = [self.flank(lines.pair, role, beside, lines.coast) for role in Role]
-        if self.meshed and _on_body(beside):
-            return Dense(matrix=flank_matrix(flanks, lines), positive=True)
-        return LowRank(factor=flank_factor(flanks, lines))
+    def flanks(self, lines: ContactLines, beside: Effects) -> Flanks | None:
+        """Compliance of both flanks, but of plates."""
+        if self.model == "plate":
+            return None
+        pinion, wheel = (self.flank(lines.pair, role, beside, lines.coast) for role in Role)
+        return Flanks(both=(pinion, wheel), coupled=self.meshed and _on_body(beside))
 
     def tooth_factor(self, pair: Pair, role: Role, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
         """Ψ of one tooth; see ``ToothCompliance``."""

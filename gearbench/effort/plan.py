@@ -20,10 +20,16 @@ from typing import Any
 import numpy as np
 
 from gearbench.accuracy.choose import SEARCH_TIME, first_settings
-from gearbench.contact.assemble import conforming, flank_separation, mesh_phases, scene_lines
-from gearbench.contact.births import COARSE_SEGMENTS
+from gearbench.contact.assemble import (
+    COARSE_PHASES,
+    COARSE_SEGMENTS,
+    conforming,
+    flank_separation,
+    mesh_phases,
+    scene_lines,
+)
 from gearbench.contact.size import contact_memory, kept_memory, pairs_of_teeth
-from gearbench.contact.transitions import COARSE_PHASES, loaded_phases
+from gearbench.contact.transitions import loaded_phases
 from gearbench.effects.base import ComplianceEffect, Dense, Effect, GapEffect, LowRank
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.effort.clock import peak_megabytes

@@ -21,44 +21,73 @@ from gearbench.geometry.touching import Curve, Plane
 
 #: Nodes on a base pitch: cubic Hermite polynomials between them are good to 1e-10 mm and better.
 NODES = 400
+#: Radius of curvature [T1T2] below which nodes are closer, error of cubics from which they are [mm], and how many times
+#: as close at most.
+SHARP, ERROR, FINER = 0.1, 5e-10, 16
+#: How far beyond its end an interval is meant [mm].
+_ROUNDING = 1e-11
 #: Length [base pitches] before and after the path of contact up to which separations are known.
 REACH = 0.45
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Touch:
-    """Where flanks touch first; arrays of one shape, those of both gears with a first axis (2,).
+    """Where flanks touch first: what is asked for is read from the table of their separation.
 
     Parameters
     ----------
-    gap
-        Separation along the line of action, transverse [mm]; infinite where they cannot touch.
-    rolls
-        Roll lengths of the touching point [mm], (2, …).
-    levers
-        Lever arms of the common normal over the base radii, (2, …).
-    radii
-        Radii of curvature of the profiles, transverse [mm], (2, …).
-    tilt
-        Angle between the flank at the edge that touches and its mate's [rad]; zero where two smooth flanks touch.
-    edge
-        Gear whose corner touches, 0 or 1; −1 where two smooth flanks do.
+    columns
+        Of the table, see ``Separation``.
+    row, t
+        Intervals of the table, and where on them, 0 … 1, arrays of one shape; beyond 0 … 1 where flanks cannot touch.
     """
 
-    gap: NDArray
-    rolls: NDArray
-    levers: NDArray
-    radii: NDArray
-    tilt: NDArray
-    edge: NDArray
+    columns: NDArray
+    row: NDArray
+    t: NDArray
 
     def broadcast(self, segments: int) -> Touch:
         """The same for all ``segments`` of a line, from arrays with one value a line."""
+        row, t = (np.broadcast_to(x, (*x.shape[:-1], segments)) for x in (self.row, self.t))
+        return Touch(columns=self.columns, row=row, t=t)
 
-        def wide(x: NDArray) -> NDArray:
-            return np.broadcast_to(x, (*x.shape[:-1], segments))
+    @cached_property
+    def gap(self) -> NDArray:
+        """Separation along the line of action, transverse [mm]; infinite where they cannot touch."""
+        t, (width, y, a, b, c) = self.t, self.columns[1:6, self.row]
+        # holes: where no point of one flank reaches the other
+        beyond = np.maximum(t - 1, -t) * width
+        return np.where(beyond <= _ROUNDING, y + t * (a + t * (b + t * c)), np.inf)
 
-        return Touch(**{name: wide(value) for name, value in vars(self).items()})
+    @cached_property
+    def rolls(self) -> NDArray:
+        """Roll lengths of the touching point [mm], (2, …)."""
+        return self._linear(slice(0, 2))
+
+    @cached_property
+    def levers(self) -> NDArray:
+        """Lever arms of the common normal over the base radii, (2, …)."""
+        return self._linear(slice(2, 4))
+
+    @cached_property
+    def radii(self) -> NDArray:
+        """Radii of curvature of the profiles, transverse [mm], (2, …)."""
+        return self._linear(slice(4, 6))
+
+    @cached_property
+    def tilt(self) -> NDArray:
+        """Angle between the flank at the edge that touches and its mate's [rad]; zero where two smooth flanks touch."""
+        return self._linear(slice(6, 7))[0]
+
+    @cached_property
+    def edge(self) -> NDArray:
+        """Gear whose corner touches, 0 or 1; −1 where two smooth flanks do."""
+        return self.columns[20, self.row].astype(int)
+
+    def _linear(self, number: slice) -> NDArray:
+        """Values that run straight along an interval; in a hole as at its end."""
+        low, rise = self.columns[6:13][number], self.columns[13:20][number]
+        return low[:, self.row] + np.clip(self.t, 0.0, 1.0) * rise[:, self.row]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -92,7 +121,14 @@ class Separation:
             for other in second.pieces:
                 # a rounding of either gear leads
                 k, own, mate = (1, other, piece) if other.is_rounding else (0, piece, other)
-                roll = self.plane.common_nodes(own, mate, self.step)
+                # between involutes the separation is zero, and all else linear
+                straight = own.is_involute and mate.is_involute
+                roll = self.plane.common_nodes(own, mate, own.high - own.low if straight else self.step)
+                if not roll.size:
+                    continue
+                if straight:
+                    found.append(self.plane.piece_on_piece(k, own, mate, roll))
+                    continue
                 found.append(self._resolved(partial(self.plane.piece_on_piece, k, own, mate), roll))
         for k, (own, mate) in enumerate(((first, second), (second, first))):
             for roll, piece in own.corners:
@@ -112,12 +148,28 @@ class Separation:
         return tuple(curve for curve in found if curve is not None)
 
     def _resolved(self, touch: Callable[[NDArray], Curve | None], nodes: NDArray) -> Curve | None:
-        """Curve through ``nodes``, sixteen times as many where flanks are sharply curved, near their base circles."""
+        """Curve through ``nodes``, up to ``FINER`` times as many where flanks are sharply curved, near base circles.
+
+        There roll lengths, which are interpolated linearly, go like the root of u: their error like 1/R³ and the square
+        of the distance h of nodes. That of cubics is about h⁴/R³.
+        """
         curve = touch(nodes)
-        if curve is None or curve.radii.min() > 0.1 * self.plane.tangent_length:
+        if curve is None:
+            return None
+        radius = np.full(len(nodes), np.nan)
+        radius[np.searchsorted(nodes, curve.node)] = np.maximum(curve.radii.min(axis=0), 1e-3 * self.step)
+        least = np.minimum(radius[:-1], radius[1:])
+        parts = np.maximum(
+            (SHARP * self.plane.tangent_length / least) ** 1.5, (self.step**4 / least**3 / ERROR) ** 0.25
+        )
+        if not np.nanmax(parts, initial=0.0) > 1:
             return curve
+        parts = np.ceil(np.clip(parts, 1.0, FINER))
+        # the curve ends between a node on it and one that is not
+        parts = np.where(np.isfinite(parts), parts, np.where(np.isnan(radius[:-1]) & np.isnan(radius[1:]), 1, FINER))
         index = np.arange(len(nodes))
-        return touch(np.interp(np.linspace(0, index[-1], 16 * index[-1] + 1), index, nodes))
+        at = np.interp(np.arange(1 + int(parts.sum())), np.append(0, np.cumsum(parts)), index)
+        return touch(np.interp(at, index, nodes))
 
     def _nodes(self, low: float, high: float) -> NDArray:
         return np.linspace(low, high, max(5, math.ceil((high - low) / self.step) + 1))
@@ -217,6 +269,12 @@ class Separation:
         """The table column by column, as it is read."""
         return np.ascontiguousarray(self._table.T)
 
+    @property
+    def ends(self) -> NDArray:
+        """u at which intervals of the table begin, and at which the last one ends, ascending [mm]."""
+        start, width = self._columns[:2]
+        return np.unique(np.append(start, start[-1] + width[-1]))
+
     @cached_property
     def least(self) -> float:
         """Least separation, 0 of flanks without material in excess [mm]."""
@@ -224,25 +282,11 @@ class Separation:
 
     def __call__(self, u: NDArray) -> Touch:
         """Where flanks touch first at the nominal coordinates u, and how far they are apart before."""
-        columns = self._columns
+        start, width = self._columns[:2]
         u = np.asarray(u, dtype=float)
-        row = columns[:, np.clip(np.searchsorted(columns[0], u, side="right") - 1, 0, columns.shape[1] - 1)]
-        width = row[1]
-        t = (u - row[0]) / np.where(width > 0, width, 1.0)
-        gap = row[2] + t * (row[3] + t * (row[4] + t * row[5]))
-        # in a hole as at its end
-        values = row[6:13] + np.clip(t, 0.0, 1.0) * row[13:20]
-        # holes: where no point of one flank reaches the other
-        room = 1e-9 * self.step
-        gap = np.where((t >= -room) & (u <= row[0] + width + room), gap, np.inf)
-        return Touch(
-            gap=gap,
-            rolls=values[:2],
-            levers=values[2:4],
-            radii=values[4:6],
-            tilt=values[6],
-            edge=row[20].astype(int),
-        )
+        row = np.clip(np.searchsorted(start, u, side="right") - 1, 0, len(start) - 1)
+        own = width[row]
+        return Touch(columns=self._columns, row=row, t=(u - start[row]) / np.where(own > 0, own, self.step))
 
     def reach(self, gap: float) -> tuple[float, float]:
         """u before and after which flanks stay farther apart than ``gap`` [mm], or than where they are nearest."""

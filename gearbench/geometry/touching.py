@@ -43,6 +43,8 @@ class Curve:
         Radii of curvature of both profiles there [mm], (2, node).
     tilt
         Angle between the normal of the common tangent and that of the flank at its corner [rad], (node,).
+    node
+        What it was computed at: the roll length or rotation of the gear that leads, (node,) [mm].
     edge
         0 or 1 where a corner of the pinion's or the wheel's profile touches, −1 where two smooth flanks do.
     """
@@ -54,6 +56,7 @@ class Curve:
     levers: NDArray
     radii: NDArray
     tilt: NDArray
+    node: NDArray
     edge: int
 
 
@@ -93,6 +96,11 @@ class Plane:
         if not reached.any():
             return None
         tangent = np.sqrt(np.where(reached, squared, 1.0))
+        # a deviation moves the mate's point by little: of most pieces it is seen at once that they are elsewhere
+        least, most = tangent[reached].min(), tangent[reached].max()
+        far = 1e-2 * self.tangent_length + 4 * float(np.abs(mate.deviation(np.array([mate.low, mate.high]))[0]).max())
+        if least > mate.high + far or most < mate.low - far:
+            return None
         other = mate.at_tangent_length(tangent)
         room = 1e-9 * self.tangent_length
         keep = reached & (other >= mate.low - room) & (other <= mate.high + room)
@@ -105,7 +113,7 @@ class Plane:
         levers = np.stack([lever / r_b, d_mate / r_m])
         radii = np.stack([own.curvature_radius(at), mate.curvature_radius(other)])
         tilt = np.abs(theta - phi - own.normal(at)[0])
-        return self._curve(k, np.stack([v, v_mate]), np.stack([at, other]), levers, radii, keep, tilt=tilt, edge=k)
+        return self._curve(k, v, np.stack([v, v_mate]), np.stack([at, other]), levers, radii, keep, tilt=tilt, edge=k)
 
     def meeting(self, k: int, roll: float, own: Piece, other: float, mate: Piece) -> list[float]:
         """Rotations v of gear k at which its point of the roll length ``roll`` meets the mate's of ``other``."""
@@ -119,17 +127,24 @@ class Plane:
         return [roll - own.base_radius * (turn + sign * math.acos(cosine)) for sign in (-1, 1)]
 
     def common_nodes(self, own: Piece, mate: Piece, step: float) -> NDArray:
-        """Roll lengths of ``own`` at which two smooth pieces may touch, ends included, no farther than ``step``."""
+        """Roll lengths of ``own`` at which two smooth pieces may touch, ends included, ``step`` apart at most."""
         roll = np.linspace(own.low, own.high, max(5, math.ceil((own.high - own.low) / step) + 1))
         if own.is_rounding:  # its normal turns fast
             roll = np.linspace(own.low, own.low + _USED * (own.high - own.low), _ARC_NODES)
-        found = [roll]
+        # the mate's point moves all but in proportion: few nodes say where it is on the piece, and where it leaves it
+        few = roll if own.is_rounding else roll[np.unique(np.append(np.arange(0, len(roll), 16), len(roll) - 1))]
+        partner = self._partner(own, mate, few)
+        low, high = np.minimum(partner[:-1], partner[1:]), np.maximum(partner[:-1], partner[1:])
+        near = np.flatnonzero((low <= mate.high) & (high >= mate.low))
+        if not near.size:
+            return near.astype(float)
+        found = [roll[(roll >= few[near[0]]) & (roll <= few[near[-1] + 1])]]
         for end in (mate.low, mate.high):
-            excess = self._partner(own, mate, roll) - end
+            excess = partner - end
             for i in np.flatnonzero(excess[:-1] * excess[1:] < 0):
-                (a, b), (fa, fb) = roll[i : i + 2], excess[i : i + 2]
+                (a, b), (fa, fb) = few[i : i + 2], excess[i : i + 2]
                 for _ in range(12):  # secant: the function is all but linear
-                    if fa == fb:
+                    if fa == fb or abs(b - a) < 1e-12 * self.tangent_length:
                         break
                     a, b, fa = b, b - fb * (b - a) / (fb - fa), fb
                     fb = float(self._partner(own, mate, np.array([b]))[0]) - end
@@ -166,7 +181,7 @@ class Plane:
             room = 1e-12 * T
             keep = (T - roll >= mate.low - room) & (T - roll <= mate.high + room)
             both = np.stack([roll, T - roll])
-            return self._curve(k, both, both, np.ones_like(both), both, keep)
+            return self._curve(k, roll, both, both, np.ones_like(both), both, keep)
         x, y = self._wheel_centre
         eps1, _, c1, d1, _, _ = own.normal(roll)
         other = self._partner(own, mate, roll)
@@ -179,11 +194,12 @@ class Plane:
         v = np.stack([roll - own.base_radius * (theta - eps1), other - mate.base_radius * (theta - eps2)])
         levers = np.stack([d1 / own.base_radius, d2 / mate.base_radius])
         radii = np.stack([own.curvature_radius(roll), mate.curvature_radius(other)])
-        return self._curve(k, v, np.stack([roll, other]), levers, radii, keep)
+        return self._curve(k, roll, v, np.stack([roll, other]), levers, radii, keep)
 
     def _curve(
         self,
         k: int,
+        node: NDArray,
         v: NDArray,
         rolls: NDArray,
         levers: NDArray,
@@ -201,7 +217,7 @@ class Plane:
         slope = 2 * (levers[1] - levers[0]) / (levers[0] + levers[1])
         angle = np.zeros_like(u) if tilt is None else tilt
         if k == 1:  # its own rotation counts against u
-            u, gap, slope, angle, keep = u[::-1], gap[::-1], slope[::-1], angle[::-1], keep[::-1]
+            u, gap, slope, angle, keep, node = (x[::-1] for x in (u, gap, slope, angle, keep, node))
             rolls, levers, radii = rolls[:, ::-1], levers[:, ::-1], radii[:, ::-1]
         # where u runs back, the point touched is one of greatest separation, not of least
         good = keep & np.isfinite(gap) & (np.diff(u, append=np.inf) > -1e-12 * self.tangent_length)
@@ -218,5 +234,6 @@ class Plane:
             levers=levers[:, rising],
             radii=radii[:, rising],
             tilt=angle[rising],
+            node=node[rising],
             edge=edge,
         )

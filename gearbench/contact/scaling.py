@@ -1,0 +1,85 @@
+"""Dimensionless form of a contact problem: its units of force and displacement, and moments in place of forces."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.contact.problem import ContactProblem
+from gearbench.errors import InputError
+from gearbench.geometry.action import ContactLines
+from gearbench.scene import Scene
+
+
+def by_lever(
+    w: NDArray, factor: NDArray, matrix: NDArray | None, a: NDArray, h: NDArray
+) -> tuple[NDArray, NDArray | None, NDArray, NDArray]:
+    """Ψ, H, a and h in moments about the pinion's axis over its base radius in place of forces, P̃ = w P (T5).
+
+    With compressions s = w (δ − e) the equations keep their form, and their symmetry.
+    """
+    if matrix is not None:
+        flat = w.reshape(len(w), -1)
+        matrix = matrix / (flat[:, :, None] * flat[:, None, :])
+    return factor / w[..., None], matrix, (a + h * np.log(w)) / w**2, h / w**2
+
+
+def typical_compression(a: NDArray, h: NDArray, scene: Scene) -> float:
+    """Compression under the mean line load [mm]: unit of displacement where there is a law."""
+    line_load = scene.F_bn / scene.pair.meshing.face_width
+    # a law driven beyond its validity still has the slope h of its continuation
+    return line_load * max(float(np.mean(a - h * math.log(line_load))), float(np.mean(h)))
+
+
+def even_deflection(matrix: NDArray, lines: ContactLines) -> float:
+    """Mean deflection [mm/N] by H (position, n, n) under a unit force shared evenly by all segments.
+
+    Raises
+    ------
+    InputError
+        If the compliance of the segments is not positive definite.
+    """
+    active = np.repeat(lines.active, lines.shape[2], axis=1)
+    greatest = np.linalg.norm(matrix, axis=(1, 2))[:, None]
+    least = np.linalg.eigvalsh(matrix + np.eye(active.shape[1]) * np.where(active, 0.0, greatest)[:, None, :])[:, :1]
+    if np.any(least <= 1e-13 * greatest):
+        raise InputError("effects", "no contact law", "the compliance alone does not determine the loads: add hertz")
+    return float(np.mean(matrix.sum(axis=(1, 2)) / active.sum(axis=1) ** 2))
+
+
+def scale_problem(
+    lines: ContactLines,
+    gap: NDArray,
+    factor: NDArray,
+    a: NDArray,
+    h: NDArray,
+    soft: NDArray,
+    force: float,
+    scale: float,
+    *,
+    coupled: bool,
+) -> ContactProblem:
+    """Dimensionless problem from gap and ``soft``, half its variation over a cell [mm], Ψ [√(mm/N)], a and h [mm²/N].
+
+    All arrays (position, pair, segment, …); ``force`` [N] and ``scale`` [mm] become the units.
+    """
+    positions, pairs, segments = lines.shape
+    active = np.broadcast_to(lines.active[..., None], lines.shape)
+    length = np.where(active, lines.length, 1.0)
+    unit = force / scale
+    flat = (positions, pairs * segments)
+    return ContactProblem(
+        gap=((gap - soft) / scale).reshape(flat),
+        a=(unit / length * (a + h * np.log(length / force))).reshape(flat),
+        h=(unit / length * h).reshape(flat),
+        soft=(soft / scale).reshape(flat),
+        active=active.reshape(flat),
+        factor=np.ascontiguousarray((factor * math.sqrt(unit)).reshape(*flat, -1)),
+        block=np.zeros(flat[1], dtype=np.int64) if coupled else np.repeat(np.arange(pairs), segments),
+        blocks=1 if coupled else pairs,
+        force=force,
+        length_scale=scale,
+        shape=lines.shape,
+    )
