@@ -145,7 +145,7 @@ def resident() -> float:
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="reads /proc")
 def test_memory_is_flat_over_a_search(monkeypatch):
     """Beyond the cache of the database a search of 100 000 designs takes what one of 60 000 does."""
-    monkeypatch.setattr("gearbench.optimisation.engine.evaluate", answer)
+    monkeypatch.setattr("gearbench.optimisation.processes.evaluate", answer)
     monkeypatch.setattr("gearbench.optimisation.register.CACHE", 4_000)
     study = replace(STUDY, algorithm=Algorithm(population=1000, generations=100, seed=2))
     sizes = {}

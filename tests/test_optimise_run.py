@@ -48,7 +48,7 @@ def seen_designs(monkeypatch) -> list:
     """Designs that are evaluated from here on."""
     seen = []
     monkeypatch.setattr(
-        "gearbench.optimisation.engine.evaluate", lambda s, d, rivals: (seen.append(d), evaluate(s, d, rivals))[1]
+        "gearbench.optimisation.processes.evaluate", lambda s, d, rivals: (seen.append(d), evaluate(s, d, rivals))[1]
     )
     return seen
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Memory, Quiet, Threads, Verbose, say, shows_progress
+from gearbench.cli.options import Json, Memory, Quiet, Verbose, say, shows_progress
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,8 +22,9 @@ Folder = Annotated[
     Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the generations and the front.")
 ]
 Resume = Annotated[bool, typer.Option("--resume", help="Continue the search in DIR.")]
-Scheduler = Annotated[
-    str | None, typer.Option(metavar="ADDRESS|local:N", help="Evaluate on dask.distributed; threads by default.")
+Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS|local:N", help="Evaluate on dask.distributed.")]
+Threads = Annotated[
+    int | None, typer.Option(min=1, help="Worker processes, one design at a time on each; all processors by default.")
 ]
 #: Designs of the front that the summary shows.
 SHOWN = 12

@@ -1,4 +1,7 @@
-"""Where designs are evaluated: threads of this process, or workers of dask.distributed. The results are the same."""
+"""Where designs are evaluated: threads of this process, or workers of dask.distributed. The results are the same.
+
+Processes of this machine are in ``processes``.
+"""
 
 from __future__ import annotations
 
@@ -191,15 +194,6 @@ class Dask(Engine):
     def close(self) -> None:
         """Leave the scheduler; end the workers started here."""
         self._open.close()
-
-
-def choose_engine(scheduler: str | None, threads: int | None) -> Engine:
-    """Dask where a scheduler is given, threads otherwise."""
-    if scheduler is not None:
-        return Dask(scheduler)
-    from gearbench.threads import default_threads
-
-    return Threads(threads or default_threads())
 
 
 def by_geometry(study: OptimisationStudy, designs: Sequence[Design]) -> list[Design]:

@@ -15,8 +15,8 @@ from contextlib import contextmanager
 from threading import Thread
 from typing import Any
 
-from gearbench.budget import VARIABLE, memory_limit
 from gearbench.errors import GearbenchError
+from gearbench.optimisation.child import start
 
 #: Seconds that it may take to end.
 END = 5.0
@@ -31,12 +31,7 @@ def local_cluster(workers: int) -> Iterator[str]:
     GearbenchError
         If it cannot be started; with the last line that it printed.
     """
-    command = [sys.executable, "-P", "-m", __name__, str(workers)]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    environment[VARIABLE] = f"{memory_limit() / workers:.0f}"
-    options: dict[str, Any] = {"text": True, "env": environment, "start_new_session": True}
-    options |= dict.fromkeys(("stdin", "stdout"), subprocess.PIPE) | {"stderr": subprocess.DEVNULL}
-    with subprocess.Popen(command, **options) as process:
+    with start(__name__, str(workers), share=workers, text=True, stderr=subprocess.DEVNULL) as process:
         assert process.stdin is not None
         assert process.stdout is not None
         try:
@@ -60,7 +55,7 @@ def main() -> None:
     ending.start()
     found: list[Any] = []
 
-    def start() -> None:
+    def begin() -> None:
         """Print the address of the workers, or why there are none."""
         options: dict[str, Any] = {"dashboard_address": None, "silence_logs": 50}
         try:
@@ -70,7 +65,7 @@ def main() -> None:
             os._exit(1)
         print(found[0].scheduler_address, flush=True)
 
-    Thread(target=start, daemon=True).start()
+    Thread(target=begin, daemon=True).start()
     ending.join()
     for cluster in found:
         cluster.close(timeout=END / 2)

@@ -84,7 +84,8 @@ class Evaluation:
 def evaluate(study: OptimisationStudy, design: Design, rivals: Rivals | None = None) -> Evaluation:
     """Evaluate a design: the same answer wherever and in whatever order it is computed.
 
-    Where ``rivals`` are given, it stops as soon as its error samples say that one of them beats it.
+    Where ``rivals`` are given, it stops as soon as its error samples say that one of them beats it, and limits that it
+    keeps roughly (``constraints.solve_roughly``) hold.
 
     A design that makes no gear, or one that cannot be solved, is an answer too: it violates the constraints, with the
     reason. No design raises, unless the machine is too small for it, which says nothing about the gear.
@@ -104,16 +105,19 @@ def evaluate(study: OptimisationStudy, design: Design, rivals: Rivals | None = N
             rough = cache(partial(solve_roughly, scene))
         forces = Forces(study=study)
         values = constrained(scene, limits, rough or solved, cost, forces.without_errors)
-        if rough is not None and not decided(values, limits):
+        if rough is not None and judge(values, limits)[0] > 0 and not decided(values, limits):
             values = constrained(scene, limits, solved, cost)
         unknown, (violation, reason) = tuple(values.values()), judge(values, limits)
+        answer = Evaluation(violation=violation, reason=reason, constraints=unknown, statistics=nothing)
         if violation > 0:
-            return Evaluation(violation=violation, reason=reason, constraints=unknown, statistics=nothing)
+            return answer
         numbers = _numbers(study, scene, solved, cost)
-        answer = _feasible(study, scene, numbers, forces, rivals, rough() if rough is not None else None)
-        if answer.samples == study.robustness.samples:
-            unknown = tuple(constrained(scene, limits, solved, cost, forces.without_errors).values())
-        return replace(answer, constraints=unknown)
+        found = _feasible(study, scene, numbers, forces, rivals, rough() if rough is not None else None)
+        if rough is not None and found.samples == study.robustness.samples:  # nothing beats it: its limits to the end
+            values = constrained(scene, limits, solved, cost, forces.without_errors)
+            unknown, (violation, reason) = tuple(values.values()), judge(values, limits)
+            answer = Evaluation(violation=violation, reason=reason, constraints=unknown, statistics=nothing)
+        return answer if violation > 0 else replace(found, constraints=unknown)
     except MemoryBudgetError:
         raise
     except (InputError, GearbenchError, ArithmeticError, np.linalg.LinAlgError) as error:

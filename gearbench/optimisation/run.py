@@ -10,14 +10,16 @@ from typing import TYPE_CHECKING
 
 from gearbench.optimisation.archive import Archive
 from gearbench.optimisation.dataset import front_dataset
-from gearbench.optimisation.engine import Engine, choose_engine
+from gearbench.optimisation.engine import Dask, Engine
 from gearbench.optimisation.problem import Evaluation
+from gearbench.optimisation.processes import Processes
 from gearbench.optimisation.racing import Rivals, spread
 from gearbench.optimisation.search import Search
 from gearbench.optimisation.store import Store
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.study_file import check_study
 from gearbench.results.netcdf import load
+from gearbench.threads import default_threads
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -83,9 +85,9 @@ def optimise(
     resume
         Continue the search in ``directory``; the result equals that of a run without interruption.
     scheduler
-        "local:N" or the address of a dask scheduler; threads of this process by default.
+        "local:N" or the address of a dask scheduler; processes of this machine by default.
     threads
-        How many; as many as there are processors by default.
+        How many, each with one design at a time; as many as there are processors by default.
     progress
         Called after each evaluation and each generation.
 
@@ -106,7 +108,7 @@ def optimise(
         options = {"resume": resume, "scheduler": scheduler, "threads": threads, "progress": progress}
         return load(optimise_into(study, directory, **options))
     check_study(study)
-    with choose_engine(scheduler, threads) as engine:
+    with _engine(scheduler, threads) as engine:
         run = _Run(study, None, engine, progress)
         run.search()
         return front_dataset(*run.found)
@@ -123,11 +125,16 @@ def optimise_into(
 ) -> Path:
     """``optimise`` into a folder, whose file with the result it returns; memory does not grow with the designs."""
     check_study(study)
-    engine = choose_engine(scheduler, threads)
+    engine = _engine(scheduler, threads)
     with Store(directory, study, resume=resume) as store, engine:
         run = _Run(study, store, engine, progress)
         run.search()
         return store.write_front(*run.found)
+
+
+def _engine(scheduler: str | None, threads: int | None) -> Engine:
+    """Dask where a scheduler is given, processes of this machine otherwise."""
+    return Processes(threads or default_threads()) if scheduler is None else Dask(scheduler)
 
 
 class _Run:
