@@ -69,7 +69,7 @@ class Resolution:
         much faster, because the stiffness jumps where a pair enters or leaves.
     gauss_points
         Gauss points on each panel between two transitions, where ``positions`` is absent; unless given 5 where the
-        transitions under load are found first, 8 for error samples and sweeps over the torque.
+        transitions under load are found first, 8 for error samples.
     segments
         Segments of constant line load on each contact line.
     accuracy

@@ -210,7 +210,7 @@ def test_rounding_is_an_arc_between_flank_and_tip_circle() -> None:
     points = np.stack([length * np.cos(turn) - r_b * np.sin(turn), length * np.sin(turn) + r_b * np.cos(turn)])
     R = np.hypot(*points)
     assert R[-1] == pytest.approx(gear.tip_radius, rel=1e-12)
-    assert_allclose(arc.curvature_radius(roll[:-1]), 0.2, rtol=1e-6)
+    assert_allclose(arc.normal(roll[:-1])[1], 0.2, rtol=1e-6)
 
 
 def test_derivatives_of_a_profile_are_those_of_its_deviation() -> None:

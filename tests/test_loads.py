@@ -63,7 +63,7 @@ def test_simulate_is_the_sweep_of_the_torques_with_mean_and_greatest():
 def test_the_compliance_of_a_flank_is_made_once(monkeypatch):
     calls, assemble = [], shared.assemble
     monkeypatch.setattr(shared, "assemble", lambda *a: calls.append(a[0].load.coast) or assemble(*a))
-    simulate(several())
+    simulate(several(resolution={"positions": 24}))
     assert sorted(calls) == [False, True]
 
 

@@ -15,11 +15,15 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.compliance.bases import gauss
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 #: Offsets σ of a parabola's vertex from the edge, in Hertzian half-widths, at which strips are computed.
 _OFFSETS = np.concatenate([-np.geomspace(12.0, 1.4, 9), np.linspace(-1.2, 1.2, 17), np.geomspace(1.4, 24.0, 11)])
@@ -109,19 +113,22 @@ def spread_table(angle: float, x: NDArray) -> NDArray:
 
 
 @lru_cache(maxsize=1)
-def _strips() -> NDArray:
-    """Λ(σ): approaches less Hertz's own and less the separation at the edge, (angle, offset)."""
+def _strips() -> CubicSpline:
+    """Λ(σ): approaches less Hertz's own and less the separation at the edge, (offset,) of an angle."""
+    from scipy.interpolate import CubicSpline
+
     hertz = 4 * (math.log(2) + 0.5)
-    return np.array([[strip_at_edge(a, s) - hertz - 4 * max(s, 0.0) ** 2 for s in _OFFSETS] for a in _ANGLES])
+    return CubicSpline(
+        _ANGLES, [[strip_at_edge(a, s) - hertz - 4 * max(s, 0.0) ** 2 for s in _OFFSETS] for a in _ANGLES]
+    )
 
 
 @lru_cache(maxsize=64)
 def _strip_table(angle: float) -> tuple[float, NDArray]:
     """Λ at the first offset, and the cubics (power falling, interval) that keep it monotone between offsets."""
-    from scipy.interpolate import CubicSpline, PchipInterpolator
+    from scipy.interpolate import PchipInterpolator
 
-    angle = min(max(angle, _ANGLES[0]), _ANGLES[-1])
-    values = CubicSpline(_ANGLES, _strips())(angle)
+    values = _strips()(min(max(angle, _ANGLES[0]), _ANGLES[-1]))
     return float(values[0]), PchipInterpolator(_OFFSETS, values).c
 
 

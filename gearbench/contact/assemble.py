@@ -77,9 +77,7 @@ def scene_lines(scene: Scene, mesh_phase: NDArray) -> ContactLines:
     flanks = flank_separation(scene)
     if flanks is None:
         return _lines(scene, mesh_phase)
-    # of flanks with material in excess, what they are pressed together counts
-    span = flanks.reach(flanks.least + MARGIN * (greatest_deflection(scene, flanks) - flanks.least))
-    return _lines(scene, mesh_phase, flanks, span)
+    return _lines(scene, mesh_phase, flanks, _reached(scene, flanks))
 
 
 def _lines(
@@ -167,7 +165,12 @@ def greatest_deflection(scene: Scene, flanks: Separation) -> float:
 
 @lru_cache(maxsize=16)
 def _greatest_deflection(scene: Scene, flanks: Separation) -> float:
-    look = first_look(scene, COARSE_PHASES)
+    if scene.pair.meshing.overlap_ratio:
+        # amid the phases with fewest and with most pairs on the path
+        most = scene.pair.meshing.transverse_contact_ratio % 1.0
+        look = _look(scene, np.array([(1 + most) / 2, most / 2]), flanks, _widest_span(scene.pair))
+    else:
+        look = first_look(scene, COARSE_PHASES)
     deflection = float(look.problem.length_scale * look.guess.delta.max())
     others = [effect for effect in scene.flank_effects if effect.name != "off_line_contact"]
     if any(isinstance(effect, GapEffect) and not effect.modifications(scene.pair) for effect in others):
@@ -201,18 +204,36 @@ class Look:
 def first_look(scene: Scene, count: int) -> Look:
     """Coarse solution of ``scene``, whose resolution does not matter, at ``count`` phases.
 
-    Off the line of action lines reach ``_REACH`` beyond the path of contact, whatever the load: their smooth compliance
-    is that under other loads too.
+    Off the line of action lines of spur pairs reach ``_REACH`` beyond the path of contact, whatever the load: their
+    smooth compliance is that under other loads too. Longer lines of helical pairs would have longer cells.
     """
-    phase, flanks, meshing = mirrored_phases(scene.pair, count), flank_separation(scene), scene.pair.meshing
-    scene = replace(scene, resolution=Resolution(positions=count, segments=COARSE_SEGMENTS))
-    room = _REACH * meshing.base_pitch
-    span = None if flanks is None else (meshing.path_start - room, meshing.path_end + room)
+    flanks = flank_separation(scene)
+    if flanks is None:
+        span = None
+    else:
+        span = _reached(scene, flanks) if scene.pair.meshing.overlap_ratio else _widest_span(scene.pair)
+    return _look(scene, mirrored_phases(scene.pair, count), flanks, span)
+
+
+def _look(scene: Scene, phase: NDArray, flanks: Separation | None, span: tuple[float, float] | None) -> Look:
+    scene = replace(scene, resolution=Resolution(positions=len(phase), segments=COARSE_SEGMENTS))
     lines = _lines(scene, phase, flanks, span)
     problem = assemble(scene, lines, truncation=COARSE_TRUNCATION, nodes=round(COARSE_NODES * smooth_nodes(lines)))
     guess = Guess.nothing(problem)
     solve_roughly(problem, guess)
     return Look(phase=phase, lines=lines, problem=problem, guess=guess)
+
+
+def _widest_span(pair: Pair) -> tuple[float, float]:
+    """Where lines may reach while the deflection is not known, u [mm]."""
+    room = _REACH * pair.meshing.base_pitch
+    return pair.meshing.path_start - room, pair.meshing.path_end + room
+
+
+def _reached(scene: Scene, flanks: Separation) -> tuple[float, float]:
+    """Where flanks may touch under the load of ``scene``, u [mm]."""
+    # of flanks with material in excess, what they are pressed together counts
+    return flanks.reach(flanks.least + MARGIN * (greatest_deflection(scene, flanks) - flanks.least))
 
 
 def typical_load(scene: Scene) -> float:

@@ -128,23 +128,19 @@ class Piece:
     def normal(self, roll: NDArray) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray, NDArray]:
         """Normal line at ℓ in the frame of its tangent.
 
-        Returns ε (its angle to the tangent), dε/dℓ, its distances c along and d across itself from the centre to the
-        point (T2), and their derivatives.
+        Returns ε (its angle to the tangent), ρ (radius of curvature of the modified profile), its distances c along and
+        d across itself from the centre to the point (T2), and their derivatives.
         """
         r_b = self.base_radius
         e, de, dde = self.deviation(roll)
         length = roll - e
         eps = np.arctan2(de * r_b, length)
-        d_eps = r_b * (dde * length - de * (1 - de)) / np.maximum(length**2 + (de * r_b) ** 2, 1e-300)
+        squared = length**2 + (de * r_b) ** 2
+        d_eps = r_b * (dde * length - de * (1 - de)) / np.maximum(squared, 1e-300)
         cos, sin = np.cos(eps), np.sin(eps)
         c, d = length * cos + r_b * sin, r_b * cos - length * sin
-        return eps, d_eps, c, d, (1 - de) * cos + d * d_eps, -(1 - de) * sin - c * d_eps
-
-    def curvature_radius(self, roll: NDArray) -> NDArray:
-        """Radius of curvature of the modified profile [mm]."""
-        e, de, _ = self.deviation(roll)
-        d_eps = self.normal(roll)[1]
-        return np.hypot(de, (roll - e) / self.base_radius) / (1 / self.base_radius + d_eps)
+        rho = np.sqrt(squared) / (1 + r_b * d_eps)
+        return eps, rho, c, d, (1 - de) * cos + d * d_eps, -(1 - de) * sin - c * d_eps
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

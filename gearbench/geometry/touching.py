@@ -84,9 +84,10 @@ class Plane:
         """A corner of gear k at the roll length ``roll`` on a piece of its mate's profile, at the rotations v of k."""
         r_b, r_m = own.base_radius, mate.base_radius
         x, y = self._wheel_centre
-        at = np.full_like(v, roll)
-        length = at - own.deviation(at)[0]
-        phi = (at - v) / r_b
+        corner = np.array(roll)
+        length = roll - float(own.deviation(corner)[0])
+        eps_own, rho, *_ = own.normal(corner)
+        phi = (roll - v) / r_b
         cos, sin = np.cos(phi), np.sin(phi)
         # from the corner's own centre, then from its mate's
         own_x, own_y = length * cos - r_b * sin, length * sin + r_b * cos
@@ -107,13 +108,23 @@ class Plane:
         chi = np.arctan2(-r_m, -tangent) - np.arctan2(w_y, w_x)
         chi = (chi + math.pi) % (2 * math.pi) - math.pi
         v_mate = other + r_m * chi
-        eps, _, _, d_mate, _, _ = mate.normal(other)
+        eps, radius, _, d_mate, _, _ = mate.normal(other)
         theta = eps - chi
         lever = own_y * np.cos(theta) - own_x * np.sin(theta)
         levers = np.stack([lever / r_b, d_mate / r_m])
-        radii = np.stack([own.curvature_radius(at), mate.curvature_radius(other)])
-        tilt = np.abs(theta - phi - own.normal(at)[0])
-        return self._curve(k, v, np.stack([v, v_mate]), np.stack([at, other]), levers, radii, keep, tilt=tilt, edge=k)
+        radii = np.stack([np.broadcast_to(rho, v.shape), radius])
+        tilt = np.abs(theta - phi - eps_own)
+        return self._curve(
+            k,
+            v,
+            np.stack([v, v_mate]),
+            np.stack([np.full_like(v, roll), other]),
+            levers,
+            radii,
+            keep,
+            tilt=tilt,
+            edge=k,
+        )
 
     def meeting(self, k: int, roll: float, own: Piece, other: float, mate: Piece) -> list[float]:
         """Rotations v of gear k at which its point of the roll length ``roll`` meets the mate's of ``other``."""
@@ -183,9 +194,9 @@ class Plane:
             both = np.stack([roll, T - roll])
             return self._curve(k, roll, both, both, np.ones_like(both), both, keep)
         x, y = self._wheel_centre
-        eps1, _, c1, d1, _, _ = own.normal(roll)
+        eps1, rho1, c1, d1, _, _ = own.normal(roll)
         other = self._partner(own, mate, roll)
-        eps2, _, c2, d2, _, _ = mate.normal(other)
+        eps2, rho2, c2, d2, _, _ = mate.normal(other)
         room = 1e-9 * T
         keep = (np.abs(np.hypot(c1 + c2, d1 + d2) - math.hypot(x, y)) < 1e-12 * T) & (
             (other >= mate.low - room) & (other <= mate.high + room)
@@ -193,7 +204,7 @@ class Plane:
         theta = math.atan2(y, x) - np.arctan2(d1 + d2, c1 + c2)
         v = np.stack([roll - own.base_radius * (theta - eps1), other - mate.base_radius * (theta - eps2)])
         levers = np.stack([d1 / own.base_radius, d2 / mate.base_radius])
-        radii = np.stack([own.curvature_radius(roll), mate.curvature_radius(other)])
+        radii = np.stack([rho1, rho2])
         return self._curve(k, roll, v, np.stack([roll, other]), levers, radii, keep)
 
     def _curve(

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearbench.loads import WeightedLoad, load_weights
 from gearbench.results.responses import OVER_LOADS, described, is_response
@@ -33,21 +34,19 @@ def combined(
         if LOAD in found.coords and found.sizes[LOAD] == len(torque.values):
             return found  # one group, whole, with its loads for its first dimension
     parts = [part.drop_vars(LOAD, errors="ignore") for part in parts]
-    if outer or len(points[0]) > 1:
-        parts = [_labelled(part) for part in parts]
     whole, rest = [], list(parts)
     for groups in points:
         own, rest = rest[: len(groups)], rest[len(groups) :]
         if not own:
             whole.append(whole[-1].where(False))
             continue
-        found = _concat(own, LOAD) if len(own) > 1 else own[0]
+        found = _beside(own, LOAD) if len(own) > 1 else own[0]
         missing = sum(map(len, groups)) - found.sizes[LOAD]
         found = found.pad({LOAD: (0, missing)}) if missing else found
         whole.append(found.isel({LOAD: 0}, drop=True) if torque is None else found)
     for each in reversed(outer):
         n = len(each.values)
-        whole = [_concat(whole[i : i + n], each.name) for i in range(0, len(whole), n)]
+        whole = [_beside(whole[i : i + n], each.name) for i in range(0, len(whole), n)]
     (found,) = whole
     found = found.drop_vars(["position", "pair", "segment"], errors="ignore")
     if "phase_weight" in found:
@@ -89,15 +88,58 @@ def _statistics(name: str, values: xr.DataArray, sampler: Any) -> dict[str, xr.D
     return found
 
 
-def _concat(parts: Sequence[xr.Dataset], dim: str) -> xr.Dataset:
+#: Dimensions whose length differs from point to point.
+_RAGGED = ("position", "pair", "segment")
+
+
+def _beside(parts: Sequence[xr.Dataset], dim: str) -> xr.Dataset:
+    """The ``parts`` side by side along ``dim``, NaN where one has no such position, pair or segment.
+
+    As ``xarray.concat`` of them would do, which aligns each variable by itself and takes longer than solving.
+    """
     import xarray as xr
 
-    return xr.concat(
-        parts, dim, data_vars="all", coords="different", compat="equals", join="outer", combine_attrs="override"
+    labels = {
+        d: np.unique(np.concatenate([_labels(part, d) for part in parts if d in part.sizes]))
+        for d in _RAGGED
+        if any(d in part.sizes for part in parts)
+    }
+    places = [{d: np.searchsorted(all_of, _labels(part, d)) for d, all_of in labels.items()} for part in parts]
+    found: dict[str, Any] = {}
+    for name in dict.fromkeys(str(name) for part in parts for name in part.variables if name not in labels):
+        own = [part.variables.get(name) for part in parts]
+        first = next(each for each in own if each is not None)
+        same = all(each is not None and each.identical(first) for each in own)
+        if same and name not in parts[0].data_vars and dim not in first.dims:
+            found[name] = first
+            continue
+        sizes = {d: len(all_of) for d, all_of in labels.items()} | {
+            d: n for d, n in first.sizes.items() if d not in labels
+        }
+        rest = [str(d) for d in first.dims if d != dim]
+        lengths = [part.sizes.get(dim, 1) for part in parts]
+        values = np.full((sum(lengths), *(sizes[d] for d in rest)), np.nan)
+        begin = 0
+        for each, place, length in zip(own, places, lengths, strict=True):
+            if each is not None:
+                cells = [place.get(d, np.arange(sizes[d])) for d in rest]
+                values[np.ix_(np.arange(begin, begin + length), *cells)] = each.transpose(
+                    dim, *rest, missing_dims="ignore"
+                )
+            begin += length
+        kind = np.result_type(*(each.dtype for each in own if each is not None))
+        whole = values.astype(kind) if kind.kind in "iub" and np.isfinite(values).all() else values
+        found[name] = xr.Variable((dim, *rest), whole, first.attrs)
+    coords = {name for part in parts for name in map(str, part.coords)} & found.keys()
+    return xr.Dataset(
+        {name: each for name, each in found.items() if name not in coords},
+        coords={name: found[name] for name in found if name in coords} | {d: (d, x) for d, x in labels.items()},
+        attrs=parts[0].attrs,
     )
 
 
-def _labelled(part: xr.Dataset) -> xr.Dataset:
-    """With the numbers of positions, tooth pairs and segments as labels, which concatenation goes by."""
-    labels = {dim: np.arange(part.sizes[dim]) for dim in ("position", "segment") if dim in part.dims}
-    return part.assign_coords(labels | ({"pair": part["pair_index"].values} if "pair" in part.dims else {}))
+def _labels(part: xr.Dataset, dim: str) -> NDArray:
+    """Numbers of the positions, tooth pairs or segments of a Dataset."""
+    if dim in part.coords:
+        return part.variables[dim].values
+    return part.variables["pair_index"].values if dim == "pair" else np.arange(part.sizes[dim])

@@ -100,7 +100,7 @@ class Solver:
         return at, iter(found)
 
     def _sampled(self, group: Sequence[Scene]) -> Iterator[Callable[[], xr.Dataset]]:
-        at, parts, how = self.shared.assembled(group[0]), [], self.draws
+        at, parts, how = self.shared.assembled(group[0], sampled=True), [], self.draws
         names = tuple(dict.fromkeys((*MEASURED, *self.outputs)))
         for scene in group:
             problem = at.robust(scene)

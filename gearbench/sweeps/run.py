@@ -169,7 +169,7 @@ def _points(scene: Scene, axes: Sequence[Axis], *, kept: bool) -> list[list[list
         _require_memory(base, math.prod(len(each.values) for each in axes))
     torque = next((each.values for each in axes if each.path == TORQUE), None)
     scenes = [scene_at(base, point) for point in grid([each for each in axes if each.path != TORQUE])]
-    return [[[each]] if torque is None else under_loads(each, torque) for each in scenes]
+    return [[[each]] if torque is None else under_loads(each, torque, sampled=not kept) for each in scenes]
 
 
 def _warning(scene: Scene, axes: Sequence[Axis]) -> dict[str, str]:

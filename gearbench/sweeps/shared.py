@@ -9,45 +9,70 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble, gap_and_variation, gaps_along, mesh_phases, scene_lines
+from gearbench.contact.assemble import (
+    assemble,
+    conforming,
+    gap_and_variation,
+    gaps_along,
+    mesh_phases,
+    scene_lines,
+)
 from gearbench.contact.loads import solve_loads, under
 from gearbench.contact.problem import ContactProblem, ContactSolution
+from gearbench.contact.transitions import loaded_phases
 from gearbench.effects.base import ComplianceEffect
 from gearbench.geometry.action import ContactLines
 from gearbench.results.solved import Solved
 from gearbench.robustness.montecarlo import RobustProblem, prepare_problem
 from gearbench.scene import Load, Scene
 from gearbench.schema import read
-from gearbench.solution import solve_lines
+from gearbench.solution import solve_scene
 
 #: Compliances kept at once: as many as gears or resolutions take turns within a grid, at most.
 KEPT = 8
 
 
-def under_loads(scene: Scene, torques: Sequence[float]) -> list[list[Scene]]:
+def under_loads(scene: Scene, torques: Sequence[float], *, sampled: bool = False) -> list[list[Scene]]:
     """``scene`` under each of the torques [N·m], in groups of those that share contact lines and compliance.
 
     Drive and coast flanks do not share them; nor do flanks that touch off the line of action, where the load decides
-    how far contact lines reach, nor gears on shafts, whose bearings it loads.
+    how far contact lines reach, nor gears on shafts, whose bearings it loads, nor flanks that part, where it decides at
+    which phases the contact changes, unless the scene gives its phases. ``sampled``: phases of samples do not follow
+    the load.
     """
     scenes = [scene.under(read(Load, {"torque": torque}, "load")) for torque in torques]
-    if scene.has_shafts or scene.effect("off_line_contact") is not None:
+    if not _loads_share(scene, sampled=sampled):
         return [[each] for each in scenes]
     return [list(group) for _, group in groupby(scenes, lambda each: each.load.coast)]
 
 
+def _loads_share(scene: Scene, *, sampled: bool = False) -> bool:
+    """Whether ``simulate`` has the same contact lines of ``scene`` under all loads of one direction."""
+    if scene.has_shafts or scene.effect("off_line_contact") is not None:
+        return False
+    resolution = scene.resolution
+    return sampled or resolution.positions is not None or resolution.accuracy is not None or conforming(scene)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Assembled:
-    """A scene's contact problem under its own torque, on its lines, with the weights of their positions."""
+    """A scene's contact problem under its own torque, on its lines, with the weights of their positions.
+
+    ``size`` is the number of Gauss points on each panel, where that is not the scene's.
+    """
 
     scene: Scene
     lines: ContactLines
     weight: NDArray
     problem: ContactProblem
+    size: int | None = None
 
     def solved(self, solution: ContactSolution) -> Solved:
         """The scene with its solution, or with those under several loads."""
-        return Solved(scene=self.scene, lines=self.lines, weight=self.weight, problem=self.problem, solution=solution)
+        return Solved(
+            scene=self.scene, lines=self.lines, weight=self.weight, problem=self.problem, solution=solution,
+            size=self.size,
+        )  # fmt: skip
 
     def robust(self, scene: Scene) -> RobustProblem:
         """The problem of error samples of ``scene``: this one under another load."""
@@ -62,28 +87,32 @@ class Shared:
 
     def solutions(self, group: Sequence[Scene], threads: int = 1) -> tuple[Assembled, Iterator[ContactSolution]]:
         """Contact problem of a group of ``under_loads``, and its solutions under one load after the other."""
-        if group[0].has_shafts:
-            (scene,) = group
-            phase, weight = mesh_phases(scene)
-            solved = solve_lines(scene, scene_lines(scene, phase), weight)
-            at = Assembled(scene=scene, lines=solved.lines, weight=weight, problem=solved.problem)
+        scene = group[0]
+        if len(group) == 1 and not _loads_share(scene):
+            solved = solve_scene(scene)
+            at = Assembled(
+                scene=scene, lines=solved.lines, weight=solved.weight, problem=solved.problem, size=solved.size
+            )
             return at, iter([solved.solution])
         at = self.assembled(group[0])
         return at, solve_loads(at.problem, [scene.F_bn for scene in group], threads)
 
-    def assembled(self, scene: Scene) -> Assembled:
-        """Contact problem of ``scene``."""
-        phase, weight = mesh_phases(scene)
+    def assembled(self, scene: Scene, *, sampled: bool = False) -> Assembled:
+        """Contact problem of ``scene`` at phases that all loads share, or error samples."""
+        if not sampled and conforming(scene):
+            phase, weight, size = loaded_phases(scene)
+        else:
+            phase, weight, size = *mesh_phases(scene), None
         stiff = tuple(effect for effect in scene.effects if isinstance(effect, ComplianceEffect))
         lines = scene_lines(scene, phase)
         if scene.has_shafts:  # compliances of their own, bearings at rest under the torque
-            return Assembled(scene=scene, lines=lines, weight=weight, problem=assemble(scene, lines))
+            return Assembled(scene=scene, lines=lines, weight=weight, problem=assemble(scene, lines), size=size)
         # lines end and bend where gaps do; a separation is kept by those that use it, and so is its identity
         nodes = (lines.u.tobytes(), lines.y.tobytes(), lines.length.tobytes())
         key = (scene.pair, stiff, nodes, lines.cells, lines.coast, id(lines.separation), lines.typical_load)
         known = self._known.get(key)
         if known is None:
-            known = Assembled(scene=scene, lines=lines, weight=weight, problem=assemble(scene, lines))
+            known = Assembled(scene=scene, lines=lines, weight=weight, problem=assemble(scene, lines), size=size)
             while len(self._known) >= KEPT:
                 self._known.pop(next(iter(self._known)))
             self._known[key] = known
