@@ -2,6 +2,7 @@
 
 from concurrent.futures import ThreadPoolExecutor
 from threading import Barrier
+
 import pytest
 
 # the BLAS of compiled kernels: loaded later it would begin with the number of threads of the environment
