@@ -8,6 +8,7 @@ from numpy.testing import assert_allclose
 from scipy.integrate import quad
 
 from fem_reference.flank import Flank
+from gearbench.compliance import local
 from gearbench.compliance.local import compression, flank_functions, half_space_compression
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.geometry.gear import Gear
@@ -74,6 +75,14 @@ def test_projection_is_what_its_resolution_says(helix):
     assert np.linalg.norm(coarse - fine) < 1e-7 * np.linalg.norm(fine)
     assert_allclose(coarse, coarse.T, rtol=0, atol=1e-14 * coarse.max())
     assert np.linalg.eigvalsh(coarse).min() > 0
+
+
+@pytest.mark.parametrize("count", [5, 24])
+def test_waves_between_those_computed_are_interpolated(count, monkeypatch):
+    found = half_space_compression(gear(25.0), E, NU, (4, count))
+    monkeypatch.setattr(local, "FARTHER", 1.0)
+    every = half_space_compression(gear(25.0), E, NU, (4, count))
+    assert 0 < np.linalg.norm(found - every) < 1e-7 * np.linalg.norm(every)
 
 
 def test_even_load_alone_needs_no_waves():

@@ -8,7 +8,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from gearbench.contact import batch as batching
-from gearbench.contact._batch_kernels import LANES, apply_laws
+from gearbench.contact._batch_kernels import apply_laws, solve_chunk
+from gearbench.contact._lane_kernels import LANES
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.law import inverse, kernel_coefficients
 from gearbench.contact.solver import solve
@@ -66,6 +67,28 @@ def test_a_sample_is_bit_for_bit_the_same_in_any_batch_and_on_any_number_of_thre
         part, _ = respond(problem, errors[start:stop], threads=1)
         assert_array_equal(part["transmission_error_rms"], whole["transmission_error_rms"][start:stop])
         assert_array_equal(part["mesh_stiffness_rms"], whole["mesh_stiffness_rms"][start:stop])
+
+
+def test_what_the_first_guess_missed_at_the_positions_before_saves_steps():
+    """The same answers; guesses lie on the straight line through two positions, not beyond the next one."""
+    problem = prepare_scene(gear("24").scene(errors=True))
+    b, draws = problem.batch, np.ascontiguousarray(problem.expansion.amounts(problem.draw(LANES, 0, "sobol")).T)
+    found = []
+    for ahead in (np.zeros_like(b.ahead), b.ahead):
+        delta, stiffness, done = np.empty((3, len(b.count), LANES))
+        steps = solve_chunk(
+            b.firsts, b.blocks, b.ranks, ahead, b.gap, b.modes, draws, b.factor, b.product, b.laws, b.start, b.guess,
+            batching.NEWTON_TOLERANCE, batching.NEWTON_LIMIT, delta, stiffness, done,
+        )  # fmt: skip
+        assert done.all()
+        found.append((steps, delta, stiffness))
+    assert found[1][0] < 0.9 * found[0][0]
+    assert_allclose(found[1][1], found[0][1], rtol=1e-12)
+    assert_allclose(found[1][2], found[0][2], rtol=1e-8)
+    active, phase = problem.batch.problem.active, problem.phases.phase
+    line = np.where((b.ahead[:, 1] < 0)[2:], b.ahead[2:, 0] * phase[1:-1] + b.ahead[2:, 1] * phase[:-2], phase[2:])
+    assert np.all(line <= phase[2:] + 1e-12)
+    assert not b.ahead[1:][(active[1:] != active[:-1]).any(axis=1)].any()
 
 
 def test_samples_that_newton_does_not_reach_go_to_the_solver_with_line_search(monkeypatch):

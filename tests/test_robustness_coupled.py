@@ -8,7 +8,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from gearbench.contact import batch as batching
-from gearbench.contact._batch_kernels import LANES
+from gearbench.contact._lane_kernels import LANES
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.batch import Batch, chunks, solve_batch, solve_one_chunk
 from gearbench.contact.law import inverse
@@ -116,6 +116,19 @@ def test_both_kernels_give_the_same_answers(monkeypatch, times):
     assert one.rescued == two.rescued == 0
     assert_allclose(one.approach, two.approach, rtol=1e-9)
     assert_allclose(one.stiffness, two.stiffness, rtol=2e-9)
+
+
+@pytest.mark.parametrize("rank", [batching.COUPLED_RANK, 1000], ids=["conjugate gradients", "elimination"])
+def test_samples_that_begin_once_more_do_not_change_their_neighbours(monkeypatch, rank):
+    """Of errors of many deflections some begin too far away with what the positions before missed, and begin again."""
+    monkeypatch.setattr(batching, "COUPLED_RANK", rank)
+    problem = prepare_scene(SCENES["helical"])
+    errors = 30 * problem.draw(LANES, 5, "random") - problem.mean
+    whole = solve_batch(problem.batch, errors)
+    for i in range(0, LANES, 16):
+        alone = solve_batch(problem.batch, errors[i : i + 1])
+        assert_array_equal(alone.approach[:, 0], whole.approach[:, i])
+        assert_array_equal(alone.stiffness[:, 0], whole.stiffness[:, i])
 
 
 def test_a_sample_is_bit_for_bit_the_same_in_any_batch_and_on_any_number_of_threads():

@@ -9,7 +9,7 @@ import xarray as xr
 from fem_reference.contact.cycle import halfway
 from gearbench.results.netcdf import load, save
 from studies.s09_contact_in_use import checks, figures
-from studies.s09_contact_in_use.data import collected, gathered, model_cycle, residual, scenes
+from studies.s09_contact_in_use.data import collected, curve, gathered, residual, scenes
 from studies.s09_contact_in_use.findings import names
 
 
@@ -32,7 +32,7 @@ def test_the_page_says_what_the_stored_curves_show(kept):
     assert round(float(off["fast_off_line"].max()), 2) == 0.71
     nearer = [name for name, a, b in zip(names(kept), off["fast"], off["fast_off_line"], strict=True) if a < b]
     assert nearer == ["fzg_c", "drawn_4"]
-    assert len(names(kept)) == 20
+    assert len(names(kept)) == 22
 
 
 def test_measured_pairs_are_those_of_the_study(kept):
@@ -48,7 +48,7 @@ def test_relieved_spur_pairs_miss_nothing_at_kinks(kept, name):
     row = names(kept).index(name)
     here = kept.isel(design=row)
     scene = next(scene for scene in scenes() if scene.name == name)
-    found = model_cycle(scene, "fast_off_line", halfway(here, scene.pair)).transmission_error
+    found = curve(scene, "fast_off_line", halfway(here, scene.pair)).transmission_error
     off = (found - here.transmission_error.values) / float(here.transmission_error.mean())
     assert np.sqrt((off**2).mean()) < 0.005
     assert np.ptp(off) < 0.006

@@ -182,12 +182,11 @@ def _checked(
     settings: Settings | SpatialSettings,
 ) -> _Checks:
     """Phases that tell the error of all."""
+    at = np.unique(np.linspace(0, len(phase) - 1, _CHECKED + 2).astype(int)[1:-1])
     if isinstance(settings, Settings):
-        at = np.unique(np.linspace(0, len(phase) - 1, _CHECKED + 2).astype(int)[1:-1])
         coarser = replace(settings, fineness=settings.fineness.halved())
         softer: Settings | SpatialSettings = replace(settings, penalty=settings.penalty / 2)
     else:
-        at = np.array([len(phase) // 2])
         coarser = replace(settings, fineness=settings.fineness.coarser())
         softer = replace(settings, accuracy=_COARSE * settings.accuracy)
     own, coarse, soft = (solve(phase[at], each) for each in (settings, coarser, softer))

@@ -48,11 +48,11 @@ class Fineness:
     """
 
     strip: float = 2.0
-    cells: int = 16
+    cells: int = 32
     contact: float = 0.33
     size: float = 0.3
     growth: float = 0.45
-    layer: float = 0.7
+    layer: float = 0.5
 
     def coarser(self) -> Fineness:
         """Edges √2 longer."""
@@ -165,7 +165,7 @@ def lay_strips(
     for k, some in sections.items():
         if not any(section.gap < laying.reach for section in some):
             continue
-        layers = _layers(pair, phase, k, fineness.layer * pair.normal_module)
+        layers = _layers(pair, effects, phase, k, fineness.layer * pair.normal_module)
         if k in laying.patches:
             layers = _crowded(layers, laying.patches[k], fineness)
         strip = Strip(
@@ -177,15 +177,19 @@ def lay_strips(
     return found
 
 
-def _layers(pair: Pair, phase: float, k: int, thickness: float) -> NDArray:
-    """Ends of the layers of a strip, thinner towards both faces and where the line of contact leaves a flank."""
+def _layers(pair: Pair, effects: tuple[GapEffect, ...], phase: float, k: int, thickness: float) -> NDArray:
+    """Ends of the layers of a strip, thinner towards both faces.
+
+    So they are where the line of contact leaves a flank and where it crosses the beginning of a relief.
+    """
     meshing, b = pair.meshing, pair.meshing.face_width
     tan_b = math.tan(meshing.beta_b)
     ends = [0.0, b]
     if tan_b:
+        kinks = [u for effect in effects for u in effect.kinks(pair)]
         at = [
             (u - meshing.path_start - (phase + k) * meshing.base_pitch) / tan_b
-            for u in (meshing.path_start, meshing.path_end)
+            for u in (meshing.path_start, meshing.path_end, *kinks)
         ]
         ends += [y for y in at if 0.02 * b < y < 0.98 * b]
     ends = np.unique(ends)

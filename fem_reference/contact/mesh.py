@@ -34,7 +34,7 @@ class Fineness:
         How fast it grows between the two, per distance.
     """
 
-    contact: float = 0.35
+    contact: float = 0.33
     size: float = 0.35
     growth: float = 0.4
 
@@ -79,11 +79,12 @@ def half_width(placement: Placement, touch: Touch, line_load: float) -> float:
 
 
 def gear_mesh(
-    placement: Placement, role: Role, touches: Sequence[Touch], line_load: float, fineness: Fineness
+    placement: Placement, role: Role, touches: Sequence[Touch], line_loads: tuple[float, float], fineness: Fineness
 ) -> GearMesh:
     """Mesh of one gear, modified flanks included.
 
-    ``line_load`` [N/mm]: what a pair carries, for the size of the elements where flanks touch.
+    ``line_loads`` [N/mm]: least and greatest that a pair carries, for the size of the elements where flanks touch and
+    for how far they are that small.
 
     Raises
     ------
@@ -98,10 +99,10 @@ def gear_mesh(
     tooth = {touch.pair: placement.tooth(role, touch.pair) for touch in touches}
     patches = []
     for touch in touches:
-        R, a = touch.radii[role], half_width(placement, touch, line_load)
+        R, (a, widest) = touch.radii[role], (half_width(placement, touch, load) for load in line_loads)
         angle = float(gear.half_angle(min(R, gear.tip_radius))) + tooth[touch.pair] * body.pitch_angle
         x, y = R * math.sin(angle), R * math.cos(angle)
-        patches.append(Patch(x=x, y=y, radius=2 * a, size=fineness.contact * a))
+        patches.append(Patch(x=x, y=y, radius=2 * widest, size=fineness.contact * a))
     mesh = section_mesh(body, patches, fineness.size, fineness.growth)
     points, boundaries = mesh.doflocs.copy(), mesh.boundaries
     triangles, edges_of = _triangles(mesh)

@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import asdict, dataclass, field, replace
 
-import numpy as np
-
 from fem_reference.contact.calculix import ContactError, run, version
 from fem_reference.contact.deck import Load, deck
 from fem_reference.contact.mesh import Fineness, gear_mesh
 from fem_reference.contact.placement import Placement
 from fem_reference.contact.profile import Profile
-from fem_reference.contact.result import PhaseResult, kept
+from fem_reference.contact.result import PhaseResult, joined, kept
 from gearbench.effects.base import GapEffect
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
@@ -23,6 +21,8 @@ INCREMENT = 0.02
 _GUESS = 1 / 14e3
 #: Penalty p/δ = this · E*/a; the pairs then sink into one another by less than a thousandth of their deflection.
 _PENALTY = 70.0
+#: How far apart torques may be that share a mesh: its elements suit the least, the part that is fine the greatest.
+_SPAN = 5.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,6 +49,8 @@ def solve_phase(
 ) -> PhaseResult:
     """A phase under rising torques [N·m], from the cache where the same was computed before.
 
+    Elements where flanks touch suit the width of the strip under each load: torques far apart have meshes of their own.
+
     Raises
     ------
     ContactError, MissingDependencyError, MeshingError
@@ -57,13 +59,24 @@ def solve_phase(
     effects = [(effect.name, asdict(effect)) for effect in gaps]
     key = [asdict(pair), effects, phase, torques, asdict(settings), version()]
 
-    def compute() -> PhaseResult:
+    def solve(some: tuple[float, ...]) -> PhaseResult:
         try:
-            return _solve(pair, gaps, phase, torques, settings, start=0.3)
+            return _solve(pair, gaps, phase, some, settings, start=0.3)
         except ContactError:  # another start of the iteration
-            return _solve(pair, gaps, phase, torques, settings, start=0.8)
+            return _solve(pair, gaps, phase, some, settings, start=0.8)
 
-    return kept(key, compute)
+    return kept(key, lambda: joined([solve(some) for some in _alike(torques)]))
+
+
+def _alike(torques: tuple[float, ...]) -> list[tuple[float, ...]]:
+    """Rising torques in runs that are no farther apart than ``_SPAN``."""
+    runs: list[tuple[float, ...]] = []
+    for torque in torques:
+        if runs and torque <= _SPAN * runs[-1][0]:
+            runs[-1] = (*runs[-1], torque)
+        else:
+            runs.append((torque,))
+    return runs
 
 
 def _solve(
@@ -78,13 +91,13 @@ def _solve(
     deepest = least + 2 * forces[-1] / b * _GUESS
     near = [touch for touch in touches if touch.gap < deepest]
     placement = replace(rest, advance=least + start * forces[0] / b * _GUESS)
-    load = 0.5 * float(np.median(forces)) / b
+    loads = (0.5 * forces[0] / b, 0.5 * forces[-1] / b)
     meshes = (
-        gear_mesh(placement, Role.PINION, near, load, settings.fineness),
-        gear_mesh(placement, Role.WHEEL, near, load, settings.fineness),
+        gear_mesh(placement, Role.PINION, near, loads, settings.fineness),
+        gear_mesh(placement, Role.WHEEL, near, loads, settings.fineness),
     )
     steps = [Load(force=factor * force) for force in forces for factor in (1.0, 1 + INCREMENT)]
-    width = math.sqrt(4 * load * pair.normal_module * 3 / (math.pi * pair.contact_modulus))
+    width = math.sqrt(4 * loads[0] * pair.normal_module * 3 / (math.pi * pair.contact_modulus))
     penalty = settings.penalty * _PENALTY * pair.contact_modulus / width
     pairs = [touch.pair for touch in near]
     # the gear whose tip is nearer along the path of contact

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
@@ -34,6 +35,17 @@ class PhaseResult:
     stiffness: list[float]
     share: dict[int, list[float]]
     radius: dict[int, list[float]]
+
+
+def joined(runs: Sequence[PhaseResult]) -> PhaseResult:
+    """One result of several runs of torques of the same phase, in turn; a pair that a run leaves out is unloaded."""
+    pairs = sorted({k for run in runs for k in run.share})
+    return PhaseResult(
+        approach=[q for run in runs for q in run.approach],
+        stiffness=[k for run in runs for k in run.stiffness],
+        share={k: [each for run in runs for each in run.share.get(k, [0.0] * len(run.approach))] for k in pairs},
+        radius={k: [each for run in runs for each in run.radius.get(k, [math.nan] * len(run.approach))] for k in pairs},
+    )
 
 
 def kept(key: list[Any], compute: Callable[[], PhaseResult]) -> PhaseResult:

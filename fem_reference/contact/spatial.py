@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from fem_reference.cache import cached_compliance
 from fem_reference.contact.laying import Fineness, LineLoad, first_laying, lay_strips, nearest
-from fem_reference.contact.result import PhaseResult, kept
+from fem_reference.contact.result import PhaseResult, joined, kept
 from fem_reference.contact.strip import Points, Strip
 from fem_reference.contact.tooth import FineTooth, Grading
 from fem_reference.flank import Flank
@@ -113,14 +113,10 @@ def _solve(
     found = []
     for torque in torques:
         force = 1e3 * torque / pair.gears[0].base_radius
-        found.append(_settled(pair, effects, phase, force, bodies, settings.fineness))
-    pairs = sorted({k for each in found for k in each.share})
-    return PhaseResult(
-        approach=[each.approach for each in found],
-        stiffness=[each.stiffness for each in found],
-        share={k: [each.share.get(k, 0.0) for each in found] for k in pairs},
-        radius={k: [each.radius.get(k, math.nan) for each in found] for k in pairs},
-    )
+        one = _settled(pair, effects, phase, force, bodies, settings.fineness)
+        share, radius = ({k: [value] for k, value in each.items()} for each in (one.share, one.radius))
+        found.append(PhaseResult(approach=[one.approach], stiffness=[one.stiffness], share=share, radius=radius))
+    return joined(found)
 
 
 def _settled(

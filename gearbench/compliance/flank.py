@@ -24,8 +24,8 @@ from gearbench.threads import lazy
 if TYPE_CHECKING:
     from gearbench.geometry.action import ContactLines
 
-#: Directions of the compliance of a flank below this fraction of its greatest are not felt on the contact lines; nor
-#: are those of a body below this one where all of that of the teeth is there beside it: STE changes by less than 1e-7.
+#: Directions of the compliance of a flank below this fraction of its greatest are not felt on the contact lines, nor
+#: those of a body below the second one where all of that of the teeth stands beside it: STE changes by < 1e-7.
 NEGLIGIBLE, NEGLIGIBLE_SHARED = 1e-7, 1e-6
 #: Values of flank polynomials that are kept at the same time: more do not stay in the cache.
 TOGETHER = 150_000

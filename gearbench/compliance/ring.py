@@ -31,8 +31,8 @@ from gearbench.geometry.material import lame
 LAYER = 7.0
 #: Grading of the functions along ln R towards the rim: their points lie e^1.5 times denser there than at the bore.
 GRADING = 1.5
-#: Harmonics solved at the same time: their matrices stay in the cache.
-_TOGETHER = 12
+#: Numbers in the matrices of harmonics made at the same time.
+_TOGETHER = 500_000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,8 +69,9 @@ class Ring:
         """
         n, rim = np.asarray(n, dtype=float), 3 * self.order[1]
         result = np.zeros((len(n), rim, rim))
-        for start in range(0, len(n), _TOGETHER):
-            K, edge = self.stiffness(n[start : start + _TOGETHER])
+        together = max(1, _TOGETHER // (rim * (self.order[0] + 1)) ** 2)
+        for start in range(0, len(n), together):
+            K, edge = self.stiffness(n[start : start + together])
             for mine in self._classes:
                 own = (np.arange(len(edge))[:, None] * rim + mine).ravel()
                 for k, matrix in enumerate(K, start):
@@ -185,9 +186,9 @@ def _transposed(matrices: NDArray) -> NDArray:
     return np.swapaxes(matrices, 1, 2)
 
 
-def sampled(most: int) -> NDArray:
-    """0, 1, 2, … and then ever wider apart, up to ``most``."""
+def sampled(most: int, ratio: float = 1.35) -> NDArray:
+    """0, 1, 2, … and then ever wider apart, up to ``most``, each about ``ratio`` times the one before."""
     n = [0, 1, 2, 3, 4]
     while n[-1] < most:
-        n.append(min(most, max(n[-1] + 1, round(n[-1] * 1.35))))
+        n.append(min(most, max(n[-1] + 1, round(n[-1] * ratio))))
     return np.array([k for k in n if k <= most], dtype=float)

@@ -10,10 +10,15 @@ from __future__ import annotations
 import numpy as np
 
 from gearbench.compiled import FUSED, entry, part
+from gearbench.contact._lane_kernels import (
+    LANES,
+    add_combination,
+    begin,
+    keep_settled,
+    note_missed,
+    restore_settled,
+)
 from gearbench.contact._logarithm_kernels import LN2, MAGIC, MANTISSA, ONE, level_start, logarithm_parts
-
-#: Samples solved side by side.
-LANES = 128
 
 
 @part(FUSED)
@@ -105,23 +110,6 @@ def apply_laws(n, s, a, h, kappa, edge, soft, p, w, rows, bits):
             log_law(i, s, h[i], kappa[i], edge[i], p, w, rows, bits)
         if soft[i] > 0.0:
             close_cell(i, soft[i], rows[4], p, w)
-
-
-@part(FUSED)
-def add_combination(start, stop, coefficient, column, rows, out, r):
-    """out[r] += Σ_i coefficient[i, column] · rows[i] over start ≤ i < stop, four rows at a time."""
-    i = start
-    while i + 4 <= stop:
-        a, b = coefficient[i, column], coefficient[i + 1, column]
-        c, d = coefficient[i + 2, column], coefficient[i + 3, column]
-        for j in range(LANES):
-            out[r, j] += (a * rows[i, j] + b * rows[i + 1, j]) + (c * rows[i + 2, j] + d * rows[i + 3, j])
-        i += 4
-    while i < stop:
-        a = coefficient[i, column]
-        for j in range(LANES):
-            out[r, j] += a * rows[i, j]
-        i += 1
 
 
 @part(FUSED)
@@ -306,14 +294,15 @@ def from_smallest(n, gap, delta, least):
 
 @entry(FUSED)
 def solve_chunk(
-    firsts, blocks, ranks, gap0, modes, draws, factor, product, laws, start, guess, tolerance, limit,
+    firsts, blocks, ranks, ahead, gap0, modes, draws, factor, product, laws, start, guess, tolerance, limit,
     delta, stiffness, done,
 ):  # fmt: skip
     """Solve every position for one chunk of ``LANES`` samples; fills δ, ∂F/∂δ and whether they converged.
 
     ranks (position, block): columns of the factor that are not zero in a block. gap0 (position, n), modes (position,
     error, n), draws (error, lanes): e = gap0 + Σ modes · draws. start (position, block·rank + 1)
-    and guess (position, error, block·rank + 1): first guess of (q, δ), linear in the draws.
+    and guess (position, error, block·rank + 1): first guess of (q, δ), linear in the draws. To it comes, by the weights
+    ahead (position, 2), what it missed at the two positions before.
     """
     positions, n = gap0.shape
     errors, rank = draws.shape[0], factor.shape[2]
@@ -321,7 +310,7 @@ def solve_chunk(
     gap, s, p, w = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((n, LANES)), np.empty((n, LANES))
     q, grad, cross = np.empty((most + 1, LANES)), np.empty((most, LANES)), np.empty((most, LANES))
     hess, rows = np.empty((most * (rank + 1) // 2 + 1, LANES)), np.empty((9, LANES))
-    least = np.empty(LANES)
+    least, missed, kept = np.empty(LANES), np.zeros((2, most + 1, LANES)), np.empty((most + 4, LANES))
     steps = 0
     for t in range(positions):
         first = firsts[t, : blocks[t] + 1]
@@ -329,18 +318,30 @@ def solve_chunk(
             for j in range(LANES):
                 gap[i, j] = gap0[t, i]
             add_combination(0, errors, modes[t], i, draws, gap, i)
-        for r in range(most + 1):
-            for j in range(LANES):
-                q[r, j] = start[t, r]
-            add_combination(0, errors, guess[t], r, draws, q, r)
+        begin(start[t], guess[t], draws, ahead[t], missed, q)
         for j in range(LANES):
             delta[t, j] = q[most, j]
         from_smallest(first[blocks[t]], gap, delta[t], least)
         steps += solve_lanes(
             first, ranks[t, : blocks[t]], gap, factor[t], product[t], laws[t], q, delta[t], stiffness[t], tolerance,
-            limit, s, p, w, grad, cross, hess, rows,
+            limit if ahead[t, 0] == 0.0 else limit // 2, s, p, w, grad, cross, hess, rows,
         )  # fmt: skip
+        if ahead[t, 0] != 0.0 and rows[7].sum() < LANES:
+            # large errors: from the linear solution alone Newton's method goes farther
+            keep_settled(q, delta[t], stiffness[t], rows[7], kept)
+            for r in range(most + 1):
+                for j in range(LANES):
+                    q[r, j] = -missed[0, r, j]
+            for j in range(LANES):
+                delta[t, j] = q[most, j] - least[j]
+            steps += solve_lanes(
+                first, ranks[t, : blocks[t]], gap, factor[t], product[t], laws[t], q, delta[t], stiffness[t], tolerance,
+                limit, s, p, w, grad, cross, hess, rows,
+            )  # fmt: skip
+            restore_settled(q, delta[t], stiffness[t], rows[7], kept)
         for j in range(LANES):
             delta[t, j] += least[j]
             done[t, j] = rows[7, j]
+            q[most, j] = delta[t, j]
+        note_missed(q, done[t], missed[0])
     return steps

@@ -12,7 +12,14 @@ from __future__ import annotations
 import numpy as np
 
 from gearbench.compiled import FUSED, entry, part
-from gearbench.contact._batch_kernels import LANES, add_combination, apply_laws, from_smallest
+from gearbench.contact._batch_kernels import apply_laws, from_smallest
+from gearbench.contact._lane_kernels import (
+    LANES,
+    add_combination,
+    keep_settled,
+    note_missed,
+    restore_settled,
+)
 
 #: Precision of the Newton steps relative to their first residual: at least, and at most.
 LEAST_PRECISION, MOST_PRECISION = 1e-1, 1e-4
@@ -181,16 +188,20 @@ def solve_coupled_lanes(
 
 @entry(FUSED)
 def solve_coupled_chunk(
-    count, gap0, modes, draws, laws, response, single_response, rise, flexibility, weight, start, tolerance, limit,
-    delta, stiffness, done,
+    count, ahead, gap0, modes, draws, laws, response, single_response, rise, flexibility, weight, start, tolerance,
+    limit, delta, stiffness, done,
 ):  # fmt: skip
     """Solve every position for one chunk of ``LANES`` samples; fills δ, ∂F/∂δ and whether they converged.
+
+    A sample begins from the linear solution and, by the weights ``ahead``, from what that missed at the two positions
+    before.
 
     Arrays as in ``gearbench.contact.batch.Batch`` and ``Reference``; draws (error, lanes).
     """
     positions, n = gap0.shape
     gap, s, p, w = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((n, LANES)), np.empty((n, LANES))
     u, z, single = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((6, n, LANES), dtype=np.float32)
+    missed, kept = np.zeros((2, n, LANES)), np.empty((n + 3, LANES))
     rows, small, least = np.empty((9, LANES)), np.empty((6, LANES), dtype=np.float32), np.empty(LANES)
     begin, steps, conjugate = 0, 0, 0
     for t in range(positions):
@@ -207,11 +218,25 @@ def solve_coupled_chunk(
         from_smallest(m, gap, delta[t], least)
         for i in range(m):
             for j in range(LANES):
-                u[i, j] = start[t, i] + weight[t, i] * (gap[i, j] - gap0[t, i])
+                first = start[t, i] + weight[t, i] * (gap[i, j] - gap0[t, i])
+                u[i, j] = first + ahead[t, 0] * missed[0, i, j] + ahead[t, 1] * missed[1, i, j]
+                missed[1, i, j] = missed[0, i, j]
+                missed[0, i, j] = -first
         newton, more = solve_coupled_lanes(
-            G, G32, gap[:m], laws[t], rise[t, :m], weight[t, :m], flexibility[t], u[:m], stiffness[t], tolerance, limit,
-            z[:m], s[:m], p[:m], w[:m], single, rows, small,
+            G, G32, gap[:m], laws[t], rise[t, :m], weight[t, :m], flexibility[t], u[:m], stiffness[t], tolerance,
+            limit if ahead[t, 0] == 0.0 else limit // 2, z[:m], s[:m], p[:m], w[:m], single, rows, small,
         )  # fmt: skip
+        if ahead[t, 0] != 0.0 and rows[7].sum() < LANES:
+            # large errors: from the linear solution alone Newton's method goes farther
+            keep_settled(u[:m], delta[t], stiffness[t], rows[7], kept[: m + 3])
+            for i in range(m):
+                for j in range(LANES):
+                    u[i, j] = -missed[0, i, j]
+            newton, more = solve_coupled_lanes(
+                G, G32, gap[:m], laws[t], rise[t, :m], weight[t, :m], flexibility[t], u[:m], stiffness[t], tolerance,
+                limit, z[:m], s[:m], p[:m], w[:m], single, rows, small,
+            )  # fmt: skip
+            restore_settled(u[:m], delta[t], stiffness[t], rows[7], kept[: m + 3])
         steps += newton
         conjugate += more
         for j in range(LANES):
@@ -220,4 +245,5 @@ def solve_coupled_chunk(
         for i in range(m):
             for j in range(LANES):
                 delta[t, j] += rise[t, i] * u[i, j]
+        note_missed(u[:m], rows[7], missed[0])
     return steps, conjugate

@@ -3,9 +3,10 @@
 The gap of a sample is linear in its errors, e = e₀ + Σ_m ε_m e_m, and the compliance is the same for all samples. So
 everything that does not depend on the sample is made once: the factor of each position, reduced to its numerical rank;
 the solution at the mean errors and its derivative with respect to each error, from which each sample starts (B1 of
-docs/theory.md); and where segments move each other through many amplitudes, the linear problem at the mean errors,
-which is the preconditioner of every sample (B2). The rest is done by compiled kernels, chunk by chunk of samples, on as
-many threads as asked for. A sample's answer depends neither on the chunk it is in nor on the number of threads.
+docs/theory.md), with what these missed at the positions before; and where segments move each other through many
+amplitudes, the linear problem at the mean errors, which is the preconditioner of every sample (B2). The rest is done by
+compiled kernels, chunk by chunk of samples, on as many threads as asked for. A sample's answer depends neither on the
+chunk it is in nor on the number of threads.
 """
 
 from __future__ import annotations
@@ -28,6 +29,8 @@ from gearbench.contact.solver import MAX_STEPS, ConvergenceError, Guess, from_sm
 NEWTON_TOLERANCE = 1e-10
 #: Newton steps after which a sample is handed to the solver with line search.
 NEWTON_LIMIT = 25
+#: How far the first guess of a position is extrapolated from the two before, in distances between them, at most.
+EXTRAPOLATED = 1.0
 #: Amplitudes of a coupled problem from which conjugate gradients are faster than eliminating them, and the sum of the
 #: residual forces at which they have converged.
 COUPLED_RANK, COUPLED_TOLERANCE = 12, 1e-11
@@ -82,6 +85,21 @@ class Batch:
                 own = self.factor[t, self.firsts[t, k] : self.firsts[t, k + 1]]
                 used[t, k] = np.flatnonzero(own.any(axis=0)).max(initial=-1) + 1
         return used
+
+    @cached_property
+    def ahead(self) -> NDArray:
+        """Weights of what the first guess missed at the position before and at the one before that, (position, 2).
+
+        As on a straight line through both, where all have the same segments.
+        """
+        same = (self.problem.active[1:] == self.problem.active[:-1]).all(axis=1)
+        weights = np.zeros((len(self.count), 2))
+        weights[1:, 0] = same
+        if self.problem.along is not None:
+            step = np.diff(self.problem.along.lines.mesh_phase)
+            further = np.minimum(step[1:] / step[:-1], EXTRAPOLATED) * (same[1:] & same[:-1])
+            weights[2:] += further[:, None] * np.array([1.0, -1.0])
+        return weights
 
     @cached_property
     def single_arrays(self) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray]:
@@ -228,7 +246,7 @@ def solve_batch(batch: Batch, draws: NDArray) -> BatchSolution:
 
 def chunks(draws: NDArray) -> Iterator[NDArray]:
     """``draws`` (sample, error) in chunks of the lanes of the kernel, the last one filled up by its last sample."""
-    from gearbench.contact._batch_kernels import LANES
+    from gearbench.contact._lane_kernels import LANES
 
     for i in range(0, len(draws), LANES):
         chunk = draws[i : i + LANES]
@@ -260,13 +278,13 @@ def _run(batch: Batch, lanes: NDArray, delta: NDArray, stiffness: NDArray, done:
     b, r = batch, batch.reference
     if r is None:
         solve_chunk(
-            b.firsts, b.blocks, b.ranks, b.gap, b.modes, lanes, b.factor, b.product, b.laws, b.start, b.guess,
+            b.firsts, b.blocks, b.ranks, b.ahead, b.gap, b.modes, lanes, b.factor, b.product, b.laws, b.start, b.guess,
             NEWTON_TOLERANCE, NEWTON_LIMIT, delta, stiffness, done,
         )  # fmt: skip
     else:
         solve_coupled_chunk(
-            b.count, b.gap, b.modes, lanes, b.laws, r.response, r.single_response, r.rise, r.flexibility, r.weight,
-            r.start, COUPLED_TOLERANCE, NEWTON_LIMIT, delta, stiffness, done,
+            b.count, b.ahead, b.gap, b.modes, lanes, b.laws, r.response, r.single_response, r.rise, r.flexibility,
+            r.weight, r.start, COUPLED_TOLERANCE, NEWTON_LIMIT, delta, stiffness, done,
         )  # fmt: skip
 
 

@@ -65,7 +65,7 @@ def forecasts(scene: Scene, small: Reduced, both: Trials, seconds: float, once: 
 
 def _hunting(scene: Scene, small: Reduced, both: Trials, seconds: float) -> Forecast | None:
     """All mesh cycles, from one chunk of them at a few phases."""
-    from gearbench.contact._batch_kernels import LANES
+    from gearbench.contact._lane_kernels import LANES
 
     turning = unlike(scene)
     if not turning or scene.has_shafts:

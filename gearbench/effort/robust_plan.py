@@ -18,7 +18,7 @@ def robust_part(
 
     The time of each sample grows with the number of segments; set-ups of the pair are not part of it.
     """
-    from gearbench.contact._batch_kernels import LANES
+    from gearbench.contact._lane_kernels import LANES
     from gearbench.robustness.dataset import robust_dataset
 
     scene = both.long.scene

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.hertz import Hertz
@@ -16,10 +17,12 @@ from gearbench.effects.tooth_bending import ToothBending
 from gearbench.geometry.pair import Member, Pair
 from gearbench.results.responses import described
 from gearbench.scene import Load, Resolution, Scene
-from gearbench.simulation import simulate
+from gearbench.validation.contact import model_cycle
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from gearbench.results.cycle import MeshCycle
 
 PHASES = 20
 _TEETH = (ToothBending(model="solid"), GearBody(), Hertz())
@@ -72,9 +75,6 @@ CASES = {
     "thin_rim": Case(scene=_scene("thin_rim", _RIM, 180.0), torques=(180.0,)),
 }
 
-#: Phases and torques [N·m] of the relieved pair with its finite width; ``relief.nc`` holds these curves.
-RELIEF_PHASES, RELIEF_TORQUES = tuple((i + 0.25) / 8 for i in range(8)), (10.0, 50.0, 100.0, 200.0)
-
 
 def scene(name: str = "spur") -> Scene:
     """The scene of a case."""
@@ -89,16 +89,6 @@ def curves(name: str, phases: int = PHASES, workers: int = 2) -> xr.Dataset:
     return contact_cycle(case.scene, phases, torques=case.torques, width_factor=case.width_factor, workers=workers)
 
 
-def relieved() -> xr.Dataset:
-    """The relieved spur pair with its finite width, from a tenth to twice its torque, (torque, position)."""
-    from fem_reference.contact.cycle import contact_cycle
-    from fem_reference.contact.laying import Fineness
-    from fem_reference.contact.spatial import SpatialSettings
-
-    settings = SpatialSettings(fineness=Fineness().coarser())
-    return contact_cycle(scene("spur_relief"), RELIEF_PHASES, torques=RELIEF_TORQUES, settings=settings)
-
-
 def outside_path(dataset: xr.Dataset, pair: Pair) -> np.ndarray:
     """Share of the load that lies outside the path of contact, (torque, position)."""
     turns = dataset.mesh_phase.values[:, None] + dataset.pair_index.values
@@ -107,13 +97,15 @@ def outside_path(dataset: xr.Dataset, pair: Pair) -> np.ndarray:
 
 
 def compute(*, quick: bool = False) -> xr.Dataset:
-    """Curves of every case and torque, and those of the fast teeth, on the line and off it, at the same phases."""
+    """Curves of every case and torque, and those of the fast teeth, on the line and off it, where the gears stand."""
     return compare(["spur"], 4) if quick else compare(list(CASES), PHASES)
 
 
 def compare(names: Sequence[str], phases: int = PHASES) -> xr.Dataset:
     """The same of some cases."""
     import xarray as xr
+
+    from fem_reference.contact.cycle import halfway
 
     rows: dict[str, list] = {
         key: [] for key in ("fe", "k", "line", "line_k", "off_line", "outside", "error", "seconds")
@@ -122,14 +114,15 @@ def compare(names: Sequence[str], phases: int = PHASES) -> xr.Dataset:
     for name in names:
         found, case = curves(name, phases), CASES[name]
         for i, torque in enumerate(case.torques):
-            line = fast(case.scene, torque, phases)
+            at = halfway(found.isel(torque=i), case.scene.pair)
+            line = fast(case.scene, torque, at)
             labels.append(name)
             torques.append(torque)
             rows["fe"].append(found.transmission_error.values[i])
             rows["k"].append(found.mesh_stiffness.values[i])
-            rows["line"].append(line.transmission_error.values)
-            rows["line_k"].append(line.mesh_stiffness.values)
-            rows["off_line"].append(fast(case.scene, torque, phases, OffLineContact()).transmission_error.values)
+            rows["line"].append(line.transmission_error)
+            rows["line_k"].append(line.mesh_stiffness)
+            rows["off_line"].append(fast(case.scene, torque, at, OffLineContact()).transmission_error)
             rows["outside"].append(outside_path(found, case.scene.pair)[i])
             rows["error"].append(found.transmission_error_uncertainty.values[i])
     grid = ("design", "position")
@@ -146,8 +139,7 @@ def compare(names: Sequence[str], phases: int = PHASES) -> xr.Dataset:
     return xr.Dataset(described(variables), coords={**described(coords), "torque": ("design", torques)})
 
 
-def fast(scene: Scene, torque: float, phases: int, *extra: OffLineContact) -> xr.Dataset:
-    """Fast teeth at uniform phases."""
-    effects = (*scene.effects, *extra)
-    scene = replace(scene, load=Load(torque=torque), effects=effects, resolution=Resolution(positions=phases))
-    return simulate(scene, outputs=("transmission_error", "mesh_stiffness"))
+def fast(scene: Scene, torque: float, phases: NDArray, *extra: OffLineContact) -> MeshCycle:
+    """Fast teeth at mesh phases (position,)."""
+    effects, resolution = (*scene.effects, *extra), Resolution(positions=len(phases))
+    return model_cycle(replace(scene, load=Load(torque=torque), effects=effects, resolution=resolution), phases)

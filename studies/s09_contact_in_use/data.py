@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import scene_lines
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.hertz import Hertz
@@ -22,7 +21,7 @@ from gearbench.results.cycle import MeshCycle
 from gearbench.results.responses import described
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.scene_file import load_scene, parse_scene
-from gearbench.solution import solve_lines
+from gearbench.validation.contact import model_cycle
 from gearbench.validation.reference import reference_scene
 from studies.s05_tooth_models.pairs import draw, in_use
 from studies.s08_contact.data import scene as spur_scene
@@ -145,7 +144,7 @@ def with_models(row: xr.Dataset) -> xr.Dataset:
     from fem_reference.contact.cycle import halfway
 
     scene = parse_scene(tomllib.loads(str(row["scene"].values)))
-    curves = [model_cycle(scene, model, halfway(row, scene.pair)) for model in MODELS]
+    curves = [curve(scene, model, halfway(row, scene.pair)) for model in MODELS]
     grid = ("model", "position")
     variables = {f"model_{name}": (grid, [getattr(cycle, name) for cycle in curves]) for name in OUTPUTS}
     bare = row.drop_dims("model", errors="ignore")
@@ -160,14 +159,14 @@ def collected(rows: list[xr.Dataset]) -> xr.Dataset:
     return xr.concat(rows, "design", coords="minimal", compat="override").drop_encoding()
 
 
-def model_cycle(scene: Scene, model: str, phases: NDArray) -> MeshCycle:
+def curve(scene: Scene, model: str, phases: NDArray) -> MeshCycle:
     """A model of ``MODELS`` at mesh phases (position,)."""
     found = replace(scene, resolution=Resolution(positions=len(phases), segments=SEGMENTS))
     if model.endswith("off_line"):
         found = replace(found, effects=(*scene.effects, OffLineContact()))
     if model.startswith("lines"):
         found = reference_scene(found, ACCURACY)
-    return solve_lines(found, scene_lines(found, phases), np.full(len(phases), 1 / len(phases))).cycle
+    return model_cycle(found, phases)
 
 
 def residual(dataset: xr.Dataset) -> xr.DataArray:

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fem_reference.contact import calculix
+from fem_reference.contact import calculix, phase
 from fem_reference.contact.cycle import contact_cycle
 from fem_reference.contact.deck import Load, deck
-from fem_reference.contact.mesh import Fineness, gear_mesh
+from fem_reference.contact.mesh import Fineness, gear_mesh, half_width
 from fem_reference.contact.phase import Settings, solve_phase
 from fem_reference.contact.placement import Placement
 from fem_reference.contact.profile import Profile
@@ -90,7 +90,7 @@ def test_mesh_lies_on_the_flank_that_was_made(phase, contact):
     relief = TipRelief(amount=20.0, length=1.0)
     placement = placed(PAIR, phase, relief)
     touches = [touch for touch in placement.touches() if touch.gap < 0.05]
-    mesh = gear_mesh(placement, Role.PINION, touches, 100.0, Fineness(contact=contact, size=0.5, growth=0.6))
+    mesh = gear_mesh(placement, Role.PINION, touches, (100.0, 100.0), Fineness(contact=contact, size=0.5, growth=0.6))
     x, y = mesh.points[:, mesh.triangles[:3]]
     assert np.all((x[1] - x[0]) * (y[2] - y[0]) > (x[2] - x[0]) * (y[1] - y[0]))
     start, end = mesh.points[:, mesh.triangles[[0, 1, 2]]], mesh.points[:, mesh.triangles[[1, 2, 0]]]
@@ -113,7 +113,7 @@ def test_bore_of_the_pinion_turns_as_one_body():
     placement = placed(PAIR, 0.3)
     touches = [touch for touch in placement.touches() if touch.gap < 0.05]
     coarse = Fineness(contact=2.0, size=0.8, growth=0.8)
-    pinion, wheel = (gear_mesh(placement, role, touches, 100.0, coarse) for role in Role)
+    pinion, wheel = (gear_mesh(placement, role, touches, (100.0, 100.0), coarse) for role in Role)
     lines = deck(
         PAIR, (pinion, wheel), [Load(force=1.0)], penalty=1e6, slaves=dict.fromkeys(pinion.surfaces, Role.PINION)
     ).splitlines()
@@ -170,6 +170,39 @@ def test_calculix_that_is_not_installed_is_named(monkeypatch):
     monkeypatch.setattr(shutil, "which", lambda name: None)
     with pytest.raises(MissingDependencyError, match="apt-get install calculix-ccx"):
         calculix.executable()
+
+
+def test_elements_suit_each_load_they_carry(monkeypatch, tmp_path):
+    """No mesh is shared by torques more than five times apart; small elements for the least, as far as the greatest."""
+    meshes: list[tuple[float, float]] = []
+
+    def solved(forces: list[float], pairs: list[int]) -> list[calculix.StepResult]:
+        moment, nothing = dict.fromkeys(pairs, 1.0), dict.fromkeys(pairs, (0.0, 0.0))
+        return [calculix.StepResult(rotation=1e-6 * f, force=nothing, moment=moment, centre=nothing) for f in forces]
+
+    monkeypatch.setenv("GEARBENCH_CACHE", str(tmp_path))
+    monkeypatch.setattr(phase, "version", lambda: "none")
+    monkeypatch.setattr(phase, "gear_mesh", lambda *given: meshes.append(given[3]))
+    monkeypatch.setattr(phase, "deck", lambda pair, both, steps, **_: [step.force for step in steps])
+    monkeypatch.setattr(phase, "run", solved)
+    torques = (10.0, 50.0, 60.0, 200.0)
+    found = solve_phase(PAIR, (), 0.3, torques, Settings())
+    loads = [0.5e3 * torque / PAIR.gears[0].base_radius / PAIR.face_width for torque in torques]
+    np.testing.assert_allclose(meshes, [loads[:2]] * 2 + [loads[2:]] * 2)
+    np.testing.assert_allclose(found.stiffness, 1e6)
+    np.testing.assert_allclose([sum(each) for each in zip(*found.share.values(), strict=True)], 1)
+
+    placement = placed(PAIR, 0.3)
+    a, wide = (half_width(placement, placement.touch(0), q) for q in (10.0, 40.0))
+    mesh = gear_mesh(placement, Role.PINION, placement.touches()[:1], (10.0, 40.0), Settings().fineness)
+    k = next(iter(mesh.surfaces))
+    ends = np.array([[mesh.triangles[(edge + i) % 3, t] for i in range(2)] for t, edge in mesh.surfaces[k]])
+    middle = mesh.points[:, ends].mean(axis=2)
+    length = np.hypot(*np.diff(mesh.points[:, ends], axis=2)[..., 0])
+    near = np.abs(np.hypot(*middle) - placement.touch(k).radii[0]) < wide / 2
+    assert near.any()
+    # gmsh makes edges a quarter longer than it is asked to
+    assert length[near].max() < 1.3 * Settings().fineness.contact * a
 
 
 def test_bad_input_is_refused():

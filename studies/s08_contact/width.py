@@ -1,0 +1,128 @@
+"""The 25/40 pair by contact finite elements of finite width: light loads, short and long relief, a helix of 15°."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fem_reference.contact.cycle import contact_cycle, halfway
+from fem_reference.contact.laying import Fineness
+from fem_reference.contact.spatial import SpatialSettings
+from gearbench.effects.off_line_contact import OffLineContact
+from gearbench.effects.tip_relief import TipRelief
+from gearbench.results.responses import described
+from gearbench.scene import Load, Resolution, Scene
+from gearbench.validation.contact import model_cycle
+from studies.s08_contact.data import scene
+from studies.s08_contact.findings import off_line
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Relief of both gears, µm and mm; the spur pair and the helical one have the same gears, modules and bores.
+_RELIEF = {"": None, "relief": (20.0, 1.0), "short_relief": (10.0, 0.5), "long_relief": (20.0, 2.0)}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wide:
+    """Curves that are stored in one file.
+
+    Parameters
+    ----------
+    curves
+        Scene → torques on the pinion [N·m].
+    phases
+        Number of phases.
+    fineness
+        Of the strips.
+    softer
+        Deflection on layers thin across the face over that on those of ``fineness``; gaps do not yield.
+    """
+
+    curves: dict[str, tuple[float, ...]]
+    phases: int
+    fineness: Fineness
+    softer: float = 1.0
+
+
+#: Layers of the spur gears are three modules thick: curves of the same shape at a fourth of the cost.
+WIDE = {
+    "width_spur": Wide(
+        curves={
+            "spur": (10.0, 50.0), "spur_relief": (10.0, 50.0, 100.0, 200.0), "spur_short_relief": (50.0, 100.0),
+            "spur_long_relief": (50.0, 100.0),
+        },
+        phases=20, fineness=replace(Fineness().coarser(), layer=3.0, cells=32, contact=0.33), softer=1.007,
+    ),
+    "width_helical": Wide(
+        curves={"helical": (100.0,)}, phases=12, fineness=replace(Fineness().coarser(), layer=0.6)
+    ),
+    "width_helical_relief": Wide(
+        curves={"helical_relief": (100.0,)}, phases=12, fineness=replace(Fineness().coarser(), layer=0.7)
+    ),
+}  # fmt: skip
+
+
+def wide_scene(name: str) -> Scene:
+    """The scene of a curve: "spur" or "helical", "_" and a relief."""
+    kind, _, relief = name.partition("_")
+    given, shape = scene("spur"), _RELIEF[relief]
+    pair = given.pair
+    if kind == "helical":
+        pair = replace(pair, helix_angle=15.0, centre_distance=pair.centre_distance / math.cos(math.radians(15.0)))
+    gaps = () if shape is None else (TipRelief(amount=shape[0], length=shape[1]),)
+    return replace(given, name=name, pair=pair, effects=(*given.effects, *gaps))
+
+
+def wide(name: str) -> xr.Dataset:
+    """All curves of a file of ``WIDE``, (curve, position); no mesh is refined for their error bars."""
+    chosen, rows = WIDE[name], []
+    for which, torques in chosen.curves.items():
+        settings = SpatialSettings(fineness=chosen.fineness)
+        found = contact_cycle(wide_scene(which), chosen.phases, torques=torques, settings=settings, error_bar=math.inf)
+        q, k = found.transmission_error.values, found.mesh_stiffness.values
+        rows += [(which, *each) for each in zip(torques, q, k, strict=True)]
+    return collected(name, rows)
+
+
+def collected(name: str, rows: list[tuple[str, float, NDArray, NDArray]]) -> xr.Dataset:
+    """Curves from their scenes, torques [N·m], STE [µm] and stiffness [N/µm] (position,)."""
+    import xarray as xr
+
+    chosen = WIDE[name]
+    scenes, torques, ste, stiffness = (list(each) for each in zip(*rows, strict=True))
+    r_b = [wide_scene(which).pair.gears[0].base_radius for which in scenes]
+    q, k, grid = np.stack(ste), np.stack(stiffness), ("curve", "position")
+    variables = {
+        "transmission_error": (grid, q + (chosen.softer - 1) * 1e3 * (np.array(torques) / r_b)[:, None] / k),
+        "mesh_stiffness": (grid, k / chosen.softer),
+    }
+    phase = (np.arange(chosen.phases) + 0.5) / chosen.phases
+    coords = {"mesh_phase": ("position", phase), "case": ("curve", scenes)}
+    return xr.Dataset(described(variables), coords={**described(coords), "torque": ("curve", torques)})
+
+
+def loaded(name: str, torque: float) -> Scene:
+    """The scene of a curve under its torque [N·m]."""
+    return replace(wide_scene(name), load=Load(torque=torque))
+
+
+def fast_alike(here: xr.Dataset, *extra: OffLineContact) -> NDArray:
+    """STE [µm] of the fast teeth where the gears of a curve by contact finite elements stand, (position,)."""
+    given = loaded(str(here.case.values), float(here.torque))
+    resolution = Resolution(positions=here.sizes["position"])
+    given = replace(given, effects=(*given.effects, *extra), resolution=resolution)
+    return model_cycle(given, halfway(here, given.pair)).transmission_error
+
+
+def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
+    """The fast teeth with contact off the line as they are today, against every curve."""
+    found = []
+    for row in range(dataset.sizes["curve"]):
+        here = dataset.isel(curve=row)
+        found += off_line(here.assign(off_line_transmission_error=("position", fast_alike(here, OffLineContact()))))
+    return found
