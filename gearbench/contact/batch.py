@@ -23,7 +23,7 @@ from gearbench.budget import require
 from gearbench.contact.law import kernel_coefficients
 from gearbench.contact.problem import ContactProblem, reduce_rank
 from gearbench.contact.reference import Reference, linearised
-from gearbench.contact.solver import MAX_STEPS, ConvergenceError, Guess, from_smallest, newton, scratch
+from gearbench.contact.solver import MAX_STEPS, ConvergenceError, Guess, scratch, solve_roughly
 
 #: Residual at which a sample takes its last Newton step; the step squares it.
 NEWTON_TOLERANCE = 1e-10
@@ -183,9 +183,8 @@ def _reference(batch: Batch) -> Reference:
     """The linear problem at the mean errors, (q, δ) of which the solver of single positions finds."""
     a, h, soft, active, _ = batch.single_arrays
     guess = Guess.nothing(batch.problem)
-    least, problem = from_smallest(batch.problem)
-    _, delta, _, _ = newton(problem, guess=guess)
-    q, delta = guess.q[:, 0], delta + least
+    solve_roughly(batch.problem, guess)
+    q, delta = guess.q[:, 0], guess.delta
     factor = np.where(active[..., None], batch.factor, 0.0)
     return linearised(factor, active, batch.gap, (a, h, soft), q, delta)
 
