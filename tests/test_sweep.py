@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import gearbench.contact.assemble
 from gearbench import interruption, load_scene, robust, simulate, sweep
@@ -20,6 +21,7 @@ from gearbench.scene import Load, Resolution, Scene
 from gearbench.scene_file import parse_scene
 from gearbench.solution import dataset, solve_scene
 from gearbench.sweeps import groups, shared
+from gearbench.sweeps.dataset import beside
 from gearbench.sweeps.ranges import parse_range, parse_setting
 from tests.test_architecture import ROOT
 
@@ -305,3 +307,23 @@ def test_items_of_lists_are_keys_too():
         with pytest.raises(InputError) as caught:
             sweep(scene, {key: [1.0]})
         assert says in str(caught.value)
+
+
+def test_datasets_beside_each_other_are_those_that_xarray_aligns():
+    """NaN where one has no such position, pair or segment; whole numbers where none is missing."""
+    rng = np.random.default_rng(0)
+
+    def part(positions, pairs, segments):
+        coords = {"mesh_phase": ("position", rng.random(positions)), "pair_index": ("pair", np.array(pairs))}
+        values = {
+            "line_load": (("torque", "position", "pair", "segment"), rng.random((1, positions, len(pairs), segments))),
+            "phase_weight": ("position", rng.random(positions)),
+            "newton_steps": (("torque", "position"), rng.integers(0, 9, (1, positions))),
+            "transmission_error_rms": ("torque", rng.random(1)),
+        }
+        numbers = {"position": np.arange(positions), "pair": np.array(pairs), "segment": np.arange(segments)}
+        return xr.Dataset(values, coords | numbers, {"made": "by hand"})
+
+    parts = [part(3, [-1, 0, 1], 2), part(5, [0, 1, 2], 2), part(4, [0], 3)]
+    how = {"data_vars": "all", "coords": "different", "compat": "equals", "join": "outer", "combine_attrs": "override"}
+    xr.testing.assert_identical(beside(parts, "torque"), xr.concat(parts, "torque", **how))

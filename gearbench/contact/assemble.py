@@ -60,7 +60,7 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
         # spur pairs take and leave their load, with a kink, where they are as far apart as the others are deflected
         changes += flanks.reach(greatest_deflection(scene, flanks))
     transitions = meshing.phases_at(changes, face)
-    size = resolution.panel_size
+    size = scene.panel_size
     assert size is not None
     return gauss_phases(transitions, size)
 

@@ -63,7 +63,7 @@ def reduced(scene: Scene) -> Reduced:
     small = _narrower(scene, all_pairs) if all_pairs > PAIRS else scene
     pairs = pairs_of_teeth(small)
     segments = min(resolution.segments, max(2, min(SEGMENTS, NODES // pairs)))
-    size = None if resolution.panel_size is None else min(resolution.panel_size, SHORT)
+    size = None if scene.panel_size is None else min(scene.panel_size, SHORT)
     small = replace(small, resolution=replace(resolution, segments=segments, gauss_points=size))
     small, set_up = _with_few_functions(small)
     # all pairs move each other
@@ -144,7 +144,7 @@ def trials(short: Trial, seconds: float, total: int) -> Trials:
 
 def _trial(scene: Scene, phase: NDArray, count: int) -> Trial:
     """The scene at some of its phases, spread over the cycle: whole panels where it has Gauss panels."""
-    by_panel = phase.reshape(-1, scene.resolution.panel_size or 1)
+    by_panel = phase.reshape(-1, scene.panel_size or 1)
     panels = min(max(count // by_panel.shape[1], 1), len(by_panel))
     some = np.linspace(0, len(by_panel) - 1, panels).round().astype(int)
     return Trial(scene, scene_lines(scene, by_panel[some].ravel()))

@@ -120,7 +120,7 @@ def prepare_problem(scene: Scene, lines: ContactLines, weight: NDArray, problem:
     require(need, "resolution", f"{size} × {number} errors", "fewer segments or positions would fit")
     expansion = errors.expansion(lines, {effect.name: effect for effect in scene.flank_effects})
     modes = (expansion.modes / np.expand_dims(lines.lever, -1)).reshape(positions, pairs * segments, -1)
-    phases = Phases(phase=lines.mesh_phase, weight=weight, size=scene.resolution.panel_size)
+    phases = Phases(phase=lines.mesh_phase, weight=weight, size=scene.panel_size)
     return RobustProblem(scene=scene, errors=errors, batch=prepare(problem, modes), expansion=expansion, phases=phases)
 
 

@@ -40,13 +40,13 @@ def combined(
         if not own:
             whole.append(whole[-1].where(False))
             continue
-        found = _beside(own, LOAD) if len(own) > 1 else own[0]
+        found = beside(own, LOAD) if len(own) > 1 else own[0]
         missing = sum(map(len, groups)) - found.sizes[LOAD]
         found = found.pad({LOAD: (0, missing)}) if missing else found
         whole.append(found.isel({LOAD: 0}, drop=True) if torque is None else found)
     for each in reversed(outer):
         n = len(each.values)
-        whole = [_beside(whole[i : i + n], each.name) for i in range(0, len(whole), n)]
+        whole = [beside(whole[i : i + n], each.name) for i in range(0, len(whole), n)]
     (found,) = whole
     found = found.drop_vars(["position", "pair", "segment"], errors="ignore")
     if "phase_weight" in found:
@@ -92,7 +92,7 @@ def _statistics(name: str, values: xr.DataArray, sampler: Any) -> dict[str, xr.D
 _RAGGED = ("position", "pair", "segment")
 
 
-def _beside(parts: Sequence[xr.Dataset], dim: str) -> xr.Dataset:
+def beside(parts: Sequence[xr.Dataset], dim: str) -> xr.Dataset:
     """The ``parts`` side by side along ``dim``, NaN where one has no such position, pair or segment.
 
     As ``xarray.concat`` of them would do, which aligns each variable by itself and takes longer than solving.
