@@ -132,7 +132,7 @@ def test_an_accuracy_is_planned_with_the_settings_that_its_search_begins_with():
     coarse, fine = (plan(case(2, Resolution(accuracy=a))) for a in (0.05, 0.0005))
     assert [part.name for part in coarse.parts][-1] == "choice"
     segments = [int(made.parts[0].size.split()[-2]) for made in (coarse, fine)]
-    assert segments == [11, 66]  # 20 for 1 %, 2.5 times as many for a tenth of the error
+    assert segments == [8, 53]  # 16 for 1 %, 2.5 times as many for a tenth of the error
     assert coarse.seconds < fine.seconds < 300
 
 
