@@ -1,4 +1,4 @@
-"""Designs of the paper's third tool: threads and workers of dask against one thread, solid teeth against plates."""
+"""Designs of the paper's third tool: processes and workers of dask against one thread, solid teeth against plates."""
 
 import math
 import random
@@ -11,12 +11,13 @@ from gearbench import load_study
 from gearbench.contact.smooth import forget_sums
 from gearbench.effects.teeth import forget_fast_teeth
 from gearbench.optimisation.engine import Dask, Engine, Threads
+from gearbench.optimisation.processes import Processes
 from gearbench.optimisation.study import Design, OptimisationStudy
 
 STUDY = Path(__file__).parents[1] / "examples" / "optimise_tool3.toml"
 DESIGNS = 400
 ENGINES = {
-    "two threads": lambda: Threads(2),
+    "two processes": lambda: Processes(2, after=0.0),
     "one worker of dask": lambda: Dask("local:1"),
     "two workers of dask": lambda: Dask("local:2"),
 }

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench.compliance.bases import gauss, width_functions
+from gearbench.compliance.bases import gauss, sampled, width_functions
 from gearbench.compliance.gear_body import ToothedRing, wave_weights
-from gearbench.compliance.ring import Ring, harmonic_weights, sampled
+from gearbench.compliance.ring import Ring, harmonic_weights
 from gearbench.compliance.solid_tooth import SolidTooth
 from tests.toothed_rings import NU, E, body, gear, tooth
 

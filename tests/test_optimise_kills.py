@@ -26,6 +26,7 @@ import xarray as xr
 from gearbench import load_study, optimise
 from gearbench.errors import GearbenchError
 from gearbench.optimisation.local_cluster import local_cluster
+from gearbench.optimisation.processes import AFTER
 from gearbench.optimisation.study import Algorithm, OptimisationStudy, Robustness
 from gearbench.results.netcdf import load
 from tests.dask_processes import dask, scheduler
@@ -43,11 +44,13 @@ RACING = replace(STUDY, robustness=Robustness(samples=256, racing=True))
 WAITING = "; waiting up to 10 min\n"
 
 NURSERY = """
-import os, random, sys, time
+import functools, os, random, sys, time
 from gearbench import load_study, optimise
 from gearbench.cli import main
+from gearbench.optimisation import processes, run
 
 study = load_study(sys.argv[1])
+run.Processes = functools.partial(processes.Processes, after=float(sys.argv[2]))
 optimise(study, threads=1)
 
 def jumping(seed):
@@ -96,11 +99,11 @@ class Nursery:
 
 
 @contextmanager
-def nursery(study: OptimisationStudy, folder: Path) -> Iterator[Nursery]:
+def nursery(study: OptimisationStudy, folder: Path, after: float = AFTER) -> Iterator[Nursery]:
     (folder / "study.toml").write_text(study.to_toml(), encoding="utf-8")
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    command = [sys.executable, "-c", NURSERY, str(folder / "study.toml")]
+    command = [sys.executable, "-c", NURSERY, str(folder / "study.toml"), str(after)]
     # a shell starts what runs in the background with Ctrl-C ignored, and that is handed down
     heard = lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)  # noqa: E731
     with subprocess.Popen(command, env=environment, preexec_fn=heard, **pipes) as process:
@@ -149,10 +152,12 @@ def assert_as_if_nothing_had_happened(folder: Path, expected: xr.Dataset) -> Non
     assert sorted(os.listdir(folder)) == [".lock", "front.nc", *generations, "study.toml"]
 
 
-def kill_and_resume(count: int, study: OptimisationStudy, tmp_path: Path, seed: int, *more: str) -> None:
+def kill_and_resume(
+    count: int, study: OptimisationStudy, tmp_path: Path, seed: int, *more: str, after: float = AFTER
+) -> None:
     """Kill and interrupt searches, twice in a row at times; clocks jump and bits flip; each is resumed to its end."""
     rng, expected = random.Random(seed), optimise(study, threads=1)
-    with nursery(study, tmp_path) as nest:
+    with nursery(study, tmp_path, after) as nest:
         began = time.monotonic()
         nest.start(tmp_path / "whole", *more)
         assert nest.end() == 0, (tmp_path / "whole.err").read_text(encoding="utf-8")
@@ -197,6 +202,25 @@ def test_kills_of_searches_that_start_their_own_workers(tmp_path):
 def test_kills_of_races(tmp_path):
     """A race that goes on computes the samples of its front again, which are not stored."""
     kill_and_resume(30, RACING, tmp_path, 5, "--threads", "2")
+
+
+@pytest.mark.slow
+def test_kills_of_races_on_worker_processes(tmp_path):
+    """Which end with the search that has started them, whatever ends it."""
+    longer = replace(RACING, algorithm=Algorithm(population=16, generations=30, seed=2))
+    kill_and_resume(8, longer, tmp_path, 8, "--threads", "2", after=0.0)
+    deadline = time.monotonic() + 20
+    while left := [p.pid for p in psutil.process_iter(["cmdline"]) if str(ROOT) in worker_path(p)]:
+        assert time.monotonic() < deadline, left
+        time.sleep(0.5)
+
+
+def worker_path(process: psutil.Process) -> str:
+    """Where a worker process finds its modules; "" of any other process."""
+    try:
+        return process.environ().get("PYTHONPATH", "") if "gearbench.optimisation.worker" in process.cmdline() else ""
+    except (psutil.NoSuchProcess, psutil.AccessDenied, psutil.ZombieProcess):
+        return ""
 
 
 def kill_a_worker(nannies: int, rng: random.Random) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from gearbench import load_study
-from gearbench.budget import VARIABLE, MemoryBudgetError
+from gearbench.budget import VARIABLE, MemoryBudgetError, memory_limit
 from gearbench.optimisation import processes
 from gearbench.optimisation.front import non_dominated
 from gearbench.optimisation.problem import NO_GEAR, Evaluation, evaluate
@@ -116,7 +116,7 @@ def test_workers_are_started_once_all_kernels_are_compiled(monkeypatch, violatio
 
     class Never:
         def __init__(self, share: int) -> None:
-            started.append((share, seen[-1]))
+            started.append((share, seen[-1], memory_limit()))
 
         def evaluate(self, common: object, design: object) -> Evaluation:
             time.sleep(0.2)  # while this process goes on
@@ -131,7 +131,7 @@ def test_workers_are_started_once_all_kernels_are_compiled(monkeypatch, violatio
     designs = [(i, 0, 0, 0, 0, 0) for i in range(30)]
     with Processes(3, after=0.0) as engine:
         assert {design for design, _ in engine.evaluate(STUDY, designs)} == {*designs}
-    assert started == [(3, seen[alone - 1])] * 3
+    assert started == [(3, seen[alone - 1], pytest.approx(memory_limit(), rel=0.1))] * 3
     with Processes(1, after=0.0) as engine:
         assert {design for design, _ in engine.evaluate(STUDY, designs)} == {*designs}
     assert len(started) == 3

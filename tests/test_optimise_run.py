@@ -334,10 +334,10 @@ from gearbench.cli import main
 
 write = store.write_generation
 
-def write_on_a_full_disk(dataset, path):
+def write_on_a_full_disk(dataset, path, blanks):
     # every write beyond 2 kB fails; not earlier, because compiled kernels may have to be kept on disk
     resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))
-    return write(dataset, path)
+    return write(dataset, path, blanks)
 
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 store.write_generation = write_on_a_full_disk

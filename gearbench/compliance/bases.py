@@ -103,3 +103,11 @@ def height_quadrature(
         nodes.append(x)
         weights.append(w)
     return np.concatenate(nodes), np.concatenate(weights)
+
+
+def sampled(most: int, ratio: float = 1.35) -> NDArray:
+    """0, 1, 2, … and then ever wider apart, up to ``most``, each about ``ratio`` times the one before."""
+    n = [0, 1, 2, 3, 4]
+    while n[-1] < most:
+        n.append(min(most, max(n[-1] + 1, round(n[-1] * ratio))))
+    return np.array([k for k in n if k <= most], dtype=float)

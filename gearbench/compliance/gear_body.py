@@ -23,9 +23,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.compliance.bases import sampled
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.lapack import cholesky, solve_lower
-from gearbench.compliance.ring import Ring, harmonic_weights, sampled
+from gearbench.compliance.ring import Ring, harmonic_weights
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.geometry.web import Web
 from gearbench.threads import lazy

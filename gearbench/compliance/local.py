@@ -22,9 +22,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.compliance.bases import gauss, legendre_functions
+from gearbench.compliance.bases import gauss, legendre_functions, sampled
 from gearbench.compliance.outline import roll_angles
-from gearbench.compliance.ring import sampled
 from gearbench.geometry.gear import Gear
 
 #: Waves computed, and waves whose tail is counted by its 1/k law, for each function across the width.

@@ -23,7 +23,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.compliance.bases import gauss, height_functions, width_functions
+from gearbench.compliance.bases import gauss, height_functions, sampled, width_functions
 from gearbench.compliance.lapack import cholesky, solve_lower
 from gearbench.geometry.material import lame
 
@@ -184,11 +184,3 @@ def harmonic_weights(most: int) -> tuple[NDArray, NDArray]:
 
 def _transposed(matrices: NDArray) -> NDArray:
     return np.swapaxes(matrices, 1, 2)
-
-
-def sampled(most: int, ratio: float = 1.35) -> NDArray:
-    """0, 1, 2, … and then ever wider apart, up to ``most``, each about ``ratio`` times the one before."""
-    n = [0, 1, 2, 3, 4]
-    while n[-1] < most:
-        n.append(min(most, max(n[-1] + 1, round(n[-1] * ratio))))
-    return np.array([k for k in n if k <= most], dtype=float)

@@ -22,8 +22,11 @@ if TYPE_CHECKING:
 _NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable. {:9d}"
 
 
-def write_generation(dataset: xr.Dataset, path: Path) -> Path:
+def write_generation(dataset: xr.Dataset, path: Path, blanks: dict[tuple[int, ...], bytes]) -> Path:
     """Write a Dataset of numbers and texts to ``path``, whole or not at all, with the digest of its bytes.
+
+    ``blanks`` holds files without values by the sizes of their dimensions: to declare the variables of a generation,
+    which are always the same ones, takes as long as all the rest.
 
     Raises
     ------
@@ -32,9 +35,15 @@ def write_generation(dataset: xr.Dataset, path: Path) -> Path:
     """
     import h5py
 
-    buffer = BytesIO()
-    with h5py.File(buffer, "w", track_order=True) as file:
-        declare(file, dataset, {str(name): size for name, size in dataset.sizes.items()})
+    sizes = {str(name): size for name, size in dataset.sizes.items()}
+    blank = blanks.get(tuple(sizes.values()))
+    if blank is None:
+        buffer = BytesIO()
+        with h5py.File(buffer, "w", track_order=True) as file:
+            declare(file, dataset, sizes)
+        blank = blanks[tuple(sizes.values())] = buffer.getvalue()
+    buffer = BytesIO(blank)
+    with h5py.File(buffer, "r+") as file:
         fill(file, dataset)
         file.attrs.update(dataset.attrs)
     return write_sealed(path, buffer)

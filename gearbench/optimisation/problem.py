@@ -262,12 +262,13 @@ def _dispersion(
     """Statistics over the error samples, as many as it takes."""
     r, kinds = study.robustness, scene.effect("manufacturing_errors")
     assert isinstance(kinds, ManufacturingErrors)
-    errors = kinds.draw(_unit(r.sampler, r.samples, len(kinds.variables(scene.pair)), r.seed), scene.pair)
+    unit = _unit(r.sampler, r.samples, len(kinds.variables(scene.pair)), r.seed)
     problems = _robust_problems(scene, rough) if cycle_responses(study) else [None] * len(scene.each_load)
     each = list(zip(problems, (forces.of(one) for one in scene.each_load), strict=True))
     values = np.empty((len(study.responses), 0))
     for stop in stages(study) if rivals is not None else (r.samples,):
-        values = np.hstack([values, _responses(study, each, errors[values.shape[1] : stop])])
+        errors = kinds.draw(unit[values.shape[1] : stop], scene.pair)
+        values = np.hstack([values, _responses(study, each, errors)])
         if rivals is not None and stop < r.samples and (by := rivals.beating(values, numbers)) is not None:
             found, kept = rivals.estimate(values, by, numbers), None
             break

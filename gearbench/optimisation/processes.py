@@ -22,8 +22,8 @@ from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.worker import Common, LostError, Worker
 from gearbench.threads import single_threaded_blas
 
-#: Seconds that a search evaluates by itself before it starts others: as long as it takes until they are ready.
-AFTER = 2.0
+#: Seconds of processor time that a search evaluates by itself before it starts others: each needs as long to be ready.
+AFTER = 1.5
 
 
 class Processes(Engine):
@@ -37,7 +37,7 @@ class Processes(Engine):
     count
         How many.
     after
-        Seconds of evaluation after which they are started.
+        Seconds of processor time after which they are started.
     workers
         Those that evaluate.
     """
@@ -62,11 +62,12 @@ class Processes(Engine):
         """
         shares, whole = Shares(by_geometry(study, designs), self._count), False
         try:
-            with single_threaded_blas(), shared(self._count):
+            with single_threaded_blas():
                 while not self._ready() and (design := shares.take(0)) is not None:
-                    start = time.perf_counter()
-                    result = evaluate(study, design, rivals)
-                    self._spent += time.perf_counter() - start
+                    start = time.thread_time()
+                    with shared(self._count):
+                        result = evaluate(study, design, rivals)
+                    self._spent += time.thread_time() - start
                     self._alone = 0 if result.feasible else self._alone - (result.violation < NO_GEAR)
                     if self._spent > self._after and self._alone <= 0:
                         self._start((study, None), design)

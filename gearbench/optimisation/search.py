@@ -47,13 +47,15 @@ class Search:
         self._asked: Any = None
 
     def _design(self, individual: Any) -> Design:
-        return tuple(
-            float(individual.X[v.name]) if v.kind == "real" else int(individual.X[v.name])
-            for v in self._study.variables
-        )
+        X = individual.X
+        return tuple(float(X[v.name]) if v.kind == "real" else int(X[v.name]) for v in self._study.variables)
 
     def _gear(self, individual: Any) -> Hashable:
-        return self._key(self._design(individual))
+        """What an individual stands for, found once: those that were bred are compared with all others."""
+        found = individual.data.get("gear")
+        if found is None:
+            found = individual.data["gear"] = self._key(self._design(individual))
+        return found
 
     def ask(self) -> list[Design]:
         """Designs of the next generation; fewer than the population, or none, where the space is exhausted."""

@@ -64,6 +64,7 @@ class Store:
             os.close(self._lock)
             raise
         self._writer = ThreadPoolExecutor(1)
+        self._blanks: dict[tuple[int, ...], bytes] = {}
         self._pending: Future[None] | None = None
         for name in names:
             if is_part(name):
@@ -162,7 +163,7 @@ class Store:
         dataset = designs_dataset(self._study, designs, results, [generation] * len(designs))
         dataset = dataset.drop_vars("first_generation")
         dataset = dataset.assign_attrs(generation=generation, versions=versions())
-        write_generation(dataset, self.path(generation))
+        write_generation(dataset, self.path(generation), self._blanks)
         _sync(self.folder)
 
     def write_front(self, archive: Archive, population: Sequence[Design], wall_time: float) -> Path:

@@ -96,6 +96,7 @@ def main() -> None:
                 answer = error
             pickle.dump(answer, answers, pickle.HIGHEST_PROTOCOL)
             answers.flush()
+    os._exit(0)  # what nobody reads any more stays unwritten
 
 
 if __name__ == "__main__":

@@ -61,8 +61,9 @@ WIDE = {
     "width_helical": Wide(
         curves={"helical": (100.0,)}, phases=12, fineness=replace(Fineness().coarser(), layer=0.6)
     ),
-    "width_helical_relief": Wide(
-        curves={"helical_relief": (100.0,)}, phases=12, fineness=replace(Fineness().coarser(), layer=0.7)
+    "width_helical_thicker": Wide(
+        curves={"helical": (200.0,), "helical_relief": (100.0,)}, phases=12,
+        fineness=replace(Fineness().coarser(), layer=0.7),
     ),
 }  # fmt: skip
 

@@ -15,6 +15,7 @@ from fem_reference.section import Body
 from fem_reference.solver import solve
 from gearbench.compliance.flank import flank_polynomials
 from gearbench.compliance.local import half_space_compression
+from studies.s08_contact.data import scene
 
 
 def plane_compliance(body: Body, steel, p: int) -> np.ndarray:
@@ -60,3 +61,21 @@ def test_smooth_part_and_contact_law_give_back_a_real_contact_strip(spur, steel,
     # between its flank and its centre line
     centre = np.array([s.smooth for s in strips])
     assert np.all(centre + pressed < total * (1 - 0.008))
+
+
+def test_a_tip_bends_less_under_a_force_turned_towards_its_root(steel):
+    """2 χ C_tn is what the contact law of a tip under the tilt χ is too soft by, 36 χ c₁.
+
+    "Tips in the contact law" of docs/theory.md; between the centre line of the tooth and 0.35 mm below the flank.
+    """
+    gear = scene("spur").pair.gears[0]
+    R, c = np.array([gear.tip_radius - 0.1]), (1 - steel.nu**2) / (math.pi * steel.E)
+    found = solve_strip(Body(gear=gear, bore_radius=12.5, teeth=7), steel, Strip(radius=float(R[0]), half_width=0.05))
+    flank = Flank(gear)
+    n = flank.normal(R, np.zeros(1))[:, :2]
+    t = np.stack([-n[:, 1], n[:, 0]], axis=-1)
+    assert t[0, 1] < 0  # towards the root
+    deep, shallow = flank.below(R, np.zeros(1))[:, :2], flank.position(R, np.zeros(1))[:, :2] + 0.35 * n
+    least, most = (2 * found.at(point, t) / c for point in (deep, shallow))
+    assert most < -36 < least < -30
+    assert most > -50

@@ -15,8 +15,9 @@ import flint
 import mpmath as mp
 import numpy as np
 
+from gearbench.compliance.bases import sampled
 from gearbench.compliance.gear_body import FINEST, wave_weights
-from gearbench.compliance.ring import GRADING, LAYER, sampled
+from gearbench.compliance.ring import GRADING, LAYER
 from tests.stability.extended.balls import Ball, Matrix, ball, entries, gauss, legendre, powers, solve
 from tests.stability.extended.solid import Tooth, axis_projection
 
