@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -106,30 +107,36 @@ def test_both_flanks_on_contact_lines_are_their_factors_side_by_side(coupled):
 
 
 @pytest.mark.parametrize("neighbours", [0, 1])
-def test_joined_compliances_are_their_sum_less_what_is_negative_of_single_teeth(neighbours, monkeypatch):
-    """Teeth with a negative direction, on bodies; H is the same where positions are taken a few at a time."""
+def test_joined_compliances_are_their_sum_less_what_is_negative_of_it(neighbours, monkeypatch):
+    """Teeth with a negative direction that their bodies fill, and one that they do not; a few positions at a time."""
     pair = scene("helical").pair
     lines = contact_lines(pair, np.array([0.1, 0.35, 0.6]), 4)
-    Q, _ = np.linalg.qr(np.random.default_rng(3).standard_normal((4, 4)))
-    value = np.array([2.0, 0.5, 0.1, -0.3])
+    body = blocks(neighbours)
+    value, Q = np.linalg.eigh(body[neighbours])
     both = []
     for k, gear in enumerate(pair.gears):
-        teeth, body = (
+        teeth, bodies = (
             FlankCompliance(gear=gear, order=(2, 2), blocks=b, driven=k == 1)
-            for b in ((Q * value @ Q.T)[None], blocks(neighbours))
+            for b in ((Q * [-0.9 * value[0], -1.4 * value[1], 0.5, 2.0] @ Q.T)[None], body)
         )
-        both.append((teeth, body, joined(teeth, body)))
-    teeth, bodies, sums = zip(*both, strict=True)
-    psi = flank_factor(teeth, lines)
-    H = np.einsum("pisr,pitr->pist", psi, psi)
-    expected = flank_matrix(bodies, lines).reshape(3, lines.shape[1], 4, lines.shape[1], 4)
-    expected[:, np.arange(lines.shape[1]), :, np.arange(lines.shape[1])] += H.swapaxes(0, 1)
-    expected = expected.reshape(3, 4 * lines.shape[1], -1)
+        both.append((teeth, bodies, joined(teeth, bodies)))
+    sums = [total for _, _, total in both]
+    H = body.copy()
+    H[neighbours] += Q * [-0.9 * value[0], -value[1], 0.5, 2.0] @ Q.T
+    n = lines.shape[1]
+    expected = np.zeros((3, n, 4, n, 4))
+    for k, flank in enumerate(sums):
+        phi = flank.shapes(lines.radii[k] - flank.gear.root_radius, lines.own_y(k)) * lines.active[:, :, None, None]
+        for i, j in product(range(n), range(n)):
+            if abs(i - j) <= neighbours:
+                block = H[neighbours + (j - i if k == 1 else i - j)]
+                expected[:, i, :, j] += phi[:, i] @ block @ np.swapaxes(phi[:, j], 1, 2)
+    expected = expected.reshape(3, 4 * n, -1)
     for together in (1, 10**6):
         monkeypatch.setattr("gearbench.compliance.flank.TOGETHER", together)
         assert_allclose(flank_matrix(sums, lines), expected, rtol=0, atol=1e-13 * expected.max())
     with pytest.raises(ValueError, match="same polynomials"):
-        joined(*both[0][:1], replace(both[0][1], driven=True))
+        joined(both[0][0], replace(both[0][1], driven=True))
 
 
 def test_a_matrix_that_is_negative_somewhere_loses_that_part():

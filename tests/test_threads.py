@@ -2,9 +2,11 @@
 
 from concurrent.futures import ThreadPoolExecutor
 from threading import Barrier
-from typing import TYPE_CHECKING
 
 import pytest
+
+# the BLAS of compiled kernels: loaded later it would begin with the number of threads of the environment
+import scipy.linalg.cython_blas  # noqa: F401
 from threadpoolctl import ThreadpoolController
 
 from gearbench import nonlinear_response, response, revolution_response, robust_response, simulate
@@ -12,9 +14,6 @@ from gearbench.library.garambois2017 import case
 from gearbench.scene import Resolution
 from gearbench.threads import lazy, single_threaded_blas
 from tests.systems import spur_scene
-
-if TYPE_CHECKING:
-    pass
 
 
 def blas() -> ThreadpoolController:

@@ -70,8 +70,8 @@ class FlankCompliance:
     attrs
         How it was computed: solver, unknowns, times, …
     own
-        What each tooth deflects besides under its own loads, (p·q, p·q) [mm/N], in no direction negative; of ``joined``
-        compliances that ``flank_matrix`` takes.
+        What each tooth deflects besides under its own loads, (p·q, p·q) [mm/N], in no direction negative together with
+        block 0; of ``joined`` compliances that ``flank_matrix`` takes.
     """
 
     gear: Gear
@@ -120,12 +120,13 @@ class FlankCompliance:
     def between(self, pairs: int, tolerance: float = 0.0) -> tuple[NDArray, NDArray]:
         """Directions B (p·q, k) that a tooth feels, and B C_{i−j} B (pair, k, pair, k) of neighbouring ``pairs``.
 
-        Without the directions of one tooth below a tenth of ``tolerance``, or ``rank_tolerance``, of the greatest
-        compliance: tooth 0 does not feel them, nor do its neighbours, and the matrix is not negative.
+        Without the directions of one tooth whose compliance is within a tenth of ``tolerance``, or ``rank_tolerance``,
+        of zero: tooth 0 does not feel them, nor do its neighbours. Negative ones are raised to zero in the matrix of
+        all the teeth: one left out by itself would take with it the motion by which its neighbours feel it.
         """
         least = max(tolerance, self.rank_tolerance)
         if (pairs, least) not in self._between:
-            value, basis = self._felt(0.1 * least)
+            value, basis = self._felt(0.1 * least, negative=True)
             k = basis.shape[1]
             small = {d: basis.T @ self.block(d) @ basis for d in range(-pairs + 1, pairs)} | {0: np.diag(value)}
             matrix = np.block([[small[i - j] for j in range(pairs)] for i in range(pairs)])
@@ -134,10 +135,13 @@ class FlankCompliance:
             self._between[pairs, least] = basis, matrix.reshape(pairs, k, pairs, k)
         return self._between[pairs, least]
 
-    def _felt(self, tolerance: float) -> tuple[NDArray, NDArray]:
-        """Compliances above ``tolerance`` of the greatest, (rank,), and their directions, (p·q, rank)."""
+    def _felt(self, tolerance: float, *, negative: bool = False) -> tuple[NDArray, NDArray]:
+        """Compliances above ``tolerance`` of the greatest, (rank,), and their directions, (p·q, rank).
+
+        ``negative``: those as far below zero too.
+        """
         value, vector = np.linalg.eigh(self.block(0))
-        felt = value > tolerance * value[-1]
+        felt = (np.abs(value) if negative else value) > tolerance * value[-1]
         return value[felt], vector[:, felt]
 
     @lazy
@@ -169,7 +173,9 @@ class FlankCompliance:
 def joined(own: FlankCompliance, shared: FlankCompliance) -> FlankCompliance:
     """Sum of what each tooth deflects by its ``own`` and of a compliance ``shared`` by the teeth, on one flank.
 
-    Of the own one, directions of negative compliance are left out first.
+    Close to the root a clamped tooth yields less than the half-space whose compression the contact law counts: what is
+    left of its compliance has negative directions, which the body below it fills. Only what is negative of the sum is
+    raised to zero (``docs/theory.md``).
 
     Raises
     ------
@@ -178,11 +184,11 @@ def joined(own: FlankCompliance, shared: FlankCompliance) -> FlankCompliance:
     """
     if (own.gear, own.order, own.driven) != (shared.gear, shared.order, shared.driven) or own.neighbours:
         raise ValueError("only compliances on the same polynomials add up, one of them of single teeth")
-    value, basis = own._felt(own.rank_tolerance)
-    alone = (basis * value) @ basis.T
-    if shared.neighbours:
-        return replace(shared, own=alone)
-    return replace(shared, blocks=shared.blocks + alone)
+    total = shared.block(0) + own.block(0)
+    if not shared.neighbours:
+        return replace(shared, blocks=total[None])
+    value, vector = np.linalg.eigh(total)
+    return replace(shared, own=(vector * np.maximum(value, 0.0)) @ vector.T - shared.block(0))
 
 
 def gram(factor: NDArray) -> NDArray:

@@ -8,11 +8,10 @@ a sample's answer does not depend on its neighbours. A NumPy twin in the tests h
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from gearbench.compiled import FUSED, entry, part
 from gearbench.contact._lane_kernels import (
     LANES,
-    OPTIONS,
     add_combination,
     begin,
     keep_settled,
@@ -22,7 +21,7 @@ from gearbench.contact._lane_kernels import (
 from gearbench.contact._logarithm_kernels import LN2, MAGIC, MANTISSA, ONE, level_start, logarithm_parts
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def split_exponent(bits, mantissa_bits, exponent_bits):
     """Mantissa in [1, 2) and exponent of positive doubles, through their bits."""
     for j in range(LANES):
@@ -30,7 +29,7 @@ def split_exponent(bits, mantissa_bits, exponent_bits):
         exponent_bits[j] = (bits[j] >> 52) | MAGIC
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def linear_law(i, s, a, p, w):
     """Row i of forces p and slopes w of a linear law, p = s/a."""
     inverse = 1.0 / a
@@ -40,7 +39,7 @@ def linear_law(i, s, a, p, w):
         w[i, j] = inverse if on else 0.0
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def log_law_start(kappa, x, mantissa, exponent, level):
     """First guess of L with L − ln L = κ − ln x, and x ← x / L."""
     for j in range(LANES):
@@ -49,7 +48,7 @@ def log_law_start(kappa, x, mantissa, exponent, level):
         x[j] = x[j] * bottom * bottom * inverse
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def log_law_finish(i, s, edge, kappa, h, mantissa, exponent, level, p, w):
     """Row i of p and w: one step of Halley's method from the guess L, with the exact ln(x/L)."""
     inverse_h = 1.0 / h
@@ -69,7 +68,7 @@ def log_law_finish(i, s, edge, kappa, h, mantissa, exponent, level, p, w):
         w[i, j] = rate if on else 0.0
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def open_cell(i, s, soft, t):
     """Loaded part t of the cell of row i, and the compression of its middle where all of it is loaded, or soft."""
     half = 0.5 / soft
@@ -78,7 +77,7 @@ def open_cell(i, s, soft, t):
         s[i, j] = max(s[i, j] - soft, soft)
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def close_cell(i, soft, t, p, w):
     """Row i of p and w of cells of which only the part t is loaded."""
     inverse = 1.0 / soft
@@ -87,7 +86,7 @@ def close_cell(i, soft, t, p, w):
         p[i, j] = p[i, j] * t[j] * t[j]
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def log_law(i, s, h, kappa, edge, p, w, rows, bits):
     """Row i of forces p and slopes w of the law with a logarithm."""
     for j in range(LANES):
@@ -99,7 +98,7 @@ def log_law(i, s, h, kappa, edge, p, w, rows, bits):
     log_law_finish(i, s, edge, kappa, h, rows[1], rows[2], rows[3], p, w)
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def apply_laws(n, s, a, h, kappa, edge, soft, p, w, rows, bits):
     """Forces p and slopes w (n, lanes) of segments compressed by s, the law of each its own; uses s up."""
     for i in range(n):
@@ -113,7 +112,7 @@ def apply_laws(n, s, a, h, kappa, edge, soft, p, w, rows, bits):
             close_cell(i, soft[i], rows[4], p, w)
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def compress(first, ranks, gap, factor, q, delta, s):
     """s = δ − e − Ψ q of every segment."""
     rank = factor.shape[1]
@@ -134,7 +133,7 @@ def compress(first, ranks, gap, factor, q, delta, s):
                     s[i, j] -= b0 * q[r, j]
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def normal_equations(first, ranks, factor, product, q, p, w, grad, cross, hess, total, slope):
     """Gradient and Hessian of J(q, δ) per block; lower triangles of the Hessian stored row by row.
 
@@ -169,7 +168,7 @@ def normal_equations(first, ranks, factor, product, q, p, w, grad, cross, hess, 
                 add_combination(first[k], first[k + 1], product.T, t, w, hess, k * size + t)
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def factorise(ranks, rank, hess, x, y):
     """Cholesky factor of each block (inverse diagonal), and L⁻¹x, L⁻¹y in place."""
     size = rank * (rank + 1) // 2
@@ -204,7 +203,7 @@ def factorise(ranks, rank, hess, x, y):
                 y[xr, j] *= hess[row + c, j]
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def back_substitute(ranks, rank, hess, x):
     """x ← L⁻ᵀ x of each block."""
     size = rank * (rank + 1) // 2
@@ -220,7 +219,7 @@ def back_substitute(ranks, rank, hess, x):
                 x[r, j] *= hess[t, j]
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def newton_step(ranks, rank, hess, x, y, rows, stiffness, q, delta, tolerance):
     """One full Newton step of the lanes that are not done; returns how many are done after it.
 
@@ -254,7 +253,7 @@ def newton_step(ranks, rank, hess, x, y, rows, stiffness, q, delta, tolerance):
     return count
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def solve_lanes(
     first, ranks, gap, factor, product, law, q, delta, stiffness, tolerance, limit, s, p, w, grad, cross, hess, rows
 ):
@@ -278,7 +277,7 @@ def solve_lanes(
     return limit
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def from_smallest(n, gap, delta, least):
     """Count the gaps of each lane and its δ from the smallest gap, so that large gaps leave δ its digits."""
     for j in range(LANES):
@@ -293,7 +292,7 @@ def from_smallest(n, gap, delta, least):
         delta[j] -= least[j]
 
 
-@njit(**OPTIONS)
+@entry(FUSED)
 def solve_chunk(
     firsts, blocks, ranks, ahead, gap0, modes, draws, factor, product, laws, start, guess, tolerance, limit,
     delta, stiffness, done,

@@ -10,12 +10,11 @@ No lane sees another. A NumPy twin in the tests holds it to the same answers.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from gearbench.compiled import FUSED, entry, part
 from gearbench.contact._batch_kernels import apply_laws, from_smallest
 from gearbench.contact._lane_kernels import (
     LANES,
-    OPTIONS,
     add_combination,
     keep_settled,
     note_missed,
@@ -30,7 +29,7 @@ STIFFNESS_PRECISION = 3e-6
 MOST_CONJUGATE = 60
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def residuals(u, z, p, w, rise, weight, own, change, total):
     """own ← −F, F = u + p − W₀ z, and change ← W − W₀, single precision; total ← Σ|F|. z lacks ``rise``."""
     for j in range(LANES):
@@ -44,7 +43,7 @@ def residuals(u, z, p, w, rise, weight, own, change, total):
             change[i, j] = w[i, j] - w0
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def first_direction(r, Gr, d, Gd, product):
     """d ← r, G d ← G r; product ← r·G r."""
     for j in range(LANES):
@@ -56,7 +55,7 @@ def first_direction(r, Gr, d, Gd, product):
             product[j] += r[i, j] * Gr[i, j]
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def next_direction(r, Gr, d, Gd, beta):
     """d ← r + β d, G d ← G r + β G d."""
     for i in range(r.shape[0]):
@@ -65,7 +64,7 @@ def next_direction(r, Gr, d, Gd, beta):
             Gd[i, j] = Gr[i, j] + beta[j] * Gd[i, j]
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def curvature(change, d, Gd, product):
     """product ← (G d)·(d + ΔG d)."""
     for j in range(LANES):
@@ -75,7 +74,7 @@ def curvature(change, d, Gd, product):
             product[j] += Gd[i, j] * (d[i, j] + change[i, j] * Gd[i, j])
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def advance(change, d, Gd, alpha, v, r):
     """v ← v + α d, r ← r − α (d + ΔG d)."""
     for i in range(d.shape[0]):
@@ -84,7 +83,7 @@ def advance(change, d, Gd, alpha, v, r):
             r[i, j] -= alpha[j] * (d[i, j] + change[i, j] * Gd[i, j])
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def inner(a, b, product):
     """product ← a·b of each lane."""
     for j in range(LANES):
@@ -94,7 +93,7 @@ def inner(a, b, product):
             product[j] += a[i, j] * b[i, j]
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def conjugate_gradients(G, change, precision, v, r, Gr, d, Gd, rows):
     """v with v + ΔG v = r to the ``precision`` of each lane in the norm of G, single precision; uses r up.
 
@@ -124,7 +123,7 @@ def conjugate_gradients(G, change, precision, v, r, Gr, d, Gd, rows):
     return MOST_CONJUGATE
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def compress(gap, z, rise, s):
     """s = z − e."""
     for i in range(gap.shape[0]):
@@ -133,7 +132,7 @@ def compress(gap, z, rise, s):
             s[i, j] = z[i, j] + r - gap[i, j]
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def stiffness_from(change, rise, flexibility, v, Gv, stiffness):
     """∂F/∂δ from v, good to the square of its precision."""
     for j in range(LANES):
@@ -147,7 +146,7 @@ def stiffness_from(change, rise, flexibility, v, Gv, stiffness):
         stiffness[j] = 1.0 / stiffness[j]
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def solve_coupled_lanes(
     G, G32, gap, law, rise, weight, flexibility, u, stiffness, tolerance, limit, z, s, p, w, single, rows, small
 ):  # fmt: skip
@@ -187,7 +186,7 @@ def solve_coupled_lanes(
     return iteration, conjugate
 
 
-@njit(**OPTIONS)
+@entry(FUSED)
 def solve_coupled_chunk(
     count, ahead, gap0, modes, draws, laws, response, single_response, rise, flexibility, weight, start, tolerance,
     limit, delta, stiffness, done,

@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from gearbench.contact._kernels import IDLE_STEPS, SUMS, first_approach
+from gearbench.compiled import SUMS, entry, part
+from gearbench.contact._kernels import IDLE_STEPS, first_approach
 from gearbench.contact._law_kernels import CONSTANTS, SCRATCH, apply_laws, law_constants
 
 #: Residual, relative to the greatest deflection, at which rounding is reached; up to which it is if it does not fall.
@@ -25,7 +25,7 @@ STIFFNESS_ROUNDING, ROUGH_STIFFNESS = 1e-14, 1e-6
 ROWS = 10
 
 
-@njit(cache=True, error_model="numpy", fastmath=SUMS)
+@part(SUMS)
 def eliminate(B, n):
     """Cholesky's U of the first n columns of B in place, upper triangle, four rows at a time; further columns: U⁻ᵀ B.
 
@@ -50,7 +50,7 @@ def eliminate(B, n):
                 B[i, j] -= (f0 * B[first, j] + f1 * B[first + 1, j]) + (f2 * B[first + 2, j] + f3 * B[first + 3, j])
 
 
-@njit(cache=True, error_model="numpy", fastmath=SUMS)
+@part(SUMS)
 def factorise(H, weight, B, loaded, root):
     """Cholesky's U of 1 + S H S over the loaded segments, S = √(dP/ds); their number, and ∂F/∂δ.
 
@@ -74,7 +74,7 @@ def factorise(H, weight, B, loaded, root):
     return n, stiffness
 
 
-@njit(cache=True, error_model="numpy", fastmath=SUMS)
+@part(SUMS)
 def forward(B, n, x):
     """x ← U⁻ᵀ x."""
     for k in range(n):
@@ -84,7 +84,7 @@ def forward(B, n, x):
             x[j] -= B[k, j] * y
 
 
-@njit(cache=True, error_model="numpy", fastmath=SUMS)
+@part(SUMS)
 def back(B, n, x):
     """x ← U⁻¹ x."""
     for k in range(n - 1, -1, -1):
@@ -94,7 +94,7 @@ def back(B, n, x):
         x[k] = t / B[k, k]
 
 
-@njit(cache=True, error_model="numpy", fastmath=SUMS)
+@part(SUMS)
 def force_direction(total, apart, B, n, loaded, root, stiffness, x, d):
     """Newton step of δ; fills d, the step of the forces v beside that of the law, zero where none is loaded.
 
@@ -116,7 +116,7 @@ def force_direction(total, apart, B, n, loaded, root, stiffness, x, d):
     return step
 
 
-@njit(cache=True, error_model="numpy", fastmath=SUMS)
+@part(SUMS)
 def deflect(H, v, plus, result):
     """result = H v + plus, of the few v that are not zero; the greatest of its sizes."""
     for j in range(v.size):
@@ -131,7 +131,7 @@ def deflect(H, v, plus, result):
     return greatest
 
 
-@njit(cache=True, error_model="numpy", fastmath=SUMS)
+@part(SUMS)
 def stiffness_at(H, weight, B, n, loaded, root, x, v, none, deflected, most):
     """∂F/∂δ = 1ᵀ (1/W + H)⁻¹ 1 under the slopes W, to a relative error of ``most``.
 
@@ -168,7 +168,7 @@ def stiffness_at(H, weight, B, n, loaded, root, x, v, none, deflected, most):
     return factorise(H, weight, B, loaded, root)[1]
 
 
-@njit(cache=True, error_model="numpy")
+@part()
 def forces(z, dz, t, delta, gap, constants, scratch, force, weight):
     """Fill forces and slopes of the law under the deflections z + t dz; ΣP − 1, ΣdP/ds and ∫ΣP ds − δ."""
     s = scratch[SCRATCH]
@@ -178,7 +178,7 @@ def forces(z, dz, t, delta, gap, constants, scratch, force, weight):
     return total - 1.0, slope, value - delta
 
 
-@njit(cache=True, error_model="numpy")
+@part()
 def search(z, dz, delta, step, norms, before, descent, gap, constants, scratch, force, weight):
     """Go along a step until J falls as it should; t, ΣP − 1, ΣdP/ds, J and |q|² there.
 
@@ -194,7 +194,7 @@ def search(z, dz, delta, step, norms, before, descent, gap, constants, scratch, 
         t *= 0.5
 
 
-@njit(cache=True, error_model="numpy")
+@part()
 def solve_forces(H, z, square, delta, gap, constants, force, work, loaded, scratch, B, enough, limit):
     """Newton's method with line search from the deflections z of the amplitudes |q|² = ``square``, and δ.
 
@@ -254,7 +254,7 @@ def solve_forces(H, z, square, delta, gap, constants, force, work, loaded, scrat
         iteration += 1
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@part()
 def response(psi, block, H):
     """Fill H = Ψ Ψᵀ, a block of its own for each block of segments."""
     H[:] = np.dot(psi, psi.T)
@@ -266,7 +266,7 @@ def response(psi, block, H):
                 H[i, j] = 0.0
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@entry()
 def responses(active, factor, block, H):
     """Fill H (position, n, n) of the active segments of each position, side by side."""
     for i in range(active.shape[0]):
@@ -274,7 +274,7 @@ def responses(active, factor, block, H):
         response(factor[i][segment], block[segment], H[i, : segment.size, : segment.size])
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@entry()
 def solve_coupled(gap, a, h, soft, active, factor, block, H, q, delta, enough, limit, force, stiffness, steps):
     """Solve every position of a problem whose segments share amplitudes q (position, block, rank).
 
@@ -318,7 +318,7 @@ def solve_coupled(gap, a, h, soft, active, factor, block, H, q, delta, enough, l
             force[i, segment[j]] = own[j]
 
 
-@njit(cache=True, error_model="numpy", fastmath=SUMS)
+@part(SUMS)
 def amplitudes(psi, block, force, q):
     """q = Ψᵀ P of each block."""
     if q.shape[0] == 1:
@@ -331,7 +331,7 @@ def amplitudes(psi, block, force, q):
                 q[block[j], c] += psi[j, c] * force[j]
 
 
-@njit(cache=True, error_model="numpy", fastmath=SUMS)
+@part(SUMS)
 def deflections(psi, block, q, z):
     """Fill z = Ψ q; returns |q|²."""
     if q.shape[0] == 1:

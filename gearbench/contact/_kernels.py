@@ -5,19 +5,17 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from gearbench.compiled import SUMS, entry, part
 from gearbench.contact.law import TANGENT_FROM
 
 #: Steps in a row without fall of the energy after which rounding is reached; convergence needs two or three.
 IDLE_STEPS = 8
 #: L − ln L where the law is continued by its tangent.
 TANGENT_LEVEL = TANGENT_FROM - math.log(TANGENT_FROM)
-#: Sums may be computed in any order, and so several terms at a time.
-SUMS = {"contract", "nsz", "reassoc"}
 
 
-@njit(cache=True, error_model="numpy")
+@part()
 def law(s, a, h):
     """Force P, slope dP/ds and energy ∫P ds of a segment compressed by s under g(P) = P (a − h ln P)."""
     if s <= 0.0:
@@ -45,7 +43,7 @@ def law(s, a, h):
     return p, 1.0 / (h * (big - 1.0)), h * p * p * (big / 2 - 0.25)
 
 
-@njit(cache=True, error_model="numpy")
+@part()
 def cell_law(s, a, h, soft):
     """``law`` as the mean over a cell along which the compression varies by ±soft, s at its greatest (C7)."""
     if s <= 0.0:
@@ -60,7 +58,7 @@ def cell_law(s, a, h, soft):
     return p0 * t * t, p0 * t / soft, 2.0 / 3.0 * soft * p0 * t * t * t
 
 
-@njit(cache=True, error_model="numpy")
+@part()
 def compression(p, a, h, soft):
     """Compression of a segment, or of the end of a cell that touches first, under the force p."""
     if soft > 0.0:
@@ -76,7 +74,7 @@ def compression(p, a, h, soft):
     return soft + low * (a - h * math.log(low)) + h * (p - low)
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@entry()
 def complementarity(force, delta, gap, a, h, soft, active, factor, block, blocks, residual):
     """max |min(P, gap)| of each position, gap = H P + g(P) + e − δ."""
     positions, n = gap.shape
@@ -98,7 +96,7 @@ def complementarity(force, delta, gap, a, h, soft, active, factor, block, blocks
                     residual[i] = worst
 
 
-@njit(cache=True, error_model="numpy", fastmath=SUMS)
+@part(SUMS)
 def add_loaded(i, loaded, weight, factor, block, force, grad, hess, cross):
     """Add what the ``loaded`` segments contribute to gradient and Hessian, four of a block at a time."""
     rank, n = factor.shape[2], 0
@@ -132,7 +130,7 @@ def add_loaded(i, loaded, weight, factor, block, force, grad, hess, cross):
         n += 1
 
 
-@njit(cache=True, error_model="numpy", fastmath=SUMS)
+@part(SUMS)
 def derivatives(i, q, delta, gap, a, h, soft, active, factor, block, force, grad, hess, cross):
     """Fill forces, gradient and Hessian blocks of J; return ∂J/∂δ, ∂²J/∂δ² and J."""
     rank = q.shape[1]
@@ -164,7 +162,7 @@ def derivatives(i, q, delta, gap, a, h, soft, active, factor, block, force, grad
     return total, slope, value
 
 
-@njit(cache=True, error_model="numpy", fastmath=SUMS)
+@part(SUMS)
 def newton_direction(total, slope, grad, hess, cross, x, step_q):
     """Newton step of δ and ∂F/∂δ, by eliminating the amplitudes of each block (C6); fills the step of q.
 
@@ -196,7 +194,7 @@ def newton_direction(total, slope, grad, hess, cross, x, step_q):
     return step_d, stiffness
 
 
-@njit(cache=True, error_model="numpy")
+@part()
 def closing_direction(i, q, delta, gap, active, factor, block, grad, step_q):
     """Step of δ that closes the smallest gap where nothing touches; fills step_q with steepest descent."""
     step_d = math.inf
@@ -212,7 +210,7 @@ def closing_direction(i, q, delta, gap, active, factor, block, grad, step_q):
     return step_d + 1.0
 
 
-@njit(cache=True, error_model="numpy")
+@part()
 def first_approach(i, gap, a, h, soft, active, factor):
     """An approach at which all segments touch, but no more than if one of them carried the load by itself."""
     greatest, alone = -math.inf, math.inf
@@ -229,8 +227,14 @@ def first_approach(i, gap, a, h, soft, active, factor):
     return min(greatest + 1.0, alone)
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@entry()
 def solve_position(i, gap, a, h, soft, active, factor, block, force, work, hess, limit, delta=-math.inf, enough=0.0):
+    """``newton_position``, which other kernels call: no kernel calls this one."""
+    return newton_position(i, gap, a, h, soft, active, factor, block, force, work, hess, limit, delta, enough)
+
+
+@part()
+def newton_position(i, gap, a, h, soft, active, factor, block, force, work, hess, limit, delta, enough):
     """Newton's method with line search on the convex J(q, δ) of position i.
 
     J = ½|q|² + Σ ∫P ds − δ. Fills force[i] and leaves the amplitudes in work[0]; returns δ, ∂F/∂δ and the number of
@@ -293,7 +297,7 @@ def solve_position(i, gap, a, h, soft, active, factor, block, force, work, hess,
     return delta, stiffness, iteration
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@entry()
 def first_guess(gap, a, h, soft, active, factor, block, blocks, modes, force, work, hess, limit, start, guess):
     """Fill (q, δ) of every position at its own gap, and their derivatives with respect to the errors.
 
@@ -304,7 +308,9 @@ def first_guess(gap, a, h, soft, active, factor, block, blocks, modes, force, wo
     errors = modes.shape[1]
     for t in range(gap.shape[0]):
         size = blocks[t] * rank
-        delta, _, _ = solve_position(t, gap, a, h, soft, active, factor, block, force, work, hess, limit)
+        delta, _, _ = newton_position(
+            t, gap, a, h, soft, active, factor, block, force, work, hess, limit, -math.inf, 0.0
+        )
         start[t, most] = delta
         matrix, right = np.zeros((size + 1, size + 1)), np.zeros((size + 1, errors))
         for c in range(size):
@@ -334,7 +340,7 @@ def first_guess(gap, a, h, soft, active, factor, block, blocks, modes, force, wo
                 guess[t, m, c] = solution[c, m]
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@entry()
 def pivoted_cholesky(matrix, weight, limit, root):
     """Rows of the factors of all H (block, n, n), the largest pivot first, zero behind the rank; the greatest rank.
 

@@ -5,15 +5,13 @@ Arrays end with the lane: one sample a lane, which sees no other.
 
 from __future__ import annotations
 
-from numba import njit
+from gearbench.compiled import FUSED, part
 
 #: Samples solved side by side.
 LANES = 128
 
-OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": {"contract"}}
 
-
-@njit(**OPTIONS)
+@part(FUSED)
 def add_combination(start, stop, coefficient, column, rows, out, r):
     """out[r] += Σ_i coefficient[i, column] · rows[i] over start ≤ i < stop, four rows at a time."""
     i = start
@@ -30,7 +28,7 @@ def add_combination(start, stop, coefficient, column, rows, out, r):
         i += 1
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def begin(start, guess, draws, weights, missed, q):
     """First guess of the unknowns q (n, lanes): start + guess · draws, and by their weights what it missed before.
 
@@ -47,7 +45,7 @@ def begin(start, guess, draws, weights, missed, q):
             q[r, j] += more
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def note_missed(unknowns, done, missed):
     """Add the unknowns found (n, lanes) to missed, less their first guess; nothing is known of lanes not done."""
     for i in range(unknowns.shape[0]):
@@ -55,7 +53,7 @@ def note_missed(unknowns, done, missed):
             missed[i, j] = missed[i, j] + unknowns[i, j] if done[j] == 1.0 else 0.0
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def keep_settled(unknowns, delta, stiffness, done, kept):
     """Unknowns (n, lanes), δ, ∂F/∂δ and whether they are done of all lanes, into kept (n + 3, lanes)."""
     n = unknowns.shape[0]
@@ -66,7 +64,7 @@ def keep_settled(unknowns, delta, stiffness, done, kept):
         kept[n, j], kept[n + 1, j], kept[n + 2, j] = delta[j], stiffness[j], done[j]
 
 
-@njit(**OPTIONS)
+@part(FUSED)
 def restore_settled(unknowns, delta, stiffness, done, kept):
     """Lanes that were done get back from kept what they had: they must not see that others were not."""
     n = unknowns.shape[0]

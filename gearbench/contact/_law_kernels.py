@@ -10,9 +10,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-from gearbench.contact._kernels import SUMS
+from gearbench.compiled import FUSED, SUMS, entry, part
 from gearbench.contact._logarithm_kernels import LN2, MAGIC, MANTISSA, ONE, level_start, logarithm_parts
 from gearbench.contact.law import TANGENT_FROM
 
@@ -23,11 +22,8 @@ _LEAST = 1e-40
 #: κ − ln s from which L is guessed by its series.
 _FAR = 110.0
 
-# exponents read off the bits bear no other order of sums
-_OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True, "fastmath": {"contract"}}
 
-
-@njit(**_OPTIONS)
+@part(FUSED)
 def split(bits, mantissa, exponent):
     """Mantissa in [1, 2) and exponent of positive doubles, through their bits."""
     for j in range(bits.size):
@@ -35,7 +31,7 @@ def split(bits, mantissa, exponent):
         exponent[j] = (bits[j] >> 52) | MAGIC
 
 
-@njit(**_OPTIONS)
+@part(FUSED)
 def first_level(kappa, x, mantissa, exponent, level):
     """First guess of L with L − ln L = κ − ln x, and x ← x / L; the greatest right side."""
     greatest = 0.0
@@ -47,7 +43,7 @@ def first_level(kappa, x, mantissa, exponent, level):
     return greatest
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@part()
 def far_level(kappa, x, edge, s, level):
     """As ``first_level`` where the right side is beyond what the rational approximation is for."""
     for j in range(x.size):
@@ -59,7 +55,7 @@ def far_level(kappa, x, edge, s, level):
             x[j] = compressed / level[j]
 
 
-@njit(**_OPTIONS)
+@part(FUSED)
 def last_level(kappa, mantissa, exponent, level):
     """L to the last digits, from its first guess and the mantissa and exponent of x/L."""
     for j in range(level.size):
@@ -75,7 +71,7 @@ def last_level(kappa, mantissa, exponent, level):
         level[j] = L - (L - kappa[j] + logarithm) * L / (L - 1.0)
 
 
-@njit(cache=True, error_model="numpy", nogil=True, fastmath=SUMS)
+@part(SUMS)
 def apply_law(s, constants, level, force, weight):
     """Forces, slopes, and ΣP, ΣdP/ds and ∫ΣP ds of segments compressed by s, of known L."""
     a, h, edge, soft, whole, excess = constants[0], constants[1], constants[3], constants[4], constants[5], constants[6]
@@ -102,7 +98,7 @@ def apply_law(s, constants, level, force, weight):
     return total, slope, value
 
 
-@njit(**_OPTIONS)
+@part(FUSED)
 def apply_laws(s, constants, scratch, bits, force, weight):
     """Fill forces and slopes of segments compressed by s; ΣP, ΣdP/ds and ∫ΣP ds.
 
@@ -124,7 +120,7 @@ def apply_laws(s, constants, scratch, bits, force, weight):
     return apply_law(s, constants, level, force, weight)
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@part()
 def law_constants(a, h, soft, constants, scratch, force, weight):
     """Fill the rows of ``constants`` with what forces follow from; the other arrays are scratch.
 
@@ -154,3 +150,14 @@ def law_constants(a, h, soft, constants, scratch, force, weight):
                 low = p - over / h[j]
                 energy = h[j] * low * low * (0.5 * level[j] - 0.25) + over * (low + over / (2.0 * h[j]))
                 constants[6, j] = 2.0 / 3.0 * soft[j] * p - energy
+
+
+@entry()
+def law_forces(s, a, h, soft):
+    """Forces of segments compressed by s."""
+    n = s.size
+    constants, scratch = np.empty((CONSTANTS, n)), np.empty((SCRATCH, n))
+    force, slope = np.empty(n), np.empty(n)
+    law_constants(a, h, soft, constants, scratch, force, slope)
+    apply_laws(s, constants, scratch, scratch.view(np.int64), force, slope)
+    return force

@@ -6,7 +6,8 @@ The functions are written into the loops that call them, which become vector ins
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from gearbench.compiled import FUSED, part
 
 # Bits of a double: mantissa mask, exponent of 1.0, and the trick that reads an exponent field as a double.
 MANTISSA, ONE = np.int64(0x000FFFFFFFFFFFFF), np.int64(0x3FF0000000000000)
@@ -23,7 +24,7 @@ BOTTOM_0, BOTTOM_1, BOTTOM_2 = -1.3412269292221055e-05, -0.005223620965804569, -
 BOTTOM_3, BOTTOM_4 = -1.5703000265079305, -0.14966709188859736
 
 
-@njit(inline="always")
+@part(FUSED)
 def level_start(kappa, mantissa, exponent):
     """Of x = ``mantissa`` · 2^``exponent``: ℓ = κ − ln x, and of the first guess of L with L − ln L = ℓ the parts.
 
@@ -38,7 +39,7 @@ def level_start(kappa, mantissa, exponent):
     return y, bottom, product, 1.0 / (bottom * product)
 
 
-@njit(inline="always")
+@part(FUSED)
 def logarithm_parts(mantissa, exponent):
     """e, f and r with ln x = e ln 2 + 2 f r to the last digits, of x = ``mantissa`` · 2^``exponent``."""
     m, e = mantissa, exponent - MAGIC_VALUE

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
-_OPTIONS = {"cache": True, "error_model": "numpy", "nogil": True}
+from gearbench.compiled import entry, part
 
 
-@njit(**_OPTIONS)
+@entry()
 def compressions(rows, factor, q, block, delta, gaps, scale, active, s):
     """Fill s = δ − e − Ψ q at the beginning, middle and end of each cell; −1 where there is no line.
 
@@ -32,7 +31,7 @@ def compressions(rows, factor, q, block, delta, gaps, scale, active, s):
                 own[j] = delta[i] - gap[j] * unit - smooth[j]
 
 
-@njit(**_OPTIONS)
+@part()
 def zero_within(begin, middle, end, a, b):
     """Zero next to the middle of [a, b] of the parabola through values at −1, 0 and 1; within [a, b]."""
     linear, square = (end - begin) / 2, (end + begin) / 2 - middle
@@ -48,7 +47,7 @@ def zero_within(begin, middle, end, a, b):
     return min(max(at, a), b)
 
 
-@njit(**_OPTIONS)
+@part()
 def loaded_halves(s, y, half, panel, least, begin, end):
     """Patches of one line: fills where they begin and end, and returns how many there are.
 
@@ -78,7 +77,7 @@ def loaded_halves(s, y, half, panel, least, begin, end):
     return count
 
 
-@njit(**_OPTIONS)
+@part()
 def share_nodes(width, nodes, count):
     """Fill how many of the ``nodes`` of a line each of its patches gets: in proportion to the roots of the widths."""
     n, whole, left = width.size, 0.0, nodes
@@ -94,7 +93,7 @@ def share_nodes(width, nodes, count):
         count[order[i]] += 1
 
 
-@njit(**_OPTIONS)
+@entry()
 def patch_nodes(s, y, half, panel, active, least, gauss_nodes, gauss_weights, at, width):
     """Fill nodes and widths of Gauss points on the patches of each line, (position, pair, node).
 

@@ -110,7 +110,7 @@ def _compression(problem: ContactProblem, guess: Guess) -> NDArray:
     from gearbench.contact._patch_kernels import compressions
 
     s = np.empty(along.gaps.shape)
-    block, scale = problem.block[:: problem.shape[2]], problem.length_scale * along.share
+    block, scale = np.ascontiguousarray(problem.block[:: problem.shape[2]]), problem.length_scale * along.share
     compressions(along.rows, along.factor, guess.q, block, guess.delta, along.gaps, scale, along.lines.active, s)
     return s
 

@@ -202,15 +202,11 @@ def responses(p: ContactProblem) -> NDArray | None:
 
 def law_forces(problem: ContactProblem, delta: NDArray, q: NDArray) -> NDArray:
     """Forces (position, segment) of the contact law under δ (position,) and amplitudes (position, block, rank)."""
-    from gearbench.contact._law_kernels import CONSTANTS, SCRATCH, apply_laws, law_constants
+    from gearbench.contact._law_kernels import law_forces as forces
 
-    p, force = problem, np.zeros_like(problem.gap)
+    p, force, active = problem, np.zeros_like(problem.gap), problem.active
     z = (p.factor[..., None, :] @ q[:, p.block][..., None])[..., 0, 0] + p.gap
-    n = np.count_nonzero(p.active)
-    (own, slope), constants, scratch = np.empty((2, n)), np.empty((CONSTANTS, n)), np.empty((SCRATCH, n))
-    law_constants(p.a[p.active], p.h[p.active], p.soft[p.active], constants, scratch, own, slope)
-    apply_laws((delta[:, None] - z)[p.active], constants, scratch, scratch.view(np.int64), own, slope)
-    force[p.active] = own
+    force[active] = forces((delta[:, None] - z)[active], p.a[active], p.h[active], p.soft[active])
     return force
 
 

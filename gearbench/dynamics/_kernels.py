@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from gearbench.compiled import entry, part
 
 #: Samples solved side by side.
 LANES = 8
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@part()
 def _free(by, s, count, p, v):
     for r in range(count):
         pp, pv, vp, vv = by[0, s, r], by[1, s, r], by[2, s, r], by[3, s, r]
@@ -19,7 +20,7 @@ def _free(by, s, count, p, v):
             v[r, j] = vp * here + vv * speed
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@entry()
 def monodromy(own, half, a, kick, dt, r, counts):
     """Map (speed, 2·mode, 2·mode) of (p, v/ω_r) over a period of kicks (1 or speed, mesh, step) between free motion.
 
@@ -55,7 +56,7 @@ def monodromy(own, half, a, kick, dt, r, counts):
     return out
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@entry()
 def force_squares(stiffness, drive, dynamic):
     """Σ|f̂_n|² (speed, lane) of (K + D) x = b, f̂ = −D x; orders 1 … H, order 0 eliminated before.
 
@@ -88,7 +89,7 @@ def force_squares(stiffness, drive, dynamic):
     return out
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@part()
 def _eliminate(A, b, k):
     """Solve rows k, k+1 for their unknowns and put them into all rows above."""
     lanes = b.shape[1]

@@ -53,7 +53,7 @@ SHORT, REPEATS = 2.0, 3
 class Meshed(ComplianceEffect):
     """Pinion and wheel (driven) on meshes that were solved, in place of tooth and body."""
 
-    flanks: tuple[FlankCompliance, FlankCompliance]
+    both: tuple[FlankCompliance, FlankCompliance]
     coupled: bool
 
     name: ClassVar[str] = "meshed"
@@ -63,8 +63,8 @@ class Meshed(ComplianceEffect):
     def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense:
         """Factor of both gears side by side, (position, pair, segment, rank), or the matrix of coupled pairs."""
         if self.coupled:
-            return Dense(matrix=flank_matrix(self.flanks, lines), positive=True)
-        return LowRank(factor=flank_factor(self.flanks, lines))
+            return Dense(matrix=flank_matrix(self.both, lines), positive=True)
+        return LowRank(factor=flank_factor(self.both, lines))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -242,7 +242,7 @@ def with_blocks(scene: Scene, blocks: Sequence[NDArray]) -> Scene:
 
 def _with_flanks(scene: Scene, flanks: Sequence[FlankCompliance]) -> Scene:
     coupled = scene.effect(GearBody.name) is not None
-    given = Meshed(flanks=(flanks[0], replace(flanks[1], driven=True)), coupled=coupled)
+    given = Meshed(both=(flanks[0], replace(flanks[1], driven=True)), coupled=coupled)
     kept = (effect for effect in scene.effects if effect.name not in (ToothBending.name, GearBody.name))
     return replace(scene, effects=(given, *kept))
 

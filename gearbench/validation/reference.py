@@ -81,11 +81,11 @@ class SolvedTeeth(Tooth):
 
     Parameters
     ----------
-    flanks
+    both
         Flanks of pinion and wheel.
     """
 
-    flanks: tuple[FlankCompliance, FlankCompliance]
+    both: tuple[FlankCompliance, FlankCompliance]
 
     name: ClassVar[str] = ToothBending.name
     summary: ClassVar[str] = ToothBending.summary
@@ -104,12 +104,12 @@ class SolvedTeeth(Tooth):
     def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense:
         """Factor of both teeth side by side, or the matrix of all pairs where the gears are on their bodies."""
         if GearBody.name in beside:
-            return Dense(matrix=flank_matrix(self.flanks, lines), positive=True)
-        return LowRank(factor=flank_factor(self.flanks, lines))
+            return Dense(matrix=flank_matrix(self.both, lines), positive=True)
+        return LowRank(factor=flank_factor(self.both, lines))
 
     def tooth_factor(self, pair: Pair, role: Role, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
         """Ψ of one tooth; see ``ToothCompliance``."""
-        return self.flanks[role].factor(height, y)
+        return self.both[role].factor(height, y)
 
 
 def solved_reference(reference: Scene) -> Scene:
@@ -128,4 +128,4 @@ def finest_level(reference: Scene) -> Scene:
 
 def _with_flanks(reference: Scene, flanks: tuple[FlankCompliance, FlankCompliance]) -> Scene:
     kept = [effect for effect in reference.effects if effect.name != ToothBending.name]
-    return replace(reference, effects=(SolvedTeeth(flanks=flanks), *kept))
+    return replace(reference, effects=(SolvedTeeth(both=flanks), *kept))
