@@ -57,7 +57,7 @@ def plate_for_finite_elements(monkeypatch):
 
 def answer(monkeypatch, compliance) -> None:
     """Let finite elements answer with ``compliance(lines)``; plates answer as ever."""
-    monkeypatch.setattr(ToothBending, "flanks", lambda *_: None)
+    monkeypatch.setattr(ToothBending, "flank_compliances", lambda *_: None)
 
     def chosen(tooth, lines, beside):
         return compliance(lines) if tooth.meshed else PLATE(tooth, lines, beside)

@@ -58,7 +58,7 @@ def smooth_compliance(
 def _summed(
     adding: Sequence[ComplianceEffect], lines: ContactLines, beside: Mapping[str, Effect]
 ) -> tuple[Smooth, list[LineLaw]]:
-    flanks = {effect: found for effect in adding if (found := effect.flanks(lines, beside)) is not None}
+    flanks = {effect: found for effect in adding if (found := effect.flank_compliances(lines, beside)) is not None}
     parts = {effect: effect.compliance(lines, beside) for effect in adding if effect not in flanks}
     laws = tuple(effect for effect, part in parts.items() if isinstance(part, LineLaw))
     found = _only_laws(list(parts.values()))

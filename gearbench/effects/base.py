@@ -169,7 +169,7 @@ class ComplianceEffect(Effect):
     def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense | LineLaw:
         """Compliance of the segments of ``lines``; ``beside`` are the effects of the scene, this one among them."""
 
-    def flanks(self, lines: ContactLines, beside: Effects) -> Flanks | None:
+    def flank_compliances(self, lines: ContactLines, beside: Effects) -> Flanks | None:
         """The same as compliances of the flanks of both gears, where it is known in that form; by default it is not.
 
         Such compliances are summed before the contact lines are looked at.

@@ -71,10 +71,10 @@ class GearBody(ToothCompliance):
 
     def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense:
         """Factor of both gears side by side, (position, pair, segment, rank); of all pairs if they are coupled (R8)."""
-        flanks = self.flanks(lines, beside)
+        flanks = self.flank_compliances(lines, beside)
         return self.both_teeth(lines, beside) if flanks is None else flanks.on(lines)
 
-    def flanks(self, lines: ContactLines, beside: Effects) -> Flanks | None:
+    def flank_compliances(self, lines: ContactLines, beside: Effects) -> Flanks | None:
         """Compliance of both flanks, of rings."""
         if self.model != "ring" or _meshed(beside):
             return None

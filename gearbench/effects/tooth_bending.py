@@ -132,10 +132,10 @@ class ToothBending(Tooth):
 
     def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense:
         """Factor of both teeth side by side, (position, pair, segment, rank); matrix of all pairs of meshed bodies."""
-        flanks = self.flanks(lines, beside)
+        flanks = self.flank_compliances(lines, beside)
         return self.both_teeth(lines, beside) if flanks is None else flanks.on(lines)
 
-    def flanks(self, lines: ContactLines, beside: Effects) -> Flanks | None:
+    def flank_compliances(self, lines: ContactLines, beside: Effects) -> Flanks | None:
         """Compliance of both flanks, but of plates."""
         if self.model == "plate":
             return None
