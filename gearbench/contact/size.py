@@ -6,14 +6,15 @@ import math
 from collections.abc import Iterable
 
 from gearbench.budget import SMALL, memory_limit, require
+from gearbench.contact.smooth import joined_flanks
 from gearbench.effects.base import ComplianceEffect, Dense, LowRank
 from gearbench.geometry.action import contact_lines, pair_indices
 from gearbench.scene import Scene
 
 #: Numbers that are kept at the same time, at most: for each two segments of a position where all pairs of teeth move
 #: each other, for each segment and column of Ψ (of pairs that move each other, and of others), and for each segment
-#: (contact lines, gaps, laws, results). Measured, with a quarter in reserve.
-SQUARE, COLUMN, SEGMENT = 3.0, (2.5, 3.4), 30.0
+#: (contact lines, gaps, laws, results; likewise). Measured, with a tenth and more in reserve.
+SQUARE, COLUMN, SEGMENT = 3.4, (2.5, 3.4), (62.0, 30.0)
 #: Columns that no Ψ has more of: while the size with them is small, the columns are not counted.
 MOST_COLUMNS = 1500
 #: Numbers of a solution that are kept while others are solved, and put together at the end, for each segment of a
@@ -60,7 +61,7 @@ def _of_position(pairs: int, segments: int, columns: int, *, coupled: bool) -> f
     n = pairs * segments
     # of pairs that deflect by themselves, the compliance of each is reduced where it has more columns than segments
     square = n * n if coupled else n * segments * (columns > segments)
-    return _NUMBER * (SQUARE * square + n * (COLUMN[not coupled] * columns + SEGMENT))
+    return _NUMBER * (SQUARE * square + n * (COLUMN[not coupled] * columns + SEGMENT[not coupled]))
 
 
 def kept_memory(scene: Scene, positions: int) -> float:
@@ -80,14 +81,16 @@ def _columns(scene: Scene) -> tuple[int, bool]:
     lines = contact_lines(scene.pair, [0.5], 1)
     acting = [effect for effect in scene.acting_effects if isinstance(effect, ComplianceEffect)]
     beside = {effect.name: effect for effect in scene.acting_effects}
+    ready = [effect for effect in acting if not effect.preparation(scene.pair, scene.effects_by_name)]
     columns, coupled, law = 0, False, False
-    for effect in acting:
-        if effect.preparation(scene.pair, scene.effects_by_name):  # finite elements that are not there yet
-            columns, coupled = columns + MOST_COLUMNS // 10, "gear_body" in beside
-            continue
+    if len(ready) < len(acting):  # finite elements that are not there yet
+        columns, coupled = MOST_COLUMNS // 10, "gear_body" in beside
+    flanks = [part for effect in ready if (part := effect.flank_compliances(lines, beside)) is not None]
+    summed = len(joined_flanks(flanks)) < len(flanks)  # a few positions at a time, no columns are kept
+    for effect in ready:
         part = effect.compliance(lines, beside)
         law = law or not isinstance(part, (LowRank, Dense))
-        columns += part.factor.shape[-1] if isinstance(part, LowRank) else 0
+        columns += part.factor.shape[-1] if isinstance(part, LowRank) and not summed else 0
         coupled = coupled or isinstance(part, Dense) or (isinstance(part, LowRank) and part.coupled)
     return columns, coupled or not law
 

@@ -64,7 +64,7 @@ def _summed(
     found = _only_laws(list(parts.values()))
     smooth = [part for part in parts.values() if not isinstance(part, LineLaw)]
     del parts
-    smooth += [part.on(lines) for part in _joined(list(flanks.values()))]
+    smooth += [part.on(lines) for part in joined_flanks(list(flanks.values()))]
     own = [part for part in smooth if isinstance(part, LowRank) and not part.coupled]
     if laws and len(own) == len(smooth):
         return Smooth(laws=laws, factor=_own_factor(own, lines), matrix=None), found
@@ -72,7 +72,7 @@ def _summed(
     return Smooth(laws=laws, factor=none, matrix=_shared_compliance(smooth, lines)), found
 
 
-def _joined(parts: list[Flanks]) -> list[Flanks]:
+def joined_flanks(parts: list[Flanks]) -> list[Flanks]:
     """``parts`` of the same polynomials as one: teeth and the bodies that they stand on."""
     if len(parts) != 2 or all(part.coupled for part in parts):
         return parts
