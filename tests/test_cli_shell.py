@@ -114,8 +114,8 @@ def test_options_of_several_commands_are_defined_once():
     assert {name: len(ids) for name, ids in found.items()} == dict.fromkeys(found, 1)
 
 
-#: Outputs that are folders.
-OF_THEIR_OWN = {("optimise", "output"), ("validate", "output"), ("cost", "output")}
+#: Outputs that are folders, and processes in place of threads.
+OF_THEIR_OWN = {("optimise", "output"), ("validate", "output"), ("cost", "output"), ("optimise", "threads")}
 
 
 def test_units_in_brackets_are_shown(run, monkeypatch):

@@ -223,7 +223,10 @@ def test_derivatives_of_a_profile_are_those_of_its_deviation() -> None:
         assert_allclose(here[1], (up[0] - down[0]) / (2 * h), atol=1e-7)
         assert_allclose(here[2], (up[1] - down[1]) / (2 * h), rtol=1e-5, atol=1e-7)
         n_up, n, n_down = (piece.normal(roll + d) for d in (h, 0.0, -h))
-        for value, slope in ((0, 1), (2, 4), (3, 5)):
+        turns = (n_up[0] - n_down[0]) / (2 * h)
+        length, r_b = roll - here[0], piece.base_radius
+        assert_allclose(n[1], np.hypot(length, r_b * here[1]) / (1 + r_b * turns), rtol=1e-5)
+        for value, slope in ((2, 4), (3, 5)):
             assert_allclose(n[slope], (n_up[value] - n_down[value]) / (2 * h), rtol=1e-5, atol=1e-7)
 
 

@@ -38,6 +38,7 @@ WRITERS = {
     "studies/s04_paper_validation/pictures.py": TO_READ,
     "studies/s06_paper_fronts/search.py": "times of the legs of a search, for its report alone",
     "studies/s06_paper_fronts/tables.py": TO_READ,
+    "studies/s07_accuracy_cost/bodies.py": TO_READ,
     "studies/s10_fronts_on_bodies/pictures.py": TO_READ,
     "studies/s11_gears_in_use/data.py": SEALED,
     "studies/s12_fronts_off_line/pictures.py": TO_READ,

@@ -17,6 +17,7 @@ from unittest import mock
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray
 
 #: Longest line of an error, and longest run [s].
 LINE, SECONDS = 300, 30
@@ -135,12 +136,23 @@ UNKNOWN = ("_standard_error", "_first_order", "_total", "_tightened", "_noise_fl
 
 
 def unfit(path: Path) -> list[str]:
-    """NaN and infinities in a result."""
+    """NaN and infinities in a result, but for phases that a point of a sweep has not: their weight is zero."""
     if path.suffix != ".nc":
         return []
     with h5py.File(path, "r") as file:
         return [
             f"{name} is not finite"
             for name, values in file.items()
-            if values.dtype.kind == "f" and not np.isfinite(values[...]).all() and not name.endswith(UNKNOWN)
+            if values.dtype.kind == "f" and not name.endswith(UNKNOWN) and not _known(name, values[...], file)
         ]
+
+
+def _known(name: str, values: NDArray, file: h5py.File) -> bool:
+    """Whether ``values`` are finite at all mesh phases that count."""
+    weight = file["phase_weight"][...] if "phase_weight" in file else np.ones(())
+    if weight.all():
+        return bool(np.isfinite(values).all())
+    if name.startswith("panel_"):
+        return bool(np.isfinite(values[..., 0]).all())
+    counts = weight > 0
+    return bool(np.isfinite(values[counts] if values.shape[: weight.ndim] == weight.shape else values).all())
