@@ -51,29 +51,29 @@ def test_the_page_says_what_the_stored_fronts_show(kept):
     def row(name: str, digits: int = 0) -> list[float]:
         return [round(found[tool][name], digits) for tool in TOOLS]
 
-    assert row("gears on the front of the solid") == [27, 68, 53]
+    assert row("gears on the front of the solid") == [28, 57, 54]
     assert row("gears on the front of the plate") == [79, 66, 68]
-    assert row("of these, on the front of both together") == [4, 47, 32]
-    assert row("hypervolume of the solid's front", 3) == [0.507, 0.418, 0.408]
-    assert row("hypervolume of the plate's front, judged by the solid", 3) == [0.493, 0.411, 0.399]
-    for name, m_k, m_ste in (("median", [-32, -22, -9], [-2, -11, -11]), ("least", [-61, -31, -29], [-46, -36, -28])):
+    assert row("of these, on the front of both together") == [4, 40, 34]
+    assert row("hypervolume of the solid's front", 3) == [0.507, 0.413, 0.398]
+    assert row("hypervolume of the plate's front, judged by the solid", 3) == [0.492, 0.408, 0.391]
+    for name, m_k, m_ste in (("median", [-27, -20, -8], [-4, -12, -12]), ("least", [-61, -31, -28], [-46, -36, -28])):
         comma = ", least" if name == "least" else " from plate to solid, median"
         assert (row(f"m_k{comma} [%]"), row(f"m_ste{comma} [%]")) == (m_k, m_ste)
-    assert (row("m_k, greatest [%]"), row("m_ste, greatest [%]")) == ([-18, -17, 0], [107, 41, -1])
-    assert row("rank correlation of m_k", 2) == [0.66, 1.0, 0.98]
+    assert (row("m_k, greatest [%]"), row("m_ste, greatest [%]")) == ([-18, -17, 0], [107, 41, -3])
+    assert row("rank correlation of m_k", 2) == [0.61, 0.99, 0.98]
     assert [round(100 * found[tool]["largest lead of a row of Table 2"], 1) for tool in TOOLS] == [-4.7, -0.2, -1.1]
 
 
 def test_what_the_fronts_are_made_of(kept):
     crowned = [[int((kept["crowning"].values[on_front(kept, t, m)] > 2).sum()) for t in TOOLS] for m in MODELS]
-    assert crowned == [[42, 20, 26], [0, 13, 0]]
+    assert crowned == [[42, 20, 26], [0, 4, 0]]
     own = on_front(kept, 1, "solid")
     quiet = own & (kept["m_ste_solid"].values < 0.23)
-    assert (own.sum(), quiet.sum()) == (27, 23)
+    assert (own.sum(), quiet.sum()) == (28, 24)
     assert set(kept["helix_angle"].values[quiet]) == {25.0}
     assert kept["crowning"].values[quiet].max() == 0
     loud = own & ~quiet
-    assert round(kept["m_k_solid"].values[quiet].min() - kept["m_k_solid"].values[loud].min(), 2) == 0.16
+    assert round(kept["m_k_solid"].values[quiet].min() - kept["m_k_solid"].values[loud].min(), 2) == 0.13
     assert 6.5 < kept["m_ste_solid"].values[loud].min() / kept["m_ste_solid"].values[quiet].max() < 7.5
 
 
@@ -90,8 +90,8 @@ def test_rows_of_the_table_beside_the_fronts(kept):
         assert all(lead(row, solid) < 0 for row in theirs)
     assert covered == [(7, 7), (12, 13), (10, 11)]
     assert farthest[1:] == [0.5, 0.8]
-    assert gains == [43, 21, 22]
-    assert misses == [(24, 50), (0, 5), (1, 7)]
+    assert gains == [43, 21, 21]
+    assert misses == [(29, 50), (0, 5), (0, 9)]
 
 
 def _gain(point: NDArray, front: NDArray) -> float:
