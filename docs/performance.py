@@ -67,8 +67,8 @@ and is kept.
    for an error, then doubles the samples until three standard errors fit into the rest.
 
 On wide helical pairs with relief on their bodies (`python -m studies.s07_accuracy_cost.bodies`, rows in `bodies.csv`
-beside it) 1 % was met on 11 of 11 with contact on the line of action, at 4.2 times the processor time of the cheapest
-settings (median; most 9.8), which nobody knows beforehand, and on 5 of 8 with contact off it, where crowned flanks
+beside it) 1 % was met on 12 of 12 with contact on the line of action, at 4.5 times the processor time of the cheapest
+settings (median; most 9.8), which nobody knows beforehand, and on 4 of 7 with contact off it, where crowned flanks
 converge slowly in the segments. 0.1 % is out of reach of most solid teeth: with 29 functions along the height their
 order leaves 0.02 to 0.4 %.
 
