@@ -80,8 +80,10 @@ def _sum_of_two(into, column, values, rows, columns, offset, factor):
 
 
 @part(FUSED)
-def _assemble(rows, i, sizes, values, offset, factor, begun, starts, side_offset, side_factor):
+def _assemble(rows, i, chain, sides):
     """The rows of block i from those not yet eliminated: itself, the next two, and right of these the border."""
+    sizes, values, offset, factor = chain
+    begun, starts, side_offset, side_factor = sides
     band = rows.shape[1] - starts[-1]
     column = band - sizes[i] - sizes[i + 1] - sizes[i + 2]
     for r in range(sizes[i]):
@@ -130,24 +132,7 @@ def _add_lower(border, condensed, columns):
 
 
 @entry(FUSED)
-def condense_chain(
-    border,
-    held,
-    condensed,
-    columns,
-    sizes,
-    values,
-    offset,
-    factor,
-    begun,
-    starts,
-    side_offset,
-    side_factor,
-    numbers,
-    routines,
-    letters,
-    ones,
-):
+def condense_chain(border, held, condensed, columns, chain, sides, numbers, routines):
     """C − BᵀK⁻¹B in the place of C; False if K is not positive definite.
 
     Parameters
@@ -158,33 +143,26 @@ def condense_chain(
         Memory for the rows of three blocks, (3, largest block, three largest blocks + border), and for (m, m).
     columns
         Columns of C and B in the order in which they begin, (m,).
-    sizes
-        Of the blocks, and four zeros beyond the last, (count + 4,).
-    values, offset, factor
-        Blocks (i, i + apart) are sums of two matrices times factors (3, count, 2), which begin in values at offset.
-    begun
-        Number of groups of columns that have begun at each block, or above it, (count,).
-    starts
-        First of the ``columns`` of each group, and the number of them all, (groups + 1,).
-    side_offset, side_factor
-        B likewise, (count, groups, 2).
-    numbers
-        Memory for what BLAS is called with, eight integers of 32 bits.
-    routines
-        ``gearbench.compliance.lapack.addresses``.
-    letters, ones
-        ``LETTERS`` and ``ONES``.
+    chain
+        Sizes of the blocks, and four zeros beyond the last, (count + 4,); numbers; where in them the two matrices begin
+        that block (i, i + apart) is the sum of, (3, count, 2), and factors of these.
+    sides
+        Number of groups of columns that have begun at each block, or above it, (count,); first of the ``columns`` of
+        each group, and the number of them all, (groups + 1,); blocks of B likewise, (count, groups, 2).
+    numbers, routines
+        Memory for what BLAS is called with, six integers of 32 bits; ``gearbench.compliance.lapack.addresses``.
     """
+    sizes, begun, starts = chain[0], sides[0], sides[1]
     count, (_, most, line) = len(begun), held.shape
     band, m = line - starts[-1], len(columns)
     condensed[:] = 0.0
     numbers[_LEADING], numbers[_LEADING_BORDER] = line, max(m, 1)
-    blas = (numbers, routines, np.int64(letters.ctypes.data), np.int64(ones.ctypes.data))
+    blas = (numbers, routines, np.int64(LETTERS.ctypes.data), np.int64(ONES.ctypes.data))
     memory, corner = np.int64(held.ctypes.data) + 8 * band, np.int64(condensed.ctypes.data)
     for i in range(-2, count):
         if i + 2 < count:
             rows = held[(i + 2) % 3]
-            _assemble(rows, i + 2, sizes, values, offset, factor, begun, starts, side_offset, side_factor)
+            _assemble(rows, i + 2, chain, sides)
         if i >= 0 and sizes[i]:
             step = 8 * most * line
             own, next1, next2 = memory + i % 3 * step, memory + (i + 1) % 3 * step, memory + (i + 2) % 3 * step

@@ -122,7 +122,7 @@ class Chain:
         numpy.linalg.LinAlgError
             If K is not positive definite.
         """
-        from gearbench.compliance._chain_kernels import LETTERS, ONES, condense_chain
+        from gearbench.compliance._chain_kernels import condense_chain
 
         count, most = len(self.sizes), int(self.sizes.max(initial=0))
         there = sides.blocks.factors.any(axis=2)
@@ -136,20 +136,11 @@ class Chain:
         more, side_offset = sides.blocks.values()
         m = len(columns)
         result = np.array(border, dtype=float, order="C")
-        tables = offset, self.blocks.factors, begun, starts, side_offset[:, order] + len(values)
-        fine = condense_chain(
-            result,
-            np.empty((3, most, min(3, count) * most + m)),
-            np.empty((m, m)),
-            columns,
-            np.append(self.sizes, np.zeros(4, dtype=int)),
-            np.concatenate([values, more]),
-            *map(np.ascontiguousarray, (*tables, sides.blocks.factors[:, order])),
-            np.zeros(8, dtype=np.int32),
-            addresses(),
-            LETTERS,
-            ONES,
-        )
-        if not fine:
+        memory = np.empty((3, most, min(3, count) * most + m)), np.empty((m, m))
+        sizes, together = np.append(self.sizes, np.zeros(4, dtype=int)), np.concatenate([values, more])
+        chain = sizes, together, offset, np.ascontiguousarray(self.blocks.factors)
+        begin = np.ascontiguousarray(side_offset[:, order] + len(values))
+        groups = begun, starts, begin, np.ascontiguousarray(sides.blocks.factors[:, order])
+        if not condense_chain(result, *memory, columns, chain, groups, np.zeros(6, dtype=np.int32), addresses()):
             raise np.linalg.LinAlgError("a matrix is not positive definite")
         return result
