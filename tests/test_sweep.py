@@ -53,6 +53,10 @@ def assert_equal(point, single):
             found, wanted = (x[name.replace("_phase", "_amplitude")] * np.exp(1j * x[name]) for x in (point, single))
         if "position" in found.dims:
             found = found.isel(position=slice(single.sizes["position"]))
+        if name.endswith("_phase") and found.dims == ("harmonic",):
+            # of a harmonic that is rounding nothing is known: the harmonics themselves are compared
+            amplitude = name.replace("_phase", "_amplitude")
+            found, wanted = (each[amplitude] * np.exp(1j * each[name]) for each in (point, single))
         # rounding of the solver, relative to the largest value
         np.testing.assert_allclose(found.values, wanted.values, rtol=0, atol=1e-12 * abs(wanted.values).max())
 

@@ -36,7 +36,7 @@ FINE_SEGMENTS = 40
 #: through all but one may be apart where it is known then [mesh cycles].
 BETWEEN, KNOWN = (1e-3, 1 / 3, 2 / 3, 1 - 1e-3), 2e-4
 #: How far beyond these phases it may be where finer lines say otherwise than coarse ones [mesh cycles].
-BEYOND = 0.012
+BEYOND = 0.06
 #: Phases of a first look around a birth, counted from the one before it, and points between two of them.
 AROUND, SAMPLED = np.array([-1, 0, 1, 2]), 33
 #: Distances [mesh cycles] from a birth at which it is looked for once more.
@@ -89,6 +89,9 @@ def _between(
     doubtful: list[tuple[int, float, int]] = []
     for j, i, points, margin, a, b in zip(load.tolist(), at, inside, margins, low, high, strict=True):
         birth = _zero(points, margin, a, b)
+        if birth is None:  # a straight line goes on where polynomials turn
+            ends = np.abs(margin).argsort()[:2]
+            birth = _zero(points[ends], margin[ends], a, b)
         if birth is not None:
             near = np.sort(np.abs(points - birth).argsort()[:-1])
             again = _zero(points[near], margin[near], a, b)
