@@ -173,9 +173,9 @@ def test_the_compliance_is_made_once(monkeypatch):
         return gearbench.contact.assemble.assemble(scene, lines)
 
     monkeypatch.setattr(shared, "assemble", counted)
-    sweep(UNIFORM, {"effects.crowning.amount": [0.0, 4.0, 8.0]}, torque=[50.0, 100.0])
+    found = sweep(UNIFORM, {"effects.crowning.amount": [0.0, 4.0, 8.0]}, torque=[50.0, 100.0])
     assert len(calls) == 1
-    assert "missing" not in sweep(UNIFORM, torque=[50.0, 100.0]).attrs
+    assert "missing" not in found.attrs
     sweep(UNIFORM, {"segments": [10, 15]}, torque=[50.0, 100.0])
     assert len(calls) == 3
 
