@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 
 from gearbench import load_scene
+from gearbench.accuracy.knobs import with_order
 from gearbench.contact.assemble import scene_lines
 from gearbench.contact.transitions import transitions
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.scene import Load, Scene
+from studies.s07_accuracy_cost.bodies import wide_scenes
 from tests.test_architecture import ROOT
 
 
@@ -31,6 +33,15 @@ def test_births_of_spur_pairs_are_known_from_the_first_look(name: str, share: fl
     assert len(known) >= 4
     for phase in known:
         assert min(abs((phase - other + 0.5) % 1.0 - 0.5) for other in exact) < 1e-4
+
+
+def test_a_birth_is_found_far_from_where_coarse_lines_have_it() -> None:
+    """Of a crowned pair with slope, whose coarse solution is a 40th of the cycle off: with more points it was lost."""
+    scene = with_order(wide_scenes(18, 8300)[17], (7, 9, 24))
+    usual, exact = (transitions(scene, exact=more) for more in (False, True))
+    known, found = ({change.side: change.phase for change in changes} for changes in (usual, exact))
+    assert found.keys() == {1, -1}
+    assert known == pytest.approx(found, abs=2e-4)
 
 
 @pytest.mark.parametrize(("name", "share"), [("e_drive_input", 1.0), ("large_wheel", 0.1), ("rim_17_43", 1.0)])

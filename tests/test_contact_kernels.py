@@ -1,5 +1,7 @@
 """Compiled parts of the contact solver against their readable twins."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -9,8 +11,12 @@ from gearbench.contact import _kernels, _law_kernels, solver
 from gearbench.contact.assemble import scene_lines
 from gearbench.contact.law import compression, inverse
 from gearbench.contact.patches import patch_nodes
+from gearbench.contact.pieces import rows_at
 from gearbench.contact.problem import ContactProblem
 from gearbench.contact.solver import Guess, newton
+from gearbench.effects.off_line_contact import OffLineContact
+from gearbench.effects.tip_relief import TipRelief
+from gearbench.geometry.quadrature import interpolation
 from tests.contact_twin import solve_one
 from tests.patch_twin import patch_nodes as twin_nodes
 from tests.test_architecture import ROOT
@@ -50,6 +56,31 @@ def test_the_law_of_many_segments_is_that_of_each(linear):
     assert_allclose(P, each[0], rtol=1e-14)
     assert_allclose(W, each[1], rtol=1e-14)
     assert_allclose([total, slope, energy], each.sum(axis=1), rtol=1e-12)
+
+
+def test_values_between_the_nodes_of_pieces_are_those_of_their_polynomials():
+    """Of a helical pair off the line of action, whose lines have three pieces; Legendre polynomials are the twin."""
+    scene = load_scene(ROOT / "examples" / "gears" / "large_wheel.toml")
+    relief = TipRelief(amount=20.0, length=1.5)
+    lines = scene_lines(replace(scene, effects=(*scene.effects, OffLineContact(), relief)), np.linspace(0.0, 0.9, 9))
+    uncut, rng = lines.uncut(22), np.random.default_rng(6)
+    assert uncut.panel is not None
+    assert uncut.panel.max() == 2
+    low, high = lines.ends
+    y = low + (high - low) * rng.uniform(size=(*lines.shape[:2], 50))
+    found, half = rows_at(uncut, y), uncut.length * np.cos(lines.pair.meshing.beta_b) / 2
+    for line in zip(*np.nonzero(lines.active), strict=True):
+        end = low[line][0]
+        for piece in np.unique(uncut.panel[line]):
+            own = uncut.panel[line] == piece
+            reach, begin = half[line][own].sum(), end
+            end = begin + 2 * reach
+            there = (y[line] > begin) & (y[line] <= end)
+            twin = interpolation(int(own.sum()), (y[line][there] - begin) / reach - 1)
+            assert_allclose(found[line][np.ix_(there, own)], twin, rtol=0, atol=1e-11)
+            assert not found[line][np.ix_(there, ~own)].any()
+        assert end == pytest.approx(high[line][0], abs=1e-9)
+    assert not found[~lines.active].any()
 
 
 def test_patches_are_those_of_the_readable_twin():

@@ -119,3 +119,49 @@ def patch_nodes(s, y, half, panel, active, least, gauss_nodes, gauss_weights, at
                     at[i, k, first + j] = begin[patch] + reach * (1 + gauss_nodes[m, j])
                     width[i, k, first + j] = reach * gauss_weights[m, j]
                 first += m
+
+
+@entry()
+def rows_on_pieces(y, half, piece, active, at, gauss_nodes, weights, rows):
+    """Fill rows (position, pair, point, node), zero before: polynomials through the nodes y of each piece, at ``at``.
+
+    Beyond both ends of a line as at these. ``half`` are half the widths of the nodes, of which the pieces of a line
+    are made up, (position, pair, node). Row n of ``gauss_nodes`` and ``weights`` holds the rule of n points. The
+    barycentric formula (Berrut and Trefethen, SIAM Review 46, 2004).
+    """
+    positions, pairs, nodes = y.shape
+    points = at.shape[2]
+    first, last = np.empty(nodes, dtype=np.int64), np.empty(nodes, dtype=np.int64)
+    middle, reach = np.empty(nodes), np.empty(nodes)
+    for i in range(positions):
+        for k in range(pairs):
+            if not active[i, k]:
+                continue
+            count, j = 0, 0
+            while j < nodes:
+                begin, width = j, 0.0
+                while j < nodes and piece[i, k, j] == piece[i, k, begin]:
+                    width += half[i, k, j]
+                    j += 1
+                first[count], last[count], reach[count] = begin, j, width
+                # the rule is symmetric
+                middle[count] = (y[i, k, begin] + y[i, k, j - 1]) / 2
+                count += 1
+            for m in range(points):
+                p = 0
+                while p < count - 1 and at[i, k, m] > middle[p] + reach[p]:
+                    p += 1
+                a, n = first[p], last[p] - first[p]
+                t, total, exact = min(max((at[i, k, m] - middle[p]) / reach[p], -1.0), 1.0), 0.0, -1
+                for j in range(n):
+                    distance = t - gauss_nodes[n, j]
+                    if distance == 0.0:
+                        exact = j
+                        break
+                    rows[i, k, m, a + j] = weights[n, j] / distance
+                    total += rows[i, k, m, a + j]
+                for j in range(n):
+                    if exact >= 0:
+                        rows[i, k, m, a + j] = 1.0 if j == exact else 0.0
+                    else:
+                        rows[i, k, m, a + j] /= total

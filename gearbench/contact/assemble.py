@@ -11,13 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.phases import gauss_phases, mirrored_phases, uniform_phases
+from gearbench.contact.pieces import rows_of_cells
 from gearbench.contact.problem import (
     TRUNCATION,
     Along,
     ContactProblem,
+    part_of,
     reduce_rank,
     stiffness_of_law,
     truncated_root,
+    under,
 )
 from gearbench.contact.scaling import by_lever, even_deflection, scale_problem, typical_compression
 from gearbench.contact.size import require_contact_memory
@@ -42,6 +45,8 @@ COARSE_PHASES, COARSE_SEGMENTS, COARSE_NODES, COARSE_TRUNCATION = 24, 12, 0.7, 1
 _REACH = 0.3
 #: Gauss points on a line for each panel that it has, at least: between kinks of the gap the load is smooth.
 ON_PANEL = 5
+#: Gauss points that an uncut line has more for each kink of its deflections.
+ON_BEND = 2
 #: How much farther the lines of a solution reach than flanks as far apart as the gears deflect.
 MARGIN = 1.3
 
@@ -192,12 +197,25 @@ class Look:
         Contact lines and problem, of few segments and functions.
     guess
         Its solution, good to 1e-6 of itself.
+    shares
+        Loads over that of the scene, (load,): lines, problem and guess are those under the first at all phases, then
+        those under the next.
     """
 
     phase: NDArray
     lines: ContactLines
     problem: ContactProblem
     guess: Guess
+    shares: NDArray
+
+    def under(self, shares: NDArray) -> Look:
+        """The same look, which has one load, under others."""
+        count = len(self.phase)
+        each = np.tile(np.arange(count), len(shares))
+        problem = under(part_of(self.problem, each), np.repeat(shares, count))
+        guess = Guess(q=self.guess.q[each], delta=self.guess.delta[each])
+        solve_roughly(problem, guess)
+        return replace(self, lines=self.lines.part(each), problem=problem, guess=guess, shares=shares)
 
 
 @lru_cache(maxsize=16)
@@ -221,7 +239,7 @@ def _look(scene: Scene, phase: NDArray, flanks: Separation | None, span: tuple[f
     problem = assemble(scene, lines, truncation=COARSE_TRUNCATION, nodes=round(COARSE_NODES * smooth_nodes(lines)))
     guess = Guess.nothing(problem)
     solve_roughly(problem, guess)
-    return Look(phase=phase, lines=lines, problem=problem, guess=guess)
+    return Look(phase=phase, lines=lines, problem=problem, guess=guess, shares=np.ones(1))
 
 
 def _widest_span(pair: Pair) -> tuple[float, float]:
@@ -288,10 +306,10 @@ def assemble(
     beside = {effect.name: effect for effect in acting}
     gaps = gaps_along(scene, lines, acting)
     gap, soft = gap_and_variation(gaps)
-    at, rows = lines.uncut(nodes or smooth_nodes(lines)) if lines.cells else (lines, None)
+    at = lines.uncut(nodes or smooth_nodes(lines)) if lines.cells else lines
     adding = [effect for effect in acting if isinstance(effect, ComplianceEffect)]
     compliance, laws = smooth_compliance(adding, at, beside)
-    if rows is None:
+    if not lines.cells:
         return _problem(scene, lines, compliance, laws, gap, soft, truncation)
     if not laws:
         # compliance alone determines the loads: it must be known on every segment
@@ -303,9 +321,9 @@ def assemble(
     own = replace(compliance, factor=np.zeros((*lines.shape, 0)), matrix=None)
     laws = [part for effect in own.laws if isinstance(part := effect.compliance(lines, beside), LineLaw)]
     problem = _problem(scene, lines, own, laws, gap, soft, truncation, smooth.length_scale)
-    factor = smooth.factor.reshape(*at.shape, -1)
+    factor, rows = smooth.factor.reshape(*at.shape, -1), rows_of_cells(at, lines)
     along = Along(
-        scene=scene, effects=tuple(acting), lines=lines, gaps=gaps, factor=factor, rows=rows, laws=own.laws,
+        scene=scene, effects=tuple(acting), lines=lines, gaps=gaps, uncut=at, factor=factor, rows=rows, laws=own.laws,
         nodes=max(at.shape[2], ON_PANEL * (1 + int(lines.panel.max(initial=0)))), share=np.ones(len(gaps)),
     )  # fmt: skip
     # the load on a cell is spread: Ψ is its mean, by Simpson's rule
@@ -329,12 +347,14 @@ def smooth_nodes(lines: ContactLines) -> int:
 
     8 and one for every two modules of its width at 15 segments: on gears in use harmonics then miss by less than 0.2 of
     what they may (``tests/test_resolution.py``). They converge exponentially: √2 as many for twice the cells.
+    Where deflections have kinks pieces between them need ``ON_BEND`` more each.
     """
     meshing = lines.pair.meshing
     tan_b = math.tan(meshing.beta_b)
     path = meshing.path_end - meshing.path_start
     width = min(meshing.face_width, path / tan_b) if tan_b > 0 else meshing.face_width
-    return max(2, math.ceil((8 + width / lines.pair.normal_module / 2) * math.sqrt(lines.shape[2] / 15)))
+    least = 8 + width / lines.pair.normal_module / 2 + ON_BEND * len(lines.bends)
+    return max(2, math.ceil(least * math.sqrt(lines.shape[2] / 15)))
 
 
 def _problem(

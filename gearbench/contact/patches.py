@@ -16,12 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import total_gap
+from gearbench.contact.pieces import rows_at
 from gearbench.contact.problem import ContactProblem, ContactSolution, under
 from gearbench.contact.scaling import scale_problem
 from gearbench.contact.solver import Guess, law_forces, solve, solve_roughly
 from gearbench.effects.base import LineLaw
 from gearbench.geometry.action import SHORTEST, ContactLines
-from gearbench.geometry.quadrature import gauss, interpolation
+from gearbench.geometry.quadrature import gauss
 
 #: How often the ends of patches are found: each time the error of what follows from them is squared.
 ROUNDS = 2
@@ -144,7 +145,7 @@ def _on_nodes(problem: ContactProblem, y: NDArray, width: NDArray) -> ContactPro
     """``problem`` at other nodes of its lines, at y with widths (position, pair, node) [mm]."""
     along = problem.along
     assert along is not None
-    lines, nodes = along.lines, along.lines.at(y, width)
+    nodes = along.lines.at(y, width)
     beside = {effect.name: effect for effect in along.effects}
     parts = [effect.compliance(nodes, beside) for effect in along.laws]
     none = np.zeros(nodes.shape)
@@ -153,9 +154,7 @@ def _on_nodes(problem: ContactProblem, y: NDArray, width: NDArray) -> ContactPro
     if nodes.touch is not None:
         w = nodes.touch.levers[0]
         a, h = (a + h * np.log(w)) / w**2, h / w**2
-    low, high = lines.ends
-    t = (2 * nodes.y - low - high) / np.where(high > low, high - low, 1.0)
-    factor = interpolation(along.factor.shape[2], t) @ along.factor
+    factor = rows_at(along.uncut, nodes.y) @ along.factor
     gap = np.where(nodes.active[..., None], total_gap(along.scene, nodes, along.effects), 0.0)
     new = scale_problem(nodes, gap, none[..., None], a, h, none, problem.force, problem.length_scale, coupled=False)
     new = under(new, along.share)

@@ -29,8 +29,10 @@ class Along:
         Lines whose segments are cells.
     gaps
         Total gap at the beginning, middle and end of each segment, (position, pair, segment, 3) [mm].
+    uncut
+        The lines uncut, see ``ContactLines.uncut``.
     factor
-        Ψ at the nodes of the uncut lines, (position, pair, node, rank).
+        Ψ at their nodes, (position, pair, node, rank).
     rows
         From these nodes to the beginning, middle and end of each segment, (position, pair, segment, 3, node).
     laws
@@ -45,6 +47,7 @@ class Along:
     effects: tuple[Effect, ...]
     lines: ContactLines
     gaps: NDArray
+    uncut: ContactLines
     factor: NDArray
     rows: NDArray
     laws: tuple[ComplianceEffect, ...]
@@ -54,7 +57,7 @@ class Along:
     def part(self, positions: slice | NDArray) -> Along:
         """The same of some of the positions."""
         arrays = {name: getattr(self, name)[positions] for name in ("gaps", "factor", "rows", "share")}
-        return replace(self, lines=self.lines.part(positions), **arrays)
+        return replace(self, lines=self.lines.part(positions), uncut=self.uncut.part(positions), **arrays)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -152,7 +155,9 @@ def under(problem: ContactProblem, share: NDArray) -> ContactProblem:
     e′ = e/f, σ′ = σ/f and g′(P) = g(fP)/f, i.e. a′ = a − h ln f. Units remain those of the whole load.
     """
     f = share[:, None]
-    return replace(problem, gap=problem.gap / f, soft=problem.soft / f, a=problem.a - problem.h * np.log(f))
+    along = replace(problem.along, share=problem.along.share * share) if problem.along else None
+    level = problem.a - problem.h * np.log(f)
+    return replace(problem, gap=problem.gap / f, soft=problem.soft / f, a=level, along=along)
 
 
 def full_factor(problem: ContactProblem, position: int) -> NDArray:

@@ -53,11 +53,10 @@ class LawTable:
 @lru_cache(maxsize=32)
 def law_table(hertz: Hertz, pair: Pair, separation: Separation, typical_load: float) -> LawTable:
     """Table of the law of ``hertz`` over all u at which the separation of the flanks is known."""
-    materials = pair.materials
-    c = sum(2 / (math.pi * material.plane_strain_modulus) for material in materials)
     rho = float(pair.meshing.curvature_radius(np.array([pair.meshing.pitch_point]))[0])
     pitch = pair.meshing.base_pitch
-    step = float(np.clip(_STEP * math.sqrt(2 * c * rho * typical_load), pitch / _MOST, pitch / _FEWEST))
+    half_width = math.sqrt(4 * rho * typical_load / (math.pi * pair.contact_modulus))
+    step = float(np.clip(_STEP * half_width, pitch / _MOST, pitch / _FEWEST))
     ends = separation.ends
     parts = np.ceil(np.diff(ends) / step - 1e-9).astype(int)
     edges = np.interp(np.arange(1 + int(parts.sum())), np.append(0, np.cumsum(parts)), ends)

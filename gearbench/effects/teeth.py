@@ -133,9 +133,10 @@ def meshed_flank(body: Body, material: Material, accuracy: float) -> FlankCompli
 
 def forget_fast_teeth() -> None:
     """Build plates, solids and rings anew when they are next asked for: to measure it, or to free their memory."""
+    from gearbench.compliance.flank import joined
     from gearbench.compliance.gear_body import rim_harmonics
 
-    for kept in (plate_tooth, solid_tooth, solid_flank, _toothed_ring, ring_flank, rim_harmonics):
+    for kept in (plate_tooth, solid_tooth, solid_flank, _toothed_ring, ring_flank, rim_harmonics, joined):
         kept.cache_clear()
 
 

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from gearbench.accuracy.knobs import FE_ACCURACY, label
 from gearbench.accuracy.measure import relative_errors
-from gearbench.compliance.flank import FlankCompliance, flank_factor, flank_matrix
-from gearbench.effects.base import ComplianceEffect, Dense, Effects, LowRank
+from gearbench.compliance.flank import FlankCompliance
+from gearbench.effects.base import ComplianceEffect, Dense, Effects, Flanks, LowRank
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.tooth_bending import ToothBending, tooth_bending
 from gearbench.effort.apart import apart
@@ -62,9 +62,7 @@ class Meshed(ComplianceEffect):
 
     def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense:
         """Factor of both gears side by side, (position, pair, segment, rank), or the matrix of coupled pairs."""
-        if self.coupled:
-            return Dense(matrix=flank_matrix(self.both, lines), positive=True)
-        return LowRank(factor=flank_factor(self.both, lines))
+        return Flanks(both=self.both, coupled=self.coupled).on(lines)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.quadrature import gauss, interpolation
+from gearbench.geometry.quadrature import gauss
 from gearbench.geometry.role import Role
 from gearbench.geometry.separation import Separation, Touch
 
@@ -57,6 +57,8 @@ class ContactLines:
         Of the flanks, off the line of action too; absent where contact is taken to lie on it.
     typical_load
         Line load [N/mm] at which contact laws near an edge agree in value and slope; needed with ``separation``.
+    span
+        Range of u that they reach over, where it is not the path of contact [mm].
     coast
         Whether they are lines of the coast flanks: then u and y are those of the mirror image, in which the pinion
         drives (G10).
@@ -72,6 +74,7 @@ class ContactLines:
     cells: bool = False
     separation: Separation | None = None
     typical_load: float = 0.0
+    span: tuple[float, float] | None = None
     coast: bool = False
 
     @property
@@ -119,20 +122,27 @@ class ContactLines:
         half = self.length * math.cos(self.pair.meshing.beta_b) / 2
         return (self.y - half)[..., :1], (self.y + half)[..., -1:]
 
-    def uncut(self, nodes: int) -> tuple[ContactLines, NDArray]:
-        """The same lines with ``nodes`` Gauss points on the whole of each, and how to come back to the cells.
+    @property
+    def bends(self) -> tuple[float, ...]:
+        """u at which deflections along oblique lines have a kink [mm]."""
+        if self.separation is None or self.span is None or not self.pair.meshing.overlap_ratio:
+            return ()
+        return tuple(u for u in self.separation.kinks if self.span[0] < u < self.span[1])
 
-        The second is (position, pair, segment, 3, node): what is smooth along a line, from its values at these points
-        to those at the beginning, middle and end of each cell.
+    def uncut(self, nodes: int) -> ContactLines:
+        """The same lines with ``nodes`` Gauss points on the whole of each, or on its pieces, whose number is ``panel``.
+
+        Off the line of action the touching point moves along the flanks with a kink, and deflections along an oblique
+        line have one, where an edge or a relief begins to touch: pieces end there.
         """
-        half = self.length * math.cos(self.pair.meshing.beta_b) / 2
         low, high = self.ends
-        middle, reach = (low + high) / 2, (high - low) / 2
-        t, w = gauss(nodes)
-        line = self.at(middle + reach * t, reach * w)
-        safe = np.where(reach > 0, reach, 1.0)
-        at = ((self.y - middle) / safe)[..., None] + (half / safe)[..., None] * np.array([-1.0, 0.0, 1.0])
-        return line, interpolation(nodes, at)
+        meshing, bends = self.pair.meshing, self.bends
+        tan_b = math.tan(meshing.beta_b)
+        inside = [self.y[..., :1] + (u - self.u[..., :1]) / tan_b for u in bends]
+        edges = np.sort(np.clip(np.stack([low, *inside, high]), low, high), axis=0)[..., 0]
+        widest = _widest(self.pair, self.span or (meshing.path_start, meshing.path_end), bends, ())
+        y, width, piece = _on_panels(edges, widest, nodes, self.pair, parting=False)
+        return replace(self.at(np.where(high > low, y, low), width), panel=piece)
 
     def at(self, y: NDArray, width: NDArray) -> ContactLines:
         """The lines with other nodes on them, (position, pair, node): at y, with widths Δy [mm]."""
@@ -245,6 +255,7 @@ def contact_lines(
         panel=panel,
         cells=parting,
         separation=separation,
+        span=span,
         coast=coast,
     )
 

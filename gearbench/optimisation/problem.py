@@ -107,22 +107,32 @@ def evaluate(study: OptimisationStudy, design: Design, rivals: Rivals | None = N
         values = constrained(scene, limits, rough or solved, cost, forces.without_errors)
         if rough is not None and judge(values, limits)[0] > 0 and not decided(values, limits):
             values = constrained(scene, limits, solved, cost)
-        unknown, (violation, reason) = tuple(values.values()), judge(values, limits)
-        answer = Evaluation(violation=violation, reason=reason, constraints=unknown, statistics=nothing)
-        if violation > 0:
+        answer = _judged(study, values)
+        unknown = answer.constraints
+        if not answer.feasible:
             return answer
         numbers = _numbers(study, scene, solved, cost)
         found = _feasible(study, scene, numbers, forces, rivals, rough() if rough is not None else None)
         if rough is not None and found.samples == study.robustness.samples:  # nothing beats it: its limits to the end
             values = constrained(scene, limits, solved, cost, forces.without_errors)
-            unknown, (violation, reason) = tuple(values.values()), judge(values, limits)
-            answer = Evaluation(violation=violation, reason=reason, constraints=unknown, statistics=nothing)
-        return answer if violation > 0 else replace(found, constraints=unknown)
+            answer = _judged(study, values)
+        return replace(found, constraints=answer.constraints) if answer.feasible else answer
     except MemoryBudgetError:
         raise
     except (InputError, GearbenchError, ArithmeticError, np.linalg.LinAlgError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
         return Evaluation(violation=NO_GEAR, reason=reason, constraints=unknown, statistics=nothing)
+
+
+def _judged(study: OptimisationStudy, values: Mapping[str, float]) -> Evaluation:
+    """Evaluation of a design of which only the ``values`` of the limited quantities are known."""
+    violation, reason = judge(values, study.constraints)
+    return Evaluation(
+        violation=violation,
+        reason=reason,
+        constraints=tuple(values.values()),
+        statistics=(math.nan,) * len(study.statistics),
+    )
 
 
 def scene_of(study: OptimisationStudy, design: Design) -> Scene:

@@ -107,6 +107,7 @@ class Processes(Engine):
         done: SimpleQueue[tuple[Design, Evaluation] | None] = SimpleQueue()
 
         def keep_at_work(number: int, worker: Worker) -> Worker | None:
+            """Evaluate by one process while there are designs; None if it is lost."""
             try:
                 while (design := shares.take(number)) is not None:
                     try:

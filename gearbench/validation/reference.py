@@ -7,9 +7,9 @@ from typing import ClassVar
 
 from numpy.typing import NDArray
 
-from gearbench.compliance.flank import FlankCompliance, flank_factor, flank_matrix
+from gearbench.compliance.flank import FlankCompliance
 from gearbench.contact.size import contact_memory
-from gearbench.effects.base import Dense, Effect, Effects, LowRank, ToothCompliance
+from gearbench.effects.base import Dense, Effect, Effects, Flanks, LowRank, ToothCompliance
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.teeth import Tooth
 from gearbench.effects.tooth_bending import ToothBending, tooth_bending
@@ -103,9 +103,7 @@ class SolvedTeeth(Tooth):
 
     def compliance(self, lines: ContactLines, beside: Effects) -> LowRank | Dense:
         """Factor of both teeth side by side, or the matrix of all pairs where the gears are on their bodies."""
-        if GearBody.name in beside:
-            return Dense(matrix=flank_matrix(self.both, lines), positive=True)
-        return LowRank(factor=flank_factor(self.both, lines))
+        return Flanks(both=self.both, coupled=GearBody.name in beside).on(lines)
 
     def tooth_factor(self, pair: Pair, role: Role, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
         """Ψ of one tooth; see ``ToothCompliance``."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,9 +20,11 @@ from gearbench.effort.workprecision import cost
 from gearbench.library.garambois2017 import case, gear
 from gearbench.scene import Scene
 from gearbench.validation.reference import meshed_flanks
+from studies.s07_accuracy_cost.gears import gear_cost, gears
 from studies.s07_accuracy_cost.promises import (
     FIRST_DRAW,
     ROBUST_SEED,
+    SEED,
     SOLID_SEED,
     promises,
     random_scenes,
@@ -34,9 +38,9 @@ if TYPE_CHECKING:
 
 SOLID = ToothBending(model="solid")
 MESHED_TOOTH = ToothBending(model="finite_elements")
-#: Accuracies asked for on the random scenes, and how many scenes of each kind.
-ACCURACIES, SCENES, SOLID_SCENES, ROBUST_SCENES = (0.03, 0.01), 60, 12, 40
-SOLID_ACCURACY, ROBUST_ACCURACY = 0.03, 0.02
+#: Accuracies asked for on the random scenes; seed and number of the scenes of each kind.
+ACCURACIES, SOLID_ACCURACY, ROBUST_ACCURACY = (0.03, 0.01), 0.03, 0.02
+PROMISES = {"promise": (SEED, 60), "solid": (SOLID_SEED, 12), "robust": (ROBUST_SEED, 40)}
 #: Meshes of the front, and the one that the fast models are held against.
 FE_LEVELS, FE_REFERENCE = (0.1, 0.05, 0.02, 0.01), 0.003
 #: What scenes with meshed teeth are called after, and the few meshes of the quick size.
@@ -58,12 +62,12 @@ def with_teeth(scene: Scene, teeth: Effect) -> Scene:
 
 
 def scenes() -> dict[str, Scene]:
-    """Scenes of the work–precision diagrams: the paper's, with solid and meshed teeth, a gear with random errors."""
+    """Scenes of the diagrams: the paper's, with solid and meshed teeth, a gear with random errors, the gears in use."""
     plain = {"SC": gear("SC").scene(), "case 1": case(1), "case 2": case(2)}
     cases = [(name, plain[name]) for name in ("case 1", "case 2")]
     solid = {f"{name}, solid": with_teeth(scene, SOLID) for name, scene in cases}
     meshed = {f"{name}, {MESHED}": with_teeth(scene, MESHED_TOOTH) for name, scene in cases}
-    return {**plain, **solid, **meshed, "gear 55, errors": gear("55").scene(errors=True)}
+    return {**plain, **solid, **meshed, "gear 55, errors": gear("55").scene(errors=True), **gears()}
 
 
 def scene(name: str = "case 1") -> Scene:
@@ -71,18 +75,36 @@ def scene(name: str = "case 1") -> Scene:
     return scenes()[name]
 
 
-def compute(*, quick: bool = False) -> xr.Dataset:
-    """Work–precision of the scenes, front over all models, promises on random scenes, scaling; in one Dataset."""
-    import xarray as xr
+def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
+    """Work–precision of the scenes, front over all models, promises on random scenes, scaling; in one Dataset.
 
-    chosen = {name: scene for name, scene in scenes().items() if not quick or name in QUICK}
+    Each part is kept in ``folder``, where a run goes on; nothing is kept of the quick size.
+    """
+    return join([_kept(part, None if quick or folder is None else folder / f"{n}.nc") for n, part in _parts(quick)])
+
+
+def _parts(quick: bool) -> Iterator[tuple[str, Callable[[], xr.Dataset]]]:
+    """Name of each part, and how it is computed."""
     repeats = 1 if quick else 7
-    parts = [_diagram(name, scene, repeats) for name, scene in chosen.items()]
-    runs = scaling(repeats, quick=quick).rename({"seconds": "run_seconds", "processor_seconds": "run_processor"})
-    parts += [runs.rename({"size": "run_size"}), *_promises(quick=quick)]
+    for name, scene in scenes().items():
+        if not quick or name in QUICK:
+            yield f"diagram {name}", partial(_diagram, name, scene, repeats)
+    yield "scaling", partial(_scaling, repeats)
+    for kind in PROMISES:
+        yield kind, partial(_promised, kind, quick)
     if not quick:
-        parts.append(xr.concat([_front(f"case {k}", case(k)) for k in (1, 2)], "model"))
-    return join(parts)
+        yield "front", _fronts
+
+
+def _kept(compute: Callable[[], xr.Dataset], path: Path | None) -> xr.Dataset:
+    """What ``compute`` returns, from ``path`` where it is there."""
+    from gearbench.results.netcdf import load, save
+
+    if path is None:
+        return compute()
+    if not path.exists():
+        save(compute(), path)
+    return load(path)
 
 
 def join(parts: list[xr.Dataset]) -> xr.Dataset:
@@ -100,7 +122,9 @@ def join(parts: list[xr.Dataset]) -> xr.Dataset:
 def _diagram(name: str, scene: Scene, repeats: int) -> xr.Dataset:
     """Work–precision of a scene, its knobs as rows of ``curve``."""
     quick = repeats == 1
-    if name.endswith(MESHED):  # the other knobs are as with solid teeth, and slow
+    if name in gears():
+        found = gear_cost(scene)
+    elif name.endswith(MESHED):  # the other knobs are as with solid teeth, and slow
         found = as_dataset(element_curves(scene, FEW_MESHES if quick else None))
     else:
         found = cost(scene, repeats=repeats, seeds=3 if quick else 12)
@@ -137,15 +161,30 @@ def _front(name: str, scene: Scene) -> xr.Dataset:
     return found.set_coords(["model_label", "model_family", "model_scene"])
 
 
-def _promises(*, quick: bool) -> list[xr.Dataset]:
-    """What was chosen for accuracies asked for on random scenes, each kind with a dimension of its own."""
-    drawn = random_scenes(1 if quick else SCENES)
-    plain = [row for scene in drawn for row in promises(scene, ACCURACIES)]
-    few = random_scenes(1 if quick else SOLID_SCENES, seed=SOLID_SEED)
-    solid = [solid_promise(scene, SOLID_ACCURACY) for scene in few]
-    few, samples = random_scenes(1 if quick else ROBUST_SCENES, seed=ROBUST_SEED), 512 if quick else 8192
-    robust = [robust_promise(scene, ROBUST_ACCURACY, FIRST_DRAW + i, samples) for i, scene in enumerate(few)]
-    return [as_table(kind, rows) for kind, rows in (("promise", plain), ("solid", solid), ("robust", robust))]
+def _scaling(repeats: int) -> xr.Dataset:
+    """Scaling, under names of its own."""
+    names = {"seconds": "run_seconds", "processor_seconds": "run_processor", "size": "run_size"}
+    return scaling(repeats, quick=repeats == 1).rename(names)
+
+
+def _fronts() -> xr.Dataset:
+    """The fronts of both cases, one after the other."""
+    import xarray as xr
+
+    return xr.concat([_front(f"case {k}", case(k)) for k in (1, 2)], "model")
+
+
+def _promised(kind: str, quick: bool) -> xr.Dataset:
+    """What was chosen for accuracies asked for on random scenes, along a dimension named after the ``kind``."""
+    seed, count = PROMISES[kind]
+    drawn = random_scenes(1 if quick else count, seed=seed)
+    if kind == "promise":
+        return as_table(kind, [row for scene in drawn for row in promises(scene, ACCURACIES)])
+    if kind == "solid":
+        return as_table(kind, [solid_promise(scene, SOLID_ACCURACY) for scene in drawn])
+    samples = 512 if quick else 8192
+    rows = [robust_promise(scene, ROBUST_ACCURACY, FIRST_DRAW + i, samples) for i, scene in enumerate(drawn)]
+    return as_table(kind, rows)
 
 
 def as_table(kind: str, rows: list[dict[str, float]]) -> xr.Dataset:

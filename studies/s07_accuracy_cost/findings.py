@@ -63,7 +63,8 @@ def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
         )
     )
     order = _order(dataset, "case 2", "segments")
-    found.append((f"case 2: order {order:.2f} in the segments", abs(order - 2) < 0.2))
+    # lines are loaded over their length, so that the rule of the segments converges exponentially
+    found.append((f"case 2: order {order:.2f} in the segments", order > 4))
     for name, part in meshed(dataset).items():
         if part["knob"].isin("mesh, hex20").any():
             order = float(part["compliance_order"].sel(knob="mesh, hex20"))

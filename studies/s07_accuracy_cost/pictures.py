@@ -12,6 +12,7 @@ from gearbench.effort.figures import LEAST, STYLES, cheapest, work_precision_dia
 from gearbench.plotting import BLUE, GREEN, GREY, ORANGE, PURPLE, new_figure, write_figure
 from studies.s07_accuracy_cost.data import MESHED
 from studies.s07_accuracy_cost.findings import TIMES, diagram, meshed, met, ratios, scaling_part
+from studies.s07_accuracy_cost.gears import gears
 from studies.s07_accuracy_cost.scaling import exponent, speed_up
 
 if TYPE_CHECKING:
@@ -32,32 +33,41 @@ def figures(dataset: xr.Dataset, folder: Path) -> None:
 
 
 def draw_diagrams(dataset: xr.Dataset, folder: Path) -> None:
-    """Work–precision of each scene: error against time, and against memory."""
+    """Work–precision of each scene: error against time, and against memory; the gears in use by themselves."""
     names = [name for name in dict.fromkeys(dataset["setting_scene"].values.tolist()) if not name.endswith(MESHED)]
-    for across, stem in (("processor_seconds", "time"), ("megabytes", "memory")):
-        rows = -(-len(names) // 2)
-        figure, axes = new_figure(rows, 2, (13, 0.6 + 4.2 * rows), sharey=True)
-        for axis, name in zip(axes.flat, names, strict=False):
-            part = diagram(dataset, name)
-            work_precision_diagram(part, axis, across=across)
-            axis.set_title(f"{name}: {_within_one_percent(part)}" if stem == "time" else name, fontsize=10)
-            axis.set_ylim(LEAST / 3, 3.0)
-            axis.legend(frameon=False, fontsize=7, loc="lower left")
-        for axis in axes.flat[len(names) :]:
-            axis.set_visible(False)
-        for axis in axes[:, 0]:
-            axis.set_ylabel("largest relative error [–]")
-        if stem == "time":
-            title = "Gauss panels, segments and the solver reach rounding; models and samples are what costs"
-        else:
-            title = "About a megabyte is enough for a plate; solid teeth of high order take hundreds"
-        figure.suptitle(title)
-        write_figure(figure, folder / f"work_precision_{stem}.png")
+    paper, in_use = ([name for name in names if (name in gears()) == own] for own in (False, True))
+    time = "Gauss panels, segments and the solver reach rounding; models and samples are what costs"
+    memory = "About a megabyte is enough for a plate; solid teeth of high order take hundreds"
+    _panels(dataset, paper, "processor_seconds", time, folder / "work_precision_time.png")
+    _panels(dataset, paper, "megabytes", memory, folder / "work_precision_memory.png")
+    if in_use:
+        order = "Gears in use on their bodies: segments and Gauss points are cheap, the order of solid teeth costs"
+        _panels(dataset, in_use, "processor_seconds", order, folder / "gears.png", columns=3)
+
+
+def _panels(dataset: xr.Dataset, names: Sequence[str], across: str, title: str, path: Path, columns: int = 2) -> None:
+    """Work–precision of scenes side by side."""
+    rows = -(-len(names) // columns)
+    figure, axes = new_figure(rows, columns, (6.5 * columns, 0.6 + 4.2 * rows), sharey=True)
+    for axis, name in zip(axes.flat, names, strict=False):
+        part = diagram(dataset, name)
+        work_precision_diagram(part, axis, across=across)
+        axis.set_title(name if across == "megabytes" else f"{name}: {_within_one_percent(part)}", fontsize=10)
+        axis.set_ylim(LEAST / 3, 3.0)
+        axis.legend(frameon=False, fontsize=7, loc="lower left")
+    for axis in axes.flat[len(names) :]:
+        axis.set_visible(False)
+    for axis in axes[:, 0]:
+        axis.set_ylabel("largest relative error [–]")
+    figure.suptitle(title)
+    write_figure(figure, path)
 
 
 def _within_one_percent(part: xr.Dataset) -> str:
-    """Time of 1 % by segments, Gauss points and positions."""
+    """Time of 1 % by segments, Gauss points, and positions or the order of solid teeth."""
     words = {"segments": "segments", "gauss_points": "Gauss panels", "positions": "uniform phases"}
+    if "positions" not in part["knob"].values:
+        words = {"segments": "segments", "gauss_points": "Gauss panels", "solid order": "order"}
     found = {knob: cheapest(part, knob, 0.01) for knob in words}
     return "1 % by " + ", ".join(f"{words[k]} {f'{1e3 * t:.2g} ms' if t else '–'}" for k, t in found.items())
 

@@ -1,0 +1,36 @@
+"""Work–precision of the twelve gears in use: their segments, Gauss points and order of solid teeth."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gearbench.accuracy.knobs import GAUSS_POINTS, SEGMENTS, SOLID_ORDER, solid_orders
+from gearbench.effort.curves import as_dataset, knob_curve
+from gearbench.scene_file import load_scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from gearbench.scene import Scene
+
+_GEARS = Path(__file__).parents[2] / "examples" / "gears"
+#: Timed runs of each setting.
+REPEATS = 3
+#: Settings on levels that wide helical pairs on their bodies have time for; the last two of each are the reference.
+KNOBS = (
+    replace(SEGMENTS, levels=lambda _: (2, 4, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192)),
+    replace(GAUSS_POINTS, levels=lambda _: (1, 2, 3, 4, 5, 6, 8, 12, 16, 24, 32, 48, 64)),
+    replace(SOLID_ORDER, levels=lambda scene: solid_orders(scene)[:9]),
+)
+
+
+def gears() -> dict[str, Scene]:
+    """The pairs of ``examples/gears`` by name, each under its greatest load."""
+    return {path.stem: load_scene(path).one_load for path in sorted(_GEARS.glob("*.toml"))}
+
+
+def gear_cost(scene: Scene) -> xr.Dataset:
+    """Work–precision of ``KNOBS``; see ``gearbench.effort.workprecision.cost``."""
+    return as_dataset([knob_curve(scene, knob, REPEATS) for knob in KNOBS])
