@@ -118,8 +118,8 @@ def sensitivities(errors: NDArray, responses: Sequence[NDArray], scale: float = 
 
     Returns
     -------
-    Values and standard errors of each response; NaN where the samples are too few (less than twice the terms of a linear fit) or the
-    response is constant.
+    Values and standard errors of each response; NaN where the samples are too few (less than twice the terms of a
+    linear fit) or the response is constant.
     """
     x = np.asarray(errors, dtype=float)
     n, d = x.shape
