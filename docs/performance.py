@@ -20,6 +20,7 @@ from gearbench.results.netcdf import load
 from studies.report import table
 from studies.s07_accuracy_cost.data import ACCURACIES, MESHED, scenes
 from studies.s07_accuracy_cost.findings import TIMES, diagram, meshed, met, ratios, scaling_part
+from studies.s07_accuracy_cost.gears import gears
 from studies.s07_accuracy_cost.pictures import cheapest_mesh, pareto
 from studies.s07_accuracy_cost.scaling import exponent, speed_up
 
@@ -39,9 +40,11 @@ Written by `docs/performance.py` from the Dataset of `studies/s07_accuracy_cost/
 Errors are the largest relative error of four numbers: mean and RMS of the static transmission error (STE), mean and RMS
 of the mesh stiffness. The error of a fluctuation is relative to itself, but to no less than 1 % of the mean. Every knob
 has a converged reference of its own, with the difference of its two finest levels as error bar. Times are medians of
-repeated runs, processor time of one thread: on an idle machine that is wall time. Of the two processors
-of the machine the other one was busy with tests for a third of the time. `gearbench cost SCENE -o DIR` draws the same
-diagrams for any scene.
+repeated runs, processor time of one thread: on an idle machine that is wall time. The two processors of the machine
+were busy with tests meanwhile, which lengthens processor times too. The diagrams of the knobs, those of the gears in
+use and the scaling were computed again for this page, before a gear body was joined to its teeth in two thirds of the
+time; finite elements, the front over all models and accuracies asked for are of earlier states of the program.
+`gearbench cost SCENE -o DIR` draws the same diagrams for any scene.
 """
 ASKED = """## Accuracy asked for
 
@@ -86,6 +89,11 @@ Settings found once are in the Dataset's scene and may be kept.
 """
 
 
+GEARS = """The pairs of `examples/gears`: solid teeth on their gear bodies, contact on the line of action, with the
+modifications of their files. The other knobs are those of the file: 15 segments, 8 Gauss points on each panel. The pair
+is known where segments and Gauss points are turned, new where the order of its teeth is. The last column is the error
+bar of the reference.
+"""
 ELEMENTS = """Mesh m has m cells across the tooth and cells in proportion elsewhere; tetrahedra are about as large as
 the hexahedra of the flank. A run meshes both gears, solves for all loads on a flank, and solves the mesh cycle. Each
 type of element runs in a process of its own, from coarse to fine, its libraries loaded and a first small mesh solved;
@@ -101,6 +109,7 @@ def page(dataset: xr.Dataset) -> str:
     parts = [
         HEAD,
         _knobs(dataset),
+        _gears(dataset),
         elements(dataset),
         _front(dataset),
         ASKED,
@@ -122,7 +131,7 @@ def _picture(name: str, words: str) -> str:
 def _knobs(dataset: xr.Dataset) -> str:
     """Orders observed, and times of 1 % and 0.1 %."""
     rows = []
-    for name in dict.fromkeys(dataset["setting_scene"].values.tolist()):
+    for name in (n for n in dict.fromkeys(dataset["setting_scene"].values.tolist()) if n not in gears()):
         part = diagram(dataset, name)
         for knob in part["knob"].values.tolist():
             orders = part["observed_order"].sel(knob=knob).values
@@ -135,6 +144,23 @@ def _knobs(dataset: xr.Dataset) -> str:
     text += _picture("work_precision_time", "error against time of every knob")
     text += "\n" + _table(head, rows)
     return text + f"\n{_phase_sentence(dataset)}\n\n" + _picture("work_precision_memory", "error against memory")
+
+
+def _gears(dataset: xr.Dataset) -> str:
+    """The gears in use: order observed and time of each setting; nothing where the Dataset has none."""
+    rows = []
+    for name in (n for n in dict.fromkeys(dataset["setting_scene"].values.tolist()) if n in gears()):
+        part = diagram(dataset, name)
+        for knob in part["knob"].values.tolist():
+            seen = ", ".join(_order_word(p) for p in part["observed_order"].sel(knob=knob).values)
+            times = [_milliseconds(cheapest(part, knob, error)) for error in (0.01, 0.001)]
+            bar = float(part["error_bar"].values[part["setting_knob"].values == knob].max())
+            rows.append((name, knob.replace("_", " "), seen, *times, f"{100 * bar:.2g}"))
+    if not rows:
+        return ""
+    head = ("gears", "knob", "observed: mean, RMS of STE; mean, RMS of k", "1 % [ms]", "0.1 % [ms]", "bar [%]")
+    text = f"## The gears in use\n\n{GEARS}\n" + _picture("gears", "error against time on the twelve gears in use")
+    return text + "\n" + _table(head, rows)
 
 
 def _number(x: float) -> str:
@@ -154,7 +180,8 @@ def _phase_sentence(dataset: xr.Dataset) -> str:
     """Time of one more mesh phase."""
     words = []
     names = dict.fromkeys(dataset["setting_scene"].values.tolist())
-    for name, scene in ((name, scenes()[name]) for name in names if not name.endswith(MESHED)):
+    plain = [name for name in names if not name.endswith(MESHED) and name not in gears()]
+    for name, scene in ((name, scenes()[name]) for name in plain):
         part = diagram(dataset, name)
         rows = part.isel(setting=part["setting_knob"].values == "gauss_points")
         few, many = (i for i, level in enumerate(rows["level"].values) if level in ("8", "32"))
@@ -250,8 +277,9 @@ def _scaling(dataset: xr.Dataset) -> str:
 
 
 def figures_of(dataset: xr.Dataset) -> tuple[str, ...]:
-    """Figures of the page; those of finite elements where the Dataset has scenes with meshed teeth."""
-    return (*FIGURES, *(("elements",) if meshed(dataset) else ()))
+    """Figures of the page; those of finite elements and of gears in use where the Dataset has such scenes."""
+    in_use = np.isin(dataset["setting_scene"].values, [*gears()]).any()
+    return (*FIGURES, *(("elements",) if meshed(dataset) else ()), *(("gears",) if in_use else ()))
 
 
 def main(folder: Path) -> None:

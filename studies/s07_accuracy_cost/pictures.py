@@ -54,7 +54,7 @@ def _panels(dataset: xr.Dataset, names: Sequence[str], across: str, title: str, 
         work_precision_diagram(part, axis, across=across)
         axis.set_title(name if across == "megabytes" else f"{name}: {_within_one_percent(part)}", fontsize=10)
         axis.set_ylim(LEAST / 3, 3.0)
-        axis.legend(frameon=False, fontsize=7, loc="lower left")
+        axis.legend(frameon=False, fontsize=7, loc="lower left" if columns == 2 else "center right")
     for axis in axes.flat[len(names) :]:
         axis.set_visible(False)
     for axis in axes[:, 0]:
@@ -69,7 +69,7 @@ def _within_one_percent(part: xr.Dataset) -> str:
     if "positions" not in part["knob"].values:
         words = {"segments": "segments", "gauss_points": "Gauss panels", "solid order": "order"}
     found = {knob: cheapest(part, knob, 0.01) for knob in words}
-    return "1 % by " + ", ".join(f"{words[k]} {f'{1e3 * t:.2g} ms' if t else '–'}" for k, t in found.items())
+    return "1 % by " + ", ".join(f"{words[k]} {f'{_number(1e3 * t)} ms' if t else '–'}" for k, t in found.items())
 
 
 def draw_elements(dataset: xr.Dataset, folder: Path) -> None:
