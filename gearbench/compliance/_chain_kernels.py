@@ -32,25 +32,40 @@ def _factor(at, size, blas):
 
 
 @part()
-def _solve(factor, right, size, columns, blas):
-    """L⁻¹ B in the place of B, ``columns`` wide."""
+def _multiply_by_inverse(factor, right, size, columns, blas):
+    """L⁻¹ B in the place of B, ``columns`` wide; L⁻¹ in the place of L."""
     numbers, routines, letters, ones = blas
     numbers[_ROWS], numbers[_COLUMNS] = columns, size
     n = np.int64(numbers.ctypes.data)
     rows, leading = n + 4 * _ROWS, n + 4 * _LEADING
+    _call(routines[1], (letters + _UPPER, letters + _NO, n + 4 * _COLUMNS, factor, leading, n + 4 * _INFO))
     sides = (letters + _RIGHT, letters + _UPPER, letters + _NO, letters + _NO)
-    _call(routines[1], (*sides, rows, n + 4 * _COLUMNS, ones + 8 * _ONE, factor, leading, right, leading))
+    _call(routines[2], (*sides, rows, n + 4 * _COLUMNS, ones + 8 * _ONE, factor, leading, right, leading))
 
 
 @part()
-def _subtract(into, left, right, rows, columns, inner, blas):
-    """C − AᵀB in the place of C (rows, columns)."""
+def _solve(factor, right, size, columns, blas):
+    """L⁻¹ B in the place of B, ``columns`` wide; L is lost.
+
+    By halves that are inverted: products take two thirds of the time of solving with blocks of this size.
+    """
+    half, line = size // 2, 8 * blas[0][_LEADING]
+    if half:
+        _multiply_by_inverse(factor, right, half, columns, blas)
+        below = factor + half * line
+        _subtract(right + half * line, below, right, size - half, columns, half, _NO, blas)
+    _multiply_by_inverse(factor + half * (line + 8), right + half * line, size - half, columns, blas)
+
+
+@part()
+def _subtract(into, left, right, rows, columns, inner, transposed, blas):
+    """C − AᵀB in the place of C (rows, columns), or C − A B where ``transposed`` is the letter for no."""
     numbers, routines, letters, ones = blas
     numbers[_ROWS], numbers[_COLUMNS], numbers[_INNER] = columns, rows, inner
     n = np.int64(numbers.ctypes.data)
     leading, less, one = n + 4 * _LEADING, ones + 8 * _LESS, ones + 8 * _ONE
-    sizes = (letters + _NO, letters + _TRANSPOSED, n + 4 * _ROWS, n + 4 * _COLUMNS, n + 4 * _INNER)
-    _call(routines[2], (*sizes, less, right, leading, left, leading, one, into, leading))
+    sizes = (letters + _NO, letters + transposed, n + 4 * _ROWS, n + 4 * _COLUMNS, n + 4 * _INNER)
+    _call(routines[3], (*sizes, less, right, leading, left, leading, one, into, leading))
 
 
 @part()
@@ -61,22 +76,23 @@ def _subtract_square(into, factor, rows, inner, blas):
     n = np.int64(numbers.ctypes.data)
     leading, less, one = n + 4 * _LEADING, ones + 8 * _LESS, ones + 8 * _ONE
     sizes = (letters + _UPPER, letters + _NO, n + 4 * _ROWS, n + 4 * _INNER)
-    _call(routines[3], (*sizes, less, factor, leading, one, into, n + 4 * _LEADING_BORDER))
+    _call(routines[4], (*sizes, less, factor, leading, one, into, n + 4 * _LEADING_BORDER))
 
 
 @part(FUSED)
 def _sum_of_two(into, column, values, rows, columns, offset, factor):
-    """The sum of two matrices times factors, added where ``into`` has it begin."""
-    a, b, first, second = factor[0], factor[1], offset[0], offset[1]
-    if b == 0.0:
-        for r in range(rows):
+    """The sum of two matrices times factors in ``into``, from a column on."""
+    a, b = factor[0], factor[1]
+    for r in range(rows):
+        line = into[r, column : column + columns]
+        first = values[offset[0] + r * columns : offset[0] + (r + 1) * columns]
+        if b == 0.0:
             for c in range(columns):
-                into[r, column + c] += a * values[first + r * columns + c]
-    else:
-        for r in range(rows):
+                line[c] = a * first[c]
+        else:
+            second = values[offset[1] + r * columns : offset[1] + (r + 1) * columns]
             for c in range(columns):
-                k = r * columns + c
-                into[r, column + c] += a * values[first + k] + b * values[second + k]
+                line[c] = a * first[c] + b * second[c]
 
 
 @part(FUSED)
@@ -87,8 +103,9 @@ def _assemble(rows, i, chain, sides):
     band = rows.shape[1] - starts[-1]
     column = band - sizes[i] - sizes[i + 1] - sizes[i + 2]
     for r in range(sizes[i]):
-        for c in range(column, band + starts[begun[i]]):
-            rows[r, c] = 0.0
+        border = rows[r, band : band + starts[begun[i]]]
+        for c in range(len(border)):
+            border[c] = 0.0
     for apart in range(3):
         if sizes[i + apart]:
             _sum_of_two(rows, column, values, sizes[i], sizes[i + apart], offset[apart, i], factor[apart, i])
@@ -109,13 +126,13 @@ def _eliminate(own, next1, next2, border, sizes, i, wide, blas):
     if n1 + n2 + wide:
         _solve(own1 - 8 * n, own1, n, n1 + n2 + wide, blas)
     if n1:
-        _subtract(next1 - 8 * (n1 + n2 + sizes[i + 3]), own1, own1, n1, n1 + n2, n, blas)
+        _subtract(next1 - 8 * (n1 + n2 + sizes[i + 3]), own1, own1, n1, n1 + n2, n, _TRANSPOSED, blas)
     if n2:
-        _subtract(next2 - 8 * (n2 + sizes[i + 3] + sizes[i + 4]), own2, own2, n2, n2, n, blas)
+        _subtract(next2 - 8 * (n2 + sizes[i + 3] + sizes[i + 4]), own2, own2, n2, n2, n, _TRANSPOSED, blas)
     if n1 and wide:
-        _subtract(next1, own1, own, n1, wide, n, blas)
+        _subtract(next1, own1, own, n1, wide, n, _TRANSPOSED, blas)
     if n2 and wide:
-        _subtract(next2, own2, own, n2, wide, n, blas)
+        _subtract(next2, own2, own, n2, wide, n, _TRANSPOSED, blas)
     if wide:
         _subtract_square(border, own, wide, n, blas)
     return True

@@ -38,11 +38,6 @@ class Sums:
             if factor
         )  # pyright: ignore[reportReturnType]
 
-    def values(self) -> tuple[NDArray, NDArray]:
-        """The given matrices one after the other, and where in them each sum begins, (…, 2)."""
-        starts = np.cumsum([0, *(matrix.size for matrix in self.matrices)])
-        return np.concatenate([np.zeros(0), *(matrix.ravel() for matrix in self.matrices)]), starts[self.which]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Sides:
@@ -132,15 +127,16 @@ class Chain:
         starts = np.cumsum([0, *sides.widths[order]])
         ends = np.cumsum([0, *sides.widths])
         columns = np.concatenate([np.zeros(0, dtype=int), *(np.arange(ends[g], ends[g + 1]) for g in order)])
-        values, offset = self.blocks.values()
-        more, side_offset = sides.blocks.values()
+        matrices, own = [*self.blocks.matrices, *sides.blocks.matrices], len(self.blocks.matrices)
+        values = np.concatenate([np.zeros(0), *(matrix.ravel() for matrix in matrices)])
+        offset = np.cumsum([0, *(matrix.size for matrix in matrices)])
         m = len(columns)
         result = np.array(border, dtype=float, order="C")
         memory = np.empty((3, most, min(3, count) * most + m)), np.empty((m, m))
-        sizes, together = np.append(self.sizes, np.zeros(4, dtype=int)), np.concatenate([values, more])
-        chain = sizes, together, offset, np.ascontiguousarray(self.blocks.factors)
-        begin = np.ascontiguousarray(side_offset[:, order] + len(values))
-        groups = begun, starts, begin, np.ascontiguousarray(sides.blocks.factors[:, order])
+        sizes = np.append(self.sizes, np.zeros(4, dtype=int))
+        chain = sizes, values, offset[self.blocks.which], np.ascontiguousarray(self.blocks.factors)
+        which, factors = (np.ascontiguousarray(table[:, order]) for table in (sides.blocks.which, sides.blocks.factors))
+        groups = begun, starts, offset[which + own], factors
         if not condense_chain(result, *memory, columns, chain, groups, np.zeros(6, dtype=np.int32), addresses()):
             raise np.linalg.LinAlgError("a matrix is not positive definite")
         return result

@@ -172,8 +172,11 @@ class Section:
 
     def _spread(self, x: NDArray, e: NDArray) -> NDArray:
         """σ = ψ/ψ(root) at height x, e/e(root) of a straight block."""
-        root = float(np.ravel(self.half_width(np.zeros(1)))[0])
-        return e / root / (1 + x / self.root_radius)
+        return e / self._root_half_width / (1 + x / self.root_radius)
+
+    @lazy
+    def _root_half_width(self) -> float:
+        return float(np.ravel(self.half_width(np.zeros(1)))[0])
 
     def values(self, x: NDArray, s: float) -> NDArray:
         """Functions of a field at height x and s, (…, n_s, n_x); below the root as at the root."""
