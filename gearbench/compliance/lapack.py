@@ -1,8 +1,8 @@
 """The few routines of BLAS and LAPACK that small systems are solved with, in place, as SciPy hands them out for C.
 
 SciPy's own wrappers of them hold Python's lock, and check and copy their arguments for longer than these systems take:
-here other threads go on. Arrays are of double precision, contiguous, rows first. LAPACK, which has columns first, sees
-them transposed.
+here other threads go on. Arrays are of double precision, contiguous, rows first, or blocks of such. LAPACK, which has
+columns first, sees them transposed.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def _kind(A: NDArray) -> str:
 
 
 def _leading(A: NDArray) -> object:
-    return _at(ctypes.c_int(max(A.shape[1], 1)))
+    return _at(ctypes.c_int(max(A.strides[0] // A.itemsize, A.shape[1], 1)))
 
 
 _at = ctypes.byref
