@@ -42,7 +42,7 @@ R = TypeVar("R")
 
 #: Shares of the budget, where a scene has them: of finite elements, and of segments and Gauss points beside the order
 #: of solid teeth, whose squares add up.
-FE_SHARE, REST_SHARE = 0.5, 0.5
+FE_SHARE, REST_SHARE = 0.5, 0.6
 #: Segments, Gauss points and rung of the ladder of solid orders for an error of 1 %, and what each factor of ten adds:
 #: the segments are multiplied, as errors fall like their power −2.5; least of each.
 AT_PERCENT, A_DECADE, LEAST = (16, 5, 3), (2.5, 4, 3), (8, 3, 1)
@@ -59,8 +59,6 @@ PEAKS = 2.0
 SOLID_CONVERGENCE, COARSE_HEIGHT, FINE_CONVERGENCE = 2.2, 11, 1.5
 #: Rounds of settings that are tried, and by how much the segments are raised at most in one.
 ROUNDS, MOST = 6, 3.0
-#: By what each further Gauss point multiplies errors, as a logarithm.
-POINT = math.log(3)
 #: Segments and Gauss points are both raised where their contributions differ by less than this factor.
 ALIKE = 2.0
 #: Cost of a mesh phase in segments, beside those it has, and of a run, whatever its settings.
