@@ -127,6 +127,8 @@ def order_spectrum(dataset: xr.Dataset, name: str = "transmission_error", axes: 
     drawn = np.array([fourier(one, name) for one, _, _ in points])
     order = 1 + np.flatnonzero(np.isfinite(drawn).any(axis=0))
     drawn = drawn[:, order - 1]
+    least, most = np.nanmin(drawn), np.nanmax(drawn)
+    bottom = max(least / 2, 1e-4 * most)
     if len(points) > 1:
         for amplitude, (_, label, colour) in zip(drawn, points, strict=True):
             axes.plot(order, amplitude, "o-", color=colour, lw=1.2, ms=4, label=label)
@@ -134,11 +136,11 @@ def order_spectrum(dataset: xr.Dataset, name: str = "transmission_error", axes: 
         axes.bar(order, drawn[0], color=BLUE if name == "transmission_error" else ORANGE, width=0.6)
         if f"{name}_amplitude_noise_floor" in dataset:
             floor = points[0][0][f"{name}_amplitude_noise_floor"].values[: len(order)]
-            axes.plot(order, floor, "_", color=GREY, ms=16, mew=1.5, label="numerical noise floor")
+            words = "numerical noise floor" + ", below the axis" * (not np.any(floor >= bottom))
+            axes.plot(order, floor, "_", color=GREY, ms=16, mew=1.5, label=words)
     axes.set_xticks(order)
     axes.set(xlabel="mesh order [–]", yscale="log")
-    least, most = np.nanmin(drawn), np.nanmax(drawn)
-    axes.set_ylim(top=2 * most, bottom=max(least / 2, 1e-4 * most))
+    axes.set_ylim(top=2 * most, bottom=bottom)
     axes.set_ylabel(f"amplitude of {dataset[name].attrs['symbol']} [{dataset[name].attrs['units']}]")
     return _legend(axes)
 

@@ -104,6 +104,14 @@ def test_spectra_and_densities_of_a_sweep_have_a_line_a_point(loads, axes):
     assert_allclose(peaks, [1.0, 3.0], atol=0.1)
 
 
+@pytest.mark.parametrize(("floor", "words"), [(1e-9, ", below the axis"), (0.5, "")])
+def test_a_noise_floor_that_the_axis_does_not_reach_is_said_to_be_below_it(axes, floor, words):
+    data = simulate(SCENE)
+    data["transmission_error_amplitude_noise_floor"][:] = floor
+    order_spectrum(data, "transmission_error", axes)
+    assert axes.get_legend().get_texts()[0].get_text() == f"numerical noise floor{words}"
+
+
 def test_many_points_are_thinned_and_both_ends_kept(axes):
     phase = np.linspace(0, 1, 16, endpoint=False)
     weight, none = np.full(16, 1 / 16), np.full(16, np.nan)
