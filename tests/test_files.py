@@ -195,3 +195,9 @@ def test_any_name_becomes_a_file_in_its_folder(tmp_path):
         assert path.resolve().parent == tmp_path.resolve()
     assert len(list(tmp_path.iterdir())) == len(HOSTILE)
     assert file_parts(["pair", "Pumpe-2", "Stufe Ä"]) == ["pair", "Pumpe-2", "Stufe_Ä"]
+
+
+def test_names_of_results_that_are_joined_keep_their_length(tmp_path):
+    rows = [xr.Dataset(coords={"name": ("row", [name])}) for name in ("SC", "e_drive_input")]
+    joined = xr.concat([load(save(each, tmp_path / f"{i}.nc")) for i, each in enumerate(rows)], "row")
+    assert load(save(joined, tmp_path / "both.nc"))["name"].values.tolist() == ["SC", "e_drive_input"]

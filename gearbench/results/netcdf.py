@@ -70,7 +70,7 @@ def load(path: str | Path) -> xr.Dataset:
             for key in TEXTS & attrs.keys():
                 if not isinstance(attrs[key], str):
                     raise InputError("", "", f"its attribute {key} {f'of {name} ' if name else ''}must be text")
-        return dataset
+        return dataset.drop_encoding()  # with it names joined to it would be cut to the length of its own when saved
     except InputError as error:
         raise InputError("", str(path), error.allowed) from None
 
