@@ -12,6 +12,8 @@ import numpy as np
 
 from gearbench.compiled import FUSED, SUMS, caller, entry, part
 
+#: Routines among the ``lapack.addresses``.
+_POTRF, _GEMM, _SYRK, _TRSM = 0, 3, 4, 5
 #: Letters and factors that BLAS is called with.
 _RIGHT, _UPPER, _NO, _TRANSPOSED = range(4)
 _ZERO, _ONE, _LESS = range(3)
@@ -26,7 +28,7 @@ def _factor(A, size, leading, blas):
     routines, letters, _, numbers = blas
     numbers[0], numbers[1], numbers[2] = size, leading, 0
     n = np.int64(numbers.ctypes.data)
-    _call(routines[0], (letters + _UPPER, n, A, n + 4, n + 8))
+    _call(routines[_POTRF], (letters + _UPPER, n, A, n + 4, n + 8))
     return numbers[2] == 0
 
 
@@ -37,7 +39,7 @@ def _solve(L, leading, B, rows, columns, blas):
     numbers[0], numbers[1], numbers[2] = columns, rows, leading
     n = np.int64(numbers.ctypes.data)
     sides = (letters + _RIGHT, letters + _UPPER, letters + _NO, letters + _NO)
-    _call(routines[1], (*sides, n, n + 4, factors + 8 * _ONE, L, n + 8, B, n))
+    _call(routines[_TRSM], (*sides, n, n + 4, factors + 8 * _ONE, L, n + 8, B, n))
 
 
 @part()
@@ -47,7 +49,7 @@ def _multiply(A, B, rows, columns, C, blas):
     numbers[0], numbers[1] = columns, rows
     n = np.int64(numbers.ctypes.data)
     sizes = (letters + _NO, letters + _TRANSPOSED, n, n, n + 4)
-    _call(routines[2], (*sizes, factors + 8 * _ONE, B, n, A, n, factors + 8 * _ZERO, C, n))
+    _call(routines[_GEMM], (*sizes, factors + 8 * _ONE, B, n, A, n, factors + 8 * _ZERO, C, n))
 
 
 @part()
@@ -59,7 +61,7 @@ def _square(A, shape, transposed, factor, C, blas):
     numbers[0], numbers[1], numbers[2] = size, rows + columns - size, columns
     n = np.int64(numbers.ctypes.data)
     kind = letters + (_TRANSPOSED if transposed else _NO)
-    _call(routines[3], (letters + _UPPER, kind, n, n + 4, factors + 8 * factor, A, n + 8, factors + 8 * _ONE, C, n))
+    _call(routines[_SYRK], (letters + _UPPER, kind, n, n + 4, factors + 8 * factor, A, n + 8, factors + 8 * _ONE, C, n))
 
 
 @part(SUMS)
