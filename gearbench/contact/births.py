@@ -53,7 +53,8 @@ def _fine(scene: Scene, phase: NDArray) -> tuple[ContactProblem, ContactLines]:
 def births(scene: Scene, look: Look, x: NDArray, greatest: NDArray, *, exact: bool = False) -> list[tuple[float, int]]:
     """x at which a pair takes (side 1) or leaves (−1) its load, from where the ``greatest`` compression is positive.
 
-    Those of spur pairs are found from the first ``look`` alone where that says well enough when they are.
+    Those of spur pairs that touch all along their lines are found from the first ``look`` alone where that says well
+    enough when they are: short patches would need finer lines.
 
     ``greatest`` (number of the pair · phase,) belongs to x = τ + k, ascending, and is NaN where there is no line.
     ``exact``: each is found once more, and once more, from solutions of which nothing is left out.
@@ -64,7 +65,7 @@ def births(scene: Scene, look: Look, x: NDArray, greatest: NDArray, *, exact: bo
     if not at.size:
         return []
     known: list[tuple[float, int]] = []
-    if not (meshing.overlap_ratio or exact):
+    if not (meshing.overlap_ratio or look.lines.cells or exact):
         known, at = _from_look(scene, look, x, loaded, at)
         if not at.size:
             return known

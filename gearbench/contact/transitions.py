@@ -92,20 +92,24 @@ def _steep_side(scene: Scene, u: float, y: float) -> int:
     """On which side of a passage of u at y curves are steep: 1 after, −1 before, 0 neither.
 
     After the line of a helical pair has begun, at the far end of the face, and before it ends, at the near one. The
-    load of a spur pair jumps there, with level sides; off the line of action it touches at an edge, or at the kink of a
-    relief, up to there, whose law goes over into that of the flank.
+    load of a spur pair jumps there, with level sides; off the line of action it touches at an edge up to there, whose
+    law goes over into that of the flank. Between two phases at which a relief begins to touch there is a panel.
     """
     meshing = scene.pair.meshing
     if not meshing.overlap_ratio:
-        inwards = 1 if 2 * u < meshing.path_start + meshing.path_end else -1
-        return inwards * (scene.effect("off_line_contact") is not None)
+        flanks = flank_separation(scene)
+        if flanks is None or (u in flanks.changes and u not in flanks.kinks):
+            return 0
+        return 1 if 2 * u < meshing.path_start + meshing.path_end else -1
     return int((u, y) == (meshing.path_start, meshing.face_width)) - int((u, y) == (meshing.path_end, 0.0))
 
 
 def _known(scene: Scene, x: NDArray, on_line: NDArray) -> list[tuple[float, int, int]]:
     """x at which an end of the face passes an end of the path (rank 0) or a kink, where the flanks touch there."""
-    meshing = scene.pair.meshing
-    kinks, face = gap_kinks(scene, flank_separation(scene))
+    meshing, flanks = scene.pair.meshing, flank_separation(scene)
+    kinks, face = gap_kinks(scene, flanks)
+    if flanks is not None and not meshing.overlap_ratio:  # the line stands at the corner of a relief as a whole
+        kinks = [*(u for u in kinks if u not in flanks.kinks), *flanks.changes]
     greatest, first, last = on_line
     ends, found = (meshing.path_start, meshing.path_end), []
     for at, u, y in _passages(scene, (*ends, *kinks), face):
