@@ -34,3 +34,23 @@ def part(fastmath: frozenset[str] = frozenset()) -> Callable[[Callable[..., Any]
     from numba import njit
 
     return njit(**_OPTIONS, fastmath=set(fastmath), forceinline=True)
+
+
+def caller() -> Any:
+    """A function for compiled code: it calls the routine of C or Fortran at an address with a tuple of addresses."""
+    from llvmlite import ir
+    from numba import types
+    from numba.extending import intrinsic
+
+    @intrinsic
+    def call(_, address: Any, arguments: Any) -> Any:
+        def code(context: Any, builder: Any, _: Any, values: Any) -> Any:
+            word = ir.IntType(64)
+            given = [builder.extract_value(values[1], i) for i in range(len(arguments))]
+            kind = ir.FunctionType(ir.VoidType(), [word] * len(given))
+            builder.call(builder.inttoptr(values[0], kind.as_pointer()), given)
+            return context.get_dummy_value()
+
+        return types.void(address, arguments), code
+
+    return call

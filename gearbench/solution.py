@@ -6,7 +6,7 @@ import logging
 import time
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,15 +72,29 @@ def dataset(
     """
     import xarray as xr
 
-    lines, solution = solved.lines, solved.solution
-    coords: dict[str, tuple] = {
-        **{name: ("position", values) for name, values in solved.cycle.phases.coordinates.items()},
-        "pair_index": ("pair", lines.index),
+    coords, variables = columns(solved, outputs)
+    variables = {
+        name: ((*before, *dims)[-np.ndim(x) :] if np.ndim(x) else (), x) for name, (dims, x) in variables.items()
     }
-    variables: dict[str, tuple] = {name: output(solved, name) for name in outputs}
+    own = {name: (name, values, attrs) for name, (values, attrs) in before.items()}
+    attrs = provenance(solved.scene, wall_time=time.perf_counter() - start)
+    attrs["polished_positions"] = solved.solution.polished  # solved once more, see ContactSolution
+    return xr.Dataset(described(variables), coords=described(coords) | own, attrs=attrs)
+
+
+#: Dimensions and values by name.
+Columns: TypeAlias = dict[str, tuple[tuple[str, ...], NDArray]]
+
+
+def columns(solved: Solved, outputs: Sequence[str]) -> tuple[Columns, Columns]:
+    """Coordinates and variables of the Dataset of a solved scene."""
+    lines, solution = solved.lines, solved.solution
+    coords: Columns = {name: (("position",), values) for name, values in solved.cycle.phases.coordinates.items()}
+    coords["pair_index"] = ("pair",), lines.index
+    variables: Columns = {name: output(solved, name) for name in outputs}
     over = {dim for dims, _ in variables.values() for dim in dims}
     if "harmonic" in over:
-        coords["harmonic"] = ("harmonic", np.arange(1, HARMONICS + 1))
+        coords["harmonic"] = ("harmonic",), np.arange(1, HARMONICS + 1)
     if "segment" in over:
         grid = ("position", "pair", "segment")
         coords |= {
@@ -94,10 +108,4 @@ def dataset(
         "complementarity_residual": (("position",), solution.complementarity),
         "newton_steps": (("position",), solution.iterations),
     }
-    variables = {
-        name: ((*before, *dims)[-np.ndim(x) :] if np.ndim(x) else (), x) for name, (dims, x) in variables.items()
-    }
-    own = {name: (name, values, attrs) for name, (values, attrs) in before.items()}
-    attrs = provenance(solved.scene, wall_time=time.perf_counter() - start)
-    attrs["polished_positions"] = solution.polished  # solved once more, see ContactSolution
-    return xr.Dataset(described(variables), coords=described(coords) | own, attrs=attrs)
+    return coords, variables

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench.compliance.bases import gauss, sampled, width_functions
-from gearbench.compliance.gear_body import ToothedRing, wave_weights
+from gearbench.compliance.bases import gauss, width_functions
+from gearbench.compliance.gear_body import ToothedRing, wave_weights, waves_computed
 from gearbench.compliance.ring import Ring, harmonic_weights
 from gearbench.compliance.solid_tooth import SolidTooth
 from tests.toothed_rings import NU, E, body, gear, tooth
@@ -72,7 +72,7 @@ def test_waves_between_those_computed(teeth):
     """Long waves grow like 1/m; about z/2 they are even, or odd: 2e-4 of the greatest that is interpolated."""
     even, odd = wave_weights(teeth)
     m, x = np.arange(1, teeth // 2 + 1), math.pi * np.arange(1, teeth // 2 + 1) / teeth
-    some = sampled(teeth // 2)[1:].astype(int)
+    some = waves_computed(teeth)[1:]
     for weights, values in ((even, 1 / np.sin(x)), (even, 1 + 0 * x), (odd, 1 / np.tan(x)), (odd, np.cos(x))):
         curve = np.append(3.0, values)
         found = weights @ np.append(3.0, values[some - 1])

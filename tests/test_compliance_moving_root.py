@@ -152,7 +152,7 @@ def test_parts_of_the_tooth_are_the_schur_complement_of_the_whole(helix, order):
     spring = (X @ X.T + np.eye(len(S))) * np.abs(S).max() * 0.01
     K = P.T @ full_stiffness(solid) @ P
     K[-len(S) :, -len(S) :] += spring
-    flank = b.tooth.flank_functionals(solid) @ P
+    flank = b.tooth.flank_functionals(solid).matrix() @ P
     together = flank @ np.linalg.solve(K, flank.T)
     clamped = b.tooth.flank_functionals(b.tooth.solid)
     apart = b.tooth.solid.compliance(clamped) + phi @ np.linalg.solve(S + spring, phi.T)

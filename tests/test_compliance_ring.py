@@ -290,7 +290,7 @@ def test_negative_harmonics_are_mirror_images():
 
 @pytest.mark.parametrize(("most", "screw"), [(3, 0.0), (6, 0.02), (40, 0.0), (700, 0.0), (700, 0.02)])
 def test_interpolation_between_harmonics(most, screw):
-    """n ĉ_n along ln n by cubics between points a third apart: 1e-3 of the harmonic itself."""
+    """n ĉ_n along ln n by splines of degree five: 1e-3 of the harmonic itself."""
     body = ring((8, 5), screw=screw)
     n = np.unique(np.geomspace(1, most, 60).round()).astype(int)
     some, weights = harmonic_weights(most)

@@ -11,6 +11,7 @@ from gearbench.contact import batch as batching
 from gearbench.contact._batch_kernels import apply_laws, solve_chunk
 from gearbench.contact._lane_kernels import LANES
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.batch import ROUNDING, SCATTER
 from gearbench.contact.law import inverse, kernel_coefficients
 from gearbench.contact.solver import solve
 from gearbench.effects.hertz import Hertz
@@ -41,7 +42,7 @@ SCENES = {
 
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES.keys())
 def test_every_sample_is_the_answer_of_the_single_scene_solver(scene):
-    problem = prepare_scene(scene)
+    problem = prepare_scene(scene, ROUNDING)
     errors = problem.draw(40, 3, "random")
     solution = batching.solve_batch(problem.batch, errors - problem.mean)
 
@@ -56,8 +57,19 @@ def test_every_sample_is_the_answer_of_the_single_scene_solver(scene):
         assert_allclose(solution.stiffness[:, i], single.stiffness, rtol=1e-9)
 
 
+def test_samples_of_a_scatter_are_good_to_a_hundred_thousandth():
+    """Samples computed to rounding are exact, see above; by default they save steps and columns."""
+    exact, problem = (prepare_scene(SCENES["helical with relief"], each) for each in (ROUNDING, SCATTER))
+    assert problem.batch.rank < exact.batch.rank
+    draws = problem.draw(LANES, 2, "sobol") - problem.mean
+    found, expected = batching.solve_batch(problem.batch, draws), batching.solve_batch(exact.batch, draws)
+    assert_allclose(found.approach, expected.approach, rtol=1e-5)
+    assert_allclose(found.stiffness, expected.stiffness, rtol=1e-5)
+    assert np.abs(found.stiffness / expected.stiffness - 1).max() > 1e-9
+
+
 def test_a_sample_is_bit_for_bit_the_same_in_any_batch_and_on_any_number_of_threads():
-    problem = prepare_scene(SCENES["helical with relief"])
+    problem = prepare_scene(SCENES["helical with relief"], ROUNDING)
     errors = problem.draw(3 * LANES + 5, 0, "sobol")
     whole, _ = respond(problem, errors, threads=1)
     threaded, _ = respond(problem, errors, threads=2)
@@ -71,14 +83,14 @@ def test_a_sample_is_bit_for_bit_the_same_in_any_batch_and_on_any_number_of_thre
 
 def test_what_the_first_guess_missed_at_the_positions_before_saves_steps():
     """The same answers; guesses lie on the straight line through two positions, not beyond the next one."""
-    problem = prepare_scene(gear("24").scene(errors=True))
+    problem = prepare_scene(gear("24").scene(errors=True), ROUNDING)
     b, draws = problem.batch, np.ascontiguousarray(problem.expansion.amounts(problem.draw(LANES, 0, "sobol")).T)
     found = []
     for ahead in (np.zeros_like(b.ahead), b.ahead):
         delta, stiffness, done = np.empty((3, len(b.count), LANES))
         steps = solve_chunk(
             b.firsts, b.blocks, b.ranks, ahead, b.gap, b.modes, draws, b.factor, b.product, b.laws, b.start, b.guess,
-            batching.NEWTON_TOLERANCE, batching.NEWTON_LIMIT, delta, stiffness, done,
+            b.precision.newton, batching.NEWTON_LIMIT, delta, stiffness, done,
         )  # fmt: skip
         assert done.all()
         found.append((steps, delta, stiffness))
@@ -92,7 +104,7 @@ def test_what_the_first_guess_missed_at_the_positions_before_saves_steps():
 
 
 def test_samples_that_newton_does_not_reach_go_to_the_solver_with_line_search(monkeypatch):
-    problem = prepare_scene(SCENES["spur"])
+    problem = prepare_scene(SCENES["spur"], ROUNDING)
     errors = problem.draw(10, 0, "sobol")
     plain = batching.solve_batch(problem.batch, errors - problem.mean)
     assert plain.rescued == 0
@@ -104,7 +116,7 @@ def test_samples_that_newton_does_not_reach_go_to_the_solver_with_line_search(mo
 
 
 def test_errors_a_thousand_times_the_deflection_are_solved():
-    problem = prepare_scene(SCENES["helical, three pairs"])
+    problem = prepare_scene(SCENES["helical, three pairs"], ROUNDING)
     errors = 1000 * problem.draw(20, 1, "random")
     solution = batching.solve_batch(problem.batch, errors - problem.mean)
     phase, _ = mesh_phases(problem.scene)
@@ -147,7 +159,7 @@ def test_reducing_the_rank_does_not_change_the_compliance():
 
 
 def test_progress_counts_the_samples_and_an_interruption_keeps_what_is_done():
-    problem = prepare_scene(SCENES["spur"])
+    problem = prepare_scene(SCENES["spur"], ROUNDING)
     errors = problem.draw(3 * LANES, 0, "sobol")
     seen = []
     respond(problem, errors, threads=1, progress=seen.append)

@@ -10,7 +10,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from gearbench.contact import batch as batching
 from gearbench.contact._lane_kernels import LANES
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
-from gearbench.contact.batch import Batch, chunks, solve_batch, solve_one_chunk
+from gearbench.contact.batch import ROUNDING, Batch, chunks, solve_batch, solve_one_chunk
 from gearbench.contact.law import inverse
 from gearbench.contact.solver import solve
 from gearbench.effects.gear_body import GearBody
@@ -42,7 +42,7 @@ EACH = pytest.mark.parametrize("name", SCENES)
 
 @lru_cache
 def prepared(name: str) -> RobustProblem:
-    problem = prepare_scene(SCENES[name])
+    problem = prepare_scene(SCENES[name], ROUNDING)
     assert problem.batch.reference is not None
     return problem
 
@@ -103,6 +103,16 @@ def test_every_sample_is_the_answer_of_the_single_scene_solver(name):
         assert_allclose(solution.stiffness[:, i], single.stiffness, rtol=1e-9)
 
 
+@EACH
+def test_samples_of_a_scatter_are_good_to_a_hundred_thousandth(name):
+    exact, problem = prepared(name), prepare_scene(SCENES[name])
+    draws = problem.draw(LANES, 2, "sobol") - problem.mean
+    found, expected = solve_batch(problem.batch, draws), solve_batch(exact.batch, draws)
+    assert_allclose(found.approach, expected.approach, rtol=1e-5)
+    assert_allclose(found.stiffness, expected.stiffness, rtol=1e-5)
+    assert np.abs(found.stiffness / expected.stiffness - 1).max() > 1e-9
+
+
 @pytest.mark.parametrize("times", [1.0, 1000.0])
 def test_both_kernels_give_the_same_answers(monkeypatch, times):
     """The one that eliminates the amplitudes, and conjugate gradients; errors up to a thousand deflections."""
@@ -110,7 +120,7 @@ def test_both_kernels_give_the_same_answers(monkeypatch, times):
     errors = times * problem.draw(LANES, 1, "sobol") - problem.mean
     one = solve_batch(problem.batch, errors)
     monkeypatch.setattr(batching, "COUPLED_RANK", 1000)
-    other = prepare_scene(SCENES["helical"])
+    other = prepare_scene(SCENES["helical"], ROUNDING)
     assert other.batch.reference is None
     two = solve_batch(other.batch, errors)
     assert one.rescued == two.rescued == 0
@@ -122,7 +132,7 @@ def test_both_kernels_give_the_same_answers(monkeypatch, times):
 def test_samples_that_begin_once_more_do_not_change_their_neighbours(monkeypatch, rank):
     """Of errors of many deflections some begin too far away with what the positions before missed, and begin again."""
     monkeypatch.setattr(batching, "COUPLED_RANK", rank)
-    problem = prepare_scene(SCENES["helical"])
+    problem = prepare_scene(SCENES["helical"], ROUNDING)
     errors = 30 * problem.draw(LANES, 5, "random") - problem.mean
     whole = solve_batch(problem.batch, errors)
     for i in range(0, LANES, 16):

@@ -20,7 +20,7 @@ from gearbench.results.outputs import DEFAULT_OUTPUTS
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.scene_file import parse_scene
 from gearbench.solution import dataset, solve_scene
-from gearbench.sweeps import groups, shared
+from gearbench.sweeps import groups, shared, together
 from gearbench.sweeps.dataset import beside
 from gearbench.sweeps.ranges import parse_range, parse_setting
 from tests.test_architecture import ROOT
@@ -49,6 +49,8 @@ def single_run(scene: Scene):
 def assert_equal(point, single):
     for name in set(single.data_vars) - HOW:
         found, wanted = point[name], single[name]
+        if name.endswith("_phase"):  # known as well as the harmonic is
+            found, wanted = (x[name.replace("_phase", "_amplitude")] * np.exp(1j * x[name]) for x in (point, single))
         if "position" in found.dims:
             found = found.isel(position=slice(single.sizes["position"]))
         if name.endswith("_phase") and found.dims == ("harmonic",):
@@ -103,6 +105,31 @@ def test_a_point_of_a_sweep_is_the_simulation_of_it(name, effects):
         assert_equal(found.sel(torque=torque), alone)
 
 
+@pytest.mark.parametrize("largest", [together.LARGEST, 1e5], ids=["at once", "a few at a time"])
+def test_torques_with_phases_of_their_own_are_assembled_together(monkeypatch, largest):
+    calls = []
+
+    def counted(scene, lines):
+        calls.append(lines.mesh_phase)
+        return gearbench.contact.assemble.assemble(scene, lines)
+
+    monkeypatch.setattr(together, "assemble", counted)
+    monkeypatch.setattr(together, "LARGEST", largest)
+    scene, torques = RELIEVED, RELIEVED.load.torque * np.array([-1.0, -0.4, 0.1, 0.4, 0.7, 1.0])
+    found = sweep(scene, torque=torques)
+    assert len(calls) == (2 if largest > 1e6 else 6)  # drive flanks and coast flanks are others
+    count = (found["phase_weight"] > 0).sum("position")
+    assert count.min() < count.max()
+    assert "phase_weight 0" in found.attrs["missing"]
+    if largest > 1e6:  # phases that several torques have are assembled once
+        assert len(calls[1]) < int(count[2:].sum())
+    none = found["phase_weight"] == 0
+    assert np.array_equal(found["transmission_error"].isnull(), none)
+    assert np.array_equal(found["line_load"].isnull().all(("pair", "segment")), none)
+    for torque in torques[[0, 2, 5]]:
+        assert_equal(found.sel(torque=torque), simulate(replace(scene, load=Load(torque=torque))))
+
+
 def test_without_a_contact_law_too():
     x = np.linspace(0, 1, 25)
     root = np.linalg.cholesky(np.exp(-(np.subtract.outer(x, x) ** 2) / 0.01) + 1e-2 * np.eye(25))
@@ -146,8 +173,9 @@ def test_the_compliance_is_made_once(monkeypatch):
         return gearbench.contact.assemble.assemble(scene, lines)
 
     monkeypatch.setattr(shared, "assemble", counted)
-    sweep(UNIFORM, {"effects.crowning.amount": [0.0, 4.0, 8.0]}, torque=[50.0, 100.0])
+    found = sweep(UNIFORM, {"effects.crowning.amount": [0.0, 4.0, 8.0]}, torque=[50.0, 100.0])
     assert len(calls) == 1
+    assert "missing" not in found.attrs
     sweep(UNIFORM, {"segments": [10, 15]}, torque=[50.0, 100.0])
     assert len(calls) == 3
 

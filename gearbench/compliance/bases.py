@@ -107,7 +107,18 @@ def height_quadrature(
 
 def sampled(most: int, ratio: float = 1.35) -> NDArray:
     """0, 1, 2, … and then ever wider apart, up to ``most``, each about ``ratio`` times the one before."""
-    n = [0, 1, 2, 3, 4]
+    n = [0, 1, 2, 3, 4, 5]
     while n[-1] < most:
         n.append(min(most, max(n[-1] + 1, round(n[-1] * ratio))))
     return np.array([k for k in n if k <= most], dtype=float)
+
+
+def spline_weights(knots: NDArray, at: NDArray, degree: int) -> NDArray:
+    """Weights of values at ``knots`` in their spline of a ``degree``, not a knot at the ends, (at, knots).
+
+    Where there are too few knots the degree is the next odd one below.
+    """
+    from scipy.interpolate import make_interp_spline
+
+    most = min(degree, len(knots) - 1)
+    return make_interp_spline(knots, np.eye(len(knots)), k=most - (most + 1) % 2)(at)

@@ -4,14 +4,60 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.compliance.lapack import cholesky, solve_lower
+from gearbench.compliance.lapack import addresses
 
-#: Rows of solved right-hand sides that are multiplied with each other at a time.
-_TOGETHER = 250
+
+@dataclass(frozen=True, kw_only=True)
+class Sums:
+    """Many matrices, each of them the sum of two given ones times factors.
+
+    Parameters
+    ----------
+    matrices
+        Those given.
+    which
+        Two numbers of given ones for each matrix, (…, 2).
+    factors
+        Their factors, (…, 2); where one is zero, its matrix does not matter.
+    """
+
+    matrices: Sequence[NDArray]
+    which: NDArray
+    factors: NDArray
+
+    def matrix(self, *index: int) -> NDArray:
+        """One of them."""
+        return sum(
+            factor * self.matrices[k]
+            for k, factor in zip(self.which[index], self.factors[index], strict=True)
+            if factor
+        )  # pyright: ignore[reportReturnType]
+
+    def values(self) -> tuple[NDArray, NDArray]:
+        """The given matrices one after the other, and where in them each sum begins, (…, 2)."""
+        starts = np.cumsum([0, *(matrix.size for matrix in self.matrices)])
+        return np.concatenate([np.zeros(0), *(matrix.ravel() for matrix in self.matrices)]), starts[self.which]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sides:
+    """Right-hand sides of a chain, in groups of columns.
+
+    Parameters
+    ----------
+    widths
+        Number of columns of each group, (groups,).
+    blocks
+        Their rows at each block, (count, groups).
+    """
+
+    widths: NDArray
+    blocks: Sums
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,31 +66,29 @@ class Chain:
 
     Parameters
     ----------
-    diagonal
-        A_0, A_1, …, symmetric.
-    coupling
-        E_0, E_1, …: the block between A_i and A_{i+1}.
-    beyond
-        F_0, F_1, …: the block between A_i and A_{i+2}; none where they are not coupled.
+    sizes
+        Of the blocks, (count,).
+    blocks
+        (apart, i): the block between unknowns i and i + ``apart``, 0, 1, 2; those beyond the end do not matter.
     """
 
-    diagonal: Sequence[NDArray]
-    coupling: Sequence[NDArray]
-    beyond: Sequence[NDArray] = ()
+    sizes: NDArray
+    blocks: Sums
 
     @property
     def size(self) -> int:
         """Number of unknowns."""
-        return sum(len(block) for block in self.diagonal)
+        return int(self.sizes.sum())
 
     def matrix(self) -> NDArray:
         """K itself."""
-        ends = np.cumsum([0, *(len(block) for block in self.diagonal)])
+        ends = np.cumsum([0, *self.sizes])
         K = np.zeros((self.size, self.size))
-        for apart, blocks in enumerate((self.diagonal, self.coupling, self.beyond)):
-            for i, block in enumerate(blocks):
+        for apart, i in product(range(3), range(len(self.sizes))):
+            if i + apart < len(self.sizes):
                 here, there = slice(ends[i], ends[i + 1]), slice(ends[i + apart], ends[i + apart + 1])
-                K[here, there], K[there, here] = block, block.T
+                K[here, there] = self.blocks.matrix(apart, i)
+                K[there, here] = K[here, there].T
         return K
 
     @property
@@ -55,53 +99,48 @@ class Chain:
         return float(np.linalg.cond(K * scale * scale[:, None]))
 
     def compliance(self, right: NDArray) -> NDArray:
-        """Bᵀ K⁻¹ B of right-hand sides B (n, m): a column costs nothing above the first block in which it begins.
+        """Bᵀ K⁻¹ B of right-hand sides B (n, m).
 
         Raises
         ------
         numpy.linalg.LinAlgError
             If K is not positive definite.
         """
-        starts = np.cumsum([0, *(len(block) for block in self.diagonal)])
-        begins = np.full(right.shape[1], len(self.diagonal))
-        for i in reversed(range(len(self.diagonal))):
-            begins[right[starts[i] : starts[i + 1]].any(axis=0)] = i
+        count, columns = len(self.sizes), right.shape[1]
+        rows = np.split(right, np.cumsum(self.sizes)[:-1])
+        which = np.repeat(np.arange(count)[:, None, None], 2, axis=2)
+        blocks = Sums(matrices=rows, which=which, factors=np.broadcast_to([1.0, 0.0], which.shape))
+        return -self.condensed(Sides(widths=np.array([columns]), blocks=blocks), np.zeros((columns, columns)))
+
+    def condensed(self, sides: Sides, border: NDArray) -> NDArray:
+        """C − Bᵀ K⁻¹ B of right-hand sides B and a symmetric ``border`` C (m, m).
+
+        A group of columns costs nothing above the first block in which it begins.
+
+        Raises
+        ------
+        numpy.linalg.LinAlgError
+            If K is not positive definite.
+        """
+        from gearbench.compliance._chain_kernels import condense_chain
+
+        count, most = len(self.sizes), int(self.sizes.max(initial=0))
+        there = sides.blocks.factors.any(axis=2)
+        begins = np.where(there.any(axis=0), there.argmax(axis=0), count)
         order = np.argsort(begins, kind="stable")
-        here = np.searchsorted(begins[order], np.arange(len(self.diagonal)), side="right")
-        halves = self._half(np.take(right, order, axis=1), starts, here)
-        total = np.zeros((len(order), len(order)))
-        first = 0
-        for i in range(len(self.diagonal)):
-            if starts[i + 1] - first >= _TOGETHER or i == len(self.diagonal) - 1:
-                some = halves[first : starts[i + 1], : here[i]]
-                total[: here[i], : here[i]] += some.T @ some
-                first = starts[i + 1]
-        result = np.empty_like(total)
-        result[order[:, None], order] = total
+        begun = np.searchsorted(begins[order], np.arange(count), side="right")
+        starts = np.cumsum([0, *sides.widths[order]])
+        ends = np.cumsum([0, *sides.widths])
+        columns = np.concatenate([np.zeros(0, dtype=int), *(np.arange(ends[g], ends[g + 1]) for g in order)])
+        values, offset = self.blocks.values()
+        more, side_offset = sides.blocks.values()
+        m = len(columns)
+        result = np.array(border, dtype=float, order="C")
+        memory = np.empty((3, most, min(3, count) * most + m)), np.empty((m, m))
+        sizes, together = np.append(self.sizes, np.zeros(4, dtype=int)), np.concatenate([values, more])
+        chain = sizes, together, offset, np.ascontiguousarray(self.blocks.factors)
+        begin = np.ascontiguousarray(side_offset[:, order] + len(values))
+        groups = begun, starts, begin, np.ascontiguousarray(sides.blocks.factors[:, order])
+        if not condense_chain(result, *memory, columns, chain, groups, np.zeros(6, dtype=np.int32), addresses()):
+            raise np.linalg.LinAlgError("a matrix is not positive definite")
         return result
-
-    def _half(self, right: NDArray, starts: NDArray, here: NDArray) -> NDArray:
-        """L⁻¹ B of the Cholesky factor L, in place of B; its first ``here[i]`` columns begin at block i or above."""
-        count = len(self.diagonal)
-        # what is left of the block that is next to be eliminated, of its coupling to the one after, and of that one
-        own, off = self._block(0, 0).copy(), self._block(0, 1)
-        after = self._block(1, 0)
-        for i in range(count):
-            n1, n2 = (starts[min(j + 1, count)] - starts[min(j, count)] for j in (i + 1, i + 2))
-            rows, m = slice(starts[i], starts[i + 1]), here[i]
-            sides = np.concatenate([off, self._block(i, 2), right[rows, :m]], axis=1)
-            if sides.size:  # LAPACK refuses empty systems
-                right[rows, :m] = solve_lower(cholesky(own), sides)[:, n1 + n2 :]
-            taken = sides[:, : n1 + n2].T @ sides
-            own, off = after - taken[:n1, :n1], self._block(i + 1, 1) - taken[:n1, n1 : n1 + n2]
-            after = self._block(i + 2, 0) - taken[n1:, n1 : n1 + n2]
-            right[starts[i + 1] : starts[i + 1] + n1 + n2, :m] -= taken[:, n1 + n2 :]
-        return right
-
-    def _block(self, i: int, apart: int) -> NDArray:
-        """The block between A_i and A_{i + apart}; without rows or columns beyond the end, zero where there is none."""
-        blocks = (self.diagonal, self.coupling, self.beyond)[apart]
-        if i < len(blocks):
-            return blocks[i]
-        sizes = [len(self.diagonal[j]) if j < len(self.diagonal) else 0 for j in (i, i + apart)]
-        return np.zeros(sizes)

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.compliance.bases import sampled
+from gearbench.compliance.bases import spline_weights
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.lapack import cholesky, solve_lower
 from gearbench.compliance.ring import Ring, harmonic_weights
@@ -36,6 +36,9 @@ if TYPE_CHECKING:
 
 #: Greatest n ψ of the harmonics counted, ψ the half-angle of a root: the remainder falls like its square.
 FINEST = 30.0
+#: All waves up to ``LONG`` are computed, and further ones these steps of ln tan(πm/2z) apart; degree of the spline
+#: between them.
+LONG, APART, DEGREE = 5, 0.4, 7
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -116,7 +119,7 @@ class ToothedRing:
 
     @lazy
     def _harmonics(self) -> tuple[NDArray, NDArray]:
-        """B(m) of waves m computed as weights (m, k·l, …) times (…, field·j·field·j) (R4).
+        """B(m) of waves m computed as weights (m, pair of k ≤ l, …) times (…, field·j·field·j) (R4).
 
         Every harmonic is a sum of those computed; harmonic −n is the conjugate of n, and in the phases of the functions
         their squares, ±1, are left of that.
@@ -125,17 +128,18 @@ class ToothedRing:
         across, axis = self.tooth.order[0], self.axis_order
         z, psi = gear.teeth, self.root_half_angle
         turns = math.ceil(FINEST / psi / z)
-        m = sampled(z // 2).astype(int)
+        m = waves_computed(z)
         n = m[:, None] + z * np.arange(-turns, turns + 1)
-        bessel = _legendre_transform(across, n * psi)
-        squares = np.einsum("mnk,mnl->mkln", bessel, bessel) * (z * self.root_arc / (2 * math.pi))
+        bessel = _legendre_transform(across, n * psi) * math.sqrt(z * self.root_arc / (2 * math.pi))
+        k, l = np.triu_indices(across)
+        squares = np.swapaxes(bessel[:, :, k] * bessel[:, :, l], 1, 2)
         some, each = harmonic_weights(int(np.abs(n).max()))
         c = rim_harmonics(self.ring, tuple(some))
         odd = ((-1.0) ** (np.array([1, 0, 1])[:, None] + np.arange(axis))).ravel()
         c = np.concatenate([c, np.conj(c) * (odd[:, None] * odd)]).reshape(2 * len(some), -1)
         below = (n < 0)[:, :, None]
         each = np.concatenate([np.where(below, 0.0, each[np.abs(n)]), np.where(below, each[np.abs(n)], 0.0)], axis=2)
-        return squares.reshape(len(m), across**2, -1) @ each, c
+        return squares @ each, c
 
     @lazy
     def _waves(self) -> tuple[NDArray, NDArray]:
@@ -149,19 +153,19 @@ class ToothedRing:
         side = np.abs(np.imag(self._phase)).astype(int)
         sign = np.real(self._phase) + np.imag(self._phase)
         S, phi = self.tooth_parts[0] * sign[:, None] * sign, self.tooth_parts[1] * sign
-        # from (k, l, field, j, field, j) to the functions (field, k, j) of a class
-        order = np.arange(across**2 * (3 * axis) ** 2).reshape(across, across, 3, axis, 3, axis)
+        B = (weights @ c).reshape(len(weights), -1)
+        # from (pair of k ≤ l, field, j, field, j) to the functions (field, k, j) of a class
+        pair = np.zeros((across, across), dtype=int)
+        pair[np.triu_indices(across)] = pair.T[np.triu_indices(across)] = np.arange(weights.shape[1])
+        order = np.arange(B.shape[1]).reshape(-1, 3, axis, 3, axis)[pair]
         order = order.transpose(2, 0, 3, 4, 1, 5).reshape(S.shape)
-        same, other = np.zeros((2, len(weights), len(phi), len(phi)), dtype=c.dtype)
+        same, other = np.zeros((2, len(B), len(phi), len(phi)), dtype=c.dtype)
         for mine in self._classes:
             parts = [mine[side[mine] == k] for k in range(2)]
-            low = np.flatnonzero(np.isin(np.concatenate(parts), self._lowest))
-            taken = order[np.ix_(*2 * (np.concatenate(parts),))]
+            both = np.concatenate(parts)
+            low = np.flatnonzero(np.isin(both, self._lowest))
             firm = _Firm.on_springs([S[np.ix_(p, p)] for p in parts], [phi[:, p] for p in parts], low, self._spring)
-            for m, weight in enumerate(weights):
-                equal, different = firm.joined(np.take(weight @ c, taken))
-                same[m] += equal
-                other[m] += different
+            firm.join(B, order[np.ix_(both, both)], same, other)
         return same, other
 
     @property
@@ -175,9 +179,9 @@ class ToothedRing:
         """Half of what the body can lend a tooth of its stiffness against each of these motions, in every wave."""
         weights, c = self._harmonics
         across, axis = self.tooth.order[0], self.axis_order
-        own = weights.reshape(len(weights), across, across, -1)[:, np.arange(across), np.arange(across)]
+        k, l = np.triu_indices(across)
         c = np.real(np.diagonal(c.reshape(len(c), 3 * axis, 3 * axis), axis1=1, axis2=2))
-        diagonal = (own @ c).reshape(-1, across, 3, axis).swapaxes(1, 2).reshape(len(weights), -1)
+        diagonal = (weights[:, k == l] @ c).reshape(-1, across, 3, axis).swapaxes(1, 2).reshape(len(weights), -1)
         return 0.5 / float(diagonal[:, self._lowest].sum(axis=1).max())
 
     @property
@@ -240,43 +244,65 @@ class _Firm:
             alone += shapes @ moved[-1]
         return cls(yields=yields, moved=moved, alone=(alone + alone.T) / 2, low=low, spring=spring)
 
-    def joined(self, B: NDArray) -> tuple[NDArray, NDArray]:
-        """Φ (S + B⁻¹)⁻¹ Φᵀ within the phases, and between the two, (flank, flank); B Hermitian."""
-        E = self.low
-        pressed = B[:, E]
-        lent = np.linalg.inv(np.eye(len(E)) / self.spring - B[np.ix_(E, E)])
-        L = cholesky(B + (pressed @ lent) @ np.conj(pressed.T) + self.yields)
-        n = len(self.moved[0])
-        first = np.zeros((len(L), len(self.alone)), dtype=B.dtype)
-        first[:n] = self.moved[0]
-        first = solve_lower(L, first)
-        second = solve_lower(np.ascontiguousarray(L[n:, n:]), self.moved[1].astype(B.dtype))
-        between = np.conj(second.T) @ first[n:]
-        same = self.alone - np.conj(first.T) @ first - np.conj(second.T) @ second
-        return same, between - np.conj(between.T)
+    def join(self, every: NDArray, taken: NDArray, same: NDArray, other: NDArray) -> None:
+        """Add Φ (S + B⁻¹)⁻¹ Φᵀ of the waves, within the phases and between the two, to two of (m, flank, flank).
+
+        ``taken``: which numbers of a wave, ``every`` (m, …), make up its Hermitian B (n, n).
+        """
+        low, n, size = self.low, len(self.moved[0]), len(taken)
+        # one wave at a time: what it needs stays in the cache
+        B, halves = (np.empty((k, w), every.dtype) for k, w in ((size, size), (2 * size - n, len(self.alone))))
+        first, second = halves[:size], halves[size:]
+        for k, numbers in enumerate(every):
+            np.take(numbers, taken, out=B, mode="clip")
+            pressed = B[:, low]
+            lent = np.linalg.inv(np.eye(len(low)) / self.spring - pressed[low])
+            B += pressed @ lent @ pressed.T.conj()
+            B += self.yields
+            first[:n], first[n:], second[:] = self.moved[0], 0.0, self.moved[1]
+            L = cholesky(B)
+            solve_lower(L, first)
+            solve_lower(L[n:, n:], second)
+            same[k] += self.alone
+            same[k] -= halves.T.conj() @ halves
+            between = second.T.conj() @ first[n:]
+            other[k] += between - between.T.conj()
+
+
+def waves_computed(teeth: int) -> NDArray:
+    """Waves m of 0 … z/2 that are computed."""
+    most = teeth // 2
+    if most <= LONG:
+        return np.arange(most + 1)
+    start, stop = _abscissa(np.array([LONG, most]), teeth)
+    short = np.linspace(start, stop, 1 + math.ceil((stop - start) / APART))
+    short = np.round(2 * teeth / math.pi * np.arctan(np.exp(short)))
+    return np.unique(np.append(np.arange(LONG), short)).astype(int)
+
+
+def _abscissa(m: NDArray, teeth: int) -> NDArray:
+    """What splines between the waves run along: ln m of long ones."""
+    return np.log(np.tan(math.pi * m / (2 * teeth)))
 
 
 @lru_cache(maxsize=64)
 def wave_weights(teeth: int) -> tuple[NDArray, NDArray]:
     """Weights of the waves computed in all waves m = 0 … z/2, (m, computed): where they are even about z/2, and odd.
 
-    Times sin(πm/z) they are smooth in ln tan(πm/2z), which is ln m of long waves: to 5e-5, by a spline of degree five.
+    Times sin(πm/z) they are smooth in ln tan(πm/2z).
     """
-    from scipy.interpolate import make_interp_spline
-
-    some, most = sampled(teeth // 2), teeth // 2
+    some, most = waves_computed(teeth), teeth // 2
     if len(some) == most + 1:
         return np.eye(most + 1), np.eye(most + 1)
     own = some[1:]
     below = own[2 * own < teeth][::-1]
     knots, at = np.append(own, teeth - below), np.arange(1, most + 1)
-    abscissa, level = (lambda m: np.log(np.tan(math.pi * m / (2 * teeth)))), (lambda m: np.sin(math.pi * m / teeth))
+    each = spline_weights(_abscissa(knots, teeth), _abscissa(at, teeth), DEGREE)
     both = []
     for sign in (1.0, -1.0):
         values = np.concatenate([np.eye(len(own)), sign * np.eye(len(own))[: len(below)][::-1]])
-        smooth = make_interp_spline(abscissa(knots), level(knots)[:, None] * values, k=5)
         weights = np.eye(most + 1, len(some))
-        weights[1:, 1:] = smooth(abscissa(at)) / level(at)[:, None]
+        weights[1:, 1:] = each @ values * np.sin(math.pi * own / teeth) / np.sin(math.pi * at / teeth)[:, None]
         both.append(weights)
     return both[0], both[1]
 

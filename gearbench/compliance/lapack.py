@@ -1,8 +1,8 @@
 """The few routines of BLAS and LAPACK that small systems are solved with, in place, as SciPy hands them out for C.
 
 SciPy's own wrappers of them hold Python's lock, and check and copy their arguments for longer than these systems take:
-here other threads go on. Arrays are of double precision, contiguous, rows first. LAPACK, which has columns first, sees
-them transposed.
+here other threads go on. Arrays are of double precision, contiguous, rows first, or blocks of such. LAPACK, which has
+columns first, sees them transposed.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def _kind(A: NDArray) -> str:
 
 
 def _leading(A: NDArray) -> object:
-    return _at(ctypes.c_int(max(A.shape[1], 1)))
+    return _at(ctypes.c_int(max(A.strides[0] // A.itemsize, A.shape[1], 1)))
 
 
 _at = ctypes.byref
@@ -56,7 +56,19 @@ _at = ctypes.byref
 
 @lru_cache(maxsize=16)
 def _routine(module: str, name: str, arguments: int) -> Callable[..., None]:
-    """A routine by its address, which SciPy gives in a capsule named after its signature."""
+    """A routine, by its address."""
+    return ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * arguments)(_address(module, name))
+
+
+@lru_cache(maxsize=1)
+def addresses() -> NDArray:
+    """Where dpotrf, dtrsm, dgemm and dsyrk are, for compiled code to call."""
+    blas = [_address("cython_blas", name) for name in ("dtrsm", "dgemm", "dsyrk")]
+    return np.array([_address("cython_lapack", "dpotrf"), *blas])
+
+
+def _address(module: str, name: str) -> int:
+    """Where a routine is; SciPy gives it in a capsule named after its signature."""
     from importlib import import_module
 
     capsule = import_module(f"scipy.linalg.{module}").__pyx_capi__[name]
@@ -64,5 +76,4 @@ def _routine(module: str, name: str, arguments: int) -> Callable[..., None]:
     python.PyCapsule_GetName.restype, python.PyCapsule_GetName.argtypes = ctypes.c_char_p, [ctypes.py_object]
     python.PyCapsule_GetPointer.restype = ctypes.c_void_p
     python.PyCapsule_GetPointer.argtypes = [ctypes.py_object, ctypes.c_char_p]
-    address = python.PyCapsule_GetPointer(capsule, python.PyCapsule_GetName(capsule))
-    return ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * arguments)(address)
+    return python.PyCapsule_GetPointer(capsule, python.PyCapsule_GetName(capsule))

@@ -23,7 +23,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.compliance.bases import gauss, height_functions, sampled, width_functions
+from gearbench.compliance.bases import gauss, height_functions, sampled, spline_weights, width_functions
 from gearbench.compliance.lapack import cholesky, solve_lower
 from gearbench.geometry.material import lame
 
@@ -31,8 +31,8 @@ from gearbench.geometry.material import lame
 LAYER = 7.0
 #: Grading of the functions along ln R towards the rim: their points lie e^1.5 times denser there than at the bore.
 GRADING = 1.5
-#: Numbers in the matrices of harmonics made at the same time.
-_TOGETHER = 500_000
+#: Each harmonic computed over the one before, about.
+APART = 1.45
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,19 +67,22 @@ class Ring:
 
         (R3) of docs/theory.md.
         """
+        from gearbench.compliance._ring_kernels import assemble
+
         n, rim = np.asarray(n, dtype=float), 3 * self.order[1]
         result = np.zeros((len(n), rim, rim))
-        together = max(1, _TOGETHER // (rim * (self.order[0] + 1)) ** 2)
-        for start in range(0, len(n), together):
-            K, edge = self.stiffness(n[start : start + together])
-            for mine in self._classes:
-                own = (np.arange(len(edge))[:, None] * rim + mine).ravel()
-                for k, matrix in enumerate(K, start):
-                    # the last block of L, of the functions that move the rim: L Lᵀ = K_oo − K_oi K_ii⁻¹ K_io
-                    L = cholesky(matrix if len(mine) == rim else matrix[own[:, None], own])
-                    last = np.ascontiguousarray(L[-len(mine) :, -len(mine) :])
-                    half = solve_lower(last, edge[-1] * np.eye(len(mine)))
-                    result[k, mine[:, None], mine] = half.T @ half
+        along, edge = self._along(n)
+        across = self._across(n)
+        for mine in self._classes:
+            size = len(mine)
+            seen = across if size == rim else np.ascontiguousarray(across[:, :, mine[:, None], mine])
+            K = np.empty((len(edge), size, len(edge), size))
+            for k in range(len(n)):
+                assemble(along[k], seen[k], K)
+                # the last block of L, of the functions that move the rim: L Lᵀ = K_oo − K_oi K_ii⁻¹ K_io
+                last = cholesky(K.reshape(len(edge) * size, -1))[-size:, -size:]
+                half = solve_lower(last, edge[-1] * np.eye(size))
+                result[k, mine[:, None], mine] = half.T @ half
         return result
 
     @property
@@ -94,14 +97,22 @@ class Ring:
 
         The first of the functions of R moves the inner edge, where it is not held, the last one the rim.
         """
+        from gearbench.compliance._ring_kernels import assemble
+
+        (along, edge), across = self._along(n), self._across(n)
+        p, size = len(edge), 3 * self.order[1]
+        K = np.empty((len(n), p, size, p, size))
+        for each in zip(along, across, K, strict=True):
+            assemble(*each)
+        return K.reshape(len(n), p * size, p * size), edge
+
+    def _across(self, n: NDArray) -> NDArray:
+        """Factors in z of the integrals of ``_along``, (harmonic, 8, 3·q, 3·q)."""
         lam, mu = lame(self.E, self.nu)
-        along, edge = self._along(n)
         B, A = self._axial(n)
-        m, BT = n[:, None, None], _transposed(B)
-        p, q = len(edge), self.order[1]
-        # factors in z of the integrals along R, (harmonic, integral, field, q, field, q)
-        across = np.zeros((len(n), along.shape[-1], 3, q, 3, q))
-        M, M1, M2, X, XT, X1, X1T, S = range(along.shape[-1])
+        m, BT, q = n[:, None, None], _transposed(B), self.order[1]
+        across = np.zeros((len(n), 8, 3, q, 3, q))
+        M, M1, M2, X, XT, X1, X1T, S = range(8)
         # ⟨tr, tr⟩ λ + 2μ(ε_θθ² + ε_RR² + ε_zz²) + μ(γ_θR² + γ_θz² + γ_Rz²), field by field
         for term, a, b, matrix in (
             (M, 0, 0, mu * A), (M, 1, 1, mu * A), (M, 2, 2, (lam + 2 * mu) * A),
@@ -118,9 +129,7 @@ class Ring:
             (X1, 0, 1, -lam * m), (X1T, 1, 0, -lam * m), (X1T, 0, 1, mu * m), (X1, 1, 0, mu * m),
         ):  # fmt: skip
             across[:, term, a, :, b] = value * np.eye(q)
-        K = along.reshape(len(n), p * p, -1) @ across.reshape(len(n), along.shape[-1], -1)
-        K = K.reshape(len(n), p, p, 3 * q, 3 * q).swapaxes(2, 3)
-        return K.reshape(len(n), 3 * p * q, 3 * p * q), edge
+        return across.reshape(len(n), 8, 3 * q, 3 * q)
 
     def _along(self, n: NDArray) -> tuple[NDArray, NDArray]:
         """∫ ff R, ff, ff/R, ff′R, f′fR, ff′, f′f, f′f′R dR over each harmonic's layer (R2), (harmonic, p, p, 8)."""
@@ -154,30 +163,33 @@ class Ring:
     def _axial(self, n: NDArray) -> tuple[NDArray, NDArray]:
         """⟨φ_j, dφ_l⟩ and ⟨dφ_j, dφ_l⟩ of φ_j = i^j g_j, (harmonic, q, q)."""
         q = self.order[1]
-        eta, weight = gauss(q + 1)
-        g, dg = width_functions(q, eta)
-        dg = dg / self.width
-        first = g.T @ (weight[:, None] * dg)
-        second = dg.T @ (weight[:, None] * dg)
-        j = np.arange(q)
-        phase = 1j ** ((j - j[:, None]) % 4)
-        turn = self.screw * n[:, None, None]
-        B = (phase * (-1j * first - turn * np.eye(q))).real
-        A = (phase * (second + turn**2 * np.eye(q) + 1j * turn * (first - first.T))).real
+        first, second = _axial_products(q)
+        turn, one = self.screw * n[:, None, None], np.eye(q)
+        B = first / self.width - turn * one
+        A = second / self.width**2 + turn**2 * one - turn / self.width * (first + first.T)
         return B, A
+
+
+@lru_cache(maxsize=16)
+def _axial_products(q: int) -> tuple[NDArray, NDArray]:
+    """⟨φ_j, dφ_l⟩ and ⟨dφ_j, dφ_l⟩ without screw, on a width of one, (q, q)."""
+    eta, weight = gauss(q + 1)
+    g, dg = width_functions(q, eta)
+    j = np.arange(q)
+    phase = 1j ** ((j - j[:, None]) % 4)
+    first, second = g.T @ (weight[:, None] * dg), dg.T @ (weight[:, None] * dg)
+    return (phase * -1j * first).real, (phase * second).real
 
 
 @lru_cache(maxsize=64)
 def harmonic_weights(most: int) -> tuple[NDArray, NDArray]:
     """Numbers of the harmonics computed, and their weights in all ĉ_n, n = 0 … ``most``: (n, computed)."""
-    from scipy.interpolate import CubicSpline
-
-    some, weights = sampled(most), np.eye(most + 1)
+    some, weights = sampled(most, APART), np.eye(most + 1)
     if len(some) <= most:
         n = np.arange(1, most + 1)
         weights = np.zeros((most + 1, len(some)))
         weights[0, 0] = 1.0
-        weights[1:, 1:] = CubicSpline(np.log(some[1:]), np.diag(some[1:]))(np.log(n)) / n[:, None]
+        weights[1:, 1:] = spline_weights(np.log(some[1:]), np.log(n), 5) * some[1:] / n[:, None]
     weights.flags.writeable = False
     return some, weights
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.compliance.bases import axis_functions, gauss, legendre_functions
-from gearbench.compliance.solid import Solid
+from gearbench.compliance.chain import Sides, Sums
+from gearbench.compliance.solid import Class, Functionals, Solid
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,36 +32,59 @@ class RootParts:
     moved: NDArray
 
 
-def root_parts(solid: Solid, flank: NDArray, count: int) -> RootParts:
-    """Parts of a ``solid`` with free root, its ``flank`` functionals (flank, n), and ``count`` polynomials in z."""
+def root_parts(solid: Solid, flank: Functionals, count: int) -> RootParts:
+    """Parts of a ``solid`` with free root, its ``flank`` functionals, and ``count`` polynomials in z."""
     field, across, along, axis = solid.shape
-    # polynomials of degree j are sums of the first j + 1 functions along the axis
-    polynomials = np.tril(_in_axis_functions(count, axis))
+    loads = len(flank.rows) * len(flank.along)
     number = np.arange(field * across * count).reshape(field * across, count)
-    parity, degrees = np.arange(axis)[::-1] % 2, np.arange(count) % 2
-    joint = solid.of_axis[:, :, ::-1] @ polynomials.T
-    own = polynomials @ solid.of_axis @ polynomials.T
-    own[np.abs(own) <= 1e-13 * np.abs(own).max(axis=(2, 3), keepdims=True)] = 0.0
-    held = np.zeros((len(flank), len(flank)))
-    S, phi = np.zeros((number.size, number.size)), np.zeros((len(flank), number.size))
-    # by rows of functions, which are picked fast
-    loads = np.ascontiguousarray(flank.T)
-    on_axis = loads.reshape(-1, axis, len(flank))
+    held, S, phi = np.zeros((loads, loads)), np.zeros((number.size, number.size)), np.zeros((loads, number.size))
     for inner, root, chain in zip(solid.classes, solid.root_classes, solid.chains, strict=True):
         position = np.concatenate([number[root[j % 2] // along, j] for j in range(count)])
-        K_bi = solid.block(inner, root, joint, (parity, degrees))
-        K_ii = solid.block(root, root, own, (degrees, degrees))
-        moved, loaded = np.split(np.arange(len(position) + len(flank)), [len(position)])
-        found = chain.compliance(np.hstack([K_bi, loads[solid.amplitudes(inner)]]))
-        S[np.ix_(position, position)] = K_ii - found[np.ix_(moved, moved)]
-        values = [polynomials @ on_axis[mine] for mine in root]
-        phi[:, position] = np.vstack([values[j % 2][:, j] for j in range(count)]).T - found[np.ix_(loaded, moved)]
-        held += found[np.ix_(loaded, loaded)]
-    return RootParts(held=held, stiffness=(S + S.T) / 2, moved=phi)
+        found = chain.condensed(_sides(solid, inner, root, flank, count), _border(solid, root, flank, count))
+        moved = slice(len(position)), slice(len(position), None)
+        S[position[:, None], position] = found[moved[0], moved[0]]
+        phi[:, position] = found[moved[1], moved[0]]
+        held -= found[moved[1], moved[1]]
+    # the root moves as the first functions along the axis; polynomials of degree j are sums of the first j + 1 of them
+    polynomials = np.tril(_in_axis_functions(count, axis))[:, :count].T
+    S = (S.reshape(-1, count) @ polynomials).reshape(S.shape).T
+    S = (S.reshape(-1, count) @ polynomials).reshape(S.shape)
+    phi = (flank.by_rows(phi).reshape(-1, count) @ polynomials).reshape(phi.shape)
+    return RootParts(held=flank.by_rows(flank.by_rows(held).T), stiffness=(S + S.T) / 2, moved=phi)
 
 
+def _sides(solid: Solid, inner: Class, root: Class, flank: Functionals, count: int) -> Sides:
+    """Motions of the root, the first ``count`` functions along the axis, and loads of the flank, on a chain."""
+    k, j = np.arange(solid.order)[::-1], np.arange(count)
+    motions, loads = solid.blocks(inner, root, k[:, None], j), solid.loads(flank, inner)
+    which = np.concatenate([motions.which, loads.blocks.which + len(motions.matrices)], axis=1)
+    factors = np.concatenate([motions.factors, loads.blocks.factors], axis=1)
+    matrices = [*motions.matrices, *loads.blocks.matrices]
+    widths = np.concatenate([[len(root[parity]) for parity in j % 2], loads.widths])
+    return Sides(widths=widths, blocks=Sums(matrices=matrices, which=which, factors=factors))
+
+
+def _border(solid: Solid, root: Class, flank: Functionals, count: int) -> NDArray:
+    """What the motions of the root do by themselves: their stiffness with each other, and displace the flank."""
+    j = np.arange(count)
+    own = solid.block(root, root, j, j)
+    loads = len(flank.rows) * len(flank.along)
+    border = np.zeros(2 * (len(own) + loads,))
+    border[: len(own), : len(own)] = own
+    first = 0
+    for i in j:
+        last = first + len(root[i % 2])
+        direct = np.multiply.outer(flank.along[:, i], flank.rows[:, root[i % 2]]).reshape(loads, -1)
+        border[len(own) :, first:last], border[first:last, len(own) :] = direct, direct.T
+        first = last
+    return border
+
+
+@lru_cache(maxsize=64)
 def _in_axis_functions(count: int, axis: int) -> NDArray:
     """Legendre functions g_j, j < ``count``, as sums of the functions along the axis, (count, axis)."""
     eta, weight = gauss(axis + 2)
     h, g = axis_functions(axis, eta)[0], legendre_functions(count, eta)
-    return np.linalg.solve(h.T @ (weight[:, None] * h), h.T @ (weight[:, None] * g)).T
+    found = np.linalg.solve(h.T @ (weight[:, None] * h), h.T @ (weight[:, None] * g)).T
+    found.flags.writeable = False
+    return found

@@ -140,38 +140,35 @@ class Section:
         flat = kinds.reshape(len(x), -1)
         return (flat.T @ (flat * (weight * e)[:, None])).reshape(2 * kinds.shape[1:])
 
-    @lazy
-    def _across(self) -> NDArray:
-        """∫ a_k b_l ds of the functions of s, (kind, k, kind, l)."""
-        return _across_integrals(self.order[0])
-
     def stiffness(self, lame: tuple[float, float]) -> NDArray:
-        """S[a, b] (3, n_s, n_x, 3, n_s, n_x) for Lamé's λ, μ [N/mm²], times ∫ g⁽ᵃ⁾ g⁽ᵇ⁾ dz (S2, S3); (2, 2, …).
-
-        Fields in the order θ, R, z.
-        """
+        """S[a, b] (3, n_s, n_x, 3, n_s, n_x) for Lamé's λ, μ [N/mm²], times ∫ g⁽ᵃ⁾ g⁽ᵇ⁾ dz (S2, S3); (2, 2, …)."""
         lam, mu = lame
         of_lam, of_mu = _coefficients(bool(self.screw))
-        (n_s, n_x), terms = (self.order[0], self._along.shape[1]), (2, 2, 3, 3)
-        along = self._along.swapaxes(1, 2).reshape(-1, n_x * n_x)
-        across = self._across.swapaxes(1, 2).reshape(-1, n_s * n_s)
+        (n_s, n_x), terms = self.shape, (2, 2, 3, 3)
+        count = self._along.shape[1]
+        along = self._along.swapaxes(1, 2).reshape(-1, count * count)
         # first the sum over pairs of functions of x, of which there are many with the same pair of functions of s
-        summed = (lam * of_lam + mu * of_mu) @ along
-        result = across.T @ summed.reshape(*terms, len(across), -1)
-        result = result.reshape(*terms, n_s, n_s, n_x, n_x).transpose(0, 1, 2, 4, 6, 3, 5, 7)
-        return self._moving(result) if self.free else result
+        summed = ((lam * of_lam + mu * of_mu) @ along).reshape(36, -1, count, count)
+        result, moving = np.empty((2, 2, 3, n_s, n_x, 3, n_s, n_x)), count - self.order[1]
+        inner, root = slice(int(self.free), None), slice(0, moving)
+        across = [factors.reshape(n_s * n_s, -1) for factors in _across_factors(n_s)]
 
-    def _moving(self, stiffness: NDArray) -> NDArray:
-        """Join the products σ^m P_l(s) to P_k(σ s), which move the root: (…, n_s, 1 + n_x, …, n_s, 1 + n_x)."""
-        n_s, n_x = self.shape
-        to_power = _monomials(n_s)
-        join = np.zeros((n_s, n_x, n_s, n_s + n_x - 1))
-        # P_k(σs) = Σ_m a_km σ^m s^m, s^m = Σ_l (a⁻¹)_ml P_l(s)
-        join[:, 0, :, :n_s] = to_power[:, None, :] * np.linalg.inv(to_power).T
-        for k in range(n_s):
-            join[k, np.arange(1, n_x), k, n_s + np.arange(n_x - 1)] = 1.0
-        half = np.tensordot(stiffness, join, ((6, 7), (2, 3)))
-        return np.tensordot(half, join, ((3, 4), (2, 3))).transpose(0, 1, 2, 6, 7, 3, 4, 5)
+        def sums(of_s: NDArray, rows: slice, columns: slice) -> NDArray:
+            """(a, b, field, field, s, s, x, x)."""
+            of_x = summed[:, :, rows, columns].reshape(36, of_s.shape[1], -1)
+            return (of_s @ of_x).reshape(*terms, n_s, n_s, -1)
+
+        along_both = sums(across[0], slice(moving, None), slice(moving, None))
+        along_both = along_both.reshape(*terms, n_s, n_s, self.order[1], -1)
+        result[..., inner, :, :, inner] = along_both.transpose(0, 1, 2, 4, 6, 3, 5, 7)
+        if self.free:
+            mixed = sums(across[1], root, slice(moving, None))
+            result[..., 0, :, :, 1:] = mixed.transpose(0, 1, 2, 4, 3, 5, 6)
+            # S[a, b] and S[b, a] are each other's transposes
+            result[..., 1:, :, :, 0] = mixed.transpose(1, 0, 3, 5, 6, 2, 4)
+            both = summed[:, :, root, root].reshape(36, -1) @ across[2].T
+            result[..., 0, :, :, 0] = both.reshape(*terms, n_s, n_s).transpose(0, 1, 2, 4, 3, 5)
+        return result
 
     def _spread(self, x: NDArray, e: NDArray) -> NDArray:
         """σ = ψ/ψ(root) at height x, e/e(root) of a straight block."""
@@ -228,10 +225,21 @@ def _monomials(count: int) -> NDArray:
 
 
 @lru_cache(maxsize=32)
-def _across_integrals(order: int) -> NDArray:
+def _across_factors(order: int) -> tuple[NDArray, NDArray, NDArray]:
+    """∫ a b ds of the functions of s, between those held, one that moves and one held, and those that move.
+
+    Moving functions are P_k(σ s) = Σ_l (Σ_m a_km σᵐ (a⁻¹)_ml) P_l(s), with a power m of σ for each. Axes: k, l, kind,
+    kind, and the powers.
+    """
     t, w = legendre.leggauss(order + 1)
     p, dp = width_functions(order, (t + 1) / 2)
     dp = dp / 2
     kinds = np.stack([p, t[:, None] * dp, dp], axis=1)
-    flat = kinds.reshape(len(t), -1)
-    return (flat.T @ (flat * w[:, None])).reshape(2 * kinds.shape[1:])
+    to_power = _monomials(order)
+    moving = np.einsum("km,ml,nal->namk", to_power, np.linalg.inv(to_power), kinds)
+    held = np.einsum("n,nak,nbl->klab", w, kinds, kinds)
+    mixed = np.einsum("n,namk,nbl->klabm", w, moving, kinds)
+    both = np.einsum("n,namk,nbcl->klabmc", w, moving, moving, optimize=True)
+    for factors in (held, mixed, both):
+        factors.flags.writeable = False
+    return held, mixed, both

@@ -18,13 +18,41 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gearbench.compliance.bases import axis_functions, gauss
-from gearbench.compliance.chain import Chain
+from gearbench.compliance.chain import Chain, Sides, Sums
 from gearbench.compliance.section import Section
 from gearbench.geometry.material import lame
 from gearbench.threads import lazy
 
 #: Functions of the section that go with the even and with the odd functions along the axis.
 Class = tuple[NDArray, NDArray]
+#: Derivatives along the axis of the pairs of functions that are not orthogonal, (parity of k + l, pair, function):
+#: those of the same parity meet undifferentiated or both differentiated, others one and the other way.
+_DERIVATIVES = np.array([[[0, 0], [1, 1]], [[0, 1], [1, 0]]])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Functionals:
+    """Displacements weighted over a surface with products of functions along the section and along the axis.
+
+    Parameters
+    ----------
+    rows
+        Of the functions of the section, (p, field·across·height).
+    along
+        Of the functions along the axis, (q, order).
+    """
+
+    rows: NDArray
+    along: NDArray
+
+    def matrix(self) -> NDArray:
+        """In the amplitudes of the solid, (p·q, n)."""
+        return np.kron(self.rows, self.along)
+
+    def by_rows(self, matrix: NDArray) -> NDArray:
+        """Rows (q·p, …) as they stand in a chain in the order of ``matrix``, (p·q, …)."""
+        parts = matrix.reshape(len(self.along), len(self.rows), -1)
+        return parts.swapaxes(0, 1).reshape(matrix.shape)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,43 +135,42 @@ class Solid:
         return [self._chain(chosen) for chosen in self.classes]
 
     def _chain(self, chosen: Class) -> Chain:
-        found: list[list[NDArray]] = []
-        for apart in range(3):
-            k = np.arange(self.order)[::-1][: max(self.order - apart, 0)]
-            blocks: list[NDArray] = [np.empty(0)] * len(k)
-            for parity in range(2):
-                mine = np.flatnonzero(k % 2 == parity)
-                products = self._products(
-                    chosen, parity, chosen, (parity + apart) % 2, self.of_axis[:, :, k[mine], k[mine] - apart]
-                )
-                for i, block in zip(mine, products, strict=True):
-                    blocks[i] = block
-            found.append(blocks)
-        return Chain(diagonal=found[0], coupling=found[1], beyond=found[2])
+        k = np.arange(self.order)[::-1]
+        l = np.maximum(k - np.arange(3)[:, None], 0)
+        sizes = np.array([len(chosen[parity]) for parity in k % 2], dtype=int)
+        return Chain(sizes=sizes, blocks=self.blocks(chosen, chosen, k, l))
 
-    def _products(self, left: Class, a: int, right: Class, b: int, Z: NDArray) -> NDArray:
-        """Blocks Σ Z S between functions of parity ``a`` and ``b`` along the axis, Z (2, 2, n): (n, left, right)."""
-        S, position = self.of_section, np.ix_(left[a], right[b])
-        # functions of the same parity meet undifferentiated or both differentiated, others one and the other way
-        used = ((0, 0), (1, 1)) if a == b else ((0, 1), (1, 0))
-        both = np.stack([S[i, j][position] for i, j in used])
-        coefficients = np.stack([Z[i, j] for i, j in used], axis=1)
-        return (coefficients @ both.reshape(2, -1)).reshape(len(coefficients), *both.shape[1:])
+    def blocks(self, left: Class, right: Class, k: NDArray, l: NDArray) -> Sums:
+        """Stiffness between functions of two classes that go with ``k`` and ``l`` along the axis, (…)."""
+        S, Z, k, l = self.of_section, self.of_axis, *np.broadcast_arrays(k, l)
+        matrices = [
+            S[i, j][left[a][:, None], right[b]] for a, b in product(range(2), range(2)) for i, j in _DERIVATIVES[a ^ b]
+        ]
+        i, j = np.moveaxis(_DERIVATIVES[(k + l) % 2], -1, 0)
+        which = (4 * (k % 2) + 2 * (l % 2))[..., None] + np.arange(2)
+        return Sums(matrices=matrices, which=which, factors=Z[i, j, k[..., None], l[..., None]])
 
-    def block(self, left: Class, right: Class, Z: NDArray, parities: tuple[NDArray, NDArray]) -> NDArray:
-        """Stiffness between functions of two classes, those along the axis one after the other.
-
-        ``Z``: ∫ a_k⁽ⁱ⁾ b_l⁽ʲ⁾ dz of the functions along the axis, (2, 2, k, l); ``parities``: theirs, (k,) and (l,).
-        """
-        sizes = [[len(side[p]) for p in parity] for side, parity in zip((left, right), parities, strict=True)]
-        rows, columns = (np.cumsum([0, *size]) for size in sizes)
-        result = np.zeros((rows[-1], columns[-1]))
-        there = Z.any(axis=(0, 1))
+    def block(self, left: Class, right: Class, k: NDArray, l: NDArray) -> NDArray:
+        """The same of all ``k`` with all ``l``, one after the other, as one matrix."""
+        blocks = self.blocks(left, right, k[:, None], l)
+        rows, columns = (_by_parity(side, n) for side, n in ((left, k), (right, l)))
+        result = np.zeros([sum(map(len, found)) for found in (rows, columns)])
         for a, b in product(range(2), range(2)):
-            k, l = np.nonzero(there & (parities[0] == a)[:, None] & (parities[1] == b))
-            for i, j, part in zip(k, l, self._products(left, a, right, b, Z[:, :, k, l]), strict=True):
-                result[rows[i] : rows[i + 1], columns[j] : columns[j + 1]] = part
+            factors = blocks.factors[k % 2 == a][:, l % 2 == b]
+            both = np.stack(blocks.matrices[4 * a + 2 * b : 4 * a + 2 * b + 2]).reshape(2, -1)
+            parts = (factors @ both).reshape(*factors.shape[:2], len(left[a]), len(right[b]))
+            result[rows[a][:, None], columns[b]] = parts.swapaxes(1, 2).reshape(len(rows[a]), len(columns[b]))
         return result
+
+    def loads(self, functionals: Functionals, chosen: Class) -> Sides:
+        """Functionals as right-hand sides of the chain of a class, in groups of those with a polynomial in y."""
+        k = np.arange(self.order)[::-1]
+        along = functionals.along[:, k].T
+        which, factors = np.zeros((2, *along.shape, 2))
+        which[..., 0], factors[..., 0] = k[:, None] % 2, along
+        matrices = [np.ascontiguousarray(functionals.rows[:, part].T) for part in chosen]
+        widths = np.full(len(functionals.along), len(functionals.rows))
+        return Sides(widths=widths, blocks=Sums(matrices=matrices, which=which.astype(int), factors=factors))
 
     @property
     def condition(self) -> float:
@@ -157,12 +184,25 @@ class Solid:
         values = np.einsum("...c,...ki,...j->...ckij", direction, self.section.values(x, s), h)
         return values.reshape(*x.shape, -1)
 
-    def compliance(self, functional: NDArray) -> NDArray:
+    def compliance(self, functionals: NDArray | Functionals) -> NDArray:
         """F K⁻¹ Fᵀ [mm/N] of functionals F (m, n): displacement of each under a unit force along each, (m, m)."""
-        total = np.zeros((len(functional), len(functional)))
+        if isinstance(functionals, Functionals):
+            p, q = len(functionals.rows), len(functionals.along)
+            total = np.zeros((p * q, p * q))
+            for chosen, chain in zip(self.classes, self.chains, strict=True):
+                total -= chain.condensed(self.loads(functionals, chosen), np.zeros_like(total))
+            return functionals.by_rows(functionals.by_rows(total).T)
+        total = np.zeros((len(functionals), len(functionals)))
         for chosen, chain in zip(self.classes, self.chains, strict=True):
-            total += chain.compliance(functional[:, self.amplitudes(chosen)].T)
+            total += chain.compliance(functionals[:, self.amplitudes(chosen)].T)
         return total
+
+
+def _by_parity(chosen: Class, k: NDArray) -> tuple[NDArray, NDArray]:
+    """Rows of those functions that go with even and with odd ``k``, where all stand one after the other."""
+    starts = np.cumsum([0, *(len(chosen[parity]) for parity in k % 2)])[:-1]
+    even, odd = ((starts[k % 2 == a][:, None] + np.arange(len(chosen[a]))).ravel() for a in range(2))
+    return even, odd
 
 
 @lru_cache(maxsize=64)

@@ -26,7 +26,7 @@ from gearbench.compliance.local import flank_functions, half_space_compression, 
 from gearbench.compliance.outline import roll_angles, tooth_outline
 from gearbench.compliance.rooted import RootParts, root_parts
 from gearbench.compliance.section import Section
-from gearbench.compliance.solid import Solid
+from gearbench.compliance.solid import Functionals, Solid
 from gearbench.geometry.gear import Gear
 from gearbench.threads import lazy
 
@@ -132,8 +132,9 @@ class SolidTooth:
         flank = self.flank_functionals(solid)
         if self.measured_at == "mid":
             middle = self._functionals(solid, self._middle_rows(solid))
-            n = len(flank)
-            mixed = solid.compliance(np.concatenate([flank, middle]))[:n, n:]
+            n = len(flank.rows) * len(flank.along)
+            both = Functionals(rows=np.concatenate([flank.rows, middle.rows]), along=flank.along)
+            mixed = solid.compliance(both)[:n, n:]
             return (mixed + mixed.T) / 2
         compliance = solid.compliance(flank)
         if self.measured_at == "flank":
@@ -161,17 +162,15 @@ class SolidTooth:
             rank_tolerance=RANK_TOLERANCE,
         )
 
-    def flank_functionals(self, solid: Solid) -> NDArray:
-        """Normal displacement of the flank weighted with its polynomials, in the amplitudes of ``solid``: (p·q, n)."""
+    def flank_functionals(self, solid: Solid) -> Functionals:
+        """Normal displacement of the flank weighted with its polynomials, of R and of y."""
         return self._functionals(solid, self._flank_rows(solid))
 
-    def _functionals(self, solid: Solid, rows: NDArray) -> NDArray:
+    def _functionals(self, solid: Solid, rows: NDArray) -> Functionals:
         """Functionals of all polynomials of the flank from those of their part in R, ``rows`` (p, 3, n_s, n_x)."""
         p, q = self.flank_order
         along = _axis_projection(q, solid.order) * math.sqrt(self.gear.face_width)
-        # functions first in memory: systems pick some of them
-        by_function = rows.reshape(p, -1).T[:, None, :, None] * along.T[:, None, :]
-        return by_function.reshape(-1, p * q).T
+        return Functionals(rows=rows.reshape(p, -1), along=along)
 
     @lazy
     def _stations(self) -> tuple[NDArray, NDArray, NDArray]:

@@ -23,8 +23,6 @@ from gearbench.contact._lane_kernels import (
 
 #: Precision of the Newton steps relative to their first residual: at least, and at most.
 LEAST_PRECISION, MOST_PRECISION = 1e-1, 1e-4
-#: Precision of the conjugate gradients for the stiffness, which is good to its square.
-STIFFNESS_PRECISION = 3e-6
 #: Conjugate gradient steps after which a lane goes on with what it has.
 MOST_CONJUGATE = 60
 
@@ -148,9 +146,12 @@ def stiffness_from(change, rise, flexibility, v, Gv, stiffness):
 
 @part(FUSED)
 def solve_coupled_lanes(
-    G, G32, gap, law, rise, weight, flexibility, u, stiffness, tolerance, limit, z, s, p, w, single, rows, small
+    G, G32, gap, law, rise, weight, flexibility, u, stiffness, tolerance, fine, limit, z, s, p, w, single, rows, small
 ):  # fmt: skip
-    """Newton's method on all lanes of one position; rows[7] tells which lanes converged. Returns (Newton, CG) steps."""
+    """Newton's method on all lanes of one position; rows[7] tells which lanes converged. Returns (Newton, CG) steps.
+
+    tolerance: sum of the residual forces; fine: precision of the conjugate gradients for the stiffness.
+    """
     n, bits, total, done = gap.shape[0], rows.view(np.int64), rows[6], rows[7]
     change, v, r, Gr, d, Gd = single[0, :n], single[1, :n], single[2, :n], single[3, :n], single[4, :n], single[5, :n]
     precision = small[5]
@@ -176,7 +177,7 @@ def solve_coupled_lanes(
         for j in range(LANES):
             r[i, j] = -change[i, j] * rise[i]
     for j in range(LANES):
-        precision[j] = np.float32(STIFFNESS_PRECISION)
+        precision[j] = np.float32(fine)
     conjugate += conjugate_gradients(G32, change, precision, v, r, Gr, d, Gd, small)
     for i in range(n):
         for j in range(LANES):
@@ -189,7 +190,7 @@ def solve_coupled_lanes(
 @entry(FUSED)
 def solve_coupled_chunk(
     count, ahead, gap0, modes, draws, laws, response, single_response, rise, flexibility, weight, start, tolerance,
-    limit, delta, stiffness, done,
+    fine, limit, delta, stiffness, done,
 ):  # fmt: skip
     """Solve every position for one chunk of ``LANES`` samples; fills δ, ∂F/∂δ and whether they converged.
 
@@ -224,7 +225,7 @@ def solve_coupled_chunk(
                 missed[0, i, j] = -first
         newton, more = solve_coupled_lanes(
             G, G32, gap[:m], laws[t], rise[t, :m], weight[t, :m], flexibility[t], u[:m], stiffness[t], tolerance,
-            limit if ahead[t, 0] == 0.0 else limit // 2, z[:m], s[:m], p[:m], w[:m], single, rows, small,
+            fine, limit if ahead[t, 0] == 0.0 else limit // 2, z[:m], s[:m], p[:m], w[:m], single, rows, small,
         )  # fmt: skip
         if ahead[t, 0] != 0.0 and rows[7].sum() < LANES:
             # large errors: from the linear solution alone Newton's method goes farther
@@ -234,7 +235,7 @@ def solve_coupled_chunk(
                     u[i, j] = -missed[0, i, j]
             newton, more = solve_coupled_lanes(
                 G, G32, gap[:m], laws[t], rise[t, :m], weight[t, :m], flexibility[t], u[:m], stiffness[t], tolerance,
-                limit, z[:m], s[:m], p[:m], w[:m], single, rows, small,
+                fine, limit, z[:m], s[:m], p[:m], w[:m], single, rows, small,
             )  # fmt: skip
             restore_settled(u[:m], delta[t], stiffness[t], rows[7], kept[: m + 3])
         steps += newton

@@ -16,9 +16,11 @@ from gearbench.contact.problem import (
     TRUNCATION,
     Along,
     ContactProblem,
+    part_of,
     reduce_rank,
     stiffness_of_law,
     truncated_root,
+    under,
 )
 from gearbench.contact.scaling import by_lever, even_deflection, scale_problem, typical_compression
 from gearbench.contact.size import require_contact_memory
@@ -95,7 +97,7 @@ def _lines(
     if not parting:
         looked_at = _variation(pair, _gap_effects(scene), coast, tuple(kinks), tuple(face), flanks, span)
         # Gauss points that resolve the gap of flanks that touch all along do not resolve the compliance of wide ones
-        parting = looked_at[0] > LEAST_VARIATION or _nodes(pair, segments) > segments
+        parting = looked_at[0] > LEAST_VARIATION or COARSE_SEGMENTS < segments < _nodes(pair, segments)
     lines = contact_lines(
         pair, mesh_phase, segments, kinks, face,
         parting=parting, coast=coast, separation=flanks, span=span,
@@ -196,12 +198,25 @@ class Look:
         Contact lines and problem, of few segments and functions.
     guess
         Its solution, good to 1e-6 of itself.
+    shares
+        Loads over that of the scene, (load,): lines, problem and guess are those under the first at all phases, then
+        those under the next.
     """
 
     phase: NDArray
     lines: ContactLines
     problem: ContactProblem
     guess: Guess
+    shares: NDArray
+
+    def under(self, shares: NDArray) -> Look:
+        """The same look, which has one load, under others."""
+        count = len(self.phase)
+        each = np.tile(np.arange(count), len(shares))
+        problem = under(part_of(self.problem, each), np.repeat(shares, count))
+        guess = Guess(q=self.guess.q[each], delta=self.guess.delta[each])
+        solve_roughly(problem, guess)
+        return replace(self, lines=self.lines.part(each), problem=problem, guess=guess, shares=shares)
 
 
 @lru_cache(maxsize=16)
@@ -225,7 +240,7 @@ def _look(scene: Scene, phase: NDArray, flanks: Separation | None, span: tuple[f
     problem = assemble(scene, lines, truncation=COARSE_TRUNCATION, nodes=round(COARSE_NODES * smooth_nodes(lines)))
     guess = Guess.nothing(problem)
     solve_roughly(problem, guess)
-    return Look(phase=phase, lines=lines, problem=problem, guess=guess)
+    return Look(phase=phase, lines=lines, problem=problem, guess=guess, shares=np.ones(1))
 
 
 def _widest_span(pair: Pair) -> tuple[float, float]:

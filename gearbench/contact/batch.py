@@ -1,12 +1,12 @@
 """Many gap vectors against one compliance: the contact problem of every sample, in milliseconds.
 
 The gap of a sample is linear in its errors, e = e₀ + Σ_m ε_m e_m, and the compliance is the same for all samples. So
-everything that does not depend on the sample is made once: the factor of each position, reduced to its numerical rank;
+everything that does not depend on the sample is made once: the factor of each position, truncated to few columns;
 the solution at the mean errors and its derivative with respect to each error, from which each sample starts (B1 of
 docs/theory.md), with what these missed at the positions before; and where segments move each other through many
 amplitudes, the linear problem at the mean errors, which is the preconditioner of every sample (B2). The rest is done by
 compiled kernels, chunk by chunk of samples, on as many threads as asked for. A sample's answer depends neither on the
-chunk it is in nor on the number of threads.
+chunk it is in nor on the number of threads. It is good to 1e-5: constants below.
 """
 
 from __future__ import annotations
@@ -25,15 +25,38 @@ from gearbench.contact.problem import ContactProblem, reduce_rank
 from gearbench.contact.reference import Reference, linearised
 from gearbench.contact.solver import MAX_STEPS, ConvergenceError, Guess, scratch, solve_roughly
 
-#: Residual at which a sample takes its last Newton step; the step squares it.
-NEWTON_TOLERANCE = 1e-10
 #: Newton steps after which a sample is handed to the solver with line search.
 NEWTON_LIMIT = 25
 #: How far the first guess of a position is extrapolated from the two before, in distances between them, at most.
 EXTRAPOLATED = 1.0
-#: Amplitudes of a coupled problem from which conjugate gradients are faster than eliminating them, and the sum of the
-#: residual forces at which they have converged.
-COUPLED_RANK, COUPLED_TOLERANCE = 12, 1e-11
+#: Amplitudes of a coupled problem from which conjugate gradients are faster than eliminating them.
+COUPLED_RANK = 12
+
+
+@dataclass(frozen=True, kw_only=True)
+class Precision:
+    """Where computing a sample ends.
+
+    Parameters
+    ----------
+    truncation
+        How much of the smooth compliance is left out, see ``truncated_root``.
+    newton
+        Residual at which a sample takes its last Newton step, which squares it; the stiffness is that before it.
+    coupled, stiffness
+        Of conjugate gradients: sum of the residual forces at which they have converged, and their precision for the
+        stiffness, which is good to its square.
+    """
+
+    truncation: float
+    newton: float
+    coupled: float
+    stiffness: float
+
+
+#: Answers of single problems to 1e-9, and to 1e-5.
+ROUNDING = Precision(truncation=0.0, newton=1e-10, coupled=1e-11, stiffness=3e-6)
+SCATTER = Precision(truncation=1e-5, newton=1e-6, coupled=1e-7, stiffness=3e-4)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,7 +66,7 @@ class Batch:
     Parameters
     ----------
     problem
-        The problem at the mean errors, its factor reduced in rank.
+        The problem at the mean errors, its factor truncated.
     count, blocks, firsts
         Number of segments and of loaded blocks (position,), first segment of each block (position, block + 1).
     gap, modes
@@ -54,6 +77,8 @@ class Batch:
         a, h, ln-coefficient κ, the compression where the tangent takes over, and soft, (position, 5, n).
     start, guess
         (q, δ) at the mean errors, (position, block·rank + 1), and their derivatives, (position, error, block·rank + 1).
+    precision
+        Where computing a sample ends.
     reference
         In place of ``product``, ``start`` and ``guess`` where segments move each other through many amplitudes.
     """
@@ -69,6 +94,7 @@ class Batch:
     laws: NDArray
     start: NDArray
     guess: NDArray
+    precision: Precision
     reference: Reference | None = None
 
     @property
@@ -132,7 +158,7 @@ class BatchSolution:
     rescued: int
 
 
-def prepare(problem: ContactProblem, modes: NDArray) -> Batch:
+def prepare(problem: ContactProblem, modes: NDArray, precision: Precision = ROUNDING) -> Batch:
     """Prepare ``problem`` for gaps e + Σ ε_m ``modes``[..., m], (position, segment, error) [mm].
 
     Raises
@@ -140,7 +166,7 @@ def prepare(problem: ContactProblem, modes: NDArray) -> Batch:
     MemoryBudgetError
         If that needs more memory than there may be.
     """
-    problem = reduce_rank(problem)
+    problem = reduce_rank(problem, precision.truncation)
     order, count, blocks, firsts = _order(problem)
     _require_memory(problem, int(count.max()), modes.shape[2])
 
@@ -162,6 +188,7 @@ def prepare(problem: ContactProblem, modes: NDArray) -> Batch:
         laws=kernel_coefficients(a, h, pick(problem.soft)),
         start=np.empty(0),
         guess=np.empty(0),
+        precision=precision,
     )
     if problem.blocks == 1 and batch.rank >= COUPLED_RANK:
         return replace(batch, reference=_reference(batch))
@@ -278,12 +305,12 @@ def _run(batch: Batch, lanes: NDArray, delta: NDArray, stiffness: NDArray, done:
     if r is None:
         solve_chunk(
             b.firsts, b.blocks, b.ranks, b.ahead, b.gap, b.modes, lanes, b.factor, b.product, b.laws, b.start, b.guess,
-            NEWTON_TOLERANCE, NEWTON_LIMIT, delta, stiffness, done,
+            b.precision.newton, NEWTON_LIMIT, delta, stiffness, done,
         )  # fmt: skip
     else:
         solve_coupled_chunk(
             b.count, b.ahead, b.gap, b.modes, lanes, b.laws, r.response, r.single_response, r.rise, r.flexibility,
-            r.weight, r.start, COUPLED_TOLERANCE, NEWTON_LIMIT, delta, stiffness, done,
+            r.weight, r.start, b.precision.coupled, b.precision.stiffness, NEWTON_LIMIT, delta, stiffness, done,
         )  # fmt: skip
 
 

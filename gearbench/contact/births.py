@@ -25,7 +25,7 @@ from gearbench.contact.assemble import (
     smooth_nodes,
 )
 from gearbench.contact.patches import compression
-from gearbench.contact.problem import ContactProblem, part_of
+from gearbench.contact.problem import ContactProblem, part_of, under
 from gearbench.contact.solver import Guess, solve_roughly
 from gearbench.geometry.action import ContactLines
 from gearbench.scene import Resolution, Scene
@@ -50,34 +50,44 @@ def _fine(scene: Scene, phase: NDArray) -> tuple[ContactProblem, ContactLines]:
     return assemble(scene, lines, truncation=COARSE_TRUNCATION, nodes=nodes), lines
 
 
-def births(scene: Scene, look: Look, x: NDArray, greatest: NDArray, *, exact: bool = False) -> list[tuple[float, int]]:
+def births(
+    scene: Scene, look: Look, x: NDArray, greatest: NDArray, *, exact: bool = False
+) -> list[list[tuple[float, int]]]:
     """x at which a pair takes (side 1) or leaves (−1) its load, from where the ``greatest`` compression is positive.
 
-    Those of spur pairs that touch all along their lines are found from the first ``look`` alone where that says well
-    enough when they are: short patches would need finer lines.
+    Under each load of the ``look``. Those of spur pairs that touch all along their lines are found from it alone where
+    that says well enough when they are: short patches would need finer lines.
 
-    ``greatest`` (number of the pair · phase,) belongs to x = τ + k, ascending, and is NaN where there is no line.
+    ``greatest`` (load, number of the pair · phase) belongs to x = τ + k, ascending, and is NaN where there is no line.
     ``exact``: each is found once more, and once more, from solutions of which nothing is left out.
     """
     meshing = scene.pair.meshing
     loaded = np.nan_to_num(greatest, nan=-1.0) > 0
-    at = np.flatnonzero(loaded[1:] != loaded[:-1])
-    if not at.size:
-        return []
-    known: list[tuple[float, int]] = []
-    if not (meshing.overlap_ratio or look.lines.cells or exact):
-        known, at = _from_look(scene, look, x, loaded, at)
-        if not at.size:
-            return known
+    load, at = np.nonzero(loaded[:, 1:] != loaded[:, :-1])
+    known: list[tuple[int, float, int]] = []
+    if at.size and not (meshing.overlap_ratio or look.lines.cells or exact):
+        known, left = _from_look(scene, look, x, loaded, load, at)
+        load, at = load[left], at[left]
+    if at.size:
+        known += _between(scene, look.shares, x, loaded, load, at, exact=exact)
+    return [[(birth, side) for i, birth, side in known if i == j] for j in range(len(loaded))]
+
+
+def _between(
+    scene: Scene, shares: NDArray, x: NDArray, loaded: NDArray, load: NDArray, at: NDArray, *, exact: bool
+) -> list[tuple[int, float, int]]:
+    """Load, x and side of births between x[at] and x[at + 1], under the ``load`` of each: from solutions there."""
+    meshing = scene.pair.meshing
     low, high = x[at], x[at + 1]
     if flank_separation(scene) is None:  # within the path of contact, whose ends are known beforehand
         low, high = np.maximum(low, -meshing.overlap_ratio), np.minimum(high, meshing.transverse_contact_ratio)
     inside = low[:, None] + (high - low)[:, None] * np.array(BETWEEN)
-    margins = _margins(scene, inside)
+    margins = _margins(scene, inside, shares[load])
     # beyond phases at which finer lines say otherwise, but not beyond the ends of a line
     low, high = np.where(low == x[at], low - BEYOND, low), np.where(high == x[at + 1], high + BEYOND, high)
-    found: list[tuple[float, int, bool]] = []
-    for i, points, margin, a, b in zip(at, inside, margins, low, high, strict=True):
+    found: list[tuple[int, float, int]] = []
+    doubtful: list[tuple[int, float, int]] = []
+    for j, i, points, margin, a, b in zip(load.tolist(), at, inside, margins, low, high, strict=True):
         birth = _zero(points, margin, a, b)
         if birth is None:  # a straight line goes on where polynomials turn
             ends = np.abs(margin).argsort()[:2]
@@ -85,43 +95,44 @@ def births(scene: Scene, look: Look, x: NDArray, greatest: NDArray, *, exact: bo
         if birth is not None:
             near = np.sort(np.abs(points - birth).argsort()[:-1])
             again = _zero(points[near], margin[near], a, b)
-            sure = again is not None and abs(again - birth) < KNOWN
-            found.append((birth, -1 if loaded[i] else 1, sure))
-    if exact:
-        return _located(scene, [(birth, side) for birth, side, _ in found], NEAR, exact=True)
-    known += [(birth, side) for birth, side, sure in found if sure]
-    return known + _located(scene, [(birth, side) for birth, side, sure in found if not sure], NEAR[:1])
+            sure = again is not None and abs(again - birth) < KNOWN and not exact
+            (found if sure else doubtful).append((j, birth, -1 if loaded[j, i] else 1))
+    return found + _located(scene, shares, doubtful, NEAR if exact else NEAR[:1], exact=exact)
 
 
 def _from_look(
-    scene: Scene, look: Look, x: NDArray, loaded: NDArray, at: NDArray
-) -> tuple[list[tuple[float, int]], NDArray]:
-    """Births of spur pairs between x[at] and x[at + 1], and the indices ``at`` of those that are not known so.
+    scene: Scene, look: Look, x: NDArray, loaded: NDArray, load: NDArray, at: NDArray
+) -> tuple[list[tuple[int, float, int]], NDArray]:
+    """Births of spur pairs between x[at] and x[at + 1], and which of them are not known so.
 
     By how much a pair would be pressed but for its gap, by gears that it does not carry, is a smooth curve at each node
     of its line: the cubic through the solutions around. The gap is known wherever it is asked for.
     """
     phases, shape = len(look.phase), look.lines.shape
     around = at[:, None] + AROUND
-    pair, position = np.divmod(np.clip(around, 0, len(x) - 1), phases)
+    pair, phase = np.divmod(np.clip(around, 0, len(x) - 1), phases)
+    position = load[:, None] * phases + phase
     active = look.lines.active
     there = (around >= 0) & (around < len(x)) & active[position, pair]
     sole = active[position].sum(axis=-1) == 1
-    carrying = there & loaded[pair * phases + position]
-    known = np.flatnonzero((there & ~(carrying & sole)).all(axis=1))
+    carrying = there & loaded[load[:, None], pair * phases + phase]
+    from_here = (there & ~(carrying & sole)).all(axis=1)
+    known, left = np.flatnonzero(from_here), np.flatnonzero(~from_here).tolist()
     if not known.size:
-        return [], at
-    at, pair, position, carrying = at[known], pair[known], position[known], carrying[known]
-    scale = look.problem.length_scale
+        return [], np.array(left)
+    load, at, pair, position, carrying = load[known], at[known], pair[known], position[known], carrying[known]
     # the solutions around, of those that carry once more without them
     part = part_of(look.problem, position.ravel())
     others = part.active.copy().reshape(part.shape)
     others[np.arange(carrying.size), pair.ravel()] &= ~carrying.ravel()[:, None]
     guess = Guess(q=look.guess.q[position.ravel()].copy(), delta=look.guess.delta[position.ravel()].copy())
     solve_roughly(replace(part, active=others.reshape(part.active.shape)), guess)
-    gaps = part.along.gaps / scale if part.along else part.gap.reshape(*part.shape, 1)
-    s = compression(part, look.lines.part(position.ravel()), guess) + gaps
-    free = s[np.arange(carrying.size), pair.ravel()].reshape(*carrying.shape, shape[2], -1)
+    scale = (look.problem.length_scale * look.shares[load])[:, None, None, None]
+    own = np.arange(carrying.size), pair.ravel()
+    s = compression(part, look.lines.part(position.ravel()), guess)[own]
+    gaps = part.along.gaps[own] if part.along else part.gap.reshape(*part.shape, 1)[own]
+    free = s.reshape(*carrying.shape, shape[2], -1)
+    free = free + gaps.reshape(free.shape) / (scale if part.along else 1.0)
     # between the two amid them
     t = np.linspace(0.0, 1.0, SAMPLED)
     within = x[at, None] + t * (x[at + 1] - x[at])[:, None]
@@ -130,21 +141,18 @@ def _from_look(
         replace(scene, resolution=Resolution(positions=within.size, segments=shape[2])), within.ravel() - number
     )
     own = np.arange(within.size), number.astype(int) - lines.index[0]
-    gap = (gaps_along(scene, lines)[own] / scale).reshape(*within.shape, shape[2], -1)
+    gap = gaps_along(scene, lines)[own].reshape(*within.shape, shape[2], -1) / scale
     exists = lines.active[own].reshape(within.shape)
-    found, left = [], []
-    for i, index in enumerate(at):
-        both = []
-        for nodes in (AROUND, AROUND[:3]):
-            cubic = np.linalg.solve(np.vander(nodes).T, np.vander(t, len(nodes)).T)
-            margin = greatest_on_lines(np.tensordot(cubic.T, free[i, : len(nodes)], 1) - gap[i])
-            both.append(_change(within[i], np.where(exists[i], margin, -np.inf)))
+    cubics = [np.linalg.solve(np.vander(nodes).T, np.vander(t, len(nodes)).T).T for nodes in (AROUND, AROUND[:3])]
+    margins = [greatest_on_lines(np.einsum("tn,bn...->bt...", c, free[:, : c.shape[1]]) - gap) for c in cubics]
+    found = []
+    for i, (j, index) in enumerate(zip(load.tolist(), at, strict=True)):
+        both = [_change(within[i], np.where(exists[i], margin[i], -np.inf)) for margin in margins]
         if None in both or abs(both[0] - both[1]) > KNOWN:
-            left.append(index)
+            left.append(int(known[i]))
         else:
-            found.append((both[0], -1 if loaded[index] else 1))
-    unknown = np.setdiff1d(np.arange(len(around)), known)
-    return found, np.sort(np.append(around[unknown, 1], left)).astype(int)
+            found.append((j, both[0], -1 if loaded[j, index] else 1))
+    return found, np.sort(np.array(left, dtype=np.int64))
 
 
 def _change(x: NDArray, values: NDArray) -> float | None:
@@ -156,25 +164,27 @@ def _change(x: NDArray, values: NDArray) -> float | None:
     return float(x[i] + (x[i + 1] - x[i]) * values[i] / (values[i] - values[i + 1]))
 
 
-def _margins(scene: Scene, x: NDArray, *, exact: bool = False) -> NDArray:
+def _margins(scene: Scene, x: NDArray, share: NDArray, *, exact: bool = False) -> NDArray:
     """By how much a pair would be pressed at x, at most, by gears that it does not carry, in the shape of x.
 
-    −∞ where it has no line, ∞ where it carries alone: there are no others to be solved with.
+    Each row under its ``share`` of the scene's load. −∞ where it has no line, ∞ where it carries alone: there are no
+    others to be solved with.
     """
-    number, position = np.floor(x).ravel(), np.arange(x.size)
-    problem, lines = _fine(scene, x.ravel() - number)
+    number = np.floor(x).ravel()
+    phase, position = np.unique(x.ravel() - number, return_inverse=True)
+    problem, lines = _fine(scene, phase)
     problem = assemble(scene, lines) if exact else problem
     pair = number.astype(int) - lines.index[0]
     there = lines.active[position, pair]
     margins = np.where(there, np.inf, -np.inf)
-    shared = np.flatnonzero(there & (lines.active.sum(axis=1) > 1))
+    shared = np.flatnonzero(there & (lines.active.sum(axis=1) > 1)[position])
     if shared.size:
-        part = part_of(problem, shared)
+        part = under(part_of(problem, position[shared]), np.repeat(share, x.shape[1])[shared])
         alone = part.active.copy().reshape(part.shape)
         alone[np.arange(len(shared)), pair[shared]] = False
         guess = Guess.nothing(part)
         solve_roughly(replace(part, active=alone.reshape(part.active.shape)), guess)
-        s = compression(part, lines.part(shared), guess)[np.arange(len(shared)), pair[shared]]
+        s = compression(part, lines.part(position[shared]), guess)[np.arange(len(shared)), pair[shared]]
         margins[shared] = greatest_on_lines(s)
     return margins.reshape(x.shape)
 
@@ -192,18 +202,18 @@ def greatest_on_lines(s: NDArray) -> NDArray:
 
 
 def _located(
-    scene: Scene, births: list[tuple[float, int]], reaches: tuple[float, ...], *, exact: bool = False
-) -> list[tuple[float, int]]:
-    """The x of births once more, from solutions as close to them as each of ``reaches``."""
+    scene: Scene, shares: NDArray, births: list[tuple[int, float, int]], reaches: tuple[float, ...], *, exact: bool
+) -> list[tuple[int, float, int]]:
+    """Births once more, from solutions as close to their x as each of ``reaches``."""
     if not births:
         return []
-    found, sides = map(np.array, zip(*births, strict=True))
+    load, found, sides = map(np.array, zip(*births, strict=True))
     for reach in reaches:
         x = found[:, None] + reach * np.array([-1.0, 0.0, 1.0])
-        margins = _margins(scene, x, exact=exact)
+        margins = _margins(scene, x, shares[load], exact=exact)
         zeros = [_zero(at, m, at[0] - 2 * reach, at[2] + 2 * reach) for at, m in zip(x, margins, strict=True)]
         found = np.array([at if zero is None else zero for at, zero in zip(found, zeros, strict=True)])
-    return list(zip(found.tolist(), sides.tolist(), strict=True))
+    return list(zip(load.tolist(), found.tolist(), sides.tolist(), strict=True))
 
 
 def _zero(x: NDArray, values: NDArray, low: float, high: float) -> float | None:

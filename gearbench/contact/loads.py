@@ -29,7 +29,7 @@ def under(problem: ContactProblem, force: float) -> ContactProblem:
     """``problem`` under another normal force F_bn [N], with the unit of displacement proportional to it."""
     f = force / problem.force
     loaded = single.under(problem, np.full(len(problem.gap), f))
-    return replace(loaded, force=force, length_scale=problem.length_scale * f)
+    return replace(loaded, force=force, length_scale=problem.length_scale * f, along=problem.along)
 
 
 def solve_loads(problem: ContactProblem, forces: Sequence[float], threads: int = 1) -> Iterator[ContactSolution]:
@@ -95,9 +95,7 @@ class _Chain:
     def _on_patches(self, share: float) -> ContactSolution:
         """Solution under one load, in the units of the whole load."""
         x, each = math.log(share), np.full(len(self._problem.gap), share)
-        along = self._problem.along
-        assert along is not None
-        loaded = replace(single.under(self._problem, each), along=replace(along, share=each))
+        loaded = single.under(self._problem, each)
         guess = self._extrapolated(x, self._known)
         coarse = solve_roughly(loaded, guess, ON_CELLS, self._responses)
         self._remember(x, guess, self._known)
@@ -133,19 +131,19 @@ def _slices(positions: int, threads: int) -> list[slice]:
 
 def _each_load(solution: ContactSolution, share: NDArray) -> list[ContactSolution]:
     """Solutions under each load, of one of all of them in the units of the whole load."""
-    each: dict[str, list[NDArray]] = {}
-    for name in _ARRAYS:
-        values = getattr(solution, name)
-        values = values.reshape(len(share), -1, *values.shape[1:])
-        each[name] = list(values * _times(share, values) if name in _PROPORTIONAL else values)
-    polished = [solution.polished] + [0] * (len(share) - 1)
-    return [
-        ContactSolution(**{name: each[name][i] for name in _ARRAYS}, polished=polished[i]) for i in range(len(share))
-    ]
+    return parted(solution, share, [len(solution.approach) // len(share)] * len(share))
 
 
-def _times(share: NDArray, values: NDArray) -> NDArray:
-    return share.reshape(-1, *(1,) * (values.ndim - 1))
+def parted(
+    solution: ContactSolution, shares: Sequence[float] | NDArray, counts: Sequence[int]
+) -> list[ContactSolution]:
+    """One solution, in the units of a whole load, as those under ``shares`` of it, ``counts`` positions each."""
+    found, ends = [], np.cumsum(counts)
+    for share, first, last in zip(shares, ends - counts, ends, strict=True):
+        own = {name: getattr(solution, name)[first:last] for name in _ARRAYS}
+        own |= {name: own[name] * share for name in _PROPORTIONAL}
+        found.append(ContactSolution(**own, polished=0 if found else solution.polished))
+    return found
 
 
 def _join(parts: Sequence[ContactSolution]) -> ContactSolution:

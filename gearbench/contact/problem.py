@@ -155,7 +155,9 @@ def under(problem: ContactProblem, share: NDArray) -> ContactProblem:
     e′ = e/f, σ′ = σ/f and g′(P) = g(fP)/f, i.e. a′ = a − h ln f. Units remain those of the whole load.
     """
     f = share[:, None]
-    return replace(problem, gap=problem.gap / f, soft=problem.soft / f, a=problem.a - problem.h * np.log(f))
+    along = replace(problem.along, share=problem.along.share * share) if problem.along else None
+    level = problem.a - problem.h * np.log(f)
+    return replace(problem, gap=problem.gap / f, soft=problem.soft / f, a=level, along=along)
 
 
 def full_factor(problem: ContactProblem, position: int) -> NDArray:

@@ -43,20 +43,37 @@ def loaded_phases(scene: Scene) -> tuple[NDArray, NDArray, int | None]:
         return *uniform_phases(scene.resolution.positions), None
     if scene.resolution.accuracy is not None:
         raise InputError("resolution.accuracy", scene.resolution.accuracy, "is for simulate and robust")
+    (found,) = phases_of_loads(scene, np.ones(1))
+    return found
+
+
+def phases_of_loads(scene: Scene, shares: NDArray) -> list[tuple[NDArray, NDArray, int]]:
+    """``loaded_phases`` under each of the ``shares`` of the scene's load, of a resolution that leaves them to us."""
     size = scene.resolution.gauss_points or GAUSS_POINTS
     longest = LONGEST if scene.pair.meshing.overlap_ratio else 1.0
     exact = size > GAUSS_POINTS
-    changes = transitions(replace(scene, resolution=Resolution()), exact=exact)
-    return *gauss_phases(panel_ends(changes, longest, CLOSER if exact else CLOSE), size), size
+    free = replace(scene, resolution=Resolution())
+    found = [transitions(free, exact=exact)] if len(shares) == 1 else transitions_of_loads(free, shares, exact=exact)
+    close = CLOSER if exact else CLOSE
+    return [(*gauss_phases(panel_ends(changes, longest, close), size), size) for changes in found]
 
 
 @lru_cache(maxsize=64)
-@single_threaded_blas()
 def transitions(scene: Scene, *, exact: bool = False) -> list[Change]:
     """Phases at which the contact changes under load.
 
     Where flanks touch all along their lines at every phase these are known beforehand. ``exact``: with more uniform
     phases, and those at which a pair takes or leaves its load are found once more, on finer lines close to them.
+    """
+    (found,) = transitions_of_loads(scene, np.ones(1), exact=exact)
+    return found
+
+
+@single_threaded_blas()
+def transitions_of_loads(scene: Scene, shares: NDArray, *, exact: bool = False) -> list[list[Change]]:
+    """``transitions`` under each of the ``shares`` of the scene's load, found together.
+
+    Of flanks that touch on the line of action where they may part: elsewhere contact lines follow the load.
     """
     meshing = scene.pair.meshing
     if conforming(scene):
@@ -64,17 +81,23 @@ def transitions(scene: Scene, *, exact: bool = False) -> list[Change]:
         known = [Change(at % 1.0 % 1.0, 0, _steep_side(scene, u, y)) for at, u, y in passages]
         if scene.operation is not None:  # sliding changes its sign at the pitch point
             known += [Change(phase, 1) for phase in meshing.phases_at((meshing.pitch_point,))]
-        return known
+        return [known] * len(shares)
     look = first_look(scene, MORE_PHASES if exact else COARSE_PHASES)
+    look = look if np.array_equal(shares, look.shares) else look.under(shares)
     lines, s = look.lines, compression(look.problem, look.lines, look.guess)
     on_line = np.stack([greatest_on_lines(s), s[:, :, 0, 0], s[:, :, -1, -1]])  # and those at both ends
-    on_line = np.where(lines.active, on_line, np.nan).swapaxes(1, 2).reshape(3, -1)
+    on_line = np.where(lines.active, on_line, np.nan).reshape(3, len(shares), len(look.phase), -1)
+    on_line = on_line.transpose(1, 0, 3, 2).reshape(len(shares), 3, -1)
     x = (lines.index[:, None] + look.phase).ravel()
-    changes = [Change(at % 1.0 % 1.0, rank, side) for at, rank, side in _known(scene, x, on_line)]
-    changes += [Change(at % 1.0 % 1.0, 0, side) for at, side in births(scene, look, x, on_line[0], exact=exact)]
-    if scene.pair.meshing.overlap_ratio or lines.cells:
-        changes += [Change(_root(x, curve, i) % 1.0 % 1.0, 1) for curve in on_line[1:] for i in _sign_changes(curve)]
-    return changes
+    born = births(scene, look, x, on_line[:, 0], exact=exact)
+    found = []
+    for curves, own, known in zip(on_line, born, _known(scene, x, on_line), strict=True):
+        changes = [Change(at % 1.0 % 1.0, rank, side) for at, rank, side in known]
+        changes += [Change(at % 1.0 % 1.0, 0, side) for at, side in own]
+        if scene.pair.meshing.overlap_ratio or lines.cells:
+            changes += [Change(_root(x, curve, i) % 1.0 % 1.0, 1) for curve in curves[1:] for i in _sign_changes(curve)]
+        found.append(changes)
+    return found
 
 
 def _passages(
@@ -104,22 +127,25 @@ def _steep_side(scene: Scene, u: float, y: float) -> int:
     return int((u, y) == (meshing.path_start, meshing.face_width)) - int((u, y) == (meshing.path_end, 0.0))
 
 
-def _known(scene: Scene, x: NDArray, on_line: NDArray) -> list[tuple[float, int, int]]:
-    """x at which an end of the face passes an end of the path (rank 0) or a kink, where the flanks touch there."""
+def _known(scene: Scene, x: NDArray, on_line: NDArray) -> list[list[tuple[float, int, int]]]:
+    """x at which an end of the face passes an end of the path (rank 0) or a kink, where the flanks touch there.
+
+    Under each load of ``on_line`` (load, 3, x): the greatest compression on a line, and those at its ends.
+    """
     meshing, flanks = scene.pair.meshing, flank_separation(scene)
     kinks, face = gap_kinks(scene, flanks)
     if flanks is not None and not meshing.overlap_ratio:  # the line stands at the corner of a relief as a whole
         kinks = [*(u for u in kinks if u not in flanks.kinks), *flanks.changes]
-    greatest, first, last = on_line
-    ends, found = (meshing.path_start, meshing.path_end), []
+    ends = (meshing.path_start, meshing.path_end)
+    found: list[list[tuple[float, int, int]]] = [[] for _ in on_line]
     for at, u, y in _passages(scene, (*ends, *kinks), face):
         side = _steep_side(scene, u, y)
         # where a line begins or ends it is short; those of spur pairs pass as a whole, wherever the flanks touch
         ended = side != 0 or not meshing.overlap_ratio or y in face
-        row = greatest if ended else last if y else first
+        rows = on_line[:, 0 if ended else 2 if y else 1]
         i = np.searchsorted(x, at)
-        if np.any(row[max(i - 1, 0) : i + 1] > 0):
-            found.append((at, 0 if u in ends or not meshing.overlap_ratio else 1, side))
+        for j in np.flatnonzero(np.any(rows[:, max(i - 1, 0) : i + 1] > 0, axis=1)):
+            found[j].append((at, 0 if u in ends or not meshing.overlap_ratio else 1, side))
     return found
 
 

@@ -41,7 +41,8 @@ from gearbench.results.outputs import DEFAULT_OUTPUTS
 from gearbench.scene import Resolution, Scene
 from gearbench.solution import dataset
 from gearbench.sweeps.run import sweep
-from gearbench.sweeps.shared import under_loads
+from gearbench.sweeps.shared import phases_follow, under_loads
+from gearbench.sweeps.together import positions_together
 
 #: Power of the number of segments that the time of each phase may grow with, at most.
 STEEPEST = 2.5
@@ -98,10 +99,13 @@ def plan(scene: Scene, samples: int = SAMPLES, threads: int | None = None) -> Pl
 
     Where the scene asks for an accuracy, of the settings that the search for them begins with, and of the search.
     """
-    loads, groups = scene.loads, 1
+    loads, groups, together = scene.loads, 1, 0
     if loads:
-        groups = len(under_loads(scene, [each.load.torque for each in scene.each_load]))
+        # loads with phases of their own are solved together, but each of them has them to be found and solved
+        own = phases_follow(scene)
+        groups = len(loads) if own else len(under_loads(scene, [each.load.torque for each in scene.each_load]))
         scene = scene.under(scene.load)
+        together = positions_together(scene) if own else 0
     asked = scene.resolution.accuracy is not None
     scene = first_settings(scene) if asked else scene
     prepared = sum(effect.preparation(scene.pair, scene.effects_by_name) or 0.0 for effect in scene.effects)
@@ -114,6 +118,7 @@ def plan(scene: Scene, samples: int = SAMPLES, threads: int | None = None) -> Pl
         parts.append(_choice(parts, prepared))
     whole = replace(measured.trials.short.scene, resolution=scene.resolution)
     total, robust = measured.trials.total, []
+    at_once = max(total, min(total * len(loads), together))
     kept = kept_memory(scene, total) * len(loads)
     batch = robust_part(measured.trials, small, len(mesh_phases(whole)[0]), samples, threads)
     if batch is not None:
@@ -124,7 +129,7 @@ def plan(scene: Scene, samples: int = SAMPLES, threads: int | None = None) -> Pl
     return Plan(
         parts=(*parts, *robust),
         seconds=seconds,
-        megabytes=max((contact_memory(scene, total, whole) + kept) / 1e6, measured.megabytes),
+        megabytes=max((contact_memory(scene, at_once, whole) + kept) / 1e6, measured.megabytes),
         robust_seconds=sum(part.seconds for part in robust),
         others=() if loads else forecasts(scene, small, measured.trials, seconds, measured.set_ups),
     )

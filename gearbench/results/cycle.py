@@ -206,17 +206,25 @@ def _left_out(phases: Phases, coefficient: NDArray, orders: int) -> NDArray:
     The next coefficients a_p, a_{p+1}, … fall as the last ones do, by r. In the values at p Gauss points that of
     P_{p+m} looks like one of P_{p−m}: on a panel of width w it changes c_n by w a_{p+m} j_{p−m}(πnw).
     """
-    from scipy.special import spherical_jn
-
     a, size, width = np.abs(coefficient), phases.size, np.diff(phases.edges).ravel()
     assert size is not None
     before = a[..., -3:-1].max(axis=-1, initial=0.0)
     ratio = np.sqrt(np.divide(a[..., -1], before, out=np.ones_like(before), where=before > 0))
     r = np.clip(ratio, *FALLS)[..., None]
-    m, n = np.arange(size + 1), np.arange(1, orders + 1)
-    seen = np.abs(spherical_jn(size - m, math.pi * np.multiply.outer(n, width)[..., None]))
-    each = np.einsum("...pm,npm->...np", r ** (m + 1), seen) * (width * a[..., -1])[..., None, :]
+    m = np.arange(size + 1)
+    each = np.einsum("...pm,npm->...np", r ** (m + 1), _aliased(phases, orders)) * (width * a[..., -1])[..., None, :]
     return 2 * np.sqrt((each**2).sum(axis=-1))
+
+
+@lru_cache(maxsize=16)
+def _aliased(phases: Phases, orders: int) -> NDArray:
+    """|j_{p−m}(πnw)| of the orders n = 1 … ``orders`` on panels of width w, (harmonic, panel, m = 0 … p)."""
+    from scipy.special import spherical_jn
+
+    size, width = phases.size, np.diff(phases.edges).ravel()
+    assert size is not None
+    argument = math.pi * np.multiply.outer(np.arange(1, orders + 1), width)
+    return np.abs(spherical_jn(size - np.arange(size + 1), argument[..., None]))
 
 
 def panels(dataset: xr.Dataset, name: str, points: int = 40) -> list[tuple[NDArray, NDArray]]:

@@ -8,7 +8,6 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import conforming
 from gearbench.errors import InputError, one_of
 from gearbench.geometry.role import Role
 from gearbench.results import flank
@@ -86,7 +85,7 @@ def _noise_floor(solved: Solved, curve: str) -> NDArray:
         solved.scene, solved.phases, solved.solution.coarse_approach, solved.solution.coarse_stiffness
     )
     values = getattr(solved.cycle, curve)
-    located = 0.0 if conforming(solved.scene.one_load) else LOCATED  # known beforehand
+    located = 0.0 if solved.conforming else LOCATED
     pair = solved.scene.pair
     along = ALONG * pair.face_width / pair.normal_module if pair.meshing.overlap_ratio else ACROSS
     least = along * np.ptp(values, axis=-1)

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import total_gap
+from gearbench.contact.assemble import conforming, total_gap
 from gearbench.contact.problem import ContactProblem, ContactSolution
 from gearbench.geometry.action import ContactLines
 from gearbench.results.cycle import MICROMETRES, MeshCycle, Phases
@@ -40,6 +40,11 @@ class Solved:
     def cycle(self) -> MeshCycle:
         """Static transmission error and mesh stiffness at the scene's mesh phases."""
         return MeshCycle.of(self.scene, self.phases, self.solution.approach, self.solution.stiffness)
+
+    @cached_property
+    def conforming(self) -> bool:
+        """Whether the flanks touch all along their lines, so that the phases of changes are known beforehand."""
+        return conforming(self.scene.one_load)
 
     def line_load(self) -> NDArray:
         """Line load, (position, pair, segment) [N/mm]; zero where a pair has no contact line."""

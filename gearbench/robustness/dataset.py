@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from gearbench.results.origin import keeping
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
+from gearbench.threads import single_threaded_blas
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,6 +25,7 @@ ENOUGH = 8192
 STUDIED = ("transmission_error_rms", "mesh_stiffness_rms")
 
 
+@single_threaded_blas()
 def robust_dataset(
     problem: RobustProblem,
     errors: NDArray,
@@ -38,7 +40,7 @@ def robust_dataset(
     """Dataset over the samples that were computed; ``errors`` (sample, error) [µm]; ``more`` get statistics too."""
     import xarray as xr
 
-    from gearbench.robustness.sensitivity import sensitivity
+    from gearbench.robustness.sensitivity import sensitivities
     from gearbench.robustness.statistics import summarise
     from gearbench.robustness.tightening import FINER
 
@@ -50,12 +52,13 @@ def robust_dataset(
         variables["backlash"] = ("sample", _backlash(problem, errors))
     drawn = problem.errors.variables(problem.scene.pair)
     variables["tightening_cost"] = ("error_name", [each.cost for each in drawn])
-    for name in dict.fromkeys((*STUDIED, *more)) if count > 1 else ():
+    studied = tuple(dict.fromkeys((*STUDIED, *more))) if count > 1 else ()
+    shares = sensitivities(errors[:ENOUGH], [responses[name][:ENOUGH] for name in studied], FINER)
+    for name, found in zip(studied, shares, strict=True):
         values = responses[name]
         for statistic, (value, standard_error) in summarise(values, sampler).items():
             variables[f"{name}_{statistic}"] = ((), value)
             variables[f"{name}_{statistic}_standard_error"] = ((), standard_error)
-        found = sensitivity(errors[:ENOUGH], values[:ENOUGH], FINER)
         for part in ("first_order", "total", "tightened"):
             value, uncertainty = getattr(found, part)
             variables[f"{name}_{part}"] = ("error_name", value)

@@ -14,7 +14,16 @@ from numpy.typing import NDArray
 from gearbench.accuracy.measure import MEASURED
 from gearbench.budget import require
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
-from gearbench.contact.batch import Batch, BatchSolution, chunks, on_threads, prepare, solve_one_chunk
+from gearbench.contact.batch import (
+    SCATTER,
+    Batch,
+    BatchSolution,
+    Precision,
+    chunks,
+    on_threads,
+    prepare,
+    solve_one_chunk,
+)
 from gearbench.contact.problem import ContactProblem
 from gearbench.effects.expansion import Expansion
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
@@ -91,7 +100,7 @@ class RobustProblem:
         return self.errors.draw(unit_samples(sampler, samples, len(self.names), seed, start=start), self.scene.pair)
 
 
-def prepare_scene(scene: Scene) -> RobustProblem:
+def prepare_scene(scene: Scene, precision: Precision = SCATTER) -> RobustProblem:
     """Everything about ``scene`` that does not depend on the sample.
 
     Raises
@@ -99,19 +108,21 @@ def prepare_scene(scene: Scene) -> RobustProblem:
     InputError
         If the scene has no random errors.
     """
-    return prepare_phases(scene, *mesh_phases(scene))
+    return prepare_phases(scene, *mesh_phases(scene), precision)
 
 
 @single_threaded_blas()
-def prepare_phases(scene: Scene, phase: NDArray, weight: NDArray) -> RobustProblem:
+def prepare_phases(scene: Scene, phase: NDArray, weight: NDArray, precision: Precision = SCATTER) -> RobustProblem:
     """As ``prepare_scene``, at the mesh phases and weights given, (position,)."""
     require_errors(scene)
     lines = scene_lines(scene, phase)
-    return prepare_problem(scene, lines, weight, assemble(scene, lines))
+    return prepare_problem(scene, lines, weight, assemble(scene, lines), precision)
 
 
 @single_threaded_blas()
-def prepare_problem(scene: Scene, lines: ContactLines, weight: NDArray, problem: ContactProblem) -> RobustProblem:
+def prepare_problem(
+    scene: Scene, lines: ContactLines, weight: NDArray, problem: ContactProblem, precision: Precision = SCATTER
+) -> RobustProblem:
     """As ``prepare_phases``, on the contact lines and for the contact problem of ``scene`` given."""
     errors = require_errors(scene)
     positions, pairs, segments = lines.shape
@@ -121,7 +132,8 @@ def prepare_problem(scene: Scene, lines: ContactLines, weight: NDArray, problem:
     expansion = errors.expansion(lines, {effect.name: effect for effect in scene.flank_effects})
     modes = (expansion.modes / np.expand_dims(lines.lever, -1)).reshape(positions, pairs * segments, -1)
     phases = Phases(phase=lines.mesh_phase, weight=weight, size=scene.panel_size)
-    return RobustProblem(scene=scene, errors=errors, batch=prepare(problem, modes), expansion=expansion, phases=phases)
+    batch = prepare(problem, modes, precision)
+    return RobustProblem(scene=scene, errors=errors, batch=batch, expansion=expansion, phases=phases)
 
 
 def require_errors(scene: Scene) -> ManufacturingErrors:

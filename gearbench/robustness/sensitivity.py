@@ -13,6 +13,7 @@ over all errors with x_i scaled by s is E[f_i(s x_i)], exactly, whatever the int
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -74,7 +75,32 @@ class Sensitivity:
     tightened: tuple[NDArray, NDArray]
 
 
+@dataclass(frozen=True)
+class Candidates:
+    """Terms that a response may be expanded in; single ones are those of one variable.
+
+    Parameters
+    ----------
+    owner
+        The variables of each term, (term, 2).
+    values, scaled
+        Values of the terms, (sample, term), and those of single ones at the scaled errors.
+    low
+        Terms that are always there, so that each index has an error estimate.
+    """
+
+    owner: NDArray
+    values: NDArray
+    scaled: NDArray
+    low: NDArray
+
+
 def sensitivity(errors: NDArray, values: NDArray, scale: float = 1.0) -> Sensitivity:
+    """``sensitivities`` of one response, (sample,)."""
+    return sensitivities(errors, [values], scale)[0]
+
+
+def sensitivities(errors: NDArray, responses: Sequence[NDArray], scale: float = 1.0) -> list[Sensitivity]:
     """First-order and total Sobol indices, and the change of the mean with each error scaled by ``scale``.
 
     Indices are without bias as long as polynomials describe the effects (degree 10 and less alone, 2 in products);
@@ -85,31 +111,37 @@ def sensitivity(errors: NDArray, values: NDArray, scale: float = 1.0) -> Sensiti
     ----------
     errors
         Independent random variables, (sample, error), each of any continuous distribution.
-    values
-        Response, (sample,).
+    responses
+        Values of each response, (sample,).
     scale
         0 to 1; scaled errors must lie where the errors do (0 within their range).
 
     Returns
     -------
-    Values and standard errors; NaN where the samples are too few (less than twice the terms of a linear fit) or the
-    response is constant.
+    Values and standard errors of each response; NaN where the samples are too few (less than twice the terms of a
+    linear fit) or the response is constant.
     """
-    x, y = np.asarray(errors, dtype=float), np.asarray(values, dtype=float)
+    x = np.asarray(errors, dtype=float)
     n, d = x.shape
-    if y.shape != (n,):
-        raise ValueError(f"values must be of shape ({n},), one for each sample of errors, not {y.shape}")
     varied = np.flatnonzero(np.ptp(x, axis=0) > 0) if n else np.arange(0)
-    found = np.zeros((3, 2, d))
-    if n < max(8, 2 * (len(varied) + 1)) or np.ptp(y) <= 1e-12 * np.abs(y).max():
-        found[:] = math.nan
-    elif len(varied):
-        fit, scaled = _fit(x[:, varied], y, scale)
-        found[0][:, varied] = _indices(fit, len(varied), total=False)
-        found[1][:, varied] = _indices(fit, len(varied), total=True)
-        found[2][:, varied] = _change(fit, scaled, len(varied))
-    first, total, tightened = ((value, error) for value, error in found)
-    return Sensitivity(first_order=first, total=total, tightened=tightened)
+    few = n < max(8, 2 * (len(varied) + 1))
+    candidates = None if few or not len(varied) else _candidates(x[:, varied], scale)
+    found = []
+    for values in responses:
+        y = np.asarray(values, dtype=float)
+        if y.shape != (n,):
+            raise ValueError(f"values must be of shape ({n},), one for each sample of errors, not {y.shape}")
+        shares = np.zeros((3, 2, d))
+        if few or np.ptp(y) <= 1e-12 * np.abs(y).max():
+            shares[:] = math.nan
+        elif candidates is not None:
+            fit, scaled = _fit(candidates, y)
+            shares[0][:, varied] = _indices(fit, len(varied), total=False)
+            shares[1][:, varied] = _indices(fit, len(varied), total=True)
+            shares[2][:, varied] = _change(fit, scaled, len(varied))
+        first, total, tightened = ((value, error) for value, error in shares)
+        found.append(Sensitivity(first_order=first, total=total, tightened=tightened))
+    return found
 
 
 def _indices(fit: Fit, variables: int, *, total: bool) -> tuple[NDArray, NDArray]:
@@ -150,22 +182,21 @@ def _change(fit: Fit, scaled: NDArray, variables: int) -> tuple[NDArray, NDArray
     return step.mean(axis=0), np.sqrt(n / (n - p) * (influence**2).mean(axis=0) / n)
 
 
-def _fit(x: NDArray, y: NDArray, scale: float) -> tuple[Fit, NDArray]:
+def _fit(candidates: Candidates, y: NDArray) -> tuple[Fit, NDArray]:
     """Least squares on the terms that matching pursuit chooses, and these terms at ``scale`` x, (sample, term)."""
-    n, d = x.shape
-    owner, terms, scaled, degree = _candidates(x, scale)
+    n, owner, terms = len(y), candidates.owner, candidates.values
     alone = owner[:, 0] == owner[:, 1]
-    # always there: low orders of every variable, so that each index has an error estimate
-    low = 2 if n >= 8 * d else 1
-    chosen = _pursue(terms, y, np.flatnonzero(alone & (degree <= low)))
+    chosen = _pursue(terms, y, candidates.low)
     X = np.column_stack([np.ones(n), terms[:, chosen]])
     Q, R = np.linalg.qr(X)
-    β = np.linalg.solve(R, Q.T @ y)
+    inverse = np.linalg.inv(R)
+    β = inverse @ (Q.T @ y)
     e = y - X @ β
-    influence = n * e[:, None] * np.linalg.solve(R, Q.T).T
+    influence = n * e[:, None] * (Q @ inverse.T)
     # products are of no account where one variable is scaled
-    at_scale = np.column_stack([np.ones(n), *(scaled[:, i] if alone[i] else terms[:, i] for i in chosen)])
+    single = [candidates.scaled[:, i] if alone[i] else terms[:, i] for i in chosen]
     of = np.concatenate([[[-1, -1]], owner[chosen]])
+    at_scale = np.column_stack([np.ones(n), *single])
     return Fit(owner=of, coefficients=β, influence=influence, terms=X, residual=e), at_scale
 
 
@@ -195,24 +226,29 @@ def _pursue(terms: NDArray, y: NDArray, first: NDArray) -> list[int]:
     return chosen
 
 
-def _candidates(x: NDArray, scale: float) -> tuple[NDArray, NDArray, NDArray, NDArray]:
-    """Variables (term, 2) of each candidate, its values (sample, term), single ones at ``scale`` x too, and degrees."""
+def _candidates(x: NDArray, scale: float) -> Candidates:
+    """Polynomials of each variable of x (sample, variable), at ``scale`` x too, and products of two."""
+    n, d = x.shape
     both = [_orthonormal(column, scale) for column in x.T]
     single = [basis for basis, _ in both]
     owner = [(i, i) for i, basis in enumerate(single) for _ in range(basis.shape[1])]
     degree = [k + 1 for basis in single for k in range(basis.shape[1])]
     terms = single
-    if len(single) <= MOST_WITH_PRODUCTS:
+    if d <= MOST_WITH_PRODUCTS:
         pairs = [
-            (a[:, :PRODUCT_DEGREE, None] * b[:, None, :PRODUCT_DEGREE]).reshape(len(x), -1)
+            (a[:, :PRODUCT_DEGREE, None] * b[:, None, :PRODUCT_DEGREE]).reshape(n, -1)
             for a, b in combinations(single, 2)
         ]
         terms = [*single, *pairs]
-        couples = zip(combinations(range(len(single)), 2), pairs, strict=True)
+        couples = zip(combinations(range(d), 2), pairs, strict=True)
         owner += [couple for couple, products in couples for _ in range(products.shape[1])]
-    values = np.concatenate(terms, axis=1)
-    degrees = np.array(degree + [0] * (len(owner) - len(degree)))
-    return np.array(owner).reshape(-1, 2), values, np.concatenate([at for _, at in both], axis=1), degrees
+    low = np.flatnonzero(np.array(degree) <= (2 if n >= 8 * d else 1))
+    return Candidates(
+        owner=np.array(owner).reshape(-1, 2),
+        values=np.concatenate(terms, axis=1),
+        scaled=np.concatenate([at for _, at in both], axis=1),
+        low=low,
+    )
 
 
 def _orthonormal(x: NDArray, scale: float) -> tuple[NDArray, NDArray]:
@@ -222,5 +258,5 @@ def _orthonormal(x: NDArray, scale: float) -> tuple[NDArray, NDArray]:
     powers, scaled = (
         np.polynomial.legendre.legvander((2 * at - low - high) / (high - low), degree) for at in (x, scale * x)
     )
-    Q, R = np.linalg.qr(powers)
-    return math.sqrt(len(x)) * Q[:, 1:], math.sqrt(len(x)) * np.linalg.solve(R.T, scaled.T).T[:, 1:]
+    basis = math.sqrt(len(x)) * np.linalg.inv(np.linalg.qr(powers, mode="r"))[:, 1:]
+    return powers @ basis, scaled @ basis

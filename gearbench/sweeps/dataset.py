@@ -18,21 +18,24 @@ from gearbench.sweeps.groups import LOAD
 if TYPE_CHECKING:
     import xarray as xr
 
+#: What a Dataset says of its missing values.
+MISSING = "positions that a point does not have are NaN, of phase_weight 0: each has mesh phases of its own"
+
 
 def combined(
     parts: Sequence[xr.Dataset], points: Sequence[Sequence[Sequence[Scene]]], axes: Sequence[Axis]
 ) -> xr.Dataset:
     """The Datasets of the groups of all ``points`` (point, group, load), in order, along ``axes``.
 
-    Where positions, pairs or segments differ in number, those missing are NaN, and their weight is zero. Groups and
-    loads that are not there are NaN.
+    Where positions, pairs or segments differ in number, those missing are NaN, and their weight is zero; the attribute
+    ``missing`` says so. Groups and loads that are not there are NaN.
     """
     torque = next((each for each in axes if each.path == TORQUE), None)
     outer = [each for each in axes if each is not torque]
     if not outer and len(points[0]) == 1 and torque is not None and torque.name == LOAD:
         (found,) = parts
         if LOAD in found.coords and found.sizes[LOAD] == len(torque.values):
-            return found  # one group, whole, with its loads for its first dimension
+            return _with_note(found)  # one group, whole, with its loads for its first dimension
     parts = [part.drop_vars(LOAD, errors="ignore") for part in parts]
     whole, rest = [], list(parts)
     for groups in points:
@@ -54,7 +57,14 @@ def combined(
     if torque is not None and torque.name != LOAD:
         found = found.rename({LOAD: torque.name})
     coords = {each.name: (each.name, np.array(each.values), {"units": each.unit or "1"}) for each in axes}
-    return found.assign_coords(coords).transpose(*coords, ...)
+    return _with_note(found.assign_coords(coords).transpose(*coords, ...))
+
+
+def _with_note(dataset: xr.Dataset) -> xr.Dataset:
+    """With the attribute ``missing``, where a point has fewer positions than another."""
+    if "phase_weight" not in dataset or (dataset["phase_weight"].values > 0).all():
+        return dataset
+    return dataset.assign_attrs(missing=MISSING)
 
 
 def over_loads(dataset: xr.Dataset, loads: Sequence[WeightedLoad]) -> xr.Dataset:

@@ -17,8 +17,10 @@ from gearbench.robustness.adaptive import LEFT
 from gearbench.robustness.dataset import robust_dataset
 from gearbench.robustness.montecarlo import respond
 from gearbench.scene import Scene
-from gearbench.solution import dataset
-from gearbench.sweeps.shared import Assembled, Shared
+from gearbench.solution import columns, dataset
+from gearbench.sweeps.ragged import ragged
+from gearbench.sweeps.shared import Assembled, Shared, phases_follow
+from gearbench.sweeps.together import solve_together
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -74,11 +76,21 @@ class Solver:
         return worst | {"accuracy_settings": "; ".join(settings)} | sums
 
     def _solved(self, group: Sequence[Scene]) -> Iterator[Callable[[], xr.Dataset]]:
+        if phases_follow(group[0]) and len(group) > 1:
+            yield from self._together(group)
+            return
         found: list[ContactSolution] = []
         at, solutions = self._solutions(group)
         for solution in solutions:
             found.append(solution)
             yield partial(self._dataset, at, tuple(found), [scene.load.torque for scene in group[: len(found)]])
+
+    def _together(self, group: Sequence[Scene]) -> Iterator[Callable[[], xr.Dataset]]:
+        parts = []
+        for solved in solve_together(group):
+            parts.append((*columns(solved, self.outputs), solved.solution.polished))
+            torque = [scene.load.torque for scene in group[: len(parts)]]
+            yield partial(ragged, tuple(parts), LOAD, (np.array(torque), {"units": UNIT}), group[0])
 
     def _dataset(self, at: Assembled, found: Sequence[ContactSolution], torque: list[float]) -> xr.Dataset:
         loads = {LOAD: (np.array(torque), {"units": UNIT})}

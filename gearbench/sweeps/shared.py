@@ -33,17 +33,21 @@ KEPT = 8
 
 
 def under_loads(scene: Scene, torques: Sequence[float], *, sampled: bool = False) -> list[list[Scene]]:
-    """``scene`` under each of the torques [N·m], in groups of those that share contact lines and compliance.
+    """``scene`` under each of the torques [N·m], in groups of those that are solved together.
 
-    Drive and coast flanks do not share them; nor do flanks that touch off the line of action, where the load decides
-    how far contact lines reach, nor gears on shafts, whose bearings it loads, nor flanks that part, where it decides at
-    which phases the contact changes, unless the scene gives its phases. ``sampled``: phases of samples do not follow
-    the load.
+    Drive and coast flanks are not; nor are flanks that touch off the line of action, where the load decides how far
+    contact lines reach, nor gears on shafts, whose bearings it loads. ``sampled``: phases of samples do not follow the
+    load.
     """
     scenes = [scene.under(read(Load, {"torque": torque}, "load")) for torque in torques]
-    if not _loads_share(scene, sampled=sampled):
+    if not (_loads_share(scene, sampled=sampled) or phases_follow(scene)):
         return [[each] for each in scenes]
     return [list(group) for _, group in groupby(scenes, lambda each: each.load.coast)]
+
+
+def phases_follow(scene: Scene) -> bool:
+    """Whether the load decides nothing but the phases of ``simulate``: where flanks part on the line of action."""
+    return not (scene.has_shafts or scene.effect("off_line_contact") is not None or _loads_share(scene))
 
 
 def _loads_share(scene: Scene, *, sampled: bool = False) -> bool:

@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 from gearbench.compliance.bases import gauss
 from gearbench.compliance.plate import PlateTooth
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
-from gearbench.contact.batch import solve_batch
+from gearbench.contact.batch import ROUNDING, solve_batch
 from gearbench.contact.solver import solve
 from gearbench.effects.manufacturing_errors import ErrorKind, ManufacturingErrors
 from gearbench.errors import GearbenchError
@@ -82,7 +82,7 @@ def test_a_batch_of_samples_answers_like_single_solves_and_counts_its_rescues(na
     kinds = {n: ErrorKind(amplitude=8.0) for n in ("profile_slope", "helix_slope", "helix_form")}
     effects = (*base.effects, ManufacturingErrors(**kinds))
     hard = replace(base, effects=effects, resolution=replace(base.resolution, positions=8))
-    problem = prepare_scene(hard)
+    problem = prepare_scene(hard, ROUNDING)
     draws = problem.errors.draw(unit_samples("sobol", 64, len(problem.names), 1), hard.pair) - problem.mean
     batch = solve_batch(problem.batch, draws)
     assert batch.rescued == 0

@@ -2,22 +2,20 @@
 
 The functions are those of ``gearbench.compliance.ring``, as monomials; neither the real form that half-turn symmetry
 allows nor any other symmetry is used, and harmonics of both signs are solved. The interpolation between the harmonics
-computed is part of the model and written again; that between the waves is taken by its weights.
+computed, and that between the waves, are taken by their weights.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 
 import flint
 import mpmath as mp
 import numpy as np
 
-from gearbench.compliance.bases import sampled
-from gearbench.compliance.gear_body import FINEST, wave_weights
-from gearbench.compliance.ring import GRADING, LAYER
+from gearbench.compliance.gear_body import FINEST, wave_weights, waves_computed
+from gearbench.compliance.ring import GRADING, LAYER, harmonic_weights
 from tests.stability.extended.balls import Ball, Matrix, ball, entries, gauss, legendre, powers, solve
 from tests.stability.extended.solid import Tooth, axis_projection
 
@@ -153,7 +151,7 @@ class Body:
         harmonics = self.harmonics(z // 2 + z * turns)
         total = [flint.arb_mat(phi.nrows(), phi.nrows()) for _ in range(2 * neighbours + 1)]
         weights = wave_weights(z)
-        for i, m in enumerate(int(m) for m in sampled(z // 2)):
+        for i, m in enumerate(int(m) for m in waves_computed(z)):
             B = flint.acb_mat(S.nrows(), S.nrows())
             for n in range(m - z * turns, m + z * turns + 1, z):
                 B += self.joined(harmonics[n], n)
@@ -194,24 +192,18 @@ class Body:
         return result
 
     def harmonics(self, most: int) -> dict[int, Matrix]:
-        """Of all n from −most to most: n ĉ_n by a cubic spline in ln n between those computed."""
+        """Of all n from −most to most, by their weights from those computed."""
         tooth = self.tooth
         ring = Ring(self.bore, tooth.r_f, tooth.width, tooth.screw, tooth.E, tooth.nu, (self.order, self.axis_order))
-        some = [int(n) for n in sampled(most)]
-        found = {n: ring.harmonic(n) for k in some for n in {k, -k}}
-        if len(some) == most + 1:
-            return found
-        knots = [mp.log(n) for n in some[1:]]
-        weights = [spline(knots, mp.log(n)) for n in range(1, most + 1)]
-        result = {0: found[0]}
-        for sign in (1, -1):
-            scaled = [found[sign * n] * flint.acb(n) for n in some[1:]]
-            for n, row in enumerate(weights, 1):
-                total = flint.acb_mat(scaled[0].nrows(), scaled[0].ncols())
-                for w, matrix in zip(row, scaled, strict=True):
-                    if abs(w) > mp.mpf(10) ** -45:
-                        total += matrix * flint.acb(ball(w))
-                result[sign * n] = total * flint.acb(flint.arb(1) / n)
+        some, weights = harmonic_weights(most)
+        found = {n: ring.harmonic(n) for k in some.astype(int).tolist() for n in {k, -k}}
+        result = {}
+        for n, row in enumerate(weights):
+            for sign in (1, -1) if n else (1,):
+                total = flint.acb_mat(found[0].nrows(), found[0].ncols())
+                for k in np.flatnonzero(row):
+                    total += found[sign * int(some[k])] * flint.acb(float(row[k]))
+                result[sign * n] = total
         return result
 
 
@@ -228,30 +220,3 @@ def coefficients(count: int, low: int) -> list[list[Ball]]:
         exact = [flint.arb(int(mp.nint(c * 2**k))) / 2**k for c in table]
         result.append([flint.arb(2 * k + 1).sqrt() * c for c in exact])
     return result
-
-
-_SECOND: dict[tuple, mp.matrix] = {}
-
-
-def spline(knots: list, at: mp.mpf) -> list:
-    """Weights of the values at ``knots`` in the not-a-knot cubic spline at ``at``."""
-    n, key = len(knots), tuple(knots)
-    h = [b - a for a, b in pairwise(knots)]
-    if key not in _SECOND:
-        # second derivatives M: A M = D y
-        A, D = mp.matrix(n), mp.matrix(n)
-        for i in range(1, n - 1):
-            A[i, i - 1], A[i, i], A[i, i + 1] = h[i - 1], 2 * (h[i - 1] + h[i]), h[i]
-            D[i, i - 1], D[i, i], D[i, i + 1] = 6 / h[i - 1], -6 / h[i - 1] - 6 / h[i], 6 / h[i]
-        for row, a, b, c in ((0, 0, 1, 2), (n - 1, n - 3, n - 2, n - 1)):  # third derivative continuous
-            A[row, a], A[row, b], A[row, c] = 1 / h[a], -1 / h[a] - 1 / h[b], 1 / h[b]
-        _SECOND[key] = A**-1 * D
-    M = _SECOND[key]
-    i = min(max(sum(k <= at for k in knots) - 1, 0), n - 2)
-    left, right = (knots[i + 1] - at) / h[i], (at - knots[i]) / h[i]
-    weights = [
-        (left**3 - left) * h[i] ** 2 / 6 * M[i, j] + (right**3 - right) * h[i] ** 2 / 6 * M[i + 1, j] for j in range(n)
-    ]
-    weights[i] += left
-    weights[i + 1] += right
-    return weights
