@@ -1,6 +1,6 @@
 """Scenes on which default settings are judged: pairs in use and drawn ones, modified, under many loads.
 
-``python -m tests.default_curves FOLDER SEED EVERY`` keeps a row for each, and each converged curve, in FOLDER.
+``python -m tests.default_curves FOLDER SEED EVERY FIRST`` keeps a row for each, and each converged curve, in FOLDER.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from itertools import islice
 from pathlib import Path
 
@@ -49,7 +50,7 @@ EXAMPLES = Path(__file__).parents[1] / "examples" / "gears"
 
 
 def drawn_scenes(folder: Path, seed: int) -> Iterator[tuple[str, Scene]]:
-    """(name, scene): nine variants of each pair in use and of those drawn by ``seed``; grids are files in ``folder``."""
+    """(name, scene): nine variants of pairs in use and of those drawn by ``seed``; grids are files in ``folder``."""
     pairs = [(path.stem, load_scene(path)) for path in sorted(EXAMPLES.glob("*.toml"))]
     for i, scene in enumerate(islice(draw(in_use, seed), DRAWN)):
         bending, hertz = scene.effects
@@ -111,9 +112,9 @@ def _grid(scene: Scene, rng: np.random.Generator, path: Path) -> Effect:
     return Topography(pinion=str(path))
 
 
-def converged(scene: Scene) -> MeshCycle:
-    """Thrice the segments on a line, and panels that end at uniform phases too, the denser the nearer to a birth."""
-    fine = replace(scene, resolution=Resolution(segments=45))
+def converged(scene: Scene, segments: int = 45) -> MeshCycle:
+    """More segments on a line, and panels that end at uniform phases too, the denser the nearer to a birth."""
+    fine = replace(scene, resolution=Resolution(segments=segments))
     coarse, transitions.MORE_PHASES = transitions.MORE_PHASES, 96
     transitions.transitions.cache_clear()
     try:
@@ -194,7 +195,13 @@ def missed(row: dict[str, float]) -> float:
     return max(max(row[f"{name} {kind}"] / limit for kind, limit in limits.items()) for name in CURVES)
 
 
-def kept(path: Path, make: Callable[[], MeshCycle]) -> MeshCycle:
+def judge(folder: Path, seed: int, every: int, first: int = 0) -> Iterator[tuple[str, dict[str, float]]]:
+    """(name, row) of some of the scenes; converged curves are kept in ``folder``."""
+    for name, scene in islice(drawn_scenes(folder, seed), first, None, every):
+        yield name, judged(scene, _kept(folder / f"{scene.digest}.npz", partial(converged, scene)))
+
+
+def _kept(path: Path, make: Callable[[], MeshCycle]) -> MeshCycle:
     """A cycle from a file, made where that is not there."""
     if not path.exists():
         made = make()
@@ -209,10 +216,7 @@ def main(folder: Path, seed: int, every: int, first: int = 0) -> None:
     warnings.simplefilter("ignore")
     logging.disable(logging.WARNING)
     folder.mkdir(parents=True, exist_ok=True)
-    # a step that is prime to the variants, so that all of them are there
-    for name, scene in islice(drawn_scenes(folder, seed), first, None, every):
-        cycle = kept(folder / f"{scene.digest}.npz", lambda scene=scene: converged(scene))
-        row = judged(scene, cycle)
+    for name, row in judge(folder, seed, every, first):
         with (folder / "rows.jsonl").open("a") as file:
             file.write(json.dumps({"name": name, "missed": missed(row), **row}) + "\n")
 
