@@ -57,12 +57,13 @@ and is kept.
 1. Finite elements get half of the budget.
 2. The scene runs at settings that left the error asked for on gears in use: at 1 % with 16 segments and 5 Gauss
    points, and again with 0.6 of the segments and 0.8 of the Gauss points: 0.6 of the difference counts as error.
-   Solid teeth have 7 functions along the height meanwhile. Where that is above the budget, or half of it with solid
-   teeth, only what contributes is raised, in at most six rounds.
+   Solid teeth have half as many segments more, and 7 functions along the height meanwhile. Where that is above the
+   budget, or 0.6 of it with solid teeth, only what contributes is raised, in at most six rounds.
 3. With these segments and Gauss points solid teeth climb, at 1 % to 9 functions along the height: the difference
-   between two rungs is extrapolated with order 2.2 and must be within 0.85 of the budget, otherwise they climb on. Its
-   square and that of the error before add up.
-4. The last run is the result. What cannot be met is refused in one line, which says what was reached.
+   between two rungs is extrapolated with order 2.2, from 14 functions on with 1.5, and its square and that of the error
+   before add up. Where that is above the budget they climb on, rung by rung.
+4. The last run is the result. What cannot be met is refused in one line, which says what was reached, and what solid
+   teeth of the highest order would leave, as soon as that is known.
 5. `robust` does this on 128 samples with 40 % of the budget for the means of mean and RMS, with 1.5 of the difference
    for an error, then doubles the samples until three standard errors fit into the rest.
 

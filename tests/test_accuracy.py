@@ -223,6 +223,24 @@ def test_what_cannot_be_met_is_said():
         choose(asking(case(1), 0.001), never)
 
 
+def test_what_solid_teeth_cannot_reach_is_said_at_once():
+    """Of values that fall like the root of 1 over the functions along the height, after two orders."""
+    runs = []
+
+    def slowly(scene: Scene) -> np.ndarray:
+        teeth = scene.effect("tooth_bending")
+        assert isinstance(teeth, ToothBending)
+        assert isinstance(teeth.order, tuple)
+        runs.append(teeth.order)
+        return np.full(4, 1.0 + 0.01 / teeth.order[1] ** 0.5)
+
+    solid = ToothBending(model="solid")
+    scene = replace(case(2), effects=tuple(solid if e.name == "tooth_bending" else e for e in case(2).effects))
+    with pytest.raises(InputError, match=r"because solid teeth of the highest order leave about .* %: ask for less"):
+        choose(asking(scene, 0.0001), slowly)
+    assert len(set(runs)) == 2
+
+
 def test_programs_that_choose_nothing_refuse_an_accuracy():
     with pytest.raises(InputError, match=r"resolution\.accuracy"):
         mesh_phases(asking(case(1), 0.01))

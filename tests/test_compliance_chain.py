@@ -87,8 +87,8 @@ def test_compliance_is_that_of_the_dense_matrix(sizes, columns, further):
 
 @pytest.mark.parametrize("widths", [[], [1], [2, 3], [4, 0, 1, 2, 3]], ids=str)
 @pytest.mark.parametrize("sizes", [*SIZES, [90, 40, 130, 60, 90]], ids=str)
-def test_border_is_condensed_as_by_the_dense_matrix(sizes, widths):
-    """Also groups of columns that begin anywhere, in any order, or nowhere; no row of a group means zeros."""
+def test_compliance_in_groups_is_that_of_the_dense_matrix(sizes, widths):
+    """Groups of columns that begin anywhere, in any order, or nowhere; no row of a group means zeros."""
     found, rng = chain(sizes), np.random.default_rng(3)
     ends, m = np.cumsum([0, *sizes]), sum(widths)
     right, starts = np.zeros((found.size, m)), np.cumsum([0, *widths])
@@ -101,12 +101,8 @@ def test_border_is_condensed_as_by_the_dense_matrix(sizes, widths):
             sums = factors[i, j, 0] * matrices[-2] + factors[i, j, 1] * matrices[-1]
             right[ends[i] : ends[i + 1], starts[j] : starts[j + 1]] = sums
     sides = Sides(widths=np.array(widths, dtype=int), blocks=Sums(matrices=matrices, which=which, factors=factors))
-    border = rng.standard_normal((m, m))
-    border = border + border.T
-    given = border.copy()
-    exact = border - right.T @ np.linalg.solve(found.matrix(), right)
-    assert_allclose(found.condensed(sides, border), exact, rtol=0, atol=1e-12)
-    np.testing.assert_array_equal(border, given)
+    exact = right.T @ np.linalg.solve(found.matrix(), right)
+    assert_allclose(found.compliance(sides), exact, rtol=0, atol=1e-12)
 
 
 def test_condition_does_not_depend_on_the_units_of_the_unknowns():

@@ -217,8 +217,9 @@ def test_chains_are_all_there_is(helix, axis):
         assert_allclose(np.linalg.eigvalsh(chain.matrix()), np.linalg.eigvalsh(full[np.ix_(order, order)]), rtol=1e-9)
         assert_allclose(chain.matrix(), full[np.ix_(at, at)], rtol=0, atol=1e-12 * full.max())
         down = np.arange(axis)[::-1]
-        block = solid.block(chosen, other, down, down)
-        assert_allclose(block, full[np.ix_(at, moving)], rtol=0, atol=1e-12 * full.max())
+        blocks = solid.blocks(chosen, other, down[:, None], down)
+        whole = np.block([[blocks.matrix(i, j) for j in range(axis)] for i in range(axis)])
+        assert_allclose(whole, full[np.ix_(at, moving)], rtol=0, atol=1e-12 * full.max())
         rest = np.setdiff1d(np.arange(len(full)), np.concatenate([at, moving]))
         assert np.abs(full[np.ix_(at, rest)]).max(initial=0.0) < 1e-12 * full.max()
 

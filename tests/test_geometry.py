@@ -118,6 +118,8 @@ def test_fillet_meets_root_circle_and_involute(options):
     psi = g.half_angle(radius)
     assert np.all(np.isfinite(psi))
     assert np.all(psi > 0)
+    # ψ(R) has an infinite slope there: √(10⁻¹⁶) of R matters
+    assert g.root_half_angle == pytest.approx(psi[0], rel=1e-6)
     form = g.form_radius
     gap = float(g.half_angle(form * (1 - 1e-13)) - g.involute_half_angle(form))
     assert abs(gap) < 1e-9

@@ -3,11 +3,12 @@
 ``AT_PERCENT`` says what errors settings left on gears in use. The scene runs at those for its accuracy, and with fewer
 segments and Gauss points: the difference of the answers bounds their error, and what it blames is raised. Solid teeth
 are one rung lower meanwhile, which takes less time. What these segments and Gauss points leave hardly depends on the
-teeth: with them the order climbs, once as a rule. The difference between the last two orders bounds the error of the
-higher one by the order of convergence that the singular root leaves. The last run is the result.
+teeth: with them the order climbs, rung by rung, each dearer by a half and more, so that all of them take three times
+the last as a rule. The difference between the last two orders bounds the error of the higher one by the order of
+convergence that the singular root leaves. The last run is the result.
 
-The search ends where the next run is expected to take it beyond its time, or needs more memory than there may be, and
-says what it has reached.
+The search ends where the finest teeth are expected to leave too much, where the next run is expected to take it beyond
+its time, or needs more memory than there may be, and says what it has reached.
 """
 
 from __future__ import annotations
@@ -39,26 +40,25 @@ from gearbench.scene import Scene
 #: The answer of a run.
 R = TypeVar("R")
 
-#: Shares of the budget, where a scene has them: of finite elements, and of the order of solid teeth and of segments and
-#: Gauss points beside it, whose squares add up.
-FE_SHARE, ORDER_SHARE, REST_SHARE = 0.5, 0.85, 0.5
+#: Shares of the budget, where a scene has them: of finite elements, and of segments and Gauss points beside the order
+#: of solid teeth, whose squares add up.
+FE_SHARE, REST_SHARE = 0.5, 0.6
 #: Segments, Gauss points and rung of the ladder of solid orders for an error of 1 %, and what each factor of ten adds:
 #: the segments are multiplied, as errors fall like their power −2.5; least of each.
 AT_PERCENT, A_DECADE, LEAST = (16, 5, 3), (2.5, 4, 3), (8, 3, 1)
+#: How many times as many segments solid teeth begin with, which cost more: a round is saved.
+BESIDE_SOLID = 1.5
 #: Segments and Gauss points of the companion, as shares, and how many rungs lower the teeth of the first runs are.
 COARSER, LOWER = (0.6, 0.8), 1
 #: Error over the difference to the companion of single runs: order 2 in the segments.
 LEFT = 0.6
 #: The same of peak-to-peak values over that of other numbers: they end where the stiffness rises steeply, at births.
 PEAKS = 2.0
-#: Rungs that the order climbs at most at a time.
-STEP = 2
-#: Order of convergence of solid teeth in the number of functions along the height, as the root is singular.
-SOLID_CONVERGENCE = 2.2
+#: Order of convergence of solid teeth in the number of functions along the height, up to the second number of them and
+#: beyond: the root is singular, and digits that are left wait for the other directions too.
+SOLID_CONVERGENCE, COARSE_HEIGHT, FINE_CONVERGENCE = 2.2, 11, 1.5
 #: Rounds of settings that are tried, and by how much the segments are raised at most in one.
 ROUNDS, MOST = 6, 3.0
-#: By what each further Gauss point multiplies errors, as a logarithm.
-POINT = math.log(3)
 #: Segments and Gauss points are both raised where their contributions differ by less than this factor.
 ALIKE = 2.0
 #: Cost of a mesh phase in segments, beside those it has, and of a run, whatever its settings.
@@ -233,7 +233,7 @@ class _Search(Generic[R]):
     def first(self, budget: float) -> _At:
         """Settings that left an error of the ``budget`` on gears in use."""
         decades = math.log10(0.01 / budget)
-        n = AT_PERCENT[0] * A_DECADE[0] ** decades
+        n = AT_PERCENT[0] * A_DECADE[0] ** decades * (BESIDE_SOLID if self.orders else 1)
         g, order = (at + more * decades for at, more in zip(AT_PERCENT[1:], A_DECADE[1:], strict=True))
         n, g, order = (max(least, round(at)) for least, at in zip(LEAST, (n, g, order), strict=True))
         most = self.most
@@ -270,28 +270,28 @@ class _Search(Generic[R]):
     def _climbed(self, lower: _At, order: int, rest: NDArray, budget: float) -> tuple[_At, NDArray, R]:
         """As ``search``, by the order of solid teeth, from the answer with ``lower`` ones; ``rest`` are other errors.
 
-        Where one step changes less than errors before it let expect, these count. Errors of the order, with which teeth
-        are too stiff, and the rest have nothing to do with each other: their squares add up.
+        Errors of the order, with which teeth are too stiff, and the rest have nothing to do with each other: their
+        squares add up.
         """
-        by_order = np.zeros_like(rest)
         while True:
             at = replace(lower, order=order)
             answer = self._solve(at)
-            falls = (self.orders[at.order][1] / self.orders[lower.order][1]) ** -SOLID_CONVERGENCE
-            by_order = falls * np.maximum(largest_errors(self(lower), self(at)) / (1 - falls), by_order)
+            falls = self._falls(lower.order, order)
+            by_order = falls / (1 - falls) * largest_errors(self(lower), self(at))
             errors = np.hypot(rest, by_order)
-            self.reached[at], share = float(errors.max()), ORDER_SHARE * budget
-            if float(by_order.max()) <= share:
+            self.reached[at] = float(errors.max())
+            if self.reached[at] <= budget:
                 return at, errors, answer
-            if order == self.most.order:
-                raise self._stopped("nothing finer can be chosen")
+            finest = float((self._falls(order, self.most.order) * by_order).max())
+            if order == self.most.order or finest > budget:
+                raise self._stopped(f"solid teeth of the highest order leave about {100 * finest:.2g} %")
             del answer  # may be large
-            lower, order = at, self._order_for(order, float(by_order.max()) / share)
+            lower, order = at, order + 1
 
-    def _order_for(self, order: int, excess: float) -> int:
-        """Place of the order whose error is less by the factor ``excess``."""
-        height = self.orders[order][1] * excess ** (1 / SOLID_CONVERGENCE)
-        return min(self.most.order, max(order + 1, sum(each[1] < height for each in self.orders)), order + STEP)
+    def _falls(self, lower: int, order: int) -> float:
+        """Error of one order of solid teeth over that of a lower one."""
+        low, high = (self.orders[each][1] for each in (lower, order))
+        return (high / low) ** -(SOLID_CONVERGENCE if high <= COARSE_HEIGHT else FINE_CONVERGENCE)
 
     def _coarse(self, at: _At) -> _At:
         """Settings of the companion."""

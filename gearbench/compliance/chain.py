@@ -23,7 +23,7 @@ class Sums:
     which
         Two numbers of given ones for each matrix, (…, 2).
     factors
-        Their factors, (…, 2); where one is zero, its matrix does not matter.
+        Their factors, (…, 2); where the second is zero, its matrix does not matter.
     """
 
     matrices: Sequence[NDArray]
@@ -32,16 +32,8 @@ class Sums:
 
     def matrix(self, *index: int) -> NDArray:
         """One of them."""
-        return sum(
-            factor * self.matrices[k]
-            for k, factor in zip(self.which[index], self.factors[index], strict=True)
-            if factor
-        )  # pyright: ignore[reportReturnType]
-
-    def values(self) -> tuple[NDArray, NDArray]:
-        """The given matrices one after the other, and where in them each sum begins, (…, 2)."""
-        starts = np.cumsum([0, *(matrix.size for matrix in self.matrices)])
-        return np.concatenate([np.zeros(0), *(matrix.ravel() for matrix in self.matrices)]), starts[self.which]
+        (i, j), (a, b) = self.which[index], self.factors[index]
+        return a * self.matrices[i] + b * self.matrices[j] if b else a * self.matrices[i]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,32 +90,17 @@ class Chain:
         scale = 1 / np.sqrt(np.diagonal(K))
         return float(np.linalg.cond(K * scale * scale[:, None]))
 
-    def compliance(self, right: NDArray) -> NDArray:
-        """Bᵀ K⁻¹ B of right-hand sides B (n, m).
+    def compliance(self, right: NDArray | Sides) -> NDArray:
+        """Bᵀ K⁻¹ B of right-hand sides B (n, m): a group of columns costs nothing above the block in which it begins.
 
         Raises
         ------
         numpy.linalg.LinAlgError
             If K is not positive definite.
         """
-        count, columns = len(self.sizes), right.shape[1]
-        rows = np.split(right, np.cumsum(self.sizes)[:-1])
-        which = np.repeat(np.arange(count)[:, None, None], 2, axis=2)
-        blocks = Sums(matrices=rows, which=which, factors=np.broadcast_to([1.0, 0.0], which.shape))
-        return -self.condensed(Sides(widths=np.array([columns]), blocks=blocks), np.zeros((columns, columns)))
+        from gearbench.compliance._chain_kernels import chain_compliance
 
-    def condensed(self, sides: Sides, border: NDArray) -> NDArray:
-        """C − Bᵀ K⁻¹ B of right-hand sides B and a symmetric ``border`` C (m, m).
-
-        A group of columns costs nothing above the first block in which it begins.
-
-        Raises
-        ------
-        numpy.linalg.LinAlgError
-            If K is not positive definite.
-        """
-        from gearbench.compliance._chain_kernels import condense_chain
-
+        sides = right if isinstance(right, Sides) else self._one_group(right)
         count, most = len(self.sizes), int(self.sizes.max(initial=0))
         there = sides.blocks.factors.any(axis=2)
         begins = np.where(there.any(axis=0), there.argmax(axis=0), count)
@@ -132,15 +109,23 @@ class Chain:
         starts = np.cumsum([0, *sides.widths[order]])
         ends = np.cumsum([0, *sides.widths])
         columns = np.concatenate([np.zeros(0, dtype=int), *(np.arange(ends[g], ends[g + 1]) for g in order)])
-        values, offset = self.blocks.values()
-        more, side_offset = sides.blocks.values()
+        matrices, own = [*self.blocks.matrices, *sides.blocks.matrices], len(self.blocks.matrices)
+        values = np.concatenate([np.zeros(0), *(matrix.ravel() for matrix in matrices)])
+        offset = np.cumsum([0, *(matrix.size for matrix in matrices)])
         m = len(columns)
-        result = np.array(border, dtype=float, order="C")
-        memory = np.empty((3, most, min(3, count) * most + m)), np.empty((m, m))
-        sizes, together = np.append(self.sizes, np.zeros(4, dtype=int)), np.concatenate([values, more])
-        chain = sizes, together, offset, np.ascontiguousarray(self.blocks.factors)
-        begin = np.ascontiguousarray(side_offset[:, order] + len(values))
-        groups = begun, starts, begin, np.ascontiguousarray(sides.blocks.factors[:, order])
-        if not condense_chain(result, *memory, columns, chain, groups, np.zeros(6, dtype=np.int32), addresses()):
+        result, lower = np.empty((2, m, m))
+        held = np.empty((3, most, min(3, count) * most + m))
+        sizes = np.append(self.sizes, np.zeros(4, dtype=int))
+        chain = sizes, values, offset[self.blocks.which], np.ascontiguousarray(self.blocks.factors)
+        which, factors = (np.ascontiguousarray(table[:, order]) for table in (sides.blocks.which, sides.blocks.factors))
+        groups = begun, starts, offset[which + own], factors
+        numbers = np.zeros(6, dtype=np.int32)
+        if not chain_compliance(result, held, lower, columns, chain, groups, numbers, addresses()):
             raise np.linalg.LinAlgError("a matrix is not positive definite")
         return result
+
+    def _one_group(self, right: NDArray) -> Sides:
+        which = np.repeat(np.arange(len(self.sizes))[:, None, None], 2, axis=2)
+        factors = np.broadcast_to([1.0, 0.0], which.shape)
+        rows = np.split(right, np.cumsum(self.sizes)[:-1])
+        return Sides(widths=np.array([right.shape[1]]), blocks=Sums(matrices=rows, which=which, factors=factors))

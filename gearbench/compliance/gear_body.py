@@ -75,10 +75,10 @@ class ToothedRing:
         parts = self.tooth.root_parts(self.axis_order)
         return parts.stiffness / scale**2, parts.moved / scale
 
-    @lazy
+    @property
     def root_half_angle(self) -> float:
         """ψ [rad] of the tooth at its root circle."""
-        return float(self.tooth.gear.half_angle(self.tooth.gear.root_radius))
+        return self.tooth.gear.root_half_angle
 
     @property
     def root_arc(self) -> float:

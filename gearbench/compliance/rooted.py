@@ -35,22 +35,33 @@ class RootParts:
 def root_parts(solid: Solid, flank: Functionals, count: int) -> RootParts:
     """Parts of a ``solid`` with free root, its ``flank`` functionals, and ``count`` polynomials in z."""
     field, across, along, axis = solid.shape
-    loads = len(flank.rows) * len(flank.along)
     number = np.arange(field * across * count).reshape(field * across, count)
-    held, S, phi = np.zeros((loads, loads)), np.zeros((number.size, number.size)), np.zeros((loads, number.size))
+    S, phi = _own(solid, flank, count)
+    held = np.zeros(2 * (len(phi),))
     for inner, root, chain in zip(solid.classes, solid.root_classes, solid.chains, strict=True):
         position = np.concatenate([number[root[j % 2] // along, j] for j in range(count)])
-        found = chain.condensed(_sides(solid, inner, root, flank, count), _border(solid, root, flank, count))
-        moved = slice(len(position)), slice(len(position), None)
-        S[position[:, None], position] = found[moved[0], moved[0]]
-        phi[:, position] = found[moved[1], moved[0]]
-        held -= found[moved[1], moved[1]]
+        found, n = chain.compliance(_sides(solid, inner, root, flank, count)), len(position)
+        S[position[:, None], position] -= found[:n, :n]
+        phi[:, position] -= found[n:, :n]
+        held += found[n:, n:]
     # the root moves as the first functions along the axis; polynomials of degree j are sums of the first j + 1 of them
     polynomials = np.tril(_in_axis_functions(count, axis))[:, :count].T
     S = (S.reshape(-1, count) @ polynomials).reshape(S.shape).T
     S = (S.reshape(-1, count) @ polynomials).reshape(S.shape)
     phi = (flank.by_rows(phi).reshape(-1, count) @ polynomials).reshape(phi.shape)
     return RootParts(held=flank.by_rows(flank.by_rows(held).T), stiffness=(S + S.T) / 2, moved=phi)
+
+
+def _own(solid: Solid, flank: Functionals, count: int) -> tuple[NDArray, NDArray]:
+    """Stiffness of motions of the root by themselves, and how they displace the flank, its rows as in a chain."""
+    field, across, along, _ = solid.shape
+    n, (p, _), (q, _) = field * across, flank.rows.shape, flank.along.shape
+    Z = solid.of_axis[:, :, :count, :count].reshape(4, -1)
+    S = solid.of_section.reshape(4, n, along, n, along)[:, :, 0, :, 0].reshape(4, -1)
+    stiffness = (Z.T @ S).reshape(count, count, n, n).transpose(2, 0, 3, 1).reshape(n * count, n * count)
+    at_root = flank.rows.reshape(p, n, along)[:, :, 0]
+    moved = at_root[:, :, None] * flank.along[:, None, None, :count]
+    return stiffness, moved.reshape(q * p, n * count)
 
 
 def _sides(solid: Solid, inner: Class, root: Class, flank: Functionals, count: int) -> Sides:
@@ -62,22 +73,6 @@ def _sides(solid: Solid, inner: Class, root: Class, flank: Functionals, count: i
     matrices = [*motions.matrices, *loads.blocks.matrices]
     widths = np.concatenate([[len(root[parity]) for parity in j % 2], loads.widths])
     return Sides(widths=widths, blocks=Sums(matrices=matrices, which=which, factors=factors))
-
-
-def _border(solid: Solid, root: Class, flank: Functionals, count: int) -> NDArray:
-    """What the motions of the root do by themselves: their stiffness with each other, and displace the flank."""
-    j = np.arange(count)
-    own = solid.block(root, root, j, j)
-    loads = len(flank.rows) * len(flank.along)
-    border = np.zeros(2 * (len(own) + loads,))
-    border[: len(own), : len(own)] = own
-    first = 0
-    for i in j:
-        last = first + len(root[i % 2])
-        direct = np.multiply.outer(flank.along[:, i], flank.rows[:, root[i % 2]]).reshape(loads, -1)
-        border[len(own) :, first:last], border[first:last, len(own) :] = direct, direct.T
-        first = last
-    return border
 
 
 @lru_cache(maxsize=64)

@@ -83,6 +83,8 @@ class Section:
         along R (S6), so that the whole tooth follows its root without strain across.
     outline
         Quadrature along the height, by points on a panel, where there is one better than of ``half_width``.
+    root_half_width
+        e(0) [mm], where it is known without ``half_width``.
     """
 
     height: float
@@ -93,6 +95,7 @@ class Section:
     breaks: tuple[float, ...] = ()
     free: bool = False
     outline: Callable[[int], Outline] | None = None
+    root_half_width: float | None = None
 
     def __post_init__(self) -> None:
         if self.screw and math.isinf(self.root_radius):
@@ -172,8 +175,11 @@ class Section:
 
     def _spread(self, x: NDArray, e: NDArray) -> NDArray:
         """σ = ψ/ψ(root) at height x, e/e(root) of a straight block."""
-        root = float(np.ravel(self.half_width(np.zeros(1)))[0])
-        return e / root / (1 + x / self.root_radius)
+        return e / self._root_half_width / (1 + x / self.root_radius)
+
+    @lazy
+    def _root_half_width(self) -> float:
+        return self.root_half_width or float(np.ravel(self.half_width(np.zeros(1)))[0])
 
     def values(self, x: NDArray, s: float) -> NDArray:
         """Functions of a field at height x and s, (…, n_s, n_x); below the root as at the root."""

@@ -150,18 +150,6 @@ class Solid:
         which = (4 * (k % 2) + 2 * (l % 2))[..., None] + np.arange(2)
         return Sums(matrices=matrices, which=which, factors=Z[i, j, k[..., None], l[..., None]])
 
-    def block(self, left: Class, right: Class, k: NDArray, l: NDArray) -> NDArray:
-        """The same of all ``k`` with all ``l``, one after the other, as one matrix."""
-        blocks = self.blocks(left, right, k[:, None], l)
-        rows, columns = (_by_parity(side, n) for side, n in ((left, k), (right, l)))
-        result = np.zeros([sum(map(len, found)) for found in (rows, columns)])
-        for a, b in product(range(2), range(2)):
-            factors = blocks.factors[k % 2 == a][:, l % 2 == b]
-            both = np.stack(blocks.matrices[4 * a + 2 * b : 4 * a + 2 * b + 2]).reshape(2, -1)
-            parts = (factors @ both).reshape(*factors.shape[:2], len(left[a]), len(right[b]))
-            result[rows[a][:, None], columns[b]] = parts.swapaxes(1, 2).reshape(len(rows[a]), len(columns[b]))
-        return result
-
     def loads(self, functionals: Functionals, chosen: Class) -> Sides:
         """Functionals as right-hand sides of the chain of a class, in groups of those with a polynomial in y."""
         k = np.arange(self.order)[::-1]
@@ -186,23 +174,12 @@ class Solid:
 
     def compliance(self, functionals: NDArray | Functionals) -> NDArray:
         """F K⁻¹ Fᵀ [mm/N] of functionals F (m, n): displacement of each under a unit force along each, (m, m)."""
-        if isinstance(functionals, Functionals):
-            p, q = len(functionals.rows), len(functionals.along)
-            total = np.zeros((p * q, p * q))
-            for chosen, chain in zip(self.classes, self.chains, strict=True):
-                total -= chain.condensed(self.loads(functionals, chosen), np.zeros_like(total))
-            return functionals.by_rows(functionals.by_rows(total).T)
-        total = np.zeros((len(functionals), len(functionals)))
+        products = isinstance(functionals, Functionals)
+        total: NDArray | float = 0.0
         for chosen, chain in zip(self.classes, self.chains, strict=True):
-            total += chain.compliance(functionals[:, self.amplitudes(chosen)].T)
-        return total
-
-
-def _by_parity(chosen: Class, k: NDArray) -> tuple[NDArray, NDArray]:
-    """Rows of those functions that go with even and with odd ``k``, where all stand one after the other."""
-    starts = np.cumsum([0, *(len(chosen[parity]) for parity in k % 2)])[:-1]
-    even, odd = ((starts[k % 2 == a][:, None] + np.arange(len(chosen[a]))).ravel() for a in range(2))
-    return even, odd
+            sides = self.loads(functionals, chosen) if products else functionals[:, self.amplitudes(chosen)].T
+            total = total + chain.compliance(sides)
+        return functionals.by_rows(functionals.by_rows(total).T) if products else np.asarray(total)
 
 
 @lru_cache(maxsize=64)

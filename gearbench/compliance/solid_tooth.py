@@ -103,6 +103,7 @@ class SolidTooth:
             breaks=(gear.form_radius - r_f,),
             free=free,
             outline=partial(tooth_outline, gear),
+            root_half_width=r_f * gear.root_half_angle,
         )
         return Solid(section=section, width=gear.face_width, E=self.E, nu=self.nu, order=axis)
 

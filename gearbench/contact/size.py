@@ -85,12 +85,14 @@ def _columns(scene: Scene) -> tuple[int, bool]:
     columns, coupled, law = 0, False, False
     if len(ready) < len(acting):  # finite elements that are not there yet
         columns, coupled = MOST_COLUMNS // 10, "gear_body" in beside
-    flanks = [part for effect in ready if (part := effect.flank_compliances(lines, beside)) is not None]
-    summed = len(joined_flanks(flanks)) < len(flanks)  # a few positions at a time, no columns are kept
+    flanks = {effect: part for effect in ready if (part := effect.flank_compliances(lines, beside)) is not None}
+    if len(joined_flanks(list(flanks.values()))) < len(flanks):  # a few positions at a time, no columns are kept
+        coupled = coupled or any(part.coupled for part in flanks.values())
+        ready = [effect for effect in ready if effect not in flanks]
     for effect in ready:
         part = effect.compliance(lines, beside)
         law = law or not isinstance(part, (LowRank, Dense))
-        columns += part.factor.shape[-1] if isinstance(part, LowRank) and not summed else 0
+        columns += part.factor.shape[-1] if isinstance(part, LowRank) else 0
         coupled = coupled or isinstance(part, Dense) or (isinstance(part, LowRank) and part.coupled)
     return columns, coupled or not law
 

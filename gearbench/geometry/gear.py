@@ -199,6 +199,11 @@ class Gear(TransverseSection):
             psi[below] = self.fillet.half_angle(np.minimum(self.fillet.parameter(radius[below]), self.fillet_end))
         return psi
 
+    @cached_property
+    def root_half_angle(self) -> float:
+        """Half tooth-thickness angle ψ [rad] at the root circle, where the fillet begins."""
+        return float(self.fillet.half_angle(0.0))
+
     def transverse_thickness(self, radius: ArrayLike, *, fillet: bool = True) -> NDArray:
         """Transverse (arc) tooth thickness s_t = 2 R ψ [mm] at radius R [mm], with or without the root fillet."""
         radius = np.asarray(radius, dtype=float)

@@ -22,7 +22,7 @@ REPEATS = 3
 KNOBS = (
     replace(SEGMENTS, levels=lambda _: (2, 4, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192)),
     replace(GAUSS_POINTS, levels=lambda _: (1, 2, 3, 4, 5, 6, 8, 12, 16, 24, 32, 48, 64)),
-    replace(SOLID_ORDER, levels=lambda scene: solid_orders(scene)[:9]),
+    replace(SOLID_ORDER, levels=lambda scene: solid_orders(scene)[:8]),
 )
 
 
