@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import tomllib
+from dataclasses import replace
 from importlib import import_module
 from typing import Any
 
@@ -103,7 +104,10 @@ def test_entries_are_called_with_contiguous_arrays(calls):
     for scene in (small("sc.toml", **errors), small("gears/hcr_spur.toml", gear_body={}, **errors)):
         simulate(scene)
         robust(scene, samples=3)
-    sweep(small("gears/hcr_spur.toml", gear_body={}), torque=[50.0, 60.0])
+    spur = small("gears/hcr_spur.toml", gear_body={})
+    sweep(spur, torque=[50.0, 60.0])
+    wheel = replace(spur.pair.wheel, rim_thickness=6.0, web_thickness=8.0)
+    simulate(replace(spur, pair=replace(spur.pair, wheel=wheel)))
     driven = spur_scene({}, effects={"hertz": {"law": "yang_sun"}} | errors, segments=4, gauss_points=2)
     robust_response(driven, speed=900.0, harmonics=1, samples=2)
     pitch = {"pitch_errors": {"pinion": [0.0, 1.0] * 12 + [0.0]}}

@@ -1,12 +1,71 @@
-"""Compiled sums of products of the integrals along the radius of a ring and of those along its axis."""
+"""Compiled systems of a ring, and of a tooth on it, with the routines of BLAS and LAPACK that SciPy hands out for C.
+
+One harmonic, or wave, after the other, so that what it needs stays in the processor's cache; Python's lock is not
+needed. Arrays have rows first; LAPACK, which has columns first, sees them transposed.
+"""
 
 from __future__ import annotations
 
-from gearbench.compiled import SUMS, entry
+import math
+
+import numpy as np
+
+from gearbench.compiled import FUSED, SUMS, caller, entry, part
+
+#: Routines among the ``lapack.addresses``.
+_POTRF, _GEMM, _SYRK, _TRSM = 0, 3, 4, 5
+#: Letters and factors that BLAS is called with.
+_RIGHT, _UPPER, _NO, _TRANSPOSED = range(4)
+_ZERO, _ONE, _LESS = range(3)
+LETTERS, FACTORS = np.array(list(b"RUNT"), dtype=np.uint8), np.array([0.0, 1.0, -1.0])
+
+_call = caller()
 
 
-@entry(SUMS)
-def assemble(along, across, K):
+@part()
+def _factor(A, size, leading, blas):
+    """L of the matrix at A in the place of its lower half; False if it is not positive definite."""
+    routines, letters, _, numbers = blas
+    numbers[0], numbers[1], numbers[2] = size, leading, 0
+    n = np.int64(numbers.ctypes.data)
+    _call(routines[_POTRF], (letters + _UPPER, n, A, n + 4, n + 8))
+    return numbers[2] == 0
+
+
+@part()
+def _solve(L, leading, B, rows, columns, blas):
+    """L⁻¹ B in the place of B (rows, columns)."""
+    routines, letters, factors, numbers = blas
+    numbers[0], numbers[1], numbers[2] = columns, rows, leading
+    n = np.int64(numbers.ctypes.data)
+    sides = (letters + _RIGHT, letters + _UPPER, letters + _NO, letters + _NO)
+    _call(routines[_TRSM], (*sides, n, n + 4, factors + 8 * _ONE, L, n + 8, B, n))
+
+
+@part()
+def _multiply(A, B, rows, columns, C, blas):
+    """C = AᵀB of A and B (rows, columns)."""
+    routines, letters, factors, numbers = blas
+    numbers[0], numbers[1] = columns, rows
+    n = np.int64(numbers.ctypes.data)
+    sizes = (letters + _NO, letters + _TRANSPOSED, n, n, n + 4)
+    _call(routines[_GEMM], (*sizes, factors + 8 * _ONE, B, n, A, n, factors + 8 * _ZERO, C, n))
+
+
+@part()
+def _square(A, shape, transposed, factor, C, blas):
+    """C + ``factor`` · AᵀA of A (rows, columns), or AAᵀ, in the place of the lower half of C."""
+    routines, letters, factors, numbers = blas
+    rows, columns = shape
+    size = rows if transposed else columns
+    numbers[0], numbers[1], numbers[2] = size, rows + columns - size, columns
+    n = np.int64(numbers.ctypes.data)
+    kind = letters + (_TRANSPOSED if transposed else _NO)
+    _call(routines[_SYRK], (letters + _UPPER, kind, n, n + 4, factors + 8 * factor, A, n + 8, factors + 8 * _ONE, C, n))
+
+
+@part(SUMS)
+def _assembled(along, across, K):
     """K (p, n, p, n) = Σ_i along (p, p, i) · across (i, n, n) of the eight integrals, into all of it."""
     p, n = along.shape[0], across.shape[1]
     for k in range(p):
@@ -21,3 +80,102 @@ def assemble(along, across, K):
                         (f[4] * across[4, a, b] + f[5] * across[5, a, b])
                         + (f[6] * across[6, a, b] + f[7] * across[7, a, b])
                     )
+
+
+@entry(SUMS)
+def assemble(along, across, K):
+    """K (harmonic, p, n, p, n) of ``along`` (harmonic, p, p, 8) and ``across`` (harmonic, 8, n, n)."""
+    for k in range(len(K)):
+        _assembled(along[k], across[k], K[k])
+
+
+@entry(SUMS)
+def condense(along, across, edge, found, routines):
+    """ĉ (harmonic, n, n) of functions along R of which the last one alone, ``edge`` there, moves the rim (R3).
+
+    False if a matrix is not positive definite.
+    """
+    p, n = along.shape[1], across.shape[2]
+    K, half, numbers = np.empty((p, n, p, n)), np.empty((n, n)), np.empty(3, dtype=np.int32)
+    blas = (routines, np.int64(LETTERS.ctypes.data), np.int64(FACTORS.ctypes.data), numbers)
+    at, size = np.int64(K.ctypes.data), p * n
+    for k in range(len(found)):
+        _assembled(along[k], across[k], K)
+        if not _factor(at, size, size, blas):
+            return False
+        # the last block of L, of the functions that move the rim: L Lᵀ = K_oo − K_oi K_ii⁻¹ K_io
+        half[:] = 0.0
+        for i in range(n):
+            half[i, i] = edge
+        _solve(at + 8 * (size - n) * (size + 1), size, np.int64(half.ctypes.data), n, n, blas)
+        c = found[k]
+        c[:] = 0.0
+        _square(np.int64(half.ctypes.data), (n, n), False, _ONE, np.int64(c.ctypes.data), blas)
+        for i in range(n):
+            for j in range(i):
+                c[j, i] = c[i, j]
+    return True
+
+
+@part(FUSED)
+def _lend(P, low, softness):
+    """P (n, low) times L⁻ᵀ in its place, L Lᵀ = ``softness`` − P[low]."""
+    count = len(low)
+    L = np.empty((count, count))
+    for i in range(count):
+        for j in range(i + 1):
+            value = (softness if i == j else 0.0) - P[low[i], j]
+            for k in range(j):
+                value -= L[i, k] * L[j, k]
+            L[i, j] = math.sqrt(value) if i == j else value / L[j, j]
+    for r in range(len(P)):
+        for j in range(count):
+            value = P[r, j]
+            for k in range(j):
+                value -= P[r, k] * L[j, k]
+            P[r, j] = value / L[j, j]
+
+
+@entry(FUSED)
+def join(every, taken, tooth, same, other, routines):
+    """Add Φ (S + B⁻¹)⁻¹ Φᵀ of real waves to ``same`` and ``other`` (m, flank, flank): ``gear_body._Firm.join``.
+
+    False if a matrix is not positive definite.
+
+    Parameters
+    ----------
+    every, taken
+        Numbers of the waves (m, …), and those of them that make up B, (n, n).
+    tooth
+        S_σ⁻¹ (n, n), S_σ⁻¹ Φᵀ (n, flank) of the first and then of the second phase, the number of functions of the
+        first one, Φ S_σ⁻¹ Φᵀ, numbers of the motions on springs, and 1/σ.
+    """
+    yields, moved, first, alone, low, softness = tooth
+    n, flank = moved.shape
+    second = n - first
+    B, P, Z = np.empty((n, n)), np.empty((n, len(low))), np.empty((n + second, flank))
+    equal, between, numbers = np.empty((flank, flank)), np.empty((flank, flank)), np.empty(3, dtype=np.int32)
+    blas = (routines, np.int64(LETTERS.ctypes.data), np.int64(FACTORS.ctypes.data), numbers)
+    at, halves = np.int64(B.ctypes.data), np.int64(Z.ctypes.data)
+    last = halves + 8 * n * flank
+    for k in range(len(every)):
+        for i in range(n):
+            for j in range(i + 1):
+                B[i, j] = every[k, taken[i, j]] + yields[i, j]
+            for j in range(len(low)):
+                P[i, j] = every[k, taken[i, low[j]]]
+        _lend(P, low, softness)
+        _square(np.int64(P.ctypes.data), P.shape, True, _ONE, at, blas)
+        Z[:first], Z[first:n], Z[n:] = moved[:first], 0.0, moved[first:]
+        if not _factor(at, n, n, blas):
+            return False
+        _solve(at, n, halves, n, flank, blas)
+        _solve(at + 8 * first * (n + 1), n, last, second, flank, blas)
+        equal[:] = alone
+        _square(halves, Z.shape, False, _LESS, np.int64(equal.ctypes.data), blas)
+        _multiply(last, halves + 8 * first * flank, second, flank, np.int64(between.ctypes.data), blas)
+        for i in range(flank):
+            for j in range(flank):
+                same[k, i, j] += equal[max(i, j), min(i, j)]
+                other[k, i, j] += between[i, j] - between[j, i]
+    return True

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from gearbench.compliance.bases import spline_weights
 from gearbench.compliance.flank import FlankCompliance
-from gearbench.compliance.lapack import cholesky, solve_lower
+from gearbench.compliance.lapack import addresses, cholesky, solve_lower
 from gearbench.compliance.ring import Ring, harmonic_weights
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.geometry.web import Web
@@ -85,12 +85,10 @@ class ToothedRing:
         """Length of the root of a tooth along the root circle [mm]."""
         return 2 * self.root_half_angle * self.tooth.gear.root_radius
 
-    @lazy
+    @property
     def _phase(self) -> NDArray:
         """η of the functions (field, k, j)."""
-        across, axis = self.tooth.order[0], self.axis_order
-        k, j = np.arange(across)[:, None], np.arange(axis)
-        return (1j ** (np.array([1, 0, 1])[:, None, None] + k + j)).ravel()
+        return _phases(self.tooth.order[0], self.axis_order)
 
     @lazy
     def ring(self) -> Ring | WebbedRing:
@@ -148,24 +146,15 @@ class ToothedRing:
         Between motions of the root of the same phase, ±1 or ±i, and between those of different ones. Of the waves
         computed: between them ``wave_weights`` interpolate.
         """
-        across, axis = self.tooth.order[0], self.axis_order
         weights, c = self._harmonics
-        side = np.abs(np.imag(self._phase)).astype(int)
         sign = np.real(self._phase) + np.imag(self._phase)
         S, phi = self.tooth_parts[0] * sign[:, None] * sign, self.tooth_parts[1] * sign
         B = (weights @ c).reshape(len(weights), -1)
-        # from (pair of k ≤ l, field, j, field, j) to the functions (field, k, j) of a class
-        pair = np.zeros((across, across), dtype=int)
-        pair[np.triu_indices(across)] = pair.T[np.triu_indices(across)] = np.arange(weights.shape[1])
-        order = np.arange(B.shape[1]).reshape(-1, 3, axis, 3, axis)[pair]
-        order = order.transpose(2, 0, 3, 4, 1, 5).reshape(S.shape)
         same, other = np.zeros((2, len(B), len(phi), len(phi)), dtype=c.dtype)
-        for mine in self._classes:
-            parts = [mine[side[mine] == k] for k in range(2)]
-            both = np.concatenate(parts)
-            low = np.flatnonzero(np.isin(both, self._lowest))
+        for parts, taken in _seen_together(self.tooth.order[0], self.axis_order, self._split):
+            low = np.flatnonzero(np.isin(np.concatenate(parts), self._lowest))
             firm = _Firm.on_springs([S[np.ix_(p, p)] for p in parts], [phi[:, p] for p in parts], low, self._spring)
-            firm.join(B, order[np.ix_(both, both)], same, other)
+            firm.join(B, taken, same, other)
         return same, other
 
     @property
@@ -185,12 +174,9 @@ class ToothedRing:
         return 0.5 / float(diagonal[:, self._lowest].sum(axis=1).max())
 
     @property
-    def _classes(self) -> list[NDArray]:
-        """Functions of the root (field, k, j) that see each other: faces alike and no helix angle make two classes."""
-        field, _, j = np.indices((3, self.tooth.order[0], self.axis_order)).reshape(3, -1)
-        odd = (j + (field == 2)) % 2
-        split = not self.tooth.gear.beta and self._symmetric
-        return [np.flatnonzero(odd == k) for k in range(2)] if split else [np.arange(odd.size)]
+    def _split(self) -> bool:
+        """Whether there are functions of the root that do not see each other: faces alike, and no helix angle."""
+        return not self.tooth.gear.beta and self._symmetric
 
     def blocks(self, neighbours: int) -> NDArray:
         """Deflection [mm/N] of the flank of tooth d = −n … n due to the body, loads on tooth 0 (R7): (d, p·q, p·q)."""
@@ -250,6 +236,13 @@ class _Firm:
         ``taken``: which numbers of a wave, ``every`` (m, …), make up its Hermitian B (n, n).
         """
         low, n, size = self.low, len(self.moved[0]), len(taken)
+        if np.isrealobj(every):
+            from gearbench.compliance._ring_kernels import join
+
+            tooth = self.yields, np.concatenate(self.moved), n, self.alone, low, 1 / self.spring
+            if not join(np.ascontiguousarray(every), taken, tooth, same, other, addresses()):
+                raise np.linalg.LinAlgError("a tooth on its body is not positive definite")
+            return
         # one wave at a time: what it needs stays in the cache
         B, halves = (np.empty((k, w), every.dtype) for k, w in ((size, size), (2 * size - n, len(self.alone))))
         first, second = halves[:size], halves[size:]
@@ -267,6 +260,35 @@ class _Firm:
             same[k] -= halves.T.conj() @ halves
             between = second.T.conj() @ first[n:]
             other[k] += between - between.T.conj()
+
+
+@lru_cache(maxsize=16)
+def _phases(across: int, axis: int) -> NDArray:
+    """η of the functions (field, k, j) of a root."""
+    k, j = np.arange(across)[:, None], np.arange(axis)
+    return (1j ** (np.array([1, 0, 1])[:, None, None] + k + j)).ravel()
+
+
+@lru_cache(maxsize=16)
+def _seen_together(across: int, axis: int, split: bool) -> list[tuple[list[NDArray], NDArray]]:
+    """Functions of the root (field, k, j) that see each other, if they are ``split`` in two classes, else all.
+
+    Of each class those of the phases ±1 and ±i, and which numbers (pair of k ≤ l, field, j, field, j) make up their B.
+    """
+    pair = np.zeros((across, across), dtype=int)
+    k, l = np.triu_indices(across)
+    pair[k, l] = pair[l, k] = np.arange(len(k))
+    order = np.arange(len(k) * (3 * axis) ** 2).reshape(-1, 3, axis, 3, axis)[pair]
+    order = order.transpose(2, 0, 3, 4, 1, 5).reshape(2 * (3 * across * axis,))
+    field, _, j = np.indices((3, across, axis)).reshape(3, -1)
+    number = (j + (field == 2)) % 2 if split else np.zeros(len(order), dtype=int)
+    side = np.abs(np.imag(_phases(across, axis))).astype(int)
+    found = []
+    for mine in range(number.max() + 1):
+        parts = [np.flatnonzero((number == mine) & (side == k)) for k in range(2)]
+        both = np.concatenate(parts)
+        found.append((parts, np.ascontiguousarray(order[np.ix_(both, both)])))
+    return found
 
 
 def waves_computed(teeth: int) -> NDArray:

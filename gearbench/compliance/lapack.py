@@ -62,9 +62,9 @@ def _routine(module: str, name: str, arguments: int) -> Callable[..., None]:
 
 @lru_cache(maxsize=1)
 def addresses() -> NDArray:
-    """Where dpotrf, dtrtri, dtrmm, dgemm and dsyrk are, for compiled code to call."""
+    """Where dpotrf, dtrtri, dtrmm, dgemm, dsyrk and dtrsm are, for compiled code to call."""
     lapack = [_address("cython_lapack", name) for name in ("dpotrf", "dtrtri")]
-    return np.array(lapack + [_address("cython_blas", name) for name in ("dtrmm", "dgemm", "dsyrk")])
+    return np.array(lapack + [_address("cython_blas", name) for name in ("dtrmm", "dgemm", "dsyrk", "dtrsm")])
 
 
 def _address(module: str, name: str) -> int:

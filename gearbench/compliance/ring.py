@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.compliance.bases import gauss, height_functions, sampled, spline_weights, width_functions
-from gearbench.compliance.lapack import cholesky, solve_lower
+from gearbench.compliance.lapack import addresses
 from gearbench.geometry.material import lame
 
 #: Depth of the layer that carries harmonic n, in units of r/n: e⁻⁷ of the rim's displacement reaches its inner end.
@@ -67,22 +67,17 @@ class Ring:
 
         (R3) of docs/theory.md.
         """
-        from gearbench.compliance._ring_kernels import assemble
+        from gearbench.compliance._ring_kernels import condense
 
         n, rim = np.asarray(n, dtype=float), 3 * self.order[1]
         result = np.zeros((len(n), rim, rim))
-        along, edge = self._along(n)
-        across = self._across(n)
+        (along, edge), across = self._along(n), self._across(n)
         for mine in self._classes:
-            size = len(mine)
-            seen = across if size == rim else np.ascontiguousarray(across[:, :, mine[:, None], mine])
-            K = np.empty((len(edge), size, len(edge), size))
-            for k in range(len(n)):
-                assemble(along[k], seen[k], K)
-                # the last block of L, of the functions that move the rim: L Lᵀ = K_oo − K_oi K_ii⁻¹ K_io
-                last = cholesky(K.reshape(len(edge) * size, -1))[-size:, -size:]
-                half = solve_lower(last, edge[-1] * np.eye(size))
-                result[k, mine[:, None], mine] = half.T @ half
+            found = np.empty((len(n), len(mine), len(mine)))
+            seen = np.ascontiguousarray(across[:, :, mine[:, None], mine])
+            if not condense(along, seen, edge[-1], found, addresses()):
+                raise np.linalg.LinAlgError("the stiffness of a ring is not positive definite")
+            result[:, mine[:, None], mine] = found
         return result
 
     @property
@@ -102,8 +97,7 @@ class Ring:
         (along, edge), across = self._along(n), self._across(n)
         p, size = len(edge), 3 * self.order[1]
         K = np.empty((len(n), p, size, p, size))
-        for each in zip(along, across, K, strict=True):
-            assemble(*each)
+        assemble(along, across, K)
         return K.reshape(len(n), p * size, p * size), edge
 
     def _across(self, n: NDArray) -> NDArray:
