@@ -115,15 +115,18 @@ def _steep_side(scene: Scene, u: float, y: float) -> int:
     """On which side of a passage of u at y curves are steep: 1 after, −1 before, 0 neither.
 
     After the line of a helical pair has begun, at the far end of the face, and before it ends, at the near one. The
-    load of a spur pair jumps there, with level sides; off the line of action it touches at an edge up to there, whose
-    law goes over into that of the flank. Between two phases at which a relief begins to touch there is a panel.
+    load of a spur pair jumps there, with level sides; off the line of action it touches at an edge, or at the corner of
+    a relief, up to there, whose law goes over into that of the flank.
     """
     meshing = scene.pair.meshing
     if not meshing.overlap_ratio:
         flanks = flank_separation(scene)
-        if flanks is None or (u in flanks.changes and u not in flanks.kinks):
+        if flanks is None:
             return 0
-        return 1 if 2 * u < meshing.path_start + meshing.path_end else -1
+        inwards = 1 if 2 * u < meshing.path_start + meshing.path_end else -1
+        # behind the corner of a relief the flank carries less
+        behind = u in flanks.changes and inwards * (u - min(flanks.kinks, key=lambda kink: abs(kink - u))) < 0
+        return 0 if behind else inwards
     return int((u, y) == (meshing.path_start, meshing.face_width)) - int((u, y) == (meshing.path_end, 0.0))
 
 
