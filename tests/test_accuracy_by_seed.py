@@ -7,7 +7,7 @@ import pytest
 
 from gearbench import load_scene
 from gearbench.accuracy.choose import choose
-from gearbench.accuracy.knobs import with_resolution
+from gearbench.accuracy.knobs import with_order, with_resolution
 from gearbench.accuracy.measure import relative_errors
 from gearbench.effort.clock import timed, unseen
 from gearbench.errors import InputError
@@ -58,9 +58,20 @@ def test_accuracies_are_met_on_95_of_100_pairs():
 
 @pytest.mark.slow
 def test_one_percent_is_met_on_wide_pairs_on_their_bodies():
-    """On the line of action; off it crowned flanks converge too slowly in the segments for the estimate."""
-    on_line = [scene for scene in wide_scenes(12, 8300) if scene.effect("off_line_contact") is None]
-    assert all(float(body_promise(scene, 0.01)["true"]) <= 0.01 for scene in on_line)
+    """A third of them off the line of action; at little more than the time of settings that nobody knows beforehand."""
+    rows = [body_promise(scene, 0.01) for scene in wide_scenes(12, 8500)]
+    assert all(float(row["true"]) <= 0.01 for row in rows)
+    # measured: 2.9; by processor times, which other work beside lengthens
+    assert np.median([float(row["seconds"]) / float(row["best_seconds"]) for row in rows]) <= 4.5
+
+
+def test_crowned_pairs_off_the_line_of_action_converge_in_the_segments_as_on_it():
+    """Measured: 0.5 % at 16 segments, where one polynomial along the whole line left 4.8 %."""
+    scene = with_order(wide_scenes(13, 8300)[12], (4, 5, 14))
+    assert scene.effect("off_line_contact") is not None
+    assert scene.effect("crowning") is not None
+    few, many = (covered_values(with_resolution(scene, segments=n, gauss_points=5)) for n in (16, 64))
+    assert relative_errors(few, many).max() < 0.01
 
 
 def test_an_electric_axle_on_its_body_takes_a_second():

@@ -32,8 +32,9 @@ from gearbench.threads import lazy
 
 #: Eigenvalues of the compliance below this fraction of the largest are rounding, or beyond the basis.
 RANK_TOLERANCE = 1e-10
-#: Numbers that are kept at the same time for each two functions of the section and function along the axis. Measured.
-_NUMBERS = 4.0
+#: Numbers that are kept at the same time for each two functions of the section of a spur and of a helical tooth, for
+#: each two right-hand sides, and for the rest. Measured.
+_NUMBERS, _SIDES, _REST = (10.0, 14.0), 7.0, 3e4
 #: Polynomials along the axis that the root of a tooth is joined by at most, and modules of face width for each further
 #: one: a body is too smooth to tell more apart. Six alone make the peak-to-peak STE of helical gears 20 modules wide a
 #: tenth too small. On gears wider than ``WIDE`` modules one for each five modules leaves shapes of deflection at a MAC
@@ -90,8 +91,9 @@ class SolidTooth:
         """
         gear, (across, along, axis) = self.gear, self.order
         functions = 3 * across * (along + free)
-        # blocks of the chains of all classes and their Cholesky factors, the functions of the section with each other
-        need = _NUMBERS * 8 * functions**2 * (axis + 4) * (1.0 if gear.beta else 0.5)
+        # of a class: loads of the flank, and half of the motions of the root
+        sides = math.prod(self.flank_order) + free * 1.5 * across * self.root_axis_order
+        need = 8 * (_NUMBERS[bool(gear.beta)] * functions**2 + _SIDES * sides**2 + _REST)
         require(need, "effects.tooth_bending.order", list(self.order), "a lower order would fit")
         r_f = gear.root_radius
         section = Section(
