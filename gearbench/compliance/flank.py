@@ -135,6 +135,23 @@ class FlankCompliance:
             self._between[pairs, least] = basis, matrix.reshape(pairs, k, pairs, k)
         return self._between[pairs, least]
 
+    def same_tooth(self, pairs: int, tolerance: float = 0.0) -> NDArray:
+        """Square root (k, rank) of B C_0 B of ``between``; (p·q, rank) of all where a tooth has its ``own`` besides.
+
+        Negative directions, which are as small as those left out between teeth, are left out.
+        """
+        if (pairs, tolerance) not in self._same_tooth:
+            basis, matrix = self.between(pairs, tolerance)
+            first = matrix[0, :, 0]
+            if self.own is not None:
+                root = _positive_root(self.own + basis @ first @ basis.T, self.rank_tolerance)
+            elif np.count_nonzero(first) == np.count_nonzero(diagonal := np.diagonal(first)):
+                root = np.diag(np.sqrt(np.maximum(diagonal, 0.0)))
+            else:
+                root = _positive_root(first, self.rank_tolerance)
+            self._same_tooth[pairs, tolerance] = root
+        return self._same_tooth[pairs, tolerance]
+
     def _felt(self, tolerance: float, *, negative: bool = False) -> tuple[NDArray, NDArray]:
         """Compliances above ``tolerance`` of the greatest, (rank,), and their directions, (p·q, rank).
 
@@ -150,6 +167,10 @@ class FlankCompliance:
 
     @lazy
     def _between(self) -> dict[tuple[int, float], tuple[NDArray, NDArray]]:
+        return {}
+
+    @lazy
+    def _same_tooth(self) -> dict[tuple[int, float], NDArray]:
         return {}
 
     def factor(self, height: ArrayLike, y: ArrayLike, pair: int = 0, pairs: int = 1) -> NDArray:
@@ -246,25 +267,26 @@ def _fill(H: NDArray, flanks: Sequence[FlankCompliance], lines: ContactLines) ->
                 continue
             mine, other = _run(number[i, both]), _run(number[j, both])
             if i == j:
-                block = sum(SC[mine] @ np.swapaxes(S[mine], 1, 2) for _, _, S, SC in both_gears)
+                block = sum(gram(S[mine]) for _, _, S in both_gears)
             else:
-                block = sum(_times(X[mine], C[i, :, j]) @ np.swapaxes(X[other], 1, 2) for X, C, _, _ in both_gears)
+                block = sum(_times(X[mine], C[i, :, j]) @ np.swapaxes(X[other], 1, 2) for X, C, _ in both_gears)
             H[both, i, :, j] = block
             if i != j:
                 H[both, j, :, i] = np.swapaxes(block, 1, 2)
 
 
-def _felt(flank: FlankCompliance, lines: ContactLines, role: Role) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+def _felt(flank: FlankCompliance, lines: ContactLines, role: Role) -> tuple[NDArray, NDArray, NDArray]:
     """Directions X (line, segment, k) felt through other teeth on the lines, and C (pair, k, pair, k) between them.
 
-    And the directions S felt on the same tooth, and S C, (line, segment, k).
+    And Ψ (line, segment, rank) of the same tooth.
     """
     shapes, pairs = _on_lines(flank, lines, role), lines.shape[1]
-    basis, matrix = flank.between(pairs, NEGLIGIBLE if flank.own is None else NEGLIGIBLE_SHARED)
-    X, first = _times(shapes, basis), matrix[0, :, 0]
+    tolerance = NEGLIGIBLE if flank.own is None else NEGLIGIBLE_SHARED
+    basis, matrix = flank.between(pairs, tolerance)
+    X = _times(shapes, basis)
     if flank.own is None:
-        return X, matrix, X, _times(X, first)
-    return X, matrix, shapes, _times(shapes, flank.own + basis @ first @ basis.T)
+        return X, matrix, _times(X, flank.same_tooth(pairs, tolerance))
+    return X, matrix, _times(shapes, flank.same_tooth(pairs, tolerance))
 
 
 def _times(X: NDArray, C: NDArray) -> NDArray:
