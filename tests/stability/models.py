@@ -128,7 +128,7 @@ BODIES: dict[str, BodyCase] = {
             along=3, slow=False,
         ),
         BodyCase(name="body, β = 30°", why="all functions couple: only the half-turn is left", pair=body_pair(beta=30)),
-        BodyCase(name="body, z = 100", why="14 of 51 waves, harmonics to 1200", pair=body_pair(teeth=100)),
+        BodyCase(name="body, z = 100", why="13 of 51 waves, harmonics to 1200", pair=body_pair(teeth=100)),
         BodyCase(name="body, thin rim", why="a shell: bore of 0.97 root radius", pair=body_pair(), bore=0.97),
         BodyCase(name="body, small bore", why="R over a factor of twenty: powers R⁻ⁿ", pair=body_pair(), bore=0.05),
         BodyCase(name="body, b/m = 100, β = 30°", why="∂_z small beside κn", pair=body_pair(width=200.0, beta=30.0)),
