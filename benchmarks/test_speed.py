@@ -10,9 +10,12 @@ import numpy as np
 import pytest
 
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.batch import ROUNDING, SCATTER
 from gearbench.contact.problem import ContactProblem, full_factor
+from gearbench.effort.clock import quickest
 from gearbench.library.garambois2017 import case, gear
 from gearbench.robustness.montecarlo import RobustProblem, prepare_scene, respond
+from gearbench.robustness.run import robust
 from gearbench.scene import Resolution
 from gearbench.simulation import simulate
 
@@ -54,6 +57,23 @@ def test_1000_samples_at_32_positions(benchmark, name, threads):
     benchmark(respond, problem, errors, threads)
     solves = SAMPLES * len(problem.weight)
     benchmark.extra_info["million_solves_per_second"] = solves / benchmark.stats.stats.min / 1e6
+
+
+@pytest.mark.parametrize("name", ["SC", "7"])
+def test_a_whole_run_and_samples_to_rounding_against_the_samples_alone(benchmark, name):
+    """Processor times; what comes beside the samples are statistics, shares of the variance and the Dataset."""
+    scene = gear(name).scene(errors=True, resolution=Resolution(positions=32))
+    samples, exact = (prepare_scene(scene, precision) for precision in (SCATTER, ROUNDING))
+    errors = samples.draw(SAMPLES, 0, "sobol")
+    works = [lambda: robust(scene, threads=1), lambda: respond(samples, errors, 1), lambda: respond(exact, errors, 1)]
+    whole, alone, rounded = quickest(works, 7)
+    benchmark.extra_info |= {"target_s": 12e-3, "times_the_samples": whole / alone, "to_rounding": rounded / alone}
+    print(
+        f"\nprocessor time {1e3 * whole:.0f} ms, × {whole / alone:.2f} of the samples, rounding × {rounded / alone:.2f}"
+    )
+    assert whole < 2 * alone
+    assert rounded > 1.05 * alone
+    benchmark(robust, scene)
 
 
 def gaps(problem: RobustProblem, errors: np.ndarray) -> tuple[ContactProblem, np.ndarray]:

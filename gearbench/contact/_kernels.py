@@ -340,7 +340,7 @@ def first_guess(gap, a, h, soft, active, factor, block, blocks, modes, force, wo
                 guess[t, m, c] = solution[c, m]
 
 
-@entry()
+@entry(SUMS)
 def pivoted_cholesky(matrix, weight, limit, root):
     """Rows of the factors of all H (block, n, n), the largest pivot first, zero behind the rank; the greatest rank.
 
@@ -366,10 +366,18 @@ def pivoted_cholesky(matrix, weight, limit, root):
             row = root[b, k]
             for i in range(n):
                 row[i] = matrix[b, pivot, i]
-            for f in range(k):
+            f = 0
+            while f + 4 <= k:
+                r0, r1, r2, r3 = root[b, f], root[b, f + 1], root[b, f + 2], root[b, f + 3]
+                t0, t1, t2, t3 = r0[pivot], r1[pivot], r2[pivot], r3[pivot]
+                for i in range(n):
+                    row[i] -= (t0 * r0[i] + t1 * r1[i]) + (t2 * r2[i] + t3 * r3[i])
+                f += 4
+            while f < k:
                 t = root[b, f, pivot]
                 for i in range(n):
                     row[i] -= t * root[b, f, i]
+                f += 1
             scale = 1.0 / math.sqrt(left[pivot])
             for i in range(n):
                 row[i] *= scale
