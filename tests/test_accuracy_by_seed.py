@@ -61,7 +61,7 @@ def test_one_percent_is_met_on_wide_pairs_on_their_bodies():
     """A third of them off the line of action; at little more than the time of settings that nobody knows beforehand."""
     rows = [body_promise(scene, 0.01) for scene in wide_scenes(12, 8500)]
     assert all(float(row["true"]) <= 0.01 for row in rows)
-    # measured: 2.9; by processor times, which other work beside lengthens
+    # measured: 3.4 on 19; by processor times, which other work beside lengthens
     assert np.median([float(row["seconds"]) / float(row["best_seconds"]) for row in rows]) <= 4.5
 
 

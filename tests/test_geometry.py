@@ -308,6 +308,15 @@ def test_a_hardly_helical_pair_is_a_spur_pair():
     assert_allclose(total[0], total[1], rtol=1e-6)
 
 
+def test_lines_of_many_panels_are_cut_at_all_of_them():
+    """Of 15 segments eight panels and more were one: kinks of a measured grid within segments."""
+    pair = case(1).pair
+    kinks = np.linspace(0, pair.face_width, 12)[1:-1]
+    lines = contact_lines(pair, [0.4], 15, (), kinks, parting=True)
+    ends = lines.moved(1).y[lines.active]
+    assert np.abs(ends[..., None] - kinks).min(axis=1).max() < 1e-12 * pair.face_width
+
+
 def test_a_panel_that_a_line_crosses_in_no_time_has_its_share():
     """Between two kinks nearer than any phases would show: on a hardly helical pair a line is there for an instant."""
     pair = replace(case(1).pair, helix_angle=0.001)

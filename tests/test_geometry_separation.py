@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from numpy.testing import assert_allclose
+from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError
@@ -187,6 +187,19 @@ def test_between_both_sides_of_a_slight_relief_its_corner_touches(amount: float)
     gap = separation(pair, relieved(pair, amount, 0.8))(u).gap
     assert gap.max() < 1.1 * amount
     assert np.abs(np.diff(gap)).max() < 2 * amount / 0.8 * (u[1] - u[0])
+
+
+def test_the_corner_of_a_relief_begins_and_ceases_to_touch_at_two_positions() -> None:
+    pair = standard()
+    flanks = separation(pair, relieved(pair, 0.02, 0.8))
+    _, *corners, _ = flanks.changes
+    assert len(corners) == 4
+    for gear, pair_of_ends in ((1, corners[:2]), (0, corners[2:])):
+        assert_allclose(min(np.abs(np.subtract(flanks.kinks, np.mean(pair_of_ends)))), 0.0, atol=1e-12)
+        assert not set(pair_of_ends) & set(flanks.kinks)
+        first, last = pair_of_ends
+        assert_array_equal(flanks(np.linspace(first + 1e-6, last - 1e-6, 9)).edge, gear)
+        assert_array_equal(flanks(np.array([first - 1e-6, last + 1e-6])).edge, -1)
 
 
 def test_rounded_tip_touches_later_than_a_sharp_one_and_becomes_it() -> None:

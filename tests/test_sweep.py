@@ -232,7 +232,9 @@ def test_what_is_done_is_kept_now_and_then(monkeypatch):
     assert done == [1, 2, 3, 4]
     assert [each.attrs["complete"] for each in kept] == [0, 0, 0, 1]
     first = kept[2]["transmission_error"]
-    np.testing.assert_allclose(first.where(first.notnull(), whole["transmission_error"]), whole["transmission_error"])
+    # other points have more positions
+    same = whole["transmission_error"].isel(position=slice(first.sizes["position"]))
+    np.testing.assert_allclose(first.where(first.notnull(), same), same)
 
 
 def test_an_unmodified_pair_scales_with_the_load():

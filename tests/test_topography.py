@@ -19,7 +19,7 @@ from gearbench.effects.helix_slope import HelixSlope
 from gearbench.effects.topography import Topography
 from gearbench.errors import InputError
 from gearbench.results.origin import scene_of
-from gearbench.scene import Scene
+from gearbench.scene import Resolution, Scene
 from gearbench.scene_file import load_scene
 from gearbench.simulation import simulate
 
@@ -246,6 +246,19 @@ def test_kinks_of_a_coarse_grid_are_on_the_path_of_contact(scene):
     inside = [u for u in inside if made.pair.meshing.path_start < u < made.pair.meshing.path_end]
     assert len(inside) == 3
     np.testing.assert_allclose(effect.kinks(made.pair), inside, rtol=1e-14)
+
+
+def test_lines_of_spur_pairs_are_cut_at_the_columns_of_a_coarse_grid(scene):
+    """Integrated within the panels between them, bilinear gaps are smooth: harmonics no longer depend on segments."""
+    y = np.linspace(0.0, 20.0, 6)
+    rough = 2.0 * np.array([3, 1, 0.3, 0, 1.2, 2.5])
+    made = scene(csv("radius", [25.0, 29.0], y, [rough, rough + 0.5]))
+    made = replace(made, pair=replace(made.pair, helix_angle=0.0, centre_distance=65.0))
+    effect = made.effect("topography")
+    assert isinstance(effect, Topography)
+    assert effect.face_kinks(made.pair) == pytest.approx(y[1:-1])
+    coarse, fine = (simulate(replace(made, resolution=Resolution(segments=n, positions=8))) for n in (15, 60))
+    np.testing.assert_allclose(coarse["transmission_error"], fine["transmission_error"], rtol=1e-5)
 
 
 TEXT = csv("radius", [25.0, 27.0, 29.0], [0.0, 20.0], [[0, 1], [2, 3], [4, 8]])

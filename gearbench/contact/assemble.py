@@ -90,15 +90,16 @@ def _lines(
 ) -> ContactLines:
     """Contact lines over the path of contact, or with the separation of the ``flanks`` over ``span``."""
     pair, load = scene.pair, 0.0 if flanks is None else typical_load(scene)
-    coast = scene.load.coast
+    coast, segments = scene.load.coast, scene.resolution.segments
     kinks, face = gap_kinks(scene, flanks)
     # along the lines of helical pairs flanks that touch off the line of action are never equally far apart
     parting = flanks is not None and pair.meshing.overlap_ratio > 0
     if not parting:
         looked_at = _variation(pair, _gap_effects(scene), coast, tuple(kinks), tuple(face), flanks, span)
-        parting = looked_at[0] > LEAST_VARIATION
+        # Gauss points that resolve the gap of flanks that touch all along do not resolve the compliance of wide ones
+        parting = looked_at[0] > LEAST_VARIATION or COARSE_SEGMENTS < segments < _nodes(pair, segments)
     lines = contact_lines(
-        pair, mesh_phase, scene.resolution.segments, kinks, face,
+        pair, mesh_phase, segments, kinks, face,
         parting=parting, coast=coast, separation=flanks, span=span,
     )  # fmt: skip
     return replace(lines, typical_load=load)
@@ -349,12 +350,16 @@ def smooth_nodes(lines: ContactLines) -> int:
     what they may (``tests/test_resolution.py``). They converge exponentially: √2 as many for twice the cells.
     Where deflections have kinks pieces between them need ``ON_BEND`` more each.
     """
-    meshing = lines.pair.meshing
+    return _nodes(lines.pair, lines.shape[2], len(lines.bends))
+
+
+def _nodes(pair: Pair, segments: int, bends: int = 0) -> int:
+    meshing = pair.meshing
     tan_b = math.tan(meshing.beta_b)
     path = meshing.path_end - meshing.path_start
     width = min(meshing.face_width, path / tan_b) if tan_b > 0 else meshing.face_width
-    least = 8 + width / lines.pair.normal_module / 2 + ON_BEND * len(lines.bends)
-    return max(2, math.ceil(least * math.sqrt(lines.shape[2] / 15)))
+    least = 8 + width / pair.normal_module / 2 + ON_BEND * bends
+    return max(2, math.ceil(least * math.sqrt(segments / 15)))
 
 
 def _problem(

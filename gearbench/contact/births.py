@@ -55,8 +55,8 @@ def births(
 ) -> list[list[tuple[float, int]]]:
     """x at which a pair takes (side 1) or leaves (−1) its load, from where the ``greatest`` compression is positive.
 
-    Under each load of the ``look``. Those of spur pairs are found from it alone where that says well enough when they
-    are.
+    Under each load of the ``look``. Those of spur pairs that touch all along their lines are found from it alone where
+    that says well enough when they are: short patches would need finer lines.
 
     ``greatest`` (load, number of the pair · phase) belongs to x = τ + k, ascending, and is NaN where there is no line.
     ``exact``: each is found once more, and once more, from solutions of which nothing is left out.
@@ -65,7 +65,7 @@ def births(
     loaded = np.nan_to_num(greatest, nan=-1.0) > 0
     load, at = np.nonzero(loaded[:, 1:] != loaded[:, :-1])
     known: list[tuple[int, float, int]] = []
-    if at.size and not (meshing.overlap_ratio or exact):
+    if at.size and not (meshing.overlap_ratio or look.lines.cells or exact):
         known, left = _from_look(scene, look, x, loaded, load, at)
         load, at = load[left], at[left]
     if at.size:

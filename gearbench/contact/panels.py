@@ -17,7 +17,7 @@ from typing import NamedTuple
 CLOSE = (1e-3, 5e-3)
 #: The longest panel beside a birth, how many times as far from it as it begins a panel may end, and the longest of
 #: helical pairs [mesh cycles].
-BESIDE, GROWTH, LONGEST = 0.04, 8.0, 0.35
+BESIDE, GROWTH, LONGEST = 0.04, 8.0, 0.25
 
 
 class Change(NamedTuple):

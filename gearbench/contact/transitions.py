@@ -115,13 +115,18 @@ def _steep_side(scene: Scene, u: float, y: float) -> int:
     """On which side of a passage of u at y curves are steep: 1 after, −1 before, 0 neither.
 
     After the line of a helical pair has begun, at the far end of the face, and before it ends, at the near one. The
-    load of a spur pair jumps there, with level sides; off the line of action it touches at an edge, or at the kink of a
-    relief, up to there, whose law goes over into that of the flank.
+    load of a spur pair jumps there, with level sides; off the line of action it touches at an edge, or at the corner of
+    a relief, up to there, whose law goes over into that of the flank.
     """
     meshing = scene.pair.meshing
     if not meshing.overlap_ratio:
+        flanks = flank_separation(scene)
+        if flanks is None:
+            return 0
         inwards = 1 if 2 * u < meshing.path_start + meshing.path_end else -1
-        return inwards * (scene.effect("off_line_contact") is not None)
+        # behind the corner of a relief the flank carries less
+        behind = u in flanks.changes and inwards * (u - min(flanks.kinks, key=lambda kink: abs(kink - u))) < 0
+        return 0 if behind else inwards
     return int((u, y) == (meshing.path_start, meshing.face_width)) - int((u, y) == (meshing.path_end, 0.0))
 
 
@@ -130,8 +135,10 @@ def _known(scene: Scene, x: NDArray, on_line: NDArray) -> list[list[tuple[float,
 
     Under each load of ``on_line`` (load, 3, x): the greatest compression on a line, and those at its ends.
     """
-    meshing = scene.pair.meshing
-    kinks, face = gap_kinks(scene, flank_separation(scene))
+    meshing, flanks = scene.pair.meshing, flank_separation(scene)
+    kinks, face = gap_kinks(scene, flanks)
+    if flanks is not None and not meshing.overlap_ratio:  # the line stands at the corner of a relief as a whole
+        kinks = [*(u for u in kinks if u not in flanks.kinks), *flanks.changes]
     ends = (meshing.path_start, meshing.path_end)
     found: list[list[tuple[float, int, int]]] = [[] for _ in on_line]
     for at, u, y in _passages(scene, (*ends, *kinks), face):

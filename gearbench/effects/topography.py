@@ -142,6 +142,16 @@ class Topography(GapEffect):
                 positions += [pair.meshing.path_coordinate(role, float(radius)) for radius in grid.radii(gear)]
         return tuple(u for u in positions if pair.meshing.path_start < u < pair.meshing.path_end)
 
+    def face_kinks(self, pair: Pair) -> tuple[float, ...]:
+        """Positions y [mm] of the columns of a coarse grid of a spur pair; oblique lines cross its rows already."""
+        if pair.meshing.overlap_ratio:
+            return ()
+        found: set[float] = set()
+        for role, grid in zip(Role, self.grids, strict=True):
+            if grid is not None and len(grid.face) <= _MOST_KINKS:
+                found |= {float(y) - pair.overhangs[role][0] for y in grid.face}
+        return tuple(sorted(y for y in found if 0 < y < pair.meshing.face_width))
+
 
 #: Grids read so far by their SHA-256: an effect made anew from its tables needs no second look at the file.
 _KNOWN: dict[str, FlankGrid] = {}

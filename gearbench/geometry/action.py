@@ -23,7 +23,7 @@ from gearbench.geometry.quadrature import gauss
 from gearbench.geometry.role import Role
 from gearbench.geometry.separation import Separation, Touch
 
-#: Segments that a panel has at least.
+#: Segments that a panel has at least, where there are enough of them.
 FEWEST = 2
 #: Panels shorter than this part of the face width are rounding.
 SHORTEST = 1e-13
@@ -302,7 +302,7 @@ def _on_panels(
         panel = np.flatnonzero(pattern)
         if not panel.size:
             continue
-        if panel.size * FEWEST > segments:
+        if panel.size > segments:
             counts, ends = (segments,), np.stack([edges[0], edges[-1]])[:, alike]
         else:
             counts = _shares(segments, tuple(widest[panel]), last=pair.wheel.teeth > pair.pinion.teeth)
@@ -318,16 +318,16 @@ def _on_panels(
 
 @lru_cache(maxsize=256)
 def _shares(segments: int, widths: tuple[float, ...], *, last: bool = False) -> tuple[int, ...]:
-    """``segments`` shared among panels in proportion to the roots of their ``widths``, each at least ``FEWEST``.
+    """``segments`` shared among panels in proportion to the roots of their ``widths``, each at least ``FEWEST``, or 1.
 
     Of panels that are alike the first ones get what is left over, or the ``last``.
     """
-    sizes = np.sqrt(widths)
+    sizes, fewest = np.sqrt(widths), min(FEWEST, segments // len(widths))
     wanted = segments * sizes / sizes.sum()
-    counts = np.maximum(FEWEST, np.floor(wanted + 1e-9)).astype(int)
+    counts = np.maximum(fewest, np.floor(wanted + 1e-9)).astype(int)
     while left := segments - int(counts.sum()):
         step = 1 if left > 0 else -1
-        owed = np.where(counts > (0 if step > 0 else FEWEST), np.round(step * (wanted - counts), 6), -np.inf)
+        owed = np.where(counts > (0 if step > 0 else fewest), np.round(step * (wanted - counts), 6), -np.inf)
         # alike panels get alike shares where they can: a line and its mirror image are cut alike
         groups = [np.flatnonzero(owed == value) for value in np.unique(owed[np.isfinite(owed)])[::-1]]
         chosen = next((group for group in groups if group.size <= abs(left)), groups[0][-1:] if last else groups[0][:1])

@@ -233,16 +233,19 @@ class Separation:
         The gap has no kink there, its curvature jumps. Neighbours that enclose the short contact of a corner are one.
         """
         base_pitch = self.step * NODES
-        room = 0.25 / REACH * (self.path[0] - self.low)
         found: list[list[float]] = []
-        for start, _, _ in self._pieces[1:]:
-            if not self.path[0] - room < start < self.path[1] + room:
-                continue
+        for start in self.changes:
             if found and start - found[-1][-1] < 0.05 * base_pitch:
                 found[-1].append(start)
             else:
                 found.append([start])
         return tuple(sum(group) / len(group) for group in found)
+
+    @cached_property
+    def changes(self) -> tuple[float, ...]:
+        """As ``kinks``, each by itself: where a corner begins and ceases to touch [mm]."""
+        room = 0.25 / REACH * (self.path[0] - self.low)
+        return tuple(start for start, *_ in self._pieces[1:] if self.path[0] - room < start < self.path[1] + room)
 
     @cached_property
     def _table(self) -> NDArray:

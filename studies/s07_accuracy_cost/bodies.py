@@ -92,6 +92,7 @@ def body_promise(scene: Scene, accuracy: float) -> dict[str, float | str]:
         "trials": choice.trials,
         "settings": ", ".join(choice.settings.values()),
     }
+    forget_fast_teeth()  # those of the references are kept: their order would seem cheap
     best, settings = _best(scene, accuracy, exact)
     forget_fast_teeth()  # teeth of high order that are kept would fill the memory
     return rows | {"best_seconds": best, "best_settings": settings}
