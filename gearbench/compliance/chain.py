@@ -108,7 +108,7 @@ class Chain:
         begun = np.searchsorted(begins[order], np.arange(count), side="right")
         starts = np.cumsum([0, *sides.widths[order]])
         ends = np.cumsum([0, *sides.widths])
-        columns = np.concatenate([np.zeros(0, dtype=int), *(np.arange(ends[g], ends[g + 1]) for g in order)])
+        columns = np.concatenate([np.zeros(0, dtype=int), *(np.arange(*ends[g : g + 2]) for g in order)])
         matrices, own = [*self.blocks.matrices, *sides.blocks.matrices], len(self.blocks.matrices)
         values = np.concatenate([np.zeros(0), *(matrix.ravel() for matrix in matrices)])
         offset = np.cumsum([0, *(matrix.size for matrix in matrices)])

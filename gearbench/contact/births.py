@@ -147,11 +147,11 @@ def _from_look(
     margins = [greatest_on_lines(np.einsum("tn,bn...->bt...", c, free[:, : c.shape[1]]) - gap) for c in cubics]
     found = []
     for i, (j, index) in enumerate(zip(load.tolist(), at, strict=True)):
-        both = [_change(within[i], np.where(exists[i], margin[i], -np.inf)) for margin in margins]
-        if None in both or abs(both[0] - both[1]) > KNOWN:
+        of_four, of_three = (_change(within[i], np.where(exists[i], margin[i], -np.inf)) for margin in margins)
+        if of_four is None or of_three is None or abs(of_four - of_three) > KNOWN:
             left.append(int(known[i]))
         else:
-            found.append((j, both[0], -1 if loaded[j, index] else 1))
+            found.append((j, of_four, -1 if loaded[j, index] else 1))
     return found, np.sort(np.array(left, dtype=np.int64))
 
 
