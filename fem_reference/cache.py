@@ -30,12 +30,13 @@ from gearbench.geometry.material import Material
 #: Sources of the gearbench package that determine a result.
 SOURCES = (
     "budget.py",
+    "compiled.py",
     "schema.py",
     "threads.py",
     *(f"geometry/{name}.py" for name in ("fillet", "gear", "involute", "material", "rack", "role", "section", "web")),
     *(
         f"compliance/{name}.py"
-        for name in ("bases", "chain", "flank", "lapack", "local", "outline", "section", "solid")
+        for name in ("_chain_kernels", "bases", "chain", "flank", "lapack", "local", "outline", "section", "solid")
     ),
 )
 
