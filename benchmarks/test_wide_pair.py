@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.pairs import other_torques
 from gearbench.contact import batch as batching
 from gearbench.contact.assemble import assemble, scene_lines
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
@@ -91,13 +92,9 @@ def test_compliance_of_a_new_pair_and_of_a_known_one(benchmark):
 
 def test_contact_off_the_line_against_contact_on_it(benchmark):
     """At another torque each time, so that the phases are found anew."""
-    scene, more = axle(64), iter(range(1, 10_000))
+    scene = axle(64)
     beyond = replace(scene, effects=(*scene.effects, OffLineContact()))
-
-    def once(of: Scene) -> None:
-        simulate(replace(of, load=replace(of.load, torque=of.load.torque * (1 + 1e-9 * next(more)))))
-
-    works = [lambda s=s: once(s) for s in (scene, beyond)]
+    works = [lambda made=made: simulate(made()) for made in map(other_torques, (scene, beyond))]
     for work in works:
         work()
     on, off = quickest(works, 7)

@@ -44,6 +44,8 @@ def caller() -> Any:
 
     @intrinsic
     def call(_, address: Any, arguments: Any) -> Any:
+        """Types of such a call, and the code for it."""
+
         def code(context: Any, builder: Any, _: Any, values: Any) -> Any:
             word = ir.IntType(64)
             given = [builder.extract_value(values[1], i) for i in range(len(arguments))]

@@ -10,13 +10,24 @@ from __future__ import annotations
 import numpy as np
 
 from gearbench.compiled import FUSED, caller, entry, part
+from gearbench.compliance.lapack import (
+    FACTORS,
+    GEMM,
+    LESS,
+    LETTERS,
+    NO,
+    ONE,
+    POTRF,
+    RIGHT,
+    SYRK,
+    TRANSPOSED,
+    TRMM,
+    TRTRI,
+    UPPER,
+)
 
 #: Numbers in the order in which they are stored for BLAS: dimensions, leading dimensions.
 _ROWS, _COLUMNS, _INNER, _LEADING, _LEADING_SQUARE, _INFO = range(6)
-#: Letters likewise, and factors.
-_RIGHT, _UPPER, _NO, _TRANSPOSED = range(4)
-_ONE, _LESS = range(2)
-LETTERS, ONES = np.array(list(b"RUNT"), dtype=np.uint8), np.array([1.0, -1.0])
 
 _call = caller()
 
@@ -27,20 +38,20 @@ def _factor(at, size, blas):
     numbers, routines, letters, _ = blas
     numbers[_ROWS], numbers[_INFO] = size, 0
     n = np.int64(numbers.ctypes.data)
-    _call(routines[0], (letters + _UPPER, n + 4 * _ROWS, at, n + 4 * _LEADING, n + 4 * _INFO))
+    _call(routines[POTRF], (letters + UPPER, n + 4 * _ROWS, at, n + 4 * _LEADING, n + 4 * _INFO))
     return numbers[_INFO] == 0
 
 
 @part()
 def _multiply_by_inverse(factor, right, size, columns, blas):
     """L⁻¹ B in the place of B, ``columns`` wide; L⁻¹ in the place of L."""
-    numbers, routines, letters, ones = blas
+    numbers, routines, letters, factors = blas
     numbers[_ROWS], numbers[_COLUMNS] = columns, size
     n = np.int64(numbers.ctypes.data)
     rows, leading = n + 4 * _ROWS, n + 4 * _LEADING
-    _call(routines[1], (letters + _UPPER, letters + _NO, n + 4 * _COLUMNS, factor, leading, n + 4 * _INFO))
-    sides = (letters + _RIGHT, letters + _UPPER, letters + _NO, letters + _NO)
-    _call(routines[2], (*sides, rows, n + 4 * _COLUMNS, ones + 8 * _ONE, factor, leading, right, leading))
+    _call(routines[TRTRI], (letters + UPPER, letters + NO, n + 4 * _COLUMNS, factor, leading, n + 4 * _INFO))
+    sides = (letters + RIGHT, letters + UPPER, letters + NO, letters + NO)
+    _call(routines[TRMM], (*sides, rows, n + 4 * _COLUMNS, factors + 8 * ONE, factor, leading, right, leading))
 
 
 @part()
@@ -53,30 +64,30 @@ def _solve(factor, right, size, columns, blas):
     if half:
         _multiply_by_inverse(factor, right, half, columns, blas)
         below = factor + half * line
-        _subtract(right + half * line, below, right, size - half, columns, half, _NO, blas)
+        _subtract(right + half * line, below, right, size - half, columns, half, NO, blas)
     _multiply_by_inverse(factor + half * (line + 8), right + half * line, size - half, columns, blas)
 
 
 @part()
 def _subtract(into, left, right, rows, columns, inner, transposed, blas):
     """C − AᵀB in the place of C (rows, columns), or C − A B where ``transposed`` is the letter for no."""
-    numbers, routines, letters, ones = blas
+    numbers, routines, letters, factors = blas
     numbers[_ROWS], numbers[_COLUMNS], numbers[_INNER] = columns, rows, inner
     n = np.int64(numbers.ctypes.data)
-    leading, less, one = n + 4 * _LEADING, ones + 8 * _LESS, ones + 8 * _ONE
-    sizes = (letters + _NO, letters + transposed, n + 4 * _ROWS, n + 4 * _COLUMNS, n + 4 * _INNER)
-    _call(routines[3], (*sizes, less, right, leading, left, leading, one, into, leading))
+    leading, less, one = n + 4 * _LEADING, factors + 8 * LESS, factors + 8 * ONE
+    sizes = (letters + NO, letters + transposed, n + 4 * _ROWS, n + 4 * _COLUMNS, n + 4 * _INNER)
+    _call(routines[GEMM], (*sizes, less, right, leading, left, leading, one, into, leading))
 
 
 @part()
 def _add_square(into, factor, rows, inner, blas):
     """C + AᵀA in the place of the lower half of C, the compliance."""
-    numbers, routines, letters, ones = blas
+    numbers, routines, letters, factors = blas
     numbers[_ROWS], numbers[_INNER] = rows, inner
     n = np.int64(numbers.ctypes.data)
-    leading, one = n + 4 * _LEADING, ones + 8 * _ONE
-    sizes = (letters + _UPPER, letters + _NO, n + 4 * _ROWS, n + 4 * _INNER)
-    _call(routines[4], (*sizes, one, factor, leading, one, into, n + 4 * _LEADING_SQUARE))
+    leading, one = n + 4 * _LEADING, factors + 8 * ONE
+    sizes = (letters + UPPER, letters + NO, n + 4 * _ROWS, n + 4 * _INNER)
+    _call(routines[SYRK], (*sizes, one, factor, leading, one, into, n + 4 * _LEADING_SQUARE))
 
 
 @part(FUSED)
@@ -126,13 +137,13 @@ def _eliminate(own, next1, next2, compliance, sizes, i, wide, blas):
     if n1 + n2 + wide:
         _solve(own1 - 8 * n, own1, n, n1 + n2 + wide, blas)
     if n1:
-        _subtract(next1 - 8 * (n1 + n2 + sizes[i + 3]), own1, own1, n1, n1 + n2, n, _TRANSPOSED, blas)
+        _subtract(next1 - 8 * (n1 + n2 + sizes[i + 3]), own1, own1, n1, n1 + n2, n, TRANSPOSED, blas)
     if n2:
-        _subtract(next2 - 8 * (n2 + sizes[i + 3] + sizes[i + 4]), own2, own2, n2, n2, n, _TRANSPOSED, blas)
+        _subtract(next2 - 8 * (n2 + sizes[i + 3] + sizes[i + 4]), own2, own2, n2, n2, n, TRANSPOSED, blas)
     if n1 and wide:
-        _subtract(next1, own1, own, n1, wide, n, _TRANSPOSED, blas)
+        _subtract(next1, own1, own, n1, wide, n, TRANSPOSED, blas)
     if n2 and wide:
-        _subtract(next2, own2, own, n2, wide, n, _TRANSPOSED, blas)
+        _subtract(next2, own2, own, n2, wide, n, TRANSPOSED, blas)
     if wide:
         _add_square(compliance, own, wide, n, blas)
     return True
@@ -171,7 +182,7 @@ def chain_compliance(result, held, lower, columns, chain, sides, numbers, routin
     band, m = line - starts[-1], len(columns)
     lower[:] = 0.0
     numbers[_LEADING], numbers[_LEADING_SQUARE] = line, max(m, 1)
-    blas = (numbers, routines, np.int64(LETTERS.ctypes.data), np.int64(ONES.ctypes.data))
+    blas = (numbers, routines, np.int64(LETTERS.ctypes.data), np.int64(FACTORS.ctypes.data))
     memory, corner = np.int64(held.ctypes.data) + 8 * band, np.int64(lower.ctypes.data)
     for i in range(-2, count):
         if i + 2 < count:

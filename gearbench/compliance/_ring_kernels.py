@@ -11,13 +11,21 @@ import math
 import numpy as np
 
 from gearbench.compiled import FUSED, SUMS, caller, entry, part
-
-#: Routines among the ``lapack.addresses``.
-_POTRF, _GEMM, _SYRK, _TRSM = 0, 3, 4, 5
-#: Letters and factors that BLAS is called with.
-_RIGHT, _UPPER, _NO, _TRANSPOSED = range(4)
-_ZERO, _ONE, _LESS = range(3)
-LETTERS, FACTORS = np.array(list(b"RUNT"), dtype=np.uint8), np.array([0.0, 1.0, -1.0])
+from gearbench.compliance.lapack import (
+    FACTORS,
+    GEMM,
+    LESS,
+    LETTERS,
+    NO,
+    ONE,
+    POTRF,
+    RIGHT,
+    SYRK,
+    TRANSPOSED,
+    TRSM,
+    UPPER,
+    ZERO,
+)
 
 _call = caller()
 
@@ -28,7 +36,7 @@ def _factor(A, size, leading, blas):
     routines, letters, _, numbers = blas
     numbers[0], numbers[1], numbers[2] = size, leading, 0
     n = np.int64(numbers.ctypes.data)
-    _call(routines[_POTRF], (letters + _UPPER, n, A, n + 4, n + 8))
+    _call(routines[POTRF], (letters + UPPER, n, A, n + 4, n + 8))
     return numbers[2] == 0
 
 
@@ -38,8 +46,8 @@ def _solve(L, leading, B, rows, columns, blas):
     routines, letters, factors, numbers = blas
     numbers[0], numbers[1], numbers[2] = columns, rows, leading
     n = np.int64(numbers.ctypes.data)
-    sides = (letters + _RIGHT, letters + _UPPER, letters + _NO, letters + _NO)
-    _call(routines[_TRSM], (*sides, n, n + 4, factors + 8 * _ONE, L, n + 8, B, n))
+    sides = (letters + RIGHT, letters + UPPER, letters + NO, letters + NO)
+    _call(routines[TRSM], (*sides, n, n + 4, factors + 8 * ONE, L, n + 8, B, n))
 
 
 @part()
@@ -48,8 +56,8 @@ def _multiply(A, B, rows, columns, C, blas):
     routines, letters, factors, numbers = blas
     numbers[0], numbers[1] = columns, rows
     n = np.int64(numbers.ctypes.data)
-    sizes = (letters + _NO, letters + _TRANSPOSED, n, n, n + 4)
-    _call(routines[_GEMM], (*sizes, factors + 8 * _ONE, B, n, A, n, factors + 8 * _ZERO, C, n))
+    sizes = (letters + NO, letters + TRANSPOSED, n, n, n + 4)
+    _call(routines[GEMM], (*sizes, factors + 8 * ONE, B, n, A, n, factors + 8 * ZERO, C, n))
 
 
 @part()
@@ -60,8 +68,8 @@ def _square(A, shape, transposed, factor, C, blas):
     size = rows if transposed else columns
     numbers[0], numbers[1], numbers[2] = size, rows + columns - size, columns
     n = np.int64(numbers.ctypes.data)
-    kind = letters + (_TRANSPOSED if transposed else _NO)
-    _call(routines[_SYRK], (letters + _UPPER, kind, n, n + 4, factors + 8 * factor, A, n + 8, factors + 8 * _ONE, C, n))
+    kind = letters + (TRANSPOSED if transposed else NO)
+    _call(routines[SYRK], (letters + UPPER, kind, n, n + 4, factors + 8 * factor, A, n + 8, factors + 8 * ONE, C, n))
 
 
 @part(SUMS)
@@ -110,7 +118,7 @@ def condense(along, across, edge, found, routines):
         _solve(at + 8 * (size - n) * (size + 1), size, np.int64(half.ctypes.data), n, n, blas)
         c = found[k]
         c[:] = 0.0
-        _square(np.int64(half.ctypes.data), (n, n), False, _ONE, np.int64(c.ctypes.data), blas)
+        _square(np.int64(half.ctypes.data), (n, n), False, ONE, np.int64(c.ctypes.data), blas)
         for i in range(n):
             for j in range(i):
                 c[j, i] = c[i, j]
@@ -165,14 +173,14 @@ def join(every, taken, tooth, same, other, routines):
             for j in range(len(low)):
                 P[i, j] = every[k, taken[i, low[j]]]
         _lend(P, low, softness)
-        _square(np.int64(P.ctypes.data), P.shape, True, _ONE, at, blas)
+        _square(np.int64(P.ctypes.data), P.shape, True, ONE, at, blas)
         Z[:first], Z[first:n], Z[n:] = moved[:first], 0.0, moved[first:]
         if not _factor(at, n, n, blas):
             return False
         _solve(at, n, halves, n, flank, blas)
         _solve(at + 8 * first * (n + 1), n, last, second, flank, blas)
         equal[:] = alone
-        _square(halves, Z.shape, False, _LESS, np.int64(equal.ctypes.data), blas)
+        _square(halves, Z.shape, False, LESS, np.int64(equal.ctypes.data), blas)
         _multiply(last, halves + 8 * first * flank, second, flank, np.int64(between.ctypes.data), blas)
         for i in range(flank):
             for j in range(flank):

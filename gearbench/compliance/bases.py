@@ -105,7 +105,7 @@ def height_quadrature(
     return np.concatenate(nodes), np.concatenate(weights)
 
 
-def sampled(most: int, ratio: float = 1.35) -> NDArray:
+def sampled(most: int, ratio: float) -> NDArray:
     """0, 1, 2, … and then ever wider apart, up to ``most``, each about ``ratio`` times the one before."""
     n = [0, 1, 2, 3, 4, 5]
     while n[-1] < most:

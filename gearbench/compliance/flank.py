@@ -145,8 +145,8 @@ class FlankCompliance:
             first = matrix[0, :, 0]
             if self.own is not None:
                 root = _positive_root(self.own + basis @ first @ basis.T, self.rank_tolerance)
-            elif np.count_nonzero(first) == np.count_nonzero(diagonal := np.diagonal(first)):
-                root = np.diag(np.sqrt(np.maximum(diagonal, 0.0)))
+            elif _is_diagonal(first):
+                root = np.sqrt(np.maximum(first, 0.0))
             else:
                 root = _positive_root(first, self.rank_tolerance)
             self._same_tooth[pairs, tolerance] = root
@@ -215,6 +215,10 @@ def joined(own: FlankCompliance, shared: FlankCompliance) -> FlankCompliance:
 def gram(factor: NDArray) -> NDArray:
     """Ψ Ψᵀ of many Ψ (…, n, m) at once, (…, n, n)."""
     return factor @ np.swapaxes(factor, -1, -2)
+
+
+def _is_diagonal(matrix: NDArray) -> bool:
+    return len(matrix) == matrix.shape[1] and np.count_nonzero(matrix) == np.count_nonzero(np.diagonal(matrix))
 
 
 def _is_positive(matrix: NDArray) -> bool:
@@ -291,9 +295,8 @@ def _felt(flank: FlankCompliance, lines: ContactLines, role: Role) -> tuple[NDAr
 
 def _times(X: NDArray, C: NDArray) -> NDArray:
     """X C, (…, k), as one product; between the loads on a single tooth C is diagonal as a rule."""
-    diagonal = np.diagonal(C)
-    if len(C) == C.shape[1] and np.count_nonzero(C) == np.count_nonzero(diagonal):
-        return X * diagonal
+    if _is_diagonal(C):
+        return X * np.diagonal(C)
     return (X.reshape(-1, len(C)) @ C).reshape(*X.shape[:-1], -1)
 
 

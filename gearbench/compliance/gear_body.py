@@ -76,14 +76,9 @@ class ToothedRing:
         return parts.stiffness / scale**2, parts.moved / scale
 
     @property
-    def root_half_angle(self) -> float:
-        """ψ [rad] of the tooth at its root circle."""
-        return self.tooth.gear.root_half_angle
-
-    @property
     def root_arc(self) -> float:
         """Length of the root of a tooth along the root circle [mm]."""
-        return 2 * self.root_half_angle * self.tooth.gear.root_radius
+        return 2 * self.tooth.gear.root_half_angle * self.tooth.gear.root_radius
 
     @property
     def _phase(self) -> NDArray:
@@ -124,7 +119,7 @@ class ToothedRing:
         """
         gear = self.tooth.gear
         across, axis = self.tooth.order[0], self.axis_order
-        z, psi = gear.teeth, self.root_half_angle
+        z, psi = gear.teeth, gear.root_half_angle
         turns = math.ceil(FINEST / psi / z)
         m = waves_computed(z)
         n = m[:, None] + z * np.arange(-turns, turns + 1)

@@ -14,6 +14,13 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+#: Routines by their place among the ``addresses``, for compiled code: dpotrf and so on.
+POTRF, TRTRI, TRMM, GEMM, SYRK, TRSM = range(6)
+#: What they are asked for, as letters and factors, which compiled code refers to by where they are.
+RIGHT, UPPER, NO, TRANSPOSED = range(4)
+ZERO, ONE, LESS = range(3)
+LETTERS, FACTORS = np.array(list(b"RUNT"), dtype=np.uint8), np.array([0.0, 1.0, -1.0])
+
 #: Letters of LAPACK: real or complex.
 _KINDS = {np.dtype(float): "d", np.dtype(complex): "z"}
 
@@ -62,7 +69,7 @@ def _routine(module: str, name: str, arguments: int) -> Callable[..., None]:
 
 @lru_cache(maxsize=1)
 def addresses() -> NDArray:
-    """Where dpotrf, dtrtri, dtrmm, dgemm, dsyrk and dtrsm are, for compiled code to call."""
+    """Where ``POTRF`` and the other routines are, for compiled code to call."""
     lapack = [_address("cython_lapack", name) for name in ("dpotrf", "dtrtri")]
     return np.array(lapack + [_address("cython_blas", name) for name in ("dtrmm", "dgemm", "dsyrk", "dtrsm")])
 

@@ -43,9 +43,11 @@ AROUND, SAMPLED = np.array([-1, 0, 1, 2]), 33
 NEAR = (3e-3, 1e-4)
 
 
-def _fine(scene: Scene, phase: NDArray) -> tuple[ContactProblem, ContactLines]:
-    """Problem of many segments and few functions, and its lines, at mesh phases."""
+def _fine(scene: Scene, phase: NDArray, *, exact: bool) -> tuple[ContactProblem, ContactLines]:
+    """Problem of many segments and few functions, or of all (``exact``), and its lines, at mesh phases."""
     lines = scene_lines(replace(scene, resolution=Resolution(positions=len(phase), segments=FINE_SEGMENTS)), phase)
+    if exact:
+        return assemble(scene, lines), lines
     nodes = round(math.sqrt(COARSE_SEGMENTS / FINE_SEGMENTS) * smooth_nodes(lines))
     return assemble(scene, lines, truncation=COARSE_TRUNCATION, nodes=nodes), lines
 
@@ -172,8 +174,7 @@ def _margins(scene: Scene, x: NDArray, share: NDArray, *, exact: bool = False) -
     """
     number = np.floor(x).ravel()
     phase, position = np.unique(x.ravel() - number, return_inverse=True)
-    problem, lines = _fine(scene, phase)
-    problem = assemble(scene, lines) if exact else problem
+    problem, lines = _fine(scene, phase, exact=exact)
     pair = number.astype(int) - lines.index[0]
     there = lines.active[position, pair]
     margins = np.where(there, np.inf, -np.inf)
