@@ -18,6 +18,9 @@ from gearbench.system.schema import Seat, System
 from gearbench.system.shaft_model import Face, ShaftModel
 from gearbench.system.structure import Structure, structures
 
+#: Gauss points η over the face, from −1 to 1, and their weights, which sum to 2.
+FACE_POINTS = np.polynomial.legendre.leggauss(32)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Gearbox:
@@ -206,11 +209,37 @@ class Gearbox:
             starts += two.tangent_length - one.tangent_length
         return (starts / one.base_pitch - turned) % 1.0
 
+    def face_rows(self, mesh: str, role: Role, model: ShaftModel) -> NDArray:
+        """Rows (point, size) of the model's motions: work of a unit force at each of the points of the face (W8)."""
+        frame, η = self.frames[mesh], FACE_POINTS[0]
+        y = frame.pair.meshing.face_width * (η + 1) / 2
+        return model.rows(frame.position(role, y), frame.wrench(role, np.full(len(y), frame.pair.meshing.pitch_point)))
+
     def wrench(self, mesh: str, role: Role, model: ShaftModel) -> NDArray:
-        """Row (size,) of the model's motions: work of a unit transverse force spread evenly over the face (W8)."""
-        frame = self.frames[mesh]
-        b = frame.pair.meshing.face_width
-        node, weight = np.polynomial.legendre.leggauss(32)
-        y = b * (node + 1) / 2
-        rows = model.rows(frame.position(role, y), frame.wrench(role, np.full(len(y), frame.pair.meshing.pitch_point)))
-        return weight / 2 @ rows
+        """Row (size,) of the model's motions: work of a unit transverse force spread evenly over the face."""
+        return FACE_POINTS[1] / 2 @ self.face_rows(mesh, role, model)
+
+    def torque_from(self, mesh: str, role: Role) -> float:
+        """Position on its shaft where the torque of a gear comes from or goes to [mm]."""
+        number, own = self.seats[(mesh, role)]
+        shaft = self.system.shafts[number]
+        if shaft.coupling is not None:
+            return shaft.coupling.position
+        others = [seat.position for seat in shaft.gears if seat is not own]
+        return float(np.mean(others)) if others else 0.0
+
+    def face_nodes(self, mesh: str, role: Role, model: ShaftModel) -> NDArray:
+        """Nodes of the model under the face of a gear."""
+        half = self.pairs[mesh].gears[role].face_width / 2
+        first, last = (model.node(self.seats[(mesh, role)][1].position + s * half) for s in (-1, 1))
+        return np.arange(first, last + 1)
+
+    def spin(self, mesh: str, role: Role, model: ShaftModel) -> NDArray:
+        """Row (size,) of the model's motions: what the spin of a gear adds to the transmission error.
+
+        It is that of the section of its face where its torque enters.
+        """
+        nodes, frame, row = self.face_nodes(mesh, role, model), self.frames[mesh], np.zeros(model.size)
+        at = nodes[np.argmin(np.abs(model.nodes[nodes] - self.torque_from(mesh, role)))]
+        row[6 * at + 5] = frame.wrench(role, frame.pair.meshing.pitch_point)[5]
+        return row
