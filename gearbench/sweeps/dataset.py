@@ -134,8 +134,9 @@ def beside(parts: Sequence[xr.Dataset], dim: str) -> xr.Dataset:
             if each is not None:
                 cells = [place.get(d, np.arange(sizes[d])) for d in rest]
                 missing = {d: sizes[d] for d in rest if d not in each.dims} | ({} if dim in each.dims else {dim: 1})
-                values[np.ix_(np.arange(begin, begin + length), *cells)] = each.set_dims(missing | dict(each.sizes))\
-                    .transpose(dim, *rest)
+                values[np.ix_(np.arange(begin, begin + length), *cells)] = each.set_dims(
+                    missing | dict(each.sizes)
+                ).transpose(dim, *rest)
             begin += length
         kind = np.result_type(*(each.dtype for each in own if each is not None))
         whole = values.astype(kind) if kind.kind in "iub" and np.isfinite(values).all() else values
