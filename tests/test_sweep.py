@@ -106,6 +106,23 @@ def test_a_point_of_a_sweep_is_the_simulation_of_it(name, off_line):
         assert_equal(found.sel(torque=torque), alone)
 
 
+@pytest.mark.parametrize(
+    ("name", "effects", "amounts"), [("case2", {}, [0.0, 20.0]), ("case1", {"off_line_contact": {}}, [5.0, 10.0])]
+)
+def test_phases_may_follow_the_torque_at_some_points_of_another_key(name, effects, amounts):
+    """Without relief all torques share their phases; with it, and off the line, each has its own."""
+    scene = with_tables(example(name), tip_relief={"amount": 10.0, "length": 0.6}, **effects)
+    torques = [0.5 * scene.load.torque, scene.load.torque]
+    loads = scene.to_mapping() | {"loads": [{"torque": torque} for torque in torques]}
+    del loads["load"]
+    for found in (sweep(scene, {AMOUNT: amounts}, torque=torques), sweep(parse_scene(loads), {AMOUNT: amounts})):
+        for amount in amounts:
+            at = with_tables(scene, tip_relief={"amount": amount, "length": 0.6})
+            for torque in torques:
+                alone = simulate(replace(at, load=Load(torque=torque)))
+                assert_equal(found.sel({AMOUNT: amount}).sel(torque=torque), alone)
+
+
 @pytest.mark.parametrize("largest", [together.LARGEST, 1e5], ids=["at once", "a few at a time"])
 def test_torques_with_phases_of_their_own_are_assembled_together(monkeypatch, largest):
     calls = []
