@@ -14,7 +14,6 @@ from gearbench.budget import SMALL, memory_limit, require
 from gearbench.contact.assemble import mesh_phases
 from gearbench.contact.size import kept_memory
 from gearbench.errors import InputError
-from gearbench.interruption import arrived
 from gearbench.results.origin import keeping
 from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs
 from gearbench.results.provenance import beyond_elasticity, provenance
@@ -139,9 +138,7 @@ def _solved(
                 keeper.look(parts, so_far)
         except KeyboardInterrupt:
             if so_far is None and not parts:
-                arrived(dealt_with=False)  # nothing is kept, whatever the samples of the first point said
                 raise
-            arrived()
             return parts if so_far is None else [*parts, so_far()]
         assert so_far is not None
         parts.append(so_far())
