@@ -80,6 +80,8 @@ class Group:
         Whether the scene has the table.
     optional
         Whether it may be left out: an effect.
+    inner
+        Whether it is a table within that of an effect: shown with it only.
     """
 
     path: str
@@ -88,6 +90,7 @@ class Group:
     controls: tuple[Control, ...]
     present: bool
     optional: bool
+    inner: bool = False
 
 
 def form(scene: Scene) -> tuple[Group, ...]:
@@ -108,7 +111,9 @@ def form(scene: Scene) -> tuple[Group, ...]:
     return tuple(groups)
 
 
-def _groups(kind: type, path: str, table: Mapping[str, Any], *, present: bool, optional: bool) -> Iterator[Group]:
+def _groups(
+    kind: type, path: str, table: Mapping[str, Any], *, present: bool, optional: bool, inner: bool = False
+) -> Iterator[Group]:
     """Groups of an input class: its own values, then the tables within it."""
     fixed = takes_files(kind)
     # a table that may be absent has controls where the scene has it
@@ -120,14 +125,16 @@ def _groups(kind: type, path: str, table: Mapping[str, Any], *, present: bool, o
     found = [] if fixed else [_control(key, f"{path}.{name}", table.get(name)) for name, key in keys(kind).items()]
     yield Group(
         path=path,
-        title=path.split(".")[-1].replace("_", " ").capitalize(),
+        title=": ".join(part.replace("_", " ") for part in path.split(".")[1 if inner else -1 :]).capitalize(),
         text=" ".join(parts(kind)[0].split("\n\n")[0].split()),
         controls=tuple(each for each in found if each is not None),
         present=present,
         optional=optional,
+        inner=inner,
     )
-    for name, inner in below.items():
-        yield from _groups(inner, f"{path}.{name}", table.get(name, {}), present=True, optional=False)
+    for name, lower in below.items():
+        within = inner or path.startswith("effects.")
+        yield from _groups(lower, f"{path}.{name}", table.get(name, {}), present=present, optional=False, inner=within)
 
 
 def takes_files(kind: type) -> bool:
