@@ -53,7 +53,7 @@ def shoot(arguments: Sequence[object]) -> Ending:
             contextlib.redirect_stdout(out),
             contextlib.redirect_stderr(err),
             # made anew for each call, the commands would cost as much time as the inputs
-            mock.patch.object(application, "application", lambda _, made=_command(): made),
+            mock.patch.object(application, "application", mock.Mock(return_value=_command())),
             _alarm(),
         ):
             warnings.simplefilter("always")
