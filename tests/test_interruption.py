@@ -16,8 +16,8 @@ import pytest
 
 from gearbench import interruption
 from gearbench.cli import main
+from tests.support.paths import ROOT
 
-ROOT = Path(__file__).parents[1]
 SCENE = ROOT / "examples" / "gear55_robust.toml"
 
 
