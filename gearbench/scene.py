@@ -218,6 +218,17 @@ class Scene:
         """The effect called ``name``, or None where the scene does not ask for it."""
         return self.effects_by_name.get(name)
 
+    def without(self, name: str) -> Scene:
+        """The scene without the effect called ``name``; itself where it does not ask for it.
+
+        Raises
+        ------
+        InputError
+            If another effect requires it.
+        """
+        kept = tuple(effect for effect in self.effects if effect.name != name)
+        return self if len(kept) == len(self.effects) else changed(self, effects=kept)
+
     def under(self, load: Load) -> Scene:
         """The scene under one load.
 

@@ -30,7 +30,7 @@ Csv = Annotated[Path | None, typer.Option(metavar="FILE", help="Write all design
 Markdown = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the printed designs as Markdown.")]
 Export = Annotated[
     tuple[int, Path] | None,
-    typer.Option(metavar="N SCENE.toml", help="Write design N as a scene that gearbench simulate takes."),
+    typer.Option(metavar="N SCENE.toml", help="Write design N, one of those left, as a scene."),
 ]
 
 
@@ -60,7 +60,7 @@ def select(
     from gearbench.files import check_target, write_text
     from gearbench.optimisation.conditions import parse_condition, parse_ranking
     from gearbench.optimisation.listing import csv_text, markdown_text
-    from gearbench.optimisation.select import chosen_scene, open_designs
+    from gearbench.optimisation.select import open_designs
     from gearbench.optimisation.select import select as run
 
     conditions = [parse_condition(text) for text in where or ()]
@@ -71,7 +71,7 @@ def select(
         check_target(path)
     designs = open_designs(stored)
     selection = run(designs, where=conditions, avoid=resonances, rank=ranking, worst_case=worst_case)
-    scene = chosen_scene(designs, export[0]) if export is not None else None
+    scene = selection.scene(export[0]) if export is not None else None
     if csv is not None:
         write_text(csv, csv_text(selection))
     if markdown is not None:

@@ -123,19 +123,20 @@ def beside(parts: Sequence[xr.Dataset], dim: str) -> xr.Dataset:
         if same and name not in parts[0].data_vars and dim not in first.dims:
             found[name] = first
             continue
-        sizes = {d: len(all_of) for d, all_of in labels.items()} | {
-            d: n for d, n in first.sizes.items() if d not in labels
-        }
-        rest = [str(d) for d in first.dims if d != dim]
+        # a coordinate may follow the torque at one point and not at another
+        both = {str(d): n for each in own if each is not None for d, n in each.sizes.items() if d != dim}
+        sizes = {d: len(labels[d]) if d in labels else n for d, n in both.items()}
+        rest = list(sizes)
         lengths = [part.sizes.get(dim, 1) for part in parts]
         values = np.full((sum(lengths), *(sizes[d] for d in rest)), np.nan)
         begin = 0
         for each, place, length in zip(own, places, lengths, strict=True):
             if each is not None:
                 cells = [place.get(d, np.arange(sizes[d])) for d in rest]
-                values[np.ix_(np.arange(begin, begin + length), *cells)] = each.transpose(
-                    dim, *rest, missing_dims="ignore"
-                )
+                missing = {d: sizes[d] for d in rest if d not in each.dims} | ({} if dim in each.dims else {dim: 1})
+                values[np.ix_(np.arange(begin, begin + length), *cells)] = each.set_dims(
+                    missing | dict(each.sizes)
+                ).transpose(dim, *rest)
             begin += length
         kind = np.result_type(*(each.dtype for each in own if each is not None))
         whole = values.astype(kind) if kind.kind in "iub" and np.isfinite(values).all() else values

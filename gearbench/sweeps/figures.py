@@ -87,7 +87,7 @@ def draw_sweep(dataset: xr.Dataset, folder: Path) -> list[Path]:
     written = [write_figure(figure, folder / "harris_map.png")]
     figure, ((axes,),) = new_figure(1, 1, (7.5, 4.2))
     peak_to_peak_over_torque(whole, axes)
-    axes.set_title(f"{name}: peak-to-peak STE is least {where} the range of torques")
+    axes.set_title(f"{name}\npeak-to-peak STE is least {where} the range of torques", fontsize=11)
     written.append(write_figure(figure, folder / "peak_to_peak_over_torque.png"))
     figure, ((axes,),) = new_figure(1, 1, (7.5, 4.6))
     orders_over_torque(whole, axes)

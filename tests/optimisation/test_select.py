@@ -279,6 +279,17 @@ def test_only_feasible_designs_are_exported(designs):
             chosen_scene(designs, none)
 
 
+def test_a_design_that_a_condition_excludes_is_not_exported(run, folder, designs, tmp_path):
+    dominated = np.flatnonzero((value(designs, "feasible") == 1) & (value(designs, "on_front") == 0))[0]
+    code, out, err = run("select", folder, "--where", "on_front==1", "--export", dominated, tmp_path / "a.toml")
+    assert (code, out) == (2, "")
+    assert err == f"gearbench: export = {dominated}: is excluded by the condition on_front == 1\n"
+    assert not list(tmp_path.iterdir())
+    every = Resonance(frequency=(1.0, 1e9), speed=(1000.0, 2000.0))
+    with pytest.raises(InputError, match="excluded by the condition mesh frequency outside"):
+        select(designs, avoid=[every]).scene(int(dominated))
+
+
 def test_csv_holds_all_that_is_left_to_full_precision(designs):
     selection = select(designs, where=[parse_condition("on_front==1")])
     rows = list(csv.DictReader(csv_text(selection).splitlines()))

@@ -85,8 +85,8 @@ def test_torques_equal_single_runs(scene):
 def test_many_torques_of_wide_helical_pairs_on_their_bodies_equal_single_runs(off_line):
     """Each begins from the solutions before it, on cells and on patches; flanks part, and lines get new patches."""
     scene = load_scene(ROOT / "examples" / "gears" / "large_wheel.toml")
-    effects = {"off_line_contact": {}} if off_line else {}
-    scene = replace(with_tables(scene, **effects), resolution=Resolution(positions=24))
+    scene = scene if off_line else scene.without("off_line_contact")
+    scene = replace(scene, resolution=Resolution(positions=24))
     torques = scene.load.torque * np.linspace(0.1, 1.6, 4 if off_line else 9)
     dataset = sweep(scene, torque=torques, threads=1)
     for torque in torques[::3]:
@@ -94,15 +94,33 @@ def test_many_torques_of_wide_helical_pairs_on_their_bodies_equal_single_runs(of
         assert_equal(point, single[["transmission_error", "mesh_stiffness", "line_load"]])
 
 
-@pytest.mark.parametrize(("name", "effects"), [("nasa_28", {}), ("fzg_c", {"off_line_contact": {}})])
-def test_a_point_of_a_sweep_is_the_simulation_of_it(name, effects):
+@pytest.mark.parametrize(("name", "off_line"), [("nasa_28", False), ("fzg_c", True)])
+def test_a_point_of_a_sweep_is_the_simulation_of_it(name, off_line):
     """Panels end where its own load changes the contact: harmonics were off by up to 30 % on phases of all loads."""
-    scene = with_tables(load_scene(ROOT / "examples" / "gears" / f"{name}.toml"), **effects)
+    scene = load_scene(ROOT / "examples" / "gears" / f"{name}.toml")
+    scene = scene if off_line else scene.without("off_line_contact")
     torques = [0.5 * scene.load.torque, scene.load.torque]
     found = sweep(scene, torque=torques)
     for torque in torques:
         alone = simulate(replace(scene, load=Load(torque=torque)))
         assert_equal(found.sel(torque=torque), alone)
+
+
+@pytest.mark.parametrize(
+    ("name", "effects", "amounts"), [("case2", {}, [0.0, 20.0]), ("case1", {"off_line_contact": {}}, [5.0, 10.0])]
+)
+def test_phases_may_follow_the_torque_at_some_points_of_another_key(name, effects, amounts):
+    """Without relief all torques share their phases; with it, and off the line, each has its own."""
+    scene = with_tables(example(name), tip_relief={"amount": 10.0, "length": 0.6}, **effects)
+    torques = [0.5 * scene.load.torque, scene.load.torque]
+    loads = scene.to_mapping() | {"loads": [{"torque": torque} for torque in torques]}
+    del loads["load"]
+    for found in (sweep(scene, {AMOUNT: amounts}, torque=torques), sweep(parse_scene(loads), {AMOUNT: amounts})):
+        for amount in amounts:
+            at = with_tables(scene, tip_relief={"amount": amount, "length": 0.6})
+            for torque in torques:
+                alone = simulate(replace(at, load=Load(torque=torque)))
+                assert_equal(found.sel({AMOUNT: amount}).sel(torque=torque), alone)
 
 
 @pytest.mark.parametrize("largest", [together.LARGEST, 1e5], ids=["at once", "a few at a time"])
