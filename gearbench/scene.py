@@ -14,6 +14,7 @@ from pydantic.dataclasses import dataclass
 from gearbench.effects.base import ComplianceEffect, Effect, Effects, GapEffect
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
 from gearbench.loads import Load, WeightedLoad, greatest_load
 from gearbench.notebook import scene_html
 from gearbench.schema import STRICT, changed, given
@@ -319,6 +320,11 @@ class Scene:
         from gearbench.effects.shafts import system_effects
 
         return system_effects(self.gearbox, own=own)
+
+    @property
+    def gear_names(self) -> tuple[str, str]:
+        """Names of the driver and of the driven gear."""
+        return Role.PINION.label, Role.WHEEL.label
 
     @property
     def F_bt(self) -> float:

@@ -95,6 +95,8 @@ def columns(solved: Solved, outputs: Sequence[str]) -> tuple[Columns, Columns]:
     over = {dim for dims, _ in variables.values() for dim in dims}
     if "harmonic" in over:
         coords["harmonic"] = ("harmonic",), np.arange(1, HARMONICS + 1)
+    if "gear" in over:
+        coords["gear"] = ("gear",), np.array(solved.scene.gear_names)
     if "segment" in over:
         grid = ("position", "pair", "segment")
         coords |= {

@@ -175,6 +175,8 @@ _DERIVED: Mapping[str, Callable[[Quantity], Quantity]] = MappingProxyType(
             q.units, f"⟨{q.symbol}⟩", f"weighted mean over the loads of the {q.long_name}"
         ),
         "_load_max": lambda q: Quantity(q.units, f"max {q.symbol}", f"greatest over the loads of the {q.long_name}"),
+        "_pinion": lambda q: Quantity(q.units, f"{q.symbol},1", f"{q.long_name} of the pinion"),
+        "_wheel": lambda q: Quantity(q.units, f"{q.symbol},2", f"{q.long_name} of the wheel"),
         "_bar": lambda q: Quantity(q.units, f"± {q.symbol}", f"{q.long_name}: what the reference's own error adds"),
     }
 )

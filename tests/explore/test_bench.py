@@ -82,6 +82,12 @@ def test_sliders_stay_within_the_limits_and_hold_the_value_in_round_steps(contro
         assert 20 <= (control.high - control.low) / control.step <= 1000 or control.kind == "integer"
 
 
+def test_tables_within_an_effect_are_named_after_it_and_shown_with_it(scene):
+    inner = [group for group in form(scene) if group.inner]
+    assert {"Profile curve: pinion", "Helix curve: pinion"} <= {group.title for group in inner}
+    assert not any(group.present for group in inner if group.path.split(".")[1] not in scene.to_mapping()["effects"])
+
+
 # -- scenes -----------------------------------------------------------------------------------------------------------
 
 
@@ -214,6 +220,7 @@ def test_the_file_holds_all_it_needs(scene):
     markup = re.sub(r"(<script[^>]*>).*?</script>", r"\1", text, flags=re.DOTALL)
     assert not re.search(r"<(?:script|link|img)[^>]+(?:src|href)=", markup)
     assert "<form" not in markup
+    assert '<meta name="viewport" content="width=device-width' in text
 
 
 def load_text(text):

@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 from numpy.testing import assert_allclose
 
-from gearbench import load_scene, simulate, sweep
+from gearbench import load, load_scene, save, simulate, sweep
 from gearbench.errors import InputError
 from gearbench.results.flank import BLOK
 from gearbench.results.outputs import OUTPUTS
@@ -57,7 +58,7 @@ def test_friction_loss_of_evenly_shared_load_is_ohlendorfs():
 def test_sliding_is_that_of_two_turning_gears(tables):
     """Vectors in the transverse plane: the velocities of both gears' points at the contact, along the profile."""
     made = scene(tables)
-    found = simulate(made, outputs=["sliding_speed", "specific_sliding_pinion", "specific_sliding_wheel"])
+    found = simulate(made, outputs=["sliding_speed", "specific_sliding"])
     m = made.pair.meshing
     x, y = found["path_position"].values, np.full_like(found["path_position"].values, made.pair.gears[0].base_radius)
     omega = 1500 * math.pi / 30
@@ -67,11 +68,13 @@ def test_sliding_is_that_of_two_turning_gears(tables):
     assert_allclose(omega * y, omega * 24 / 36 * (far[1] - y), rtol=1e-12)
     assert_allclose(found["sliding_speed"], 1e-3 * (own - mate), rtol=1e-12, atol=1e-12)
     present = found["segment_length"].values > 0
-    assert_allclose(found["specific_sliding_pinion"].values[present], ((own - mate) / own)[present], rtol=1e-9)
-    assert_allclose(found["specific_sliding_wheel"].values[present], ((mate - own) / mate)[present], rtol=1e-9)
-    ends = m.specific_sliding[0]
-    assert ends[0] <= found["specific_sliding_pinion"].values[present].min() <= ends[0] * 0.8
-    assert ends[1] * 0.8 <= found["specific_sliding_pinion"].values[present].max() <= ends[1]
+    zeta = found["specific_sliding"]
+    assert zeta.dims == ("gear", "position", "pair", "segment")
+    assert_allclose(zeta.sel(gear="pinion").values[present], ((own - mate) / own)[present], rtol=1e-9)
+    assert_allclose(zeta.sel(gear="wheel").values[present], ((mate - own) / mate)[present], rtol=1e-9)
+    ends, first = m.specific_sliding[0], zeta.values[0][present]
+    assert ends[0] <= first.min() <= ends[0] * 0.8
+    assert ends[1] * 0.8 <= first.max() <= ends[1]
 
 
 def test_friction_coefficient_of_the_norm_by_hand():
@@ -147,12 +150,36 @@ def test_loaded_contact_ratio():
 
 def test_largest_pressure_is_that_of_the_segments_and_root_stress_that_of_the_norm():
     made = load_scene(ROOT / "examples" / "case2.toml")
-    found = simulate(made, outputs=["flank_pressure", "flank_pressure_max", "root_stress_pinion", "root_stress_wheel"])
+    found = simulate(made, outputs=["flank_pressure", "flank_pressure_max", "root_stress"])
     assert float(found["flank_pressure_max"]) == found["flank_pressure"].values.max()
     from gearbench.strength.rating import root_stress
 
-    names = ("root_stress_pinion", "root_stress_wheel")
-    assert_allclose([float(found[name]) for name in names], root_stress(made), rtol=1e-12)
+    assert_allclose(found["root_stress"], root_stress(made), rtol=1e-12)
+    assert found["gear"].values.tolist() == ["pinion", "wheel"]
+
+
+def test_names_of_earlier_versions_are_those_of_one_gear():
+    made = scene(HELICAL, resolution={"positions": 3})
+    now = simulate(made, outputs=["loaded_root_stress", "specific_sliding"])
+    with pytest.warns(DeprecationWarning, match="is now loaded_root_stress"):
+        before = simulate(made, outputs=["loaded_root_stress_wheel"])
+    with pytest.warns(DeprecationWarning, match="dimension gear"):
+        sliding = sweep(made, torque=[100.0, 300.0], outputs=["specific_sliding_pinion"])["specific_sliding_pinion"]
+    assert float(before["loaded_root_stress_wheel"]) == float(now["loaded_root_stress"].sel(gear="wheel"))
+    assert before["loaded_root_stress_wheel"].attrs["units"] == "MPa"
+    assert_allclose(sliding, now["specific_sliding"].sel(gear="pinion"))
+
+
+def test_dataset_of_an_earlier_version_is_read_and_said_to_be_one(tmp_path, caplog):
+    made = scene(HELICAL, resolution={"positions": 3})
+    now = simulate(made, outputs=["root_stress", "specific_sliding", "transmission_error"])
+    each = {f"{name}_{gear}": now[name].sel(gear=gear, drop=True) for name in ("root_stress", "specific_sliding")
+            for gear in ("pinion", "wheel")}  # fmt: skip
+    before = now.drop_vars(["root_stress", "specific_sliding", "gear"]).assign(each)
+    save(before, tmp_path / "before.nc")
+    found = load(tmp_path / "before.nc")
+    assert "earlier version" in caplog.text
+    xr.testing.assert_identical(found[sorted(map(str, found))], now[sorted(map(str, now))])
 
 
 def test_every_output_of_the_flank_follows_the_load_of_a_sweep():

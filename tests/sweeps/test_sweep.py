@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -12,7 +9,7 @@ import pytest
 import xarray as xr
 
 import gearbench.contact.assemble
-from gearbench import interruption, load_scene, robust, simulate, sweep
+from gearbench import load_scene, robust, simulate, sweep
 from gearbench.contact.loads import solve_loads
 from gearbench.contact.problem import ContactProblem
 from gearbench.errors import InputError
@@ -20,8 +17,8 @@ from gearbench.results.outputs import DEFAULT_OUTPUTS
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.scene_file import parse_scene
 from gearbench.solution import dataset, solve_scene
-from gearbench.sweeps import groups, shared, together
-from gearbench.sweeps.dataset import beside
+from gearbench.sweeps import loads, run
+from gearbench.sweeps.dataset import Point, beside
 from gearbench.sweeps.ranges import parse_range, parse_setting
 from tests.support.paths import ROOT
 
@@ -123,7 +120,7 @@ def test_phases_may_follow_the_torque_at_some_points_of_another_key(name, effect
                 assert_equal(found.sel({AMOUNT: amount}).sel(torque=torque), alone)
 
 
-@pytest.mark.parametrize("largest", [together.LARGEST, 1e5], ids=["at once", "a few at a time"])
+@pytest.mark.parametrize("largest", [loads.LARGEST, 1e5], ids=["at once", "a few at a time"])
 def test_torques_with_phases_of_their_own_are_assembled_together(monkeypatch, largest):
     calls = []
 
@@ -131,8 +128,8 @@ def test_torques_with_phases_of_their_own_are_assembled_together(monkeypatch, la
         calls.append(lines.mesh_phase)
         return gearbench.contact.assemble.assemble(scene, lines)
 
-    monkeypatch.setattr(together, "assemble", counted)
-    monkeypatch.setattr(together, "LARGEST", largest)
+    monkeypatch.setattr(loads, "assemble", counted)
+    monkeypatch.setattr(loads, "LARGEST", largest)
     scene, torques = RELIEVED, RELIEVED.load.torque * np.array([-1.0, -0.4, 0.1, 0.4, 0.7, 1.0])
     found = sweep(scene, torque=torques)
     assert len(calls) == (2 if largest > 1e6 else 6)  # drive flanks and coast flanks are others
@@ -190,7 +187,7 @@ def test_the_compliance_is_made_once(monkeypatch):
         calls.append(scene)
         return gearbench.contact.assemble.assemble(scene, lines)
 
-    monkeypatch.setattr(shared, "assemble", counted)
+    monkeypatch.setattr(loads, "assemble", counted)
     found = sweep(UNIFORM, {"effects.crowning.amount": [0.0, 4.0, 8.0]}, torque=[50.0, 100.0])
     assert len(calls) == 1
     assert "missing" not in found.attrs
@@ -222,23 +219,16 @@ def test_an_interrupted_sweep_keeps_what_is_done():
 
 
 @pytest.mark.parametrize("samples", [0, 4])
-def test_an_interruption_before_the_first_point_is_not_passed_over_in_silence(monkeypatch, capsys, samples):
+def test_an_interruption_before_the_first_point_is_not_passed_over_in_silence(monkeypatch, samples):
     def interrupted(*_, **__):
-        try:
-            os.kill(os.getpid(), signal.SIGINT)
-            time.sleep(5)
-        except KeyboardInterrupt:
-            if not samples:
-                raise
-            interruption.arrived()  # as error samples do, which are kept elsewhere
+        if not samples:
+            raise KeyboardInterrupt
         return {}, False
 
-    monkeypatch.setattr(groups, "respond", interrupted)
-    monkeypatch.setattr(groups.Shared, "solutions", interrupted)
-    with pytest.raises(SystemExit) as end, interruption.Hearing():
+    monkeypatch.setattr(run, "respond", interrupted)
+    monkeypatch.setattr(run, "solve_group", interrupted)
+    with pytest.raises(KeyboardInterrupt):
         sweep(example("gear55_robust"), torque=[5.0], samples=samples)
-    assert end.value.code == 130
-    assert capsys.readouterr().err == "gearbench: interrupted\n"
 
 
 def test_what_is_done_is_kept_now_and_then(monkeypatch):
@@ -366,16 +356,27 @@ def test_datasets_beside_each_other_are_those_that_xarray_aligns():
     rng = np.random.default_rng(0)
 
     def part(positions, pairs, segments):
-        coords = {"mesh_phase": ("position", rng.random(positions)), "pair_index": ("pair", np.array(pairs))}
-        values = {
-            "line_load": (("torque", "position", "pair", "segment"), rng.random((1, positions, len(pairs), segments))),
-            "phase_weight": ("position", rng.random(positions)),
-            "newton_steps": (("torque", "position"), rng.integers(0, 9, (1, positions))),
-            "transmission_error_rms": ("torque", rng.random(1)),
+        coords = {"mesh_phase": (("position",), rng.random(positions)), "pair_index": (("pair",), np.array(pairs))}
+        variables = {
+            "line_load": (("position", "pair", "segment"), rng.random((positions, len(pairs), segments))),
+            "newton_steps": (("position",), rng.integers(0, 9, positions)),
+            "rescued": ((), rng.integers(0, 9)),
+            "transmission_error_rms": ((), rng.random()),
         }
-        numbers = {"position": np.arange(positions), "pair": np.array(pairs), "segment": np.arange(segments)}
-        return xr.Dataset(values, coords | numbers, {"made": "by hand"})
+        return Point(coords, variables)
+
+    def labelled(point):
+        sizes = point.sizes
+        numbers = {"position": np.arange(sizes["position"]), "segment": np.arange(sizes["segment"])}
+        return xr.Dataset(point.variables, point.coords | numbers).set_xindex("pair_index")
 
     parts = [part(3, [-1, 0, 1], 2), part(5, [0, 1, 2], 2), part(4, [0], 3)]
-    how = {"data_vars": "all", "coords": "different", "compat": "equals", "join": "outer", "combine_attrs": "override"}
-    xr.testing.assert_identical(beside(parts, "torque"), xr.concat(parts, "torque", **how))
+    found = beside([*parts, None], "torque")
+    how = {"data_vars": "all", "coords": "different", "compat": "equals", "join": "outer"}
+    wanted = xr.concat([labelled(each) for each in parts], "torque", **how)
+    found = xr.Dataset(found.variables, found.coords)
+    assert np.isnan(found["line_load"].isel(torque=3)).all()
+    for name in (*parts[0].variables, "mesh_phase"):
+        np.testing.assert_array_equal(found[name].isel(torque=slice(3)), wanted[name].transpose("torque", ...))
+    assert beside(parts, "torque").variables["rescued"][1].dtype.kind == "i"
+    assert beside(parts[:1] * 2, "torque").coords["mesh_phase"][0] == ("position",)
