@@ -8,6 +8,8 @@ from numpy.testing import assert_allclose
 
 from gearbench.effects.manufacturing_errors import ErrorKind, ManufacturingErrors
 from gearbench.library.garambois2017 import gear
+from gearbench.loads import Load, WeightedLoad
+from gearbench.results.warnings import warnings
 from gearbench.robustness.run import robust
 from gearbench.robustness.sampling import unit_samples
 from gearbench.robustness.sensitivity import sensitivity
@@ -95,3 +97,23 @@ def test_the_cost_decides_what_to_tighten(scene):
     assert "for each unit of cost" in tighten_first(other)
     few = robust(scene, samples=8, threads=1)
     assert tighten_first(few) == ""
+
+
+def test_the_gain_over_several_loads_is_their_weighted_mean(scene):
+    """Two equal loads are one; the heavier of two counts by its weight."""
+    torque = scene.load.torque
+    alone = gains(robust(scene, samples=128, threads=1))
+    loads = (WeightedLoad(torque=torque, weight=3.0), WeightedLoad(torque=2 * torque, weight=1.0))
+    both = replace(scene, load=Load(torque=2 * torque), loads=loads)
+    other = {gain.name: gain for gain in gains(robust(replace(scene, load=Load(torque=2 * torque)), samples=128))}
+    dataset = robust(both, samples=128, threads=1)
+    for gain in gains(dataset):
+        (one,) = (each for each in alone if each.name == gain.name)
+        assert gain.change == pytest.approx(0.75 * one.change + 0.25 * other[gain.name].change, rel=1e-6)
+    assert tighten_first(dataset)
+
+
+def test_a_single_simulation_says_that_random_errors_are_at_their_means(scene):
+    said = [line for line in warnings(scene) if "random errors" in line]
+    assert said == ["random errors act with their means, up to 3 µm: gearbench robust draws them"]
+    assert not [line for line in warnings(scene.without("manufacturing_errors")) if "random errors" in line]
