@@ -20,6 +20,7 @@ from gearbench.cli.optimise import optimise
 from gearbench.cli.options import shows_progress
 from gearbench.cli.plan import plan
 from gearbench.cli.polish import polish
+from gearbench.cli.relieve import relieve
 from gearbench.cli.response import response
 from gearbench.cli.rexs import rexs
 from gearbench.cli.robust import robust
@@ -82,12 +83,13 @@ def _announced(command: Callable[..., None]) -> Callable[..., None]:
 
 
 #: Commands that solve contact problems.
-_SOLVING = (simulate, sweep, hunting, response, robust, optimise, explore, polish, verify, validate, cost)
+_SOLVING = (simulate, sweep, relieve, hunting, response, robust, optimise, explore, polish, verify, validate, cost)
 #: Commands that commit their files one by one.
 _STEPWISE = (optimise, sweep)
 for command in (
     simulate,
     sweep,
+    relieve,
     hunting,
     response,
     robust,

@@ -76,7 +76,7 @@ def sweep(
     if output is not None:
         check_target(output)
     folder = plot_folder(plots)
-    with _progress(shown=shows_progress(quiet=quiet, json=json)) as advance, naming(scene):
+    with progress_bar("points", shown=shows_progress(quiet=quiet, json=json)) as advance, naming(scene):
         keep = None if output is None else partial(save, path=output)
         dataset = run(loaded, ranges, samples=samples, seed=seed, threads=threads, progress=advance, keep=keep)
     written = [save(dataset, output)] if output is not None else []
@@ -113,7 +113,7 @@ def _print(scene: Scene, dataset: xr.Dataset) -> None:
 
 
 @contextmanager
-def _progress(*, shown: bool) -> Iterator[Callable[[int, int], None]]:
+def progress_bar(what: str, *, shown: bool) -> Iterator[Callable[[int, int], None]]:
     """A progress bar on a terminal."""
     if not shown:
         yield lambda done, of: None
@@ -122,5 +122,5 @@ def _progress(*, shown: bool) -> Iterator[Callable[[int, int], None]]:
     from rich.progress import Progress
 
     with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("points", total=None)
+        task = bar.add_task(what, total=None)
         yield lambda done, of: bar.update(task, completed=done, total=of)
