@@ -358,7 +358,7 @@ def test_examples_are_the_published_pairs():
 
 
 def test_the_first_run_says_why_it_takes_longer(run, tmp_path, monkeypatch):
-    line = "first run: the solver is compiled, once after an installation; half a minute"
+    line = "first run: the solver is compiled, once after an installation; about a minute"
     monkeypatch.setattr(type(sys.stderr), "isatty", lambda self: True, raising=False)
     command = ("simulate", EXAMPLES / "sc.toml")
     assert line not in run(*command)[2]

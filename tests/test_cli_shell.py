@@ -16,12 +16,11 @@ from typing import get_args, get_type_hints
 
 import pytest
 
-from gearbench.cli.app import app
+from gearbench.cli.app import COMMANDS, application
 from gearbench.cli.summary import print_mapping
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"
-NAMES = [command.callback.__name__ for command in app.registered_commands if command.callback]
 GEARBOX = ROOT / "tests" / "data" / "sew_3_stage_cylindrical_gearbox_1.0.rexs"
 
 STUDY = """
@@ -75,11 +74,7 @@ def on_a_terminal(*arguments: object, **env: str) -> str:
     return text.decode()
 
 
-#: An escape sequence that sets a colour.
-COLOUR = re.compile(r"\x1b\[(?:\d+;)*(?:3\d|4\d|9\d|10\d)(?:;\d+)*m")
-
-
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", COMMANDS)
 def test_help_has_an_example_that_fits_the_command(run, monkeypatch, name):
     monkeypatch.setenv("COLUMNS", "300")
     code, out, _ = run(name, "--help")
@@ -96,7 +91,7 @@ def test_help_has_an_example_that_fits_the_command(run, monkeypatch, name):
             assert (ROOT / word).exists()
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_is_quiet_tells_more_or_speaks_json(run, monkeypatch, name):
     monkeypatch.setenv("COLUMNS", "200")
     out = run(name, "--help")[1]
@@ -106,7 +101,7 @@ def test_every_command_is_quiet_tells_more_or_speaks_json(run, monkeypatch, name
 
 def test_options_of_several_commands_are_defined_once():
     found: dict[str, set[int]] = {}
-    for command in app.registered_commands:
+    for command in application().registered_commands:
         hints = get_type_hints(command.callback, include_extras=True)
         for name in {"quiet", "verbose", "json", "threads", "stored", "output"} & set(hints):
             if (command.callback.__name__, name) not in OF_THEIR_OWN:
@@ -141,12 +136,6 @@ def test_commands_are_completed():
     command = [sys.executable, "-c", code]
     done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, **environment})
     assert done.stdout.split() == ["simulate"]
-
-
-def test_colours_on_a_terminal_unless_they_are_unwanted():
-    assert COLOUR.search(on_a_terminal("doctor"))
-    assert not COLOUR.search(on_a_terminal("doctor", NO_COLOR="1"))
-    assert not COLOUR.search(on_a_terminal("simulate", "--help", NO_COLOR="1"))
 
 
 def test_no_escape_sequences_in_a_pipe():

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Output, Plots, Quiet, SceneFile, Verbose, plot_folder, say, shows_progress
-from gearbench.cli.sweep import Torques, progress_bar
+from gearbench.cli.options import Json, Output, Plots, Quiet, SceneFile, Verbose, plot_folder, progress_line, say
+from gearbench.cli.sweep import Torques
 
 Export = Annotated[
     Path | None, typer.Option("--export", metavar="OUT.toml", help="Write the scene with the chosen relief.")
@@ -44,8 +44,8 @@ def relieve(
         if target is not None:
             check_target(target)
     folder = plot_folder(plots)
-    with progress_bar("designs", shown=shows_progress(quiet=quiet, json=json)) as advance, naming(scene):
-        dataset = run(loaded, torques, progress=advance)
+    with progress_line(quiet=quiet, json=json) as tell, naming(scene):
+        dataset = run(loaded, torques, progress=lambda done, of: tell(f"{done} of {of} designs"))
     written = [save(dataset, output)] if output is not None else []
     if export is not None:
         with replacing(export) as part:

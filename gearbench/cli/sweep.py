@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
@@ -20,8 +18,8 @@ from gearbench.cli.options import (
     Threads,
     Verbose,
     plot_folder,
+    progress_line,
     say,
-    shows_progress,
 )
 
 if TYPE_CHECKING:
@@ -76,9 +74,10 @@ def sweep(
     if output is not None:
         check_target(output)
     folder = plot_folder(plots)
-    with progress_bar("points", shown=shows_progress(quiet=quiet, json=json)) as advance, naming(scene):
+    with progress_line(quiet=quiet, json=json) as tell, naming(scene):
         keep = None if output is None else partial(save, path=output)
-        dataset = run(loaded, ranges, samples=samples, seed=seed, threads=threads, progress=advance, keep=keep)
+        options = {"samples": samples, "seed": seed, "threads": threads, "keep": keep}
+        dataset = run(loaded, ranges, progress=lambda done, of: tell(f"{done} of {of} points"), **options)
     written = [save(dataset, output)] if output is not None else []
     if folder is not None and "torque" in dataset.dims and not samples:
         from gearbench.sweeps.figures import draw_sweep
@@ -99,7 +98,7 @@ def sweep(
         for line in (*warnings(dataset), *(f"wrote {path}" for path in written)):
             say(line)
     if not dataset.attrs["complete"]:
-        print("gearbench: interrupted; what is done is kept, the rest is NaN", file=sys.stderr)
+        print("gearbench: interrupted; completed points are saved, the others are NaN", file=sys.stderr)
         raise typer.Exit(130)
 
 
@@ -110,17 +109,3 @@ def _print(scene: Scene, dataset: xr.Dataset) -> None:
     print_points(scene, dataset)
     if rows := result_rows(dataset):
         print_table("over the loads", rows)
-
-
-@contextmanager
-def progress_bar(what: str, *, shown: bool) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar on a terminal."""
-    if not shown:
-        yield lambda done, of: None
-        return
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(what, total=None)
-        yield lambda done, of: bar.update(task, completed=done, total=of)
