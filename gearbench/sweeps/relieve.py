@@ -109,7 +109,9 @@ def relieve(
     each = values.argmin(axis=0)
     known = np.full((3, len(torques)), np.nan)  # amounts of the scene as given may differ from gear to gear
     grid_dims = ("design", "torque")
-    variables = {search.name: (grid_dims, np.stack([given, values[nearest], values[each, np.arange(len(torques))]]))}
+    variables: dict[str, tuple] = {
+        search.name: (grid_dims, np.stack([given, values[nearest], values[each, np.arange(len(torques))]]))
+    }
     for i, name in enumerate(("tip_relief_amount", "tip_relief_length", "crowning_amount")):
         column = known.copy()
         column[1:] = np.stack([np.full(len(torques), points[nearest, i]), points[each, i]])
@@ -196,10 +198,8 @@ def draw_relief(dataset: xr.Dataset, folder: Path) -> list[Path]:
 
 def _gain(dataset: xr.Dataset, axes: Axes) -> None:
     values = dataset[dataset.attrs["minimised"]]
-    for design, style in zip(
-        _DESIGNS, ({"color": GREY, "ls": "--"}, {"color": BLUE}, {"color": GREEN, "ls": ":"}), strict=True
-    ):
-        axes.plot(dataset["torque"], values.sel(design=design), marker=".", label=design, **style)
+    for design, colour, line in zip(_DESIGNS, (GREY, BLUE, GREEN), ("--", "-", ":"), strict=True):
+        axes.plot(dataset["torque"], values.sel(design=design), marker=".", ls=line, color=colour, label=design)
     axes.set(xlabel="torque on the pinion [N·m]", ylabel=f"{values.attrs['symbol']} [µm]", ylim=(0, None))
     axes.legend(frameon=False)
 
