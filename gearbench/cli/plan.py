@@ -78,23 +78,17 @@ def _plan_study(path: Path, *, quiet: bool, json: bool) -> None:
 
 
 def _print(scene: Scene, made: Plan) -> None:
-    from rich.table import Table
+    from gearbench.cli.summary import pair_line
+    from gearbench.cli.table import print_columns
 
-    from gearbench.cli.summary import console, pair_line
-
-    out = console()
-    table = Table(title=pair_line(scene), title_justify="left", title_style="bold", box=None, pad_edge=False)
-    for name in ("part", "does", "size", "time"):
-        table.add_column(name, justify="right" if name == "time" else "left")
-    for part in made.parts:
-        table.add_row(part.name, part.does, part.size, f"{1e3 * part.seconds:.2f} ms" if part.seconds else "")
-    out.print(table)
-    out.print(f"simulate, predicted: {_duration(made.seconds)}, {made.megabytes:.1f} MB")
+    rows = [(p.name, p.does, p.size, f"{1e3 * p.seconds:.2f} ms" if p.seconds else "") for p in made.parts]
+    print_columns(pair_line(scene), ("part", "does", "size", "time"), rows, left=(0, 1, 2))
+    say(f"simulate, predicted: {_duration(made.seconds)}, {made.megabytes:.1f} MB")
     _print_refusal(made.megabytes, "simulate")
     if made.robust_seconds:
-        out.print(f"robust, predicted: {_duration(made.robust_seconds)}")
+        say(f"robust, predicted: {_duration(made.robust_seconds)}")
     for each in made.others:
-        out.print(_forecast(each))
+        say(_forecast(each))
         _print_refusal(each.megabytes, each.command)
 
 

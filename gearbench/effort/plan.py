@@ -5,7 +5,7 @@ each mesh phase. They are found by running it on a few phases (``trials``), so t
 and for any effect. What is large is run coarser: two numbers of segments show how each part grows with them, and
 set-ups grow like the matrices of their functions. A set-up that is kept on disk is not run but estimated. Memory is
 that by which runs are refused, see ``gearbench.budget``. Of several loads the greatest is tried: the others share its
-set-ups, and mostly its contact lines and compliance (``sweeps.shared``).
+set-ups, and mostly its contact lines and compliance (``sweeps.loads``).
 """
 
 from __future__ import annotations
@@ -40,9 +40,8 @@ from gearbench.loads import WeightedLoad, greatest_load
 from gearbench.results.outputs import DEFAULT_OUTPUTS
 from gearbench.scene import Resolution, Scene
 from gearbench.solution import dataset
+from gearbench.sweeps.loads import phases_follow, positions_together, under_loads
 from gearbench.sweeps.run import sweep
-from gearbench.sweeps.shared import phases_follow, under_loads
-from gearbench.sweeps.together import positions_together
 
 #: Power of the number of segments that the time of each phase may grow with, at most.
 STEEPEST = 2.5

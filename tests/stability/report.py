@@ -5,8 +5,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
@@ -15,8 +13,9 @@ from tests.stability.catalogue import CASES
 from tests.stability.measure import Digits, compare, compare_body, compare_problem, compare_solid
 from tests.stability.models import BODIES, ORDER, SOLIDS
 from tests.stability.problems import PROBLEMS
+from tests.support.paths import ROOT
 
-TARGET = Path(__file__).parents[2] / "docs" / "stability.md"
+TARGET = ROOT / "docs" / "stability.md"
 DOUBLE = -float(np.log10(np.finfo(float).eps / 2))
 
 HEAD = """# What stays stable
