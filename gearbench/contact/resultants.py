@@ -2,7 +2,7 @@
 
 Gears that are rigid across their faces approach each other by x₀ + x₁ η, with the lever of a point of the flank about
 the middle of the face, in the plane of action, η = (y − b/2 + (u − u_C) tan β_b) / (b/2). The forces that work on x₀
-and x₁ are f₀ = ΣF and f₁ = Σ F η. Where gears bend over their faces, Legendre polynomials P_j(η) follow (R1).
+and x₁ are f₀ = ΣF and f₁ = Σ F η. Where gears bend over their faces, Legendre polynomials P_j(η) follow (W11).
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def resultants(
 ) -> Resultants:
     """As many ``rows`` of resultants of the ``solution`` of ``problem`` on ``lines``, ``guess`` where that ended.
 
-    The loaded points yield by A = ΨΨᵀ + diag(dg/dP): ∂f/∂x = Rᵀ A⁻¹ R with R_ij = P_j(η_i) (R2).
+    The loaded points yield by A = ΨΨᵀ + diag(dg/dP): ∂f/∂x = Rᵀ A⁻¹ R with R_ij = P_j(η_i) (W12).
     """
     p, nodes = (problem, lines) if problem.along is None else on_patches(problem, guess)
     P = law_forces(p, guess.delta, guess.q) if has_law(p) else (solution.force / p.force).reshape(p.gap.shape)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +14,13 @@ from gearbench.contact.patches import solve_patches
 from gearbench.contact.resultants import Resultants
 from gearbench.contact.transitions import loaded_phases
 from gearbench.effects.base import Effect
-from gearbench.effects.shafts import mesh_spread, system_effects
+from gearbench.effects.shafts import mesh_spread
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.results.cycle import MICROMETRES, MeshCycle, Phases, fourier_matrix
 from gearbench.results.solved import Solved
 from gearbench.scene import Scene
+from gearbench.system.schema import Mesh
 
 #: N/mm in 1 N/µm.
 PER_MICROMETRE = 1e3
@@ -32,7 +33,7 @@ class LoadedMesh:
     Parameters
     ----------
     scene
-        Pair, load, resolution, without its system.
+        Pair, load, resolution, and the system as this mesh sees it.
     solved
         The contact over the mesh cycle, shafts included where there are any.
     on_shafts
@@ -92,19 +93,19 @@ class LoadedMesh:
 
     @property
     def compliance(self) -> NDArray:
-        """C of the shafts (row, row) [mm/N] (R3)."""
+        """C of the shafts (row, row) [mm/N] (W13)."""
         return self._spread[1]
 
     @cached_property
     def motion(self) -> NDArray:
-        """Motions x_s of the flanks (position, row) [mm], approach the transmission error without the shafts (R4)."""
+        """Motions x_s of the flanks (position, row) [mm], approach the transmission error without the shafts (W14)."""
         x = -self.force @ self.compliance
         x[:, 0] += self.cycle.transmission_error / MICROMETRES
         return x
 
     @cached_property
     def stiffness(self) -> NDArray:
-        """K = ∂f/∂x (position, row, row) [N/mm] of teeth and bodies: (1 − S C)⁻¹ S, with S that on the shafts (R4)."""
+        """K = ∂f/∂x (position, row, row) [N/mm] of teeth and bodies: (1 − S C)⁻¹ S, with S that on the shafts (W14)."""
         left = np.linalg.solve(np.eye(len(self.compliance)) - self._whole @ self.compliance, self._whole)
         return (left + np.swapaxes(left, -1, -2)) / 2
 
@@ -140,20 +141,48 @@ def loaded_mesh(scene: Scene, mesh: str = "", rows: int = 1) -> LoadedMesh:
     InputError, ConvergenceError
         As ``simulate``.
     """
-    own, on_shafts = scene, None
-    if scene.has_shafts:
-        box = scene.gearbox
-        number = scene.gearbox.names.index(mesh)
-        own = scene if not mesh else scene.further[number - 1]
-        own = replace(own, load=replace(own.load, torque=box.torques[mesh]), system=None, further=())
-    whole = own if mesh else scene
-    phase, weight, size = loaded_phases(whole)
-    lines = scene_lines(whole, phase)
-    if scene.has_shafts:
-        on_shafts = settle(own, partial(system_effects, scene.gearbox, mesh), lines, weight)
+    seen, on_shafts = seen_from(scene, mesh) if mesh else scene, None
+    phase, weight, size = loaded_phases(seen)
+    lines = scene_lines(seen, phase)
+    if seen.has_shafts:
+        on_shafts = settle(seen, seen.shaft_effects, lines, weight)
         problem, solution = on_shafts.problem, on_shafts.solution
     else:
-        problem = assemble(own, lines)
+        problem = assemble(seen, lines)
         solution = solve_patches(problem)
-    solved = Solved(scene=own, lines=lines, weight=weight, problem=problem, solution=solution, size=size)
-    return LoadedMesh(scene=own, solved=solved, on_shafts=on_shafts, rows=1 if on_shafts is None else rows)
+    solved = Solved(scene=seen, lines=lines, weight=weight, problem=problem, solution=solution, size=size)
+    return LoadedMesh(scene=seen, solved=solved, on_shafts=on_shafts, rows=rows)
+
+
+def seen_from(scene: Scene, mesh: str) -> Scene:
+    """The same gearbox with a further ``mesh`` as the scene's own pair, and that one as a further mesh."""
+    system, box = scene.system, scene.gearbox
+    names = dict.fromkeys(box.names) | {mesh: "", "": "the scene's own pair"}
+    names = {old: old if new is None else new for old, new in names.items()}
+    scenes = dict(zip(box.names, (scene, *scene.further), strict=True))
+    hands = {"": system.hand} | {each.name: each.hand for each in system.meshes}
+    shafts = tuple(
+        replace(
+            shaft,
+            axis=tuple(map(float, box.train.places[shaft.name])),
+            gears=tuple(replace(seat, mesh=names[seat.mesh]) for seat in shaft.gears),
+        )
+        for shaft in system.shafts
+    )
+    others = [name for name in box.names if name != mesh]
+    clockwise = box.train.turn(mesh) > 0
+    return replace(
+        scenes[mesh],
+        load=replace(scenes[mesh].load, torque=box.torques[mesh]),
+        system=replace(
+            system,
+            shafts=shafts,
+            hand=hands[mesh],
+            rotation="clockwise" if clockwise else "counterclockwise",
+            meshes=tuple(Mesh(name=names[name], scene="", hand=hands[name]) for name in others),
+        ),
+        further=tuple(
+            replace(scenes[name], system=None, further=(), load=replace(scenes[name].load, torque=box.torques[name]))
+            for name in others
+        ),
+    )

@@ -103,8 +103,8 @@ class Model:
         scene = self.scene
         if not scene.has_shafts:
             return (Group(meshes=np.array([0]), rate=float(scene.pair.pinion.teeth), phase=np.zeros(1)),)
-        rates = np.array([scene.gearbox.mesh_rate(name) for name in scene.pairs])
-        phases = np.array([scene.gearbox.phase(name) for name in scene.pairs])
+        rates = np.array([scene.gearbox.train.mesh_rate(name) for name in scene.pairs])
+        phases = np.array(list(scene.gearbox.phases.values()))
         groups, left = [], list(range(len(rates)))
         while left:
             same = np.array([m for m in left if np.isclose(rates[m], rates[left[0]], rtol=1e-9)])

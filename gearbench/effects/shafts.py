@@ -28,17 +28,16 @@ _RANK = 1e-14
 # one is itself alone: sums of compliances are kept by the effects that they are made of
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SeatedGear:
-    """A gear of a mesh on its shaft: the shaft at rest, and the rows that its flank reads."""
+    """A gear of the scene's own pair on its shaft: the shaft at rest, and the rows that its flank reads."""
 
     box: Gearbox
-    mesh: str
     role: Role
     settled: Settled
 
     @property
     def number(self) -> int:
         """Number of its shaft."""
-        return self.box.seats[(self.mesh, self.role)][0]
+        return self.box.seats[("", self.role)][0]
 
     @property
     def model(self) -> ShaftModel:
@@ -48,11 +47,11 @@ class SeatedGear:
     @property
     def nodes(self) -> NDArray:
         """Nodes of the shaft under its face."""
-        return self.box.face_nodes(self.mesh, self.role, self.model)
+        return self.box.face_nodes("", self.role, self.model)
 
     def rows(self, lines: ContactLines) -> NDArray:
         """Motions of all nodes → deflection normal to the flank, (position, pair, segment, size)."""
-        frame = self.box.frames[self.mesh]
+        frame = self.box.frames[""]
         wrench = math.cos(frame.pair.meshing.beta_b) * frame.wrench(self.role, lines.u)
         return self.model.rows(frame.position(self.role, lines.y), wrench)
 
@@ -64,7 +63,7 @@ class SeatedGear:
     @property
     def spin(self) -> NDArray:
         """Compliance of the spin of the nodes under the face."""
-        return twist(self.model, self.nodes, self.box.torque_from(self.mesh, self.role))
+        return twist(self.model, self.nodes, self.box.torque_from("", self.role))
 
     def motion(self, of: NDArray) -> NDArray:
         """Its shaft's part (size,) of the motion or load of all that is settled together."""
@@ -89,7 +88,7 @@ def factor(gears: Sequence[SeatedGear], each: Sequence[NDArray]) -> NDArray:
         spin = np.arange(len(gear.nodes)) * 6 + 5 + 6 * len(scale)
         G[np.ix_(spin, spin)] += gear.spin
         # mm and rad side by side: radians over the half face width
-        width = gear.box.pairs[gear.mesh].meshing.face_width
+        width = gear.box.pairs[""].meshing.face_width
         scale += [np.array([1, 1, 1, *([2 / width] * 3)])] * len(gear.nodes)
     whole = np.concatenate(scale)
     values, vectors = np.linalg.eigh(G / whole[:, None] / whole)
@@ -105,7 +104,7 @@ def _together(gears: tuple[SeatedGear, SeatedGear]) -> list[tuple[SeatedGear, ..
 
 
 def mesh_spread(gears: tuple[SeatedGear, SeatedGear], stiffness: NDArray) -> tuple[NDArray, NDArray]:
-    """Loads at the points of the face (row, point) per resultant, and what the shafts yield to them C (row, row) (R3).
+    """Loads at the points of the face (row, point) per resultant, and what the shafts yield to them C (row, row) (W13).
 
     Of all loads with these resultants they deform the shafts least on a foundation in place of the teeth. Where that is
     stiffer than these, shafts and teeth yield to any force by more than C: it is that of a mesh, or else of Hertz'
@@ -118,11 +117,11 @@ def mesh_spread(gears: tuple[SeatedGear, SeatedGear], stiffness: NDArray) -> tup
     stiffness
         S of the resultants (position, row, row) [N/mm], shafts included.
     """
-    box, mesh = gears[0].box, gears[0].mesh
-    pair, (η, weight) = box.pairs[mesh], FACE_POINTS
+    box = gears[0].box
+    pair, (η, weight) = box.pairs[""], FACE_POINTS
     H = np.zeros((len(η), len(η)))
     for these in _together(gears):
-        psi = factor(these, [box.face_rows(mesh, gear.role, gear.model) for gear in these])
+        psi = factor(these, [box.face_rows("", gear.role, gear.model) for gear in these])
         H += psi @ psi.T
     R = legvander(η, stiffness.shape[-1] - 1)
     E = min(material.E for material in pair.materials)
@@ -204,15 +203,13 @@ def flank_loads(
     return pinion, wheel
 
 
-def system_effects(box: Gearbox, mesh: str = "", own: tuple[NDArray, NDArray] | None = None) -> tuple[Effect, ...]:
-    """Add to the contact of a mesh that its gears sit on the shafts of ``box``.
+def system_effects(box: Gearbox, own: tuple[NDArray, NDArray] | None = None) -> tuple[Effect, ...]:
+    """Add to the contact of the scene's own pair that its gears sit on the shafts of ``box``.
 
     Parameters
     ----------
     box
         The shafts.
-    mesh
-        Name of the mesh.
     own
         Load of its flanks on the nodes of both shafts (size,), that bearings settle under; spread evenly where absent.
 
@@ -225,15 +222,13 @@ def system_effects(box: Gearbox, mesh: str = "", own: tuple[NDArray, NDArray] | 
     InputError
         If the shafts and pairs do not fit, or the bearings do not hold a shaft.
     """
-    settled = shafts_at_rest(box, mesh, own)
-    pinion, wheel = (
-        SeatedGear(box=box, mesh=mesh, role=role, settled=settled[box.seats[(mesh, role)][0]]) for role in Role
-    )
+    settled = shafts_at_rest(box, own)
+    pinion, wheel = (SeatedGear(box=box, role=role, settled=settled[box.seats[("", role)][0]]) for role in Role)
     effects: tuple[Effect, ...] = (Shafts(gears=(pinion, wheel)),)
     shafts = [model.shaft for gear in (pinion, wheel) for model in gear.settled.structure.shafts.values()]
     linear = all(bearing.is_linear for shaft in shafts for bearing in shaft.bearings)
     theirs = {pinion.number, wheel.number} == {n for g in (pinion, wheel) for n in g.settled.structure.shafts}
     if linear and theirs and all(len(shaft.gears) == 1 and not shaft.loads for shaft in shafts):
         return effects
-    loads = own or tuple(box.force(mesh) * box.wrench(mesh, gear.role, gear.model) for gear in (pinion, wheel))
+    loads = own or tuple(box.force("") * box.wrench("", gear.role, gear.model) for gear in (pinion, wheel))
     return (*effects, ShaftMotion(gears=(pinion, wheel), motions=_rest((pinion, wheel), (loads[0], loads[1]))))

@@ -76,11 +76,11 @@ def steel_disc(radius: float, hole: float, width: float) -> tuple[float, float, 
     return m, m * squares / 2, m * (squares / 4 + width**2 / 12)
 
 
-def shafts_at_rest(box: Gearbox, mesh: str = "", own: tuple[NDArray, NDArray] | None = None) -> tuple[Settled, ...]:
+def shafts_at_rest(box: Gearbox, own: tuple[NDArray, NDArray] | None = None) -> tuple[Settled, ...]:
     """Each shaft in its bearings under the mean forces of its meshes and its other loads.
 
-    Shafts that bodies connect are settled together, and share their answer. ``own`` are the loads of one ``mesh`` on
-    the nodes of its pinion's and its wheel's shaft, (size,); forces are spread evenly over the face otherwise.
+    Shafts that bodies connect are settled together, and share their answer. ``own`` are the loads of the scene's own
+    pair on the nodes of its pinion's and its wheel's shaft, (size,); forces are spread evenly over the face otherwise.
     """
     settled: dict[int, Settled] = {}
     for structure in box.structures:
@@ -90,8 +90,9 @@ def shafts_at_rest(box: Gearbox, mesh: str = "", own: tuple[NDArray, NDArray] | 
             load[here] = external_load(model)
             for (name, role), (seat, _) in box.seats.items():
                 if seat == number:
-                    given = own is not None and name == mesh
-                    load[here] += own[role] if own and given else box.force(name) * box.wrench(name, role, model)
+                    load[here] += (
+                        own[role] if own is not None and not name else box.force(name) * box.wrench(name, role, model)
+                    )
         settled |= dict.fromkeys(structure.shafts, Settled(structure=structure, load=load))
     return tuple(settled[number] for number in range(len(box.models)))
 
