@@ -36,7 +36,7 @@ def gauss_phases(transitions: Iterable[float], points: int) -> tuple[NDArray, ND
     -------
     Phases in [0, 1), ascending, and weights that sum to 1.
     """
-    edges = np.unique(np.asarray(list(transitions), dtype=float) % 1.0)
+    edges = np.unique(np.asarray(list(transitions) or [0.0]) % 1.0)
     edges = np.append(edges, edges[0] + 1.0)
     widths = np.diff(edges)
     long = widths > 1e-9

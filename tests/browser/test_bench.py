@@ -15,7 +15,7 @@ from gearbench.results.netcdf import save
 from gearbench.scene_file import load_scene
 from gearbench.simulation import simulate
 from tests.browser.chromium import chromium, faults, missing, shot, wait
-from tests.explore_designs import front
+from tests.support.explore_designs import front
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "–")
 
