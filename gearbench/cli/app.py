@@ -25,7 +25,19 @@ EXTRAS = {"skfem": "fem", "gmsh": "fem", "meshio": "fem", "platformdirs": "fem"}
 EXTRAS |= {"pymoo": "optimise", "distributed": "optimise", "dask": "optimise", "bokeh": "explore"}
 
 #: Commands in the order of the help; each is a function in the module of its name.
-COMMANDS = ("simulate", "sweep", "hunting", "response", "robust", "optimise", "select", "explore", "polish", "verify")
+COMMANDS = (
+    "simulate",
+    "sweep",
+    "relieve",
+    "hunting",
+    "response",
+    "robust",
+    "optimise",
+    "select",
+    "explore",
+    "polish",
+    "verify",
+)
 COMMANDS += ("validate", "plan", "cost", "rexs", "check", "doctor")
 #: Commands that solve no contact problem, and those that commit their files one by one.
 _QUICK, _STEPWISE = ("select", "rexs", "check", "doctor"), ("optimise", "sweep")
