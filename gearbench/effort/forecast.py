@@ -94,7 +94,7 @@ def _hunting(scene: Scene, small: Reduced, both: Trials, seconds: float) -> Fore
 def _seconds_of_waves(trial: Trial, positions: int) -> float:
     """Time [s] that ``WAVES`` orders of a curve take."""
     few = len(trial.weight)
-    phases = Phases(phase=trial.lines.mesh_phase, weight=trial.weight, size=trial.scene.panel_size)
+    phases = Phases(phase=trial.lines.mesh_phase, weight=trial.weight, size=trial.scene.resolution.panel_size)
     curves = np.zeros((WAVES, few))
     return spent(lambda: order_coefficients(phases, curves, WAVES))[1] * positions / few
 

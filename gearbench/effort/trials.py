@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import mesh_phases, scene_lines
+from gearbench.contact.phases import gauss_phases
 from gearbench.contact.size import pairs_of_teeth
 from gearbench.effects.teeth import solid_order
 from gearbench.effects.tooth_bending import ToothBending
@@ -63,7 +64,7 @@ def reduced(scene: Scene) -> Reduced:
     small = _narrower(scene, all_pairs) if all_pairs > PAIRS else scene
     pairs = pairs_of_teeth(small)
     segments = min(resolution.segments, max(2, min(SEGMENTS, NODES // pairs)))
-    size = None if scene.panel_size is None else min(scene.panel_size, SHORT)
+    size = None if scene.resolution.panel_size is None else min(scene.resolution.panel_size, SHORT)
     small = replace(small, resolution=replace(resolution, segments=segments, gauss_points=size))
     small, set_up = _with_few_functions(small)
     # all pairs move each other
@@ -133,21 +134,21 @@ def first_trial(scene: Scene, number: int) -> Trial:
     """A trial of the fewest phases, of a pair that no effect has set up anything for, unless that is kept on disk."""
     if not any(effect.preparation(scene.pair, scene.effects_by_name) is not None for effect in scene.effects):
         scene = unseen(scene, number)
-    return _trial(scene, mesh_phases(scene)[0], SHORT)
+    return _trial(scene, len(mesh_phases(scene)[0]), SHORT)
 
 
 def trials(short: Trial, seconds: float, total: int) -> Trials:
     """A longer trial beside a short one that takes so many ``seconds``; ``total`` phases are predicted."""
     count = min(LONG, int(len(short.weight) * LONGEST / max(seconds, 1e-9)))
-    return Trials(short, _trial(short.scene, mesh_phases(short.scene)[0], max(count, 2 * len(short.weight))), total)
+    positions = len(mesh_phases(short.scene)[0])
+    return Trials(short, _trial(short.scene, positions, max(count, 2 * len(short.weight))), total)
 
 
-def _trial(scene: Scene, phase: NDArray, count: int) -> Trial:
-    """The scene at some of its phases, spread over the cycle: whole panels where it has Gauss panels."""
-    by_panel = phase.reshape(-1, scene.panel_size or 1)
-    panels = min(max(count // by_panel.shape[1], 1), len(by_panel))
-    some = np.linspace(0, len(by_panel) - 1, panels).round().astype(int)
-    return Trial(scene, scene_lines(scene, by_panel[some].ravel()))
+def _trial(scene: Scene, positions: int, count: int) -> Trial:
+    """The scene, of so many ``positions``, at ``count`` of them or fewer: on equal panels where it has Gauss panels."""
+    size = scene.resolution.panel_size or 1
+    panels = min(max(count // size, 1), positions // size)
+    return Trial(scene, scene_lines(scene, gauss_phases(np.arange(panels) / panels, size)[0]))
 
 
 def spent(work: Callable[[], A]) -> tuple[A, float]:
