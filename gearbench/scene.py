@@ -14,6 +14,7 @@ from pydantic.dataclasses import dataclass
 from gearbench.effects.base import ComplianceEffect, Effect, Effects, GapEffect
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
 from gearbench.loads import Load, WeightedLoad, greatest_load
 from gearbench.notebook import scene_html
 from gearbench.schema import STRICT, changed, given
@@ -217,6 +218,17 @@ class Scene:
         """The effect called ``name``, or None where the scene does not ask for it."""
         return self.effects_by_name.get(name)
 
+    def without(self, name: str) -> Scene:
+        """The scene without the effect called ``name``; itself where it does not ask for it.
+
+        Raises
+        ------
+        InputError
+            If another effect requires it.
+        """
+        kept = tuple(effect for effect in self.effects if effect.name != name)
+        return self if len(kept) == len(self.effects) else changed(self, effects=kept)
+
     def under(self, load: Load) -> Scene:
         """The scene under one load.
 
@@ -297,6 +309,11 @@ class Scene:
         from gearbench.effects.shafts import system_effects
 
         return system_effects(self.gearbox, own=own)
+
+    @property
+    def gear_names(self) -> tuple[str, str]:
+        """Names of the driver and of the driven gear."""
+        return Role.PINION.label, Role.WHEEL.label
 
     @property
     def F_bt(self) -> float:

@@ -13,7 +13,8 @@ import pytest
 
 import gearbench
 from gearbench.effects.registry import EFFECTS, effect_class
-from tests.test_architecture import MODULES, ROOT
+from tests.support.paths import ROOT
+from tests.test_architecture import MODULES
 
 API = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
 DOCUMENTED = set(re.findall(r"^\.\. auto\w+:: (\S+)$", API, flags=re.MULTILINE))

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.test_architecture import ROOT
+from tests.support.paths import ROOT
 
 OWN = ("gearbench", "fem_reference", "studies")
 PRIVATE = re.compile(r"(.*\.)?_[a-zA-Z]\w*[a-zA-Z]|_[a-z]")

@@ -30,7 +30,7 @@ Csv = Annotated[Path | None, typer.Option(metavar="FILE", help="Write all design
 Markdown = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the printed designs as Markdown.")]
 Export = Annotated[
     tuple[int, Path] | None,
-    typer.Option(metavar="N SCENE.toml", help="Write design N as a scene that gearbench simulate takes."),
+    typer.Option(metavar="N SCENE.toml", help="Write design N, one of those left, as a scene."),
 ]
 
 
@@ -60,7 +60,7 @@ def select(
     from gearbench.files import check_target, write_text
     from gearbench.optimisation.conditions import parse_condition, parse_ranking
     from gearbench.optimisation.listing import csv_text, markdown_text
-    from gearbench.optimisation.select import chosen_scene, open_designs
+    from gearbench.optimisation.select import open_designs
     from gearbench.optimisation.select import select as run
 
     conditions = [parse_condition(text) for text in where or ()]
@@ -71,7 +71,7 @@ def select(
         check_target(path)
     designs = open_designs(stored)
     selection = run(designs, where=conditions, avoid=resonances, rank=ranking, worst_case=worst_case)
-    scene = chosen_scene(designs, export[0]) if export is not None else None
+    scene = selection.scene(export[0]) if export is not None else None
     if csv is not None:
         write_text(csv, csv_text(selection))
     if markdown is not None:
@@ -115,9 +115,7 @@ def _print_list(selection: Selection, top: int) -> None:
     """How many designs each condition left, and the best of those that remain."""
     import re
 
-    from rich.table import Table
-
-    from gearbench.cli.summary import console
+    from gearbench.cli.table import print_columns
     from gearbench.optimisation.listing import heading, ranking_text
 
     for condition, left in selection.steps:
@@ -129,12 +127,10 @@ def _print_list(selection: Selection, top: int) -> None:
     columns = selection.table(top)
     names = ["design", "score", *map(str, selection.designs.dataset["variable"].values), *selection.ranking]
     names = list(dict.fromkeys(names))
+    short = [heading(selection, name).removeprefix("pair.").removeprefix("effects.") for name in names]
+    rows = [
+        [f"{x:.4g}" if isinstance(x, float) else str(x) for x in (value.item() for value in row)]
+        for row in zip(*(columns[name] for name in names), strict=True)
+    ]
     title = f"by {ranking_text(selection)}, support: {support}"
-    table = Table(title=title, title_justify="left", title_style="bold", box=None)
-    for name in names:
-        short = heading(selection, name).removeprefix("pair.").removeprefix("effects.")
-        table.add_column("\n".join(re.split(r"[._ ]", short)), justify="right", no_wrap=True)
-    for row in zip(*(columns[name] for name in names), strict=True):
-        table.add_row(*(f"{x:.4g}" if isinstance(x, float) else str(x) for x in (value.item() for value in row)))
-    # wider than any list: a number cut short would be another number
-    console(width=400).print(table)
+    print_columns(title, ["\n".join(re.split(r"[._ ]", name)) for name in short], rows, left=())

@@ -56,7 +56,6 @@ def simulate(
     A stage of a REXS file: gearbench simulate gearbox.rexs --stage 2 -o stage2.nc
     """
     from gearbench.cli import summary
-    from gearbench.contact.off_line import advice
     from gearbench.errors import naming
     from gearbench.files import check_target
     from gearbench.results.netcdf import save
@@ -72,9 +71,6 @@ def simulate(
         asked = tuple(dict.fromkeys((*DEFAULT_OUTPUTS, *(also or ()), "flank_pressure_max")))
         dataset = run(with_accuracy(loaded, accuracy), outputs=asked)
     cautions = warnings(loaded, dataset)
-    if not loaded.loads and (missed := advice(loaded, dataset)) is not None:
-        dataset.attrs["off_line_contact"] = missed
-        notes = (*notes, missed)
     written = [save(dataset, output)] if output is not None else []
     if folder is not None and loaded.loads:
         from gearbench.sweeps.figures import draw_sweep

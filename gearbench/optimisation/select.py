@@ -61,15 +61,34 @@ class Selection:
         Their scores, (number,): 0 is as good as the best of the front in every term, 1 as bad as its worst.
     ranking
         Weight of each term of the score by the full name of its quantity.
-    steps
-        How many designs each condition left, in the order they were applied.
+    kept
+        Numbers of the designs that each condition left, in the order they were applied.
     """
 
     designs: Designs
     numbers: NDArray
     score: NDArray
     ranking: Mapping[str, float]
-    steps: tuple[tuple[str, int], ...]
+    kept: tuple[tuple[str, NDArray], ...]
+
+    @property
+    def steps(self) -> tuple[tuple[str, int], ...]:
+        """How many designs each condition left."""
+        return tuple((condition, len(numbers)) for condition, numbers in self.kept)
+
+    def scene(self, number: int) -> Scene:
+        """Scene of a design that is left, see ``chosen_scene``.
+
+        Raises
+        ------
+        InputError
+            If there is no such design, or a condition excludes it.
+        """
+        scene = chosen_scene(self.designs, number)
+        for condition, numbers in self.kept:
+            if number not in numbers:
+                raise InputError("export", number, f"is excluded by the condition {condition}")
+        return scene
 
     def names(self) -> tuple[str, ...]:
         """Names of the quantities to list: variables, terms of the score, statistics, limits, and the axial force."""
@@ -141,16 +160,16 @@ def select(
     # quantities computed from the scene come last, for the designs that are left
     found = [replace(c, name=designs.find("where", c.name)) for c in where]
     ordered = sorted(found, key=lambda c: c.name in OF_SCENE)
-    steps = [("feasible", len(numbers))]
+    kept = [("feasible", numbers)]
     for condition in ordered:
         numbers = numbers[condition.holds(designs.values(condition.name, numbers))]
-        steps.append((str(condition), len(numbers)))
+        kept.append((str(condition), numbers))
     for resonance in avoid:
         numbers = numbers[resonance.avoided(designs.values("pinion_teeth", numbers))]
-        steps.append((str(resonance), len(numbers)))
+        kept.append((str(resonance), numbers))
     score = _score(designs, numbers, ranking)
     order = np.argsort(score, kind="stable")
-    return Selection(designs=designs, numbers=numbers[order], score=score[order], ranking=ranking, steps=tuple(steps))
+    return Selection(designs=designs, numbers=numbers[order], score=score[order], ranking=ranking, kept=tuple(kept))
 
 
 def _objectives(designs: Designs) -> dict[str, float]:

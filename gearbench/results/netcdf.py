@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,9 +10,12 @@ from typing import TYPE_CHECKING, Any
 from gearbench.errors import InputError
 from gearbench.files import read_bytes, seal_line, unseal, write_bytes
 from gearbench.netcdf_bytes import dataset_of, is_netcdf
+from gearbench.results.quantities import GROUPS, QUANTITIES
 
 if TYPE_CHECKING:
     import xarray as xr
+
+_LOG = logging.getLogger(__name__)
 
 #: Attributes of Datasets and variables that are text: others may be numbers, or lists.
 TEXTS = frozenset(
@@ -70,9 +74,27 @@ def load(path: str | Path) -> xr.Dataset:
             for key in TEXTS & attrs.keys():
                 if not isinstance(attrs[key], str):
                     raise InputError("", "", f"its attribute {key} {f'of {name} ' if name else ''}must be text")
-        return dataset.drop_encoding()  # with it names joined to it would be cut to the length of its own when saved
+        return _of_now(
+            dataset.drop_encoding()
+        )  # with it names joined to it would be cut to the length of its own when saved
     except InputError as error:
         raise InputError("", str(path), error.allowed) from None
+
+
+def _of_now(dataset: xr.Dataset) -> xr.Dataset:
+    """With the dimension gear, where an earlier version wrote a variable for the pinion and one for the wheel."""
+    import xarray as xr
+
+    gears = ["pinion", "wheel"]
+    each = {name: [f"{name}_{gear}" for gear in gears] for name in GROUPS["on the flank"]}
+    found = {name: own for name, own in each.items() if dataset.variables.keys() >= set(own)}
+    if not found:
+        return dataset
+    _LOG.warning("Dataset of an earlier version: %s are now over the dimension gear", ", ".join(found))
+    for name, own in found.items():
+        both = xr.concat([dataset[one] for one in own], "gear").assign_attrs(GROUPS["on the flank"][name].attrs)
+        dataset = dataset.drop_vars(own).assign({name: both})
+    return dataset.assign_coords(gear=("gear", gears, QUANTITIES["gear"].attrs))
 
 
 def reading(path: str | Path) -> xr.Dataset:

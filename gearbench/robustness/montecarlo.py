@@ -30,7 +30,6 @@ from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.effects.varied import Scatter
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
-from gearbench.interruption import arrived
 from gearbench.results.cycle import MeshCycle, Phases
 from gearbench.results.responses import response
 from gearbench.robustness.sampling import Sampler, unit_samples
@@ -227,7 +226,6 @@ def _respond(
             done.append(_reduce(problem, solution, reductions))
             progress(min(sum(map(len, done)), len(errors)))
     except KeyboardInterrupt:
-        arrived()
         complete = False
     return join(done, len(errors), tuple(reductions)), complete
 

@@ -14,7 +14,7 @@ from gearbench.scene_file import load_scene
 from gearbench.simulation import simulate
 from tests.browser.changes import CHANGES, change_times
 from tests.browser.chromium import chromium, faults, missing, open_page, shot, wait
-from tests.explore_designs import front
+from tests.support.explore_designs import front
 
 pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "–")
 

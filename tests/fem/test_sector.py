@@ -13,7 +13,7 @@ from fem_reference.sector import Grain, Outline, Section, lagrange, lobatto
 from gearbench.compliance.bases import gauss
 from gearbench.errors import InputError
 from gearbench.geometry.gear import Gear
-from tests.gears import standard_gear
+from tests.support.gears import standard_gear
 
 
 def random_gears(count: int, seed: int = 5) -> list[Gear]:

@@ -17,7 +17,7 @@ from fem_reference.flank import Flank
 from fem_reference.tooth_mesh import Body, Cells, MeshingError, tooth_mesh
 from gearbench.errors import InputError
 from gearbench.geometry.gear import Gear
-from tests.gears import standard_gear
+from tests.support.gears import standard_gear
 
 CELLS = Cells(thickness=4, flank=4, fillet=3, width=3, foot=2, land=1, rim=4, rest=(2, 4))
 

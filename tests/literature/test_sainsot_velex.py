@@ -19,7 +19,7 @@ from gearbench.compliance.sainsot_velex import foundation_factor, shape_factors
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.errors import InputError
 from gearbench.geometry.gear import Gear
-from tests.gears import standard_gear
+from tests.support.gears import standard_gear
 
 E, NU = 210e3, 0.3
 
