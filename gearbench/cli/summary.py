@@ -142,3 +142,11 @@ def result_rows(dataset: xr.Dataset) -> list[tuple[str, str, str]]:
         for values in dataset.data_vars.values()
         if values.ndim == 0 and "standard error" not in values.attrs["long_name"]
     ]
+
+
+def duration(seconds: float) -> str:
+    """A time in the unit that suits it."""
+    for limit, factor, unit in ((0.9995, 1e3, "ms"), (90.0, 1.0, "s"), (5400.0, 1 / 60, "min")):
+        if seconds < limit:
+            return f"{seconds * factor:.3g} {unit}"
+    return f"{seconds / 3600:.3g} h"
