@@ -20,6 +20,23 @@ def _free(by, s, count, p, v):
             v[r, j] = vp * here + vv * speed
 
 
+@part()
+def _kick(stiffness, a, dt, count, p, v, motion):
+    """v ← v − Δt aᵀ K a p of the first ``count`` modes; ``motion`` (row, column) is scratch."""
+    rows, columns = motion.shape
+    motion[:] = 0.0
+    for m in range(rows):
+        for i in range(count):
+            for j in range(columns):
+                motion[m, j] += a[m, i] * p[i, j]
+    for m in range(rows):
+        for n in range(rows):
+            for i in range(count):
+                share = stiffness[m, n] * dt * a[m, i]
+                for j in range(columns):
+                    v[i, j] -= share * motion[n, j]
+
+
 @entry()
 def monodromy(own, half, a, kick, dt, r, counts):
     """Map (speed, 2·mode, 2·mode) of (p, v/ω_r) over a period of kicks between free motion.
@@ -38,20 +55,7 @@ def monodromy(own, half, a, kick, dt, r, counts):
             p[i, i], v[i, size + i] = 1.0, r[i]
         _free(half, s, count, p, v)
         for step in range(steps):
-            motion[:] = 0.0
-            for m in range(rows):
-                for i in range(count):
-                    for j in range(2 * size):
-                        motion[m, j] += a[m, i] * p[i, j]
-            for m in range(rows):
-                for n in range(rows):
-                    by = kick[min(s, len(kick) - 1), step, m, n] * dt[s]
-                    if by == 0.0:
-                        continue
-                    for i in range(count):
-                        share = by * a[m, i]
-                        for j in range(2 * size):
-                            v[i, j] -= share * motion[n, j]
+            _kick(kick[min(s, len(kick) - 1), step], a, dt[s], count, p, v, motion)
             if step < steps - 1:
                 _free(own, s, count, p, v)
         _free(half, s, count, p, v)
