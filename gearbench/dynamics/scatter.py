@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import time
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gearbench.contact.batch import chunks, on_threads, prepare, solve_one_chunk
+from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.batch import SCATTER, chunks, on_threads, prepare, solve_one_chunk
 from gearbench.dynamics.analysis import GROWTH, HARMONICS, check_harmonics, check_speeds, growth, spans
 from gearbench.dynamics.balance import convolution, real
 from gearbench.dynamics.loaded_mesh import PER_MICROMETRE, LoadedMesh, order_rows
@@ -57,21 +58,20 @@ class SampleCycles:
         return cls(stiffness=(k / (1 - k * mesh.compliance[0, 0])) @ rows.T, error=δ @ rows[: harmonics + 1].T)
 
 
-def sample_problem(model: Model) -> RobustProblem:
-    """Contact of the scene's own pair under random errors, on its shafts if there are any.
+def sample_problem(model: Model, finer: int = 1) -> RobustProblem:
+    """Contact of the scene's own pair under random errors, on its shafts if there are any, with ``finer`` segments.
 
     Raises
     ------
     InputError
         If the scene has no random errors.
     """
-    from gearbench.contact.assemble import assemble
-
     cycle = model.cycles[0]
     errors = cycle.scene.effect("manufacturing_errors")
     if not isinstance(errors, ManufacturingErrors):
         raise InputError("effects", "no manufacturing_errors", "scatter needs [effects.manufacturing_errors]")
-    lines = cycle.lines
+    scene = replace(cycle.scene, resolution=replace(cycle.scene.resolution, segments=finer * cycle.lines.shape[2]))
+    lines = cycle.lines if finer == 1 else scene_lines(scene, cycle.lines.mesh_phase)
     positions, pairs, segments = lines.shape
     if errors.centre_distance is not None:
         raise InputError(
@@ -79,7 +79,7 @@ def sample_problem(model: Model) -> RobustProblem:
         )
     expansion = errors.expansion(lines, {effect.name: effect for effect in cycle.scene.flank_effects})
     gaps = (expansion.modes / np.expand_dims(lines.lever, -1)).reshape(positions, pairs * segments, -1)
-    batch = prepare(assemble(cycle.scene, lines, cycle.effects), gaps)
+    batch = prepare(assemble(scene, lines, cycle.effects), gaps, SCATTER)
     phases = cycle.cycle.phases
     return RobustProblem(scene=cycle.scene, errors=errors, batch=batch, expansion=expansion, phases=phases)
 
@@ -87,14 +87,23 @@ def sample_problem(model: Model) -> RobustProblem:
 def sample_cycles(
     model: Model, harmonics: int, *, samples: int, seed: int, sampler: Sampler, threads: int
 ) -> SampleCycles:
-    """Orders of stiffness and transmission error of the samples of ``sample_problem``; raises as that."""
-    problem = sample_problem(model)
-    drawn, parts = problem.expansion.amounts(problem.draw(samples, seed, sampler)), []
-    for solution in on_threads(partial(solve_one_chunk, problem.batch), chunks(drawn), threads):
-        cycle = MeshCycle.of(problem.scene, problem.phases, solution.approach.T, solution.stiffness.T)
-        parts.append(SampleCycles.of(cycle, model.cycles[0], harmonics))
-    whole = {name: np.concatenate([getattr(part, name) for part in parts])[:samples] for name in ("stiffness", "error")}
-    return SampleCycles(**whole)
+    """Orders of stiffness and transmission error of the samples of ``sample_problem``; raises as that.
+
+    Where the ends of contact patches lie between those of cells, these are of second order in their length: the limit
+    follows from cells and from cells half as long.
+    """
+    each = []
+    for finer, share in ((1, -1 / 3), (2, 4 / 3)) if model.cycles[0].lines.cells else ((1, 1.0),):
+        problem = sample_problem(model, finer)
+        drawn, parts = problem.expansion.amounts(problem.draw(samples, seed, sampler)), []
+        for solution in on_threads(partial(solve_one_chunk, problem.batch), chunks(drawn), threads):
+            cycle = MeshCycle.of(problem.scene, problem.phases, solution.approach.T, solution.stiffness.T)
+            parts.append(SampleCycles.of(cycle, model.cycles[0], harmonics))
+        each.append(
+            [share * np.concatenate([getattr(p, name) for p in parts])[:samples] for name in ("stiffness", "error")]
+        )
+    stiffness, error = (sum(parts) for parts in zip(*each, strict=True))
+    return SampleCycles(stiffness=stiffness, error=error)
 
 
 def force_rms(model: Model, group: Group, cycles: SampleCycles, speed: NDArray, threads: int) -> NDArray:
@@ -137,6 +146,9 @@ def robust_response(
     threads: int | None = None,
 ) -> xr.Dataset:
     """Mesh force over speed under random manufacturing errors.
+
+    Percentiles are good to 1 % on the mean over speed. Gears on shafts tilt at once as the forces wander, without
+    inertia: there they are some 5 % low.
 
     Parameters
     ----------

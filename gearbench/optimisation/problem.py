@@ -264,8 +264,7 @@ def _dispersion(
     r, kinds = study.robustness, scene.effect("manufacturing_errors")
     assert isinstance(kinds, ManufacturingErrors)
     unit = _unit(r.sampler, r.samples, len(kinds.variables(scene.pair)), r.seed)
-    problems = _robust_problems(scene, rough) if cycle_responses(study) else [None] * len(scene.each_load)
-    each = list(zip(problems, (forces.of(one) for one in scene.each_load), strict=True))
+    each = list(zip(_robust_problems(scene, rough), (forces.of(one) for one in scene.each_load), strict=True))
     values = np.empty((len(study.responses), 0))
     for stop in stages(study) if rivals is not None else (r.samples,):
         errors = kinds.draw(unit[values.shape[1] : stop], scene.pair)
@@ -291,8 +290,6 @@ def _at_nominal(study: OptimisationStudy, scene: Scene, forces: Forces) -> dict[
     if forces.wanted:
         each = [forces.without_errors(one) for one in scene.each_load]
         found["mesh_force_mean"] = float(_over_loads(study, each))
-    if not names:
-        return found
     if not scene.loads:
         dataset = simulate(scene, outputs=names)
         return found | {f"{name}_mean": float(dataset[name]) for name in names}
@@ -320,7 +317,7 @@ def _robust_problems(scene: Scene, rough: Solved | None) -> list[RobustProblem]:
 
 
 def _responses(
-    study: OptimisationStudy, each: Sequence[tuple[RobustProblem | None, ForceOverSpeed | None]], errors: NDArray
+    study: OptimisationStudy, each: Sequence[tuple[RobustProblem, ForceOverSpeed | None]], errors: NDArray
 ) -> NDArray:
     """Responses to the ``errors`` (sample, error), over the loads as the study has it, (response, sample)."""
     return _over_loads(study, [sample_responses(study, problem, force, errors) for problem, force in each])

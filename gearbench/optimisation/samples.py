@@ -61,23 +61,16 @@ def cycle_responses(study: OptimisationStudy) -> list[str]:
 
 
 def sample_responses(
-    study: OptimisationStudy, problem: RobustProblem | None, force: ForceOverSpeed | None, errors: NDArray
+    study: OptimisationStudy, problem: RobustProblem, force: ForceOverSpeed | None, errors: NDArray
 ) -> NDArray:
     """Responses of the study to ``errors`` (sample, error) [µm] under one load, (response, sample).
 
-    ``problem`` where a mesh cycle has some of them, ``force`` where it is one. An interruption raises
-    ``KeyboardInterrupt``.
+    ``force`` where it is one of them. An interruption raises ``KeyboardInterrupt``.
     """
     from gearbench.robustness.montecarlo import respond
 
-    found: dict[str, NDArray] = {}
-    if problem is not None:
-        # the dynamics takes its samples of the contact from those of the cycle, where they are the same
-        more = {"mesh_force": force.of_cycles} if force is not None and force.shares_contact else {}
-        answers, complete = respond(problem, errors, names=cycle_responses(study), more=more)
-        if not complete:
-            raise KeyboardInterrupt
-        found = dict(answers.values)
-    if force is not None and "mesh_force" not in found:
-        found["mesh_force"] = force.of_samples(errors)
-    return np.array([found[name] for name in study.responses])
+    more = {} if force is None else {"mesh_force": force.of_cycles}
+    answers, complete = respond(problem, errors, names=cycle_responses(study), more=more)
+    if not complete:
+        raise KeyboardInterrupt
+    return np.array([answers[name] for name in study.responses])
