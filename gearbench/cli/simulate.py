@@ -59,6 +59,7 @@ def simulate(
     from gearbench.errors import naming
     from gearbench.files import check_target
     from gearbench.results.netcdf import save
+    from gearbench.results.origin import by_itself
     from gearbench.results.outputs import DEFAULT_OUTPUTS
     from gearbench.results.warnings import warnings
     from gearbench.simulation import simulate as run
@@ -70,7 +71,8 @@ def simulate(
     with naming(scene):
         asked = tuple(dict.fromkeys((*DEFAULT_OUTPUTS, *(also or ()), "flank_pressure_max")))
         dataset = run(with_accuracy(loaded, accuracy), outputs=asked)
-    cautions = warnings(loaded, dataset)
+    each = {one: by_itself(dataset, name) for name, one in loaded.meshes.items()}
+    cautions = dict.fromkeys(line for one, own in each.items() for line in warnings(one, own))
     written = [save(dataset, output)] if output is not None else []
     if folder is not None and loaded.loads:
         from gearbench.sweeps.figures import draw_sweep
@@ -79,7 +81,10 @@ def simulate(
     elif folder is not None:
         from gearbench.plotting import draw_simulation
 
-        written += draw_simulation(dataset, folder, scale=scale)
+        for name, own in zip(loaded.meshes, each.values(), strict=True):
+            there = folder if loaded.train is None else folder / name.replace(" ", "_")
+            there.mkdir(exist_ok=True)
+            written += draw_simulation(own, there, scale=scale)
     if json:
         summary.print_json(loaded, dataset, files=[str(path) for path in written], notes=[*cautions, *notes])
     elif not quiet:
@@ -93,8 +98,9 @@ def _print(scene: Scene, dataset: xr.Dataset) -> None:
     """Geometry, then results."""
     from gearbench.cli import summary
 
-    summary.print_geometry(scene)
-    if scene.loads:
+    for one in scene.meshes.values():
+        summary.print_geometry(one)
+    if scene.loads or scene.train is not None:
         summary.print_points(scene, dataset)
     rows = summary.result_rows(dataset)
     worst = max(float(dataset[f"{kind}_residual"].max()) for kind in ("equilibrium", "complementarity"))

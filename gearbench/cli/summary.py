@@ -140,7 +140,7 @@ def print_points(scene: Scene, dataset: xr.Dataset) -> None:
         table.add_column(head, justify="right", overflow="fold")
     rows = dataset[[*shown]].to_dataframe().reset_index()
     for row in rows[[*names, *shown]].itertuples(index=False):
-        table.add_row(*(f"{value:.5g}" for value in row))
+        table.add_row(*(value if isinstance(value, str) else f"{value:.5g}" for value in row))
     console().print(table)
 
 

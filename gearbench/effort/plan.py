@@ -98,7 +98,7 @@ def plan(scene: Scene, samples: int = SAMPLES, threads: int | None = None) -> Pl
 
     Where the scene asks for an accuracy, of the settings that the search for them begins with, and of the search.
     """
-    loads, groups, together = scene.loads, 1, 0
+    loads, groups, together = scene.one_mesh.loads, 1, 0
     if loads:
         # loads with phases of their own are solved together, but each of them has them to be found and solved
         own = phases_follow(scene)
