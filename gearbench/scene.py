@@ -31,9 +31,8 @@ else:  # scenes without a system do not import its classes
 PAIR = "pair"
 #: Line load over E m_n that a scene may have: below, rounding rules; above, teeth would be pressed through many times.
 LOADS = (1e-15, 100.0)
-#: Gauss points on each panel unless a scene says otherwise; off the line of action means and RMS values of error
-#: samples are then within 1.2 % of those of many points.
-DEFAULT_GAUSS_POINTS, OFF_LINE_GAUSS_POINTS = 8, 5
+#: Gauss points on each panel unless a scene says otherwise.
+DEFAULT_GAUSS_POINTS = 8
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -85,7 +84,7 @@ class Resolution:
         much faster, because the stiffness jumps where a pair enters or leaves.
     gauss_points
         Gauss points on each panel between two transitions, where ``positions`` is absent; unless given 5 where the
-        transitions under load are found first, 8 for error samples, and 5 of them off the line of action.
+        transitions under load are found first, 8 for error samples.
     segments
         Segments of constant line load on each contact line.
     accuracy
@@ -267,16 +266,6 @@ class Scene:
         """The scene under each of its loads, torques ascending; itself where it has one."""
         torques = sorted(each.torque for each in self.loads)
         return tuple(self.under(Load(torque=torque)) for torque in torques) or (self,)
-
-    @property
-    def panel_size(self) -> int | None:
-        """Gauss points on each panel between transitions that do not follow the load; None at uniform phases.
-
-        Off the line of action nothing jumps there: unless the resolution gives them, fewer do.
-        """
-        size = self.resolution.panel_size
-        given = size is None or self.resolution.gauss_points is not None
-        return size if given or self.effect("off_line_contact") is None else OFF_LINE_GAUSS_POINTS
 
     @property
     def one_load(self) -> Scene:

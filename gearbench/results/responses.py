@@ -182,12 +182,17 @@ _DERIVED: Mapping[str, Callable[[Quantity], Quantity]] = MappingProxyType(
 )
 
 
-def described(variables: Mapping[str, tuple[Any, Any]]) -> dict[str, tuple]:
-    """Variables by name, (dimensions, values), with the attributes of their quantities where these are known."""
-    return {
-        name: (dims, np.asarray(values), {} if (q := quantity(name)) is None else q.attrs)
-        for name, (dims, values) in variables.items()
-    }
+def described(variables: Mapping[str, tuple[Any, Any]], missing: str = "") -> dict[str, tuple]:
+    """Variables by name, (dimensions, values), with the attributes of their quantities where these are known.
+
+    Those with NaN among their values say why in an attribute of its own: what ``missing`` says.
+    """
+    found = {}
+    for name, (dims, values) in variables.items():
+        values, q = np.asarray(values), quantity(name)
+        unknown = missing and values.dtype.kind == "f" and np.isnan(values).any()
+        found[name] = (dims, values, ({} if q is None else dict(q.attrs)) | ({"missing": missing} if unknown else {}))
+    return found
 
 
 @cache

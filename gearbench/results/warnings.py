@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.geometry.role import Role
 from gearbench.results.provenance import support
@@ -28,7 +31,10 @@ _OFF_LINE = "add [effects.off_line_contact]"
 
 
 def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]:
-    """Effects left out, bodies beyond validation, pointed tips, interference; of a Dataset, excessive pressure too."""
+    """Effects left out, random errors at their means, bodies beyond validation, pointed tips, interference.
+
+    Of a Dataset excessive pressure too.
+    """
     pair, found = scene.pair, []
     on_line = scene.effect("hertz") is not None and scene.effect("off_line_contact") is None
     if on_line:
@@ -37,6 +43,9 @@ def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]
         found.append("teeth are clamped at their roots and too stiff: add [effects.gear_body]")
     if support(scene) == "ring" and tooth_bending(scene.effects_by_name, "solid") is not None:
         found += _unproven(pair)
+    errors = scene.effect("manufacturing_errors")
+    if isinstance(errors, ManufacturingErrors) and (largest := float(np.abs(errors.mean(pair)).max())):
+        found.append(f"random errors act with their means, up to {largest:.2g} µm: gearbench robust draws them")
     for role in Role:
         gear = pair.gears[role]
         tip = float(gear.normal_thickness(gear.tip_radius))

@@ -16,7 +16,6 @@ from gearbench.budget import SMALL, memory_limit, require
 from gearbench.contact.assemble import mesh_phases
 from gearbench.contact.size import kept_memory
 from gearbench.errors import InputError
-from gearbench.interruption import arrived
 from gearbench.results.origin import keeping
 from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs
 from gearbench.results.provenance import beyond_elasticity, provenance
@@ -138,8 +137,6 @@ def _solved(
                 advance(len(found))
                 keeper.look(found)
     except KeyboardInterrupt:
-        # without a single point nothing is kept, whatever the samples of the first one said
-        arrived(dealt_with=bool(found))
         if not found:
             raise
     return found
