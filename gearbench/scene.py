@@ -226,10 +226,6 @@ class Scene:
                 effect.check(self.pair, self.effects_by_name)
             except InputError as error:
                 raise error.within(key) from None
-        for key, torque in self._torques.items():
-            if torque < 0 and self.has_shafts:
-                allowed = "must be positive where [system] has shafts: their forces are those of the drive flanks"
-                raise InputError(key, torque, allowed)
 
     @property
     def effects_by_name(self) -> Effects:
