@@ -9,8 +9,8 @@ import matplotlib as mpl
 import pytest
 
 from gearbench import Resolution, load_scene, simulate
+from tests.support.paths import EXAMPLES
 
-EXAMPLES = Path(__file__).parents[1] / "examples"
 mpl.use("agg")
 
 

@@ -18,10 +18,10 @@ from gearbench.optimisation.study import Limit
 from gearbench.optimisation.study_file import parse_study
 from gearbench.scene_file import parse_scene
 from gearbench.sweeps import loads as group_of_loads
-from tests.test_accuracy import with_resolution
-from tests.test_architecture import ROOT
-from tests.test_optimise_problem import GOOD, SMALL
-from tests.test_sweep import example, with_tables
+from tests.accuracy.test_accuracy import with_resolution
+from tests.optimisation.test_problem import GOOD, SMALL
+from tests.support.paths import ROOT
+from tests.sweeps.test_sweep import example, with_tables
 
 LOADS = [{"torque": 230.0, "weight": 2.0}, {"torque": 90.0}, {"torque": -60.0, "weight": 0.5}]
 #: Torques ascending, and their shares.

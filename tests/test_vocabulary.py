@@ -23,8 +23,8 @@ from gearbench.results.outputs import OUTPUTS
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from gearbench.simulation import simulate
+from tests.support.paths import ROOT
 
-ROOT = Path(__file__).parents[1]
 GEARS = sorted((ROOT / "examples" / "gears").glob("*.toml"))
 SEW = ROOT / "tests" / "data" / "sew_3_stage_cylindrical_gearbox_1.0.rexs"
 NAMES = [*(path.stem for path in GEARS), *(f"sew stage {n}" for n in (1, 2, 3))]

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import sys
-from functools import partial
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -29,7 +31,9 @@ if TYPE_CHECKING:
 
 Torques = Annotated[
     str | None,
-    typer.Option("--torque", metavar="RANGE", help="Torques on the pinion [N·m]: FIRST:LAST:STEP or A,B,C."),
+    typer.Option(
+        "--torque", metavar="RANGE", help="Torques on the pinion [N·m]: FIRST:LAST:STEP, which passes over 0, or A,B,C."
+    ),
 ]
 Sets = Annotated[
     list[str] | None,
@@ -59,7 +63,7 @@ def sweep(
 
     Two keys: gearbench sweep SCENE --torque 50,100 --set effects.crowning.amount=0:8:2 -o grid.nc
 
-    OUT.nc is written now and then: a sweep that is killed leaves what was done.
+    OUT.nc is written now and then: a sweep that is killed or fails leaves the points done until then.
     """
     from gearbench.errors import naming
     from gearbench.files import check_target
@@ -74,8 +78,7 @@ def sweep(
     if output is not None:
         check_target(output)
     folder = plot_folder(plots)
-    with progress_line(quiet=quiet, json=json) as tell, naming(scene):
-        keep = None if output is None else partial(save, path=output)
+    with progress_line(quiet=quiet, json=json) as tell, naming(scene), _keeping(output) as keep:
         options = {"samples": samples, "seed": seed, "threads": threads, "keep": keep}
         dataset = run(loaded, ranges, progress=lambda done, of: tell(f"{done} of {of} points"), **options)
     written = [save(dataset, output)] if output is not None else []
@@ -109,3 +112,17 @@ def _print(scene: Scene, dataset: xr.Dataset) -> None:
     print_points(scene, dataset)
     if rows := result_rows(dataset):
         print_table("over the loads", rows)
+
+
+@contextmanager
+def _keeping(output: Path | None) -> Iterator[Callable[[xr.Dataset], object] | None]:
+    """What keeps the points done so far in ``output``; if the sweep fails, a line says that they are there."""
+    from gearbench.results.netcdf import save
+
+    kept: list[Path] = []
+    try:
+        yield None if output is None else lambda dataset: kept.append(save(dataset, output))
+    except Exception:
+        if kept:
+            print(f"gearbench: {output} holds the points done before the fault; the others are NaN", file=sys.stderr)
+        raise

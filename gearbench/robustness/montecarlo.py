@@ -136,7 +136,7 @@ def prepare_problem(
     quantiles = np.repeat((np.arange(QUANTILES)[:, None] + 0.5) / QUANTILES, number, axis=1)
     spread = expansion.amounts(errors.draw(quantiles, scene.pair)).std(axis=0)
     gaps = GapModes.on(lines, lambda each: errors.expansion(each, effects).modes, spread)
-    phases = Phases(phase=lines.mesh_phase, weight=weight, size=scene.panel_size)
+    phases = Phases(phase=lines.mesh_phase, weight=weight, size=scene.resolution.panel_size)
     batch = prepare(problem, gaps, precision)
     return RobustProblem(scene=scene, errors=errors, batch=batch, expansion=expansion, phases=phases)
 

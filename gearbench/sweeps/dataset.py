@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 #: What a Dataset says of its missing values.
-MISSING = "positions that a point does not have are NaN, of phase_weight 0: each has mesh phases of its own"
+MISSING = "positions, pairs and segments that a point does not have are NaN; such positions have the phase_weight 0"
 #: Dimensions that are aligned by labels, and the coordinates that hold these; all others count from 0 at every point.
-_LABELS = {"pair": "pair_index", "error_name": "error_name"}
+_LABELS = {"pair": "pair_index", "error_name": "error_name", "gear": "gear"}
 
 
 #: Dimensions and values of an array.
@@ -46,7 +46,7 @@ def combined(points: Mapping[tuple[float, ...], Point], axes: Sequence[Axis]) ->
     """The Datasets of ``points``, by their values of the ``axes``, as one whose first dimensions are the axes.
 
     Points that are not there are NaN, as are positions, pairs and segments that a point does not have; these have the
-    weight 0, and the attribute ``missing`` says so. Coordinates follow those axes alone along which they change.
+    weight 0. The attribute ``missing`` says so. Coordinates follow those axes alone along which they change.
     """
     import xarray as xr
 
@@ -61,7 +61,8 @@ def combined(points: Mapping[tuple[float, ...], Point], axes: Sequence[Axis]) ->
     if "phase_weight" in coords:
         dims, weight = coords["phase_weight"]
         coords["phase_weight"] = dims, np.nan_to_num(weight)
-        attrs = {} if (coords["phase_weight"][1] > 0).all() else {"missing": MISSING}
+    if any(point.sizes.get(d, n) < n for point in points.values() for d, n in whole.sizes.items()):
+        attrs = {"missing": MISSING}
     swept = {each.name: (each.name, np.array(each.values), {"units": each.unit or "1"}) for each in axes}
     names = [each.name for each in axes]
     return xr.Dataset(described(whole.variables), coords=described(coords) | swept, attrs=attrs).transpose(*names, ...)

@@ -1,0 +1,66 @@
+"""Table 2 and the fronts off the line: the stored Dataset, its limits, and what docs/results_contact.md says of it."""
+
+from importlib import resources
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from gearbench.results.netcdf import load
+from studies.s06_paper_fronts.search import TOOLS
+from studies.s06_paper_fronts.search import study as plate_study
+from studies.s12_fronts_off_line import checks, figures
+from studies.s12_fronts_off_line.data import NAMES, judged, scene
+from studies.s12_fronts_off_line.findings import change, measures
+
+
+@pytest.fixture(scope="module")
+def kept() -> xr.Dataset:
+    with resources.as_file(resources.files("studies.s12_fronts_off_line") / "dataset.nc") as path:
+        return load(path)
+
+
+def test_stored_gears_keep_their_limits(kept):
+    found = checks(kept)
+    assert len(found) == 8
+    for text, holds in found:
+        assert holds, text
+
+
+def test_rows_are_as_they_were_stored(kept):
+    """Two of them, as the models are today: a short path, two pairs and more."""
+    for name in ("1", "7"):
+        number = list(kept["row"].values).index(name)
+        found = judged(scene(number), plate_study(1).robustness)
+        stored = np.array([kept[f"row_{each}"].values[number] for each in NAMES])
+        np.testing.assert_allclose(found, stored, rtol=0.01)
+
+
+def test_the_page_says_what_the_stored_gears_show(kept):
+    """Of contact ratios below 1.25 the fluctuation of the stiffness grows by a third and more, m_ste falls."""
+    low = kept["row_contact_ratio"].values < 1.25
+    assert low.sum() == 4
+    for model, least, most in (("plate", 34, 74), ("solid", 68, 121)):
+        m_k = change(kept, "row", "m_k", model)
+        assert (round(m_k[low].min()), round(m_k[low].max())) == (least, most)
+        assert np.abs(m_k[~low]).max() < 18
+        assert change(kept, "row", "m_ste", model).max() < 2
+    remain = [[measures(kept, "design", tool, "plate")[key] for tool in TOOLS] for key in _COUNTS]
+    assert remain == [[72, 66, 68], [12, 40, 39]]
+    ranks = [measures(kept, "design", tool, "plate")["rank correlation of m_k"] for tool in TOOLS]
+    np.testing.assert_allclose(ranks, [0.10, 0.79, 0.88], atol=0.006)
+
+
+_COUNTS = ("not dominated on the line", "of these, not dominated off the line")
+
+
+def test_a_gear_whose_rank_changes_is_found(kept):
+    worse = kept.copy(deep=True)
+    own = worse["row_module"].values == 2.0
+    worse["row_m_ste"].values[own, :, 1] = worse["row_m_ste"].values[own, :, 1][::-1]
+    assert any("tool 3" in text for text, holds in checks(worse) if not holds)
+
+
+def test_figures_come_from_the_stored_dataset(kept, tmp_path):
+    figures(kept, tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"fronts.png", "table_2.png", "report.md"}

@@ -1,0 +1,77 @@
+"""Systems for tests: oscillators without gears, and pairs on shafts."""
+
+import math
+
+import numpy as np
+
+from gearbench.dynamics.balance import Excitation
+from gearbench.scene_file import parse_scene
+from gearbench.system.mechanics import Mechanics
+
+#: Stiffness of a support that does not yield [N/µm].
+RIGID = 1e9
+
+
+def wheels(mass, meshes=1):
+    """Two rigid wheels of twice the mass each, so that they move against each other like one of that mass."""
+    return Mechanics(
+        mass=np.diag([2 * mass, 2 * mass]),
+        stiffness=np.zeros((2, 2)),
+        damping=(np.zeros((0, 2)), np.zeros(0)),
+        mesh=np.tile([-1.0, 1.0], (meshes, 1)),
+        spin=np.tile([-1.0, 1.0], (meshes, 1)),
+        bearing=np.zeros((0, 3, 2)),
+        bearing_names=(),
+    )
+
+
+def excitation(k_mean, k_orders, x_orders, force, harmonics):
+    """Excitation of one mesh from its first orders."""
+    k, x = np.zeros((1, 1, 2 * harmonics + 1), complex), np.zeros((1, harmonics + 1), complex)
+    k[..., 0], k[0, 0, 1 : len(k_orders) + 1] = k_mean, k_orders
+    x[0, : len(x_orders)] = x_orders
+    return Excitation(stiffness=k, motion=x, force=np.eye(1, harmonics + 1) * force)
+
+
+def series(orders, omega, t):
+    """Σ ŷ_n e^{inωt} of orders 0 … H at times t."""
+    n = np.arange(1, len(orders))
+    return orders[0].real + 2 * (np.exp(1j * omega * np.multiply.outer(t, n)) @ orders[1:]).real
+
+
+def spur_scene(system=None, *, helix=0.0, width=40.0, torque=300.0, effects=None, **resolution):
+    """z 25/40, m 3 on a linear contact law, so that shafts are all that varies over the face."""
+    tables = {
+        "pair": {
+            "normal_module": 3.0,
+            "helix_angle": helix,
+            "face_width": width,
+            "centre_distance": 3 * 65 / 2 / math.cos(math.radians(helix)),
+            "pinion": {"teeth": 25},
+            "wheel": {"teeth": 40},
+        },
+        "load": {"torque": torque},
+        "effects": effects or {"hertz": {"law": "yang_sun"}},
+        "resolution": resolution or {"segments": 40, "gauss_points": 4},
+    }
+    return parse_scene(tables if system is None else tables | {"system": system})
+
+
+def shafts(pinion=None, wheel=None, **system):
+    """Pinion between two supports, wheel on a shaft that does not yield; tables of either may be changed."""
+    support = {"radial_stiffness": RIGID, "axial_stiffness": RIGID}
+    first = {
+        "name": "input",
+        "sections": [{"length": 200.0, "diameter": 40.0}],
+        "gears": [{"gear": "pinion", "position": 70.0}],
+        "bearings": [{"position": 0.0, **support}, {"position": 200.0, **support}],
+        "coupling": {"position": 0.0},
+    }
+    second = {
+        "name": "output",
+        "sections": [{"length": 100.0, "diameter": 4000.0}],
+        "gears": [{"gear": "wheel", "position": 50.0}],
+        "bearings": [{"position": 0.0, **support}, {"position": 100.0, **support}],
+        "coupling": {"position": 0.0},
+    }
+    return {"shafts": [first | (pinion or {}), second | (wheel or {})], **system}
