@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import GapEffect
-from gearbench.effects.relief import MICROMETRE, Amount
+from gearbench.effects.shape import MICROMETRE, Amount
 from gearbench.geometry.action import ContactLines
 from gearbench.schema import STRICT
 
