@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass as plain_dataclass
 from functools import lru_cache, partial
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from pydantic.dataclasses import dataclass
 from gearbench.effects.base import Effects, GapEffect
 from gearbench.effects.distributions import DISTRIBUTIONS, Distribution
 from gearbench.effects.expansion import Expansion, Part
-from gearbench.effects.shape import Along, Gears, Range, Shape, barrel, chosen, face_slope, slope
+from gearbench.effects.shape import Along, Gears, Range, Shape, barrel, chosen, face_slope, opening, slope
 from gearbench.effects.varied import Eccentricity, RunOut, Scatter, Variable, VariedKey
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, pair_indices
@@ -23,9 +24,6 @@ from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 from gearbench.tolerances import Edition, FlankTolerances, gear_tolerances, shaft_parallelism
-
-if TYPE_CHECKING:
-    from gearbench.effects.misalignment import Misalignment
 
 Tolerance = Literal[
     "profile_slope",
@@ -84,13 +82,13 @@ class ErrorMode:
     amplitude: float
     distribution: Distribution
     sign: int
-    shape: Shape | Misalignment
+    shape: Callable[[ContactLines], NDArray]
     tooth: int | None
     cost: float
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap of 1 µm of the error, (position, pair, segment) [mm]."""
-        gap = self.sign * self.shape.gap(lines)
+        gap = self.sign * self.shape(lines)
         return gap if self.tooth is None else gap * (lines.index == self.tooth)[:, None]
 
 
@@ -310,18 +308,16 @@ class ManufacturingErrors(GapEffect):
             total = total + each.modes(lines)[..., 0] * each.amplitude * DISTRIBUTIONS[each.distribution].mean
         return total
 
-    def _shape(self, name: str, pair: Pair, role: Role) -> Shape | Misalignment:
-        """1 µm of an error: 0 to 1 along the profile or over the face of a gear, a barrel over it, or of the axes.
+    def _shape(self, name: str, pair: Pair, role: Role) -> Callable[[ContactLines], NDArray]:
+        """Gap of 1 µm of an error: of the axes; from 0 to 1 along the profile or over the face; or a barrel over it.
 
         A constant added to a shape moves the mean transmission error and nothing else.
         """
         if name in _OF_AXES:
-            from gearbench.effects.misalignment import Misalignment
-
-            return Misalignment(**{name: 1.0})
+            return partial(opening, **({"inclination": 0.0, "deviation": 0.0} | {name: 1.0}))
         profile = name.startswith("profile")
         ramp = slope(pair, role, self.along, self.profile_range) if profile else face_slope(pair, role)
-        return Shape(role=role, factors=(barrel(ramp) if name.endswith("form") else ramp,))
+        return Shape(role=role, factors=(barrel(ramp) if name.endswith("form") else ramp,)).gap
 
 
 def _amounts(key: VariedKey, modes: int, values: NDArray) -> NDArray:

@@ -250,6 +250,16 @@ def relief(along: Literal["radius", "roll", "face"], edge: float, start: float, 
     return Ramp(along=along, start=start, length=length, power=power, bend=bend, one_sided=True)
 
 
+def opening(lines: ContactLines, inclination: float, deviation: float) -> NDArray:
+    """Gap [mm] of axes that part over the common face [µm]: in their common plane, and across it."""
+    alpha = lines.pair.meshing.alpha_wt
+    # seen from the other flanks the wheel comes nearer where it receded
+    across = -deviation if lines.coast else deviation
+    normal = MICROMETRE * math.cos(lines.pair.meshing.beta_b)
+    opened = inclination * math.sin(alpha) + across * math.cos(alpha)
+    return normal * opened * lines.face / lines.pair.meshing.face_width
+
+
 def one_or_each(
     effect: object, required: Sequence[str], more: Sequence[str] = (), names: Sequence[str] = ("pinion", "wheel")
 ) -> None:
