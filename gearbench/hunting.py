@@ -119,7 +119,7 @@ def _all_cycles(scene: Scene, orders: float, threads: int) -> MeshCycle:
     lines = scene_lines(scene, phase)
     modes, amounts = turning_gaps(turning, lines, count)
     batch = prepare(assemble(scene, lines, tuple(e for e in scene.flank_effects if e not in turning)), modes)
-    phases = Phases(phase=phase, weight=weight, size=scene.panel_size)
+    phases = Phases(phase=phase, weight=weight, size=scene.resolution.panel_size)
     return solve_cycles(scene, phases, batch, amounts, threads)
 
 

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.campaign import many
 from tests.support.paths import ROOT
 
 SCENE = ROOT / "examples" / "gear55_robust.toml"
@@ -187,9 +188,10 @@ def interrupt_often(count: int, longest: float, tmp_path: Path, seed: int) -> in
 
 
 def test_interrupted_at_random_moments(tmp_path):
-    assert interrupt_often(10, 1.0, tmp_path, seed=1) >= 3
+    assert interrupt_often(4, 1.0, tmp_path, seed=1) >= 1
 
 
 @pytest.mark.slow
-def test_three_hundred_interruptions_are_all_heard(tmp_path):
-    assert interrupt_often(300, 2.0, tmp_path, seed=2) >= 100
+def test_many_interruptions_are_all_heard(tmp_path):
+    count = many(60)
+    assert interrupt_often(count, 2.0, tmp_path, seed=2) >= count // 3

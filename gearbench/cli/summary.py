@@ -127,7 +127,8 @@ def print_points(scene: Scene, dataset: xr.Dataset) -> None:
         key = name.removeprefix("effects.").replace(".", "\n").replace("_", " ")
         heads.append(f"{dataset[name].attrs.get('symbol', key)}\n{'–' if unit == '1' else unit}")
     rows = dataset[[*shown]].to_dataframe().reset_index()[[*names, *shown]].itertuples(index=False)
-    print_columns(pair_line(scene), heads, [[f"{value:.5g}" for value in row] for row in rows], left=())
+    shown = [[value if isinstance(value, str) else f"{value:.5g}" for value in row] for row in rows]
+    print_columns(pair_line(scene), heads, shown, left=())
 
 
 def print_table(title: str, rows: list[tuple[str, str, str]]) -> None:
@@ -142,3 +143,11 @@ def result_rows(dataset: xr.Dataset) -> list[tuple[str, str, str]]:
         for values in dataset.data_vars.values()
         if values.ndim == 0 and "standard error" not in values.attrs["long_name"]
     ]
+
+
+def duration(seconds: float) -> str:
+    """A time in the unit that suits it."""
+    for limit, factor, unit in ((0.9995, 1e3, "ms"), (90.0, 1.0, "s"), (5400.0, 1 / 60, "min")):
+        if seconds < limit:
+            return f"{seconds * factor:.3g} {unit}"
+    return f"{seconds / 3600:.3g} h"

@@ -65,7 +65,7 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
         # spur pairs take and leave their load, with a kink, where they are as far apart as the others are deflected
         changes += flanks.reach(greatest_deflection(scene, flanks))
     transitions = meshing.phases_at(changes, face)
-    size = scene.panel_size
+    size = scene.resolution.panel_size
     assert size is not None
     return gauss_phases(transitions, size)
 

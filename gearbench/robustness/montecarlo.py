@@ -130,7 +130,7 @@ def prepare_problem(
     require(need, "resolution", f"{size} × {number} errors", "fewer segments or positions would fit")
     expansion = errors.expansion(lines, {effect.name: effect for effect in scene.flank_effects})
     modes = (expansion.modes / np.expand_dims(lines.lever, -1)).reshape(positions, pairs * segments, -1)
-    phases = Phases(phase=lines.mesh_phase, weight=weight, size=scene.panel_size)
+    phases = Phases(phase=lines.mesh_phase, weight=weight, size=scene.resolution.panel_size)
     batch = prepare(problem, modes, precision)
     return RobustProblem(scene=scene, errors=errors, batch=batch, expansion=expansion, phases=phases)
 

@@ -65,6 +65,7 @@ def test_one_percent_is_met_on_wide_pairs_on_their_bodies():
     assert np.median([float(row["seconds"]) / float(row["best_seconds"]) for row in rows]) <= 4.5
 
 
+@pytest.mark.slow
 def test_crowned_pairs_off_the_line_of_action_converge_in_the_segments_as_on_it():
     """Measured: 0.5 % at 16 segments, where one polynomial along the whole line left 4.8 %."""
     scene = with_order(wide_scenes(13, 8300)[12], (4, 5, 14))

@@ -17,7 +17,7 @@ from gearbench.simulation import simulate
 from tests.browser.chromium import chromium, faults, missing, shot, wait
 from tests.support.explore_designs import front
 
-pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "–")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(missing()), reason=missing() or "–")]
 
 SIZES = {"wide": (1440, 900), "small": (1000, 700), "phone": (390, 844)}
 DRAWN = "return !!window.Bokeh?.documents[0]?.is_idle && (!document.getElementById('numbers') ||"

@@ -22,7 +22,7 @@ from tests.browser.test_bench import DRAWN
 from tests.support.explore_designs import front
 from tests.support.paths import STUDY
 
-pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "–")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(missing()), reason=missing() or "–")]
 
 RUN = "window.ran=1"
 #: Names that ran a script somewhere once, or would where one layer of the page took text for markup, TeX or code.

@@ -19,7 +19,7 @@ FLAT = (1 - NU**2) / (math.pi * E)
 
 
 def gear(helix=0.0) -> Gear:
-    return standard_gear(25, 12.0, module=2.0, helix=helix, shift=0.1)
+    return standard_gear(25, 12.0, normal_module=2.0, helix=helix, profile_shift=0.1)
 
 
 def boussinesq(rho: float, z: float) -> float:

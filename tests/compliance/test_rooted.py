@@ -14,7 +14,7 @@ from tests.support.gears import standard_gear
 @pytest.mark.parametrize("helix", [0.0, 20.0])
 @pytest.mark.parametrize("order", [(4, 5, 5), (3, 4, 9)])
 def test_one_system_answers_for_the_held_and_the_moving_root(helix, order):
-    gear = standard_gear(25, 12.0, module=2.0, helix=helix, shift=0.1)
+    gear = standard_gear(25, 12.0, normal_module=2.0, helix=helix, profile_shift=0.1)
     held, rooted = (SolidTooth(gear=gear, E=210e3, nu=0.3, order=order, rooted=x).matrix for x in (False, True))
     # the same functions, zero at the root, stand in both systems
     assert_allclose(rooted, held, rtol=0, atol=1e-12 * np.abs(held).max())
@@ -23,7 +23,7 @@ def test_one_system_answers_for_the_held_and_the_moving_root(helix, order):
 @pytest.mark.parametrize("rooted", [False, True])
 @pytest.mark.parametrize("helix", [0.0, 20.0])
 def test_memory_is_known_before_it_is_spent(monkeypatch, helix, rooted):
-    gear = standard_gear(25, 40.0, module=2.0, helix=helix, shift=0.1)
+    gear = standard_gear(25, 40.0, normal_module=2.0, helix=helix, profile_shift=0.1)
     known = []
     monkeypatch.setattr(solid_tooth, "require", lambda need, *_: known.append(need))
     for order in [(3, 3, 12), (9, 10, 12)]:  # the first loads code and keeps integrals

@@ -20,7 +20,7 @@ E, NU = 210e3, 0.3
 
 
 def gear(helix=0.0, teeth=25, module=2.0, width=12.0) -> Gear:
-    return standard_gear(teeth, width, module=module, helix=helix, shift=0.1)
+    return standard_gear(teeth, width, normal_module=module, helix=helix, profile_shift=0.1)
 
 
 def block(height=2.0, thickness=1.5, width=3.0, nu=NU, order=(3, 3, 3)) -> Solid:

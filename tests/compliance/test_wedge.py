@@ -108,7 +108,7 @@ def test_softening_is_smooth_where_its_parts_join(degrees: float) -> None:
 
 def test_flank_far_from_its_edge_is_left_alone() -> None:
     """What the polynomials of the tooth already hold is not added again: 0.04 c₁ is 0.2 % of a contact law."""
-    gear = standard_gear(25, 20.0, module=2.0)
+    gear = standard_gear(25, 20.0, normal_module=2.0)
     low, high = (math.sqrt(r**2 - gear.base_radius**2) for r in (gear.form_radius, gear.tip_radius))
     roll = np.linspace(low, high, 200)
     far = edge_distance(gear, roll) > 0.4
@@ -125,7 +125,7 @@ def test_flank_far_from_its_edge_is_left_alone() -> None:
 
 def test_value_and_slope_of_the_law_are_exact_at_the_typical_load() -> None:
     """q (a − h ln q) touches the compression that another typical load gives: the same at both, to second order."""
-    gear = standard_gear(25, 20.0, module=2.0)
+    gear = standard_gear(25, 20.0, normal_module=2.0)
     high = math.sqrt(gear.tip_radius**2 - gear.base_radius**2)
     roll, tilt, rho = np.full(4, high), np.array([0.0, 0.005, 0.02, 0.05]), np.full(4, 5.0)
 
@@ -143,5 +143,5 @@ def test_value_and_slope_of_the_law_are_exact_at_the_typical_load() -> None:
 
 def test_angle_of_a_tip() -> None:
     """Flank and land of a sharp tip enclose 90° and the pressure angle at the tip."""
-    gear = standard_gear(25, 20.0, module=2.0)
+    gear = standard_gear(25, 20.0, normal_module=2.0)
     assert math.degrees(tip_angle(gear)) == pytest.approx(119.531, abs=1e-3)

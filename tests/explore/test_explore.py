@@ -15,7 +15,7 @@ from gearbench.explore.flank_map import flank_map
 from gearbench.explore.model import density, picture
 from gearbench.explore.settings import Settings
 from gearbench.explore.stored import open_results
-from gearbench.explore.tooth_shapes import mesh, outline
+from gearbench.geometry.tooth_shapes import mesh, outline
 from gearbench.library.garambois2017 import case, gear
 from gearbench.optimisation.front import non_dominated
 from gearbench.results.netcdf import save

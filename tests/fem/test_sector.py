@@ -77,7 +77,7 @@ def exact_area(body: Body) -> float:
 
 
 @pytest.mark.parametrize(
-    "gear", [standard_gear(), standard_gear(9), standard_gear(25, helix=30.0), standard_gear(fillet=0.0)]
+    "gear", [standard_gear(), standard_gear(9), standard_gear(25, helix=30.0), standard_gear(fillet_radius=0.0)]
 )
 def test_outline_and_its_slopes_are_those_of_the_gear(gear):
     outline = Outline(gear=gear)

@@ -44,9 +44,9 @@ GEARS = [
     standard_gear(),
     standard_gear(helix=25.0),
     standard_gear(teeth=9),
-    standard_gear(teeth=60, shift=0.4),
-    standard_gear(fillet=0.0),
-    standard_gear(41, fillet=0.47),
+    standard_gear(teeth=60, profile_shift=0.4),
+    standard_gear(fillet_radius=0.0),
+    standard_gear(41, fillet_radius=0.47),
 ]
 
 

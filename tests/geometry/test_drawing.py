@@ -149,7 +149,9 @@ def cut_by_rack(gear: Gear, radius: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize(("teeth", "helix", "depth"), [(24, 0.0, 0.04), (17, 15.0, 0.08), (60, 0.0, 0.03)])
 def test_the_fillet_of_a_protuberance_is_what_the_tool_leaves(teeth, helix, depth):
-    gear = replace(standard_gear(teeth, module=2.0, helix=helix, dedendum=1.4, fillet=0.3), protuberance=depth)
+    gear = replace(
+        standard_gear(teeth, normal_module=2.0, helix=helix, dedendum=1.4, fillet_radius=0.3), protuberance=depth
+    )
     plain = replace(gear, protuberance=0.0)
     assert gear.root_radius == plain.root_radius
     assert gear.form_radius > plain.form_radius

@@ -29,7 +29,7 @@ def with_thickness(pair: Pair, pinion: Thickness | None, wheel: Thickness | None
 @pytest.mark.parametrize("teeth", [24, 25])
 def test_a_ball_between_two_spur_flanks_touches_both(teeth):
     """Centred on the line of the space, its distance from the involute beside it is its radius, by brute force."""
-    gear, D = standard_gear(teeth, module=2.0, shift=0.2), 3.6
+    gear, D = standard_gear(teeth, normal_module=2.0, profile_shift=0.2), 3.6
     M = over_balls(gear, 0.2, D)
     radius = (M - D) / 2 / (1.0 if teeth % 2 == 0 else math.cos(math.pi / 2 / teeth))
     R = np.linspace(gear.form_radius, gear.tip_radius, 200_001)

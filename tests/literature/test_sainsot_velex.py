@@ -34,7 +34,7 @@ def stand_in(theta: float, root: float = 20.0, gamma: float = 0.35, base: float 
 
 
 def gear(teeth=40, module=2.0, width=20.0, helix=0.0) -> Gear:
-    return standard_gear(teeth, width, module=module, helix=helix)
+    return standard_gear(teeth, width, normal_module=module, helix=helix)
 
 
 def test_shape_factors_worked_by_hand():

@@ -25,6 +25,17 @@ def dataset(phases, values):
     return xr.Dataset({"k": ("position", values)}, coords=coords)
 
 
+@pytest.mark.parametrize("moved", ["across the end", "gap", "size"])
+def test_phases_outside_their_panels_are_refused(moved):
+    phase, weight = gauss_phases((0.0, 0.3), 4)
+    if moved == "across the end":
+        phase = np.sort((phase + 0.1) % 1.0)
+    elif moved == "gap":
+        phase = phase[4:]
+    with pytest.raises(ValueError, match=r"panels of 5|Gauss points of each panel"):
+        Phases(phase=phase, weight=weight, size=5 if moved == "size" else 4)
+
+
 def square(phase):
     return np.where(phase < 0.3, 5.0, 2.0)
 

@@ -29,8 +29,8 @@ def tooth(
     alpha: float = 20.0,
     dedendum: float = 1.25,
 ) -> VirtualTooth:
-    rack = {"fillet": fillet, "dedendum": dedendum, "pressure_angle": alpha}
-    return VirtualTooth(gear=standard_gear(teeth, 20.0, module=2.0, helix=helix, shift=shift, **rack))
+    rack = {"fillet_radius": fillet, "dedendum": dedendum, "pressure_angle": alpha}
+    return VirtualTooth(gear=standard_gear(teeth, 20.0, normal_module=2.0, helix=helix, profile_shift=shift, **rack))
 
 
 def equal(teeth: int, helix: float = 0.0, width: float = 20.0, **member: float) -> Pair:

@@ -3,27 +3,7 @@
 from gearbench.geometry.gear import Gear
 
 
-def standard_gear(
-    teeth: int = 17,
-    width: float = 4.0,
-    *,
-    module: float = 1.0,
-    helix: float = 0.0,
-    shift: float = 0.0,
-    fillet: float = 0.38,
-    addendum: float = 1.0,
-    dedendum: float = 1.25,
-    pressure_angle: float = 20.0,
-) -> Gear:
-    """Gear of the standard basic rack; mm, degrees, normal modules."""
-    return Gear(
-        teeth=teeth,
-        normal_module=module,
-        pressure_angle=pressure_angle,
-        helix_angle=helix,
-        face_width=width,
-        profile_shift=shift,
-        addendum=addendum,
-        dedendum=dedendum,
-        fillet_radius=fillet,
-    )
+def standard_gear(teeth: int = 17, width: float = 4.0, *, helix: float = 0.0, **changes: float) -> Gear:
+    """Gear of the standard basic rack, normal module 1; ``changes``: keys of ``Gear``. mm, degrees, normal modules."""
+    rack = {"normal_module": 1.0, "pressure_angle": 20.0, "addendum": 1.0, "dedendum": 1.25, "fillet_radius": 0.38}
+    return Gear(teeth=teeth, face_width=width, helix_angle=helix, **{"profile_shift": 0.0} | rack | changes)

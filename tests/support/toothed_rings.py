@@ -11,7 +11,7 @@ E, NU = 210e3, 0.3
 
 
 def gear(helix=0.0, teeth=25, module=2.0, width=12.0) -> Gear:
-    return standard_gear(teeth, width, module=module, helix=helix, shift=0.1)
+    return standard_gear(teeth, width, normal_module=module, helix=helix, profile_shift=0.1)
 
 
 def tooth(g: Gear | None = None, order=(4, 5, 5), **options) -> SolidTooth:

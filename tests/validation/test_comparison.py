@@ -120,5 +120,5 @@ def test_each_scene_is_announced(monkeypatch):
     plates_for_finite_elements(monkeypatch)
     said: list[str] = []
     found = validate([case(1), replace(case(2), effects=(ToothBending(order=(2, 2)), Hertz()))], progress=said.append)
-    assert [line.partition(": finite elements, about ")[0] for line in said] == ["case 1", "case 2"]
+    assert [line.partition(": finite elements of ")[0] for line in said] == ["case 1", "case 2"]
     assert np.all(found["mac_mean"].sel(scene="case 2") < 1)

@@ -53,11 +53,11 @@ def test_the_accuracy_is_raised_until_the_reference_can_judge(monkeypatch, corre
 
 def test_a_better_reference_that_takes_too_long_is_not_begun(monkeypatch):
     plates_for_finite_elements(monkeypatch, correction=2.0)
-    monkeypatch.setattr(module, "price", lambda _: 1e4)
+    monkeypatch.setattr(module, "unknowns", lambda _: 10**6)
     scene = case(1)
     found = module.judge(scene, simulate(scene, outputs=OUTPUTS))
     assert not found.settled
-    assert found.reason == "accuracy = 0.001 would take about 10000 s"
+    assert found.reason == "accuracy = 0.001 would take finite elements of 1000000 unknowns"
 
 
 def test_a_reference_that_cannot_be_had_says_what_to_do(monkeypatch, tmp_path):

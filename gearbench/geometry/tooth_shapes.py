@@ -22,7 +22,7 @@ AROUND = 3
 
 
 @dataclass(frozen=True, kw_only=True)
-class Mesh:
+class TeethInMesh:
     """Both gears at mesh phase 0, and how they turn from there.
 
     Parameters
@@ -66,7 +66,7 @@ class Mesh:
         return self.radii[0] * np.array([-sin, cos]) + np.asarray(u)[:, None] * np.array([cos, sin])
 
 
-def mesh(pair: Pair) -> Mesh:
+def mesh(pair: Pair) -> TeethInMesh:
     """Teeth of ``pair`` about the pitch point."""
     pinion, wheel = pair.gears
     alpha = pair.meshing.alpha_wt
@@ -78,7 +78,7 @@ def mesh(pair: Pair) -> Mesh:
     for gear, position in ((pinion, u), (wheel, pair.meshing.tangent_length - u)):
         centre = position / gear.base_radius - alpha - float(gear.involute_half_angle(gear.base_radius))
         outlines.append(turn(outline(gear), centre))
-    return Mesh(
+    return TeethInMesh(
         pinion=outlines[0],
         wheel=-outlines[1],
         radii=(pinion.base_radius, wheel.base_radius),
