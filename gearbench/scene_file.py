@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gearbench.effects.base import Effect
-from gearbench.effects.registry import RENAMED, effect_class, effect_names
+from gearbench.effects.registry import EFFECTS, RENAMED, effect_class, effect_names
 from gearbench.errors import InputError, one_of
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
@@ -182,7 +182,7 @@ def table_class(table: str) -> type:
     if head in EFFECT_TABLES:
         if name in RENAMED:
             raise InputError(table, "old name", f"write {RENAMED[name]}")
-        if name not in effect_names():
+        if name not in EFFECTS and name not in effect_names():
             raise InputError(table, "unknown effect", one_of(name, effect_names()))
         return effect_class(name)
     if table == "system":
