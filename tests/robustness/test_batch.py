@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from gearbench.contact import batch as batching
 from gearbench.contact._batch_kernels import Blocks, solve_chunk
-from gearbench.contact._lane_kernels import LANES, POINT, Answers, Lanes, apply_laws
+from gearbench.contact._lane_kernels import LANES, POINT, Answers, Gaps, Lanes, apply_laws
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.batch import ROUNDING, SCATTER, Batch, GapModes
 from gearbench.contact.law import inverse, kernel_coefficients
@@ -124,7 +124,7 @@ def test_what_the_first_guess_missed_at_the_positions_before_saves_steps():
     for ahead in (np.zeros_like(b.ahead), b.ahead):
         delta, stiffness, done = np.empty((3, len(b.count), LANES))
         steps = solve_chunk(
-            b.gaps._replace(ahead=ahead), blocks, draws, Lanes.of(b.gap.shape[1]), b.precision.newton,
+            Gaps(b.count, ahead, b.gap, b.tilt, b.modes, b.tilts, b.laws), blocks, draws, Lanes.of(b.gap.shape[1]), b.precision.newton,
             batching.NEWTON_LIMIT, Answers(delta, stiffness, done),
         )  # fmt: skip
         assert done.all()
