@@ -97,9 +97,3 @@ def test_a_front_is_polished_and_opened_again(run, tmp_path):
     assert code == 0, err
     assert "designs improved, hypervolume" in out
     assert run("select", tmp_path / "polished.nc")[0] == 0
-
-
-def test_ctrl_c_ends_threads_that_do_not_hear_it(schaffer, monkeypatch):
-    monkeypatch.setattr(polishing, "pending", lambda: True)
-    with pytest.raises(KeyboardInterrupt):
-        polish_one(plane(), (0.6, 0.0, 1), extent=np.array([4.0, 4.0]), evaluations=80)

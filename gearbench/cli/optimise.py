@@ -46,25 +46,24 @@ def optimise(
     Example: gearbench optimise examples/optimise_pair.toml -o front
     """
     from gearbench.interruption import arrived
-    from gearbench.optimisation.run import optimise_into
+    from gearbench.optimisation.run import optimise as run
     from gearbench.optimisation.study_file import load_study
-    from gearbench.results.netcdf import reading
 
     loaded = load_study(study)
     try:
         with _progress(shown=shows_progress(quiet=quiet, json=json)) as report:
-            path = optimise_into(loaded, output, resume=resume, scheduler=scheduler, threads=threads, progress=report)
+            options = {"resume": resume, "scheduler": scheduler, "threads": threads, "progress": report}
+            dataset = run(loaded, directory=output, **options)
     except KeyboardInterrupt:
         arrived()
         kept = len(list(output.glob("generation_*.nc")))
         again = f"gearbench optimise {study} -o {output} --resume"
         print(f"gearbench: interrupted; {kept} generations are kept. Continue with: {again}", file=sys.stderr)
         raise typer.Exit(130) from None
-    with reading(path) as dataset:
-        if json:
-            _print_json(dataset, output)
-        elif not quiet:
-            _print_summary(loaded.name, dataset, output)
+    if json:
+        _print_json(dataset, output)
+    elif not quiet:
+        _print_summary(loaded.name, dataset, output)
 
 
 @contextmanager

@@ -6,6 +6,7 @@ import math
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property, lru_cache
+from hashlib import sha256
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -89,8 +90,14 @@ class Designs:
     @cached_property
     def study(self) -> OptimisationStudy:
         """The study that was run."""
+        text = str(self.dataset.attrs["study"])
+        if (
+            self.dataset.attrs.get("study_sha256", sha256(text.encode()).hexdigest())
+            != sha256(text.encode()).hexdigest()
+        ):
+            raise InputError("", "dataset", "is damaged or changed: its study is not that of its digest (study_sha256)")
         try:
-            return parse_study(tomllib.loads(str(self.dataset.attrs["study"])))
+            return parse_study(tomllib.loads(text))
         except (ValueError, RecursionError) as error:  # an InputError is one, too
             raise InputError("", "dataset", f"its study cannot be read: {error}") from None
 
