@@ -37,7 +37,7 @@ docs: $(STAMP)
 	$(BIN)/python -m sphinx -b html -W --keep-going -q -d out/doctrees docs out/site
 	@echo "open out/site/index.html"
 
-# Pages that are made from the code; tests/test_docs_tables.py holds them up to date.
+# Pages that are made from the code; tests/docs/test_tables.py holds them up to date.
 docs-tables: $(STAMP)
 	$(BIN)/python -m docs.generate
 

@@ -10,6 +10,7 @@ from gearbench.effects.base import Effect
 from gearbench.effects.hertz import Hertz
 from gearbench.library.garambois2017 import case
 from gearbench.scene import Load, Resolution, Scene
+from gearbench.scene_file import load_scene
 
 GEARS = sorted((Path(__file__).parents[1] / "examples" / "gears").glob("*.toml"))
 
@@ -21,6 +22,11 @@ def paper_pair(number: int, teeth: tuple[Effect, ...], resolution: Resolution | 
     members = [replace(m, bore_diameter=d) for m, d in zip((scene.pair.pinion, scene.pair.wheel), bores, strict=True)]
     pair = replace(scene.pair, pinion=members[0], wheel=members[1])
     return replace(scene, pair=pair, effects=(*teeth, Hertz()))
+
+
+def on_line(path: Path) -> Scene:
+    """The gear pair of a scene file, with contact on the line of action."""
+    return load_scene(path).without("off_line_contact")
 
 
 def other_torques(scene: Scene) -> Callable[[], Scene]:

@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from benchmarks.pairs import GEARS, other_torques
-from gearbench import load_scene
+from benchmarks.pairs import GEARS, on_line, other_torques
 from gearbench.contact.assemble import mesh_phases
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.tooth_bending import ToothBending
@@ -26,7 +25,7 @@ AXLE = "e_drive_input"
 @EACH_GEAR
 def test_a_new_pair_with_default_settings(benchmark, path):
     """Against the same pair known, and against plates for its teeth, without its body."""
-    scene, fresh = load_scene(path), iter(range(40_000, 50_000))
+    scene, fresh = on_line(path), iter(range(40_000, 50_000))
     others = (e for e in scene.effects if e.name not in ("tooth_bending", "gear_body"))
     plate = replace(scene, effects=(ToothBending(), *others))
     works = [lambda s=s: simulate(unseen(s, next(fresh))) for s in (scene, plate)]
@@ -46,7 +45,7 @@ def test_default_phases_against_uniform_ones(benchmark, path):
 
     Uniform phases are as many as Gauss points between transitions that do not follow the load.
     """
-    scene = load_scene(path)
+    scene = on_line(path)
     uniform = replace(scene, resolution=Resolution(positions=len(mesh_phases(scene)[0])))
     works = [lambda made=made: simulate(made()) for made in map(other_torques, (scene, uniform))]
     for work in works:
@@ -60,7 +59,7 @@ def test_default_phases_against_uniform_ones(benchmark, path):
 @EACH_GEAR
 def test_an_accuracy_of_one_percent_against_default_settings(benchmark, path):
     """New pairs; choosing counts."""
-    scene, fresh = load_scene(path), iter(range(50_000, 60_000))
+    scene, fresh = on_line(path), iter(range(50_000, 60_000))
     asked = replace(scene, resolution=Resolution(accuracy=0.01))
     works = [lambda s=s: simulate(unseen(s, next(fresh))) for s in (asked, scene)]
     for work in works:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 import pytest
 
-from benchmarks.pairs import GEARS, other_torques
+from benchmarks.pairs import GEARS, on_line, other_torques
 from gearbench import load_scene, robust, simulate, sweep
 from gearbench.contact.assemble import conforming
 from gearbench.scene import Scene
@@ -30,7 +30,7 @@ def least(works: Sequence[Callable[[], object]], clock: Callable[[], float], rep
 
 @pytest.mark.parametrize("path", GEARS, ids=lambda path: path.stem)
 def test_a_sweep_of_twenty_torques_against_one(benchmark, path):
-    scene = load_scene(path)
+    scene = on_line(path)
     changed = other_torques(scene)
 
     def once() -> None:
@@ -71,10 +71,7 @@ def other_pairs(scene: Scene, shares: Iterator[float]):
 @pytest.mark.parametrize("path", GEARS, ids=lambda path: path.stem)
 def test_contact_off_the_line_of_each_gear(benchmark, path):
     """A new pair, as a user meets it; then another torque of it, the same once more, and 1000 samples of errors."""
-    tables = load_scene(path).to_mapping()
-    tables["effects"].pop("off_line_contact", None)
-    on_line = parse_scene(tables)
-    scenes = [on_line, parse_scene({**tables, "effects": {**tables["effects"], "off_line_contact": {}}})]
+    scenes = [on_line(path), load_scene(path)]
     shares = (1.0 - 1e-7 * i for i in itertools.count())  # none twice: what one scene has made the other would find
     pairs, torques = [other_pairs(s, shares) for s in scenes], [other_torques(s) for s in scenes]
     works: dict[str, list[Callable[[], object]]] = {
@@ -82,7 +79,7 @@ def test_contact_off_the_line_of_each_gear(benchmark, path):
         "new torque": [lambda made=made: simulate(made()) for made in torques],
         "known": [lambda s=s: simulate(s) for s in scenes],
     }
-    if tables["pair"]["normal_module"] >= 0.5:  # ISO 1328 has no finer gears
+    if scenes[0].pair.normal_module >= 0.5:  # ISO 1328 has no finer gears
         errors = {"manufacturing_errors": {"preset": "garambois2017"}}
         sampled = [parse_scene({**s.to_mapping(), "effects": {**s.to_mapping()["effects"], **errors}}) for s in scenes]
         works["robust"] = [lambda s=s: robust(s, samples=1000, threads=1) for s in sampled]

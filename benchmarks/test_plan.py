@@ -29,7 +29,7 @@ from gearbench.robustness.run import robust
 from gearbench.scene import Resolution, Scene
 from gearbench.simulation import simulate
 from gearbench.threads import default_threads
-from tests.test_plan import LARGE
+from tests.effort.test_plan import LARGE
 
 ERRORS = ManufacturingErrors(preset="garambois2017")
 GAPS = (Crowning(amount=4.0), TipRelief(amount=5.0, length=0.2), ProfileSlope(pinion=3.0), Misalignment(deviation=4.0))

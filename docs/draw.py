@@ -10,9 +10,9 @@ import numpy as np
 
 from docs.draw_flanks import draw
 from docs.draw_pair import draw_pair, draw_turning
-from gearbench.explore.tooth_shapes import mesh
 from gearbench.geometry.action import contact_lines
 from gearbench.geometry.pair import Member, Pair
+from gearbench.geometry.tooth_shapes import mesh
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from gearbench.effects.pitch_errors import PitchErrors
 from gearbench.effects.waviness import Waviness
-from gearbench.explore.tooth_shapes import outline, turn
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.pair import Member, Pair
 from gearbench.geometry.thickness import over_balls, span
+from gearbench.geometry.tooth_shapes import outline, turn
 from gearbench.geometry.web import make_web
 from gearbench.plotting import legend_below
 from gearbench.schema import read

@@ -73,7 +73,7 @@ def cost(effect: type[Effect], lines: ContactLines) -> str:
     try:
         example = TypeAdapter(effect).validate_python(effect.example, strict=False)
         example.check(lines.pair, {})
-        if example.preparation(lines.pair, {}) is not None:
+        if getattr(example, "meshed", False):
             return "seconds to minutes for a pair, once; then read from disk"
         seconds = min(_seconds(example, lines) for _ in range(5))
     except (ValidationError, ValueError, OSError):

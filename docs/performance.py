@@ -83,7 +83,7 @@ was left out. The best setting is the quickest on the grid of all segments up to
 true error is within the accuracy. Where an accuracy is refused as out of reach, it counts as not met. The table and
 the picture are of the search before this one, by 50 to 70 trial runs, for mean and RMS only; its times of choosing
 are not those of today. Today's search, in all the numbers it covers, met 1 % on 98 and 0.1 % on 99 of 100 other pairs
-with plates (`tests/test_accuracy_by_seed.py`).
+with plates (`tests/accuracy/test_by_seed.py`).
 """
 LIMITS = """Where the load leaves part of the flank, segment after segment loses contact and the stiffness jumps each
 time: the RMS of k then falls like 1/segments, irregularly, whatever the quadrature over the phases. It is this number

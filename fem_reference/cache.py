@@ -1,7 +1,7 @@
 """Computed compliances kept on disk, under a hash of everything that determines them.
 
-One file per result, written under a temporary name and renamed: readers and concurrent writers see a whole file or
-none. An entry that cannot be read, or whose checksum is wrong, is computed anew and replaced.
+One file per result, written atomically: readers and concurrent writers see a whole file or none. An entry that cannot
+be read, or whose checksum is wrong, is computed anew and replaced.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import hashlib
 import io
 import json
 import os
-import tempfile
 import warnings
 import zipfile
 from dataclasses import asdict
@@ -24,6 +23,8 @@ import numpy as np
 from fem_reference.refinement import default_order, refined_compliance
 from fem_reference.section import Body
 from gearbench.compliance.flank import FlankCompliance
+from gearbench.errors import InputError
+from gearbench.files import write_bytes
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
 
@@ -116,16 +117,10 @@ def store(path: Path, result: FlankCompliance) -> None:
     """Write atomically; a cache that cannot be written costs only time, so it warns."""
     buffer = io.BytesIO()
     np.savez(buffer, **_payload(result))
-    temporary = None
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        handle, temporary = tempfile.mkstemp(prefix=path.stem, suffix=".tmp", dir=path.parent)
-        with os.fdopen(handle, "wb") as file:
-            file.write(buffer.getvalue())
-        os.replace(temporary, path)
-    except OSError as error:
-        if temporary is not None:
-            Path(temporary).unlink(missing_ok=True)
+        write_bytes(path, buffer.getvalue())
+    except (OSError, InputError) as error:
         warnings.warn(f"cannot keep the result in {path.parent}: {error}", stacklevel=3)
 
 

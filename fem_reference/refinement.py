@@ -117,11 +117,6 @@ class Level:
         of_element = (3 * (self.number + 1) ** 2) ** 2
         return 150e6 + 120 * 2.5 * of_element * float(self.of_nodes.sum(axis=1)[self.section.nodes].mean(axis=1).sum())
 
-    @property
-    def seconds(self) -> float:
-        """Processor time [s], good to a factor of two or so: unknowns^1.75; spur gears fall into two halves."""
-        return (2e-8 if self.body.gear.beta == 0 else 5e-8) * self.unknowns**1.75
-
 
 def default_order(gear: Gear) -> tuple[int, int]:
     """Polynomials along height and face width."""
@@ -129,7 +124,7 @@ def default_order(gear: Gear) -> tuple[int, int]:
 
 
 def levels(body: Body, accuracy: float, order: tuple[int, int] | None = None) -> tuple[Level, Level]:
-    """Return the two levels that usually reach ``accuracy``; the sums of their seconds and memories are the price.
+    """Return the two levels that usually reach ``accuracy``; the memory of the finer one is required.
 
     Raises
     ------

@@ -78,6 +78,8 @@ from .scene_file import load_scene as load_scene
 from .scene_file import parse_scene as parse_scene
 from .simulation import simulate as simulate
 from .sweeps.figures import draw_sweep as draw_sweep
+from .sweeps.relieve import draw_relief as draw_relief
+from .sweeps.relieve import relieve as relieve
 from .sweeps.run import sweep as sweep
 from .validation.comparison import validate as validate
 

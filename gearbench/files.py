@@ -17,6 +17,7 @@ from contextvars import ContextVar
 from glob import escape
 from pathlib import Path
 
+from gearbench import interruption
 from gearbench.errors import InputError
 
 #: Faults that keep a file from being made in a folder.
@@ -192,15 +193,28 @@ def replacing(path: str | Path) -> Iterator[Path]:
         _abandon(part, handle)
         raise
     if waiting is None:
-        os.close(handle)
+        _abandon(part, handle)
     else:
         waiting.append((part, path, handle))
 
 
+#: Temporary files of this process.
+_parts: set[Path] = set()
+
+
 def _abandon(part: Path, handle: int) -> None:
-    """Remove a file that was being written, and its lock."""
+    """Remove a temporary file, unless it has taken its place, and its lock."""
     part.unlink(missing_ok=True)
+    _parts.discard(part)
     os.close(handle)
+
+
+def _abandon_all() -> None:
+    for part in _parts:
+        part.unlink(missing_ok=True)
+
+
+interruption.cleanups.append(_abandon_all)
 
 
 def lock(handle: int) -> bool | None:
@@ -227,6 +241,7 @@ def _new_part(path: Path) -> tuple[int, Path]:
         handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
         # another writer may have held it for dead before it was locked
         if lock(handle) is not False and os.fstat(handle).st_nlink:
+            _parts.add(Path(name))
             return handle, Path(name)
         os.close(handle)
 

@@ -71,7 +71,8 @@ def hunting_cycle(scene: Scene, *, orders: float = ORDERS, threads: int = 1) -> 
     Raises
     ------
     InputError
-        If no effect differs from tooth to tooth, shafts bear the gears, or there are more than 100 000 mesh cycles.
+        If no effect differs from tooth to tooth, shafts bear the gears, there are more than 100 000 mesh cycles, or
+        none of the ``orders`` is known.
     """
     import xarray as xr
 
@@ -79,7 +80,7 @@ def hunting_cycle(scene: Scene, *, orders: float = ORDERS, threads: int = 1) -> 
     cycle = _all_cycles(scene, orders, threads)
     curves = {"transmission_error": cycle.transmission_error, "mesh_stiffness": cycle.mesh_stiffness}
     count = len(cycle.transmission_error)
-    order = np.arange(1, math.floor(orders * count + 1e-9) + 1) / count
+    order = np.arange(1, _known_orders(cycle.phases, count, orders) + 1) / count
     amplitudes = {
         f"{name}_order_amplitude": (("mesh_order",), 2 * np.abs(order_coefficients(cycle.phases, values, len(order))))
         for name, values in curves.items()
@@ -91,6 +92,18 @@ def hunting_cycle(scene: Scene, *, orders: float = ORDERS, threads: int = 1) -> 
     variables = {name: (("cycle", "position"), values) for name, values in curves.items()} | amplitudes
     attrs = provenance(scene, wall_time=time.perf_counter() - start)
     return keeping(xr.Dataset(described(variables), coords=described(coords), attrs=attrs), scene)
+
+
+def _known_orders(phases: Phases, cycles: int, orders: float) -> int:
+    """How many multiples of 1/``cycles`` the ``orders`` have; of uniform phases those below half their number."""
+    if not orders * cycles + 1e-9 >= 1:
+        raise InputError("orders", orders, f"must be at least {1 / cycles:.3g}: {cycles} mesh cycles until all repeats")
+    known = math.floor(orders * cycles + 1e-9)
+    if phases.size is None:
+        known = min(known, (cycles * len(phases.phase) - 1) // 2)
+        if not known:
+            raise InputError("resolution.positions", len(phases.phase), "must be 3 or more: they give no order at all")
+    return known
 
 
 def _all_cycles(scene: Scene, orders: float, threads: int) -> MeshCycle:
@@ -106,7 +119,7 @@ def _all_cycles(scene: Scene, orders: float, threads: int) -> MeshCycle:
     lines = scene_lines(scene, phase)
     modes, amounts = turning_gaps(turning, lines, count)
     batch = prepare(assemble(scene, lines, tuple(e for e in scene.flank_effects if e not in turning)), modes)
-    phases = Phases(phase=phase, weight=weight, size=scene.panel_size)
+    phases = Phases(phase=phase, weight=weight, size=scene.resolution.panel_size)
     return solve_cycles(scene, phases, batch, amounts, threads)
 
 
@@ -175,15 +188,13 @@ def order_coefficients(phases: Phases, values: NDArray, count: int) -> NDArray:
     """c_ν (F8) of the orders ν = 1/N … count/N of values (cycle, position) over N mesh cycles, (order,).
 
     c_{q/N} = 1/N Σ_n e^{−2πi q n/N} ∫₀¹ x_n(τ) e^{−2πi (q/N) τ} dτ: a Fourier transform over the cycles for each mesh
-    phase, which repeats itself after N orders, and one over the phase.
+    phase, which repeats itself after N orders, and one over the phase. Of uniform phases all cycles are one equidistant
+    series: orders from half of its points on mean nothing.
     """
     N, q = len(values), np.arange(1, count + 1)
     by_phase, parts = np.fft.fft(values, axis=0) / N, -(-count // AT_ONCE)
-    within = (
-        2 * q < N * len(phases.phase) if phases.size is None else True
-    )  # then all cycles are one equidistant series
     found = [np.einsum("qp,qp->q", _waves(phases, part / N), by_phase[part % N]) for part in np.array_split(q, parts)]
-    return np.where(within, np.concatenate(found), np.nan)
+    return np.concatenate(found)
 
 
 def _waves(phases: Phases, order: NDArray) -> NDArray:

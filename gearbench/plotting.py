@@ -128,16 +128,17 @@ def order_spectrum(dataset: xr.Dataset, name: str = "transmission_error", axes: 
     order = 1 + np.flatnonzero(np.isfinite(drawn).any(axis=0))
     drawn = drawn[:, order - 1]
     least, most = np.nanmin(drawn), np.nanmax(drawn)
-    bottom = max(least / 2, 1e-4 * most)
+    floor = points[0][0][f"{name}_amplitude_noise_floor"].values[: len(order)] if len(points) == 1 else None
+    if floor is not None and np.any(floor > 0):
+        least = min(least, floor[floor > 0].min())
+    bottom = max(least / 2, 1e-6 * most)
     if len(points) > 1:
         for amplitude, (_, label, colour) in zip(drawn, points, strict=True):
             axes.plot(order, amplitude, "o-", color=colour, lw=1.2, ms=4, label=label)
     else:
         axes.bar(order, drawn[0], color=BLUE if name == "transmission_error" else ORANGE, width=0.6)
-        if f"{name}_amplitude_noise_floor" in dataset:
-            floor = points[0][0][f"{name}_amplitude_noise_floor"].values[: len(order)]
-            words = "numerical noise floor" + ", below the axis" * (not np.any(floor >= bottom))
-            axes.plot(order, floor, "_", color=GREY, ms=16, mew=1.5, label=words)
+        if floor is not None and np.any(floor >= bottom):
+            axes.plot(order, floor, "_", color="black", ms=16, mew=1.5, label="numerical noise floor")
     axes.set_xticks(order)
     axes.set(xlabel="mesh order [–]", yscale="log")
     axes.set_ylim(top=2 * most, bottom=bottom)
@@ -151,14 +152,7 @@ def load_distribution(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
     axes = _axes(axes, (7.0, 4.5))
     pair = scene_of(dataset).pair
     u, y, load, weight = _family(dataset)
-    # a line that just enters at a corner is short and heavily loaded: it must not hide the rest
-    top = float(np.quantile(load, 0.99, weights=weight, method="inverted_cdf"))
-    drawn = axes.pcolormesh(*_on_grid(pair, u, y, weight, load), shading="nearest", cmap="viridis", vmin=0, vmax=top)
-    axes.plot(y.T, u.T, color="white", lw=0.4, alpha=0.4)
-    figure = axes.get_figure()
-    assert figure is not None
-    extend = "max" if load.max() > 1.01 * top else "neither"
-    figure.colorbar(drawn, ax=axes, label="line load q [N/mm]", extend=extend)
+    _coloured(axes, _on_grid(pair, u, y, weight, load), "line load q [N/mm]", _top_of_colours(load, weight), load.max())
     axes.set(xlabel="position along the face width y [mm]", ylabel="position on the path of contact u [mm]")
     return axes
 
@@ -175,16 +169,14 @@ def load_map(dataset: xr.Dataset, role: Role, axes: Axes | None = None, *, scale
     scene = scene_of(dataset)
     pair, gear = scene.pair, scene.pair.gears[role]
     u, y, load, weight = _family(dataset)
-    rho = pair.meshing.curvature_radius(np.clip(u, 1e-6 * pair.meshing.tangent_length, None))
-    pressure = np.sqrt(load * pair.contact_modulus / (np.pi * np.maximum(rho, 1e-9)))
-    top = scale or float(np.quantile(pressure, 0.995, weights=weight, method="inverted_cdf"))
+    pressure = _pressure(pair, u, load)
+    top = scale or _top_of_colours(pressure, weight)
     across, path, shown = _on_grid(pair, u, y, weight, pressure)
     angle = np.degrees((path if role == Role.PINION else pair.meshing.tangent_length - path) / gear.base_radius)
-    drawn = axes.pcolormesh(across, angle, shown, shading="nearest", cmap="viridis", vmin=0, vmax=top)
-    figure = axes.get_figure()
-    assert figure is not None
-    extend = "max" if pressure.max() > 1.005 * top else "neither"
-    figure.colorbar(drawn, ax=axes, label="contact pressure p [MPa]", extend=extend, pad=0.16)
+    tip = np.degrees(np.sqrt(gear.tip_radius**2 - gear.base_radius**2) / gear.base_radius)
+    flank = angle <= tip
+    angle, shown = angle[flank], shown[flank]
+    _coloured(axes, (across, angle, shown), "contact pressure p [MPa]", top, pressure.max(), pad=0.16)
     for radius, name, style in _circles(scene, role):
         at = float(np.degrees(np.sqrt(max(radius**2 - gear.base_radius**2, 0.0)) / gear.base_radius))
         axes.axhline(at, color="black" if style == "-" else "0.25", lw=1.0, ls=style)
@@ -198,6 +190,37 @@ def load_map(dataset: xr.Dataset, role: Role, axes: Axes | None = None, *, scale
     margin = 0.02 * np.ptp(angle)  # tip and start of the active profile are lines of the picture, not its frame
     axes.set_ylim(angle.min() - margin, angle.max() + margin)
     return axes
+
+
+def _pressure(pair: Pair, u: NDArray, load: NDArray) -> NDArray:
+    """Hertz pressure [MPa] of line loads [N/mm] at positions u [mm] on the path of contact."""
+    rho = pair.meshing.curvature_radius(np.clip(u, 1e-6 * pair.meshing.tangent_length, None))
+    return np.sqrt(load * pair.contact_modulus / (np.pi * np.maximum(rho, 1e-9)))
+
+
+def _largest_pressure(dataset: xr.Dataset) -> float:
+    """Largest pressure of the load maps [MPa]."""
+    u, _, load, _ = _family(dataset)
+    return float(_pressure(scene_of(dataset).pair, u, load).max())
+
+
+def _top_of_colours(values: NDArray, weight: NDArray) -> float:
+    """End of a colour scale: the largest value, unless a short line entering at a corner exceeds all others by far."""
+    most = float(values.max())
+    usual = float(np.quantile(values, 0.99, weights=weight, method="inverted_cdf"))
+    return most if most < 1.5 * usual else usual
+
+
+def _coloured(
+    axes: Axes, image: tuple[NDArray, NDArray, NDArray], label: str, top: float, most: float, **bar: Any
+) -> None:
+    """Image (across, up, values) with its colour bar, which says where the largest value lies beyond it."""
+    drawn = axes.pcolormesh(*image, shading="nearest", cmap="viridis", vmin=0, vmax=top)
+    beyond = most > 1.005 * top
+    figure = axes.get_figure()
+    assert figure is not None
+    text = f"{label}, largest {most:.4g}" if beyond else label
+    figure.colorbar(drawn, ax=axes, label=text, extend="max" if beyond else "neither", **bar)
 
 
 def _family(dataset: xr.Dataset) -> tuple[np.ndarray, ...]:
@@ -252,11 +275,16 @@ def density(dataset: xr.Dataset, name: str, axes: Axes | None = None, colour: st
 
 
 def _smooth(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Kernel density of samples (sample,) on a grid."""
+    """Kernel density of samples (sample,) on a grid; reflected at zero where no sample is negative."""
     from scipy.stats import gaussian_kde
 
-    x = np.linspace(values.min() - 0.1 * np.ptp(values), values.max() + 0.1 * np.ptp(values), 300)
-    return x, gaussian_kde(values)(x)
+    low, high = values.min() - 0.1 * np.ptp(values), values.max() + 0.1 * np.ptp(values)
+    density = gaussian_kde(values)
+    if values.min() < 0:
+        x = np.linspace(low, high, 300)
+        return x, density(x)
+    x = np.linspace(max(low, 0.0), high, 300)
+    return x, density(x) + density(-x)
 
 
 def contributions(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
@@ -313,7 +341,7 @@ def draw_simulation(dataset: xr.Dataset, folder: Path, *, scale: float | None = 
     figure, both = plt.subplots(1, 2, figsize=(12.5, 5.0), layout="constrained")
     for role, axis in zip(Role, both, strict=True):
         load_map(dataset, role, axis, scale=scale).set_title(f"flank of the {role.label}")
-    figure.suptitle(f"{name}\ncontact pressure over the mesh cycle")
+    figure.suptitle(f"{name}\ncontact pressure over the mesh cycle, up to {_largest_pressure(dataset):.4g} MPa")
     written.append(write_figure(figure, folder / "load_maps.png"))
 
     figure, both = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
@@ -351,23 +379,28 @@ def draw_robust(dataset: xr.Dataset, folder: Path) -> list[Path]:
 
 
 def _leading(dataset: xr.Dataset) -> str:
-    """Which error contributes most to the scatter of STE; none is named within the standard error of another."""
+    """The error that contributes most to the scatter of STE, and those that its standard error does not set apart."""
     share, error = (dataset[f"transmission_error_rms_first_order{part}"].values for part in ("", "_standard_error"))
     if not np.isfinite(share).all():
         return "too few error samples to tell the errors' shares"
     names = [str(name).replace("_", " ") for name in dataset["error_name"].values]
     first = int(np.argmax(share))
+    leader = f"{names[first]} alone causes {100 * share[first]:.0f} % of the variance of RMS STE"
     # two shares differ if their difference exceeds twice its standard error
-    rivals = [
-        i for i in np.argsort(-share) if i != first and share[first] - share[i] <= 2 * np.hypot(error[first], error[i])
+    close = [
+        names[i]
+        for i in np.argsort(-share)
+        if i != first and share[first] - share[i] <= 2 * np.hypot(error[first], error[i])
     ]
-    if rivals:
-        among = ", ".join(names[i] for i in (first, *rivals[:2])) + (" and others" if len(rivals) > 2 else "")
-        return f"{among}: not told apart within twice the standard error"
-    with_others = names[int(np.argmax(dataset["transmission_error_rms_total"].values))]
-    if with_others != names[first]:
-        return f"{names[first]} contributes most to the scatter of STE alone, {with_others} with others"
-    return f"{names[first]} contributes most to the scatter of STE"
+    if close:
+        return (
+            f"{leader}\n{', '.join(close[:2])}{' and others' * (len(close) > 2)}: equal within twice the standard error"
+        )
+    with_others = int(np.argmax(dataset["transmission_error_rms_total"].values))
+    if with_others != first:
+        total = 100 * float(dataset["transmission_error_rms_total"][with_others])
+        return f"{leader}\n{names[with_others]} together with other errors {total:.0f} %"
+    return leader
 
 
 def heading(dataset: xr.Dataset) -> str:

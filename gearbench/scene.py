@@ -14,15 +14,15 @@ from pydantic.dataclasses import dataclass
 from gearbench.effects.base import ComplianceEffect, Effect, Effects, GapEffect
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
 from gearbench.loads import Load, WeightedLoad, greatest_load
 from gearbench.notebook import scene_html
 from gearbench.schema import STRICT, changed, given
 
 #: Line load over E m_n that a scene may have: below, rounding rules; above, teeth would be pressed through many times.
 LOADS = (1e-15, 100.0)
-#: Gauss points on each panel unless a scene says otherwise; off the line of action means and RMS values of error
-#: samples are then within 1.2 % of those of many points.
-DEFAULT_GAUSS_POINTS, OFF_LINE_GAUSS_POINTS = 8, 5
+#: Gauss points on each panel unless a scene says otherwise.
+DEFAULT_GAUSS_POINTS = 8
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -70,7 +70,7 @@ class Resolution:
         much faster, because the stiffness jumps where a pair enters or leaves.
     gauss_points
         Gauss points on each panel between two transitions, where ``positions`` is absent; unless given 5 where the
-        transitions under load are found first, 8 for error samples, and 5 of them off the line of action.
+        transitions under load are found first, 8 for error samples.
     segments
         Segments of constant line load on each contact line.
     accuracy
@@ -218,6 +218,17 @@ class Scene:
         """The effect called ``name``, or None where the scene does not ask for it."""
         return self.effects_by_name.get(name)
 
+    def without(self, name: str) -> Scene:
+        """The scene without the effect called ``name``; itself where it does not ask for it.
+
+        Raises
+        ------
+        InputError
+            If another effect requires it.
+        """
+        kept = tuple(effect for effect in self.effects if effect.name != name)
+        return self if len(kept) == len(self.effects) else changed(self, effects=kept)
+
     def under(self, load: Load) -> Scene:
         """The scene under one load.
 
@@ -233,16 +244,6 @@ class Scene:
         """The scene under each of its loads, torques ascending; itself where it has one."""
         torques = sorted(each.torque for each in self.loads)
         return tuple(self.under(Load(torque=torque)) for torque in torques) or (self,)
-
-    @property
-    def panel_size(self) -> int | None:
-        """Gauss points on each panel between transitions that do not follow the load; None at uniform phases.
-
-        Off the line of action nothing jumps there: unless the resolution gives them, fewer do.
-        """
-        size = self.resolution.panel_size
-        given = size is None or self.resolution.gauss_points is not None
-        return size if given or self.effect("off_line_contact") is None else OFF_LINE_GAUSS_POINTS
 
     @property
     def one_load(self) -> Scene:
@@ -308,6 +309,11 @@ class Scene:
         from gearbench.effects.shafts import system_effects
 
         return system_effects(self.gearbox, own=own)
+
+    @property
+    def gear_names(self) -> tuple[str, str]:
+        """Names of the driver and of the driven gear."""
+        return Role.PINION.label, Role.WHEEL.label
 
     @property
     def F_bt(self) -> float:

@@ -11,10 +11,11 @@ from gearbench.effects.base import Effect
 from gearbench.effects.registry import RENAMED, effect_class, effect_names
 from gearbench.errors import InputError, one_of
 from gearbench.geometry.pair import Pair
+from gearbench.keys import key_at, with_values
 from gearbench.loads import Load, WeightedLoad, greatest_load
 from gearbench.named_files import content, files_in, in_folder
 from gearbench.scene import Operation, Resolution, Scene
-from gearbench.schema import Key, as_table, keys, make, read, read_toml
+from gearbench.schema import Key, as_table, make, read, read_toml
 
 _LOG = logging.getLogger(__name__)
 
@@ -85,29 +86,18 @@ def read_loads(tables: Any, key: str) -> tuple[WeightedLoad, ...]:
     return tuple(read(WeightedLoad, table, f"{key}.{i}") for i, table in enumerate(tables))
 
 
-def scene_at(scene: Scene, point: Mapping[str, float]) -> Scene:
+def scene_at(scene: Scene, point: Mapping[str, Any]) -> Scene:
     """``scene`` with the values of ``point`` at its dotted keys; items of lists count from 0.
+
+    Under a torque of several loads it is that under this load alone.
 
     Raises
     ------
     InputError
         Where a value is not allowed, or a list has no such item.
     """
-    tables: dict[str, Any] = scene.to_mapping()
-    for path, value in point.items():
-        *parents, last = path.split(".")
-        table: Any = tables
-        for part in parents:
-            table = table[_item(table, part, path)] if isinstance(table, list) else table.setdefault(part, {})
-        table[_item(table, last, path) if isinstance(table, list) else last] = value
-    return parse_scene(tables) if point else scene
-
-
-def _item(items: list[Any], part: str, path: str) -> int:
-    """Number of the item of a list that ``part`` of a dotted key names."""
-    if not part.isdecimal() or int(part) >= len(items):
-        raise InputError(path, part, f"must be an item of the list, counted from 0 to {len(items) - 1}")
-    return int(part)
+    base = scene.under(scene.load) if scene.loads and "load.torque" in point else scene
+    return with_values(base, point, table_class)
 
 
 def _effects(head: str, tables: Mapping[str, Any]) -> tuple[Effect, ...]:
@@ -163,12 +153,7 @@ def scene_key(path: str) -> Key | None:
         kind = table_class(".".join(parts[:split]))
     except InputError:
         return None
-    key = None
-    for part in parts[split:]:
-        if kind is None:
-            return None
-        if part not in keys(kind):
-            raise InputError("", path, f"must be a key of a scene: {', '.join(keys(kind))}")
-        key = keys(kind)[part]
-        kind = key.table
-    return key if kind is None else None
+    try:
+        return key_at(kind, ".".join(parts[split:])) if parts[split:] else None
+    except InputError as error:
+        raise InputError("", path, error.allowed) from None

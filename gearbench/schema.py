@@ -14,9 +14,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import MISSING, dataclass, fields, is_dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar, get_args, get_type_hints
+from types import NoneType
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
+from annotated_types import Ge, Gt, Le, Lt
 from pydantic import ConfigDict, TypeAdapter, ValidationError
+from pydantic.fields import FieldInfo
 
 from gearbench.errors import InputError, one_of
 
@@ -60,6 +63,33 @@ class Key:
         found = re.search(r"\[([^]]+)\]", self.meaning)
         return found[1] if found else ""
 
+    @property
+    def items(self) -> bool:
+        """Whether it holds a list, or a table of items by name."""
+        return any(get_origin(unannotated(each)[0]) in (tuple, dict) for each in self.hints)
+
+    @property
+    def hints(self) -> tuple[Any, ...]:
+        """The types that it may have, None left out."""
+        every = get_args(self.hint) if NoneType in get_args(self.hint) else (self.hint,)
+        return tuple(each for each in every if each is not NoneType)
+
+    @property
+    def number(self) -> type | None:
+        """``int`` or ``float`` where it holds a number, or a list of them; else None."""
+        found = {each for each in _within(self.hint) if each in (int, float)}
+        return float if float in found else int if found else None
+
+    @property
+    def limits(self) -> tuple[float | None, float | None, bool]:
+        """Least and greatest value of a number, None where it has none, and whether the least itself is excluded."""
+        notes = [note for each in _within(self.hint) for note in unannotated(each)[1]]
+        flat = [each for note in notes for each in (note.metadata if isinstance(note, FieldInfo) else (note,))]
+        bounds = {type(note): note for note in flat}
+        least = bounds[Ge].ge if Ge in bounds else bounds[Gt].gt if Gt in bounds else None
+        most = bounds[Le].le if Le in bounds else bounds[Lt].lt if Lt in bounds else None
+        return least, most, Gt in bounds
+
     def fault(self, value: Any) -> str | None:
         """The fault in the type of ``value``, None where there is none; limits are not looked at."""
         faults = _faults(TypeAdapter(self.hint, config=STRICT), value)
@@ -78,6 +108,15 @@ def keys(kind: type) -> dict[str, Key]:
         meaning = meanings.get(field.name, "")
         found[field.name] = Key(name=field.name, hint=hint, default=default, meaning=meaning, table=table)
     return found
+
+
+def unannotated(hint: Any) -> tuple[Any, tuple[Any, ...]]:
+    """A type without its annotations, and the annotations."""
+    found: tuple[Any, ...] = ()
+    while hasattr(hint, "__metadata__"):
+        found += hint.__metadata__
+        hint = hint.__origin__
+    return hint, found
 
 
 def _within(hint: Any) -> Iterator[Any]:

@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _LOG = logging.getLogger(__name__)
+#: Why harmonics and panels may be NaN.
+UNIFORM = "NaN: uniform mesh phases have no panels, and give harmonics below half their number only"
 #: No further dimensions.
 _NONE: Mapping[str, tuple[NDArray, dict[str, str]]] = MappingProxyType({})
 
@@ -78,8 +80,10 @@ def dataset(
     }
     own = {name: (name, values, attrs) for name, (values, attrs) in before.items()}
     attrs = provenance(solved.scene, wall_time=time.perf_counter() - start)
+    if solved.scene.effect("manufacturing_errors") is not None:
+        attrs["random_errors"] = "at their means"
     attrs["polished_positions"] = solved.solution.polished  # solved once more, see ContactSolution
-    return xr.Dataset(described(variables), coords=described(coords) | own, attrs=attrs)
+    return xr.Dataset(described(variables, UNIFORM), coords=described(coords, UNIFORM) | own, attrs=attrs)
 
 
 #: Dimensions and values by name.
@@ -95,6 +99,8 @@ def columns(solved: Solved, outputs: Sequence[str]) -> tuple[Columns, Columns]:
     over = {dim for dims, _ in variables.values() for dim in dims}
     if "harmonic" in over:
         coords["harmonic"] = ("harmonic",), np.arange(1, HARMONICS + 1)
+    if "gear" in over:
+        coords["gear"] = ("gear",), np.array(solved.scene.gear_names)
     if "segment" in over:
         grid = ("position", "pair", "segment")
         coords |= {

@@ -19,8 +19,9 @@ from gearbench.effects.teeth import forget_fast_teeth
 from gearbench.library.garambois2017 import case
 from gearbench.scene import Resolution, Scene
 from gearbench.scene_file import parse_scene
-from tests.systems import spur_scene
-from tests.test_architecture import MODULES, ROOT
+from tests.support.paths import ROOT
+from tests.support.systems import spur_scene
+from tests.test_architecture import MODULES
 
 KERNELS = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in MODULES.items() if "_kernels" in name}
 FUNCTIONS = {

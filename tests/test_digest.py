@@ -12,7 +12,8 @@ from gearbench.files import seal, together, unseal, write_text
 from gearbench.library.garambois2017 import case
 from gearbench.results.netcdf import load, save
 from gearbench.simulation import simulate
-from tests.explore_designs import EXAMPLES, front
+from tests.support.explore_designs import front
+from tests.support.paths import EXAMPLES, STUDY
 
 ROOT = EXAMPLES.parent
 
@@ -128,7 +129,7 @@ def test_a_fault_of_the_program_is_one_line_a_report_and_no_output(run, tmp_path
 
 CHECKED = {
     "case1.toml": (EXAMPLES / "case1.toml", "case 1: spur, z 33/75"),
-    "study": (EXAMPLES / "optimise_small.toml", "study small: 6 variables"),
+    "study": (STUDY, "study small: 6 variables"),
     "rexs": (ROOT / "tests" / "data" / "stage_1.6.rexs", "REXS 1.6, 10 components"),
     "dataset": (ROOT / "studies" / "s08_contact" / "dataset.nc", "mesh cycle of 20 phases"),
 }

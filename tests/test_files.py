@@ -15,9 +15,8 @@ import xarray as xr
 from gearbench.errors import InputError
 from gearbench.files import file_parts, replacing, write_bytes, write_text
 from gearbench.results.netcdf import load, save
-from tests.explore_designs import EXAMPLES, front
-
-ROOT = Path(__file__).parents[1]
+from tests.support.explore_designs import front
+from tests.support.paths import EXAMPLES, ROOT
 
 
 def refuse(*_: object, **__: object) -> None:

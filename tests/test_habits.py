@@ -10,7 +10,7 @@ from importlib import import_module
 import pytest
 
 from gearbench import __version__
-from tests.test_architecture import ROOT
+from tests.support.paths import ROOT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 CHANGES = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")

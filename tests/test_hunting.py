@@ -142,3 +142,12 @@ def test_bad_values_are_one_line(effects, message):
     with pytest.raises(InputError) as caught:
         hunting_cycle(scene(effects))
     assert str(caught.value).startswith(message)
+
+
+def test_orders_that_uniform_phases_do_not_give_are_not_there():
+    made = scene({"pitch_errors": PITCH}, positions=3)
+    whole = hunting_cycle(made)
+    assert np.isfinite(whole["transmission_error_order_amplitude"].values).all()
+    assert whole["mesh_order"].values[-1] == pytest.approx(115 / 77)  # below half of 3 · 77 points
+    with pytest.raises(InputError, match="at least"):
+        hunting_cycle(made, orders=0.01)

@@ -8,16 +8,14 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
 import pytest
 
-from gearbench import interruption
-from gearbench.cli import main
+from tests.support.campaign import many
+from tests.support.paths import ROOT
 
-ROOT = Path(__file__).parents[1]
 SCENE = ROOT / "examples" / "gear55_robust.toml"
 
 
@@ -39,20 +37,23 @@ def end(process: subprocess.Popen[str]) -> tuple[int, str]:
 
 SWALLOWED = """
 import os, signal, sys, time
-from gearbench.interruption import Hearing
+from contextlib import nullcontext
+from gearbench.interruption import check, ending, raising
 
 class Callback:
     def __del__(self):  # an exception raised in here is swallowed, as under the import of an extension module
         os.kill(os.getpid(), signal.{name})
         time.sleep(0.01)
 
-with Hearing():
+with ending(), {context}():
     if "{where}" == "import":
         sys.path.insert(0, "{folder}")
         import module
+    elif "{where}" == "text":
+        eval("os.kill(os.getpid(), signal.{name})")  # as typer does with annotations
     else:
         Callback()
-    time.sleep(20)
+    check()
     print("went on to its end")
 """
 MODULE = """
@@ -67,149 +68,71 @@ except BaseException:
 
 
 @pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
-@pytest.mark.parametrize("where", ["import", "callback"])
-def test_a_signal_is_not_lost_where_python_swallows_its_exception(tmp_path, name, code, where):
+@pytest.mark.parametrize("where", ["import", "callback", "text"])
+@pytest.mark.parametrize("context", ["nullcontext", "raising"])
+def test_a_signal_is_not_lost_where_python_swallows_its_exception(tmp_path, name, code, where, context):
     (tmp_path / "module.py").write_text(MODULE.format(name=name))
-    began = time.monotonic()
-    program = SWALLOWED.format(name=name, where=where, folder=tmp_path)
-    assert end(start(sys.executable, "-c", program)) == (code, "gearbench: interrupted\n")
-    assert time.monotonic() - began < 15
+    program = SWALLOWED.format(name=name, where=where, folder=tmp_path, context=context)
+    code_of_it, err = end(start(sys.executable, "-c", program))
+    assert code_of_it == code
+    # where Python swallows the exception, it may say so
+    assert err.endswith("gearbench: interrupted\n")
+    assert context == "raising" or err == "gearbench: interrupted\n"
 
 
-HALF_MADE = """
+KEEPING = """
+import os, signal, sys
+from gearbench.interruption import INTERRUPTED, ending, raising
+
+with ending():
+    try:
+        with raising():
+            os.kill(os.getpid(), signal.{name})
+    except KeyboardInterrupt:
+        print("kept", file=sys.stderr)
+        if {again}:
+            os.kill(os.getpid(), signal.{name})
+        sys.exit(INTERRUPTED)
+"""
+
+
+@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
+@pytest.mark.parametrize("again", [False, True])
+def test_a_command_that_keeps_its_work_says_so_itself_unless_it_hears_a_second_signal(name, code, again):
+    program = KEEPING.format(name=name, again=again)
+    said = "kept\ngearbench: interrupted\n" if again else "kept\n"
+    assert end(start(sys.executable, "-c", program)) == (code, said)
+
+
+WRITING = """
 import os, signal
-from gearbench.interruption import Hearing
+from gearbench.files import replacing
+from gearbench.interruption import ending
 
-class Module:
-    def __init__(self):
-        os.kill(os.getpid(), signal.SIGINT)
-        for _ in range(1000):
-            pass
-        self.handle = 1
-
-    def __del__(self):  # as those of compiled modules
-        del self.handle
-
-with Hearing():
-    Module()
+with ending(), replacing("file.txt") as part:
+    part.write_text("half of")
+    os.kill(os.getpid(), signal.SIGINT)
 """
 
 
-def test_what_an_interruption_leaves_half_made_says_nothing():
-    assert end(start(sys.executable, "-c", HALF_MADE)) == (130, "gearbench: interrupted\n")
-
-
-TEXT = """
-from gearbench.interruption import Hearing
-
-with Hearing():
-    eval("__import__('signal').raise_signal({number})")  # as typer does with annotations
-"""
-
-
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_python_does_not_end_a_module_by_ctrl_c_that_was_raised_in_evaluated_text(tmp_path, number, code):
-    (tmp_path / "program.py").write_text(TEXT.format(number=int(number)))
-    program = start(sys.executable, "-m", "program", folder=tmp_path)
-    assert end(program) == (code, "gearbench: interrupted\n")
-
-
-def code_of(program: Callable[[], None]) -> int:
-    """Exit code of a program that hears signals."""
-    with pytest.raises(SystemExit) as left, interruption.Hearing():
-        program()
-    assert isinstance(left.value.code, int)
-    return left.value.code
-
-
-def test_a_second_exception_does_not_cut_off_what_the_first_one_ends():
-    done = []
-
-    def program() -> None:
-        try:
-            signal.raise_signal(signal.SIGINT)
-        finally:
-            time.sleep(5 * interruption.AGAIN)
-            done.append("tidied up")
-
-    assert (code_of(program), done) == (130, ["tidied up"])
-
-
-def test_who_has_dealt_with_it_goes_on():
-    with interruption.Hearing() as hearing:
-        with pytest.raises(KeyboardInterrupt):
-            signal.raise_signal(signal.SIGTERM)
-        assert interruption.pending()
-        interruption.arrived()
-        time.sleep(3 * interruption.AGAIN)
-        assert not interruption.pending()
-    assert hearing.number == signal.SIGTERM
-
-
-def test_a_command_that_says_so_itself_ends_with_the_code_of_the_signal():
-    def program() -> None:
-        with pytest.raises(KeyboardInterrupt):
-            signal.raise_signal(signal.SIGTERM)
-        interruption.arrived()
-        raise SystemExit(130)
-
-    assert code_of(program) == 143
-
-
-def test_a_signal_while_the_context_is_left_is_heard(monkeypatch, capsys):
-    stop = signal.setitimer
-
-    def signal_and_stop(timer: int, seconds: float) -> None:
-        if not seconds:
-            signal.raise_signal(signal.SIGTERM)
-        stop(timer, seconds)
-
-    monkeypatch.setattr("signal.setitimer", signal_and_stop)
-    assert code_of(lambda: None) == 143
-    assert capsys.readouterr().err == "gearbench: interrupted\n"
-
-
-def handlers() -> tuple[object, ...]:
-    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGALRM)
-    return (*map(signal.getsignal, numbers), sys.unraisablehook)
+def test_files_that_are_being_written_are_removed(tmp_path):
+    assert end(start(sys.executable, "-c", WRITING, folder=tmp_path)) == (130, "gearbench: interrupted\n")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_handlers_are_those_of_before_afterwards(run):
-    before = handlers()
+    numbers = (signal.SIGINT, signal.SIGTERM)
+    before = [*map(signal.getsignal, numbers)]
     assert run("--version")[0] == 0
-    assert handlers() == before
+    assert [*map(signal.getsignal, numbers)] == before
 
 
-def test_another_error_that_the_signal_became_is_the_signal(monkeypatch, capsys):
-    def fails() -> None:
-        try:
-            signal.raise_signal(signal.SIGINT)
-        except BaseException as error:
-            raise ImportError("numpy failed to import") from error
-
-    monkeypatch.setattr("gearbench.cli.app.app", fails)
-    with pytest.raises(SystemExit, match="130"):
-        main()
-    assert capsys.readouterr().err == "gearbench: interrupted\n"
-
-
-def test_an_interruption_that_is_swallowed_leaves_no_trace(monkeypatch, capsys):
-    """Cython prints what a function cannot raise, a trace for the user to read; other faults are printed as ever."""
-
-    def swallows() -> None:
-        try:
-            signal.raise_signal(signal.SIGINT)
-        except BaseException as error:
-            sys.excepthook(type(error), error, error.__traceback__)
-        sys.excepthook(ValueError, ValueError("of something else"), None)
+def test_an_interruption_that_is_raised_elsewhere_ends_a_command_alike(run, monkeypatch):
+    def interrupted(_: object) -> None:
         raise KeyboardInterrupt
 
-    before = sys.excepthook
-    monkeypatch.setattr("gearbench.cli.app.app", swallows)
-    with pytest.raises(SystemExit, match="130"):
-        main()
-    assert capsys.readouterr().err == "ValueError: of something else\ngearbench: interrupted\n"
-    assert sys.excepthook is before
+    monkeypatch.setattr("gearbench.scene_file.load_scene", interrupted)
+    assert run("simulate", SCENE) == (130, "", "gearbench: interrupted\n")
 
 
 # -- at random moments -------------------------------------------------------------------------------------------------
@@ -265,9 +188,10 @@ def interrupt_often(count: int, longest: float, tmp_path: Path, seed: int) -> in
 
 
 def test_interrupted_at_random_moments(tmp_path):
-    assert interrupt_often(10, 1.0, tmp_path, seed=1) >= 3
+    assert interrupt_often(4, 1.0, tmp_path, seed=1) >= 1
 
 
 @pytest.mark.slow
-def test_three_hundred_interruptions_are_all_heard(tmp_path):
-    assert interrupt_often(300, 2.0, tmp_path, seed=2) >= 100
+def test_many_interruptions_are_all_heard(tmp_path):
+    count = many(60)
+    assert interrupt_often(count, 2.0, tmp_path, seed=2) >= count // 3

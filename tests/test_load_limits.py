@@ -9,7 +9,7 @@ from gearbench.scene_file import load_scene
 from gearbench.schema import changed
 from gearbench.simulation import simulate
 from gearbench.sweeps.run import sweep
-from tests.explore_designs import EXAMPLES
+from tests.support.paths import EXAMPLES
 
 CASE = load_scene(EXAMPLES / "case1.toml")
 

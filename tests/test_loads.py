@@ -17,11 +17,11 @@ from gearbench.optimisation.problem import evaluate, scene_of
 from gearbench.optimisation.study import Limit
 from gearbench.optimisation.study_file import parse_study
 from gearbench.scene_file import parse_scene
-from gearbench.sweeps import shared
-from tests.test_accuracy import with_resolution
-from tests.test_architecture import ROOT
-from tests.test_optimise_problem import GOOD, SMALL
-from tests.test_sweep import example, with_tables
+from gearbench.sweeps import loads as group_of_loads
+from tests.accuracy.test_accuracy import with_resolution
+from tests.optimisation.test_problem import GOOD, SMALL
+from tests.support.paths import ROOT
+from tests.sweeps.test_sweep import example, with_tables
 
 LOADS = [{"torque": 230.0, "weight": 2.0}, {"torque": 90.0}, {"torque": -60.0, "weight": 0.5}]
 #: Torques ascending, and their shares.
@@ -61,8 +61,8 @@ def test_simulate_is_the_sweep_of_the_torques_with_mean_and_greatest():
 
 
 def test_the_compliance_of_a_flank_is_made_once(monkeypatch):
-    calls, assemble = [], shared.assemble
-    monkeypatch.setattr(shared, "assemble", lambda *a: calls.append(a[0].load.coast) or assemble(*a))
+    calls, assemble = [], group_of_loads.assemble
+    monkeypatch.setattr(group_of_loads, "assemble", lambda *a: calls.append(a[0].load.coast) or assemble(*a))
     simulate(several(resolution={"positions": 24}))
     assert sorted(calls) == [False, True]
 

@@ -104,12 +104,14 @@ def test_spectra_and_densities_of_a_sweep_have_a_line_a_point(loads, axes):
     assert_allclose(peaks, [1.0, 3.0], atol=0.1)
 
 
-@pytest.mark.parametrize(("floor", "words"), [(1e-9, ", below the axis"), (0.5, "")])
-def test_a_noise_floor_that_the_axis_does_not_reach_is_said_to_be_below_it(axes, floor, words):
+@pytest.mark.parametrize("share", [0.3, 1e-3])
+def test_the_axis_of_an_order_spectrum_shows_the_noise_floor_it_names(axes, share):
     data = simulate(SCENE)
-    data["transmission_error_amplitude_noise_floor"][:] = floor
-    order_spectrum(data, "transmission_error", axes)
-    assert axes.get_legend().get_texts()[0].get_text() == f"numerical noise floor{words}"
+    name = "transmission_error_amplitude_noise_floor"
+    floor = np.full(data.sizes["harmonic"], share * float(data["transmission_error_amplitude"].min()))
+    order_spectrum(data.assign({name: ("harmonic", floor)}), axes=axes)
+    assert axes.get_legend_handles_labels()[1] == ["numerical noise floor"]
+    assert axes.get_ylim()[0] < floor[0]
 
 
 def test_many_points_are_thinned_and_both_ends_kept(axes):
@@ -200,13 +202,13 @@ def robust_data(shares, errors, total=None):
 @pytest.mark.parametrize(
     ("shares", "errors", "says"),
     [
-        ([0.6, 0.3, 0.05], [0.02, 0.02, 0.02], "profile form contributes most to the scatter of STE"),
+        ([0.6, 0.3, 0.05], [0.02, 0.02, 0.02], "profile form alone causes 60 % of the variance of RMS STE"),
         (
             [0.42, 0.4, 0.1],
             [0.05, 0.05, 0.05],
-            "profile form, helix slope: not told apart within twice the standard error",
+            "causes 42 % of the variance of RMS STE\nhelix slope: equal within twice the standard error",
         ),
-        ([0.42, 0.4, 0.39], [0.3, 0.3, 0.3], "profile form, helix slope, deviation: not told apart"),
+        ([0.42, 0.4, 0.39], [0.3, 0.3, 0.3], "\nhelix slope, deviation: equal within twice the standard error"),
         ([np.nan] * 3, [np.nan] * 3, "too few error samples"),
     ],
 )
@@ -228,7 +230,18 @@ def test_a_title_names_who_leads_with_others_too(tmp_path, monkeypatch):
     titles = []
     monkeypatch.setattr(gearbench.plotting, "write_figure", lambda f, path: titles.append(f.axes[0].get_title()))
     draw_robust(robust_data([0.4, 0.2, 0.1], [0.02] * 3, [0.45, 0.6, 0.1]), tmp_path)
-    assert titles[-1].endswith("profile form contributes most to the scatter of STE alone, helix slope with others")
+    assert titles[-1].endswith(
+        "profile form alone causes 40 % of the variance of RMS STE\nhelix slope together with other errors 60 %"
+    )
+
+
+def test_no_density_is_drawn_below_zero_where_no_sample_is(axes):
+    """A kernel density reflected at zero: its integral over the positive axis is 1."""
+    values = np.random.default_rng(1).exponential(size=400)
+    data = xr.Dataset({"transmission_error_rms": ("sample", values, {"symbol": "δ", "units": "µm"})})
+    x, y = density(data, "transmission_error_rms", axes).lines[-1].get_data()
+    assert x.min() == 0.0
+    assert np.trapezoid(y, x) == pytest.approx(1.0, abs=0.02)  # the grid ends a tenth of the range above the largest
 
 
 def test_contributions_of_a_sweep_ask_for_a_point(axes):

@@ -12,7 +12,6 @@ from dataclasses import replace
 from functools import cache
 from importlib import import_module
 from itertools import permutations
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -28,8 +27,8 @@ from gearbench.results.outputs import OUTPUTS
 from gearbench.scene import Operation, Scene
 from gearbench.scene_file import parse_scene
 from gearbench.simulation import simulate
+from tests.support.paths import ROOT
 
-ROOT = Path(__file__).parents[1]
 GRID = ROOT / "tests" / "data" / "economy_grid.csv"
 
 BASE: dict[str, Any] = {

@@ -13,7 +13,7 @@ from gearbench import nonlinear_response, response, revolution_response, robust_
 from gearbench.library.garambois2017 import case
 from gearbench.scene import Resolution
 from gearbench.threads import lazy, single_threaded_blas
-from tests.systems import spur_scene
+from tests.support.systems import spur_scene
 
 
 def blas() -> ThreadpoolController:

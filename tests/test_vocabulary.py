@@ -23,13 +23,13 @@ from gearbench.results.outputs import OUTPUTS
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from gearbench.simulation import simulate
+from tests.support.paths import ROOT
 
-ROOT = Path(__file__).parents[1]
 GEARS = sorted((ROOT / "examples" / "gears").glob("*.toml"))
 SEW = ROOT / "tests" / "data" / "sew_3_stage_cylindrical_gearbox_1.0.rexs"
 NAMES = [*(path.stem for path in GEARS), *(f"sew stage {n}" for n in (1, 2, 3))]
 #: Numbers that are −∞, not finite, where a flank touches at its base circle.
-UNBOUNDED = {"specific_sliding_pinion", "specific_sliding_wheel"}
+UNBOUNDED = {"specific_sliding"}
 #: Effects of the flank's shape, which the coast flanks may have of their own.
 SHAPES = ("crowning", "tip_relief", "end_relief", "profile_crowning", "helix_slope", "flank_twist", "profile_curve")
 

@@ -1,9 +1,9 @@
 """Writer by writer: how whoever reads a file of gearbench knows that it is whole, or why nobody needs to."""
 
 import ast
-from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
+from tests.support.paths import ROOT
+
 #: Calls that write a file.
 WRITES = {"write_bytes", "write_text", "savefig", "savez", "fdopen", "to_netcdf", "tofile", "save_png"}
 

@@ -14,6 +14,7 @@ from functools import cache
 from pathlib import Path
 
 from fem_reference.environment import MissingDependencyError
+from gearbench.interruption import raising
 
 _NUMBER = re.compile(r"[-+]?(?:\d+\.\d*(?:E[-+]\d+)?|nan)", re.IGNORECASE)
 
@@ -80,9 +81,10 @@ def run(text: str, pairs: Sequence[int], *, threads: int = 1) -> list[StepResult
     with tempfile.TemporaryDirectory(prefix="gearbench-ccx-") as folder:
         Path(folder, "pair.inp").write_text(text, encoding="ascii")
         environment = {**os.environ, "OMP_NUM_THREADS": str(threads), "CCX_NPROC_STIFFNESS": str(threads)}
-        done = subprocess.run(
-            [executable(), "pair"], cwd=folder, env=environment, capture_output=True, text=True, check=False
-        )
+        with raising():
+            done = subprocess.run(
+                [executable(), "pair"], cwd=folder, env=environment, capture_output=True, text=True, check=False
+            )
         printed = Path(folder, "pair.dat")
         found = read(printed.read_text(encoding="ascii", errors="replace") if printed.exists() else "", pairs)
     if len(found) < text.count("*END STEP"):

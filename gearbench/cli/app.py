@@ -4,33 +4,18 @@ from __future__ import annotations
 
 import logging
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from functools import wraps
-from typing import Annotated
+from importlib import import_module
+from typing import Annotated, Any, NoReturn
 
 import typer
 
 from gearbench.cli import log
-from gearbench.cli.check import check
-from gearbench.cli.cost import cost
-from gearbench.cli.doctor import doctor
-from gearbench.cli.explore import explore
-from gearbench.cli.hunting import hunting
-from gearbench.cli.optimise import optimise
 from gearbench.cli.options import shows_progress
-from gearbench.cli.plan import plan
-from gearbench.cli.polish import polish
-from gearbench.cli.response import response
-from gearbench.cli.rexs import rexs
-from gearbench.cli.robust import robust
-from gearbench.cli.select import select
-from gearbench.cli.simulate import simulate
-from gearbench.cli.sweep import sweep
-from gearbench.cli.validate import validate
-from gearbench.cli.verify import verify
 from gearbench.errors import GearbenchError, InputError, plain, shortened
 from gearbench.files import together
-from gearbench.interruption import pending
 
 #: 0 done, 1 failed, 2 bad input; 130 and 143 where a signal ended it, see ``gearbench.interruption``.
 FAILED, BAD_INPUT = 1, 2
@@ -39,72 +24,70 @@ FAILED, BAD_INPUT = 1, 2
 EXTRAS = {"skfem": "fem", "gmsh": "fem", "meshio": "fem", "platformdirs": "fem"}
 EXTRAS |= {"pymoo": "optimise", "distributed": "optimise", "dask": "optimise", "bokeh": "explore"}
 
-app = typer.Typer(
-    name="gearbench",
-    no_args_is_help=True,
-    context_settings={"help_option_names": ["-h", "--help"]},
-    rich_markup_mode="markdown",
-    pretty_exceptions_enable=False,
-    help="Static transmission error and mesh stiffness of involute gear pairs, and how robust they are.",
+#: Commands in the order of the help; each is a function in the module of its name.
+COMMANDS = (
+    "simulate",
+    "sweep",
+    "relieve",
+    "hunting",
+    "response",
+    "robust",
+    "optimise",
+    "select",
+    "explore",
+    "polish",
+    "verify",
 )
+COMMANDS += ("validate", "plan", "cost", "rexs", "check", "doctor")
+#: Commands that solve no contact problem, and those that commit their files one by one.
+_QUICK, _STEPWISE = ("select", "rexs", "check", "doctor"), ("optimise", "sweep")
 
 
-def _whole(command: Callable[..., None]) -> Callable[..., None]:
-    """The command; its files take their places as it ends, and none where it fails."""
-
-    @wraps(command)
-    def run(*args: object, **options: object) -> None:
-        """The command, its files together."""
-        with together():
-            try:
-                command(*args, **options)
-                return
-            except typer.Exit as end:  # an interruption that keeps what is done
-                code = end.exit_code
-        raise typer.Exit(code)
-
-    return run
+def application(names: Sequence[str] = COMMANDS) -> typer.Typer:
+    """The application with the commands of these names."""
+    app = typer.Typer(
+        name="gearbench",
+        context_settings={"help_option_names": ["-h", "--help"]},
+        rich_markup_mode=None,
+        pretty_exceptions_enable=False,
+        help="Static transmission error and mesh stiffness of involute gear pairs, and how robust they are.",
+    )
+    app.callback()(_options)
+    for name in names:
+        app.command()(_command(name, getattr(import_module(f"gearbench.cli.{name}"), name)))
+    return app
 
 
-def _announced(command: Callable[..., None]) -> Callable[..., None]:
-    """The command; before its first run it says why that takes longer."""
+def _command(name: str, function: Callable[..., None]) -> Callable[..., None]:
+    """A command; its files take their places together as it ends, and none does where it fails."""
 
-    @wraps(command)
-    def run(*args: object, **options: object) -> None:
+    @wraps(function)
+    def run(*args: Any, **options: Any) -> None:
         """The command, after a line where the solver was never compiled."""
-        from gearbench.doctor import is_first_run
-
-        if shows_progress(quiet=bool(options.get("quiet")), json=bool(options.get("json"))) and is_first_run():
-            print("first run: the solver is compiled, once after an installation; half a minute", file=sys.stderr)
-        command(*args, **options)
+        if name not in _QUICK and shows_progress(quiet=options.get("quiet", False), json=options.get("json", False)):
+            _announce_first_run()
+        end = typer.Exit(0)
+        with nullcontext() if name in _STEPWISE else together():
+            try:
+                function(*args, **options)
+            except typer.Exit as early:  # an interruption that keeps what is done
+                end = early
+            except KeyboardInterrupt:
+                raise Interrupted from None
+        raise end
 
     return run
 
 
-#: Commands that solve contact problems.
-_SOLVING = (simulate, sweep, hunting, response, robust, optimise, explore, polish, verify, validate, cost)
-#: Commands that commit their files one by one.
-_STEPWISE = (optimise, sweep)
-for command in (
-    simulate,
-    sweep,
-    hunting,
-    response,
-    robust,
-    optimise,
-    select,
-    explore,
-    polish,
-    verify,
-    validate,
-    plan,
-    cost,
-    rexs,
-    check,
-    doctor,
-):
-    solving = _announced(command) if command in _SOLVING else command
-    app.command()(solving if command in _STEPWISE else _whole(solving))
+class Interrupted(BaseException):
+    """An interruption that nobody has dealt with; typer would take a ``KeyboardInterrupt`` for its own."""
+
+
+def _announce_first_run() -> None:
+    from gearbench.doctor import is_first_run
+
+    if is_first_run():
+        print("first run: the solver is compiled, once after an installation; about a minute", file=sys.stderr)
 
 
 def _version(wanted: bool) -> None:
@@ -115,7 +98,6 @@ def _version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
 def _options(
     _: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
@@ -126,19 +108,28 @@ def _options(
 
 def main() -> None:
     """Run the command line; every fault is one line on stderr, one that nobody expected leaves a report, too."""
+    # only the command that is called is imported
+    called = [name for name in sys.argv[1:2] if name in COMMANDS]
     try:
-        _run()
+        app = application(called or COMMANDS)
+        sys.exit(app(sys.argv[1:] or ["--help"], prog_name="gearbench", standalone_mode=False))
     except InputError as error:
         _end(error, BAD_INPUT)
     except ModuleNotFoundError as error:
         module = (error.name or "").partition(".")[0]
         extra = EXTRAS.get(module)
         _end(f"{module} is not installed: pip install 'gearbench[{extra}]'" if extra else error, FAILED)
+    except BrokenPipeError:  # nobody reads on
+        sys.exit(FAILED)
     except (GearbenchError, OSError, ImportError) as error:
         _end(error, FAILED)
     except MemoryError:
         _end("out of memory", FAILED)
-    except Exception as error:  # a fault of the program
+    except Interrupted:
+        raise KeyboardInterrupt from None
+    except Exception as error:
+        if (message := getattr(error, "format_message", None)) is not None:  # of typer: an unknown option, say
+            _end(f"{message()} See gearbench {' '.join([*called, '--help'])}", BAD_INPUT)
         from gearbench.cli.report import write_report
 
         _end(
@@ -149,16 +140,7 @@ def main() -> None:
         log.end()
 
 
-def _run() -> None:
-    try:
-        app()
-    except Exception as error:
-        if pending():  # Ctrl-C in the midst of an import comes out as another error
-            raise KeyboardInterrupt from error
-        raise
-
-
-def _end(error: object, code: int) -> None:
+def _end(error: object, code: int) -> NoReturn:
     if code == FAILED:
         logging.getLogger("gearbench").debug("where it happened:", exc_info=True)
     print(f"gearbench: {plain(error)}", file=sys.stderr)

@@ -11,7 +11,6 @@ from gearbench.cli.options import Json, Quiet, SceneFile, Verbose, say
 
 if TYPE_CHECKING:
     import xarray as xr
-    from rich.table import Table
 
     from gearbench.scene import Scene
 
@@ -80,32 +79,26 @@ def _print_json(scene: Scene, dataset: xr.Dataset, written: list[Path]) -> None:
 
 
 def _print(scene: Scene, dataset: xr.Dataset, written: list[Path]) -> None:
-    from rich.console import Console
+    from gearbench.cli.summary import pair_line
 
-    from gearbench.cli.summary import console, pair_line
-
-    # no narrower than the table, so that nothing of it is cut where the output is no terminal
-    out = console(width=max(110, Console().width))
-    out.print(_table(pair_line(scene), dataset))
-    out.print("error: the largest of mean STE, RMS STE, mean k, RMS k, relative; ±: of its reference")
-    out.print("order: of each of the four, – where errors are not clear of their reference")
-    out.print("time, memory: of a run with the other knobs as in the scene; medians")
+    _print_table(pair_line(scene), dataset)
+    print("error: the largest of mean STE, RMS STE, mean k, RMS k, relative; ±: of its reference")
+    print("order: of each of the four, – where errors are not clear of their reference")
+    print("time, memory: of a run with the other knobs as in the scene; medians")
     if "compliance_error" in dataset:
-        out.print("meshes by cells across the tooth; compliance: error of the flanks' compliance, and its order")
-        out.print("finite elements: of a process of its own, both gears meshed and solved, memory beside libraries")
+        print("meshes by cells across the tooth; compliance: error of the flanks' compliance, and its order")
+        print("finite elements: of a process of its own, both gears meshed and solved, memory beside libraries")
     for path in written:
         say(f"wrote {path}")
 
 
-def _table(title: str, dataset: xr.Dataset) -> Table:
+def _print_table(title: str, dataset: xr.Dataset) -> None:
     """One row a level, and after each knob the orders observed."""
-    from rich.table import Table
+    from gearbench.cli.table import print_columns
 
-    table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
     elements = "compliance_error" in dataset
     names = ("knob", "level", "error", "±", *(("compliance",) if elements else ()), "time", "memory", "order observed")
-    for name in names:
-        table.add_column(name, justify="left" if name[0] in "ko" else "right", no_wrap=True)
+    table = []
     for knob in dataset["knob"].values:
         rows = dataset.isel(setting=dataset["setting_knob"].values == knob)
         orders = [*rows["observed_order"].sel(knob=knob).values]
@@ -116,7 +109,7 @@ def _table(title: str, dataset: xr.Dataset) -> Table:
             row = rows.isel(setting=i)
             worst = int(row["error"].values.argmax())
             flank = f"{float(row['compliance_error']):.1e}" if elements and row["compliance_error"].notnull() else ""
-            table.add_row(
+            cells = (
                 str(knob) if i == 0 else "",
                 str(row["level"].values),
                 f"{float(row['error'][worst]):.1e}",
@@ -126,4 +119,5 @@ def _table(title: str, dataset: xr.Dataset) -> Table:
                 f"{float(row['megabytes']):.2f} MB",
                 order if i == 0 else "",
             )
-    return table
+            table.append(cells)
+    print_columns(title, names, table, left=(0, 1, len(names) - 1))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from gearbench.cli.options import Json, Quiet, Verbose
+from gearbench.cli.options import Json, Quiet, Verbose, say
 
 if TYPE_CHECKING:
     from gearbench.doctor import Finding
@@ -32,13 +32,8 @@ def doctor(quiet: Quiet = False, verbose: Verbose = False, json: Json = False) -
 
 
 def _print_findings(findings: list[Finding]) -> None:
-    from rich.text import Text
-
-    from gearbench.cli.summary import console
-
-    out = console()
     for finding in findings:
-        mark, colour = ("ok  ", "green") if finding.fine else ("miss", "red") if finding.needed else ("none", "yellow")
-        out.print(Text(mark, colour), f"{finding.name}: {finding.found}", highlight=False)
+        mark = "ok  " if finding.fine else "miss" if finding.needed else "none"
+        say(f"{mark} {finding.name}: {finding.found}")
         if not finding.fine and finding.remedy:
-            out.print(f"       {finding.remedy}", highlight=False)
+            say(f"       {finding.remedy}")

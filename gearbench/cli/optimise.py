@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Memory, Quiet, Verbose, say, shows_progress
+from gearbench.cli.options import Json, Memory, Quiet, Verbose, progress_line, say
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -45,17 +43,15 @@ def optimise(
 
     Example: gearbench optimise examples/optimise_pair.toml -o front
     """
-    from gearbench.interruption import arrived
     from gearbench.optimisation.run import optimise as run
     from gearbench.optimisation.study_file import load_study
 
     loaded = load_study(study)
     try:
-        with _progress(shown=shows_progress(quiet=quiet, json=json)) as report:
-            options = {"resume": resume, "scheduler": scheduler, "threads": threads, "progress": report}
-            dataset = run(loaded, directory=output, **options)
+        with progress_line(quiet=quiet, json=json) as tell:
+            options = {"resume": resume, "scheduler": scheduler, "threads": threads}
+            dataset = run(loaded, directory=output, progress=lambda state: tell(_line(state)), **options)
     except KeyboardInterrupt:
-        arrived()
         kept = len(list(output.glob("generation_*.nc")))
         again = f"gearbench optimise {study} -o {output} --resume"
         print(f"gearbench: interrupted; {kept} generations are kept. Continue with: {again}", file=sys.stderr)
@@ -64,21 +60,6 @@ def optimise(
         _print_json(dataset, output)
     elif not quiet:
         _print_summary(loaded.name, dataset, output)
-
-
-@contextmanager
-def _progress(*, shown: bool) -> Iterator[Callable[[Progress], None]]:
-    """A progress line on a terminal."""
-    if not shown:
-        yield lambda _: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn
-
-    columns = (BarColumn(), TextColumn("{task.description}"))
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("first generation", total=1.0)
-        yield lambda state: bar.update(task, completed=state.fraction, description=_line(state))
 
 
 def _line(state: Progress) -> str:
@@ -128,25 +109,21 @@ def _print_summary(name: str, dataset: xr.Dataset, folder: Path) -> None:
 
 def _print_front(dataset: xr.Dataset) -> None:
     """At most twelve designs of the front, from one end to the other."""
-    from rich.table import Table
-
-    from gearbench.cli.summary import console
+    from gearbench.cli.table import print_columns
     from gearbench.optimisation.designs import Designs
 
     on_front = dataset["on_front"].values.nonzero()[0]
     front = dataset.isel(design=on_front[dataset["objective"].values[on_front, 0].argsort(kind="stable")])
     names = [str(name) for name in front["variable"].values]
     held = Designs(dataset).support(on_front)
-    table = Table(title=f"front, support: {held}", title_justify="left", title_style="bold", box=None, pad_edge=False)
     headings = [name.replace(".", ".\n").replace("_", "_\n") for name in names]
     headings += [_heading(i, str(label)) for i, label in enumerate(front["objective_name"].values)]
-    for heading in headings:
-        table.add_column(heading, justify="right")
+    rows = []
     for number in sorted({round(i * (len(on_front) - 1) / (SHOWN - 1)) for i in range(SHOWN)}):
         row = front.isel(design=number)
         values = [f"{row[v].item():g}" if row[v].dtype.kind in "if" else str(row[v].item()) for v in names]
-        table.add_row(*values, *(f"{x:.4g}" for x in row["objective"].values))
-    console().print(table)
+        rows.append([*values, *(f"{x:.4g}" for x in row["objective"].values)])
+    print_columns(f"front, support: {held}", headings, rows, left=())
 
 
 def _heading(number: int, label: str) -> str:

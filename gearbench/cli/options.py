@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from time import monotonic
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from gearbench.cli.log import begin
 from gearbench.errors import escaped
+from gearbench.interruption import check, raising
 
 if TYPE_CHECKING:
     from gearbench.scene import Scene
@@ -79,6 +82,26 @@ def say(line: str) -> None:
 def shows_progress(*, quiet: bool, json: bool) -> bool:
     """Whether progress is shown: on a terminal only, and never where nothing or JSON alone was asked for."""
     return not quiet and not json and sys.stderr.isatty()
+
+
+@contextmanager
+def progress_line(*, quiet: bool, json: bool) -> Iterator[Callable[[str], None]]:
+    """A function that shows a line in place of the one before, where progress is shown; Ctrl-C raises inside."""
+    shown, last = shows_progress(quiet=quiet, json=json), 0.0
+
+    def tell(line: str) -> None:
+        nonlocal last
+        check()
+        if shown and (now := monotonic()) - last > 0.1:
+            last = now
+            print(f"\r\x1b[2K{line}", end="", file=sys.stderr, flush=True)
+
+    with raising():
+        try:
+            yield tell
+        finally:
+            if shown and last:
+                print("\r\x1b[2K", end="", file=sys.stderr, flush=True)
 
 
 def progress_lines(*, quiet: bool, json: bool) -> Callable[[str], None]:

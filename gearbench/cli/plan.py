@@ -12,7 +12,6 @@ from gearbench.cli.options import AccuracyText, Json, Memory, Quiet, Verbose, sa
 from gearbench.cli.rexs import LoadCase, StageName, Torque, load_any
 
 if TYPE_CHECKING:
-    from gearbench.effort.forecast import Forecast
     from gearbench.effort.plan import Plan
     from gearbench.scene import Scene
 
@@ -30,7 +29,7 @@ def plan(
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:
-    """Parts that will run for SCENE, and the cost of each; for a study, the cost of its search.
+    """Parts that will run for SCENE, their sizes and the memory; for a study, what one evaluation takes.
 
     Example: gearbench plan examples/case1.toml
     """
@@ -59,8 +58,8 @@ def _is_study(path: Path) -> bool:
 
 
 def _plan_study(path: Path, *, quiet: bool, json: bool) -> None:
-    from gearbench.cli.summary import print_mapping
-    from gearbench.effort.study_plan import study_plan
+    from gearbench.cli.summary import duration, print_mapping
+    from gearbench.effort.plan import study_plan
     from gearbench.optimisation.study_file import load_study
 
     study = load_study(path)
@@ -68,38 +67,21 @@ def _plan_study(path: Path, *, quiet: bool, json: bool) -> None:
     if json:
         print_mapping({"name": study.name, "study_sha256": study.digest, **asdict(made)})
     elif not quiet:
-        say(f"{study.name or 'study'}: {made.designs} designs at most, {made.threads} side by side")
-        say(f"a design, predicted: {_duration(made.design_seconds)}, {made.megabytes / made.threads:.1f} MB")
-        say(f"optimise, predicted: {_duration(made.seconds)} at most, {made.megabytes:.1f} MB")
+        say(f"{study.name or 'study'}: {made.designs} designs at most, {made.samples} error samples each")
+        say(f"one evaluation takes {duration(made.design_seconds)} here")
+        say(f"all take {duration(made.seconds)} at most, {made.threads} side by side, and {made.megabytes:.1f} MB")
         _print_refusal(made.megabytes, "optimise")
-        for each in made.others:
-            say(_forecast(each))
-            _print_refusal(each.megabytes, each.command)
 
 
 def _print(scene: Scene, made: Plan) -> None:
-    from rich.table import Table
+    from gearbench.cli.summary import pair_line
+    from gearbench.cli.table import print_columns
 
-    from gearbench.cli.summary import console, pair_line
-
-    out = console()
-    table = Table(title=pair_line(scene), title_justify="left", title_style="bold", box=None, pad_edge=False)
-    for name in ("part", "does", "size", "time"):
-        table.add_column(name, justify="right" if name == "time" else "left")
-    for part in made.parts:
-        table.add_row(part.name, part.does, part.size, f"{1e3 * part.seconds:.2f} ms" if part.seconds else "")
-    out.print(table)
-    out.print(f"simulate, predicted: {_duration(made.seconds)}, {made.megabytes:.1f} MB")
-    _print_refusal(made.megabytes, "simulate")
-    if made.robust_seconds:
-        out.print(f"robust, predicted: {_duration(made.robust_seconds)}")
-    for each in made.others:
-        out.print(_forecast(each))
-        _print_refusal(each.megabytes, each.command)
-
-
-def _forecast(each: Forecast) -> str:
-    return f"{each.command} ({each.size}), predicted: {_duration(each.seconds)}, {each.megabytes:.1f} MB"
+    rows = [(part.name, part.does, part.size) for part in made.parts]
+    print_columns(pair_line(scene), ("part", "does", "size"), rows, left=(0, 1, 2))
+    for command, megabytes in made.megabytes.items():
+        say(f"{command}: {megabytes:.1f} MB of memory")
+        _print_refusal(megabytes, command)
 
 
 def _print_refusal(megabytes: float, command: str) -> None:
@@ -107,10 +89,3 @@ def _print_refusal(megabytes: float, command: str) -> None:
 
     if 1e6 * megabytes > max(memory_limit(), SMALL):
         say(f"this is more than the {shown(memory_limit())} of memory that are allowed: {command} refuses it")
-
-
-def _duration(seconds: float) -> str:
-    """A time in the unit that suits it."""
-    if seconds < 10:
-        return f"{1e3 * seconds:.1f} ms"
-    return f"{seconds:.0f} s" if seconds < 600 else f"{seconds / 3600:.1f} h"

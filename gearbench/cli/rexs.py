@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -147,21 +146,13 @@ def _list(document: RexsDocument, torque: float | None, load_case: int | None, *
 
         print_mapping({"file": str(document.path), "version": document.version, "stages": rows})
         return
-    from rich.table import Table
+    from gearbench.cli.table import print_columns
 
-    from gearbench.cli.summary import console
-
-    title = f"{document.path.name}, REXS {document.version}"
-    table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
-    for name, heading in _COLUMNS.items():
-        table.add_column(heading, justify="left" if name == "name" else "right", no_wrap=True)
-    for row in rows:
-        table.add_row(*(_shown(row.get(name)) for name in _COLUMNS))
-    out = console(width=None if sys.stdout.isatty() else 120)
-    out.print(table)
+    cells = [[_shown(row.get(name)) for name in _COLUMNS] for row in rows]
+    print_columns(f"{document.path.name}, REXS {document.version}", [*_COLUMNS.values()], cells, left=(2,))
     for row in rows:
         for note in row["notes"]:
-            out.print(f"stage {row['stage']}: {note}", highlight=False)
+            say(f"stage {row['stage']}: {note}")
 
 
 #: Column of the list → its heading.

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -21,8 +20,8 @@ from gearbench.cli.options import (
     Threads,
     Verbose,
     plot_folder,
+    progress_line,
     say,
-    shows_progress,
     with_accuracy,
 )
 
@@ -71,8 +70,9 @@ def robust(
         check_target(output)
     folder = plot_folder(plots)
     wanted = samples or (None if loaded.resolution.accuracy is not None else SAMPLES)
-    with _progress(wanted, shown=shows_progress(quiet=quiet, json=json)) as advance, naming(scene):
+    with progress_line(quiet=quiet, json=json) as tell, naming(scene):
         more: dict[str, Any] = {"sampler": sampler, "threads": threads, "responses": response or ()}
+        advance = lambda done: tell(f"{done} of {wanted or 'some'} samples")  # noqa: E731
         dataset = run(loaded, samples=samples, seed=seed, progress=advance, **more)
     written = [save(dataset, output)] if output is not None else []
     done = dataset.sizes["sample"]
@@ -106,20 +106,3 @@ def _by_load(dataset: xr.Dataset, folder: Path) -> Iterator[tuple[xr.Dataset, Pa
         at = folder / f"{torque:g}_Nm"
         at.mkdir(exist_ok=True)
         yield dataset.sel(torque=torque), at
-
-
-@contextmanager
-def _progress(total: int | None, *, shown: bool) -> Iterator[Callable[[int], None]]:
-    """A progress bar on a terminal, for work that takes more than two seconds."""
-    if not shown:
-        yield lambda _: None
-        return
-    import time
-
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("samples", total=total, visible=False)
-        begun = time.monotonic()
-        yield lambda done: bar.update(task, completed=done, visible=time.monotonic() - begun > 2)

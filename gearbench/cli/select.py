@@ -115,9 +115,7 @@ def _print_list(selection: Selection, top: int) -> None:
     """How many designs each condition left, and the best of those that remain."""
     import re
 
-    from rich.table import Table
-
-    from gearbench.cli.summary import console
+    from gearbench.cli.table import print_columns
     from gearbench.optimisation.listing import heading, ranking_text
 
     for condition, left in selection.steps:
@@ -129,12 +127,10 @@ def _print_list(selection: Selection, top: int) -> None:
     columns = selection.table(top)
     names = ["design", "score", *map(str, selection.designs.dataset["variable"].values), *selection.ranking]
     names = list(dict.fromkeys(names))
+    short = [heading(selection, name).removeprefix("pair.").removeprefix("effects.") for name in names]
+    rows = [
+        [f"{x:.4g}" if isinstance(x, float) else str(x) for x in (value.item() for value in row)]
+        for row in zip(*(columns[name] for name in names), strict=True)
+    ]
     title = f"by {ranking_text(selection)}, support: {support}"
-    table = Table(title=title, title_justify="left", title_style="bold", box=None)
-    for name in names:
-        short = heading(selection, name).removeprefix("pair.").removeprefix("effects.")
-        table.add_column("\n".join(re.split(r"[._ ]", short)), justify="right", no_wrap=True)
-    for row in zip(*(columns[name] for name in names), strict=True):
-        table.add_row(*(f"{x:.4g}" if isinstance(x, float) else str(x) for x in (value.item() for value in row)))
-    # wider than any list: a number cut short would be another number
-    console(width=400).print(table)
+    print_columns(title, ["\n".join(re.split(r"[._ ]", name)) for name in short], rows, left=())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -29,6 +30,10 @@ Also = Annotated[
     list[str] | None,
     typer.Option("--also", metavar="NAME", help="One more output, e.g. flank_pressure; give it again for more."),
 ]
+Report = Annotated[
+    Path | None,
+    typer.Option("--report", metavar="FILE.html", help="Write drawing, data, curves, maps and warnings on one page."),
+]
 Scale = Annotated[
     float | None, typer.Option("--scale", metavar="MPA", min=1e-3, help="End of the colours of the load maps [MPa].")
 ]
@@ -44,6 +49,7 @@ def simulate(
     accuracy: AccuracyText = None,
     also: Also = None,
     scale: Scale = None,
+    report: Report = None,
     memory: Memory = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
@@ -56,7 +62,6 @@ def simulate(
     A stage of a REXS file: gearbench simulate gearbox.rexs --stage 2 -o stage2.nc
     """
     from gearbench.cli import summary
-    from gearbench.contact.off_line import advice
     from gearbench.errors import naming
     from gearbench.files import check_target
     from gearbench.results.netcdf import save
@@ -65,16 +70,16 @@ def simulate(
     from gearbench.simulation import simulate as run
 
     loaded, notes = load_any(scene, stage, torque, load_case)
-    if output is not None:
-        check_target(output)
+    for target in (output, report):
+        if target is not None:
+            check_target(target)
+    if report is not None:
+        loaded.one_load  # noqa: B018, refuses several
     folder = plot_folder(plots)
     with naming(scene):
         asked = tuple(dict.fromkeys((*DEFAULT_OUTPUTS, *(also or ()), "flank_pressure_max")))
         dataset = run(with_accuracy(loaded, accuracy), outputs=asked)
     cautions = warnings(loaded, dataset)
-    if not loaded.loads and (missed := advice(loaded, dataset)) is not None:
-        dataset.attrs["off_line_contact"] = missed
-        notes = (*notes, missed)
     written = [save(dataset, output)] if output is not None else []
     if folder is not None and loaded.loads:
         from gearbench.sweeps.figures import draw_sweep
@@ -84,6 +89,11 @@ def simulate(
         from gearbench.plotting import draw_simulation
 
         written += draw_simulation(dataset, folder, scale=scale)
+    if report is not None:
+        from gearbench.pair_report import write_pair_report
+
+        tables = {"geometry": summary.geometry_rows(loaded), "over the mesh cycle": summary.result_rows(dataset)}
+        written.append(write_pair_report(dataset, report, tables, cautions))
     if json:
         summary.print_json(loaded, dataset, files=[str(path) for path in written], notes=[*cautions, *notes])
     elif not quiet:

@@ -7,14 +7,12 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from gearbench.errors import escaped
+from gearbench.cli.table import print_columns
 from gearbench.results.provenance import support
 from gearbench.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
-    from rich.console import Console
-    from rich.text import Text
 
 
 def scalars(dataset: xr.Dataset) -> dict[str, float]:
@@ -98,14 +96,7 @@ def geometry_rows(scene: Scene) -> list[tuple[str, str, str, str]]:
 
 def print_geometry(scene: Scene) -> None:
     """Print the derived geometry, under the line of the pair."""
-    from rich.table import Table
-
-    table = Table(title=pair_line(scene), title_justify="left", title_style="bold", box=None, pad_edge=False)
-    for name in ("geometry", "pinion", "wheel", "unit"):
-        table.add_column(name, justify="right" if name in ("pinion", "wheel") else "left")
-    for row in geometry_rows(scene):
-        table.add_row(*row)
-    console().print(table)
+    print_columns(pair_line(scene), ("geometry", "pinion", "wheel", "unit"), geometry_rows(scene), left=(0, 3))
 
 
 def warnings(dataset: xr.Dataset) -> tuple[str, ...]:
@@ -124,48 +115,24 @@ def accuracy_line(dataset: xr.Dataset) -> str:
 
 def print_points(scene: Scene, dataset: xr.Dataset) -> None:
     """Print one line for each point of a sweep: peak-to-peak and RMS values."""
-    from rich.table import Table
-
     names = [str(dim) for dim in dataset["transmission_error_mean"].dims if dim != "sample"]
     shown = [f"{name}_{suffix}" for name in ("transmission_error_rms", "mesh_stiffness_rms") for suffix in ("mean", "")]
     shown = ["transmission_error_mean", "transmission_error_peak_to_peak", *shown, "mesh_stiffness_mean"]
     shown = [name.removesuffix("_") for name in shown]
     shown = [name for name in shown if name in dataset and set(dataset[name].dims) == set(names)]
-    table = Table(title=pair_line(scene), title_justify="left", title_style="bold", box=None, pad_edge=False)
+    heads = []
     for name in (*names, *shown):
         unit = dataset[name].attrs["units"]
-        # a key in the lines of its parts, which are not cut where the terminal is narrow
+        # a key in the lines of its parts
         key = name.removeprefix("effects.").replace(".", "\n").replace("_", " ")
-        head = f"{dataset[name].attrs.get('symbol', key)}\n{'–' if unit == '1' else unit}"
-        table.add_column(head, justify="right", overflow="fold")
-    rows = dataset[[*shown]].to_dataframe().reset_index()
-    for row in rows[[*names, *shown]].itertuples(index=False):
-        table.add_row(*(f"{value:.5g}" for value in row))
-    console().print(table)
-
-
-def console(**options: Any) -> Console:
-    """A console that takes names as they are: brackets and colons are no markup, control characters are escaped."""
-    from rich.console import Console
-
-    class Plain(Console):
-        def render_str(self, text: str, **given: Any) -> Text:
-            return super().render_str("\n".join(map(escaped, text.split("\n"))), **given)
-
-    return Plain(soft_wrap=True, markup=False, emoji=False, **options)
+        heads.append(f"{dataset[name].attrs.get('symbol', key)}\n{'–' if unit == '1' else unit}")
+    rows = dataset[[*shown]].to_dataframe().reset_index()[[*names, *shown]].itertuples(index=False)
+    print_columns(pair_line(scene), heads, [[f"{value:.5g}" for value in row] for row in rows], left=())
 
 
 def print_table(title: str, rows: list[tuple[str, str, str]]) -> None:
     """Print rows of (quantity, value, unit)."""
-    from rich.table import Table
-
-    table = Table(title=title, title_justify="left", title_style="bold", box=None, pad_edge=False)
-    table.add_column("quantity")
-    table.add_column("value", justify="right")
-    table.add_column("unit")
-    for row in rows:
-        table.add_row(*row)
-    console().print(table)
+    print_columns(title, ("quantity", "value", "unit"), rows, left=(0, 2))
 
 
 def result_rows(dataset: xr.Dataset) -> list[tuple[str, str, str]]:
@@ -175,3 +142,11 @@ def result_rows(dataset: xr.Dataset) -> list[tuple[str, str, str]]:
         for values in dataset.data_vars.values()
         if values.ndim == 0 and "standard error" not in values.attrs["long_name"]
     ]
+
+
+def duration(seconds: float) -> str:
+    """A time in the unit that suits it."""
+    for limit, factor, unit in ((0.9995, 1e3, "ms"), (90.0, 1.0, "s"), (5400.0, 1 / 60, "min")):
+        if seconds < limit:
+            return f"{seconds * factor:.3g} {unit}"
+    return f"{seconds / 3600:.3g} h"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -20,8 +20,8 @@ from gearbench.cli.options import (
     Threads,
     Verbose,
     plot_folder,
+    progress_line,
     say,
-    shows_progress,
 )
 
 if TYPE_CHECKING:
@@ -31,7 +31,9 @@ if TYPE_CHECKING:
 
 Torques = Annotated[
     str | None,
-    typer.Option("--torque", metavar="RANGE", help="Torques on the pinion [N·m]: FIRST:LAST:STEP or A,B,C."),
+    typer.Option(
+        "--torque", metavar="RANGE", help="Torques on the pinion [N·m]: FIRST:LAST:STEP, which passes over 0, or A,B,C."
+    ),
 ]
 Sets = Annotated[
     list[str] | None,
@@ -61,7 +63,7 @@ def sweep(
 
     Two keys: gearbench sweep SCENE --torque 50,100 --set effects.crowning.amount=0:8:2 -o grid.nc
 
-    OUT.nc is written now and then: a sweep that is killed leaves what was done.
+    OUT.nc is written now and then: a sweep that is killed or fails leaves the points done until then.
     """
     from gearbench.errors import naming
     from gearbench.files import check_target
@@ -76,9 +78,9 @@ def sweep(
     if output is not None:
         check_target(output)
     folder = plot_folder(plots)
-    with _progress(shown=shows_progress(quiet=quiet, json=json)) as advance, naming(scene):
-        keep = None if output is None else partial(save, path=output)
-        dataset = run(loaded, ranges, samples=samples, seed=seed, threads=threads, progress=advance, keep=keep)
+    with progress_line(quiet=quiet, json=json) as tell, naming(scene), _keeping(output) as keep:
+        options = {"samples": samples, "seed": seed, "threads": threads, "keep": keep}
+        dataset = run(loaded, ranges, progress=lambda done, of: tell(f"{done} of {of} points"), **options)
     written = [save(dataset, output)] if output is not None else []
     if folder is not None and "torque" in dataset.dims and not samples:
         from gearbench.sweeps.figures import draw_sweep
@@ -99,7 +101,7 @@ def sweep(
         for line in (*warnings(dataset), *(f"wrote {path}" for path in written)):
             say(line)
     if not dataset.attrs["complete"]:
-        print("gearbench: interrupted; what is done is kept, the rest is NaN", file=sys.stderr)
+        print("gearbench: interrupted; completed points are saved, the others are NaN", file=sys.stderr)
         raise typer.Exit(130)
 
 
@@ -113,14 +115,14 @@ def _print(scene: Scene, dataset: xr.Dataset) -> None:
 
 
 @contextmanager
-def _progress(*, shown: bool) -> Iterator[Callable[[int, int], None]]:
-    """A progress bar on a terminal."""
-    if not shown:
-        yield lambda done, of: None
-        return
-    from rich.console import Console
-    from rich.progress import Progress
+def _keeping(output: Path | None) -> Iterator[Callable[[xr.Dataset], object] | None]:
+    """What keeps the points done so far in ``output``; if the sweep fails, a line says that they are there."""
+    from gearbench.results.netcdf import save
 
-    with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("points", total=None)
-        yield lambda done, of: bar.update(task, completed=done, total=of)
+    kept: list[Path] = []
+    try:
+        yield None if output is None else lambda dataset: kept.append(save(dataset, output))
+    except Exception:
+        if kept:
+            print(f"gearbench: {output} holds the points done before the fault; the others are NaN", file=sys.stderr)
+        raise

@@ -65,7 +65,7 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
         # spur pairs take and leave their load, with a kink, where they are as far apart as the others are deflected
         changes += flanks.reach(greatest_deflection(scene, flanks))
     transitions = meshing.phases_at(changes, face)
-    size = scene.panel_size
+    size = scene.resolution.panel_size
     assert size is not None
     return gauss_phases(transitions, size)
 
@@ -347,7 +347,7 @@ def smooth_nodes(lines: ContactLines) -> int:
     """Gauss points on an uncut line that resolve its smooth compliance, and the load on it, as its segments do the gap.
 
     8 and one for every two modules of its width at 15 segments: on gears in use harmonics then miss by less than 0.2 of
-    what they may (``tests/test_resolution.py``). They converge exponentially: √2 as many for twice the cells.
+    what they may (``tests/accuracy/test_resolution.py``). They converge exponentially: √2 as many for twice the cells.
     Where deflections have kinks pieces between them need ``ON_BEND`` more each.
     """
     return _nodes(lines.pair, lines.shape[2], len(lines.bends))

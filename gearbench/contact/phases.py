@@ -27,22 +27,19 @@ def mirrored_phases(pair: Pair, count: int) -> NDArray:
 
 
 def gauss_phases(transitions: Iterable[float], points: int) -> tuple[NDArray, NDArray]:
-    """Gauss–Legendre points and weights on each panel between transitions (periodic in the phase).
+    """Gauss–Legendre points and weights on each panel between transitions (periodic in the phase), and phase 0.
 
     Between its kinks the integrand is smooth, so that means and RMS values converge as ``points`` grows with order
-    2·``points``, not first order. Panels shorter than 1e-9 of the cycle are left out.
+    2·``points``, not first order. Transitions closer than 1e-9 of the cycle are one.
 
     Returns
     -------
     Phases in [0, 1), ascending, and weights that sum to 1.
     """
-    edges = np.unique(np.asarray(list(transitions), dtype=float) % 1.0)
-    edges = np.append(edges, edges[0] + 1.0)
-    widths = np.diff(edges)
-    long = widths > 1e-9
-    node, weight = gauss(points)
-    phase = edges[:-1][long, None] + widths[long, None] * (node + 1) / 2
-    weights = widths[long, None] * weight / 2
-    order = np.argsort(phase.ravel() % 1.0, kind="stable")
-    weights = weights.ravel()[order]
-    return phase.ravel()[order] % 1.0, weights / weights.sum()
+    # a panel across the end of the cycle would have phases at both ends of it
+    found = np.unique([0.0, *(np.asarray(list(transitions), dtype=float) % 1.0)])
+    edges = np.append(found[np.diff(found, append=1.0) > 1e-9], 1.0)
+    edges[0] = 0.0
+    widths, (node, weight) = np.diff(edges), gauss(points)
+    phase = edges[:-1, None] + widths[:, None] * (node + 1) / 2
+    return phase.ravel(), (widths[:, None] * weight / 2).ravel()

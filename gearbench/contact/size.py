@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from gearbench.budget import SMALL, memory_limit, require
 from gearbench.contact.smooth import joined_flanks
 from gearbench.effects.base import ComplianceEffect, Dense, LowRank
+from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.geometry.action import contact_lines, pair_indices
 from gearbench.scene import Scene
 
@@ -81,10 +82,11 @@ def _columns(scene: Scene) -> tuple[int, bool]:
     lines = contact_lines(scene.pair, [0.5], 1)
     acting = [effect for effect in scene.acting_effects if isinstance(effect, ComplianceEffect)]
     beside = {effect.name: effect for effect in scene.acting_effects}
-    ready = [effect for effect in acting if not effect.preparation(scene.pair, scene.effects_by_name)]
-    columns, coupled, law = 0, False, False
-    if len(ready) < len(acting):  # finite elements that are not there yet
+    columns, coupled, law, ready = 0, False, False, acting
+    meshed = tooth_bending(scene.effects_by_name, "finite_elements")
+    if meshed is not None and meshed.missing_levels(scene.pair, scene.effects_by_name):
         columns, coupled = MOST_COLUMNS // 10, "gear_body" in beside
+        ready = [effect for effect in acting if effect is not meshed]
     flanks = {effect: part for effect in ready if (part := effect.flank_compliances(lines, beside)) is not None}
     if len(joined_flanks(list(flanks.values()))) < len(flanks):  # a few positions at a time, no columns are kept
         coupled = coupled or any(part.coupled for part in flanks.values())

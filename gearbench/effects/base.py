@@ -119,13 +119,6 @@ class Effect(ABC):
     def check(self, pair: Pair, beside: Effects) -> None:  # noqa: B027
         """Refuse, with an ``InputError`` keyed from this effect's table, keys that fit neither pair nor scene."""
 
-    def preparation(self, pair: Pair, beside: Effects) -> float | None:
-        """Predicted time [s] of parts that are computed once for a pair and kept on disk.
-
-        0 if they are there; None of an effect that keeps nothing.
-        """
-        return None
-
     def kept(self) -> dict[str, xr.DataArray]:
         """Contents of files that the effect refers to, as variables that a Dataset keeps; none by default.
 

@@ -116,11 +116,21 @@ def _toothed_ring(
 def ring_flank(
     pair: Pair, role: Role, order: tuple[int, int, int] | None, neighbours: int, coast: bool = False
 ) -> FlankCompliance:
-    """Compliance that the body of pinion (k = 0) or wheel (k = 1) adds, see ``ToothedRing.flank``."""
+    """Compliance that the body of pinion (k = 0) or wheel (k = 1) adds, see ``ToothedRing.flank``.
+
+    Raises
+    ------
+    InputError
+        If the body yields so much more than its teeth that rounding rules.
+    """
     # faces that are alike look alike from the coast flanks
     web = own_web(pair, role, False)
     coast = coast and web is not None and web != web.mirrored(pair.gears[role].face_width)
-    return replace(toothed_ring(pair, role, order, coast).flank(neighbours), driven=role == Role.WHEEL)
+    try:
+        return replace(toothed_ring(pair, role, order, coast).flank(neighbours), driven=role == Role.WHEEL)
+    except np.linalg.LinAlgError:
+        allowed = f"body of the {role.label} too soft beside its teeth for double precision: bore, rim or web too thin"
+        raise InputError("effects.gear_body.model", "ring", allowed) from None
 
 
 @lru_cache(maxsize=64)

@@ -101,28 +101,16 @@ class ToothBending(Tooth):
         """Order of the solid tooth, and of those that a ring is joined to; None is the default."""
         return self.order if self.model == "solid" else None  # type: ignore[return-value]
 
-    def preparation(self, pair: Pair, beside: Effects) -> float | None:
-        """Predicted processor time [s] of the finite elements that are not kept on disk yet; good to a factor of three.
+    def missing_levels(self, pair: Pair, beside: Effects) -> list[Level]:
+        """Levels of the finite elements of both gears that are solved first, as they are not kept on disk yet.
 
         Raises
         ------
-        AccuracyError
+        AccuracyError, MemoryBudgetError
             If the memory of the machine does not allow the accuracy.
         """
-        return sum(level.seconds for level in self._missing_levels(pair, beside)) if self.meshed else None
-
-    def preparation_memory(self, pair: Pair, beside: Effects) -> float:
-        """Predicted memory [bytes] of the finite elements that are not kept on disk yet, good to a factor of two.
-
-        Raises
-        ------
-        AccuracyError
-            As ``preparation``.
-        """
-        return max((level.memory for level in self._missing_levels(pair, beside)), default=0.0) if self.meshed else 0.0
-
-    def _missing_levels(self, pair: Pair, beside: Effects) -> list[Level]:
-        """Levels of the finite elements of both gears that are solved first."""
+        if not self.meshed:
+            return []
         from fem_reference.cache import entry
         from fem_reference.refinement import levels
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass as plain_dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,8 @@ from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
-from gearbench.schema import STRICT, given, read
+from gearbench.keys import value_at, with_values
+from gearbench.schema import STRICT
 
 TwoSided = Literal["uniform_two_sided", "normal_two_sided"]
 
@@ -65,20 +66,16 @@ class VariedKey:
         InputError
             If there is no such number, or the effect does not allow its value.
         """
-        name, *path = self.key.split(".")
+        name, _, path = self.key.partition(".")
         effect = beside.get(name)
         if not isinstance(effect, GapEffect) or not path:
             found = ", ".join(n for n, e in beside.items() if isinstance(e, GapEffect) and n != "manufacturing_errors")
             allowed = f"must be a number of a gap effect of the scene: {found or 'there is none'}"
             raise InputError("key", self.key, allowed)
-        value: Any = effect
-        for part in path:
-            value = _below(value, part)
+        value = value_at(effect, path)
         if not isinstance(value, float):
             raise InputError("key", self.key, f"must be a number that is given in effects.{name}")
-        table = given(effect)
-        _put(table, path, value + deviation)
-        return read(type(effect), table)
+        return with_values(effect, {path: value + deviation})
 
     def modes(self, lines: ContactLines, beside: Effects) -> NDArray:
         """Change of the gap by one unit where it is linear in the number, (…, 1); else at each of ``NODES``, (…, 8)."""
@@ -179,20 +176,3 @@ class Eccentricity:
         """How much of each mode F_r and phase (sample, 2) have, (sample, 2)."""
         angle = np.radians(values[:, 1])
         return values[:, :1] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-
-
-def _below(value: Any, part: str) -> Any:
-    """The item or field ``part`` of a value, None where it has none."""
-    if isinstance(value, tuple):
-        return value[int(part)] if part.isdigit() and int(part) < len(value) else None
-    return getattr(value, part, None) if not part.startswith("_") else None
-
-
-def _put(table: Any, path: list[str], value: float) -> None:
-    """Put a value into nested tables and lists."""
-    for part in path[:-1]:
-        table = table[int(part)] if isinstance(table, list) else table.setdefault(part, {})
-    if isinstance(table, list):
-        table[int(path[-1])] = value
-    else:
-        table[path[-1]] = value

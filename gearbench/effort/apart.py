@@ -15,6 +15,7 @@ from importlib import import_module
 from typing import Any
 
 from gearbench.errors import GearbenchError
+from gearbench.interruption import raising
 from gearbench.scene import Scene
 
 
@@ -28,7 +29,8 @@ def apart(work: Callable[..., Any], scene: Scene, *given: Any) -> Any:
     """
     order = {"work": [work.__module__, work.__qualname__], "scene": scene.to_toml(), "given": given}
     command = [sys.executable, "-m", "gearbench.effort.apart"]
-    done = subprocess.run(command, input=json.dumps(order), capture_output=True, text=True, check=False)
+    with raising():
+        done = subprocess.run(command, input=json.dumps(order), capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise GearbenchError(f"in a process of its own: {(done.stderr.strip() or 'no answer').splitlines()[-1]}")
     return json.loads(done.stdout.splitlines()[-1])

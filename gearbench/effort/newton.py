@@ -61,6 +61,6 @@ def _stopped(scene: Scene, problem: ContactProblem, steps: int) -> NDArray:
     moved = replace(problem, gap=problem.gap - least[:, None])
     _, delta, stiffness, _ = newton(moved, steps)
     phase, weight = mesh_phases(scene)
-    phases = Phases(phase=phase, weight=weight, size=scene.panel_size)
+    phases = Phases(phase=phase, weight=weight, size=scene.resolution.panel_size)
     approach, k = problem.length_scale * (delta + least), problem.force / problem.length_scale * stiffness
     return measured(MeshCycle.of(scene, phases, approach, k))

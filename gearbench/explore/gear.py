@@ -13,8 +13,17 @@ from gearbench.explore.scripts import script
 
 #: Parts of the stored gear shown beside the changed one.
 COMPARED = ("ste", "stiffness", "ste_orders", "stiffness_orders", "ste_density", "stiffness_density", "numbers")
-#: Curves of gears kept beside, laid over those of the gear.
-OVERLAID = ("ste", "stiffness")
+#: Figures that show gears kept beside too, and the columns of their curves: across, up.
+OVERLAID = {
+    "ste": ("phase", "value"),
+    "stiffness": ("phase", "value"),
+    "ste_orders": ("order", "amplitude"),
+    "stiffness_orders": ("order", "amplitude"),
+    "torque": ("torque", "peak_to_peak"),
+    "harris": ("xs", "ys"),
+}
+#: Those that may show their curves less their means.
+CYCLES = ("ste", "stiffness")
 
 
 class GearPanel:
@@ -30,7 +39,7 @@ class GearPanel:
         self.now = {name: ColumnDataSource(table, name=f"now {name}") for name, table in now.items()}
         self.before = {name: ColumnDataSource(now[name], name=f"before {name}") for name in COMPARED}
         empty = {"xs": [], "ys": [], "fluctuations": [], "colour": [], "label": []}
-        self.kept = {name: ColumnDataSource(dict(empty), name=f"kept {name}") for name in OVERLAID}
+        self.kept = {name: ColumnDataSource(dict(empty), name=f"kept {name}") for name in OVERLAID if name in now}
         self.phase = Slider(start=0, end=1, value=0, step=0.01, title="mesh phase τ", width=250, name="phase")
         #: Scripts to run once the page is there.
         self.ready: list[Any] = []
@@ -59,14 +68,19 @@ class GearPanel:
         return {
             "now": self.now, "before": self.before, "sources": self.kept, "heads": list(heads), "most": most,
             "beside": list(beside), "colours": [*PALETTE[2:], *PALETTE[:2]],
-            "curves": [line.glyph for name in OVERLAID for line in self.figures[name].renderers],
+            "columns": {name: list(columns) for name, columns in OVERLAID.items()},
+            "curves": [line.glyph for name in CYCLES for line in self.figures[name].renderers],
         }  # fmt: skip
+
+    def overlay(self, plot: Any, name: str, dash: str = "solid") -> None:
+        """Draw the curves of gears kept beside, each in its colour."""
+        plot.multi_line("xs", "ys", source=self.kept[name], color="colour", line_width=1.6, line_dash=dash)
 
     def _curve(self, name: str, title: str, label: str, colour: str) -> Any:
         plot = chart(title, "mesh phase τ [mesh periods]", label, height=HEIGHT, x_range=fixed(0, 2))
         plot.line("phase", "value", source=self.before[name], color=BEFORE, line_dash="dashed", line_width=1.5)
         plot.line("phase", "value", source=self.now[name], color=colour, line_width=2.2)
-        plot.multi_line("xs", "ys", source=self.kept[name], color="colour", line_width=1.6)
+        self.overlay(plot, name)
         mark = Span(location=0, dimension="height", line_color=INK, line_dash="dotted", line_alpha=0.6)
         self.phase.js_link("value", mark, "location")
         plot.add_layout(mark)
@@ -78,6 +92,7 @@ class GearPanel:
         key = f"{name}_orders"
         plot.vbar("order", top="amplitude", width=0.85, source=self.before[key], color="#CFCFCF")
         plot.vbar("order", top="amplitude", width=0.5, source=self.now[key], color=colour)
+        self.overlay(plot, key)
         plot.xaxis.ticker = list(range(1, 11))
         plot.xgrid.visible = False
         self.ready.append(fitted(plot, across=False, floor=0))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gearbench.explore.model import Cycle, Picture, density
-from gearbench.explore.tooth_shapes import mesh
+from gearbench.geometry.tooth_shapes import mesh
 from gearbench.results.provenance import support
 
 #: Tables of columns by the name of their source.

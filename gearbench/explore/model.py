@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.explore.flank_map import flank_map, flank_range
-from gearbench.interruption import arrived
 from gearbench.results import flank
 from gearbench.results.cycle import coefficients, curves
 from gearbench.results.responses import response
@@ -149,7 +148,6 @@ def _scatter(solved: Solved, samples: int) -> Scatter | None:
     problem = prepare_scene(scene)
     answer, complete = respond(problem, problem.draw(samples, 0, "sobol"), default_threads())
     if not complete:
-        arrived(dealt_with=False)  # nothing is kept
         raise KeyboardInterrupt
     return Scatter(transmission_error=answer["transmission_error_rms"], mesh_stiffness=answer["mesh_stiffness_rms"])
 

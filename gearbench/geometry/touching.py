@@ -111,20 +111,10 @@ class Plane:
         eps, radius, _, d_mate, _, _ = mate.normal(other)
         theta = eps - chi
         lever = own_y * np.cos(theta) - own_x * np.sin(theta)
-        levers = np.stack([lever / r_b, d_mate / r_m])
-        radii = np.stack([np.broadcast_to(rho, v.shape), radius])
+        levers, radii = (lever / r_b, d_mate / r_m), (np.broadcast_to(rho, v.shape), radius)
         tilt = np.abs(theta - phi - eps_own)
-        return self._curve(
-            k,
-            v,
-            np.stack([v, v_mate]),
-            np.stack([np.full_like(v, roll), other]),
-            levers,
-            radii,
-            keep,
-            tilt=tilt,
-            edge=k,
-        )
+        both = np.array([(v, v_mate), (np.full_like(v, roll), other), levers, radii])
+        return self._curve(k, v, both, keep, tilt=tilt, edge=k)
 
     def meeting(self, k: int, roll: float, own: Piece, other: float, mate: Piece) -> list[float]:
         """Rotations v of gear k at which its point of the roll length ``roll`` meets the mate's of ``other``."""
@@ -191,8 +181,8 @@ class Plane:
         if own.is_involute and mate.is_involute:
             room = 1e-12 * T
             keep = (T - roll >= mate.low - room) & (T - roll <= mate.high + room)
-            both = np.stack([roll, T - roll])
-            return self._curve(k, roll, both, both, np.ones_like(both), both, keep)
+            rolls = np.stack([roll, T - roll])
+            return self._curve(k, roll, np.stack([rolls, rolls, np.ones_like(rolls), rolls]), keep)
         x, y = self._wheel_centre
         eps1, rho1, c1, d1, _, _ = own.normal(roll)
         other = self._partner(own, mate, roll)
@@ -202,27 +192,22 @@ class Plane:
             (other >= mate.low - room) & (other <= mate.high + room)
         )
         theta = math.atan2(y, x) - np.arctan2(d1 + d2, c1 + c2)
-        v = np.stack([roll - own.base_radius * (theta - eps1), other - mate.base_radius * (theta - eps2)])
-        levers = np.stack([d1 / own.base_radius, d2 / mate.base_radius])
-        radii = np.stack([rho1, rho2])
-        return self._curve(k, roll, v, np.stack([roll, other]), levers, radii, keep)
+        v = roll - own.base_radius * (theta - eps1), other - mate.base_radius * (theta - eps2)
+        levers = d1 / own.base_radius, d2 / mate.base_radius
+        return self._curve(k, roll, np.array([v, (roll, other), levers, (rho1, rho2)]), keep)
 
     def _curve(
         self,
         k: int,
         node: NDArray,
-        v: NDArray,
-        rolls: NDArray,
-        levers: NDArray,
-        radii: NDArray,
+        both: NDArray,
         keep: NDArray,
         *,
         tilt: NDArray | None = None,
         edge: int = -1,
     ) -> Curve | None:
-        """Curve from own and mate's values, those of the wheel first where k is 1; only its longest rising part."""
-        if k == 1:
-            v, rolls, levers, radii = v[::-1], rolls[::-1], levers[::-1], radii[::-1]
+        """Curve from rotations, roll lengths, levers and radii of gear k and its mate; its longest rising part only."""
+        v, rolls, levers, radii = both if k == 0 else both[:, ::-1]
         u = (v[0] + self.tangent_length - v[1]) / 2
         gap = v[0] + v[1] - self.tangent_length
         slope = 2 * (levers[1] - levers[0]) / (levers[0] + levers[1])

@@ -6,7 +6,6 @@ import hashlib
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache, partial
 from typing import TYPE_CHECKING, Any
@@ -18,6 +17,7 @@ from gearbench.budget import MemoryBudgetError
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.pair import Pair
+from gearbench.keys import with_values
 from gearbench.loads import load_weights
 from gearbench.optimisation.constraints import constrained, decided, judge, may_be_rough, number, solve_roughly
 from gearbench.optimisation.derived import DERIVED
@@ -143,17 +143,15 @@ def scene_of(study: OptimisationStudy, design: Design) -> Scene:
     InputError
         If there is no such gear.
     """
-    tables: dict[str, Any] = deepcopy(study.base)
-    for path, value in assignments(study, design):
-        if value is None:
-            tables.get("effects", {}).pop(path.removeprefix("effects."), None)
-        elif path not in DERIVED:
-            _put(tables, path, value)
     asked = dict(assignments(study, design))
+    given = {path: value for path, value in asked.items() if value is not None}
+    tables = with_values(study.base, {path: value for path, value in given.items() if path not in DERIVED})
+    if "effects" in tables:
+        absent = {path for path, value in asked.items() if value is None}
+        tables["effects"] = {name: t for name, t in tables["effects"].items() if f"effects.{name}" not in absent}
     for path, derive in DERIVED.items():
-        if (value := asked.get(path)) is not None:
-            for key, derived in derive(tables, pair_of, float(value)).items():
-                _put(tables, key, derived)
+        if path in given:
+            tables = with_values(tables, derive(tables, pair_of, float(given[path])))
     return parse_scene(tables | {"pair": pair_of(tables.get("pair", {}))})
 
 
@@ -218,13 +216,6 @@ def _pair(text: str) -> Pair | InputError:
         return read(Pair, json.loads(text))
     except InputError as error:
         return error.within("pair")
-
-
-def _put(tables: dict[str, Any], path: str, value: Any) -> None:
-    *parents, last = path.split(".")
-    for key in parents:
-        tables = tables.setdefault(key, {})
-    tables[last] = value
 
 
 def cost_of(study: OptimisationStudy, design: Design) -> float:
@@ -319,7 +310,7 @@ def _robust_problems(scene: Scene, rough: Solved | None) -> list[RobustProblem]:
         return [prepare_problem(scene, rough.lines, rough.weight, rough.problem)]
     if not scene.loads:
         return [prepare_scene(scene)]
-    from gearbench.sweeps.shared import Shared, under_loads
+    from gearbench.sweeps.loads import Shared, under_loads
 
     found, shared = [], Shared()
     for group in under_loads(scene, [each.load.torque for each in scene.each_load]):

@@ -12,12 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.budget import MemoryBudgetError
-from gearbench.effects.base import Effects
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import GearbenchError, InputError
-from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
 from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.front import non_dominated
@@ -147,25 +144,15 @@ def _prepare(
     beside = {GearBody.name: GearBody()} if GearBody.name in effects else {}
     reference = ToothBending(**effects[ToothBending.name])
     pairs = [designs.scene(number).pair for number in first.values()]
-    seconds = sum(_price(reference, pair, beside) for pair in pairs)
-    if seconds:
-        progress(f"finite elements of {len(first)} macro-geometries, about {seconds:.0f} s")
+    for pair in pairs:  # refuse before any of them is solved what does not fit into memory
+        with suppress(GearbenchError):  # the design is then reported with this reason
+            reference.missing_levels(pair, beside)
     for i, pair in enumerate(pairs, start=1):
         progress(f"finite elements of macro-geometry {i} of {len(first)}")
         with suppress(GearbenchError):  # the design is then reported with this reason
             for role in Role:
                 reference.flank(pair, role, beside)
     return len(first)
-
-
-def _price(reference: ToothBending, pair: Pair, beside: Effects) -> float:
-    """Predicted processor time [s] of the finite elements of a pair; ``MemoryBudgetError`` before it is spent."""
-    try:
-        return reference.preparation(pair, beside) or 0.0
-    except MemoryBudgetError:
-        raise
-    except GearbenchError:  # the design is then reported with this reason
-        return 0.0
 
 
 def _dataset(designs: Designs, chosen: NDArray, results: Sequence[Evaluation]) -> xr.Dataset:

@@ -30,6 +30,8 @@ HARMONICS = 10
 #: Accuracy of the phases at which curves jump [mesh cycles], and what is left of the last change of a curve when the
 #: ends of patches are found once more: measured on gears in use.
 LOCATED, LEFT = 2e-4, 0.1
+#: How far Gauss points may lie from where their panels have them [mesh cycles]: they are known to rounding.
+ON_PANEL = 1e-10
 #: By what factor each coefficient on a panel is below the one before it, at least and at most.
 FALLS = (0.3, 0.95)
 #: What the few functions along oblique lines leave of a harmonic, of peak-to-peak and for each module of face width;
@@ -51,11 +53,27 @@ class Phases:
         Mesh phases in ascending order, and their weights in means over the cycle, which sum to 1, (position,).
     size
         Gauss points on each panel between two transitions; None where the phases are uniform.
+
+    Raises
+    ------
+    ValueError
+        If the phases are not the Gauss points of panels that follow one another from 0 to 1.
     """
 
     phase: NDArray
     weight: NDArray
     size: int | None
+
+    def __post_init__(self) -> None:
+        if self.size is None:
+            return
+        if len(self.phase) % self.size:
+            raise ValueError(f"{len(self.phase)} phases are no panels of {self.size}")
+        (begin, end), t = self.edges.T, gauss(self.size)[0]
+        whole = np.abs(np.append(begin, 1.0) - np.append(0.0, end)).max() < ON_PANEL
+        nodes = (begin + end)[:, None] / 2 + (end - begin)[:, None] / 2 * t
+        if not (whole and np.abs(nodes.ravel() - self.phase).max() < ON_PANEL):
+            raise ValueError(f"phases are not the {self.size} Gauss points of each panel of a mesh cycle")
 
     @classmethod
     def of_dataset(cls, dataset: xr.Dataset) -> Phases:

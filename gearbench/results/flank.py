@@ -33,18 +33,22 @@ def pressure(solved: Solved) -> NDArray:
     return contact_pressure(solved.lines, solved.solution.force / solved.lines.lever)
 
 
-def root_stress(solved: Solved, role: Role) -> NDArray:
-    """Nominal root stress of one gear, ISO 6336-3:2019 method B [MPa]."""
-    bending = RootBending(pair=solved.scene.pair, role=role)
-    return bending.stress(1.0) * _torque(solved)
+def root_stress(solved: Solved) -> NDArray:
+    """Nominal root stress of each gear, ISO 6336-3:2019 method B, (…, gear) [MPa]."""
+    each = [RootBending(pair=solved.scene.pair, role=role).stress(1.0) for role in Role]
+    return np.multiply.outer(_torque(solved), each)
 
 
-def loaded_root_stress(solved: Solved, role: Role) -> NDArray:
-    """Largest root stress of one gear over the mesh cycle, from the load as it was found (F9) [MPa].
+def loaded_root_stress(solved: Solved) -> NDArray:
+    """Largest root stress of each gear over the mesh cycle, from the load as it was found (F9), (…, gear) [MPa].
 
     Y_F and Y_S of ISO 6336-3:2019 at the height of each segment's load, on the virtual spur tooth; along the face the
     root has the mean over what lies within a tooth height, which is an assumption of ours and no part of the norm.
     """
+    return np.stack([_loaded_root_stress(solved, role) for role in Role], axis=-1)
+
+
+def _loaded_root_stress(solved: Solved, role: Role) -> NDArray:
     pair, lines = solved.scene.pair, solved.lines
     gear, b = pair.gears[role], pair.meshing.face_width
     bending = RootBending(pair=pair, role=role)
@@ -62,11 +66,11 @@ def loaded_root_stress(solved: Solved, role: Role) -> NDArray:
     return np.max(found, axis=0) / pair.normal_module * bending.rim_factor
 
 
-def specific_sliding(solved: Solved, role: Role) -> NDArray:
-    """ζ_1 = 1 − v_2/v_1 of the pinion, ζ_2 = 1 − v_1/v_2 of the wheel (F1), (position, pair, segment) [–]."""
-    own, mate = _speeds(solved)[role], _speeds(solved)[role.mate]
+def specific_sliding(solved: Solved) -> NDArray:
+    """ζ_1 = 1 − v_2/v_1 of the pinion, ζ_2 = 1 − v_1/v_2 of the wheel (F1), (gear, position, pair, segment) [–]."""
+    v = np.stack(_speeds(solved))
     with np.errstate(divide="ignore", invalid="ignore"):  # −∞ where a flank touches at its base circle
-        return 1 - mate / own
+        return 1 - v[::-1] / v
 
 
 def sliding_speed(solved: Solved) -> NDArray:

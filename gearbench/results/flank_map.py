@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 def over_flank(u: NDArray, y: NDArray, width: NDArray, values: NDArray, path: NDArray, across: NDArray) -> NDArray:
     """Values on the segments of contact lines at the points of a grid, (path, across); NaN where no line is near.
 
-    Along each line first, as far as its outermost segments reach, then between neighbouring lines, which need not have
-    their segments side by side: between points of the same y or of the same u, by preference those that differ less. A
-    feature of the face (end relief) or of the profile (tip relief) then runs straight from line to line.
+    Along each line first, extrapolated linearly to its ends but not beyond zero, then between neighbouring lines, which
+    need not have their segments side by side: between points of the same y or of the same u, by preference those that
+    differ less. A feature of the face (end relief) or of the profile (tip relief) then runs straight from line to line.
 
     Parameters
     ----------
@@ -23,12 +23,14 @@ def over_flank(u: NDArray, y: NDArray, width: NDArray, values: NDArray, path: ND
     # lines of the coast flanks run the other way
     ascending = np.argsort(y, axis=-1)
     u, y, width, values = (np.take_along_axis(each, ascending, axis=-1) for each in (u, y, width, values))
+    u, y, values = (_to_the_ends(each, y, width) for each in (u, y, values))
     along = np.array([np.interp(across, *line) for line in zip(y, values, strict=True)])
     over = np.array([_where_reached(path, *line) for line in zip(u, values, strict=True)])
     run = y[:, -1:] - y[:, :1]
     slope = (u[:, -1:] - u[:, :1]) / np.where(run > 0, run, 1.0)
     position = u[:, :1] + (across - y[:, :1]) * slope
-    reached = (across >= y[:, :1] - width[:, :1] / 2) & (across <= y[:, -1:] + width[:, -1:] / 2)
+    room = 1e-9 * np.ptp(across)
+    reached = (across >= y[:, :1] - room) & (across <= y[:, -1:] + room)
     image = np.full((len(path), len(across)), np.nan)
     for column, there in enumerate(reached.T):
         lines = np.flatnonzero(there)
@@ -42,6 +44,21 @@ def over_flank(u: NDArray, y: NDArray, width: NDArray, values: NDArray, path: ND
             same_y, same_u = along[pair, column], over[pair, np.arange(len(path))]
             image[:, column] = _between(part, same_y, same_u)
     return image
+
+
+def _to_the_ends(values: NDArray, y: NDArray, width: NDArray) -> NDArray:
+    """Values at the segments of lines, and at both ends of each line, (line, segment + 2)."""
+    if values.shape[1] == 1:
+        return np.repeat(values, 3, axis=1)
+    found = [values]
+    for end, inner, place in ((0, 1, 0), (-1, -2, 1)):
+        run = y[:, end] - y[:, inner]
+        slope = (values[:, end] - values[:, inner]) / np.where(run != 0, run, 1.0)
+        beyond = values[:, end] + slope * np.sign(run) * width[:, end] / 2
+        # a load does not turn negative where it vanishes
+        beyond = np.where(values.min(axis=1) >= 0, np.maximum(beyond, 0.0), beyond)
+        found.insert(place * len(found), beyond[:, None])
+    return np.concatenate(found, axis=1)
 
 
 def _where_reached(path: NDArray, u: NDArray, values: NDArray) -> NDArray:

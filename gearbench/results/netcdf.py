@@ -13,6 +13,7 @@ import numpy as np
 from gearbench.errors import InputError
 from gearbench.files import is_sealed, read_bytes, seal_line, unseal, write_bytes
 from gearbench.netcdf_bytes import dataset_of
+from gearbench.results.quantities import GROUPS, QUANTITIES
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -86,9 +87,26 @@ def load(path: str | Path, *, proven: bool = False) -> xr.Dataset:
                 if not isinstance(attrs[key], str):
                     raise InputError("", "", f"its attribute {key} {f'of {name} ' if name else ''}must be text")
         _check_digest(dataset, sealed=sealed, proven=proven, path=path)
-        return dataset.drop_encoding()  # with it names joined to it would be cut to the length of its own when saved
+        # with its encoding names joined to it would be cut to the length of its own when saved
+        return _of_now(dataset.drop_encoding())
     except InputError as error:
         raise InputError("", str(path), error.allowed) from None
+
+
+def _of_now(dataset: xr.Dataset) -> xr.Dataset:
+    """With the dimension gear, where an earlier version wrote a variable for the pinion and one for the wheel."""
+    import xarray as xr
+
+    gears = ["pinion", "wheel"]
+    each = {name: [f"{name}_{gear}" for gear in gears] for name in GROUPS["on the flank"]}
+    found = {name: own for name, own in each.items() if dataset.variables.keys() >= set(own)}
+    if not found:
+        return dataset
+    _LOG.warning("Dataset of an earlier version: %s are now over the dimension gear", ", ".join(found))
+    for name, own in found.items():
+        both = xr.concat([dataset[one] for one in own], "gear").assign_attrs(GROUPS["on the flank"][name].attrs)
+        dataset = dataset.drop_vars(own).assign({name: both})
+    return dataset.assign_coords(gear=("gear", gears, QUANTITIES["gear"].attrs))
 
 
 def with_digest(dataset: xr.Dataset) -> xr.Dataset:

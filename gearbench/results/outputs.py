@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
+from warnings import warn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,17 +33,14 @@ OUTPUTS: Mapping[str, tuple[tuple[str, ...], Callable[[Solved], NDArray]]] = Map
         "mesh_stiffness_amplitude_noise_floor": (("harmonic",), lambda s: _noise_floor(s, "mesh_stiffness")),
         "mesh_stiffness_phase": (("harmonic",), lambda s: np.angle(_harmonics(s, "mesh_stiffness"))),
         "flank_pressure": (_SEGMENTS, flank.pressure),
-        "specific_sliding_pinion": (_SEGMENTS, lambda s: flank.specific_sliding(s, Role.PINION)),
-        "specific_sliding_wheel": (_SEGMENTS, lambda s: flank.specific_sliding(s, Role.WHEEL)),
+        "specific_sliding": (("gear", *_SEGMENTS), flank.specific_sliding),
         "sliding_speed": (_SEGMENTS, flank.sliding_speed),
         "flash_temperature": (_SEGMENTS, flank.flash_temperature),
         "flank_pressure_max": ((), lambda s: flank.pressure(s).max(axis=(-1, -2, -3))),
         "face_load_factor": ((), flank.face_load_factor),
         "loaded_contact_ratio": ((), flank.loaded_contact_ratio),
-        "root_stress_pinion": ((), lambda s: flank.root_stress(s, Role.PINION)),
-        "root_stress_wheel": ((), lambda s: flank.root_stress(s, Role.WHEEL)),
-        "loaded_root_stress_pinion": ((), lambda s: flank.loaded_root_stress(s, Role.PINION)),
-        "loaded_root_stress_wheel": ((), lambda s: flank.loaded_root_stress(s, Role.WHEEL)),
+        "root_stress": (("gear",), flank.root_stress),
+        "loaded_root_stress": (("gear",), flank.loaded_root_stress),
         "friction_coefficient": ((), flank.friction_coefficient),
         "friction_loss": ((), flank.friction_loss),
         "mesh_efficiency": ((), flank.efficiency),
@@ -50,6 +48,10 @@ OUTPUTS: Mapping[str, tuple[tuple[str, ...], Callable[[Solved], NDArray]]] = Map
     }
 )
 
+#: Names of earlier versions, of the pinion or the wheel → the output over both, and which of them.
+EARLIER: Mapping[str, tuple[str, int]] = MappingProxyType(
+    {f"{name}_{role.label}": (name, role) for name, (dims, _) in OUTPUTS.items() if "gear" in dims for role in Role}
+)
 #: Outputs of ``simulate`` unless told otherwise.
 DEFAULT_OUTPUTS = (
     *(name for name, (dims, _) in OUTPUTS.items() if dims == ("position",) or dims == ("harmonic",)),
@@ -60,6 +62,11 @@ DEFAULT_OUTPUTS = (
 
 def output(solved: Solved, name: str) -> tuple[tuple[str, ...], NDArray]:
     """Dimensions and values of an output or response."""
+    if name in EARLIER:
+        of, gear = EARLIER[name]
+        warn(f"{name} is now {of}, with the dimension gear", DeprecationWarning, stacklevel=2)
+        dims, values = output(solved, of)
+        return dims[1:], values.take(gear, axis=-len(dims))
     if name in OUTPUTS:
         dims, compute = OUTPUTS[name]
         return dims, compute(solved)
@@ -75,7 +82,7 @@ def check_outputs(names: tuple[str, ...]) -> None:
         Naming the values allowed.
     """
     for name in names:
-        if name not in OUTPUTS and not is_response(name):
+        if name not in OUTPUTS and name not in EARLIER and not is_response(name):
             raise InputError("outputs", name, one_of(name, (*OUTPUTS, *responses())))
 
 

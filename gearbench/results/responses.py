@@ -175,17 +175,24 @@ _DERIVED: Mapping[str, Callable[[Quantity], Quantity]] = MappingProxyType(
             q.units, f"⟨{q.symbol}⟩", f"weighted mean over the loads of the {q.long_name}"
         ),
         "_load_max": lambda q: Quantity(q.units, f"max {q.symbol}", f"greatest over the loads of the {q.long_name}"),
+        "_pinion": lambda q: Quantity(q.units, f"{q.symbol},1", f"{q.long_name} of the pinion"),
+        "_wheel": lambda q: Quantity(q.units, f"{q.symbol},2", f"{q.long_name} of the wheel"),
         "_bar": lambda q: Quantity(q.units, f"± {q.symbol}", f"{q.long_name}: what the reference's own error adds"),
     }
 )
 
 
-def described(variables: Mapping[str, tuple[Any, Any]]) -> dict[str, tuple]:
-    """Variables by name, (dimensions, values), with the attributes of their quantities where these are known."""
-    return {
-        name: (dims, np.asarray(values), {} if (q := quantity(name)) is None else q.attrs)
-        for name, (dims, values) in variables.items()
-    }
+def described(variables: Mapping[str, tuple[Any, Any]], missing: str = "") -> dict[str, tuple]:
+    """Variables by name, (dimensions, values), with the attributes of their quantities where these are known.
+
+    Those with NaN among their values say why in an attribute of its own: what ``missing`` says.
+    """
+    found = {}
+    for name, (dims, values) in variables.items():
+        values, q = np.asarray(values), quantity(name)
+        unknown = missing and values.dtype.kind == "f" and np.isnan(values).any()
+        found[name] = (dims, values, ({} if q is None else dict(q.attrs)) | ({"missing": missing} if unknown else {}))
+    return found
 
 
 @cache

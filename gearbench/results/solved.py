@@ -33,7 +33,7 @@ class Solved:
     @cached_property
     def phases(self) -> Phases:
         """The mesh phases."""
-        size = self.size or self.scene.panel_size
+        size = self.size or self.scene.resolution.panel_size
         return Phases(phase=self.lines.mesh_phase, weight=self.weight, size=size)
 
     @cached_property

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.geometry.role import Role
 from gearbench.results.provenance import support
@@ -24,15 +27,25 @@ LEAST_TIP = 0.2
 STEEPEST, WIDEST, THINNEST_RIM = 40.0, 25.0, 1.5
 #: Overlap ratio from which peak-to-peak values there were more than 3 % off by more than the error bar, 4.1 % at most.
 MOST_OVERLAP = 2.8
+_OFF_LINE = "add [effects.off_line_contact]"
 
 
 def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]:
-    """Body absent or unproven, pointed tips, interference; and of a Dataset a pressure beyond a hardened flank."""
+    """Effects left out, random errors at their means, bodies beyond validation, pointed tips, interference.
+
+    Of a Dataset excessive pressure too.
+    """
     pair, found = scene.pair, []
+    on_line = scene.effect("hertz") is not None and scene.effect("off_line_contact") is None
+    if on_line:
+        found.append(f"contact is kept on the line of action and within the path of contact: {_OFF_LINE}")
     if support(scene) == "clamped":
         found.append("teeth are clamped at their roots and too stiff: add [effects.gear_body]")
     if support(scene) == "ring" and tooth_bending(scene.effects_by_name, "solid") is not None:
         found += _unproven(pair)
+    errors = scene.effect("manufacturing_errors")
+    if isinstance(errors, ManufacturingErrors) and (largest := float(np.abs(errors.mean(pair)).max())):
+        found.append(f"random errors act with their means, up to {largest:.2g} µm: gearbench robust draws them")
     for role in Role:
         gear = pair.gears[role]
         tip = float(gear.normal_thickness(gear.tip_radius))
@@ -44,7 +57,9 @@ def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]
     if dataset is None:
         return tuple(found)
     if "flank_pressure_max" in dataset and (p := float(dataset["flank_pressure_max"].max())) > HARDENED:
-        found.append(f"contact pressure {p:.0f} MPa is beyond a case-hardened flank ({HARDENED:.0f} MPa, ISO 6336-5)")
+        reason = f"; contact kept on the line of action may be the cause: {_OFF_LINE}" if on_line else ""
+        limit = f"a case-hardened flank carries {HARDENED:.0f} MPa (ISO 6336-5)"
+        found.append(f"contact pressure {p:.0f} MPa: {limit}{reason}")
     return tuple(found)
 
 

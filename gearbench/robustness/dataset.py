@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 #: Samples that first-order indices are estimated from at most: more would cost memory and no longer change a figure.
 ENOUGH = 8192
+#: Why shares of the variance, or standard errors, may be NaN.
+MISSING = "NaN where the samples are too few to tell, or the response does not vary"
 #: Responses that get statistics and sensitivities, beside those asked for.
 STUDIED = ("transmission_error_rms", "mesh_stiffness_rms")
 
@@ -66,7 +68,7 @@ def robust_dataset(
     attrs = provenance(problem.scene, wall_time=wall_time, seed=seed)
     attrs |= {"sampler": sampler, "samples": count, "complete": int(complete), "rescued": responses.rescued}
     coords = {"error_name": np.array(problem.names, dtype=str)}
-    return keeping(xr.Dataset(described(variables), coords=coords, attrs=attrs), problem.scene)
+    return keeping(xr.Dataset(described(variables, MISSING), coords=coords, attrs=attrs), problem.scene)
 
 
 def _backlash(problem: RobustProblem, errors: NDArray) -> NDArray:

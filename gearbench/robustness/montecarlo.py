@@ -30,7 +30,6 @@ from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.effects.varied import Scatter
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
-from gearbench.interruption import arrived
 from gearbench.results.cycle import MeshCycle, Phases
 from gearbench.results.responses import response
 from gearbench.robustness.sampling import Sampler, unit_samples
@@ -131,7 +130,7 @@ def prepare_problem(
     require(need, "resolution", f"{size} × {number} errors", "fewer segments or positions would fit")
     expansion = errors.expansion(lines, {effect.name: effect for effect in scene.flank_effects})
     modes = (expansion.modes / np.expand_dims(lines.lever, -1)).reshape(positions, pairs * segments, -1)
-    phases = Phases(phase=lines.mesh_phase, weight=weight, size=scene.panel_size)
+    phases = Phases(phase=lines.mesh_phase, weight=weight, size=scene.resolution.panel_size)
     batch = prepare(problem, modes, precision)
     return RobustProblem(scene=scene, errors=errors, batch=batch, expansion=expansion, phases=phases)
 
@@ -227,7 +226,6 @@ def _respond(
             done.append(_reduce(problem, solution, reductions))
             progress(min(sum(map(len, done)), len(errors)))
     except KeyboardInterrupt:
-        arrived()
         complete = False
     return join(done, len(errors), tuple(reductions)), complete
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,16 +48,20 @@ class Gain:
 
 
 def gains(dataset: xr.Dataset) -> list[Gain]:
-    """Gains of all tolerances of a Dataset of ``robust``, the greatest for each unit of cost first; [] if unknown."""
+    """Gains of all tolerances of a Dataset of ``robust``, the greatest for each unit of cost first; [] if unknown.
+
+    Of several loads the weighted means: the samples are the same under each, and so their errors add.
+    """
     if "transmission_error_rms_tightened" not in dataset:
         return []
-    change = dataset["transmission_error_rms_tightened"].values
-    error = dataset["transmission_error_rms_tightened_standard_error"].values
+    change = _over_loads(dataset, "transmission_error_rms_tightened")
+    error = _over_loads(dataset, "transmission_error_rms_tightened_standard_error")
+    costs = _over_loads(dataset, "tightening_cost")
     names = [re.sub(r"_tooth[+-]\d+$", "", str(name)) for name in dataset["error_name"].values]
     found = []
     for name in dict.fromkeys(names):
         own = np.flatnonzero(np.array(names) == name)
-        cost = float(dataset["tightening_cost"].values[own[0]])
+        cost = float(costs[own[0]])
         # teeth are drawn independently: their effects add, and so do the squares of their errors
         found.append(
             Gain(name=name, change=float(change[own].sum()), error=float(np.hypot.reduce(error[own])), cost=cost)
@@ -72,7 +77,7 @@ def tighten_first(dataset: xr.Dataset) -> str:
     if not found:
         return ""
     best = found[0]
-    mean = float(dataset["transmission_error_rms_mean"])
+    mean = float(_over_loads(dataset, "transmission_error_rms_mean"))
     if best.change >= -APART * best.error:
         return "no tolerance is told to lower the mean STE RMS when it is tightened"
     rivals = [g.name for g in found[1:] if best.per_cost - g.per_cost <= APART * _of_difference(best, g)]
@@ -82,6 +87,14 @@ def tighten_first(dataset: xr.Dataset) -> str:
         f"tighten {_words(best.name)} first: one class finer changes the mean STE RMS by {best.change:.2g} ± "
         f"{best.error:.1g} µm ({100 * best.change / mean:.1f} %){costs}{among}"
     )
+
+
+def _over_loads(dataset: xr.Dataset, name: str) -> NDArray:
+    """The values of a variable, of several loads their weighted mean."""
+    if "load_weight" not in dataset.coords:
+        return dataset[name].values
+    weight = dataset["load_weight"]
+    return (dataset[name] * weight).sum(weight.dims, skipna=False).values
 
 
 def _of_difference(a: Gain, b: Gain) -> float:

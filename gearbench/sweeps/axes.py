@@ -6,7 +6,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +14,6 @@ from gearbench.errors import InputError
 from gearbench.scene_file import TABLES, scene_key
 from gearbench.schema import keys
 
-#: Dotted key of the torque: its values share all but the solutions.
-TORQUE = "load.torque"
 #: Points of a grid at most.
 MOST_POINTS = 100_000
 
@@ -55,14 +52,13 @@ def axis(name: str, values: Sequence[float] | NDArray) -> Axis:
     path = name
     if "." not in name:
         path = next((f"{table}.{name}" for table, kind in TABLES.items() if name in keys(kind)), name)
-    key = scene_key(".".join(part for part in path.split(".") if not part.isdecimal()))  # items of lists
-    if key is None or not _numeric(key.hint):
+    key = scene_key(path)
+    if key is None or key.number is None:
         raise InputError("sweep", name, 'must be a numeric key of a scene, e.g. "torque" or "effects.crowning.amount"')
     given = [float(value) for value in np.atleast_1d(np.asarray(values, dtype=float))]
     if not given or not all(map(math.isfinite, given)) or len(set(given)) < len(given):
         raise InputError(f"sweep.{name}", list(given), "must be one or more finite values, all different")
-    whole = not _numeric(key.hint, (float,))
-    numbers = tuple(int(value) if whole and value.is_integer() else value for value in sorted(given))
+    numbers = tuple(int(x) if key.number is int and x.is_integer() else x for x in sorted(given))
     return Axis(name=name, path=path, values=numbers, unit=key.unit)
 
 
@@ -89,8 +85,3 @@ def axes_of(swept: Mapping[str, Sequence[float] | NDArray]) -> tuple[Axis, ...]:
 def grid(axes: Sequence[Axis]) -> list[dict[str, float]]:
     """Points of the grid of ``axes``, the last one fastest; each the values by dotted key."""
     return [dict(zip((each.path for each in axes), point, strict=True)) for point in product(*(a.values for a in axes))]
-
-
-def _numeric(hint: Any, kinds: tuple[type, ...] = (int, float)) -> bool:
-    """Whether a key takes a number: its type, or one of a union."""
-    return hint in kinds or any(_numeric(each, kinds) for each in get_args(hint))

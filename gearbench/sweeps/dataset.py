@@ -1,9 +1,10 @@
-"""The Dataset of a sweep: those of its groups side by side."""
+"""The Dataset of a sweep: those of its points side by side, and what several loads have in common."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,73 +12,132 @@ from numpy.typing import NDArray
 from gearbench.loads import WeightedLoad, load_weights
 from gearbench.results.responses import OVER_LOADS, described, is_response
 from gearbench.robustness.statistics import summarise
-from gearbench.scene import Scene
-from gearbench.sweeps.axes import TORQUE, Axis
-from gearbench.sweeps.groups import LOAD
+from gearbench.solution import Columns
+from gearbench.sweeps.axes import Axis
 
 if TYPE_CHECKING:
     import xarray as xr
 
 #: What a Dataset says of its missing values.
-MISSING = "positions that a point does not have are NaN, of phase_weight 0: each has mesh phases of its own"
+MISSING = "positions, pairs and segments that a point does not have are NaN; such positions have the phase_weight 0"
+#: Dimensions that are aligned by labels, and the coordinates that hold these; all others count from 0 at every point.
+_LABELS = {"pair": "pair_index", "error_name": "error_name"}
 
 
-def combined(
-    parts: Sequence[xr.Dataset], points: Sequence[Sequence[Sequence[Scene]]], axes: Sequence[Axis]
-) -> xr.Dataset:
-    """The Datasets of the groups of all ``points`` (point, group, load), in order, along ``axes``.
+#: Dimensions and values of an array.
+Column: TypeAlias = tuple[tuple[str, ...], NDArray]
 
-    Where positions, pairs or segments differ in number, those missing are NaN, and their weight is zero; the attribute
-    ``missing`` says so. Groups and loads that are not there are NaN.
+
+@dataclass(frozen=True)
+class Point:
+    """Coordinates and variables of the Dataset of one point, or of several."""
+
+    coords: Columns
+    variables: Columns
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        """Length of each dimension."""
+        both = (*self.coords.values(), *self.variables.values())
+        return {d: n for dims, values in both for d, n in zip(dims, np.shape(values), strict=True)}
+
+
+def combined(points: Mapping[tuple[float, ...], Point], axes: Sequence[Axis]) -> xr.Dataset:
+    """The Datasets of ``points``, by their values of the ``axes``, as one whose first dimensions are the axes.
+
+    Points that are not there are NaN, as are positions, pairs and segments that a point does not have; these have the
+    weight 0. The attribute ``missing`` says so. Coordinates follow those axes alone along which they change.
     """
-    torque = next((each for each in axes if each.path == TORQUE), None)
-    outer = [each for each in axes if each is not torque]
-    if not outer and len(points[0]) == 1 and torque is not None and torque.name == LOAD:
-        (found,) = parts
-        if LOAD in found.coords and found.sizes[LOAD] == len(torque.values):
-            return _with_note(found)  # one group, whole, with its loads for its first dimension
-    parts = [part.drop_vars(LOAD, errors="ignore") for part in parts]
-    whole, rest = [], list(parts)
-    for groups in points:
-        own, rest = rest[: len(groups)], rest[len(groups) :]
-        if not own:
-            whole.append(whole[-1].where(False))
-            continue
-        found = beside(own, LOAD) if len(own) > 1 else own[0]
-        missing = sum(map(len, groups)) - found.sizes[LOAD]
-        found = found.pad({LOAD: (0, missing)}) if missing else found
-        whole.append(found.isel({LOAD: 0}, drop=True) if torque is None else found)
-    for each in reversed(outer):
-        n = len(each.values)
-        whole = [beside(whole[i : i + n], each.name) for i in range(0, len(whole), n)]
-    (found,) = whole
-    found = found.drop_vars(["position", "pair", "segment"], errors="ignore")
-    if "phase_weight" in found:
-        found["phase_weight"] = found["phase_weight"].fillna(0.0)
-    if torque is not None and torque.name != LOAD:
-        found = found.rename({LOAD: torque.name})
-    coords = {each.name: (each.name, np.array(each.values), {"units": each.unit or "1"}) for each in axes}
-    return _with_note(found.assign_coords(coords).transpose(*coords, ...))
+    import xarray as xr
+
+    found: dict[tuple[float, ...], Point] = dict(points)
+    for i in reversed(range(len(axes))):
+        grouped: dict[tuple[float, ...], dict[float, Point]] = {}
+        for at, point in found.items():
+            grouped.setdefault(at[:i], {})[at[i]] = point
+        found = {at: beside([own.get(x) for x in axes[i].values], axes[i].name) for at, own in grouped.items()}
+    (whole,) = found.values()
+    coords, attrs = dict(whole.coords), {}
+    if "phase_weight" in coords:
+        dims, weight = coords["phase_weight"]
+        coords["phase_weight"] = dims, np.nan_to_num(weight)
+    if any(point.sizes.get(d, n) < n for point in points.values() for d, n in whole.sizes.items()):
+        attrs = {"missing": MISSING}
+    swept = {each.name: (each.name, np.array(each.values), {"units": each.unit or "1"}) for each in axes}
+    names = [each.name for each in axes]
+    return xr.Dataset(described(whole.variables), coords=described(coords) | swept, attrs=attrs).transpose(*names, ...)
 
 
-def _with_note(dataset: xr.Dataset) -> xr.Dataset:
-    """With the attribute ``missing``, where a point has fewer positions than another."""
-    if "phase_weight" not in dataset or (dataset["phase_weight"].values > 0).all():
-        return dataset
-    return dataset.assign_attrs(missing=MISSING)
+def beside(parts: Sequence[Point | None], dim: str) -> Point:
+    """The ``parts`` along a new first dimension, NaN where one is not there or is shorter than others.
+
+    Coordinates that are the same in all parts stay as they are.
+    """
+    known = [part for part in parts if part is not None]
+    labels = {d: _union([part.coords[name][1] for part in known if name in part.coords]) for d, name in _LABELS.items()}
+    sizes: dict[str, int] = {}
+    for part in known:
+        sizes |= {d: max(n, sizes.get(d, 0)) for d, n in part.sizes.items()}
+    sizes |= {d: len(found) for d, found in labels.items() if found.size}
+    places = [_places(part, labels) if part else {} for part in parts]
+
+    def joined(own: Sequence[Column | None]) -> Column:
+        arrays = sorted((each for each in own if each is not None), key=lambda each: -len(each[0]))
+        dims = list(dict.fromkeys(d for each in arrays for d in each[0]))
+        found = np.full((len(parts), *(sizes[d] for d in dims)), np.nan)
+        for i, (place, each) in enumerate(zip(places, own, strict=True)):
+            if each is not None:
+                there: dict[str, Any] = {d: place[d] if d in each[0] else np.arange(sizes[d]) for d in dims}
+                shape = [len(there[d]) if d in each[0] else 1 for d in dims]
+                order = [each[0].index(d) for d in dims if d in each[0]]
+                found[np.ix_([i], *there.values())] = np.transpose(each[1], order).reshape(1, *shape)
+        kind = np.result_type(*(values for _, values in arrays))
+        return (dim, *dims), found.astype(kind) if kind.kind in "iub" and np.isfinite(found).all() else found
+
+    def columns(table: str) -> dict[str, list[Column | None]]:
+        names = dict.fromkeys(name for part in known for name in getattr(part, table))
+        return {name: [getattr(part, table).get(name) if part else None for part in parts] for name in names}
+
+    coords: Columns = {name: ((d,), labels[d]) for d, name in _LABELS.items() if labels[d].size}
+    for name, own in columns("coords").items():
+        if name not in coords:
+            first, *others = (each for each in own if each is not None)
+            coords[name] = first if all(_same(each, first) for each in others) else joined(own)
+    return Point(coords, {name: joined(own) for name, own in columns("variables").items()})
+
+
+def _union(labels: Sequence[NDArray]) -> NDArray:
+    """Labels of all points: numbers ascending, names as they come."""
+    every = list(dict.fromkeys(label for own in labels for label in own.tolist()))
+    return np.array(every if every and isinstance(every[0], str) else sorted(every))
+
+
+def _places(part: Point, labels: Mapping[str, NDArray]) -> dict[str, NDArray]:
+    """Where the items of each dimension of a point stand among those of all points."""
+    found = {d: np.arange(n) for d, n in part.sizes.items()}
+    for d, name in _LABELS.items():
+        if name in part.coords:
+            at = {label: i for i, label in enumerate(labels[d].tolist())}
+            found[d] = np.array([at[label] for label in part.coords[name][1].tolist()], dtype=int)
+    return found
+
+
+def _same(one: Column, other: Column) -> bool:
+    """Whether two coordinates are the same."""
+    return one[0] == other[0] and (one[1] is other[1] or np.array_equal(one[1], other[1], equal_nan=True))
 
 
 def over_loads(dataset: xr.Dataset, loads: Sequence[WeightedLoad]) -> xr.Dataset:
     """With the weighted mean and the greatest value over several ``loads`` of each response, and their weights."""
     if not loads:
         return dataset
-    weight = dataset[LOAD].copy(data=load_weights(loads))
-    dataset = dataset.assign_coords(described({"load_weight": (LOAD, weight.values)}))
+    weight = dataset["torque"].copy(data=load_weights(loads))
+    dataset = dataset.assign_coords(described({"load_weight": ("torque", weight.values)}))
     found: dict[str, xr.DataArray] = {}
     for name, values in dataset.data_vars.items():
-        if LOAD in values.dims and is_response(str(name)):
-            found[f"{name}_load_mean"] = (values * weight).sum(LOAD, skipna=False)
-            found[f"{name}_load_max"] = values.max(LOAD, skipna=False)
+        if "torque" in values.dims and is_response(str(name)):
+            found[f"{name}_load_mean"] = (values * weight).sum("torque", skipna=False)
+            found[f"{name}_load_max"] = values.max("torque", skipna=False)
             if f"{name}_std" in dataset:
                 for kind in OVER_LOADS:
                     found |= _statistics(f"{name}{kind}", found[f"{name}{kind}"], dataset.attrs["sampler"])
@@ -96,60 +156,3 @@ def _statistics(name: str, values: xr.DataArray, sampler: Any) -> dict[str, xr.D
         found[f"{name}_{statistic}"] = first.copy(data=both[..., 0])
         found[f"{name}_{statistic}_standard_error"] = first.copy(data=both[..., 1])
     return found
-
-
-#: Dimensions whose length differs from point to point.
-_RAGGED = ("position", "pair", "segment")
-
-
-def beside(parts: Sequence[xr.Dataset], dim: str) -> xr.Dataset:
-    """The ``parts`` side by side along ``dim``, NaN where one has no such position, pair or segment.
-
-    As ``xarray.concat`` of them would do, which aligns each variable by itself and takes longer than solving.
-    """
-    import xarray as xr
-
-    labels = {
-        d: np.unique(np.concatenate([_labels(part, d) for part in parts if d in part.sizes]))
-        for d in _RAGGED
-        if any(d in part.sizes for part in parts)
-    }
-    places = [{d: np.searchsorted(all_of, _labels(part, d)) for d, all_of in labels.items()} for part in parts]
-    found: dict[str, Any] = {}
-    for name in dict.fromkeys(str(name) for part in parts for name in part.variables if name not in labels):
-        own = [part.variables.get(name) for part in parts]
-        first = next(each for each in own if each is not None)
-        same = all(each is not None and each.identical(first) for each in own)
-        if same and name not in parts[0].data_vars and dim not in first.dims:
-            found[name] = first
-            continue
-        sizes = {d: len(all_of) for d, all_of in labels.items()} | {
-            d: n for d, n in first.sizes.items() if d not in labels
-        }
-        rest = [str(d) for d in first.dims if d != dim]
-        lengths = [part.sizes.get(dim, 1) for part in parts]
-        values = np.full((sum(lengths), *(sizes[d] for d in rest)), np.nan)
-        begin = 0
-        for each, place, length in zip(own, places, lengths, strict=True):
-            if each is not None:
-                cells = [place.get(d, np.arange(sizes[d])) for d in rest]
-                values[np.ix_(np.arange(begin, begin + length), *cells)] = each.transpose(
-                    dim, *rest, missing_dims="ignore"
-                )
-            begin += length
-        kind = np.result_type(*(each.dtype for each in own if each is not None))
-        whole = values.astype(kind) if kind.kind in "iub" and np.isfinite(values).all() else values
-        found[name] = xr.Variable((dim, *rest), whole, first.attrs)
-    coords = {name for part in parts for name in map(str, part.coords)} & found.keys()
-    return xr.Dataset(
-        {name: each for name, each in found.items() if name not in coords},
-        coords={name: found[name] for name in found if name in coords} | {d: (d, x) for d, x in labels.items()},
-        attrs=parts[0].attrs,
-    )
-
-
-def _labels(part: xr.Dataset, dim: str) -> NDArray:
-    """Numbers of the positions, tooth pairs or segments of a Dataset."""
-    if dim in part.coords:
-        return part.variables[dim].values
-    return part.variables["pair_index"].values if dim == "pair" else np.arange(part.sizes[dim])

@@ -60,42 +60,68 @@ def orders_over_torque(dataset: xr.Dataset, axes: Axes) -> Axes:
 
 
 def peak_to_peak_over_torque(dataset: xr.Dataset, axes: Axes) -> Axes:
-    """Peak-to-peak STE over the torque, its least marked."""
-    load, values = dataset["torque"].values, dataset["transmission_error_peak_to_peak"].values
-    axes.plot(load, values, color=BLUE, marker=".", lw=1.6)
-    least = int(np.nanargmin(values))
-    axes.plot(load[least], values[least], "o", color=ORANGE, ms=8, mfc="none", mew=2)
-    text = f"{values[least]:.3g} µm at {load[least]:g} N·m"
-    side, shift = ("left", 10) if least < len(load) / 2 else ("right", -10)
-    axes.annotate(text, (load[least], values[least]), (shift, -5), textcoords="offset points", ha=side, color=ORANGE)
-    axes.set(xlabel="torque on the pinion [N·m]", ylabel="peak-to-peak δ [µm]", ylim=(0, 1.08 * np.nanmax(values)))
+    """Peak-to-peak STE over the torque, its least marked; a curve for each value of any other key that is swept."""
+    points, load = _points(dataset), dataset["torque"].values
+    points = [
+        points[i] for i in np.unique(np.linspace(0, len(points) - 1, min(CURVES, len(points))).round().astype(int))
+    ]
+    for n, (label, one) in enumerate(points):
+        values = one["transmission_error_peak_to_peak"].values
+        axes.plot(load, values, color=BLUE if len(points) == 1 else f"C{n}", marker=".", lw=1.6, label=label)
+        least = int(np.nanargmin(values))
+        axes.plot(load[least], values[least], "o", color=ORANGE, ms=8, mfc="none", mew=2)
+        if len(points) == 1:
+            text = f"{values[least]:.3g} µm at {load[least]:g} N·m"
+            side, shift = ("left", 10) if least < len(load) / 2 else ("right", -10)
+            at = (load[least], values[least])
+            axes.annotate(text, at, (shift, -5), textcoords="offset points", ha=side, color=ORANGE)
+    highest = max(np.nanmax(one["transmission_error_peak_to_peak"]) for _, one in points)
+    axes.set(xlabel="torque on the pinion [N·m]", ylabel="peak-to-peak δ [µm]", ylim=(0, 1.08 * highest))
     return axes
 
 
 def draw_sweep(dataset: xr.Dataset, folder: Path) -> list[Path]:
-    """Write the figures of a load range; those of the first value of any other key that is swept."""
-    whole = dataset.isel({str(dim): 0 for dim in dataset.dims if dim != "torque" and dim in _swept(dataset)})
-    name = as_label(scene_of(dataset).name or "scene")
+    """Write the figures of a load range.
+
+    Where other keys are swept too, Harris map and orders are at the first of their values, which the titles say.
+    """
+    if not (points := _points(dataset)):  # interrupted before the torques of one point were done
+        return []
+    at, whole = points[0]
+    name, at = as_label(scene_of(dataset).name or "scene"), f"\n{at}" if at else ""
     load, ptp = dataset["torque"].values, whole["transmission_error_peak_to_peak"].values
     least = int(np.nanargmin(ptp))
     where = "at the lower end of" if least == 0 else "at the upper end of" if least == len(load) - 1 else "within"
     figure, ((axes, beside),) = new_figure(1, 2, (11.0, 5.0))
     harris_map(whole, axes)
     harris_map(whole, beside, about_mean=True)
-    figure.suptitle(f"{name}: STE under {load[0]:g} to {load[-1]:g} N·m")
+    figure.suptitle(f"{name}: STE under {load[0]:g} to {load[-1]:g} N·m{at}")
     legend_below(figure, axes, CURVES)
     written = [write_figure(figure, folder / "harris_map.png")]
     figure, ((axes,),) = new_figure(1, 1, (7.5, 4.2))
-    peak_to_peak_over_torque(whole, axes)
-    axes.set_title(f"{name}: peak-to-peak STE is least {where} the range of torques")
+    peak_to_peak_over_torque(dataset, axes)
+    title = "peak-to-peak STE, least values marked" if at else f"peak-to-peak STE is least {where} the range of torques"
+    axes.set_title(f"{name}\n{title}", fontsize=11)
+    if at:
+        legend_below(figure, axes, 2)
     written.append(write_figure(figure, folder / "peak_to_peak_over_torque.png"))
     figure, ((axes,),) = new_figure(1, 1, (7.5, 4.6))
     orders_over_torque(whole, axes)
-    axes.set_title(f"{name}: mesh orders of STE over the torque")
+    axes.set_title(f"{name}: mesh orders of STE over the torque{at}")
     legend_below(figure, axes, ORDERS)
     return [*written, write_figure(figure, folder / "orders_over_torque.png")]
 
 
-def _swept(dataset: xr.Dataset) -> set[str]:
-    """Dimensions that are swept keys: those with values of their own."""
-    return {str(dim) for dim in dataset.dims if dim in dataset.coords} - {"harmonic", "error_name"}
+def _points(dataset: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
+    """The values of the other keys in words, and the load range at them, where it was solved at all."""
+    others = [str(dim) for dim in dataset["transmission_error_peak_to_peak"].dims if dim != "torque"]
+    found = []
+    for place in np.ndindex(*(dataset.sizes[dim] for dim in others)):
+        one = dataset.isel(dict(zip(others, place, strict=True)))
+        units = {dim: dataset[dim].attrs["units"].replace("1", "") for dim in others}
+        label = ", ".join(
+            f"{dim.removeprefix('effects.')} = {float(one[dim]):g} {units[dim]}".strip() for dim in others
+        )
+        if one["transmission_error_peak_to_peak"].notnull().any():
+            found.append((label, one))
+    return found

@@ -16,6 +16,8 @@ _MOST = 100_000
 def parse_range(key: str, text: str) -> list[float]:
     """Values of a range; the last one is included where the steps reach it.
 
+    Steps of a torque pass over 0, at which neither flank carries.
+
     Raises
     ------
     InputError
@@ -36,7 +38,10 @@ def parse_range(key: str, text: str) -> list[float]:
     steps = (last - first) / step
     if steps >= _MOST:
         raise InputError(key, text, f"must be at most {_MOST} values")
-    return (first + step * np.arange(math.floor(steps + 1e-9) + 1)).tolist()
+    values = first + step * np.arange(math.floor(steps + 1e-9) + 1)
+    if key in ("torque", "load.torque") and len(values) > 1:
+        values = values[abs(values) > 1e-9 * step]
+    return values.tolist()
 
 
 def parse_setting(text: str) -> tuple[str, list[float]]:

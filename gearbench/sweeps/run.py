@@ -4,32 +4,38 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.accuracy.measure import MEASURED, covered
 from gearbench.budget import SMALL, memory_limit, require
 from gearbench.contact.assemble import mesh_phases
 from gearbench.contact.size import kept_memory
 from gearbench.errors import InputError
-from gearbench.interruption import arrived
 from gearbench.results.origin import keeping
 from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs
 from gearbench.results.provenance import beyond_elasticity, provenance
 from gearbench.results.responses import is_response
+from gearbench.results.solved import Solved
+from gearbench.robustness.adaptive import LEFT
+from gearbench.robustness.dataset import robust_dataset
+from gearbench.robustness.montecarlo import respond
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.scene_file import scene_at
-from gearbench.sweeps.axes import TORQUE, Axis, axes_of, grid
-from gearbench.sweeps.dataset import combined, over_loads
-from gearbench.sweeps.groups import Solver
-from gearbench.sweeps.shared import under_loads
+from gearbench.solution import columns
+from gearbench.sweeps.axes import Axis, axes_of, grid
+from gearbench.sweeps.dataset import Point, combined, over_loads
+from gearbench.sweeps.loads import TORQUE, Shared, solve_group, under_loads
 from gearbench.threads import default_threads, single_threaded_blas
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gearbench.accuracy.choose import Choice
     from gearbench.robustness.sampling import Sampler
 
 #: Times the duration of keeping a part of the Dataset until it is kept again, and seconds at least.
@@ -84,19 +90,158 @@ def sweep(
     """
     start = time.perf_counter()
     check_outputs(tuple(outputs))
-    swept: dict[str, Any] = {**(ranges or {}), **keys}
+    swept = {**(ranges or {}), **keys}
     spectrum = () if {"torque", TORQUE} & swept.keys() else scene.loads
     axes = axes_of(swept | ({"torque": [each.torque for each in spectrum]} if spectrum else {}))
+    total = math.prod(len(each.values) for each in axes)
     solver = _solver(scene, outputs, {"samples": samples, "seed": seed, "sampler": sampler}, threads)
-    points, total = _points(scene, axes, kept=not samples), math.prod(len(each.values) for each in axes)
-    own = solver.draws | {"swept": [each.path for each in axes]} | _warning(scene, axes)
+    groups = _groups(scene, axes, sampled=samples > 0)
 
-    def whole(parts: Sequence[xr.Dataset]) -> xr.Dataset:
-        found = over_loads(combined(parts, points, axes), spectrum)
-        attrs = provenance(scene, wall_time=time.perf_counter() - start) | own | solver.attrs
-        return keeping(found.assign_attrs(attrs | {"complete": int(solver.done == total)}), scene)
+    def whole(found: Mapping[tuple[float, ...], Point]) -> xr.Dataset:
+        attrs = provenance(scene, wall_time=time.perf_counter() - start) | solver.draws | solver.attrs
+        attrs |= {"swept": [each.path for each in axes], "complete": int(len(found) == total)} | _warning(scene, axes)
+        return keeping(over_loads(combined(found, axes).assign_attrs(attrs), spectrum), scene)
 
-    return whole(_solved(points, solver, lambda: progress(solver.done, total), _Keeper(keep=keep, whole=whole)))
+    return whole(_solved(groups, solver, lambda done: progress(done, total), _Keeper(keep=keep, whole=whole)))
+
+
+@dataclass(kw_only=True)
+class _Keeper:
+    """Keeps the Dataset as far as it is, now and then."""
+
+    keep: Callable[[xr.Dataset], object] | None
+    whole: Callable[[Mapping[tuple[float, ...], Point]], xr.Dataset]
+    due: float = field(default_factory=lambda: time.perf_counter() + KEEP_LEAST)
+
+    def look(self, found: Mapping[tuple[float, ...], Point]) -> None:
+        """Keep the points ``found``, where it is time."""
+        if self.keep is None or (begun := time.perf_counter()) < self.due:
+            return
+        self.keep(self.whole(found))
+        now = time.perf_counter()
+        self.due = now + max(KEEP_LEAST, KEEP_SHARE * (now - begun))
+
+
+@single_threaded_blas()
+def _solved(
+    groups: Sequence[dict[tuple[float, ...], Scene]], solver: _Solver, advance: Callable[[int], None], keeper: _Keeper
+) -> dict[tuple[float, ...], Point]:
+    """Points by their values of the axes; after Ctrl-C those until then."""
+    found: dict[tuple[float, ...], Point] = {}
+    try:
+        for group in groups:
+            for at, point in zip(group, solver.solve(list(group.values())), strict=True):
+                found[at] = point
+                advance(len(found))
+                keeper.look(found)
+    except KeyboardInterrupt:
+        if not found:
+            raise
+    return found
+
+
+@dataclass(kw_only=True)
+class _Solver:
+    """Solves groups of scenes, see ``sweeps.loads.under_loads``.
+
+    Parameters
+    ----------
+    outputs
+        Of ``simulate``; with samples, responses that get statistics.
+    draws
+        Number of samples, seed and sampler; empty: none.
+    threads
+        Number of threads.
+    attrs
+        Attributes of the Dataset: settings chosen for an accuracy, positions solved once more, samples rescued.
+    """
+
+    outputs: Sequence[str]
+    draws: dict[str, Any]
+    threads: int
+    attrs: dict[str, Any] = field(default_factory=dict)
+    _shared: Shared = field(default_factory=Shared)
+
+    def solve(self, group: Sequence[Scene]) -> Iterator[Point]:
+        """One scene of ``group`` after the other."""
+        if self.draws:
+            yield from self._sampled(group)
+            return
+        for solved in self._chosen(group) if group[0].resolution.accuracy else self._at(group):
+            self._count("polished_positions", solved.solution.polished)
+            yield Point(*columns(solved, self.outputs))
+
+    def _at(self, group: Sequence[Scene]) -> Iterator[Solved]:
+        return solve_group(group, self._shared, self.threads)
+
+    def _chosen(self, group: Sequence[Scene]) -> list[Solved]:
+        """Solutions at the resolution that the accuracy asks for."""
+        from gearbench.accuracy.choose import choose
+
+        def run(scene: Scene) -> list[Solved]:
+            return list(self._at([scene.under(each.load) for each in group]))
+
+        choice = choose(group[0], run, lambda found: np.stack([covered(each.cycle) for each in found]), left=LEFT)
+        self._note(choice)
+        return choice.run
+
+    def _note(self, choice: Choice) -> None:
+        """Attributes of one more choice: the worst error, all the settings, the sums of trials and seconds."""
+        new, old = choice.attrs, self.attrs
+        worst = max((each for each in (old, new) if each), key=lambda attrs: attrs["accuracy_estimated"])
+        settings = dict.fromkeys([*old.get("accuracy_settings", "").split("; "), new["accuracy_settings"]])
+        sums = {name: old.get(name, 0) + new[name] for name in ("accuracy_trials", "accuracy_seconds")}
+        self.attrs = old | worst | {"accuracy_settings": "; ".join(filter(None, settings))} | sums
+
+    def _sampled(self, group: Sequence[Scene]) -> Iterator[Point]:
+        at, how = self._shared.assembled(group[0], sampled=True), self.draws
+        names = tuple(dict.fromkeys((*MEASURED, *self.outputs)))
+        for scene in group:
+            problem = at.robust(scene)
+            errors = problem.draw(how["samples"], how["seed"], how["sampler"])
+            answers, complete = respond(problem, errors, self.threads, names=names)
+            if not complete:
+                raise KeyboardInterrupt
+            own = {"sampler": how["sampler"], "seed": how["seed"], "complete": True, "wall_time": 0.0}
+            made = robust_dataset(problem, errors, answers, more=self.outputs, **own)
+            self._count("rescued", answers.rescued)
+            coords, variables = (
+                {str(name): (tuple(map(str, each.dims)), each.values) for name, each in table.items()}
+                for table in (made.coords, made.drop_vars("error").data_vars)
+            )
+            yield Point(coords, variables)
+
+    def _count(self, name: str, number: int) -> None:
+        self.attrs[name] = self.attrs.get(name, 0) + number
+
+
+def _solver(scene: Scene, outputs: Sequence[str], draws: dict[str, Any], threads: int | None) -> _Solver:
+    """Solver of the groups, without or with samples, whose responses are those among the outputs."""
+    if (samples := draws["samples"]) < 0:
+        raise InputError("samples", samples, "must be at least 0")
+    if samples and scene.resolution.accuracy is not None:
+        raise InputError("samples", samples, "conflicts with resolution.accuracy, for which robust chooses both")
+    if samples:
+        outputs = () if outputs is DEFAULT_OUTPUTS else tuple(filter(is_response, outputs))
+    return _Solver(outputs=outputs, draws=draws if samples else {}, threads=threads or default_threads())
+
+
+def _groups(scene: Scene, axes: Sequence[Axis], *, sampled: bool) -> list[dict[tuple[float, ...], Scene]]:
+    """Scenes at the points of the grid, by their values of the ``axes``, in groups that are solved together.
+
+    Solutions without samples are kept, and must fit into the memory.
+    """
+    base = scene.under(scene.load) if scene.loads else scene
+    if not sampled:
+        _require_memory(base, math.prod(len(each.values) for each in axes))
+    torques = next((each.values for each in axes if each.path == TORQUE), None)
+    groups = []
+    for point in grid([each for each in axes if each.path != TORQUE]):
+        at = scene_at(base, point)
+        for scenes in [[at]] if torques is None else under_loads(at, torques, sampled=sampled):
+            values = [point | {TORQUE: each.load.torque} for each in scenes]
+            groups.append({tuple(x[a.path] for a in axes): s for x, s in zip(values, scenes, strict=True)})
+    return groups
 
 
 def _require_memory(scene: Scene, points: int) -> None:
@@ -106,70 +251,6 @@ def _require_memory(scene: Scene, points: int) -> None:
     each = kept_memory(scene, len(mesh_phases(scene)[0]))
     instead = f"{int(max(memory_limit(), SMALL) / each)} points would fit"
     require(points * each, "sweep", f"{points} points", instead)
-
-
-@dataclass(kw_only=True)
-class _Keeper:
-    """Keeps the Dataset as far as it is, now and then."""
-
-    keep: Callable[[xr.Dataset], object] | None
-    whole: Callable[[Sequence[xr.Dataset]], xr.Dataset]
-    due: float = field(default_factory=lambda: time.perf_counter() + KEEP_LEAST)
-
-    def look(self, parts: Sequence[xr.Dataset], so_far: Callable[[], xr.Dataset]) -> None:
-        """Keep ``parts`` and what ``so_far`` makes, where it is time."""
-        if self.keep is None or (begun := time.perf_counter()) < self.due:
-            return
-        self.keep(self.whole([*parts, so_far()]))
-        now = time.perf_counter()
-        self.due = now + max(KEEP_LEAST, KEEP_SHARE * (now - begun))
-
-
-@single_threaded_blas()
-def _solved(
-    points: Sequence[Sequence[Sequence[Scene]]], solver: Solver, advance: Callable[[], None], keeper: _Keeper
-) -> list[xr.Dataset]:
-    """Datasets of the groups of all points; after Ctrl-C of those until then, the last one as far as it is."""
-    parts: list[xr.Dataset] = []
-    for group in (group for groups in points for group in groups):
-        so_far = None
-        try:
-            for so_far in solver.solve(group):
-                advance()
-                keeper.look(parts, so_far)
-        except KeyboardInterrupt:
-            if so_far is None and not parts:
-                arrived(dealt_with=False)  # nothing is kept, whatever the samples of the first point said
-                raise
-            arrived()
-            return parts if so_far is None else [*parts, so_far()]
-        assert so_far is not None
-        parts.append(so_far())
-    return parts
-
-
-def _solver(scene: Scene, outputs: Sequence[str], draws: dict[str, Any], threads: int | None) -> Solver:
-    """What solves the groups, without or with samples, whose responses are those among the outputs."""
-    if (samples := draws["samples"]) < 0:
-        raise InputError("samples", samples, "must be at least 0")
-    if samples and scene.resolution.accuracy is not None:
-        raise InputError("samples", samples, "conflicts with resolution.accuracy, for which robust chooses both")
-    if samples:
-        outputs = () if outputs is DEFAULT_OUTPUTS else tuple(filter(is_response, outputs))
-    return Solver(outputs=outputs, draws=draws if samples else {}, threads=threads or default_threads())
-
-
-def _points(scene: Scene, axes: Sequence[Axis], *, kept: bool) -> list[list[list[Scene]]]:
-    """For each point of the keys but the torque: the scenes under its torques, in groups that are solved together.
-
-    Where solutions are ``kept`` they must fit into the memory.
-    """
-    base = scene.under(scene.load) if scene.loads else scene
-    if kept:
-        _require_memory(base, math.prod(len(each.values) for each in axes))
-    torque = next((each.values for each in axes if each.path == TORQUE), None)
-    scenes = [scene_at(base, point) for point in grid([each for each in axes if each.path != TORQUE])]
-    return [[[each]] if torque is None else under_loads(each, torque, sampled=not kept) for each in scenes]
 
 
 def _warning(scene: Scene, axes: Sequence[Axis]) -> dict[str, str]:

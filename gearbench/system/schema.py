@@ -276,6 +276,9 @@ class System:
         for key in ("pinion", "wheel"):
             if getattr(self, key) != Wheel():
                 raise InputError(key, "given", "conflicts with shafts: their gears have the inertia")
+        self._check_seats()
+
+    def _check_seats(self) -> None:
         seats = [(seat.mesh, seat.gear) for shaft in self.shafts for seat in shaft.gears]
         wanted = [(name, gear) for name in ("", *(m.name for m in self.meshes)) for gear in ("pinion", "wheel")]
         for seat in seats:

@@ -159,10 +159,10 @@ def validate(
     named = list(zip(labels(scenes), scenes, strict=True))
     for name, scene in named:
         check(scene, name)
-    seconds = [_of(name, partial(require_reference, scene, accuracy)) for name, scene in named]
+    sizes = [_of(name, partial(require_reference, scene, accuracy)) for name, scene in named]
     found = []
-    for (name, scene), price in zip(named, seconds, strict=True):
-        progress(f"{name}: finite elements, about {price:.0f} s" if price else name)
+    for (name, scene), size in zip(named, sizes, strict=True):
+        progress(f"{name}: finite elements of {size} unknowns" if size else name)
         found.append(_of(name, partial(compare, scene, accuracy)))
     return stack(found, labels(scenes)).assign_attrs(run_provenance(wall_time=time.perf_counter() - begun))
 

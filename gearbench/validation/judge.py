@@ -31,9 +31,9 @@ JUDGED = tuple(f"{curve}_{part}_error" for curve in CURVES for part in ("mean", 
 TIMES = 5.0
 #: Differences below this need not be told from none [%].
 NEGLIGIBLE = 1.0
-#: Accuracies of the compliance that are tried in turn, and the processor time that a better one may take [s].
+#: Accuracies of the compliance that are tried in turn, and the unknowns that a better one may have.
 ACCURACIES = (0.01, 0.001, 0.00025)
-MOST_SECONDS = 120.0
+MOST_UNKNOWNS = 400_000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,8 +73,8 @@ def judge(scene: Scene, fast: xr.Dataset, accuracy: float | None = None) -> Judg
     for tried in ACCURACIES if accuracy is None else (accuracy,):
         reference = reference_scene(scene, tried)
         try:
-            if judged is not None and (seconds := price(reference)) > MOST_SECONDS:
-                raise AccuracyError(f"accuracy = {tried:g} would take about {seconds:.0f} s")
+            if judged is not None and (size := unknowns(reference)) > MOST_UNKNOWNS:
+                raise AccuracyError(f"accuracy = {tried:g} would take finite elements of {size} unknowns")
             judged = _judgement(scene, fast, reference)
         except (AccuracyError, MemoryBudgetError) as error:
             if judged is None:
@@ -88,8 +88,8 @@ def judge(scene: Scene, fast: xr.Dataset, accuracy: float | None = None) -> Judg
     return Judgement(**{**vars(judged), "reason": f"accuracy = {ACCURACIES[-1]:g} is the finest that is tried"})
 
 
-def require_reference(scene: Scene, accuracy: float | None) -> float:
-    """Predicted processor time [s] of the finite elements that a scene is compared with first.
+def require_reference(scene: Scene, accuracy: float | None) -> int:
+    """Unknowns of the finite elements that a scene is compared with first.
 
     Raises
     ------
@@ -97,15 +97,16 @@ def require_reference(scene: Scene, accuracy: float | None) -> float:
         If they, or the contact on them, need more memory than there may be; says what fits.
     """
     reference = reference_scene(scene, accuracy or ACCURACIES[0])
-    seconds, positions = price(reference), len(mesh_phases(scene)[0])
+    size, positions = unknowns(reference), len(mesh_phases(scene)[0])
     for each in (scene, reference):
         require_contact_memory(each, positions)
-    return seconds
+    return size
 
 
-def price(reference: Scene) -> float:
-    """Predicted processor time of the finite elements of a reference [s]; 0 where they are kept."""
-    return finite_elements(reference).preparation(reference.pair, reference.effects_by_name) or 0.0
+def unknowns(reference: Scene) -> int:
+    """Unknowns of the finite elements of a reference, all levels of both gears; 0 where they are kept."""
+    levels = finite_elements(reference).missing_levels(reference.pair, reference.effects_by_name)
+    return sum(level.unknowns for level in levels)
 
 
 def _judgement(scene: Scene, fast: xr.Dataset, reference: Scene) -> Judgement:

@@ -64,8 +64,8 @@ def reference_memory(reference: Scene, positions: int) -> float:
     AccuracyError, MemoryBudgetError
         If there is no reference of the accuracy.
     """
-    meshed = finite_elements(reference).preparation_memory(reference.pair, reference.effects_by_name)
-    return max(meshed, contact_memory(reference, positions))
+    missing = finite_elements(reference).missing_levels(reference.pair, reference.effects_by_name)
+    return max([contact_memory(reference, positions), *(level.memory for level in missing)])
 
 
 def meshed_flanks(reference: Scene) -> tuple[FlankCompliance, FlankCompliance]:

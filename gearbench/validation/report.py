@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import base64
-import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -15,6 +13,7 @@ import numpy as np
 
 from gearbench.errors import InputError
 from gearbench.files import check_target, replacing
+from gearbench.html import picture, table
 from gearbench.results.netcdf import save
 from gearbench.validation import figures
 from gearbench.validation.dataset import of_scene
@@ -25,7 +24,6 @@ from gearbench.validation.mesh_picture import mesh_figure
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 REPORT, DATASET = "report.html", "validation.nc"
 _ERRORS = {
@@ -127,7 +125,7 @@ def _overview(names: Sequence[str], scenes: Sequence[xr.Dataset]) -> str:
         numbers = [_error(one, f"{variable}_error") for variable in _ERRORS.values()]
         mac = f"{float(one['mac_worst'].min()):.3f} / {float(one['mac_mean'].mean()):.3f}"
         rows.append([f'<a href="#scene-{i}">{escape(name)}</a>', *numbers, mac, f"{slow / fast:.0f}"])
-    return _table(["scene", *_ERRORS, "MAC worst / mean", "compliance: times faster"], rows)
+    return table(["scene", *_ERRORS, "MAC worst / mean", "compliance: times faster"], rows)
 
 
 def _section(i: int, name: str, one: xr.Dataset) -> str:
@@ -143,7 +141,7 @@ def _section(i: int, name: str, one: xr.Dataset) -> str:
         "Wall times. Simulation: all mesh phases, the teeth being known.": figures.time_figure(one),
         "Finite elements of the section; the reference is extrapolated from its last two levels.": mesh_figure(one),
     }
-    pictures = "\n".join(_picture(figure, caption) for caption, figure in drawn.items())
+    pictures = "\n".join(picture(figure, caption) for caption, figure in drawn.items())
     return "\n".join(
         [
             f'<section id="scene-{i}"><h2>{escape(name)}</h2>',
@@ -174,7 +172,7 @@ def _cycle_table(one: xr.Dataset) -> str:
     for label, part in (("largest", "max"), ("RMS", "rms")):
         difference, bar = (100 * float(one[f"load_share_error_{part}{end}"]) for end in ("", "_bar"))
         rows.append([f"{label} difference in load sharing", "", "", f"{difference:.1f} ± {bar:.2g} % of the load"])
-    return _table(["", "fast model", "finite elements", "difference"], rows)
+    return table(["", "fast model", "finite elements", "difference"], rows)
 
 
 def _both(values: xr.DataArray, bar: xr.DataArray) -> tuple[str, str]:
@@ -200,7 +198,7 @@ def _tooth_table(one: xr.Dataset) -> str:
         bars = one[f"{name}_bar"].values if f"{name}_bar" in one else None
         cells = [f"{v:{form}}" + ("" if bars is None else f" ± {bars[k]:.1g}") for k, v in enumerate(one[name].values)]
         rows.append([label, *cells])
-    return _table(["", *map(str, one["gear"].values)], rows)
+    return table(["", *map(str, one["gear"].values)], rows)
 
 
 def _time_table(one: xr.Dataset) -> str:
@@ -214,7 +212,7 @@ def _time_table(one: xr.Dataset) -> str:
     rows.append(["first simulation in this process", duration(float(one["first_call_seconds"])), ""])
     kept = bool(one["reference_cached"].values.any())
     source = "earlier, stored with the kept result" if kept else "in this run, nothing was kept"
-    return _table(["", "fast model", "finite elements"], rows) + f"<p>Finite elements measured {source}.</p>"
+    return table(["", "fast model", "finite elements"], rows) + f"<p>Finite elements measured {source}.</p>"
 
 
 def _texts(one: xr.Dataset) -> str:
@@ -257,21 +255,3 @@ def _method(dataset: xr.Dataset) -> str:
         "elements assembly and solution of all levels, both gears.",
     )
     return "\n".join(f"<p>{escape(text)}</p>" for text in paragraphs)
-
-
-def _table(head: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
-    """HTML table; cells are HTML."""
-    top = "".join(f'<th scope="col">{cell}</th>' for cell in head)
-    body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
-    return f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
-
-
-def _picture(figure: Figure, caption: str) -> str:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=100)
-    data = base64.b64encode(buffer.getvalue()).decode()
-    alt = escape("; ".join(filter(None, (axis.get_title() for axis in figure.axes))).replace("\n", " "))
-    return (
-        f'<figure><img alt="{alt}" src="data:image/png;base64,{data}">'
-        f"<figcaption>{escape(caption)}</figcaption></figure>"
-    )

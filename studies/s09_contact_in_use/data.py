@@ -58,7 +58,7 @@ def scenes() -> list[Scene]:
     )  # fmt: skip
     found = [plain, replace(plain, name="hcr_30_50", pair=high, load=Load(torque=400.0))]
     for name, part in KNOWN.items():
-        read = load_scene(_GEARS / f"{name}.toml")
+        read = load_scene(_GEARS / f"{name}.toml").without("off_line_contact")
         found.append(replace(read, name=name, load=Load(torque=part * read.load.torque)))
     return found + list(_drawn())
 

@@ -18,9 +18,7 @@ from numpy.random import Generator
 from gearbench.effects.registry import EFFECTS, effect_class
 from gearbench.files import seal
 from tests.attack import hostile, netcdf
-
-ROOT = Path(__file__).parents[2]
-DATA = ROOT / "tests" / "data"
+from tests.support.paths import DATA, ROOT
 
 #: A pair that is solved in milliseconds.
 PAIR = """

@@ -53,7 +53,7 @@ def shoot(arguments: Sequence[object]) -> Ending:
             contextlib.redirect_stdout(out),
             contextlib.redirect_stderr(err),
             # made anew for each call, the commands would cost as much time as the inputs
-            mock.patch.object(application, "app", _command()),
+            mock.patch.object(application, "application", mock.Mock(return_value=_command())),
             _alarm(),
         ):
             warnings.simplefilter("always")
@@ -76,9 +76,9 @@ def shoot(arguments: Sequence[object]) -> Ending:
 def _command() -> Any:
     import typer
 
-    from gearbench.cli.app import app
+    from gearbench.cli.app import application
 
-    return typer.main.get_command(app)
+    return typer.main.get_command(application())
 
 
 @contextlib.contextmanager

@@ -7,7 +7,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-OUT = Path(__file__).parents[2] / "out" / "browser"
+from tests.support.paths import ROOT
+
+OUT = ROOT / "out" / "browser"
 
 
 def missing() -> str:

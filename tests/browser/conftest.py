@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from gearbench.results.netcdf import save
-from tests.explore_designs import front
+from tests.support.explore_designs import front
 
 
 @pytest.fixture

@@ -15,9 +15,9 @@ from gearbench.results.netcdf import save
 from gearbench.scene_file import load_scene
 from gearbench.simulation import simulate
 from tests.browser.chromium import chromium, faults, missing, shot, wait
-from tests.explore_designs import front
+from tests.support.explore_designs import front
 
-pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "–")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(missing()), reason=missing() or "–")]
 
 SIZES = {"wide": (1440, 900), "small": (1000, 700), "phone": (390, 844)}
 DRAWN = "return !!window.Bokeh?.documents[0]?.is_idle && (!document.getElementById('numbers') ||"
@@ -108,6 +108,8 @@ def test_change_compare_undo_and_save(explored, scene_file, tmp_path):
     with chromium(tmp_path) as driver:
         show(driver, explored(scene_file))
         wait(lambda: driver.execute_script(SWEPT), "no Harris map")
+        slider = "return document.querySelector('[data-slides=\"resolution.segments\"]').value"
+        assert driver.execute_script(slider) == "15"  # the default, which the scene leaves out
         first = driver.execute_script(NUMBER, "peak-to-peak")
         assert first[1] == first[2]
 
@@ -121,7 +123,9 @@ def test_change_compare_undo_and_save(explored, scene_file, tmp_path):
         assert driver.execute_script(heads) == ["baseline", "variant 1", "now"]
         numbers = driver.execute_script(NUMBER, "peak-to-peak")
         assert numbers[1] == first[1] != numbers[2]  # the variant is that of the curves shown, not of the answer before
-        assert driver.execute_script(MODEL + "return model('kept ste').data.xs.length") == 1
+        for figure in ("ste", "stiffness", "ste_orders", "stiffness_orders", "torque"):
+            assert driver.execute_script(MODEL + f"return model('kept {figure}').data.xs.length") == 1
+        assert driver.execute_script(MODEL + "return model('kept harris').data.xs.length") > 1
 
         # an effect that is added begins with an example, and leaves without a trace
         driver.execute_script("document.querySelector('[data-effect=\"end_relief\"]').click()")
@@ -135,8 +139,10 @@ def test_change_compare_undo_and_save(explored, scene_file, tmp_path):
         # a fault is a line, and the curves before it stay
         enter(driver, "pair.face_width", -1)
         wait(lambda: "must be greater than 0" in driver.find_element("id", "message").text, "no message")
+        assert driver.execute_script("return document.body.classList.contains('stale')")
         driver.find_element("id", "undo").click()
         wait(lambda: driver.find_element("id", "message").text == "", "the message stayed")
+        assert not driver.execute_script("return document.body.classList.contains('stale')")
 
         driver.find_element("id", "save").click()
         file = wait(lambda: next((p for p in tmp_path.glob("example*.toml") if p.stat().st_size), None), "no file")

@@ -19,9 +19,10 @@ from gearbench.scene_file import load_scene
 from gearbench.simulation import simulate
 from tests.browser.chromium import chromium, faults, missing, open_page, wait
 from tests.browser.test_bench import DRAWN
-from tests.explore_designs import EXAMPLES, front
+from tests.support.explore_designs import front
+from tests.support.paths import STUDY
 
-pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "–")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(missing()), reason=missing() or "–")]
 
 RUN = "window.ran=1"
 #: Names that ran a script somewhere once, or would where one layer of the page took text for markup, TeX or code.
@@ -40,7 +41,7 @@ def hostile(name: str, path: Path) -> Path:
     """A result whose study, and a value of one of whose variables, have the name."""
     grid = path.with_suffix(".csv")
     grid.write_text("radius,-4,4\n15,0,0\n20,0,0\n")
-    study = load_study(EXAMPLES / "optimise_small.toml")
+    study = load_study(STUDY)
     choice = Variable(name="flank", paths=("effects.topography.pinion",), values=(name, str(grid)))
     return save(front(24, 1, replace(study, name=name, variables=(*study.variables, choice))), path)
 

@@ -14,9 +14,9 @@ from gearbench.scene_file import load_scene
 from gearbench.simulation import simulate
 from tests.browser.changes import CHANGES, change_times
 from tests.browser.chromium import chromium, faults, missing, open_page, shot, wait
-from tests.explore_designs import front
+from tests.support.explore_designs import front
 
-pytestmark = pytest.mark.skipif(bool(missing()), reason=missing() or "–")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(bool(missing()), reason=missing() or "–")]
 
 PICK = """
 const d = model("designs").data, i = arguments[0];
@@ -172,7 +172,6 @@ def test_picks_are_compared_in_a_table_and_by_their_curves(served, tmp_path):
         assert faults(driver) == []
 
 
-@pytest.mark.slow
 def test_sixty_thousand_designs(served, tmp_path):
     """All there, and nothing on the console after sixty changes of each kind; ``make bench`` times them."""
     with chromium(tmp_path) as driver:

@@ -7,7 +7,7 @@ import pytest
 
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
-from tests.gears import standard_gear
+from tests.support.gears import standard_gear
 
 STEEL = Material()
 

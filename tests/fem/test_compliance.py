@@ -17,7 +17,7 @@ from fem_reference.plane import Strip, solve_strip
 from fem_reference.section import Body
 from fem_reference.tooth_mesh import Cells, tooth_mesh
 from gearbench.compliance.flank import flank_polynomials
-from tests.gears import standard_gear
+from tests.support.gears import standard_gear
 
 COARSE = Cells(thickness=4, flank=5, fillet=4, width=6)
 

@@ -14,7 +14,7 @@ from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.gear_body import ToothedRing
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.geometry.material import Material
-from tests.gears import standard_gear
+from tests.support.gears import standard_gear
 
 #: A thin rim with straight teeth, a solid gear with helical ones: helix, teeth, width, bore in root radii.
 CASES = {"thin rim": (0.0, 24, 3.0, 0.8), "helical": (20.0, 18, 4.0, 0.6)}

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import tomllib
-from pathlib import Path
 
 import pytest
 
 from gearbench.scene_file import parse_scene
 from gearbench.validation.comparison import compare
 from gearbench.validation.judge import JUDGED
+from tests.support.paths import ROOT
 
-README = Path(__file__).parents[2] / "README.md"
+README = ROOT / "README.md"
 
 
 @pytest.mark.slow

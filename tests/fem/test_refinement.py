@@ -17,7 +17,7 @@ from fem_reference.refinement import AccuracyError, Level, levels, refined_compl
 from fem_reference.section import Body
 from fem_reference.solver import available_solver, schur_complement
 from gearbench import budget
-from tests.gears import standard_gear
+from tests.support.gears import standard_gear
 
 SPUR = Body(gear=standard_gear(24, 3.0), bore_radius=0.8 * standard_gear(24).root_radius, teeth=5)
 HELICAL = Body(

@@ -13,7 +13,7 @@ from fem_reference.sector import Grain, Outline, Section, lagrange, lobatto
 from gearbench.compliance.bases import gauss
 from gearbench.errors import InputError
 from gearbench.geometry.gear import Gear
-from tests.gears import standard_gear
+from tests.support.gears import standard_gear
 
 
 def random_gears(count: int, seed: int = 5) -> list[Gear]:
@@ -77,7 +77,7 @@ def exact_area(body: Body) -> float:
 
 
 @pytest.mark.parametrize(
-    "gear", [standard_gear(), standard_gear(9), standard_gear(25, helix=30.0), standard_gear(fillet=0.0)]
+    "gear", [standard_gear(), standard_gear(9), standard_gear(25, helix=30.0), standard_gear(fillet_radius=0.0)]
 )
 def test_outline_and_its_slopes_are_those_of_the_gear(gear):
     outline = Outline(gear=gear)

@@ -12,7 +12,7 @@ from fem_reference.section import Body
 from fem_reference.tooth_mesh import tooth_mesh
 from gearbench.compliance.local import waves_across
 from gearbench.compliance.solid_tooth import SolidTooth
-from tests.gears import standard_gear
+from tests.support.gears import standard_gear
 
 
 @pytest.mark.parametrize(("order", "tolerance"), [((5, 7, 14), 0.012), ((8, 12, 14), 0.006)])

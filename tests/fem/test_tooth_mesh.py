@@ -17,7 +17,7 @@ from fem_reference.flank import Flank
 from fem_reference.tooth_mesh import Body, Cells, MeshingError, tooth_mesh
 from gearbench.errors import InputError
 from gearbench.geometry.gear import Gear
-from tests.gears import standard_gear
+from tests.support.gears import standard_gear
 
 CELLS = Cells(thickness=4, flank=4, fillet=3, width=3, foot=2, land=1, rim=4, rest=(2, 4))
 
@@ -44,9 +44,9 @@ GEARS = [
     standard_gear(),
     standard_gear(helix=25.0),
     standard_gear(teeth=9),
-    standard_gear(teeth=60, shift=0.4),
-    standard_gear(fillet=0.0),
-    standard_gear(41, fillet=0.47),
+    standard_gear(teeth=60, profile_shift=0.4),
+    standard_gear(fillet_radius=0.0),
+    standard_gear(41, fillet_radius=0.47),
 ]
 
 

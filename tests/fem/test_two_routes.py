@@ -5,8 +5,6 @@ The plain mesh has the teeth in contact and their neighbours, and a ring without
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -15,8 +13,9 @@ from fem_reference.refinement import refined_compliance
 from gearbench import load_scene
 from gearbench.effects.teeth import meshed_body
 from gearbench.geometry.role import Role
+from tests.support.paths import EXAMPLES
 
-GEARS = Path(__file__).parents[2] / "examples" / "gears"
+GEARS = EXAMPLES / "gears"
 ORDER = (4, 5)
 
 

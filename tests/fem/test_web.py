@@ -25,7 +25,7 @@ from gearbench.compliance.local import half_space_compression
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.geometry.material import Material
 from gearbench.geometry.web import make_web
-from tests.gears import standard_gear
+from tests.support.gears import standard_gear
 
 ORDER = (3, 3)
 

@@ -15,7 +15,7 @@ from gearbench.dynamics.modes import modes
 from gearbench.dynamics.revolution import revolution_response
 from gearbench.scene_file import parse_scene
 from gearbench.tolerances import gear_tolerances
-from tests.systems import wheels
+from tests.support.systems import wheels
 
 Z, B, STIFFNESS, MASS = 24, 360.0, 18.632, 0.36503
 PRINTED, SPEED = 2843.0, 1173.7

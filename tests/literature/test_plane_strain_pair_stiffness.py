@@ -20,7 +20,7 @@ from gearbench.effects.hertz import Hertz
 from gearbench.geometry.action import contact_lines
 from gearbench.geometry.material import Material
 from gearbench.geometry.pair import Member, Pair
-from tests.plane_strain import centre_line_compliance
+from tests.support.plane_strain import centre_line_compliance
 
 LINE_LOAD = 275.0
 #: Rims of both gears [mm] and stiffness [N/(mm·µm)].

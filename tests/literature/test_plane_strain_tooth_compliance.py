@@ -15,8 +15,8 @@ from fem_reference.section import Body
 from gearbench.compliance.gear_body import ToothedRing
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.geometry.material import Material
-from tests.gears import standard_gear
-from tests.plane_strain import centre_line_compliance
+from tests.support.gears import standard_gear
+from tests.support.plane_strain import centre_line_compliance
 
 PUBLISHED = pytest.mark.parametrize(
     ("teeth", "radius", "compliance"),

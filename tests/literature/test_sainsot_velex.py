@@ -19,7 +19,7 @@ from gearbench.compliance.sainsot_velex import foundation_factor, shape_factors
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.errors import InputError
 from gearbench.geometry.gear import Gear
-from tests.gears import standard_gear
+from tests.support.gears import standard_gear
 
 E, NU = 210e3, 0.3
 
@@ -34,7 +34,7 @@ def stand_in(theta: float, root: float = 20.0, gamma: float = 0.35, base: float 
 
 
 def gear(teeth=40, module=2.0, width=20.0, helix=0.0) -> Gear:
-    return standard_gear(teeth, width, module=module, helix=helix)
+    return standard_gear(teeth, width, normal_module=module, helix=helix)
 
 
 def test_shape_factors_worked_by_hand():

@@ -15,6 +15,7 @@ from gearbench.contact.solver import solve
 from gearbench.scene import Load, Scene
 from tests.stability.measure import compare
 from tests.stability.random_scenes import random_scenes, with_random_gaps
+from tests.support.campaign import many
 
 #: Newton steps that no scene may need.
 STEPS = 40
@@ -89,22 +90,15 @@ def mirrors(scene: Scene, tau: np.ndarray, what: object) -> None:
     assert_allclose(b.approach + offset, a.approach, rtol=rtol, atol=1e-12 * abs(offset), err_msg=str(what))
 
 
-def test_two_thousand_random_scenes_and_gap_vectors():
+@pytest.mark.parametrize("count", [150, pytest.param(many(4000), marks=pytest.mark.slow)])
+def test_random_scenes_and_gap_vectors(count):
     record = Record()
-    run(2000, record)
-    assert record.solved == 2000 * 3 * 2
+    run(count, record)
+    assert record.solved == count * 3 * 2
     print(record)
 
 
-@pytest.mark.slow
-def test_twenty_thousand_random_scenes_and_gap_vectors():
-    record = Record()
-    run(20_000, record)
-    assert record.solved == 20_000 * 3 * 2
-    print(record)
-
-
-@pytest.mark.parametrize("count", [25, pytest.param(400, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("count", [8, pytest.param(many(100), marks=pytest.mark.slow)])
 def test_random_scenes_keep_their_digits(count):
     """Against the whole chain in extended precision, at one phase; scenes of low order, which are quick there."""
     worst = 17.0

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from gearbench.contact.off_line import advice
 from gearbench.effects.base import ComplianceEffect
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import GearbenchError, InputError
@@ -133,13 +132,7 @@ def warnings(now: Picture, solved: Solved) -> list[str]:
     """What a reader of the curves should know, a line each."""
     import xarray as xr
 
-    cycle = now.transmission_error
-    known = {"transmission_error_mean": cycle.mean, "transmission_error_rms": cycle.rms}
-    known |= {"transmission_error_peak_to_peak": cycle.peak_to_peak, "flank_pressure_max": np.nanmax(now.pressure)}
-    dataset = xr.Dataset(known)
-    found = list(scene_warnings(now.scene, dataset))
-    if (missed := advice(now.scene, dataset)) is not None:
-        found.append(missed)
+    found = list(scene_warnings(now.scene, xr.Dataset({"flank_pressure_max": np.nanmax(now.pressure)})))
     parted = int((~(solved.solution.force > 0).any(axis=(-2, -1))).sum())
     if parted:
         found.append(f"Contact is lost at {parted} mesh phases.")

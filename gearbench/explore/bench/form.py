@@ -8,16 +8,13 @@ from dataclasses import MISSING, dataclass
 from types import NoneType
 from typing import Any, Literal, get_args, get_origin
 
-from annotated_types import Ge, Gt, Le, Lt
-from pydantic.fields import FieldInfo
-
 from gearbench.effects.registry import effect_class, effect_names
 from gearbench.errors import GearbenchError
 from gearbench.explore.controls import round_up
 from gearbench.results.quantities import KEYS
 from gearbench.scene import Scene
 from gearbench.scene_file import TABLES
-from gearbench.schema import Key, keys, parts
+from gearbench.schema import Key, keys, parts, unannotated
 
 Kind = Literal["number", "integer", "choice", "switch", "list"]
 
@@ -80,6 +77,8 @@ class Group:
         Whether the scene has the table.
     optional
         Whether it may be left out: an effect.
+    inner
+        Whether it is a table within that of an effect: shown with it only.
     """
 
     path: str
@@ -88,6 +87,7 @@ class Group:
     controls: tuple[Control, ...]
     present: bool
     optional: bool
+    inner: bool = False
 
 
 def form(scene: Scene) -> tuple[Group, ...]:
@@ -108,26 +108,30 @@ def form(scene: Scene) -> tuple[Group, ...]:
     return tuple(groups)
 
 
-def _groups(kind: type, path: str, table: Mapping[str, Any], *, present: bool, optional: bool) -> Iterator[Group]:
+def _groups(
+    kind: type, path: str, table: Mapping[str, Any], *, present: bool, optional: bool, inner: bool = False
+) -> Iterator[Group]:
     """Groups of an input class: its own values, then the tables within it."""
     fixed = takes_files(kind)
     # a table that may be absent has controls where the scene has it
     below = {
         name: key.table
         for name, key in keys(kind).items()
-        if key.table is not None and not _is_list(key.hint) and (NoneType not in get_args(key.hint) or name in table)
+        if key.table is not None and not key.items and (NoneType not in get_args(key.hint) or name in table)
     }
     found = [] if fixed else [_control(key, f"{path}.{name}", table.get(name)) for name, key in keys(kind).items()]
     yield Group(
         path=path,
-        title=path.split(".")[-1].replace("_", " ").capitalize(),
+        title=": ".join(part.replace("_", " ") for part in path.split(".")[1 if inner else -1 :]).capitalize(),
         text=" ".join(parts(kind)[0].split("\n\n")[0].split()),
         controls=tuple(each for each in found if each is not None),
         present=present,
         optional=optional,
+        inner=inner,
     )
-    for name, inner in below.items():
-        yield from _groups(inner, f"{path}.{name}", table.get(name, {}), present=True, optional=False)
+    for name, lower in below.items():
+        within = inner or path.startswith("effects.")
+        yield from _groups(lower, f"{path}.{name}", table.get(name, {}), present=present, optional=False, inner=within)
 
 
 def takes_files(kind: type) -> bool:
@@ -139,57 +143,30 @@ def _control(key: Key, path: str, given: Any) -> Control | None:
     """Control of a value; None where it is of a kind that a page has no control for."""
     if key.table is not None:
         return None
-    hints = tuple(hint for hint in _choices_of(key.hint) if hint is not NoneType)
-    optional = NoneType in _choices_of(key.hint) or key.default is not MISSING
+    hints = key.hints
+    optional = NoneType in get_args(key.hint) or key.default is not MISSING
     default = None if key.default is MISSING else key.default
     value = default if given is None else given
     quantity = KEYS.get(".".join(path.split(".")[-2:])) or KEYS.get(key.name)
     label = key.name.replace("_", " ") if quantity is None else quantity.label
     unit = key.unit if quantity is None else quantity.unit
     common = {"path": path, "label": label, "unit": unit, "meaning": key.meaning, "optional": optional}
-    plain, limits = _unwrapped(hints[0])
+    plain, _ = unannotated(hints[0])
     if len(hints) == 1 and get_origin(plain) is Literal:
         return Control(**common, kind="choice", value=value, choices=get_args(plain))
     if plain is bool:
         return Control(**common, kind="switch", value=bool(value))
     if plain in (int, float):
-        least, most, above = _limits(limits)
+        least, most, above = key.limits
         narrow = path.startswith("pair.") and key.name not in ("profile_shift", "helix_angle")
         low, high, step = _span(value, least, most, unit, whole=plain is int, above=above, narrow=narrow)
         if path == "load.torque" and value is not None:  # of the sign that it has: neither flank carries 0
             low, high, step = _same_sign(value, low, high, step)
         kind: Kind = "integer" if plain is int else "number"
         return Control(**common, kind=kind, value=value, least=least, most=most, low=low, high=high, step=step)
-    if get_origin(plain) is tuple and all(_unwrapped(item)[0] in (int, float, ...) for item in get_args(plain)):
+    if get_origin(plain) is tuple and all(unannotated(item)[0] in (int, float, ...) for item in get_args(plain)):
         return Control(**common, kind="list", value=None if value is None else list(value))
     return None
-
-
-def _choices_of(hint: Any) -> tuple[Any, ...]:
-    """The types of a union, or the type itself."""
-    return get_args(hint) if NoneType in get_args(hint) else (hint,)
-
-
-def _is_list(hint: Any) -> bool:
-    return any(get_origin(_unwrapped(each)[0]) in (tuple, dict) for each in _choices_of(hint))
-
-
-def _unwrapped(hint: Any) -> tuple[Any, tuple[Any, ...]]:
-    """A type without its annotations, and the annotations."""
-    found: tuple[Any, ...] = ()
-    while hasattr(hint, "__metadata__"):
-        found += hint.__metadata__
-        hint = hint.__origin__
-    return hint, found
-
-
-def _limits(annotations: tuple[Any, ...]) -> tuple[float | None, float | None, bool]:
-    """Least and greatest value that the annotations of a number allow, and whether the least itself is excluded."""
-    flat = [each for note in annotations for each in (note.metadata if isinstance(note, FieldInfo) else (note,))]
-    bounds = {type(note): note for note in flat}
-    least = bounds[Ge].ge if Ge in bounds else bounds[Gt].gt if Gt in bounds else None
-    most = bounds[Le].le if Le in bounds else bounds[Lt].lt if Lt in bounds else None
-    return least, most, Gt in bounds
 
 
 def _span(

@@ -90,6 +90,7 @@ class BenchPage:
         source = self.gear.now["harris"]
         mapper = LinearColorMapper(palette="Viridis256", low=0, high=1)
         plot.multi_line("xs", "ys", source=source, color={"field": "torque", "transform": mapper}, line_width=1.6)
+        self.gear.overlay(plot, "harris", "dotted")
         bar = ColorBar(color_mapper=mapper, title="T [N·m]", width=10, title_text_font_size="12px", padding=3)
         plot.add_layout(bar, "right")
         colours = script("torques", source=source, mapper=mapper)
@@ -101,6 +102,7 @@ class BenchPage:
         plot = chart("STE over torque", "torque on the pinion [N·m]", "STE [µm]", height=HEIGHT)
         source = self.gear.now["torque"]
         plot.line("torque", "peak_to_peak", source=source, color=INK, line_width=2.2, legend_label="peak-to-peak")
+        self.gear.overlay(plot, "torque", "dashed")
         for n, colour in zip(ORDERS, PALETTE, strict=False):
             plot.line("torque", f"order {n}", source=source, color=colour, line_width=1.8, legend_label=f"order {n}")
             plot.scatter("torque", f"order {n}", source=source, color=colour, size=5)

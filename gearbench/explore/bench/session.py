@@ -74,7 +74,7 @@ def variants(beside: Sequence[Picture]) -> list[dict[str, Any]]:
     """Pictures as gears kept beside: name, number, scene, numbers and curves."""
     found = []
     for i, each in enumerate(beside, start=1):
-        shown = tables(each, teeth=False)
+        shown = {**tables(each, teeth=False), **over_torque(each.scene)}
         kept = {"scene": json.dumps(each.scene.to_mapping()), "numbers": shown["numbers"]}
         curves = {name: shown[name] for name in OVERLAID}
         found.append({"name": each.scene.name or f"variant {i}", "number": i, **kept, "curves": curves})

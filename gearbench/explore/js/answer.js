@@ -11,6 +11,8 @@ function array(_key, value) {
 const said = answer.data.packed ? JSON.parse(answer.data.packed[0], array) : answer.data;
 const { now: [tables], before: [stored], summary: [text], message: [fault], controls: [places] } = said;
 document.getElementById("message").textContent = fault;
+// what is shown is then that of the last gear without a fault
+document.body.classList.toggle("stale", Boolean(fault));
 if (text) document.getElementById("summary").textContent = text;
 if (places) {
   answer.awaited = false;

@@ -51,10 +51,11 @@ function put(input) {
     else input.selectedIndex = 0;
   } else if (input !== document.activeElement) input.value = value === undefined ? "" : [value].flat().join(", ");
   const slider = form.querySelector(`[data-slides="${CSS.escape(input.dataset.path)}"]`);
-  if (slider && value !== undefined) {
-    if (value > Number(slider.max)) slider.max = value;
-    if (value < Number(slider.min)) slider.min = value;
-    slider.value = value;
+  if (slider) {
+    const at = value ?? slider.dataset.default;
+    if (at > Number(slider.max)) slider.max = at;
+    if (at < Number(slider.min)) slider.min = at;
+    slider.value = at;
   }
 }
 
@@ -62,6 +63,9 @@ function show() {
   for (const input of form.querySelectorAll("[data-path]")) put(input);
   for (const box of form.querySelectorAll("[data-effect]")) {
     box.checked = box.dataset.effect in (tables.effects ?? {});
+  }
+  for (const group of form.querySelectorAll("[data-within]")) {
+    group.hidden = !(group.dataset.within in (tables.effects ?? {}));
   }
   byId("undo").disabled = undone.length === 0;
 }
@@ -103,6 +107,11 @@ if (form) {
     } else {
       const key = path ?? slides;
       if (key?.startsWith("effects.")) include(key.split(".")[1]);
+      if (target.validity?.badInput) {
+        byId("message").textContent = `${key}: not a number`;
+        document.body.classList.add("stale");
+        return;
+      }
       const value = slides ? Number(target.value) : valueOf(target);
       if (Number.isNaN(value) || (Array.isArray(value) && value.some(Number.isNaN))) return;
       set(key, value);

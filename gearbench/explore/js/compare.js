@@ -63,13 +63,22 @@ function same(columns) {
   return known;
 }
 
+// the curves of a kept gear in one figure: none where it was kept before they were computed
+function linesOf(each, key) {
+  const [x, y] = columns[key], data = each.curves[key], { colour, name: label } = each;
+  if (!data?.[x]?.length) return [];
+  if (key === "harris") return data.xs.map((one, i) => ({ x: one, y: data.ys[i], fluctuation: data.ys[i], colour, label }));
+  return [{ x: data[x], y: data[y], fluctuation: data.fluctuation ?? data[y], colour, label }];
+}
+
 function overlay() {
   kept.forEach((each, i) => { each.colour = colours[i % colours.length]; });
   for (const [key, source] of Object.entries(sources)) {
+    const lines = kept.flatMap((each) => linesOf(each, key));
+    const column = (name) => lines.map((line) => line[name]);
     source.data = {
-      xs: kept.map((each) => each.curves[key].phase), ys: kept.map((each) => each.curves[key].value),
-      fluctuations: kept.map((each) => each.curves[key].fluctuation),
-      colour: kept.map((each) => each.colour), label: kept.map((each) => each.name),
+      xs: column("x"), ys: column("y"), fluctuations: column("fluctuation"), colour: column("colour"),
+      label: column("label"),
     };
   }
   numbers();

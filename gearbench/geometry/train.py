@@ -1,0 +1,311 @@
+"""Gears and meshes that turn together: speeds, axes, torques and mesh phases of a train. A pair is a train of one mesh.
+
+Directions in the transverse plane are seen along increasing positions on the shafts, x to the right, y down: an angle
+counts clockwise from x.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.errors import InputError
+from gearbench.geometry.pair import Pair
+
+#: Axes may stand this part of the centre distance farther from each other, or nearer.
+_AXES = 1e-4
+
+
+@dataclass(frozen=True, kw_only=True)
+class Mesh:
+    """Two gears of a train in mesh.
+
+    Parameters
+    ----------
+    name
+        How results and messages call it.
+    driver, driven
+        Names of its gears.
+    pair
+        The two of them: the driver is its pinion.
+    direction
+        From the axis of the driver to that of the driven gear, where the axes are not given [°].
+    phase
+        Mesh phase when that of the first mesh is zero [mesh periods], where it does not follow from the teeth.
+    carrier
+        Name of the shaft that carries one of the axes around the other; absent where both rest.
+    """
+
+    name: str = "pair"
+    driver: str = "pinion"
+    driven: str = "wheel"
+    pair: Pair
+    direction: float = 0.0
+    phase: float | None = None
+    carrier: str | None = None
+
+    @property
+    def gears(self) -> tuple[str, str]:
+        """Names of its gears, the driver first."""
+        return self.driver, self.driven
+
+    def lead(self, gear: str, towards: float, *, coast: bool = False) -> float:
+        """Angle of the leading flank of one of its gears at mesh phase 0 [pitches], modulo 1 (D8).
+
+        The flank of pair 0 where it meets the base circle, at the end y = 0 of the gear's own face; counted in the
+        gear's sense of rotation. ``towards`` is the direction from the driver's axis to the pitch point [rad], counted
+        in the driver's sense of rotation. ``coast``: the coast flanks touch, which are seen in a mirror.
+        """
+        meshing, own = self.pair.meshing, self.gears.index(gear)
+        body = meshing.gears[own]
+        foot = towards - meshing.alpha_wt  # where the line of action touches the driver's base circle
+        if own == 1 and meshing.gears[0].teeth * body.teeth > 0:
+            foot = math.pi - foot  # on the other side, and counted the other way round
+        # the contact point of y = 0, counted along the path of contact; teeth of a helix are farther at other y
+        u = meshing.path_start - self.pair.overhangs[own][int(coast)] * math.tan(meshing.beta_b)
+        lead = abs(body.teeth) * foot / (2 * math.pi)
+        if own == 0:
+            return lead + u / meshing.base_pitch
+        # the driven gear is pushed at the trailing flank of a tooth, 2ψ_b behind the leading one
+        thickness = body.teeth * float(body.involute_half_angle(body.base_radius)) / math.pi
+        return lead + (u - meshing.tangent_length) / meshing.base_pitch + thickness
+
+
+@dataclass(frozen=True, kw_only=True)
+class Train:
+    """Gears on shafts, and how they mesh.
+
+    Parameters
+    ----------
+    meshes
+        All of them; the driver of the first turns with the speed 1.
+    shafts
+        Gear → its shaft; gears that are not named have one of their own, of the same name.
+    axes
+        Shaft → (x, y) of its axis [mm]; the others follow from the directions of the meshes.
+    clockwise
+        Sense in which the driver of the first mesh turns.
+    held
+        Shafts that stand still.
+
+    Raises
+    ------
+    InputError
+        Where names, speeds, axes or torques do not fit each other; some only when they are asked for.
+    """
+
+    meshes: tuple[Mesh, ...]
+    shafts: Mapping[str, str] = field(default_factory=dict)
+    axes: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    clockwise: bool = True
+    held: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        names = [mesh.name for mesh in self.meshes]
+        for number, mesh in enumerate(self.meshes):
+            if names.index(mesh.name) != number:
+                raise InputError(f"meshes.{number}.name", mesh.name, "given twice: each name at most once")
+            if self.shaft(mesh.driver) == self.shaft(mesh.driven):
+                raise InputError(f"meshes.{mesh.name}", self.shaft(mesh.driver), "carries both gears: must be on two")
+
+    def shaft(self, gear: str) -> str:
+        """Shaft of a gear."""
+        return self.shafts.get(gear, gear)
+
+    def __getitem__(self, name: str) -> Mesh:
+        return next(mesh for mesh in self.meshes if mesh.name == name)
+
+    @property
+    def gears(self) -> tuple[str, ...]:
+        """Names of the gears, in the order of the meshes."""
+        return tuple(dict.fromkeys(gear for mesh in self.meshes for gear in mesh.gears))
+
+    # -- speeds -------------------------------------------------------------------------------------------------------
+    @cached_property
+    def rates(self) -> dict[str, Fraction]:
+        """Speed of each shaft over that of the first driver, with its sense.
+
+        One linear system: z_1 (n_1 − n_c) + z_2 (n_2 − n_c) = 0 at each mesh, c its carrier (Willis); the tooth number
+        of an internal gear is negative.
+        """
+        shafts = list(dict.fromkeys(self.shaft(gear) for gear in self.gears))
+        shafts += [c for c in dict.fromkeys(m.carrier for m in self.meshes) if c is not None and c not in shafts]
+        rows = [self._row(shafts, {self.shaft(self.meshes[0].driver): 1}, 1)]
+        rows += [self._row(shafts, {name: 1}, 0) for name in self.held]
+        for mesh in self.meshes:
+            z = [gear.teeth for gear in mesh.pair.gears]
+            factors = dict(zip(map(self.shaft, mesh.gears), z, strict=True))
+            if mesh.carrier is not None:
+                factors[mesh.carrier] = factors.get(mesh.carrier, 0) - sum(z)
+            rows.append(self._row(shafts, factors, 0))
+        found = _solved(rows)
+        if None in found:
+            name = shafts[found.index(None)]
+            raise InputError("meshes", f"speed of {name}", "does not follow from that of the first driver")
+        return dict(zip(shafts, (rate for rate in found if rate is not None), strict=True))
+
+    @staticmethod
+    def _row(shafts: Sequence[str], factors: Mapping[str, int], right: int) -> list[Fraction]:
+        return [*(Fraction(factors.get(name, 0)) for name in shafts), Fraction(right)]
+
+    def mesh_rate(self, name: str) -> float:
+        """Mesh frequency over the frequency of rotation of the first driver."""
+        mesh = self[name]
+        return abs(float(self._own_rate(mesh) * mesh.pair.gears[0].teeth))
+
+    def _own_rate(self, mesh: Mesh) -> Fraction:
+        """Speed of the driver of a mesh as its carrier sees it."""
+        carrier = 0 if mesh.carrier is None else self.rates[mesh.carrier]
+        return self.rates[self.shaft(mesh.driver)] - carrier
+
+    def turn(self, name: str) -> int:
+        """Sense of rotation of the driver of a mesh: +1 where it turns clockwise, −1 otherwise."""
+        return 1 if (self._own_rate(self[name]) > 0) == self.clockwise else -1
+
+    # -- axes ---------------------------------------------------------------------------------------------------------
+    @cached_property
+    def places(self) -> dict[str, NDArray]:
+        """Shaft → its axis (2,) in the transverse plane [mm]."""
+        first = self.shaft(self.meshes[0].driver)
+        found = {first: np.array(self.axes.get(first, (0.0, 0.0)), dtype=float)}
+        for mesh, known, new in self._walk(first):
+            a, angle = mesh.pair.centre_distance, math.radians(mesh.direction)
+            step = a * np.array([math.cos(angle), math.sin(angle)]) * (1 if known == self.shaft(mesh.driver) else -1)
+            found.setdefault(new, np.array(self.axes.get(new, found[known] + step), dtype=float))
+            distance = float(np.linalg.norm(found[new] - found[known]))
+            if not math.isclose(distance, abs(a), rel_tol=_AXES):
+                raise InputError(f"axis of {new}", distance, f"must be {abs(a):g} mm from the axis of its mate")
+        return found
+
+    def _walk(self, first: str) -> Iterator[tuple[Mesh, str, str]]:
+        """Meshes in the order in which the shafts are reached, each with the shaft known and the other."""
+        known, left = {first}, list(self.meshes)
+        while left:
+            mesh = next((mesh for mesh in left if known & set(map(self.shaft, mesh.gears))), None)
+            if mesh is None:
+                raise InputError("meshes", ", ".join(mesh.name for mesh in left), "no shaft connects it with the first")
+            one, two = map(self.shaft, mesh.gears)
+            yield (mesh, one, two) if one in known else (mesh, two, one)
+            known |= {one, two}
+            left.remove(mesh)
+
+    def across(self, name: str) -> NDArray:
+        """Unit vector (2,) from the axis of the driver of a mesh to the pitch point."""
+        mesh = self[name]
+        way = self.places[self.shaft(mesh.driven)] - self.places[self.shaft(mesh.driver)]
+        return math.copysign(1.0, mesh.pair.centre_distance) * way / np.linalg.norm(way)
+
+    # -- phases and flanks --------------------------------------------------------------------------------------------
+    @cached_property
+    def coast(self) -> dict[str, bool]:
+        """Mesh → whether its gears touch with their coast flanks, where the first mesh has the drive flanks.
+
+        A gear that is driven in one mesh and drives in the other has its tooth pushed from behind and in front: an
+        idler carries on both flanks. A gear drives, or is driven, with the same flank everywhere.
+        """
+        found: dict[str, bool] = {}
+        for mesh, gear, other in self._shared():
+            same = other is None or mesh.gears.index(gear) == other.gears.index(gear)
+            found[mesh.name] = False if other is None else found[other.name] == same
+        return found
+
+    def phases(self, *, coast: bool = False) -> dict[str, float]:
+        """Mesh → its mesh phase when that of the first is zero [mesh periods] (D8).
+
+        As given; else from the teeth of a gear that two meshes share; 0 where they share none. ``coast``: under a
+        torque that loads the other flanks.
+        """
+        found: dict[str, float] = {}
+        for mesh, gear, other in self._shared():
+            if mesh.phase is not None or other is None:
+                found[mesh.name] = mesh.phase or 0.0
+            else:
+                leads = [each.lead(gear, self._towards(each, coast), coast=coast) for each in (other, mesh)]
+                found[mesh.name] = (found[other.name] + leads[0] - leads[1]) % 1.0
+        return found
+
+    def _towards(self, mesh: Mesh, coast: bool) -> float:
+        x, y = self.across(mesh.name)
+        return self.turn(mesh.name) * (-1 if coast else 1) * math.atan2(y, x)
+
+    def _shared(self) -> Iterator[tuple[Mesh, str, Mesh | None]]:
+        """Meshes with a gear each, and an earlier mesh that shares it; None where no gear is shared with one."""
+        done: list[Mesh] = []
+        left = list(self.meshes)
+        while left:
+            links = (
+                (mesh, gear, other) for mesh in left for other in done for gear in mesh.gears if gear in other.gears
+            )
+            mesh, gear, other = next(links, (left[0], left[0].driver, None))
+            yield mesh, gear, other
+            done.append(mesh)
+            left.remove(mesh)
+
+    # -- torques ------------------------------------------------------------------------------------------------------
+    def torques(self, free: Sequence[str] | None = None, wished: Mapping[str, float] | None = None) -> dict[str, float]:
+        """Mesh → torque on its driver over that on the first, from the balance of the shafts.
+
+        Parameters
+        ----------
+        free
+            Shafts that torque enters or leaves, beside those with one mesh; by default where all gears drive, or all
+            are driven.
+        wished
+            Torques where the balance leaves a choice: they are as near to them as can be. Absent: it may leave none.
+        """
+        first, *others = names = [mesh.name for mesh in self.meshes]
+        rows = []
+        for shaft in dict.fromkeys(map(self.shaft, self.gears)):
+            touching = [mesh for mesh in self.meshes if shaft in map(self.shaft, mesh.gears)]
+            drives = {shaft == self.shaft(mesh.driver) for mesh in touching}
+            if len(touching) < 2 or (len(drives) < 2 if free is None else shaft in free):
+                continue
+            row = dict.fromkeys(names, 0.0)
+            for mesh in touching:
+                z_1, z_2 = (gear.teeth for gear in mesh.pair.gears)
+                row[mesh.name] += z_2 / z_1 if shaft == self.shaft(mesh.driven) else -1.0
+            rows.append(list(row.values()))
+        if not others:
+            return {first: 1.0}
+        A = np.array(rows).reshape(-1, len(names))
+        b, A = -A[:, 0], A[:, 1:]
+        if wished is None and np.linalg.matrix_rank(A) < len(others):
+            allowed = "paths are parallel: how they share the torque does not follow from the balance of the shafts"
+            raise InputError("meshes", ", ".join(names), allowed)
+        T = np.array([(wished or {}).get(name, 0.0) for name in others])
+        T = T + (np.linalg.lstsq(A, b - A @ T, rcond=None)[0] if len(b) else 0.0)
+        if not np.allclose(A @ T, b, atol=1e-9) or np.any(T <= 0):
+            raise InputError("meshes", "torques do not balance", "each mesh's driver must drive its driven gear")
+        return {first: 1.0} | dict(zip(others, (float(t) for t in T), strict=True))
+
+
+def _solved(rows: list[list[Fraction]]) -> list[Fraction | None]:
+    """Unknowns of linear equations, right sides last, by Gauss and Jordan; None where nothing determines one.
+
+    Raises
+    ------
+    InputError
+        If they contradict each other.
+    """
+    count = len(rows[0]) - 1
+    pivots: dict[int, list[Fraction]] = {}
+    for row in rows:
+        for k, other in pivots.items():
+            row = [x - row[k] * y for x, y in zip(row, other, strict=True)]
+        k = next((k for k in range(count) if row[k]), None)
+        if k is None:
+            if row[-1]:
+                raise InputError("meshes", "speeds contradict each other", "each shaft must have one speed")
+            continue
+        row = [x / row[k] for x in row]
+        pivots = {n: [x - y[k] * z for x, z in zip(y, row, strict=True)] for n, y in pivots.items()} | {k: row}
+    return [
+        pivots[k][-1] if k in pivots and not any(pivots[k][n] for n in range(count) if n != k) else None
+        for k in range(count)
+    ]

@@ -1,0 +1,31 @@
+"""Building blocks of HTML reports that open offline: tables, and pictures within the file."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Iterable, Sequence
+from html import escape
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def table(head: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
+    """HTML table; cells are HTML."""
+    top = "".join(f'<th scope="col">{cell}</th>' for cell in head)
+    body = "".join("<tr>" + "".join(f"<td>{cell}</td>" for cell in row) + "</tr>" for row in rows)
+    return f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def picture(figure: Figure, caption: str, dpi: int = 100) -> str:
+    """HTML figure with the picture as part of it; the titles of its axes are its alternative text."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=dpi)
+    data = base64.b64encode(buffer.getvalue()).decode()
+    alt = escape("; ".join(filter(None, (axis.get_title() for axis in figure.axes))).replace("\n", " "))
+    return (
+        f'<figure><img alt="{alt}" src="data:image/png;base64,{data}">'
+        f"<figcaption>{escape(caption)}</figcaption></figure>"
+    )

@@ -1,0 +1,102 @@
+"""Default settings on gears in use: harmonics and peak-to-peak against curves ten times as fine."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import islice
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from gearbench import load_scene
+from gearbench.effects.gear_body import GearBody
+from gearbench.results.cycle import coefficients, peak_to_peak
+from gearbench.results.outputs import output
+from gearbench.scene import Resolution, Scene
+from gearbench.simulation import simulate
+from gearbench.solution import solve_scene
+from studies.s05_tooth_models.pairs import draw, in_use
+from tests.support.default_curves import HIGHEST, converged, judge, missed, misses
+from tests.support.paths import ROOT
+
+GEARS = sorted(path.stem for path in (ROOT / "examples" / "gears").glob("*.toml"))
+FAST = ["nasa_28", "osu_50", "large_wheel"]
+
+
+def example(name: str) -> Scene:
+    return load_scene(ROOT / "examples" / "gears" / f"{name}.toml").without("off_line_contact")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[] if name in FAST else [pytest.mark.slow]) for name in GEARS]
+)
+def test_default_settings_resolve_gears_in_use(name):
+    scene = example(name)
+    found = solve_scene(scene).cycle
+    exact = converged(scene, 30)
+    for curve in ("transmission_error", "mesh_stiffness"):
+        worst, span = misses(found, exact, curve)
+        assert worst <= 1.0, curve
+        assert span <= 0.01, curve
+
+
+def test_wide_flanks_that_touch_all_along_have_the_nodes_that_their_teeth_need():
+    """15 Gauss points on lines over a face of 24 modules missed peak-to-peak of STE by a fifth."""
+    bending, hertz = (scene := next(islice(draw(in_use, 73), 6, None))).effects
+    wide = replace(scene, effects=(bending, GearBody(), hertz))
+    assert wide.pair.face_width > 24 * wide.pair.normal_module
+    found, exact = (solve_scene(s).cycle for s in (wide, replace(wide, resolution=Resolution(segments=30))))
+    for curve in ("transmission_error", "mesh_stiffness"):
+        assert misses(found, exact, curve)[0] <= 0.3, curve
+        near, fine = (peak_to_peak(c.phases, getattr(c, curve)) for c in (found, exact))
+        assert_allclose(near, fine, rtol=2e-3)
+
+
+@pytest.mark.slow
+def test_default_settings_resolve_modified_pairs_that_nobody_tuned_for(tmp_path):
+    """A fifth of the scenes of ``support/default_curves.py``; on a bilinear grid each of its lines is a kink."""
+    rows = dict(judge(tmp_path, 73, 5))
+    held = {name: missed(row) <= 1.0 for name, row in rows.items()}
+    smooth = [found for name, found in held.items() if not name.endswith("grid")]
+    assert np.mean(smooth) >= 0.92
+    assert np.mean(list(held.values())) >= 0.87
+
+
+@pytest.mark.parametrize("name", ["nasa_28", "hcr_spur"])
+def test_spur_pairs_converge_exponentially_in_the_points_of_a_panel(name):
+    """Panels end where a pair takes or leaves its load: without that the error of the mean falls like 1/n."""
+    scene = example(name)
+
+    def mean(points: int) -> float:
+        solved = solve_scene(replace(scene, resolution=Resolution(gauss_points=points)))
+        return float(solved.cycle.transmission_error @ solved.weight)
+
+    exact = mean(12)
+    errors = [abs(mean(points) / exact - 1) for points in (1, 2, 3, 4)]
+    assert errors[3] < 1e-3 * errors[0]
+    assert errors[3] < 1e-5
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[] if n in FAST else [pytest.mark.slow]) for n in GEARS])
+def test_the_noise_floor_bounds_the_error_of_the_harmonics(name):
+    scene = example(name)
+    solved = solve_scene(scene)
+    exact = converged(scene, 30)
+    for curve in ("transmission_error", "mesh_stiffness"):
+        floor = output(solved, f"{curve}_amplitude_noise_floor")[1][:HIGHEST]
+        found, wanted = (2 * np.abs(coefficients(c.phases, getattr(c, curve), HIGHEST)) for c in (solved.cycle, exact))
+        error = np.abs(found - wanted)
+        # an estimate: most of its value is that it is not far above, and next to nothing falls out of it
+        assert np.all(error <= 1.5 * floor), curve
+        assert np.all(floor <= 0.01 * np.ptp(getattr(exact, curve))), curve
+
+
+def test_a_coarse_run_says_that_its_harmonics_are_noise(caplog):
+    simulate(replace(example("nasa_28"), resolution=Resolution(positions=16)))
+    (line,) = caplog.messages
+    assert line.startswith("noise floor of the harmonics")
+    assert "mesh_stiffness" in line
+    caplog.clear()
+    simulate(example("nasa_28"))
+    assert not caplog.text

@@ -1,0 +1,240 @@
+"""``gearbench cost``, ``--accuracy``, and docs/performance.md."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gearbench.accuracy.knobs import GAUSS_POINTS, PLATE_ORDER, POSITIONS, SEGMENTS, Knob, with_resolution
+from gearbench.accuracy.measure import MEASURED
+from gearbench.effects.helix_slope import HelixSlope
+from gearbench.effort import workprecision
+from gearbench.effort.clock import peak_megabytes
+from gearbench.effort.curves import Curve, as_dataset, knob_curve, observed_order
+from gearbench.effort.newton import newton_curves
+from gearbench.effort.samples import sample_curves
+from gearbench.library.garambois2017 import case, gear
+from gearbench.results.netcdf import load
+from tests.support.paths import EXAMPLES, ROOT
+
+DOCS = ROOT / "docs"
+SMALL = """
+[pair]
+normal_module = 2.676
+helix_angle = 25.648
+face_width = 20.0
+centre_distance = 128.0
+pinion = { teeth = 17, addendum = 1.15, dedendum = 1.65 }
+wheel = { teeth = 71, addendum = 1.13, dedendum = 1.62 }
+[load]
+torque = 230.0
+[effects.hertz]
+[resolution]
+gauss_points = 2
+segments = 4
+"""
+
+
+@pytest.fixture
+def run(capsys, monkeypatch):
+    """Run the command line in this process; return exit code, output, error output."""
+    from gearbench.cli import main
+
+    def call(*words: object) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["gearbench", *map(str, words)])
+        code = 0
+        try:
+            main()
+        except SystemExit as end:
+            code = int(end.code or 0)
+        captured = capsys.readouterr()
+        return code, captured.out, captured.err
+
+    return call
+
+
+def test_cost_prints_every_knob_and_writes_dataset_and_plot(run, tmp_path):
+    scene = tmp_path / "small.toml"
+    scene.write_text(SMALL, encoding="utf-8")
+    code, out, err = run("cost", scene, "-o", tmp_path / "cost", "--repeats", 1)
+    assert (code, err) == (0, "")
+    for knob in ("segments", "gauss_points", "positions", "newton steps"):
+        assert knob in out
+    assert "plate order" not in out  # no tooth, no knob for it
+    dataset = load(tmp_path / "cost" / "cost.nc")
+    assert list(dataset["quantity"].values) == list(MEASURED)
+    assert (dataset["seconds"] > 0).all()
+    assert (dataset["megabytes"] > 0).all()
+    assert (tmp_path / "cost" / "work_precision.png").stat().st_size > 10_000
+
+
+def test_cost_as_json_and_in_silence(run, tmp_path):
+    scene = tmp_path / "small.toml"
+    scene.write_text(SMALL, encoding="utf-8")
+    code, out, _ = run("cost", scene, "-o", tmp_path / "cost", "--repeats", 1, "--json")
+    summary = json.loads(out)
+    assert code == 0
+    assert {row["knob"] for row in summary["settings"]} == set(summary["observed_order"])
+    assert all(set(row["error"]) == set(MEASURED) and "seconds" in row for row in summary["settings"])
+    assert all(Path(file).exists() for file in summary["files"])
+    assert run("cost", scene, "--repeats", 1, "--quiet") == (0, "", "")
+
+
+def test_accuracy_on_the_command_line(run, tmp_path):
+    code, out, _ = run("simulate", EXAMPLES / "sc.toml", "--accuracy", "1%", "-o", tmp_path / "a.nc")
+    assert code == 0
+    assert "accuracy 1 %: segments = " in out
+    assert load(tmp_path / "a.nc").attrs["accuracy_requested"] == 0.01
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [("x", "must be a number"), ("0", "greater than"), ("70%", "less than"), ("1%%", "must be a number")],
+)
+def test_accuracies_that_are_none_are_one_line(run, text, what):
+    code, _, err = run("simulate", EXAMPLES / "sc.toml", "--accuracy", text)
+    assert code == 2
+    assert err.count("\n") == 1
+    assert "accuracy" in err
+    assert what in err
+
+
+def test_accuracy_beside_a_resolution_is_one_line(run, tmp_path):
+    scene = tmp_path / "small.toml"
+    scene.write_text(SMALL, encoding="utf-8")
+    code, _, err = run("simulate", scene, "--accuracy", "0.01")
+    assert (code, err.count("\n")) == (2, 1)
+    assert "conflicts with the scene's [resolution]" in err
+    code, _, err = run("robust", EXAMPLES / "gear55_robust.toml", "--accuracy", "0.1", "--samples", 8)
+    assert (code, err.count("\n")) == (2, 1)
+    assert "samples = 8: conflicts with accuracy" in err
+
+
+def test_cost_refuses_a_scene_that_leaves_its_resolution_open(run, tmp_path):
+    scene = tmp_path / "open.toml"
+    scene.write_text(SMALL.replace("gauss_points = 2\nsegments = 4", "accuracy = 0.01"), encoding="utf-8")
+    code, _, err = run("cost", scene)
+    assert (code, err.count("\n")) == (2, 1)
+    assert "resolution.accuracy" in err
+
+
+def slanted(slope: float) -> Curve:
+    """Segments of case 2 with a gap that varies along the lines."""
+    scene = with_resolution(case(2), gauss_points=6)
+    scene = replace(scene, effects=(*scene.effects, HelixSlope(pinion=slope)))
+    return knob_curve(scene, replace(SEGMENTS, levels=lambda scene: SEGMENTS.levels(scene)[:-4]), repeats=1)
+
+
+def test_segments_gain_digits_at_every_one_where_the_gap_varies_but_flanks_touch_all_along():
+    assert np.all(slanted(5.0).order > 4.0)
+
+
+def test_segments_are_of_second_order_where_flanks_part():
+    """The mean of the STE and its RMS; the stiffness, whose slope jumps where they do, loses up to one order."""
+    order = slanted(40.0).order
+    np.testing.assert_allclose(order[:2], 2.0, atol=0.3)
+    assert np.all(order[2:] > 1.0)
+
+
+def test_segments_gain_digits_at_every_one_for_a_helical_pair_that_touches_all_along():
+    found = knob_curve(with_resolution(case(2), gauss_points=6), SEGMENTS, repeats=1)
+    assert np.all(found.order[[0, 2]] > 4.0)
+
+
+def test_segments_are_exact_for_a_spur_pair_without_gaps():
+    """The load is even along the contact lines: one segment is as good as any number."""
+    found = knob_curve(with_resolution(gear("SC").scene(), gauss_points=3), SEGMENTS, repeats=1)
+    assert found.errors.max() < 1e-11  # rounding of sums of some hundred segments
+
+
+def test_gauss_points_gain_digits_at_every_point_and_uniform_phases_at_first_order():
+    scene = gear("SC").scene()
+    gauss, uniform = (knob_curve(scene, knob, repeats=1) for knob in (GAUSS_POINTS, POSITIONS))
+    worst = gauss.errors.max(axis=1)
+    clear = worst > 1e-11
+    assert np.all(worst[1:][clear[1:]] < 0.3 * worst[:-1][clear[1:]])
+    # first order as a bound: the error jumps with where the phases happen to fall
+    phases = uniform.column("size")
+    assert np.all(uniform.errors.max(axis=1) * phases < 2.0)
+    assert uniform.errors.max(axis=1)[-1] > 1e3 * worst[5]
+
+
+def test_orders_of_plates_converge_and_the_paper_is_one_of_them():
+    found = knob_curve(with_resolution(case(1), segments=4, gauss_points=2), PLATE_ORDER, repeats=1)
+    assert found.points[1].label == "paper"
+    mean = found.errors[:, 0]
+    assert np.all(np.diff(mean) < 0)
+    assert np.all(found.bar[0] < mean)
+
+
+def test_newton_steps_double_the_digits():
+    (found,) = newton_curves(with_resolution(case(2), segments=6, gauss_points=2), repeats=1)
+    worst = found.errors.max(axis=1)
+    assert worst[5] < 1e-12
+    start = int(np.argmax(worst < 1e-2))
+    # quadratic, with a constant of the size of one
+    assert worst[start + 1] < 10 * worst[start] ** 1.7
+    seconds = found.column("seconds")
+    assert np.all(seconds <= seconds[-1] + 1e-12)
+
+
+def test_samplers_are_of_their_orders():
+    scene = with_resolution(gear("SC").scene(errors=True), segments=4, gauss_points=2)
+    curves = {c.knob: c for c in sample_curves(scene, repeats=1, seeds=6, reference=2**12)}
+    sobol, random = (curves[f"samples, {name}"] for name in ("sobol", "random"))
+    # pseudo-random samples: ½, from six draws of each number
+    np.testing.assert_allclose(np.median(random.order), 0.5, atol=0.25)
+    assert np.nanmedian(sobol.order) > 0.6
+    assert np.all(sobol.errors[-1] < random.errors[-1])
+
+
+def test_the_order_observed_leaves_out_what_is_not_clear():
+    sizes = np.array([2.0, 4.0, 8.0, 16.0, 32.0])
+    errors = 3 * sizes**-2.0
+    assert observed_order(sizes, errors, 0.0) == pytest.approx(2.0)
+    errors[-1] = errors[-2]  # as large as the error bar
+    assert observed_order(sizes, errors, errors[-1]) == pytest.approx(2.0)
+    assert np.isnan(observed_order(sizes, errors, 1.0))
+
+
+def test_a_knob_from_elsewhere_is_measured_with_the_others(monkeypatch):
+    """A knob is its name, its levels and how to turn it; here doubled segments, which are exact for a spur pair."""
+    double = Knob(
+        name="doubled segments",
+        levels=lambda _: (1, 2, 4, 8),
+        with_level=lambda scene, level: with_resolution(scene, segments=2 * level),
+        order="exact",
+    )
+    monkeypatch.setattr(workprecision, "KNOBS", {double.name: double})
+    dataset = workprecision.cost(with_resolution(gear("SC").scene(), gauss_points=2), repeats=1)
+    assert list(dataset["knob"].values) == ["doubled segments", "newton steps"]
+    rows = dataset.isel(setting=dataset["setting_knob"].values == double.name)
+    assert list(rows["level"].values) == ["1", "2"]  # the two finest are the reference and its error bar
+    assert float(rows["error"].max()) < 1e-11  # rounding
+
+
+def test_memory_is_that_of_the_arrays_made():
+    assert peak_megabytes(lambda: np.ones(500_000)) == pytest.approx(4.0, rel=0.01)
+
+
+def test_curves_are_rows_of_one_dataset():
+    scene = with_resolution(gear("SC").scene(), segments=2, gauss_points=2)
+    made = [knob_curve(scene, knob, repeats=1) for knob in (GAUSS_POINTS, POSITIONS)]
+    dataset = as_dataset(made)
+    assert dataset.sizes["setting"] == sum(len(c.points) for c in made)
+    assert list(dataset["knob"].values) == ["gauss_points", "positions"]
+    assert dataset["error"].attrs["units"] == "1"
+
+
+def test_the_page_on_performance_is_the_one_its_dataset_makes():
+    from docs.performance import DATA, PAGE, figures_of, page
+
+    dataset = load(DATA)
+    assert PAGE.read_text(encoding="utf-8") == page(dataset)
+    for name in figures_of(dataset):
+        assert (DOCS / "figures" / f"performance_{name}.png").exists()

@@ -1,0 +1,113 @@
+"""``gearbench response``: files, messages, speeds; sound that has the orders it says."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.io import wavfile
+
+from gearbench.cli.response import parse_speeds
+from gearbench.dynamics.analysis import response
+from gearbench.dynamics.figures import draw_response
+from gearbench.dynamics.sound import RATE, run_up
+from gearbench.errors import InputError
+from tests.support.systems import shafts, spur_scene
+
+
+def run(*arguments):
+    command = [sys.executable, "-m", "gearbench", "response", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def test_response_writes_dataset_plots_and_sound(tmp_path):
+    support = {"radial_stiffness": 200.0, "axial_stiffness": 100.0}
+    ends = {"bearings": [{"position": 0.0, **support}, {"position": 200.0, **support}]}
+    (tmp_path / "s.toml").write_text(spur_scene(shafts(ends), segments=10, gauss_points=6).to_toml())
+    out, wav, plots = tmp_path / "r.nc", tmp_path / "r.wav", tmp_path / "plots"
+    done = run(tmp_path / "s.toml", "--speed", "500:3000:8", "-o", out, "--plots", plots, "--sound", wav)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "largest dynamic factor" in done.stdout
+    data = xr.load_dataset(out, engine="h5netcdf")
+    assert dict(data.sizes)["speed"] == 8
+    assert {path.name for path in plots.iterdir()} == {"force_pair.png", "orders_pair.png", "campbell_pair.png"}
+    rate, samples = wavfile.read(wav)
+    assert rate == RATE
+    assert len(samples) == 10 * RATE
+    assert np.abs(samples).max() == pytest.approx(0.9 * 32767, abs=1)
+
+
+@pytest.mark.parametrize(
+    ("speed", "line"),
+    [
+        ("fast", "--speed = fast: must be a speed, A:B, or A:B:N"),
+        ("3000:500", "--speed = 3000:500: must rise"),
+        ("0", "speed = 0: must be positive"),
+    ],
+)
+def test_speeds_that_cannot_be_are_one_line(tmp_path, speed, line):
+    (tmp_path / "s.toml").write_text(spur_scene({}).to_toml())
+    done = run(tmp_path / "s.toml", "--speed", speed)
+    assert done.returncode == 2
+    assert line in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("change", "line"),
+    [
+        (
+            "[system]\ndampin_ratio = 1\n",
+            "system.dampin_ratio = unknown key: did you mean damping_ratio? allowed: damping_ratio",
+        ),
+        (
+            '[[system.shafts]]\nname = "a"\nsections = [{ length = 10.0, diamter = 3.0 }]\n',
+            "system.shafts.0.sections.0.diamter = unknown key: did you mean diameter? allowed: length, diameter",
+        ),
+        ('[[system.shafts]]\nname = "a"\nsections = [{ length = 10.0, diameter = 3.0 }]\n', "pinion on 0 shafts"),
+    ],
+)  # fmt: skip
+def test_faults_of_a_system_name_their_key(tmp_path, change, line):
+    path = tmp_path / "s.toml"
+    path.write_text(spur_scene().to_toml() + change)
+    done = run(path, "--speed", "1000")
+    assert done.returncode == 2
+    assert line in done.stderr
+
+
+def test_parse_speeds():
+    assert list(parse_speeds("100:200:3")) == [100.0, 150.0, 200.0]
+    assert len(parse_speeds("100:200")) == 200
+    with pytest.raises(InputError):
+        parse_speeds("1:2:3:4")
+
+
+def test_run_up_sounds_at_the_mesh_frequency():
+    """Over a narrow range of speed the strongest line of the spectrum is an order of the mesh frequency."""
+    data = response(spur_scene({}), speed=[2400.0, 2400.5], harmonics=2)
+    signal = run_up(data, 2.0)
+    spectrum = np.abs(np.fft.rfft(signal * np.hanning(len(signal))))
+    peak = spectrum.argmax() / 2.0
+    orders = 2400.25 / 60 * 25 * np.array([1, 2])
+    assert np.abs(peak - orders).min() < 1.0
+
+
+def test_figures_of_meshes_stay_in_their_folder_whatever_the_meshes_are_called(tmp_path):
+    data = response(spur_scene({}), speed=[2000.0, 2400.0], harmonics=2)
+    hostile = ["../../up", "a/b", "nul\0" + "x" * 300, r"$\frac{$"]
+    meshes = [data.assign_coords(mesh=[name]) for name in hostile]
+    (tmp_path / "plots").mkdir()
+    written = draw_response(xr.concat(meshes, "mesh", data_vars="minimal"), tmp_path / "plots")
+    assert len(set(written)) == len(written) == len(list((tmp_path / "plots").iterdir()))
+    assert {path.resolve().parent for path in written} == {tmp_path / "plots"}
+    assert [path.name for path in tmp_path.iterdir()] == ["plots"]
+
+
+def test_run_up_needs_a_range_and_a_known_bearing():
+    one = response(spur_scene({}), speed=1000.0, harmonics=2)
+    with pytest.raises(InputError, match="two speeds"):
+        run_up(one)
+    two = response(spur_scene({}), speed=[1000.0, 1100.0], harmonics=2)
+    with pytest.raises(InputError, match="bearing = left"):
+        run_up(two, bearing="left")

@@ -1,0 +1,243 @@
+"""The plate against closed forms, bounds, invariants, and its declared convergence."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+from gearbench.compliance.bases import gauss, height_functions, height_quadrature, width_functions
+from gearbench.compliance.plate import SHEAR_FACTOR, PlateTooth
+from gearbench.compliance.ritz import Ritz
+from tests.support.gears import standard_gear
+
+E, NU = 210e3, 0.3
+
+
+def plate(height=2.0, width=8.0, h=1.5, nu=NU, basis=(6, 6), taper=0.0, **options) -> PlateTooth:
+    def thickness(x):
+        return h * (1 - taper * np.asarray(x) / height)
+
+    return PlateTooth(height=height, width=width, thickness=thickness, E=E, nu=nu, basis=basis, **options)
+
+
+def line_load_deflection(tooth: PlateTooth, x: float) -> float:
+    """Mean deflection of the line at height x under a unit force spread evenly over it."""
+    eta, w = gauss(12)
+    factor = w @ tooth.factor(np.full(12, x), eta * tooth.width)
+    return float(factor @ factor)
+
+
+@pytest.mark.parametrize("slenderness", [0.2, 1.0, 5.0, 30.0])
+def test_timoshenko_cantilever(slenderness):
+    height = 2.0
+    h = height / slenderness
+    tooth = plate(height=height, width=3.0, h=h, nu=0.0, basis=(4, 1))
+    inertia, area, shear_modulus = 3.0 * h**3 / 12, 3.0 * h, E / 2
+    exact = height**3 / (3 * E * inertia) + height / (SHEAR_FACTOR * shear_modulus * area)
+    assert_allclose(line_load_deflection(tooth, height), exact, rtol=1e-11)
+
+
+def test_tapered_timoshenko_cantilever():
+    """w = ∫ (L−x)²/(E I) + 1/(κ G A) dx with a linear taper, both integrals in closed form."""
+    height, width, h0, taper = 2.0, 3.0, 1.4, 0.5
+    a = taper / height
+    d = h0 * (1 - a * height)
+    # with t = h(x)/h0 = 1 − a x: ∫ (L−x)² / t³ dx, L − x = (t − t_L)/a
+    t_l = 1 - a * height
+    bending = (np.log(1 / t_l) - 2 * t_l * (1 / t_l - 1) + t_l**2 * (1 / t_l**2 - 1) / 2) / a**3
+    shear = np.log(1 / t_l) / a
+    exact = 12 / (E * width * h0**3) * bending + shear / (SHEAR_FACTOR * E / 2 * width * h0)
+    tooth = plate(height=height, width=width, h=h0, nu=0.0, basis=(16, 1), taper=taper)
+    assert d > 0
+    assert_allclose(line_load_deflection(tooth, height), exact, rtol=1e-9)
+
+
+@pytest.mark.parametrize("thinness", [0.1, 1e-2, 1e-3])
+def test_thin_plate_limit_without_shear_locking(thinness):
+    """Cylindrical bending of a wide thin strip, ν = 0: Kirchhoff's F L³ / (3 D b), whatever the thickness."""
+    height, width = 2.0, 8.0
+    h = thinness * height
+    tooth = plate(height=height, width=width, h=h, nu=0.0, basis=(4, 2))
+    kirchhoff = height**3 / (3 * E * h**3 / 12 * width)
+    shear = height / (SHEAR_FACTOR * E / 2 * h * width)
+    assert_allclose(line_load_deflection(tooth, height), kirchhoff + shear, rtol=1e-7)
+
+
+def test_thick_limit_is_pure_shear():
+    height, width, h = 0.1, 4.0, 50.0
+    tooth = plate(height=height, width=width, h=h, nu=0.0, basis=(5, 1))
+    shear = height / (SHEAR_FACTOR * E / 2 * h * width)
+    assert_allclose(line_load_deflection(tooth, height), shear, rtol=1e-5)
+
+
+def test_wide_strip_is_stiffer_by_one_minus_nu_squared():
+    """Plane strain in the middle of a very wide plate: D instead of E h³/12, under an even line load."""
+    height, h = 1.0, 0.02
+    tooth = plate(height=height, width=20.0, h=h, basis=(5, 24))
+    eta, w = gauss(60)
+    load = w @ tooth.factor(np.full(60, height), eta * tooth.width)
+    middle = float(tooth.factor(height, 10.0) @ load) * 20.0  # unit force per unit width
+    exact = height**3 / (3 * E * h**3 / (12 * (1 - NU**2))) + height / (SHEAR_FACTOR * E / 2.6 * h)
+    # the free ends, ten heights away, are resolved by the 24 functions to 1e-3 in the middle
+    assert_allclose(middle, exact, rtol=1e-3)
+
+
+@pytest.mark.parametrize("basis", ["paper", (3, 3), (8, 8)])
+def test_maxwell_and_positive_definite(basis):
+    rng = np.random.default_rng(1)
+    x, y = rng.uniform(0.2, 2, 12), rng.uniform(0, 8, 12)
+    factor = plate(basis=basis, taper=0.4).factor(x, y)
+    compliance = factor @ factor.T
+    assert np.linalg.eigvalsh(compliance).min() > -1e-14 * np.abs(compliance).max()
+    direct = plate(basis=basis, taper=0.4).deflection(x[0], y[0], x[1], y[1])
+    assert_allclose(direct, plate(basis=basis, taper=0.4).deflection(x[1], y[1], x[0], y[0]), rtol=1e-13)
+
+
+def test_ritz_bound_compliance_grows_with_every_function():
+    points = [(2.0, 4.0), (1.2, 0.5), (2.0, 8.0)]
+    for x, y in points:
+        values = [
+            float(plate(basis=(n, m), taper=0.3).deflection(x, y, x, y))
+            for n, m in [(1, 1), (2, 1), (2, 2), (3, 3), (4, 4), (6, 6), (8, 8), (12, 12)]
+        ]
+        assert np.all(np.diff(values) > 0)
+    paper = float(plate(basis="paper", taper=0.3).deflection(2.0, 4.0, 2.0, 4.0))
+    assert paper < float(plate(basis=(2, 2), taper=0.3).deflection(2.0, 4.0, 2.0, 4.0))
+
+
+def smooth_load_energy(basis) -> float:
+    """Work of a smooth pressure q = x(1 + cos(2πy/b)), whose solution is smooth but for the corners at the clamp."""
+    tooth = plate(basis=basis, taper=0.4)
+    (s, v), (t, w) = gauss(24), gauss(24)
+    x, y = s * tooth.height, t * tooth.width
+    pressure = x[:, None] * (1 + np.cos(2 * np.pi * t))[None]
+    functional = np.einsum("i,j,ij,ijr->r", v, w, pressure, tooth.factor(x[:, None], y[None]))
+    return float(functional @ functional)
+
+
+def test_declared_order_in_p_of_a_line_load_inside_the_height():
+    """First order: the shear deflection has a kink under the load. Error against Timoshenko's closed form."""
+    height, width, h, x = 2.0, 3.0, 1.5, 0.9
+    exact = x**3 / (3 * E * width * h**3 / 12) + x / (SHEAR_FACTOR * E / 2 * width * h)
+    orders = np.arange(6, 40)
+    error = [
+        1 - line_load_deflection(plate(height=height, width=width, h=h, nu=0.0, basis=(int(p), 1)), x) / exact
+        for p in orders
+    ]
+    assert -np.polyfit(np.log(orders), np.log(error), 1)[0] == pytest.approx(1.0, abs=0.2)
+
+
+def segment_compliance(q: int) -> float:
+    """Mean deflection under a unit force spread evenly over a fifth of the tip's edge."""
+    s, w = gauss(q + 8)
+    load = w @ plate(basis=(8, q)).factor(np.full(len(s), 2.0), 2.4 + 1.6 * s)
+    return float(load @ load)
+
+
+def test_declared_order_in_q_of_a_segment_of_constant_line_load():
+    """Second order, with functions enough in height: a jump of the line load at the free edge.
+
+    The reference is extrapolated at that order.
+    """
+    orders = np.arange(12, 49)
+    coarse, fine = segment_compliance(96), segment_compliance(192)
+    error = fine + (fine - coarse) / 3 - np.array([segment_compliance(int(q)) for q in orders])
+    assert -np.polyfit(np.log(orders), np.log(error), 1)[0] == pytest.approx(2.0, abs=0.2)
+
+
+def test_smooth_loads_converge_spectrally():
+    reference = smooth_load_energy((18, 18))
+    errors = np.array([1 - smooth_load_energy((n, n)) / reference for n in (2, 4, 6, 8)])
+    assert np.all(errors > 0)
+    # a fixed factor each time, until the singularities at the corners of the clamp show below 1e-3
+    assert np.all(errors[1:] < 0.25 * errors[:-1])
+    assert errors[-1] < 1e-3
+
+
+@pytest.mark.parametrize("thinness", [0.1, 0.5, 1.0, 3.0])
+@pytest.mark.parametrize("aspect", [0.5, 4.0, 50.0])
+@pytest.mark.parametrize("order", ["paper", (5, 5), (15, 15)])
+def test_condition_number(thinness, aspect, order):
+    tooth = plate(height=2.0, width=2.0 * aspect, h=2.0 * thinness, basis=order, taper=0.6)
+    assert tooth.condition < 1e8
+
+
+def test_condition_number_of_a_generated_tooth():
+    gear = standard_gear(17, 8.0)
+    for fillet in (False, True):
+        tooth = PlateTooth(
+            height=gear.tooth_height, width=8.0, E=E, nu=NU, basis=(15, 15),
+            thickness=lambda x, f=fillet: gear.normal_thickness(gear.root_radius + x, fillet=f),
+            breaks=(gear.form_radius - gear.root_radius, gear.base_radius - gear.root_radius),
+        )  # fmt: skip
+        assert tooth.condition < 1e8
+
+
+@given(scale=st.floats(1e-3, 1e3), modulus=st.floats(1e-2, 1e2))
+@settings(max_examples=20, deadline=None)
+def test_scaling(scale, modulus):
+    """All lengths × s, modulus × m: deflection per force × 1/(s m)."""
+    small = plate(basis="paper", taper=0.3)
+    large = PlateTooth(
+        height=2.0 * scale, width=8.0 * scale, thickness=lambda x: scale * small.thickness(np.asarray(x) / scale),
+        E=E * modulus, nu=NU,
+    )  # fmt: skip
+    a = small.deflection(1.0, 3.0, 2.0, 5.0)
+    assert_allclose(large.deflection(scale, 3.0 * scale, 2 * scale, 5 * scale) * scale * modulus, a, rtol=1e-11)
+
+
+def test_mirror_in_the_face_width():
+    tooth = plate(basis=(5, 6), taper=0.3)
+    assert_allclose(tooth.deflection(1.5, 1.0, 2.0, 7.0), tooth.deflection(1.5, 7.0, 2.0, 1.0), rtol=1e-11)
+
+
+def test_paper_basis_spans_x_xy_and_x_squared():
+    tooth = plate(basis="paper")
+    rng = np.random.default_rng(2)
+    x, y = rng.uniform(0, 2, 30), rng.uniform(0, 8, 30)
+    functions = tooth.functions(x, y)
+    monomials = np.column_stack([x, x * y, x**2])
+    combined = np.column_stack([functions, monomials])
+    assert np.linalg.matrix_rank(functions) == np.linalg.matrix_rank(combined, tol=1e-10) == 3
+
+
+def test_families_of_functions():
+    t, w = gauss(40)
+    f, df = height_functions(9, t)
+    g, dg = width_functions(9, t)
+    assert_allclose(height_functions(9, 0.0)[0], 0.0, atol=1e-15)
+    assert_allclose(df.T @ (w[:, None] * df), np.eye(9), atol=1e-13)
+    assert_allclose(g.T @ (w[:, None] * g), np.eye(9), atol=1e-13)
+    step = 1e-6
+    for family in (height_functions, width_functions):
+        slope = (family(9, t + step)[0] - family(9, t - step)[0]) / (2 * step)
+        assert_allclose(family(9, t)[1], slope, atol=2e-6)  # central difference: h² f''' ~ 1e-12 · 1e5
+    assert dg.shape == f.shape
+
+
+def test_quadrature_in_height_integrates_square_roots_at_the_root_and_kinks_at_breaks():
+    x, w = height_quadrature(12, [0.3])
+    assert_allclose(w @ np.sqrt(x), 2 / 3, rtol=1e-9)
+    assert_allclose(w @ np.abs(x - 0.3), (0.3**2 + 0.7**2) / 2, rtol=1e-14)
+
+
+@pytest.mark.parametrize("base", [0.4, 0.0, -1e-3, -0.2])
+def test_quadrature_in_height_is_exact_where_the_involute_begins(base):
+    """ψ ~ (R − r_b)^{3/2} above the base circle, inside the tooth or just below its root."""
+    x, w = height_quadrature(20, [base], [base])
+    power = np.where(x > base, np.maximum(x - base, 0.0) ** 1.5, 0.0)
+    exact = ((1 - base) ** 2.5 - max(-base, 0.0) ** 2.5) / 2.5
+    assert_allclose(w @ power, exact, rtol=1e-13)
+    assert_allclose(w @ np.maximum(x - base, 0.0) ** 15, ((1 - base) ** 16 - max(-base, 0.0) ** 16) / 16, rtol=1e-13)
+
+
+def test_ritz_is_the_inverse_of_any_positive_definite_matrix():
+    rng = np.random.default_rng(3)
+    a = rng.normal(size=(9, 9))
+    k = a @ a.T + np.diag(10.0 ** rng.uniform(-3, 3, 9))
+    ritz = Ritz(k, 4)
+    load = np.zeros((5, 9))
+    load[:, -4:] = rng.normal(size=(5, 4))
+    factor = ritz.factor(load[:, -4:])
+    assert_allclose(factor @ factor.T, load @ np.linalg.solve(k, load.T), rtol=1e-9)

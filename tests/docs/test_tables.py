@@ -1,0 +1,46 @@
+"""Pages that are made from the code are up to date (docs/effects.md: ``test_effects_page.py``)."""
+
+from __future__ import annotations
+
+import pytest
+
+from docs.generate import FOLDER, PAGES
+from docs.keys import key_tables, prose
+from gearbench.cli.app import COMMANDS
+from gearbench.effects.manufacturing_errors import ManufacturingErrors
+from gearbench.effects.tip_relief import TipRelief
+from gearbench.results.quantities import QUANTITIES
+from gearbench.results.responses import responses
+
+
+@pytest.mark.parametrize("name", [name for name in PAGES if name != "effects.md"])
+def test_the_page_is_up_to_date(name):
+    assert (FOLDER / name).read_text(encoding="utf-8") == PAGES[name](), "run: make docs-tables"
+
+
+def test_every_quantity_is_on_its_page_once():
+    page = PAGES["quantities.md"]()
+    everything = QUANTITIES | {name: each.quantity for name, each in responses().items()}
+    for name, quantity in everything.items():
+        row = next(line for line in page.splitlines() if line.startswith((f"| `{name}` |", f"| **`{name}`** |")))
+        assert f"| {quantity.units} |" in row
+    assert page.count("\n| `") + page.count("\n| **`") == len(everything)
+
+
+def test_every_command_is_on_its_page():
+    page = PAGES["commands.md"]()
+    for command in COMMANDS:
+        assert f"## gearbench {command}\n" in page
+
+
+def test_keys_have_meaning_default_and_what_is_allowed():
+    assert prose(TipRelief).startswith("Tip relief: e = amount · (R − (r_a − length))/length")
+    table = key_tables(TipRelief)
+    assert "| `amount` | Material missing at the tip [µm]. | – | -1000 to 1000 |" in table
+    assert "| `amount` | Material missing at the relieved end [µm]. | required | -1000 to 1000 |" in table
+    shapes = '`"linear"`, `"parabolic"`, `"circular"`'
+    assert f'| `shape` | "linear", "parabolic" or "circular". | `"linear"` | {shapes} |' in table
+
+
+def test_tables_below_a_table_are_shown_once():
+    assert key_tables(ManufacturingErrors).count("| `drawn` |") == 1

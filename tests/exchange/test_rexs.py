@@ -1,0 +1,398 @@
+"""REXS: a real gearbox stage by stage, units, what is missing, and files that must be refused."""
+
+import io
+import math
+import re
+import zipfile
+
+import numpy as np
+import pytest
+
+from gearbench.errors import InputError
+from gearbench.exchange import rexs_document
+from gearbench.exchange.rexs import find_stage, load_rexs, scene_of, stage_scene, stages
+from gearbench.exchange.rexs_document import VERSIONS, read_rexs
+from gearbench.library.iso6336 import norm_stiffness
+from gearbench.simulation import simulate
+from tests.support.paths import DATA
+
+SEW = DATA / "sew_3_stage_cylindrical_gearbox_1.0.rexs"
+#: One stage in the dialect of REXS 1.6, every attribute where that version has it.
+MODEL = (DATA / "stage_1.6.rexs").read_text(encoding="utf-8")
+
+#: Read off the file by eye: teeth, m_n, β, b, a′, x of both gears.
+SIZES = {
+    1: ((23, 67), 1.0, 30.0, 11.0, 53.0, (0.581, 0.5131)),
+    2: ((13, 76), 1.25, 10.0, 15.0, 57.0, (0.521, -0.094)),
+    3: ((14, 87), 1.5, 10.0, 36.0, 77.0, (0.536, -0.4815)),
+}
+
+
+def write(folder, text, name="model.rexs"):
+    path = folder / name
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def without_load_cases():
+    return MODEL[: MODEL.index("  <load_spectrum")] + "</model>\n"
+
+
+def change(old, new, text=MODEL):
+    assert old in text
+    return text.replace(old, new)
+
+
+# -- the real gearbox -------------------------------------------------------------------------------------------------
+
+
+def test_stages_are_listed_in_file_order():
+    found = stages(read_rexs(SEW))
+    assert [(s.number, s.component.id, s.gears[0].id, s.gears[1].id) for s in found] == [
+        (1, 6, 23, 34), (2, 37, 38, 52), (3, 55, 56, 69),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("number", SIZES)
+def test_sizes_of_the_real_stages(number):
+    teeth, module, helix, width, distance, shifts = SIZES[number]
+    pair = load_rexs(SEW, number).pair
+    assert (pair.pinion.teeth, pair.wheel.teeth) == teeth
+    assert (pair.normal_module, pair.helix_angle, pair.face_width) == (module, helix, width)
+    assert (pair.centre_distance, pair.pressure_angle) == (distance, 20.0)
+    # the file gives the sum of the shifts to 4 decimals, and it is the sum without backlash (ISO 21771): two
+    # programs agree on centre distance, helix and pressure angle
+    np.testing.assert_allclose(pair.profile_shifts, shifts, atol=6e-5)
+    assert 0 <= pair.actual_backlash < 2e-5
+
+
+def test_torque_runs_along_the_shafts():
+    # the input torque in the file is the one that makes the output 500 N·m without losses
+    torques = [load_rexs(SEW, number).load.torque for number in SIZES]
+    np.testing.assert_allclose(torques[0], 4.724562306435156, rtol=1e-15)
+    np.testing.assert_allclose(torques[1] / torques[0], 67 / 23, rtol=1e-14)
+    np.testing.assert_allclose(torques[2] / torques[1], 76 / 13, rtol=1e-14)
+    np.testing.assert_allclose(torques[2] * 87 / 14, 500.0, rtol=1e-12)
+
+
+@pytest.mark.parametrize("number", SIZES)
+def test_the_real_stages_simulate(number):
+    scene = load_rexs(SEW, number)
+    dataset = simulate(scene)
+    stiffness = float(dataset["mesh_stiffness_mean"])
+    # the norm's gears stand on their bodies, these teeth are clamped: finite elements put them at 2.1 to 2.3 of it
+    norm = norm_stiffness(scene.pair).mesh * scene.pair.face_width
+    assert 1.8 < stiffness / norm < 2.6
+    # δ ≈ F/k: the contact law is not linear, its secant lies below its tangent
+    ratio = float(dataset["transmission_error_mean"]) * stiffness / scene.F_bt
+    assert 1 < ratio < 1.2
+
+
+@pytest.mark.slow
+def test_a_real_stage_is_as_stiff_as_with_finite_elements():
+    document = read_rexs(SEW)
+    found = stage_scene(document, find_stage(document, 2))
+    scene = scene_of(document, found)
+    found.tables["effects"] = {"tooth_bending": {"model": "finite_elements"}, "hertz": {}}
+    solid, reference = (simulate(each) for each in (scene, scene_of(document, found)))
+    # the Ritz solid is a bound from above, 1 to 3 % stiffer at these orders
+    assert 1 < float(solid["mesh_stiffness_mean"] / reference["mesh_stiffness_mean"]) < 1.03
+    assert float(solid["transmission_error_peak_to_peak"]) == pytest.approx(
+        float(reference["transmission_error_peak_to_peak"]), rel=0.03
+    )
+
+
+def test_bores_are_the_shafts_below_the_gears():
+    # read off the shaft sections by eye
+    bores = [(m.bore_diameter for m in (p.pinion, p.wheel)) for p in (load_rexs(SEW, n).pair for n in SIZES)]
+    np.testing.assert_allclose([list(pair) for pair in bores], [(10, 16), (14, 20), (18.403, 40)], rtol=1e-14)
+
+
+def test_what_is_assumed_is_said():
+    document = read_rexs(SEW)
+    notes = stage_scene(document, find_stage(document, 2)).notes
+    assert len(notes) == 7
+    for word in (
+        "bore of component 38: 14 mm",
+        "addendum",
+        "dedendum",
+        "fillet radius",
+        "material",
+        "profile shift of component 52",
+    ):
+        assert any(word in note for note in notes), word
+
+
+@pytest.mark.parametrize(("wanted", "number"), [("2", 2), (2, 2), (37, 2), ("id:6", 1), ("55", 3)])
+def test_a_stage_is_found_by_number_or_id(wanted, number):
+    assert find_stage(read_rexs(SEW), wanted).number == number
+
+
+@pytest.mark.parametrize("wanted", [None, "4", "id:1", "first"])
+def test_no_such_stage(wanted):
+    with pytest.raises(InputError, match=r"1 \(id 6\), 2 \(id 37\), 3 \(id 55\)"):
+        load_rexs(SEW, wanted)
+
+
+def test_a_packed_file_is_the_same(tmp_path):
+    packed = tmp_path / "gearbox.rexsz"
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.write(SEW, SEW.name)
+    assert load_rexs(packed, 3).pair == load_rexs(SEW, 3).pair
+
+
+# -- everything a file may give ----------------------------------------------------------------------------------------
+
+
+def test_a_full_stage_is_read_from_gear_flanks_tools_and_material(tmp_path):
+    scene = load_rexs(write(tmp_path, MODEL))
+    pair, (pinion, wheel) = scene.pair, scene.pair.gears
+    assert scene.load.torque == 150.0  # the first load case
+    assert pair.face_width == 30.0
+    assert (pinion.profile_shift, pinion.dedendum, pinion.fillet_radius) == (0.2, 1.3, 0.25)
+    assert pinion.addendum == 1.0
+    # tip and root circle as given, whatever the profile shift that follows from the centre distance
+    np.testing.assert_allclose([wheel.tip_radius, wheel.root_radius], [71.35, 64.5], rtol=1e-14)
+    np.testing.assert_allclose(pair.actual_backlash, 0, atol=1e-12)
+    assert (pair.material.youngs_modulus, pair.material.poisson_ratio) == (206.0, 0.29)
+
+
+def test_notes_say_what_is_derived(tmp_path):
+    document = read_rexs(write(tmp_path, MODEL))
+    notes = stage_scene(document, find_stage(document, 1)).notes
+    assert any("profile shift of component 12 derived" in note for note in notes)
+    assert not any("material" in note for note in notes)
+
+
+def test_real_backlash_is_kept(tmp_path):
+    wheel = '<attribute id="normal_pressure_angle" unit="deg">20</attribute>\n      <attribute id="tip_d'
+    text = change(wheel, '<attribute id="addendum_modification" unit="mm">0.0</attribute>\n      ' + wheel)
+    pair = load_rexs(write(tmp_path, text)).pair
+    assert pair.profile_shifts == (0.2, 0.0)
+    assert 0.02 < pair.actual_backlash < 0.5
+
+
+def test_shifts_that_overlap_by_more_than_rounding_are_refused(tmp_path):
+    wheel = '<attribute id="normal_pressure_angle" unit="deg">20</attribute>\n      <attribute id="tip_d'
+    text = change(wheel, '<attribute id="addendum_modification" unit="mm">0.6</attribute>\n      ' + wheel)
+    with pytest.raises(InputError, match="teeth overlap"):
+        load_rexs(write(tmp_path, text))
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_versions(tmp_path, version):
+    assert load_rexs(write(tmp_path, change('version="1.6"', f'version="{version}"'))).pair.pinion.teeth == 20
+
+
+def test_a_namespace_changes_nothing(tmp_path):
+    text = change("<model ", '<model xmlns="urn:rexs" ')
+    assert load_rexs(write(tmp_path, text)) == load_rexs(write(tmp_path, MODEL))
+
+
+UNITS = {
+    "module in µm": ('unit="mm">3<', 'unit="mum">3000<'),
+    "distance in m": ('unit="mm">100<', 'unit="m">0.1<'),
+    "angle in °": ('unit="deg">15<', 'unit="°">15<'),
+    "angle in rad": ('unit="deg">-15<', f'unit="rad">{-math.pi / 12!r}<'),
+    "no spaces": ('unit="N / mm^2"', 'unit="N/mm^2"'),
+    "modulus in MPa": ('unit="N / mm^2"', 'unit="MPa"'),
+    "modulus in Pa": ('unit="N / mm^2">206000', 'unit="Pa">2.06e11'),
+    "torque in kN m": ('unit="N m">150', 'unit="kN m">0.15'),
+    "none": ('unit="">20<', 'unit="none">20<'),
+    "no unit": ('unit="">20<', ">20<"),
+}
+
+
+@pytest.mark.parametrize(("old", "new"), UNITS.values(), ids=UNITS.keys())
+def test_units_are_honoured(tmp_path, old, new):
+    scene, expected = (load_rexs(write(tmp_path, text)) for text in (change(old, new), MODEL))
+    # conversion rounds
+    assert scene.load.torque == pytest.approx(expected.load.torque, rel=1e-15)
+    for name in ("normal_module", "centre_distance", "helix_angle", "pressure_angle", "face_width"):
+        assert getattr(scene.pair, name) == pytest.approx(getattr(expected.pair, name), rel=1e-14), name
+    assert scene.pair.material == expected.pair.material
+    assert scene.pair.pinion.teeth == 20
+
+
+def test_a_shaft_thicker_than_the_root_is_no_bore(tmp_path):
+    place = '<attribute id="u_coordinate_on_shaft" unit="mm">{}</attribute>'
+    section = f"""<component id="51" name="" type="shaft_section">{place.format(20)}
+      <attribute id="length" unit="mm">40</attribute>
+      <attribute id="outer_diameter_begin" unit="mm">30</attribute>
+      <attribute id="outer_diameter_end" unit="mm">40</attribute></component>"""
+    relation = '<relation id="9" type="assembly"><ref id="1" role="assembly"/><ref id="51" role="part"/></relation>'
+    text = change("</relations>", f"{relation}</relations>")
+    text = change("</components>", f"{section}</components>", text)
+    text = change(
+        '<attribute id="number_of_teeth" unit="">20<',
+        f'{place.format(30)}<attribute id="number_of_teeth" unit="">20<',
+        text,
+    )
+    # a cone: a quarter of the way
+    assert load_rexs(write(tmp_path, text)).pair.pinion.bore_diameter == 32.5
+    thick = change('_begin" unit="mm">30<', '_begin" unit="mm">62<', text)
+    assert load_rexs(write(tmp_path, thick)).pair.pinion.bore_diameter is None
+    beside = change('unit="mm">20</attribute>', 'unit="mm">31</attribute>', text)
+    assert load_rexs(write(tmp_path, beside)).pair.pinion.bore_diameter is None
+
+
+# -- torque ------------------------------------------------------------------------------------------------------------
+
+
+def test_torque_of_a_load_case_and_power_that_flows_out(tmp_path):
+    path = write(tmp_path, MODEL)
+    driven = load_rexs(path, load_case=8)
+    # −60 N·m at +1000/min takes power out: the other gear drives, with the torque of the ratio
+    assert (driven.pair.pinion.teeth, driven.pair.wheel.teeth) == (44, 20)
+    assert driven.load.torque == pytest.approx(60 * 44 / 20, rel=1e-15)
+    assert load_rexs(path, torque=42.0).load.torque == 42.0
+    with pytest.raises(InputError, match="load cases in this file: 7, 8"):
+        load_rexs(path, load_case=1)
+    assert load_rexs(write(tmp_path, without_load_cases())).load.torque == 100.0
+
+
+def test_torque_that_is_not_in_the_file_must_be_given(tmp_path):
+    text = change('<attribute id="torque_around_u_axis" unit="N m">100</attribute>', "", without_load_cases())
+    path = write(tmp_path, text)
+    with pytest.raises(InputError, match=r"component 10\.torque = missing.*--torque"):
+        load_rexs(path)
+    assert load_rexs(path, torque=5.0).load.torque == 5.0
+
+
+def test_torque_is_not_guessed_where_a_shaft_branches(tmp_path):
+    second = """<relation id="8" type="assembly"><ref id="2" role="assembly"/><ref id="4" role="part"/></relation>
+    <relation id="9" type="assembly"><ref id="1" role="assembly"/><ref id="4" role="part"/></relation>
+  </relations>"""
+    text = change("</relations>", second, without_load_cases())
+    text = change('<component id="10"', '<component id="4" type="external_load"><attribute id="transmits_torque" '
+                  'unit="">true</attribute></component>\n<component id="10"', text)  # fmt: skip
+    with pytest.raises(InputError, match="torque"):
+        load_rexs(write(tmp_path, text))
+
+
+# -- what must be refused ----------------------------------------------------------------------------------------------
+
+FAULTS = {
+    "no teeth": ('<attribute id="number_of_teeth" unit="">44</attribute>', "", "component 12.number_of_teeth"),
+    "no module": ('<attribute id="normal_module" unit="mm">3</attribute>', "", "component 11.normal_module"),
+    "no width": ('<attribute id="face_width" unit="mm">30</attribute>', "", "component 12.face_width"),
+    "no helix": ('<attribute id="helix_angle_reference_diameter" unit="deg">-15</attribute>', "",
+                 "component 12.helix_angle_reference_diameter"),
+    "no distance": ('<attribute id="center_distance" unit="mm">100</attribute>', "", "component 10.center_distance"),
+    "empty": ('unit="mm">100<', 'unit="mm"> <', "component 10.center_distance"),
+    "no pressure angle": ('<attribute id="normal_pressure_angle" unit="deg">20</attribute>\n', "",
+                          "component 11.normal_pressure_angle"),
+    "unknown unit": ('unit="mm">100<', 'unit="inch">100<', "unit = 'inch'"),
+    "no unit of length": ('unit="mm">100<', ">100<", "component 10.center_distance.unit"),
+    "unit of another kind": ('unit="deg">15<', 'unit="mm">15<', "component 11.helix_angle_reference_diameter.unit"),
+    "no number": ('unit="mm">100<', 'unit="mm">wide<', "'wide'"),
+    "no extent": ('unit="mm">100<', 'unit="mm">0<', "component 10.center_distance"),
+    "module zero": ('unit="mm">3<', 'unit="mm">0<', "component 11.normal_module"),
+    "upright": ('unit="deg">15<', 'unit="deg">90<', "component 11.helix_angle_reference_diameter"),
+    "flat flank": ('unit="deg">20<', 'unit="deg">0<', "component 11.normal_pressure_angle"),
+    "tip below root": ('unit="mm">142.7<', 'unit="mm">1<', "component 12.tip_diameter"),
+    "not finite": ('unit="mm">100<', 'unit="mm">nan<', "component 10.center_distance"),
+    "ring gear": ('unit="">44<', 'unit="">-44<', "component 12.number_of_teeth"),
+    "ring gear by type": ('name="wheel" type="cylindrical_gear"', 'name="wheel" type="ring_gear"', "component 12"),
+    "half a tooth": ('unit="">44<', 'unit="">44.5<', "component 12.number_of_teeth"),
+    "same hand": ('unit="deg">-15<', 'unit="deg">15<', "component 12.helix_angle_reference_diameter"),
+    "other module": ('unit="">44</attribute>\n      <attribute id="normal_module" unit="mm">3<',
+                     'unit="">44</attribute>\n      <attribute id="normal_module" unit="mm">3.1<',
+                     "component 12.normal_module"),
+    "flanks differ": ('<attribute id="addendum_modification_coefficient" unit="">0.2</attribute>\n    </component>\n'
+                      '    <component id="22"',
+                      '<attribute id="addendum_modification_coefficient" unit="">0.3</attribute>\n    </component>\n'
+                      '    <component id="22"', "addendum_modification_coefficient"),
+    "distance too small": ('unit="mm">100<', 'unit="mm">80<', "pair.centre_distance"),
+    "no such component": ('id="12" role="gear_2"', 'id="99" role="gear_2"', "component 99"),
+    "component twice": ('<component id="2" ', '<component id="1" ', "component 1"),
+    "id of text": ('<component id="2" ', '<component id="two" ', "'two'"),
+    "id of many digits": ('<component id="2" ', f'<component id="{"2" * 5000}" ', "at most 18 digits"),
+    "version": ('version="1.6"', 'version="1.8"', "1.8"),
+    "no version": (' version="1.6"', "", "missing"),
+    "other XML": ("model", "modell", "modell"),
+    "no XML": ("</model>", "", "not XML"),
+    "no encoding": ('encoding="UTF-8"', 'encoding="UTF-88"', "unknown encoding"),
+    "other encoding": ('encoding="UTF-8"', 'encoding="big5"', "not XML"),
+    "no stage": ('type="stage"', 'type="stages"', "no cylindrical stage"),
+    "entities": ("<model", '<!DOCTYPE model [<!ENTITY a "b">]>\n<model', "document type"),
+    "external": ("<model", '<!DOCTYPE model SYSTEM "file:///etc/hostname">\n<model', "document type"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("old", "new", "says"), FAULTS.values(), ids=FAULTS.keys())
+def test_faults_are_one_line_naming_file_component_and_attribute(tmp_path, old, new, says):
+    path = write(tmp_path, change(old, new))
+    with pytest.raises(InputError) as fault:
+        load_rexs(path)
+    assert str(fault.value).startswith(f"{path}: ")
+    assert says in str(fault.value)
+    assert "\n" not in str(fault.value)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_billion_laughs_are_refused_in_any_encoding(tmp_path, encoding):
+    laughs = "".join(f'<!ENTITY l{i} "{f"&l{i - 1};" * 10}">' for i in range(1, 10))
+    text = f'<?xml version="1.0" encoding="{encoding}"?><!DOCTYPE m [<!ENTITY l0 "lol">{laughs}]><model>&l9;</model>'
+    path = tmp_path / "laughs.rexs"
+    path.write_bytes(text.encode(encoding))
+    with pytest.raises(InputError, match="document type"):
+        read_rexs(path)
+
+
+def packed(path, members, method=zipfile.ZIP_DEFLATED):
+    with zipfile.ZipFile(path, "w", method) as archive:
+        for name, data in members.items():
+            archive.writestr(name, data)
+    return path
+
+
+def test_zip_bombs_are_refused_before_they_unpack(tmp_path):
+    path = packed(tmp_path / "bomb.rexsz", {"bomb.rexs": b"<model>" + b" " * 30_000_000})
+    assert path.stat().st_size < 100_000
+    with pytest.raises(InputError, match=r"unpacks from \d+ to 30000007 bytes"):
+        read_rexs(path)
+
+
+def test_size_is_limited_while_unpacking(tmp_path, monkeypatch):
+    monkeypatch.setattr(rexs_document, "LARGEST", 1000)
+    with pytest.raises(InputError, match="1000 bytes"):
+        read_rexs(write(tmp_path, MODEL))
+    with pytest.raises(InputError, match="1000 bytes"):
+        read_rexs(packed(tmp_path / "large.rexsz", {"m.rexs": MODEL}))
+    # whatever a header says of the size
+    with pytest.raises(InputError, match="more than 1000 bytes"):
+        rexs_document.parse_xml(io.BytesIO(MODEL.encode()))
+
+
+@pytest.mark.parametrize(
+    ("members", "says"),
+    [({}, "nothing"), ({"a.rexs": "", "b.rexs": ""}, "a.rexs, b.rexs"), ({"a.rexsx": "{}"}, "a.rexsx")],
+)
+def test_a_packed_file_holds_one_model(tmp_path, members, says):
+    with pytest.raises(InputError, match=says):
+        read_rexs(packed(tmp_path / "model.rexsz", members))
+
+
+def test_files_that_cannot_be_read(tmp_path):
+    with pytest.raises(InputError, match="no such file"):
+        read_rexs(tmp_path / "none.rexs")
+    with pytest.raises(InputError, match="damaged ZIP file"):
+        read_rexs(write(tmp_path, MODEL, "model.rexsz"))
+
+
+def test_damaged_files_end_in_one_line(tmp_path):
+    # numbers, names and marks exchanged at random places: either still a scene, or an input error, nothing else
+    rng = np.random.default_rng(7)
+    words = ["", "0", "-1", "1e308", "1e-308", "nan", "11", "12", "<", ">", '"', "&", "mm", "deg", "cylindrical_gear"]
+    places = [m.span(1) for m in re.finditer(r"[>\"]([^<>\"\n]+)[<\"]", MODEL)]
+    messages = []
+    for _ in range(400):
+        start, end = places[rng.integers(len(places))]
+        path = write(tmp_path, MODEL[:start] + words[rng.integers(len(words))] + MODEL[end:])
+        try:
+            load_rexs(path)
+        except InputError as error:
+            messages.append(str(error))
+    assert all(message.startswith(str(path)) and "\n" not in message for message in messages)
+    assert 50 < len(messages) < 350  # names and dates do not matter, sizes do

@@ -1,0 +1,272 @@
+"""The explorer without a browser: what is stored, what is changed, what is computed for a picked gear."""
+
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.path import Path as Outline
+from numpy.testing import assert_allclose, assert_array_equal
+
+from gearbench.errors import InputError
+from gearbench.explore.catalogue import ACROSS, UP, catalogue, fronts
+from gearbench.explore.flank_map import flank_map
+from gearbench.explore.model import density, picture
+from gearbench.explore.settings import Settings
+from gearbench.explore.stored import open_results
+from gearbench.geometry.tooth_shapes import mesh, outline
+from gearbench.library.garambois2017 import case, gear
+from gearbench.optimisation.front import non_dominated
+from gearbench.results.netcdf import save
+from gearbench.robustness.run import robust
+from gearbench.scene import Load
+from gearbench.scene_file import load_scene, parse_scene
+from gearbench.simulation import simulate
+from gearbench.solution import solve_scene
+from tests.support.explore_designs import front, stored
+from tests.support.paths import EXAMPLES
+
+
+def test_a_missing_result_is_one_plain_line(run, tmp_path):
+    missing = tmp_path / "nothing"
+    assert run("explore", missing) == (2, "", f"gearbench: {missing}: no such file\n")
+
+
+@pytest.fixture(scope="module")
+def robust_scene():
+    return load_scene(EXAMPLES / "gear55_robust.toml")
+
+
+# -- what is stored ---------------------------------------------------------------------------------------------------
+
+
+def test_results_of_all_commands_open(tmp_path, robust_scene):
+    save(front(40), tmp_path / "front.nc")
+    save(simulate(case(1)), tmp_path / "simulated.nc")
+    dataset = robust(robust_scene, samples=32)
+    save(dataset, tmp_path / "robust.nc")
+    designs = catalogue(open_results([tmp_path, tmp_path / "simulated.nc", tmp_path / "robust.nc"]))
+    assert len(designs) == 39 + 2
+    assert designs.scene(39).pair == case(1).pair
+    assert designs.scene(40) == robust_scene
+    assert_allclose(designs.column(ACROSS).values[40], dataset["mesh_stiffness_rms_mean"], rtol=1e-15)
+    assert np.isnan(designs.column("mesh_stiffness_rms_std").values[39])
+    assert len({result.label for result in designs.results}) == 3
+
+
+def test_two_results_of_one_name_are_told_apart(tmp_path):
+    for name in "ab":
+        save(front(20), tmp_path / f"{name}.nc")
+    labels = [result.label for result in open_results([tmp_path / "a.nc", tmp_path / "b.nc"])]
+    assert len(set(labels)) == 2
+
+
+def test_what_is_no_result_is_refused(tmp_path):
+    save(front(20).drop_vars("on_front"), tmp_path / "half.nc")
+    save(front(20).drop_attrs(), tmp_path / "bare.nc")
+    for name in ("half.nc", "bare.nc", "none.nc", ""):
+        with pytest.raises(InputError, match=str(tmp_path)):
+            open_results([tmp_path / name])
+
+
+def test_fronts_are_the_designs_that_none_of_their_result_dominates():
+    designs = catalogue([stored(300, 1), stored(200, 2)])
+    found = fronts(designs)
+    F = np.column_stack([designs.column(ACROSS).values, designs.column(UP).values])
+    expected = [np.flatnonzero(designs.study == i)[non_dominated(F[designs.study == i])] for i in (0, 1)]
+    assert_array_equal(np.sort(found), np.concatenate(expected))
+    kept = designs.column("effects.crowning.amount").values <= 3
+    rest = fronts(designs, kept)
+    assert kept[rest].all()
+    first = kept & (designs.study == 0)
+    assert_array_equal(np.sort(rest[designs.study[rest] == 0]), np.flatnonzero(first)[non_dominated(F[first])])
+
+
+def test_scenes_are_those_of_the_designs():
+    dataset, designs = front(30), catalogue([stored(30)])
+    scene = designs.scene(7)
+    assert scene.pair.helix_angle == dataset["pair.helix_angle"].values[7]
+    assert Settings.of(scene).crowning == dataset["effects.crowning.amount"].values[7]
+
+
+# -- what is changed --------------------------------------------------------------------------------------------------
+
+
+def test_settings_that_were_not_moved_leave_the_scene_as_it_is(robust_scene):
+    for scene in (robust_scene, case(2), *(catalogue([stored(12)]).scene(i) for i in range(11))):
+        assert Settings.of(scene).applied(scene) is scene
+
+
+def test_settings_change_what_they_name_and_nothing_else(robust_scene):
+    settings = Settings(crowning=4.0, relief_amount=3.0, relief_length=0.2, torque=7.0, iso_class=8)
+    changed = settings.applied(robust_scene)
+    assert Settings.of(changed) == settings
+    tables, before = changed.to_mapping(), robust_scene.to_mapping()
+    assert tables["pair"] == before["pair"]
+    assert tables["effects"]["tooth_bending"] == before["effects"]["tooth_bending"]
+    assert changed.effect("manufacturing_errors").edition == "1995"
+    bare = replace(settings, crowning=0.0, relief_length=0.0).applied(changed)
+    assert bare.effect("crowning") is None
+    assert bare.effect("tip_relief") is None
+    assert parse_scene(changed.to_mapping()) == changed
+
+
+def test_sliders_of_coast_flanks_stay_below_zero(robust_scene):
+    from gearbench.explore.controls import positions, settings_of
+
+    coast = replace(robust_scene, load=Load(torque=-robust_scene.load.torque))
+    slider = positions(coast)["torque"]
+    assert slider["start"] < slider["value"] < slider["end"] < 0
+    values = {name: place["value"] for name, place in positions(coast).items()}
+    changed = settings_of(coast, values | {"torque": -7.0}).applied(coast)
+    assert changed.load.coast
+    assert_allclose(picture(changed).transmission_error.mean, simulate(changed)["transmission_error_mean"], rtol=1e-12)
+
+
+def test_a_relief_longer_than_the_tooth_is_refused(robust_scene):
+    with pytest.raises(ValueError, match="length"):
+        replace(Settings.of(robust_scene), relief_amount=1.0, relief_length=50.0).applied(robust_scene)
+
+
+# -- what is computed -------------------------------------------------------------------------------------------------
+
+
+def test_a_picture_agrees_with_simulate_and_robust(robust_scene):
+    shown = picture(robust_scene)
+    dataset = simulate(robust_scene)
+    for cycle, name in ((shown.transmission_error, "transmission_error"), (shown.mesh_stiffness, "mesh_stiffness")):
+        for quantity in ("mean", "rms", "peak_to_peak"):
+            assert_allclose(getattr(cycle, quantity), dataset[f"{name}_{quantity}"], rtol=1e-12)
+    samples = robust(robust_scene, samples=256)
+    assert_allclose(shown.scatter.mesh_stiffness, samples["mesh_stiffness_rms"], rtol=1e-12)
+    assert_allclose(shown.scatter.transmission_error, samples["transmission_error_rms"], rtol=1e-12)
+
+
+def test_without_errors_there_is_no_scatter():
+    assert picture(case(1)).scatter is None
+
+
+def test_errors_of_a_wider_class_scatter_more(robust_scene):
+    std = []
+    for iso_class in (4, 6, 8):
+        scene = replace(Settings.of(robust_scene), iso_class=iso_class).applied(robust_scene)
+        std.append(picture(scene).scatter.transmission_error.std())
+    assert std == sorted(std)
+
+
+@pytest.mark.parametrize("helix", [0.0, 20.0])
+def test_the_load_map_carries_the_load(helix):
+    """At every phase the line loads add up to F_n: so does the map, integrated over u with the pitch between lines."""
+    scene = gear("SC").scene()
+    scene = replace(scene, pair=replace(scene.pair, helix_angle=helix, centre_distance=38.0 if helix == 0 else 40.5))
+    solved = solve_scene(scene)
+    image = flank_map(solved, solved.line_load(), (200, 400))
+    pair = scene.pair
+    area = (pair.meshing.path_end - pair.meshing.path_start) * pair.face_width
+    # mean over a period of Σ q ℓ = ∫∫ q dy/cos β_b du/p_bt
+    force = np.nanmean(image) * area / (pair.meshing.base_pitch * np.cos(pair.meshing.beta_b))
+    # pixels and ends of lines: 1 %
+    assert_allclose(force, scene.F_bn, rtol=1e-2)
+
+
+def test_density_is_one_in_total_and_a_peak_where_nothing_scatters():
+    x, y = density(np.random.default_rng(0).normal(5, 2, 256))
+    assert_allclose(np.trapezoid(y, x), 1, atol=5e-3)  # tails beyond three widths: 0.3 %
+    assert_allclose(density(np.full(5, 3.0))[0], 3.0)
+
+
+@pytest.mark.parametrize("scene", [case(1), case(2), gear("SC").scene()], ids=["case 1", "case 2", "SC"])
+@pytest.mark.parametrize("phase", [0.0, 0.37, 0.9])
+def test_teeth_touch_where_contact_is_and_never_overlap(scene, phase):
+    drawn = mesh(scene.pair)
+    pinion, wheel = drawn.at(phase)
+    contacts = drawn.contacts(phase)
+    assert len(contacts) in {
+        int(scene.pair.meshing.transverse_contact_ratio),
+        int(scene.pair.meshing.transverse_contact_ratio) + 1,
+    }
+    for point in contacts:
+        for outlined in (pinion, wheel):
+            # 16 points on a flank: the polygon leaves the involute by less than 1 % of the module
+            assert distance(outlined, point) < 0.01 * scene.pair.normal_module
+    for one, other in ((pinion, wheel), (wheel, pinion)):
+        inside = one[Outline(other).contains_points(one)]
+        assert all(distance(other, point) < 0.01 * scene.pair.normal_module for point in inside)
+
+
+def distance(outlined, point):
+    """Distance of a point from a polygon."""
+    a, b = outlined, np.roll(outlined, -1, axis=0)
+    t = np.clip(np.einsum("ij,ij->i", point - a, b - a) / np.maximum(np.einsum("ij,ij->i", b - a, b - a), 1e-30), 0, 1)
+    return np.hypot(*(a + t[:, None] * (b - a) - point).T).min()
+
+
+def test_an_outline_is_closed_by_its_body_and_has_the_teeth_asked_for():
+    pinion = case(1).pair.gears[0]
+    radius = np.hypot(*outline(pinion, 2).T)
+    assert np.isclose(radius, pinion.tip_radius).sum() == 2 * 5
+    assert radius.min() < pinion.root_radius
+
+
+def test_curves_come_first_where_the_scatter_takes_long(monkeypatch):
+    pytest.importorskip("bokeh")
+    from bokeh.document import Document
+
+    from gearbench.explore import live
+    from gearbench.explore.controls import positions
+
+    session = live.Session(designs := catalogue([stored(12)]), Document())
+    moved = {name: position["value"] for name, position in positions(designs.scene(3)).items()} | {"crowning": 4.5}
+    monkeypatch.setattr(session, "slow", False)
+    (whole,) = session.answers(3, moved)
+    monkeypatch.setattr(session, "slow", True)
+    first, second = session.answers(3, moved)
+    assert "ste_density" not in first["now"][0]
+    assert set(second["now"][0]) == {"ste_density", "stiffness_density", "numbers"}
+    assert "…" in first["now"][0]["numbers"]["value"]
+    assert "…" not in second["now"][0]["numbers"]["value"]
+    assert second["summary"] == whole["summary"]
+    for name, table in (first["now"][0] | second["now"][0]).items():
+        for key, column in table.items():
+            assert_array_equal(column, whole["now"][0][name][key])
+
+
+def test_questions_that_are_none_are_answered_by_a_message():
+    pytest.importorskip("bokeh")
+    from bokeh.document import Document
+
+    from gearbench.explore.live import Session
+
+    session = Session(catalogue([stored(12)]), Document())
+    for design, values in ((99, None), ("x", None), (3, {}), (3, {"crowning": "?"})):
+        (answer,) = session.answers(design, values)
+        assert answer["message"][0]
+        assert answer["now"] == [None]
+
+
+# -- the command ------------------------------------------------------------------------------------------------------
+
+
+def test_no_other_command_loads_the_page(tmp_path):
+    code = "import sys, gearbench.cli.app; print([m for m in ('bokeh', 'tornado', 'pandas') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("arguments", [["none.nc"], ["front.nc", "--export", "no/folder/x.html"], ["bad.nc"]])
+def test_bad_input_is_one_line_and_exit_code_2(run, tmp_path, monkeypatch, arguments):
+    monkeypatch.chdir(tmp_path)
+    save(front(20), tmp_path / "front.nc")
+    (tmp_path / "bad.nc").write_text("no netCDF")
+    code, out, err = run("explore", *arguments)
+    assert (code, out) == (2, "")
+    assert err.count("\n") == 1
+    assert "Traceback" not in err
+
+
+def test_an_interrupted_scatter_is_an_interruption(monkeypatch):
+    """No fault of the picture: the program would end with 1, not with the code of its signal."""
+    monkeypatch.setattr("gearbench.explore.model.respond", lambda *_: ({}, False))
+    with pytest.raises(KeyboardInterrupt):
+        picture(load_scene(EXAMPLES / "gear55_robust.toml"))

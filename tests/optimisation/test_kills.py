@@ -1,0 +1,236 @@
+"""Searches that are killed or interrupted at random moments: resumed, they end as if nothing had happened.
+
+The processes that are killed are forks of one that has everything imported and compiled, so that many can be.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from threading import Timer
+
+import numpy as np
+import psutil
+import pytest
+import xarray as xr
+
+from gearbench import load_study, optimise
+from gearbench.optimisation.study import Algorithm, OptimisationStudy, Robustness
+from gearbench.optimisation.workers import AFTER
+from gearbench.results.netcdf import load
+from tests.support.dask_processes import dask, scheduler
+from tests.support.paths import ROOT
+
+STUDY = replace(
+    load_study(ROOT / "examples" / "optimise_small.toml"),
+    algorithm=Algorithm(population=8, generations=6, seed=2),
+    robustness=Robustness(samples=8),
+)
+
+RACING = replace(STUDY, robustness=Robustness(samples=256, racing=True))
+
+#: End of the line that says what a search waits for, on a machine that is busy.
+WAITING = "; waiting up to 10 min\n"
+
+NURSERY = """
+import functools, os, random, sys, time
+from gearbench import load_study, optimise
+from gearbench.cli import main
+from gearbench.optimisation import run, workers
+
+study = load_study(sys.argv[1])
+run.open_workers = functools.partial(workers.open_workers, after=float(sys.argv[2]))
+optimise(study, threads=1)
+
+def jumping(seed):
+    now, rng = time.time, random.Random(seed)
+    return lambda: now() + rng.uniform(-1e7, 1e7)
+
+print("ready", flush=True)
+for line in iter(sys.stdin.readline, ""):
+    folder, clock, *more = line.split()
+    child = os.fork()
+    if child == 0:
+        os.dup2(os.open(folder + ".err", os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), 2)
+        os.dup2(2, 1)
+        if clock != "steady":
+            time.time = jumping(clock)
+        sys.argv = ["gearbench", "optimise", sys.argv[1], "-o", folder, "--resume", "-q", *more]
+        main()
+    print(child, flush=True)
+    sys.stdin.readline()  # until then its number is not given to another process
+    _, status = os.waitpid(child, 0)
+    print(os.waitstatus_to_exitcode(status), flush=True)
+"""
+
+
+@dataclass(frozen=True)
+class Nursery:
+    """A process whose children are searches."""
+
+    process: subprocess.Popen[str]
+    folder: Path
+
+    def _answer(self, line: str) -> int:
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
+        self.process.stdin.write(line + "\n")
+        self.process.stdin.flush()
+        return int(self.process.stdout.readline())
+
+    def start(self, folder: Path, *more: str, clock: str = "steady") -> int:
+        """Begin or resume a search in ``folder``; its process."""
+        return self._answer(" ".join([str(folder), clock, *more]))
+
+    def end(self) -> int:
+        """Exit code of the search, the number of the signal that killed it less than zero."""
+        return self._answer("")
+
+
+@contextmanager
+def nursery(study: OptimisationStudy, folder: Path, after: float = AFTER) -> Iterator[Nursery]:
+    (folder / "study.toml").write_text(study.to_toml(), encoding="utf-8")
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-c", NURSERY, str(folder / "study.toml"), str(after)]
+    # a shell starts what runs in the background with Ctrl-C ignored, and that is handed down
+    heard = lambda: signal.signal(signal.SIGINT, signal.SIG_DFL)  # noqa: E731
+    with subprocess.Popen(command, env=environment, preexec_fn=heard, **pipes) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        yield Nursery(process, folder)
+        process.kill()
+
+
+def end_at(nest: Nursery, folder: Path, moment: float, how: signal.Signals, *more: str, clock: str) -> bool:
+    """Send a signal to a new search at some moment; whether it was still running."""
+    child = nest.start(folder, *more, clock=clock)
+    time.sleep(moment)
+    os.kill(child, how)  # one that has ended is waited for only after this
+    code = nest.end()
+    lines = Path(f"{folder}.err").read_text(encoding="utf-8")
+    if code == 0:
+        assert lines == ""
+        return False
+    if how == signal.SIGKILL:
+        assert code == -signal.SIGKILL, lines
+    else:
+        assert code in (128 + how, -how), lines
+        lines = "".join(line for line in lines.splitlines(keepends=True) if not line.endswith(WAITING))
+        assert lines.count("\n") == (code > 0), lines
+        assert lines.startswith("gearbench: interrupted" * (code > 0))
+    return True
+
+
+def flip_a_bit(folder: Path, rng: random.Random) -> None:
+    """Damage one of the generations, where there is one."""
+    files = sorted(folder.glob("generation_*.nc"))
+    if files:
+        path = rng.choice(files)
+        data = bytearray(path.read_bytes())
+        data[rng.randrange(len(data))] ^= 1 << rng.randrange(8)
+        path.write_bytes(data)
+        os.utime(path, (0, rng.uniform(0, 4e9)))
+
+
+def assert_as_if_nothing_had_happened(folder: Path, expected: xr.Dataset) -> None:
+    front = load(folder / "front.nc")
+    assert front.attrs["data_sha256"] == expected.attrs["data_sha256"]
+    np.testing.assert_array_equal(front["objective"].values, expected["objective"].values)
+    generations = [f"generation_{g:04d}.nc" for g in range(1, expected.sizes["generation"] + 1)]
+    assert sorted(os.listdir(folder)) == [".lock", "front.nc", *generations, "study.toml"]
+
+
+def kill_and_resume(
+    count: int, study: OptimisationStudy, tmp_path: Path, seed: int, *more: str, after: float = AFTER
+) -> None:
+    """Kill and interrupt searches, twice in a row at times; clocks jump and bits flip; each is resumed to its end."""
+    rng, expected = random.Random(seed), optimise(study, threads=1)
+    with nursery(study, tmp_path, after) as nest:
+        began = time.monotonic()
+        nest.start(tmp_path / "whole", *more)
+        assert nest.end() == 0, (tmp_path / "whole.err").read_text(encoding="utf-8")
+        duration = time.monotonic() - began
+        assert_as_if_nothing_had_happened(tmp_path / "whole", expected)
+        in_time = 0
+        for i in range(count):
+            folder = tmp_path / str(i)
+            clock = "steady" if i % 3 else str(i)
+            how = (signal.SIGKILL, signal.SIGINT, signal.SIGKILL, signal.SIGTERM)[i % 4]
+            ended = end_at(nest, folder, rng.uniform(0.0, duration), how, *more, clock=clock)
+            if ended and i % 5 == 0:
+                end_at(nest, folder, rng.uniform(0.0, duration / 2), how, *more, clock="steady")
+            if ended and i % 2:
+                flip_a_bit(folder, rng)
+            in_time += ended
+            nest.start(folder, *more)
+            assert nest.end() == 0, Path(f"{folder}.err").read_text(encoding="utf-8")
+            assert_as_if_nothing_had_happened(folder, expected)
+    # machines are uneven: a run may end before its moment comes, but not most of them
+    assert in_time >= count // 3
+
+
+def test_kill_at_random_moments_and_resume(tmp_path):
+    kill_and_resume(6, STUDY, tmp_path, 1)
+
+
+@pytest.mark.slow
+def test_two_hundred_kills_two_hundred_identical_results(tmp_path):
+    kill_and_resume(200, STUDY, tmp_path, 2, "--threads", "2")
+
+
+@pytest.mark.slow
+def test_kills_of_searches_that_start_their_own_workers(tmp_path):
+    kill_and_resume(6, STUDY, tmp_path, 4, "--scheduler", "local:2")
+
+
+@pytest.mark.slow
+def test_kills_of_races(tmp_path):
+    """A race that goes on computes the samples of its front again, which are not stored."""
+    kill_and_resume(30, RACING, tmp_path, 5, "--threads", "2")
+
+
+@pytest.mark.slow
+def test_kills_of_races_on_worker_processes(tmp_path):
+    """From the first design on."""
+    longer = replace(RACING, algorithm=Algorithm(population=16, generations=30, seed=2))
+    kill_and_resume(8, longer, tmp_path, 8, "--threads", "2", after=0.0)
+
+
+def kill_a_worker(nannies: int, rng: random.Random) -> None:
+    """Kill one of the workers that a process of nannies has started; it is started again."""
+    workers = [child for child in psutil.Process(nannies).children() if "spawn_main" in " ".join(child.cmdline())]
+    rng.choice(workers).kill()
+
+
+@contextmanager
+def killing(seconds: float, kill: Callable[[], object]) -> Iterator[None]:
+    """In the block, after some seconds, something is killed; the block ends after it."""
+    timer = Timer(seconds, kill)
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.join()
+
+
+@pytest.mark.slow
+def test_kills_of_dask_workers_in_races(tmp_path):
+    rng, expected = random.Random(6), optimise(RACING, threads=1)
+    with scheduler() as (address, _), dask("worker", address, "--nworkers", "2", "--no-dashboard") as nannies:
+        optimise(RACING, scheduler=address)
+        began = time.monotonic()
+        optimise(RACING, scheduler=address)
+        duration = time.monotonic() - began
+        for i in range(20):
+            with killing(rng.uniform(0.0, duration), lambda: kill_a_worker(nannies.pid, rng)):
+                optimise(RACING, directory=tmp_path / str(i), scheduler=address)
+            assert_as_if_nothing_had_happened(tmp_path / str(i), expected)

@@ -1,0 +1,201 @@
+"""The force over speed in the search: the numbers of ``robust_response``, torques, runs that resume, faults."""
+
+from copy import deepcopy
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from gearbench.dynamics.analysis import response
+from gearbench.dynamics.balance import Excitation, solve
+from gearbench.dynamics.model import Model
+from gearbench.dynamics.scatter import robust_response
+from gearbench.dynamics.waves import rms
+from gearbench.errors import InputError
+from gearbench.optimisation.problem import evaluate, scene_of
+from gearbench.optimisation.run import optimise
+from gearbench.optimisation.study_file import parse_study
+from gearbench.results.cycle import fourier_rows
+from gearbench.robustness.montecarlo import prepare_scene, respond
+from tests.support.systems import shafts, spur_scene
+
+ENDS = [{"position": p, "radial_stiffness": 200.0, "axial_stiffness": 80.0} for p in (0.0, 200.0)]
+SPEEDS = {"lowest": 600.0, "highest": 4200.0, "count": 7, "harmonics": 5}
+STATISTICS = ["mesh_force_mean", "mesh_force_std", "mesh_force_max"]
+
+
+def tables(*, on_shafts=False, samples=16, objectives=STATISTICS, **speeds):
+    system = shafts({"bearings": ENDS}) if on_shafts else {"damping_ratio": 0.05}
+    base = spur_scene(
+        system,
+        helix=15.0,
+        effects={"hertz": {"law": "yang_sun"}, "manufacturing_errors": {"preset": "garambois2017"}},
+        segments=8,
+        gauss_points=12,
+    ).to_mapping()
+    return {
+        "objectives": list(objectives),
+        "base": base,
+        "variables": {"effects": {"tip_relief": {"amount": {"min": 1.0, "max": 9.0}, "length": {"values": [1.0]}}}},
+        "robustness": {"samples": samples},
+        "speeds": SPEEDS | speeds,
+    }
+
+
+def numbers(study, design=(4.0, 0.0)):
+    found = evaluate(study, design)
+    assert found.feasible, found.reason
+    return dict(zip(study.statistics, found.statistics, strict=True))
+
+
+def forces_one_by_one(scene, speeds):
+    """RMS over speeds of each of 16 samples, on the panels of ``robust``, each by its own harmonic balance."""
+    problem, model, cycles = prepare_scene(scene), Model(scene=scene), []
+    respond(problem, problem.draw(16, 0, "sobol"), names=["transmission_error_mean"],
+            more={"kept": lambda cycle: cycles.append(cycle) or cycle.mesh_stiffness[:, 0]})  # fmt: skip
+    h, found = model.receptances(model.groups[0], speeds, 5), []
+    for k, δ in zip(cycles[0].mesh_stiffness[:16], cycles[0].transmission_error[:16], strict=True):
+        rows = np.concatenate([problem.phases.weight[None], fourier_rows(problem.phases, np.arange(1, 11))])
+        drive = Excitation(stiffness=1e3 * (rows @ k)[None], error=1e-3 * (rows[:6] @ δ)[None], force=model.force)
+        found.append(np.sqrt((rms(solve(drive, h, model.stiffness)[1]) ** 2).mean()))
+    return np.array(found)
+
+
+@pytest.mark.parametrize("on_shafts", [False, True])
+def test_numbers_are_those_of_the_scatter(on_shafts):
+    """With shafts by the same contact; without them that of the other responses serves, sample by sample."""
+    study = parse_study(tables(on_shafts=on_shafts))
+    found = numbers(study)
+    scene = scene_of(study, (4.0, 0.0))
+    if on_shafts:
+        data = robust_response(scene, speed=study.speeds.values, samples=16, harmonics=5, threads=1)
+        wanted = [float(data[name]) for name in STATISTICS]
+    else:
+        each = forces_one_by_one(scene, study.speeds.values)
+        wanted = [each.mean(), each.std(ddof=1), each.max()]
+    assert_allclose([found[name] for name in STATISTICS], wanted, rtol=1e-9)
+    # of a pair on shafts, whose static samples are others, nothing else is computed
+    assert (set(found) == set(STATISTICS)) == on_shafts
+
+
+def test_static_responses_stand_beside_it_where_asked_for():
+    asked = tables(on_shafts=True, objectives=["mesh_force_mean", "transmission_error_rms_mean"])
+    found = numbers(parse_study(asked))
+    alone = numbers(parse_study(tables(on_shafts=True)))
+    assert_allclose(found["mesh_force_mean"], alone["mesh_force_mean"], rtol=1e-12)
+    plain = deepcopy(asked) | {"objectives": ["transmission_error_rms_mean"]}
+    del plain["speeds"]
+    name = "transmission_error_rms_max"
+    assert_allclose(found[name], numbers(parse_study(plain))[name], rtol=1e-12)
+
+
+def under(*torques, samples=0, over="mean"):
+    given = tables(samples=samples, objectives=["mesh_force_mean"])
+    del given["base"]["load"]
+    given["base"]["loads"] = [{"torque": torque} for torque in torques]
+    return parse_study(given | ({} if over == "mean" else {"over_loads": over}))
+
+
+@pytest.mark.parametrize("samples", [0, 8])
+def test_several_torques_count_as_of_any_response(samples):
+    """Mean or greatest over the loads; without errors that of one torque is the response's own."""
+    one, two, both = (
+        numbers(under(*torques, samples=samples))["mesh_force_mean"] for torques in ([150.0], [300.0], [300.0, 150.0])
+    )
+    worst = numbers(under(150.0, 300.0, samples=samples, over="max"))["mesh_force_mean"]
+    assert_allclose(both, (one + two) / 2, rtol=1e-9)
+    assert worst >= max(one, two) * (1 - 1e-12)
+    if not samples:
+        study = parse_study(tables(samples=0, objectives=["mesh_force_mean"]))
+        data = response(scene_of(study, (4.0, 0.0)), speed=study.speeds.values, harmonics=5)
+        assert_allclose(two, np.sqrt((data["mesh_force_rms"].values ** 2).mean()), rtol=1e-9)
+
+
+def small():
+    given = tables(samples=4, objectives=["mesh_force_mean", "mesh_stiffness_rms_mean"], count=3, harmonics=3)
+    given["algorithm"] = {"population": 4, "generations": 3, "seed": 2}
+    return parse_study(given | {"constraints": {"mesh_force": {"max": 1e6}}})
+
+
+def test_search_runs_resumes_and_does_not_depend_on_threads(tmp_path):
+    study = small()
+    whole = optimise(study, directory=tmp_path / "a", threads=2)
+    (tmp_path / "b").mkdir()
+    for number in (1, 2):
+        name = f"generation_{number:04d}.nc"
+        (tmp_path / "b" / name).write_bytes((tmp_path / "a" / name).read_bytes())
+    (tmp_path / "b" / "study.toml").write_bytes((tmp_path / "a" / "study.toml").read_bytes())
+    again = optimise(study, directory=tmp_path / "b", resume=True, threads=1)
+    assert again.attrs["data_sha256"] == whole.attrs["data_sha256"]
+    assert whole["mesh_force_mean"].attrs["units"] == "N"
+    kept = whole["mesh_force"].values
+    assert np.isfinite(kept).all()
+
+
+def test_limit_of_the_force():
+    """The scene itself, without its errors, as all limits; designs above it are told by how much."""
+    given = tables(samples=0, objectives=["transmission_error_rms_mean"]) | {
+        "constraints": {"mesh_force": {"max": 1.0}}
+    }
+    study = parse_study(given)
+    found = evaluate(study, (4.0, 0.0))
+    force = numbers(parse_study(tables(samples=0, objectives=["mesh_force_mean"])))["mesh_force_mean"]
+    assert_allclose(found.constraints[0], force, rtol=1e-12)
+    assert_allclose(found.violation, force - 1, rtol=1e-12)
+    assert f"mesh_force {force:.4g} above 1" in found.reason
+
+
+def test_unsteady_designs_are_no_answer():
+    given = tables(samples=0, objectives=["mesh_force_mean"], lowest=15000.0, highest=60000.0, count=60)
+    given["base"]["system"] = {"damping_ratio": 0.0005}
+    given["base"]["pair"]["helix_angle"] = 0.0
+    given["base"]["pair"]["centre_distance"] = 97.5
+    found = evaluate(parse_study(given), (4.0, 0.0))
+    assert not found.feasible
+    assert "no steady response at" in found.reason
+
+
+def without(key):
+    given = tables()
+    del given[key]
+    return given
+
+
+def changed(path, value):
+    given = tables()
+    *parents, last = path.split(".")
+    at = given
+    for key in parents:
+        at = at[key]
+    at[last] = value
+    return given
+
+
+def without_system():
+    return {name: table for name, table in tables()["base"].items() if name != "system"}
+
+
+OTHER = "mesh_stiffness_rms_mean"
+FAULTS = {
+    "no speeds": (lambda: without("speeds"), r"speeds = missing: mesh_force needs \[speeds\]"),
+    "no system": (lambda: changed("base", without_system()), r"base.system = missing"),
+    "not asked for": (lambda: changed("objectives", [OTHER]), r"speeds = given: belong to an objective"),
+    "order": (lambda: changed("speeds.highest", 100.0), r"speeds.highest = 100: must be at least lowest, 600"),
+    "count": (lambda: changed("speeds.count", 0), r"speeds.count = 0: must be greater than or equal to 1"),
+    "unknown": (lambda: changed("speeds.step", 1.0), r"speeds.step = unknown key: allowed: lowest"),
+    "positions": (lambda: changed("base.resolution", {"positions": 16}), r"positions = 16: must be more than 20"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_faults_of_a_study_are_one_line(fault):
+    given, line = FAULTS[fault]
+    with pytest.raises(InputError, match=line):
+        parse_study(given())
+
+
+def test_scene_alone_has_no_force_over_speed():
+    from gearbench import simulate
+
+    with pytest.raises(InputError, match=r"mesh_force = no speeds: is for studies with \[speeds\]"):
+        simulate(spur_scene({}), outputs=["mesh_force"])

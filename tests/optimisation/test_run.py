@@ -1,0 +1,372 @@
+"""Whole runs: the same result whatever computes it and however often it is interrupted."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+import tomllib
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import gearbench
+from gearbench import design_scene, load_study, optimise
+from gearbench.errors import InputError
+from gearbench.optimisation.archive import Archive
+from gearbench.optimisation.front import non_dominated
+from gearbench.optimisation.problem import Evaluation, evaluate
+from gearbench.optimisation.study import Algorithm, Design, OptimisationStudy, Robustness
+from gearbench.optimisation.study_file import parse_study
+from tests.support.paths import EXAMPLES
+
+EXAMPLE = EXAMPLES / "optimise_small.toml"
+STUDY = replace(
+    load_study(EXAMPLE),
+    algorithm=Algorithm(population=8, generations=6, seed=2),
+    robustness=Robustness(samples=8),
+)
+
+
+@pytest.fixture(scope="module")
+def reference() -> xr.Dataset:
+    """The result of an uninterrupted run that stores nothing."""
+    return optimise(STUDY, threads=1)
+
+
+@pytest.fixture
+def study_file(tmp_path) -> Path:
+    path = tmp_path / "study.toml"
+    path.write_text(STUDY.to_toml(), encoding="utf-8")
+    return path
+
+
+def noted(seen: list, study: OptimisationStudy, design: Design, rivals: object) -> Evaluation:
+    seen.append(design)
+    return evaluate(study, design)
+
+
+def seen_designs(monkeypatch) -> list:
+    """Designs that are evaluated from here on."""
+    seen = []
+    monkeypatch.setattr("gearbench.optimisation.workers.evaluate", partial(noted, seen))
+    return seen
+
+
+def assert_same(dataset: xr.Dataset, reference: xr.Dataset) -> None:
+    xr.testing.assert_identical(dataset.drop_attrs(), reference.drop_attrs())
+    assert dataset.attrs["data_sha256"] == reference.attrs["data_sha256"]
+    assert dataset.attrs["study_sha256"] == reference.attrs["study_sha256"]
+
+
+# -- what the result holds ---------------------------------------------------------------------------------------------
+def test_the_dataset_holds_every_design_and_the_front(reference):
+    a = STUDY.algorithm
+    assert int(reference["asked"].sum()) == a.population * a.generations
+    assert int(reference["evaluated"].sum()) == reference.sizes["design"]
+    feasible = reference["feasible"].values == 1
+    assert 0 < feasible.sum() < feasible.size
+    assert int(reference["feasible_found"][-1]) == feasible.sum()
+    F = reference["objective"].values
+    np.testing.assert_array_equal(np.isnan(F).any(axis=1), ~feasible)
+    expected = np.zeros(feasible.size, dtype=bool)
+    expected[feasible] = non_dominated(F[feasible])
+    np.testing.assert_array_equal(reference["on_front"].values == 1, expected)
+    assert all((str(reason) == "") == ok for reason, ok in zip(reference["reason"].values, feasible, strict=True))
+    assert np.all(np.diff(reference["hypervolume"]) >= 0)
+    for design, generation in enumerate(reference["first_generation"].values):
+        asked = [design in row for row in reference["asked_design"].values]
+        assert asked.index(True) + 1 == generation
+    assert reference["transmission_error_rms_mean"].attrs["units"] == "µm"
+    assert reference["mesh_stiffness_rms_max"].attrs["units"] == "%"
+    assert reference["contact_pressure"].attrs["limit_max"] == 1500.0
+    assert tomllib.loads(reference.attrs["study"]) == tomllib.loads(STUDY.to_toml())
+
+
+def test_objectives_follow_from_the_scene_of_a_design(reference):
+    best = int(np.nanargmin(reference["objective"].values[:, 0]))
+    dataset = gearbench.robust(design_scene(reference, best), samples=8, threads=1)
+    for i, name in enumerate(("mesh_stiffness_rms_mean", "transmission_error_rms_mean")):
+        assert float(dataset[name]) == float(reference["objective"][best, i]) == float(reference[name][best])
+    with pytest.raises(InputError, match="design = 999"):
+        design_scene(reference, 999)
+
+
+def test_mixed_and_three_objectives():
+    tables = tomllib.loads(STUDY.to_toml())
+    tables["objectives"] = [
+        {"mesh_stiffness_rms_mean": 1.0, "mesh_stiffness_rms_std": 2.0},
+        "transmission_error_rms_mean",
+        "transmission_error_rms_max",
+    ]
+    dataset = optimise(parse_study(tables))
+    k, σ = (dataset[f"mesh_stiffness_rms_{s}"].values for s in ("mean", "std"))
+    np.testing.assert_array_equal(dataset["objective"].values[:, 0], k + 2.0 * σ)
+    np.testing.assert_array_equal(dataset["objective"].values[:, 2], dataset["transmission_error_rms_max"].values)
+    assert str(dataset["objective_name"].values[0]) == "mesh_stiffness_rms_mean + 2 mesh_stiffness_rms_std"
+    assert 0 < float(dataset["hypervolume"][-1]) < 1
+
+
+def test_no_feasible_design_is_a_result_with_reasons(run, tmp_path):
+    tables = tomllib.loads(STUDY.to_toml())
+    tables["constraints"] = {"total_contact_ratio": {"min": 9.0}}
+    (tmp_path / "study.toml").write_text(OptimisationStudy.to_toml(parse_study(tables)), encoding="utf-8")
+    code, out, err = run("optimise", tmp_path / "study.toml", "-o", tmp_path / "out")
+    assert (code, err) == (0, "")
+    assert "0 on the front" in out
+    assert "no feasible design; most often: " in out
+
+
+# -- workers do not matter ---------------------------------------------------------------------------------------------
+def test_threads_do_not_change_the_result(reference):
+    assert_same(optimise(STUDY, threads=3), reference)
+
+
+def test_equal_designs_are_evaluated_once(monkeypatch):
+    tables = tomllib.loads(STUDY.to_toml())
+    tables["variables"] = {key: tables["variables"][key] for key in ("teeth", "addendum")}
+    tables["algorithm"]["generations"] = 12
+    seen = seen_designs(monkeypatch)
+    dataset = optimise(parse_study(tables), threads=1)
+    assert len(seen) == len(set(seen)) == dataset.sizes["design"] <= 5 * 11
+    assert int(dataset["asked"].sum()) > dataset.sizes["design"]
+    assert int(dataset["evaluated"].sum()) == dataset.sizes["design"]
+
+
+def test_the_archive_knows_a_gear_by_any_name():
+    archive = Archive(STUDY)
+    without, also_without = (2, 5, 4, 1, 0, 3), (2, 5, 4, 1, 2, 0)
+    assert archive.unknown([without, also_without]) == [without]
+    answer = evaluate(STUDY, without)
+    assert archive.add([without, also_without], {without: answer}) == [answer, answer]
+    assert archive.unknown([also_without]) == []
+    assert len(archive) == 1
+    assert archive.design(0) == without
+    assert archive.evaluated == [1]
+
+
+# -- the store ---------------------------------------------------------------------------------------------------------
+def test_a_stored_run_equals_one_that_is_not_stored(reference, tmp_path):
+    dataset = optimise(STUDY, directory=tmp_path / "out")
+    assert_same(dataset, reference)
+    names = sorted(path.name for path in (tmp_path / "out").iterdir())
+    assert names == [".lock", "front.nc", *(f"generation_{g:04d}.nc" for g in range(1, 7)), "study.toml"]
+    with xr.open_dataset(tmp_path / "out" / "front.nc", engine="h5netcdf") as front:
+        assert front.attrs["data_sha256"] == reference.attrs["data_sha256"]
+        np.testing.assert_array_equal(front["objective"], reference["objective"])
+    with xr.open_dataset(tmp_path / "out" / "generation_0003.nc", engine="h5netcdf") as generation:
+        assert generation.sizes["design"] == 8
+        assert generation.attrs["generation"] == 3
+        assert generation.attrs["algorithm_seed"] == 2
+        assert {"code", "objective", "feasible", "reason", "specific_sliding", "teeth"} <= set(generation.variables)
+
+
+def test_what_is_stored_is_not_computed_again(reference, tmp_path, monkeypatch):
+    optimise(STUDY, directory=tmp_path)
+    before = {path.name: path.read_bytes() for path in tmp_path.glob("generation_*.nc")}
+    for generation in (5, 6):
+        (tmp_path / f"generation_{generation:04d}.nc").unlink()
+    seen = seen_designs(monkeypatch)
+    states = []
+    assert_same(optimise(STUDY, directory=tmp_path, resume=True, progress=states.append), reference)
+    assert len(seen) == int(reference["evaluated"][4:].sum())
+    assert states[-1].restored == 4
+    assert states[-1].evaluated == reference.sizes["design"]
+    assert {path.name: path.read_bytes() for path in tmp_path.glob("generation_*.nc")} == before
+
+
+def test_a_damaged_generation_is_computed_again(reference, tmp_path):
+    optimise(STUDY, directory=tmp_path)
+    os.truncate(tmp_path / "generation_0006.nc", 3000)
+    (tmp_path / "generation_0005.nc").write_bytes(b"")
+    whole = (tmp_path / "generation_0004.nc").read_bytes()
+    feasible = int(reference["asked_design"][3][reference["feasible"].values[reference["asked_design"][3]] == 1][0])
+    place = whole.index(reference["transmission_error_rms_std"].values[feasible].tobytes())
+    (tmp_path / "generation_0004.nc").write_bytes(whole[:place] + b"\1" + whole[place + 1 :])
+    (tmp_path / ".generation_0006.nc.abc.part").write_bytes(b"half")
+    assert_same(optimise(STUDY, directory=tmp_path, resume=True), reference)
+    assert (tmp_path / "generation_0004.nc").read_bytes() == whole
+    assert [path.name for path in tmp_path.glob(".*")] == [".lock"]
+
+
+def test_generations_of_another_search_are_refused(tmp_path):
+    from gearbench.optimisation.store import Store
+
+    optimise(replace(STUDY, algorithm=replace(STUDY.algorithm, seed=9)), directory=tmp_path / "other")
+    with Store(tmp_path / "mine", STUDY, resume=False):
+        pass
+    os.replace(tmp_path / "other" / "generation_0001.nc", tmp_path / "mine" / "generation_0001.nc")
+    with pytest.raises(InputError, match=r"generation_0001\.nc: was searched with python .* continue with those"):
+        optimise(STUDY, directory=tmp_path / "mine", resume=True)
+
+
+def test_a_folder_holds_one_run_at_a_time(tmp_path):
+    from gearbench.optimisation.store import Store
+
+    with (
+        Store(tmp_path, STUDY, resume=False),
+        pytest.raises(
+            InputError, match=rf"another run is writing into the folder: process {os.getpid()} on .*, since 2"
+        ),
+    ):
+        optimise(STUDY, directory=tmp_path, resume=True)
+    with Store(tmp_path, STUDY, resume=True):
+        pass
+
+
+TWO = """
+import sys, time
+from gearbench import load_study
+from gearbench.errors import InputError
+from gearbench.optimisation.store import Store
+study, at = load_study(sys.argv[1]), float(sys.argv[2])
+for folder in sys.argv[3:]:
+    at += 0.3
+    time.sleep(max(at - time.time(), 0))
+    try:
+        with Store(folder, study, resume=False):
+            print("held", flush=True)
+            time.sleep(0.25)  # on a busy machine the other one may come late
+    except InputError as error:
+        print(error, flush=True)
+"""
+
+
+def test_of_two_runs_on_a_new_folder_one_is_refused_and_told_by_whom(study_file, tmp_path):
+    folders = [tmp_path / str(i) for i in range(6)]
+    command = [sys.executable, "-c", TWO, str(study_file), str(time.time() + 3.0), *map(str, folders)]
+    runs = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    lines = [process.communicate(timeout=60)[0].splitlines() for process in runs]
+    for folder, pair in zip(folders, zip(*lines, strict=True), strict=True):
+        assert sorted(line == "held" for line in pair) == [False, True], pair
+        loser = next(line for line in pair if line != "held")
+        winner = runs[pair.index("held")].pid
+        assert loser in (
+            f"output = {folder}: another run is writing into the folder: it has just begun",
+            loser if f"process {winner} on " in loser else "",
+        )
+
+
+def test_nothing_is_left_in_a_folder_that_is_refused(tmp_path):
+    from gearbench.optimisation.store import Store
+
+    (tmp_path / "letter.txt").write_text("")
+    with pytest.raises(InputError, match="not empty"):
+        Store(tmp_path, STUDY, resume=False)
+    assert os.listdir(tmp_path) == ["letter.txt"]
+
+
+# -- the command line --------------------------------------------------------------------------------------------------
+def test_the_command_runs_refuses_and_resumes(run, study_file, tmp_path, reference):
+    folder = tmp_path / "out"
+    code, out, err = run("optimise", study_file, "-o", folder)
+    assert (code, err) == (0, "")
+    assert f"{reference.sizes['design']} evaluated" in out
+    assert "on the front" in out
+    assert "wrote" in out
+    code, out, err = run("optimise", study_file, "-o", folder)
+    assert code == 2
+    assert err == f"gearbench: output = {folder}: the folder is not empty: continue it with --resume\n"
+    code, out, err = run("optimise", study_file, "-o", folder, "--resume", "--json")
+    assert (code, err) == (0, "")
+    assert f'"on_front": {int(reference["on_front"].sum())}' in out
+
+
+def test_bad_input_is_one_line(run, study_file, tmp_path):
+    folder = tmp_path / "out"
+    (tmp_path / "file").write_text("")
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "letter.txt").write_text("")
+    optimise(replace(STUDY, algorithm=Algorithm(population=4, generations=1)), directory=folder)
+    for arguments, message in (
+        ((tmp_path / "none.toml", "-o", folder), "none.toml: no such file or directory"),
+        ((study_file, "-o", tmp_path / "file"), "must be a folder"),
+        ((study_file, "-o", tmp_path / "full"), "the folder is not empty"),
+        ((study_file, "-o", tmp_path / "full", "--resume"), "holds no optimisation"),
+        ((study_file, "-o", folder, "--resume"), "belongs to another study"),
+        ((study_file, "-o", "/proc/none", "--resume"), "must be a folder"),
+        ((study_file, "-o", tmp_path / "new", "--scheduler", "local:0"), "scheduler = local:0: must be local:N"),
+        ((study_file, "-o", tmp_path / "new", "--scheduler", "cluster"), "scheduler = cluster: must be local:N"),
+    ):
+        code, out, err = run("optimise", *arguments)
+        assert (code, out) == (2, ""), err
+        assert message in err
+        assert err.count("\n") == 1
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write to any folder")
+def test_a_read_only_folder_is_refused(run, study_file, tmp_path):
+    folder = tmp_path / "out"
+    folder.mkdir(mode=0o500)
+    code, _, err = run("optimise", study_file, "-o", folder)
+    assert code == 2
+    assert "the folder is not writable" in err
+
+
+FULL_DISK = """
+import resource, signal, sys
+import gearbench.optimisation.store as store
+from gearbench.cli import main
+
+save = store.save
+
+def save_on_a_full_disk(dataset, path):
+    # every write beyond 2 kB fails; not earlier, because compiled kernels may have to be kept on disk
+    resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))
+    return save(dataset, path)
+
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+store.save = save_on_a_full_disk
+sys.argv = ["gearbench", "optimise", *sys.argv[1:]]
+main()
+"""
+
+
+def test_a_full_disk_is_one_line_and_keeps_what_was_stored(reference, study_file, tmp_path):
+    folder = tmp_path / "out"
+    optimise(STUDY, directory=folder)
+    for name in ("generation_0004.nc", "generation_0005.nc", "generation_0006.nc", "front.nc"):
+        (folder / name).unlink()
+    before = {path.name: path.read_bytes() for path in folder.glob("[!.]*")}
+    command = [sys.executable, "-c", FULL_DISK, str(study_file), "-o", str(folder), "--resume"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 1, done.stderr
+    assert done.stderr == f"gearbench: [Errno 27] File too large: '{folder / 'generation_0004.nc'}'\n"
+    assert {path.name: path.read_bytes() for path in folder.glob("[!.]*")} == before
+    assert not list(folder.glob(".*.part"))
+    assert_same(optimise(STUDY, directory=folder, resume=True), reference)
+
+
+def test_ctrl_c_keeps_the_generations_and_says_how_to_continue(reference, tmp_path):
+    study = replace(STUDY, algorithm=replace(STUDY.algorithm, generations=500))
+    path, folder = tmp_path / "study.toml", tmp_path / "out"
+    path.write_text(study.to_toml(), encoding="utf-8")
+    command = [sys.executable, "-m", "gearbench", "optimise", str(path), "-o", str(folder)]
+    # a shell starts what runs in the background with Ctrl-C ignored, and that is handed down
+    heard = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(command, text=True, preexec_fn=heard, **pipes) as process:
+        try:
+            while not (folder / "generation_0002.nc").exists() and process.poll() is None:
+                time.sleep(0.01)
+            process.send_signal(signal.SIGINT)
+            _, err = process.communicate(timeout=60)
+        finally:
+            process.kill()
+    assert process.returncode == 130, err
+    kept = len(list(folder.glob("generation_*.nc")))
+    again = f"gearbench optimise {path} -o {folder} --resume"
+    assert err == f"gearbench: interrupted; {kept} generations are kept. Continue with: {again}\n"
+    assert [path.name for path in folder.glob(".*")] == [".lock"]
+    with xr.open_dataset(folder / "generation_0001.nc", engine="h5netcdf") as first:
+        np.testing.assert_array_equal(first["code"], reference["code"][:8])
+
+
+def test_other_commands_import_neither_pymoo_nor_dask():
+    code = "import sys, gearbench.cli; print([m for m in ('pymoo', 'dask', 'distributed', 'h5py') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

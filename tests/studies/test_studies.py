@@ -1,0 +1,99 @@
+"""Every study has its four parts, runs in its quick size, and its checks hold."""
+
+import re
+import tomllib
+from importlib import import_module, resources
+from pkgutil import iter_modules
+
+import numpy as np
+import pytest
+
+import studies
+from gearbench.results.netcdf import load, save
+from gearbench.scene import Scene
+from gearbench.scene_file import parse_scene
+from tests.support.paths import ROOT
+
+ALL = sorted(module.name for module in iter_modules(studies.__path__) if module.ispkg)
+#: Studies whose quick size takes seconds; those of the fronts and of finite elements have tests of their own.
+QUICK = ("s01_table2", "s02_sampling", "s03_error_modes", "s04_paper_validation")
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_a_study_has_its_four_parts(name):
+    study = import_module(f"studies.{name}")
+    assert study.QUESTION.endswith("?")
+    assert isinstance(study.scene(), Scene)
+    assert all(callable(part) for part in (study.compute, study.checks, study.figures))
+    assert all(part.__module__.startswith(f"studies.{name}.") for part in (study.compute, study.checks, study.figures))
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_study(name, tmp_path):
+    study = import_module(f"studies.{name}")
+    path = save(study.compute(quick=True), tmp_path / f"{name}.nc")
+    dataset = load(path)
+    study.figures(dataset, tmp_path)
+    assert list(tmp_path.glob("*.png"))
+    checks = study.checks(dataset)
+    assert checks
+    for text, holds in checks:
+        assert holds, text
+
+
+@pytest.fixture(scope="module")
+def kept():
+    """The stored Dataset of the tooth models: what README and docs/validation.md claim stands on it."""
+    with resources.as_file(resources.files("studies.s05_tooth_models") / "dataset.nc") as path:
+        return load(path)
+
+
+def test_the_stored_tooth_models_keep_their_limits(kept):
+    from studies.s05_tooth_models import checks
+
+    found = checks(kept)
+    assert len(found) == 10
+    for text, holds in found:
+        assert holds, text
+
+
+def test_the_readme_claims_no_more_than_the_stored_pairs_show(kept):
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    claims = re.findall(r"within ([\d.]+) % on \d+ pairs", readme)
+    assert len(claims) == 2
+    for (support, model), claim in zip((("clamped", "solid"), ("rim", "solid + ring")), claims, strict=True):
+        here = kept.sel({f"{support}_model": model})
+        for name in ("transmission_error", "mesh_stiffness"):
+            assert float(abs(here[f"{support}_{name}_mean_error"]).max()) < float(claim) + 0.05  # as rounded
+
+
+def test_the_stored_pairs_are_the_first_that_are_drawn(kept):
+    from studies.s05_tooth_models.data import MODELS, scene
+
+    for i in (0, 1, kept.sizes["design"] - 1):
+        assert parse_scene(tomllib.loads(str(kept["scene"].values[i]))) == scene(i)
+    for support, models in MODELS.items():
+        assert list(kept[f"{support}_model"].values) == list(models)
+
+
+def test_a_model_beyond_a_limit_is_found(kept):
+    from studies.s05_tooth_models import checks
+
+    worse = kept.copy(deep=True)
+    worse["rim_mesh_stiffness_mean_error"].loc[{"design": 3, "rim_model": "solid + ring"}] = -3.5
+    failed = [text for text, holds in checks(worse) if not holds]
+    assert len(failed) == 1
+    assert "3.50 %" in failed[0]
+
+
+def test_the_figures_of_the_tooth_models_come_from_the_stored_dataset(kept, tmp_path):
+    from studies.s05_tooth_models import figures
+
+    figures(kept, tmp_path)
+    assert {p.name for p in tmp_path.iterdir()} == {"errors_clamped.png", "errors_rim.png", "accuracy_and_time.png"}
+
+
+def test_finite_elements_are_much_nearer_than_the_limits(kept):
+    """The reference is accurate enough to tell: its own error is a third of the smallest limit at most."""
+    assert np.all(kept["clamped_reference_error"] <= 0.01)
+    assert np.all(kept["rim_reference_error"] <= 0.015)
