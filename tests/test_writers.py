@@ -18,8 +18,6 @@ WRITERS = {
     "gearbench/files.py": "the mechanism itself: beside the name, then in its place",
     "gearbench/results/netcdf.py": SEALED,  # also of generations and what is kept of sweeps
     "gearbench/optimisation/store.py": "study.toml: compared with the study, letter by letter, before a run goes on",
-    "gearbench/optimisation/front_file.py": SEALED,
-    "gearbench/optimisation/worker.py": "a pipe to the search, to which an answer that is cut off is a worker lost",
     "gearbench/cli/select.py": f"csv, md: {TO_READ}; toml: {BY_HAND}",
     "gearbench/cli/rexs.py": BY_HAND,
     "gearbench/cli/verify.py": TO_READ,
