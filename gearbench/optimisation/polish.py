@@ -94,9 +94,7 @@ def polish(
     """
     start = time.perf_counter()
     study = continuous(designs.study)
-    numbers = np.flatnonzero(designs.dataset["on_front"].values)
-    if not len(numbers):
-        raise InputError("", designs.study.name or "study", "has no feasible design")
+    numbers = designs.require_feasible("on_front")
     first = [_as_continuous(designs, study, int(number)) for number in numbers]
     F = designs.dataset["objective"].values[numbers]
     extent = np.where(np.ptp(F, axis=0) > 0, np.ptp(F, axis=0), np.abs(F).max(axis=0))

@@ -117,9 +117,7 @@ def rank_correlation(a: NDArray, b: NDArray) -> float:
 def _numbers(designs: Designs, numbers: Sequence[int] | None) -> NDArray:
     dataset = designs.dataset
     if numbers is None:
-        chosen = np.flatnonzero(dataset["on_front"].values)
-        if chosen.size == 0:
-            raise InputError("", designs.study.name or "study", "has no feasible design")
+        chosen = designs.require_feasible("on_front")
         return chosen[np.argsort(dataset["objective"].values[chosen, 0], kind="stable")]
     chosen = np.array(numbers, dtype=int)
     for number in chosen:
