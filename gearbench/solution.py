@@ -56,7 +56,8 @@ def solve_lines(scene: Scene, lines: ContactLines, weight: NDArray, size: int | 
     if scene.has_shafts:
         from gearbench.contact.bearings import settle
 
-        problem, solution, _ = settle(scene, scene.shaft_effects, lines, weight)
+        rest = settle(scene, scene.shaft_effects, lines, weight)
+        problem, solution = rest.problem, rest.solution
     else:
         problem = assemble(scene, lines)
         solution = solve_patches(problem)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,9 +12,10 @@ from numpy.typing import NDArray
 from gearbench.contact.assemble import assemble
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.problem import ContactProblem, ContactSolution
-from gearbench.contact.solver import ConvergenceError
+from gearbench.contact.resultants import Resultants, resultants
+from gearbench.contact.solver import ConvergenceError, Guess
 from gearbench.effects.base import Effect
-from gearbench.effects.shafts import ShaftMotion, Shafts, flank_loads
+from gearbench.effects.shafts import SeatedGear, Shafts, flank_loads
 from gearbench.geometry.action import ContactLines
 from gearbench.scene import Scene
 
@@ -21,10 +23,36 @@ from gearbench.scene import Scene
 SETTLED, ROUNDS = 1e-9, 50
 
 
-def settle(
-    scene: Scene, around: Callable[[Any], tuple[Effect, ...]], lines: ContactLines, weight: NDArray
-) -> tuple[ContactProblem, ContactSolution, ShaftMotion]:
-    """Contact of ``scene`` on its shafts, and the mean motion of these under all loads.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OnShafts:
+    """Contact of a pair whose shafts rest in their bearings under its mean load.
+
+    Parameters
+    ----------
+    lines
+        Contact lines.
+    effects
+        All that act, those of the shafts included.
+    problem, solution, guess
+        The contact, its answer, and the amplitudes and the approach of that.
+    gears
+        Pinion and wheel on their shafts.
+    """
+
+    lines: ContactLines
+    effects: tuple[Effect, ...]
+    problem: ContactProblem
+    solution: ContactSolution
+    guess: Guess
+    gears: tuple[SeatedGear, SeatedGear]
+
+    def resultants(self, rows: int) -> Resultants:
+        """Force, moment … of the flanks."""
+        return resultants(self.problem, self.lines, self.solution, self.guess, rows)
+
+
+def settle(scene: Scene, around: Callable[[Any], tuple[Effect, ...]], lines: ContactLines, weight: NDArray) -> OnShafts:
+    """Contact of ``scene`` on its shafts.
 
     Parameters
     ----------
@@ -42,18 +70,13 @@ def settle(
     """
     effects, before = around(None), None
     for _ in range(ROUNDS):
-        problem = assemble(scene, lines, (*scene.flank_effects, *effects))
-        solution = solve_patches(problem)
-        shafts = next(effect for effect in effects if isinstance(effect, Shafts))
-        own = flank_loads(shafts.gears, lines, solution.force, weight)
+        acting = (*scene.flank_effects, *effects)
+        problem = assemble(scene, lines, acting)
+        guess = Guess.nothing(problem)
+        solution = solve_patches(problem, guess)
+        gears = next(effect for effect in effects if isinstance(effect, Shafts)).gears
         constant = len(effects) == 1
         if constant or (before is not None and np.abs(solution.force - before).max() <= SETTLED * before.max()):
-            pinion, wheel = _gears(around(own))
-            motions = (pinion.loaded(own[0]), wheel.loaded(own[1]))
-            return problem, solution, ShaftMotion(gears=(pinion, wheel), motions=motions)
-        before, effects = solution.force, around(own)
+            return OnShafts(lines=lines, effects=acting, problem=problem, solution=solution, guess=guess, gears=gears)
+        before, effects = solution.force, around(flank_loads(gears, lines, solution.force, weight))
     raise ConvergenceError(f"bearings and contact not settled after {ROUNDS} rounds")
-
-
-def _gears(effects: tuple[Effect, ...]) -> Any:
-    return next(effect for effect in effects if isinstance(effect, Shafts)).gears

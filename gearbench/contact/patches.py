@@ -34,7 +34,7 @@ ON_CELLS = 1e-5
 def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> ContactSolution:
     """Solution of ``problem``, on the patches of contact where its segments are cells.
 
-    Forces are those of the segments of ``problem``. ``guess`` as for ``solve``.
+    Forces are those of the segments of ``problem``. ``guess`` as for ``solve``: it holds the solution on the patches.
 
     Raises
     ------
@@ -45,7 +45,11 @@ def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> Contac
     if problem.along is None:
         return solve(problem, guess)
     coarse = solve_roughly(problem, guess, ON_CELLS)
-    return from_cells(problem, guess, coarse, [None] * ROUNDS)[0]
+    solution, changes = from_cells(problem, guess, coarse, [None] * ROUNDS)
+    for change in changes:
+        guess.q[:] += change.q
+        guess.delta[:] += change.delta
+    return solution
 
 
 def from_cells(
@@ -62,7 +66,7 @@ def from_cells(
     """
     last, changes, solution = Guess(q=guess.q.copy(), delta=guess.delta.copy()), [], None
     for number, change in enumerate(ahead, 1):
-        patches = _on_nodes(problem, *_nodes(problem, _compression(problem, last)))
+        patches, _ = on_patches(problem, last)
         before = Guess(q=last.q.copy(), delta=last.delta.copy())
         if change is not None:
             last = Guess(q=last.q + change.q, delta=last.delta + change.delta)
@@ -141,11 +145,11 @@ def _gauss_rules(most: int) -> tuple[NDArray, NDArray]:
     return nodes, weights
 
 
-def _on_nodes(problem: ContactProblem, y: NDArray, width: NDArray) -> ContactProblem:
-    """``problem`` at other nodes of its lines, at y with widths (position, pair, node) [mm]."""
+def on_patches(problem: ContactProblem, guess: Guess) -> tuple[ContactProblem, ContactLines]:
+    """``problem``, whose segments are cells, at nodes on the patches pressed together by ``guess``, and their lines."""
     along = problem.along
     assert along is not None
-    nodes = along.lines.at(y, width)
+    nodes = along.lines.at(*_nodes(problem, _compression(problem, guess)))
     beside = {effect.name: effect for effect in along.effects}
     parts = [effect.compliance(nodes, beside) for effect in along.laws]
     none = np.zeros(nodes.shape)
@@ -160,7 +164,7 @@ def _on_nodes(problem: ContactProblem, y: NDArray, width: NDArray) -> ContactPro
     new = under(new, along.share)
     block = np.repeat(problem.block[:: problem.shape[2]], nodes.shape[2])
     factor = np.ascontiguousarray(factor.reshape(*new.gap.shape, -1))
-    return replace(new, factor=factor, block=block, blocks=problem.blocks)
+    return replace(new, factor=factor, block=block, blocks=problem.blocks), nodes
 
 
 def _forces(problem: ContactProblem, guess: Guess, solution: ContactSolution) -> NDArray:

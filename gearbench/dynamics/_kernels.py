@@ -20,16 +20,34 @@ def _free(by, s, count, p, v):
             v[r, j] = vp * here + vv * speed
 
 
+@part()
+def _kick(stiffness, a, dt, count, p, v, motion):
+    """v ← v − Δt aᵀ K a p of the first ``count`` modes; ``motion`` (row, column) is scratch."""
+    rows, columns = motion.shape
+    motion[:] = 0.0
+    for m in range(rows):
+        for i in range(count):
+            for j in range(columns):
+                motion[m, j] += a[m, i] * p[i, j]
+    for m in range(rows):
+        for n in range(rows):
+            for i in range(count):
+                share = stiffness[m, n] * dt * a[m, i]
+                for j in range(columns):
+                    v[i, j] -= share * motion[n, j]
+
+
 @entry()
 def monodromy(own, half, a, kick, dt, r, counts):
-    """Map (speed, 2·mode, 2·mode) of (p, v/ω_r) over a period of kicks (1 or speed, mesh, step) between free motion.
+    """Map (speed, 2·mode, 2·mode) of (p, v/ω_r) over a period of kicks between free motion.
 
-    At each speed the first ``counts`` modes (speed,) move; the others stand still.
+    The kicks K(t) − K̄ are (1 or speed, step, row, row). At each speed the first ``counts`` modes (speed,) move; the
+    others stand still.
     """
-    meshes, size = a.shape
-    steps = kick.shape[2]
+    rows, size = a.shape
+    steps = kick.shape[1]
     out = np.zeros((len(dt), 2 * size, 2 * size))
-    push = np.empty(2 * size)
+    motion = np.empty((rows, 2 * size))
     for s in range(len(dt)):
         p, v = np.zeros((size, 2 * size)), np.zeros((size, 2 * size))
         count = counts[s]
@@ -37,16 +55,7 @@ def monodromy(own, half, a, kick, dt, r, counts):
             p[i, i], v[i, size + i] = 1.0, r[i]
         _free(half, s, count, p, v)
         for step in range(steps):
-            for m in range(meshes):
-                by = kick[min(s, len(kick) - 1), m, step] * dt[s]
-                push[:] = 0.0
-                for i in range(count):
-                    for j in range(2 * size):
-                        push[j] += a[m, i] * p[i, j]
-                for i in range(count):
-                    share = by * a[m, i]
-                    for j in range(2 * size):
-                        v[i, j] -= share * push[j]
+            _kick(kick[min(s, len(kick) - 1), step], a, dt[s], count, p, v, motion)
             if step < steps - 1:
                 _free(own, s, count, p, v)
         _free(half, s, count, p, v)

@@ -102,52 +102,75 @@ def check_harmonics(harmonics: int) -> None:
 def over_speed(model: Model, speeds: NDArray, harmonics: int) -> Variables:
     """Variables of the Dataset that depend on speed."""
     meshes, bearings = len(model.names), len(model.mechanics.bearing_names)
-    te = np.zeros((len(speeds), meshes, harmonics + 1), dtype=complex)
-    force, stability = np.zeros_like(te), np.full((len(speeds), meshes), np.nan)
-    shaken = np.zeros((len(speeds), meshes, bearings, 3, harmonics + 1), dtype=complex)
+    te, stability = np.zeros((len(speeds), meshes, harmonics), complex), np.full((len(speeds), meshes), np.nan)
+    # by the mesh that excites, the first of those of its frequency
+    force = np.zeros((len(speeds), meshes, meshes, harmonics), complex)
+    shaken = np.zeros((len(speeds), meshes, bearings, 3, harmonics), complex)
     for group in model.groups:
-        excitation = model.excitation(group, harmonics)
-        mine = group.meshes
-        h = model.receptances(group, speeds, harmonics)
-        te[:, mine], force[:, mine] = solve(excitation, h, model.stiffness[mine])
-        stiffness = waves.curve(excitation.stiffness, max(256, 16 * harmonics))
-        if not is_proven(model.modes, mine, stiffness):
-            stability[:, mine] = multipliers(model.modes, mine, model.omega(group, speeds), stiffness[None])[:, None]
-        if bearings:
-            shaken[:, mine[0], ..., 1:] = bearing_forces(model, group, speeds, te, force)
+        mine, first = group.meshes, group.meshes[0]
+        own_te, force[:, first], shaken[:, first] = group_response(model, group, speeds, harmonics)
+        te[:, mine] = own_te[:, mine]
+        stability[:, mine] = growth(model, group, speeds, harmonics)[:, None]
     # where it grows there is no steady response to speak of
     grows = stability > 1 + GROWTH
-    te[grows], force[grows], shaken[grows] = np.nan, np.nan, np.nan
-    over_time = waves.curve(force, waves.points(harmonics))
-    mean = model.force
+    te[grows], shaken[grows] = np.nan, np.nan
+    force[grows.any(axis=1)] = np.nan
+    source = model.source
+    own = force[:, source, np.arange(meshes)]
+    # fluctuations of unlike frequencies add up as if their extremes met, which in time they nearly do
+    over_time = waves.curve(waves.with_mean(force), waves.points(harmonics))
+    highest, lowest = over_time.max(axis=-1).sum(axis=1), over_time.min(axis=-1).sum(axis=1)
+    mean, dims = model.force, ("speed", "mesh", "harmonic")
     variables: Variables = {
-        "dynamic_transmission_error_amplitude": (("speed", "mesh", "harmonic"), 1e3 * waves.amplitude(te)),
-        "dynamic_transmission_error_phase": (("speed", "mesh", "harmonic"), waves.phase(te)),
-        "dynamic_transmission_error_rms": (("speed", "mesh"), 1e3 * waves.rms(te)),
-        "mesh_force_amplitude": (("speed", "mesh", "harmonic"), waves.amplitude(force)),
-        "mesh_force_phase": (("speed", "mesh", "harmonic"), waves.phase(force)),
-        "mesh_force_rms": (("speed", "mesh"), waves.rms(force)),
+        "dynamic_transmission_error_amplitude": (dims, 2e3 * np.abs(te)),
+        "dynamic_transmission_error_phase": (dims, np.angle(te)),
+        "dynamic_transmission_error_rms": (dims[:2], 1e3 * waves.rms(waves.with_mean(te))),
+        "mesh_force_amplitude": (dims, 2 * np.abs(own)),
+        "mesh_force_phase": (dims, np.angle(own)),
+        "mesh_force_rms": (dims[:2], np.sqrt((waves.rms(waves.with_mean(force)) ** 2).sum(axis=1))),
         "mean_force": (("mesh",), mean),
-        "dynamic_factor": (("speed", "mesh"), over_time.max(axis=-1) / mean),
-        "contact_kept": (("speed", "mesh"), ~(over_time.min(axis=-1) <= 0)),
-        "floquet_multiplier": (("speed", "mesh"), stability),
+        "dynamic_factor": (dims[:2], 1 + highest / mean),
+        "contact_kept": (dims[:2], ~(mean + lowest <= 0)),
+        "floquet_multiplier": (dims[:2], stability),
     }
+    if len(model.groups) > 1:
+        by_source = ("speed", "source", "mesh", "harmonic")
+        variables["mesh_force_by_source_amplitude"] = (by_source, 2 * np.abs(force))
     if bearings:
         dims = ("speed", "mesh", "bearing", "direction", "harmonic")
-        variables["bearing_force_amplitude"] = (dims, waves.amplitude(shaken))
-        variables["bearing_force_phase"] = (dims, waves.phase(shaken))
+        variables["bearing_force_amplitude"] = (dims, 2 * np.abs(shaken))
+        variables["bearing_force_phase"] = (dims, np.angle(shaken))
     return variables
 
 
-def bearing_forces(model: Model, group: Group, speeds: NDArray, te: NDArray, force: NDArray) -> NDArray:
-    """Orders 1 … H of the forces on the bearings (speed, bearing, 3, harmonic) that a group of meshes causes [N]."""
-    mine, harmonics = group.meshes, te.shape[-1] - 1
-    n = np.arange(1, harmonics + 1)
-    reach = model.modes.at_bearings(model.omega(group, speeds)[:, None] * n, mine)
-    # the springs k̄ are in the modes already
-    push = force[:, mine, 1:] - model.stiffness[mine][:, None] * te[:, mine, 1:]
-    found = np.einsum("snbm,smn->sbn", reach, push)
-    return found.reshape(len(speeds), -1, 3, harmonics)
+def growth(model: Model, group: Group, speeds: NDArray, harmonics: int) -> NDArray:
+    """Largest Floquet multiplier (speed,) of a group; NaN where stability is proven at any speed."""
+    rows = model.rows_of(group.meshes)
+    stiffness = waves.curve(model.excitation(group, harmonics).stiffness, max(256, 16 * harmonics))
+    stiffness = np.moveaxis(stiffness, -1, 0)
+    if is_proven(model.modes, rows, stiffness):
+        return np.full(len(speeds), np.nan)
+    return multipliers(model.modes, rows, model.omega(group, speeds), stiffness[None])
+
+
+def group_response(model: Model, group: Group, speeds: NDArray, harmonics: int) -> tuple[NDArray, NDArray, NDArray]:
+    """Orders 1 … H of what a group of meshes excites everywhere.
+
+    Transmission errors (speed, mesh, harmonic) [mm], forces of all meshes (speed, mesh, harmonic) and on the bearings
+    (speed, bearing, 3, harmonic) [N].
+    """
+    rows = model.rows_of(group.meshes)
+    inside = model.stiffness[np.ix_(rows, rows)]
+    excitation, h = model.excitation(group, harmonics), model.receptances(group, speeds, harmonics)
+    x, f = solve(excitation, h, inside)
+    # the springs K̄ are in the modes already
+    push = (f - inside @ x)[..., 1:]
+    omega = model.omega(group, speeds)[:, None] * np.arange(1, harmonics + 1)
+    te, motion, bearing = (np.einsum("snir,srn->sin", reach, push) for reach in model.modes.everywhere(omega, rows))
+    forces = -model.stiffness @ motion
+    forces[:, rows] = f[..., 1:]
+    each = len(forces[0]) // len(model.names)
+    return -te, forces[:, ::each], bearing.reshape(len(speeds), -1, 3, harmonics)
 
 
 def modal_variables(model: Model, speeds: NDArray, harmonics: int) -> Variables:
@@ -172,6 +195,8 @@ def notes(model: Model, speeds: NDArray, harmonics: int, variables: Variables) -
     lines = []
     if unlike(model.scene):
         lines.append("teeth differ from one another: one mesh cycle stands for all, side bands need a revolution")
+    if len(model.groups) > 1:
+        lines.append("meshes of unlike frequencies: peaks of the force are those of all frequencies added up")
     kept, growth = variables["contact_kept"][1], variables["floquet_multiplier"][1]
     for mesh, name in enumerate(model.names):
         for where, text in (
@@ -219,6 +244,8 @@ def _dataset(
         "harmonic": ("harmonic", np.arange(1, harmonics + 1)),
         "mesh_frequency": (("speed", "mesh"), speeds[:, None] / 60 * rates),
     }
+    if len(model.groups) > 1:
+        coords["source"] = ("source", list(model.names))
     if model.mechanics.bearing_names:
         coords["bearing"] = ("bearing", list(model.mechanics.bearing_names))
         coords["direction"] = ("direction", list(DIRECTIONS))

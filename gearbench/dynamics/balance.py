@@ -1,7 +1,8 @@
-"""Harmonic balance at the meshes: dynamic transmission error and mesh forces where the stiffness varies in time.
+"""Harmonic balance at the meshes: their motions and forces where the stiffness varies in time.
 
-Unknown at every mesh: x_0, Re x̂_1, Im x̂_1, …, x(t) = Σ x̂_n e^{inωt}; forces follow from f = F̄ + k(t) (x − δ_s)
-(D5).
+A row is a motion of a mesh, approach or tilt, and the force that works on it. Unknown in every row, as real numbers
+x_0, Re x̂_1, Im x̂_1, …, is what x(t) = Σ x̂_n e^{inωt} differs by from x_s(t), the motion at rest at each phase; forces
+follow from f = f_s + K(t) (x − x_s) (D5).
 """
 
 from __future__ import annotations
@@ -17,26 +18,19 @@ from gearbench.dynamics.size import in_blocks
 
 @dataclass(frozen=True, kw_only=True)
 class Excitation:
-    """What excites meshes of one mesh frequency; (…) may be samples.
+    """What excites meshes of one mesh frequency.
 
     Parameters
     ----------
     stiffness
-        k̂ of orders 0 … 2H, (…, mesh, 2H + 1) [N/mm].
-    error
-        δ̂_s of orders 0 … H, (…, mesh, H + 1) [mm].
-    force
-        Mean force along the line of action (mesh,) [N].
+        K̂ of orders 0 … 2H, (row, row, 2H + 1) [N/mm].
+    motion, force
+        x̂_s [mm] and f̂_s [N] of orders 0 … H, (row, H + 1).
     """
 
     stiffness: NDArray
-    error: NDArray
+    motion: NDArray
     force: NDArray
-
-    @property
-    def orders(self) -> int:
-        """H."""
-        return self.error.shape[-1] - 1
 
 
 def convolution(stiffness: NDArray) -> NDArray:
@@ -70,18 +64,18 @@ def orders(values: NDArray) -> NDArray:
     return np.concatenate([values[..., :1] + 0j, values[..., 1::2] + 1j * values[..., 2::2]], axis=-1)
 
 
-def receptances(modes: Modes, meshes: NDArray, omega: NDArray, orders: int) -> NDArray:
-    """ĥ_c (speed, order 1 … H, mesh, mesh) of the ``meshes`` in question, at mesh frequencies ω (speed,)."""
-    n = np.arange(1, orders + 1)
-    return modes.at_meshes(omega[:, None] * n, meshes)
+def receptances(modes: Modes, rows: NDArray, omega: NDArray, orders: int) -> NDArray:
+    """ĥ_c (speed, order 0 … H, row, row) in the ``rows`` in question, at mesh frequencies ω (speed,)."""
+    return modes.at_meshes(omega[:, None] * np.arange(orders + 1), rows)
 
 
 def block_rows(h: NDArray) -> NDArray:
-    """Real matrices (…, M, 2H+1, M, 2H+1) of ĥ_c (…, H, M, M) acting on orders; nothing acts on order 0."""
-    H, M = h.shape[-3], h.shape[-1]
+    """Real matrices (…, M, 2H+1, M, 2H+1) of ĥ_c (…, H + 1, M, M) acting on the orders of M rows."""
+    H, M = h.shape[-3] - 1, h.shape[-1]
     out = np.zeros((*h.shape[:-3], M, 2 * H + 1, M, 2 * H + 1))
-    for n in range(H):
-        a, b = 2 * n + 1, 2 * n + 2
+    out[..., :, 0, :, 0] = np.real(h[..., 0, :, :])
+    for n in range(1, H + 1):
+        a, b = 2 * n - 1, 2 * n
         block = h[..., n, :, :]
         out[..., :, a, :, a] = out[..., :, b, :, b] = np.real(block)
         out[..., :, a, :, b], out[..., :, b, :, a] = -np.imag(block), np.imag(block)
@@ -89,36 +83,30 @@ def block_rows(h: NDArray) -> NDArray:
 
 
 def solve(excitation: Excitation, h: NDArray, mean: NDArray) -> tuple[NDArray, NDArray]:
-    """Dynamic transmission error [mm] and mesh force [N] of orders 0 … H, (speed, mesh, H + 1).
+    """Motions [mm] and forces [N] of orders 0 … H, (speed, row, H + 1).
 
     Parameters
     ----------
     excitation
-        One sample: stiffness (mesh, 2H+1), error (mesh, H+1).
+        Stiffness, motion and force at rest.
     h
-        ĥ_c (speed, H, mesh, mesh) of the system with the mean stiffnesses.
+        ĥ_c (speed, H + 1, row, row) of the system with the mean stiffness.
     mean
-        Those mean stiffnesses k̄ (mesh,) [N/mm].
+        That mean stiffness K̄ (row, row) [N/mm].
     """
-    K = convolution(excitation.stiffness)
+    K, rest = convolution(excitation.stiffness), excitation.motion
     M, N = K.shape[0], K.shape[-1]
-    # K on all meshes, and the part of it that the receptances do not hold already
-    whole = np.zeros((M, N, M, N))
-    whole[range(M), :, range(M), :] = K
-    vary = whole.copy()
-    for m in range(M):
-        vary[m, range(N), m, range(N)] -= mean[m]
-    drive = np.einsum("mab,mb->ma", K, real(excitation.error))
-    found = np.empty((len(h), M, N))
+    vary = K - mean[..., None, None] * np.eye(N)
+    # what moves the system besides its mean stiffness: at order 0 it is at rest
+    push = excitation.force - mean @ rest
+    push[:, 0] = 0.0
+    moved = np.swapaxes(np.einsum("snij,jn->sni", h, push), 1, 2)
+    moved[..., 1:] += rest[:, 1:]
+    b, found = -real(moved).reshape(len(h), M * N), np.empty((len(h), M, N))
+    vary = np.moveaxis(vary, 2, 1).reshape(M * N, M * N)
     for here in in_blocks(len(h), (M * N) ** 2):
-        B = block_rows(h[here]).reshape(-1, M * N, M * N)
-        # x̂ + ĥ_c (K x̂ − k̄ x̂ − K δ̂) = 0; at order 0 the mean force is F̄: (K x̂ − K δ̂)_0 = 0
-        A = np.eye(M * N) + B @ vary.reshape(M * N, M * N)
-        b = B @ drive.ravel()
-        zero = np.arange(M) * N
-        A[:, zero] = whole.reshape(M * N, M * N)[zero]
-        b[:, zero] = drive[:, 0]
-        found[here] = np.linalg.solve(A, b[..., None])[..., 0].reshape(-1, M, N)
-    force = np.einsum("mab,smb->sma", K, found) - drive
-    force[..., 0] = excitation.force
-    return orders(found), orders(force)
+        # y + ĥ_c (K − K̄) y = −x_s − ĥ_c (f_s − K̄ x_s)
+        A = np.eye(M * N) + block_rows(h[here]).reshape(-1, M * N, M * N) @ vary
+        found[here] = np.linalg.solve(A, b[here, :, None])[..., 0].reshape(-1, M, N)
+    force = excitation.force + orders(np.einsum("ijab,sjb->sia", K, found))
+    return rest + orders(found), force

@@ -91,7 +91,8 @@ def linear_responses(oscillator: Oscillator, speeds: NDArray) -> NDArray:
     """Unknowns (speed, n) of the response as if contact were kept: where curves are looked for."""
     model, group = oscillator.model, oscillator.group
     h = model.receptances(group, speeds, oscillator.harmonics)
-    x, _ = solve(model.excitation(group, oscillator.harmonics), h, model.stiffness[group.meshes])
+    mean = model.stiffness[np.ix_(group.meshes, group.meshes)]
+    x, _ = solve(model.excitation(group, oscillator.harmonics), h, mean)
     return np.array([real(one) for one in x[:, 0]]) / oscillator.unit
 
 

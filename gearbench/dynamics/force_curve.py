@@ -71,13 +71,14 @@ class ForceCurve:
 
 
 def force_curve(cycle: LoadedMesh, steps: int) -> ForceCurve:
-    """Curve of a mesh from its contact at several loads, its shafts displaced as under the mean one.
+    """Curve of a mesh from its contact on its shafts at several loads, less what the shafts yield by themselves.
 
     Back flanks are taken to be like drive flanks, mirrored.
     """
     from scipy.interpolate import PchipInterpolator
 
     scene, pair = cycle.scene, cycle.scene.pair
+    shafts, mean_stiffness = float(cycle.compliance[0, 0]), float(cycle.mean_stiffness[0, 0])
     phase = np.arange(steps) / steps
     lines = scene_lines(scene, phase)
     cos_b = math.cos(pair.meshing.beta_b)
@@ -86,10 +87,11 @@ def force_curve(cycle: LoadedMesh, steps: int) -> ForceCurve:
     forces, knots = [0.0], [touch]
     for level in LEVELS:
         loaded = replace(scene, load=replace(scene.load, torque=level * scene.load.torque))
-        knots.append(solve(assemble(loaded, lines, cycle.effects)).approach / cos_b)
+        approach = solve(assemble(loaded, lines, cycle.effects)).approach / cos_b
+        knots.append(approach - shafts * loaded.F_bt)
         forces.append(loaded.F_bt)
     # the least gap of all segments may lie above what cells along which it varies yield to the least load
-    knots[0] = np.minimum(touch, knots[1] - 0.1 * LEVELS[0] * scene.F_bt / cycle.mean_stiffness)
+    knots[0] = np.minimum(touch, knots[1] - 0.1 * LEVELS[0] * scene.F_bt / mean_stiffness)
     x = np.maximum.accumulate(np.array(knots).T, axis=1) + np.arange(len(knots)) * 1e-12
     coefficients = np.empty((steps, len(forces), 4))
     for i in range(steps):
@@ -106,5 +108,5 @@ def force_curve(cycle: LoadedMesh, steps: int) -> ForceCurve:
         # an overlap is the rounding of the data, not a preload
         backlash=max(pair.actual_backlash, 0.0) * math.cos(pair.meshing.alpha_wt),
         mirrored=((2 * centred - phase) * steps) % steps,
-        rounding=ROUNDING * scene.F_bt / cycle.mean_stiffness,
+        rounding=ROUNDING * scene.F_bt / mean_stiffness,
     )

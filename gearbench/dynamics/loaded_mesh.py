@@ -1,69 +1,120 @@
-"""Stiffness and transmission error of the meshes of a system, as they excite it: shafts displaced, not yielding."""
+"""Stiffness and motion of the meshes of a system under their mean forces, as they excite it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble, scene_lines
-from gearbench.contact.bearings import settle
+from gearbench.contact.bearings import OnShafts, settle
 from gearbench.contact.patches import solve_patches
+from gearbench.contact.resultants import Resultants
 from gearbench.contact.transitions import loaded_phases
 from gearbench.effects.base import Effect
-from gearbench.effects.shafts import SeatedGear, system_effects
+from gearbench.effects.shafts import mesh_spread
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
-from gearbench.results.cycle import MICROMETRES, MeshCycle, Phases, fourier_matrix, mean
+from gearbench.results.cycle import MICROMETRES, MeshCycle, Phases, fourier_matrix
 from gearbench.results.solved import Solved
 from gearbench.scene import Scene
+from gearbench.system.schema import Mesh
 
 #: N/mm in 1 N/µm.
 PER_MICROMETRE = 1e3
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class LoadedMesh:
-    """A mesh under its mean force: its scene with all effects that act, and k and δ_s over the mesh cycle.
+    """A mesh under its mean force, as ``simulate`` finds it.
 
     Parameters
     ----------
     scene
-        Pair, load, resolution.
-    effects
-        The scene's own, and the mean displacement of its shafts as a gap.
-    lines
-        Contact lines.
-    cycle
-        k and δ_s of teeth and bodies, shafts excluded.
-    gears
-        Pinion and wheel on their shafts at rest under its forces, where there are shafts.
+        Pair, load, resolution, and the system as this mesh sees it.
+    solved
+        The contact over the mesh cycle, shafts included where there are any.
+    on_shafts
+        The same with the shafts, where there are any.
+    rows
+        Motions of the flanks against each other, with the resultants that work on them: see ``resultants``.
     """
 
     scene: Scene
-    effects: tuple[Effect, ...]
-    lines: ContactLines
-    cycle: MeshCycle
-    gears: tuple[SeatedGear, ...] = ()
+    solved: Solved
+    on_shafts: OnShafts | None
+    rows: int
 
     @property
+    def effects(self) -> tuple[Effect, ...]:
+        """All effects that act, those of the shafts included."""
+        return self.scene.flank_effects if self.on_shafts is None else self.on_shafts.effects
+
+    @property
+    def lines(self) -> ContactLines:
+        """Contact lines."""
+        return self.solved.lines
+
+    @property
+    def cycle(self) -> MeshCycle:
+        """Transmission error and stiffness of the whole, shafts included."""
+        return self.solved.cycle
+
+    @cached_property
+    def _resultants(self) -> Resultants | None:
+        return None if self.on_shafts is None or self.rows == 1 else self.on_shafts.resultants(self.rows)
+
+    @cached_property
+    def force(self) -> NDArray:
+        """Resultants f_s of the flanks (position, row) [N]: force, moment and so on."""
+        if self._resultants is None:
+            return np.full((len(self.lines.mesh_phase), 1), self.scene.F_bt)
+        return self._resultants.force
+
+    @property
+    def _whole(self) -> NDArray:
+        """S = ∂f/∂x (position, row, row) [N/mm], shafts included."""
+        if self._resultants is None:
+            return PER_MICROMETRE * self.cycle.mesh_stiffness[:, None, None]
+        return self._resultants.stiffness
+
+    @cached_property
+    def _spread(self) -> tuple[NDArray, NDArray]:
+        if self.on_shafts is None:
+            return np.ones((1, 1)), np.zeros((1, 1))
+        return mesh_spread(self.on_shafts.gears, self._whole)
+
+    @property
+    def spread(self) -> NDArray:
+        """Loads at the points of the face (row, point) per resultant."""
+        return self._spread[0]
+
+    @property
+    def compliance(self) -> NDArray:
+        """C of the shafts (row, row) [mm/N] (W13)."""
+        return self._spread[1]
+
+    @cached_property
+    def motion(self) -> NDArray:
+        """Motions x_s of the flanks (position, row) [mm], approach the transmission error without the shafts (W14)."""
+        x = -self.force @ self.compliance
+        x[:, 0] += self.cycle.transmission_error / MICROMETRES
+        return x
+
+    @cached_property
     def stiffness(self) -> NDArray:
-        """k (position,) [N/mm]."""
-        return PER_MICROMETRE * self.cycle.mesh_stiffness
+        """K = ∂f/∂x (position, row, row) [N/mm] of teeth and bodies: (1 − S C)⁻¹ S, with S that on the shafts (W14)."""
+        left = np.linalg.solve(np.eye(len(self.compliance)) - self._whole @ self.compliance, self._whole)
+        return (left + np.swapaxes(left, -1, -2)) / 2
 
     @property
-    def error(self) -> NDArray:
-        """δ_s (position,) [mm]."""
-        return self.cycle.transmission_error / MICROMETRES
+    def mean_stiffness(self) -> NDArray:
+        """K̄ (row, row) [N/mm]."""
+        return np.einsum("p,pij->ij", self.solved.weight, self.stiffness)
 
-    @property
-    def mean_stiffness(self) -> float:
-        """k̄ [N/mm]."""
-        return float(mean(self.stiffness, self.cycle.phases.weight))
-
-    def rows(self, orders: int) -> NDArray:
+    def waves(self, orders: int) -> NDArray:
         """Rows (order + 1, position) that turn values over the cycle into ŷ_0 … ŷ_n, y = Σ ŷ_n e^{2πinτ} (D3).
 
         Raises
@@ -75,35 +126,63 @@ class LoadedMesh:
 
 
 def order_rows(phases: Phases, orders: int) -> NDArray:
-    """As ``LoadedMesh.rows``, of any phases."""
+    """As ``LoadedMesh.waves``, of any phases."""
     if phases.size is None and 2 * orders >= len(phases.phase):
         allowed = f"must be more than {2 * orders} for {orders} orders of the mesh frequency, or left out"
         raise InputError("resolution.positions", len(phases.phase), allowed)
     return np.concatenate([phases.weight[None], fourier_matrix(phases, orders)])
 
 
-def loaded_mesh(scene: Scene, mesh: str = "") -> LoadedMesh:
+def loaded_mesh(scene: Scene, mesh: str = "", rows: int = 1) -> LoadedMesh:
     """Mesh cycle of one mesh of the system of ``scene``.
-
-    The shafts' elasticity belongs to the dynamic system; in the contact they stand displaced by their mean load (D1).
 
     Raises
     ------
     InputError, ConvergenceError
         As ``simulate``.
     """
-    own = scene
-    if scene.has_shafts:
-        box = scene.gearbox
-        number = scene.gearbox.names.index(mesh)
-        own = scene if not mesh else scene.further[number - 1]
-        own = replace(own, load=replace(own.load, torque=box.torques[mesh]), system=None, further=())
-    phase, weight, size = loaded_phases(own)
-    lines = scene_lines(own, phase)
-    effects, gears = own.flank_effects, ()
-    if scene.has_shafts:
-        _, _, motion = settle(own, partial(system_effects, scene.gearbox, mesh), lines, weight)
-        effects, gears = (*own.flank_effects, motion), motion.gears
-    problem = assemble(own, lines, effects)
-    solved = Solved(scene=own, lines=lines, weight=weight, problem=problem, solution=solve_patches(problem), size=size)
-    return LoadedMesh(scene=own, effects=effects, lines=lines, cycle=solved.cycle, gears=gears)
+    seen, on_shafts = seen_from(scene, mesh) if mesh else scene, None
+    phase, weight, size = loaded_phases(seen)
+    lines = scene_lines(seen, phase)
+    if seen.has_shafts:
+        on_shafts = settle(seen, seen.shaft_effects, lines, weight)
+        problem, solution = on_shafts.problem, on_shafts.solution
+    else:
+        problem = assemble(seen, lines)
+        solution = solve_patches(problem)
+    solved = Solved(scene=seen, lines=lines, weight=weight, problem=problem, solution=solution, size=size)
+    return LoadedMesh(scene=seen, solved=solved, on_shafts=on_shafts, rows=rows)
+
+
+def seen_from(scene: Scene, mesh: str) -> Scene:
+    """The same gearbox with a further ``mesh`` as the scene's own pair, and that one as a further mesh."""
+    system, box = scene.system, scene.gearbox
+    names = dict.fromkeys(box.names) | {mesh: "", "": "the scene's own pair"}
+    names = {old: old if new is None else new for old, new in names.items()}
+    scenes = dict(zip(box.names, (scene, *scene.further), strict=True))
+    hands = {"": system.hand} | {each.name: each.hand for each in system.meshes}
+    shafts = tuple(
+        replace(
+            shaft,
+            axis=tuple(map(float, box.train.places[shaft.name])),
+            gears=tuple(replace(seat, mesh=names[seat.mesh]) for seat in shaft.gears),
+        )
+        for shaft in system.shafts
+    )
+    others = [name for name in box.names if name != mesh]
+    clockwise = box.train.turn(mesh) > 0
+    return replace(
+        scenes[mesh],
+        load=replace(scenes[mesh].load, torque=box.torques[mesh]),
+        system=replace(
+            system,
+            shafts=shafts,
+            hand=hands[mesh],
+            rotation="clockwise" if clockwise else "counterclockwise",
+            meshes=tuple(Mesh(name=names[name], scene="", hand=hands[name]) for name in others),
+        ),
+        further=tuple(
+            replace(scenes[name], system=None, further=(), load=replace(scenes[name].load, torque=box.torques[name]))
+            for name in others
+        ),
+    )

@@ -11,8 +11,8 @@ from gearbench.dynamics.size import in_blocks
 from gearbench.errors import InputError
 from gearbench.system.mechanics import Mechanics
 
-#: σ over k̄/m of the stiffest mesh.
-_SHIFT = 1e-3
+#: σ over k̄/m of the stiffest mesh, and ω² over σ below which a motion is that of a rigid body.
+_SHIFT, _RIGID = 1e-3, 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,19 +25,20 @@ class Modes:
         ω_r (mode,) [rad/s], ascending; 0 for rigid bodies.
     damping_ratio
         ζ of every mode.
-    mesh
-        a_m · φ_r (mesh, mode).
+    mesh, spin
+        a_m · φ_r of the rows of the meshes (row, mode), and of their transmission errors (mesh, mode).
     bearing
         Force on the bearings per mode (bearing, 3, mode).
     dampers
         Rows of the viscous dampers per mode (d, mode), and their constants [N·s/mm].
     stiffness
-        Mean mesh stiffnesses (mesh,) [N/mm].
+        Mean stiffness K̄ of the meshes (row, row) [N/mm].
     """
 
     frequency: NDArray
     damping_ratio: float
     mesh: NDArray
+    spin: NDArray
     bearing: NDArray
     dampers: tuple[NDArray, NDArray]
     stiffness: NDArray
@@ -50,6 +51,8 @@ class Modes:
         w, r = omega[..., None], self.frequency
         real, imaginary = r**2 - w**2, (2 * self.damping_ratio * r) * w
         size = real**2 + imaginary**2
+        # at rest a rigid body is where it is
+        size = np.where((r == 0) & (w == 0), 1.0, size)
         if self.damping_ratio == 0 and (size == 0).any():
             f = r[np.argwhere(size == 0)[0, -1]] / (2 * np.pi)
             raise InputError("system.damping_ratio", 0.0, f"an order meets the mode at {f:.6g} Hz: give it damping")
@@ -68,23 +71,31 @@ class Modes:
         rows, constants = self.dampers
         if not len(constants):
             return _summed(left, g, right)
-        own = _summed(rows, g, rows)
-        own[..., range(len(constants)), range(len(constants))] += 1 / (1j * omega[..., None] * constants)
-        return _summed(left, g, right) - _summed(left, g, rows) @ np.linalg.solve(own, _summed(rows, g, right))
+        damping = (1j * omega[..., None] * constants)[..., None]
+        joined = np.eye(len(constants)) + damping * _summed(rows, g, rows)
+        return _summed(left, g, right) - _summed(left, g, rows) @ np.linalg.solve(
+            joined, damping * _summed(rows, g, right)
+        )
 
-    def at_meshes(self, omega: NDArray, meshes: NDArray) -> NDArray:
-        """ĥ_c: relative motion at each of ``meshes``, its sign turned, per force at each, (…, mesh, mesh) [mm/N]."""
-        return self._between(self.mesh[meshes], self.mesh[meshes], omega)
+    def at_meshes(self, omega: NDArray, rows: NDArray) -> NDArray:
+        """ĥ_c: motion in each of the ``rows`` of meshes, its sign turned, per force in each, (…, row, row) [mm/N]."""
+        return self._between(self.mesh[rows], self.mesh[rows], omega)
 
-    def at_bearings(self, omega: NDArray, meshes: NDArray) -> NDArray:
-        """Force on the bearings (…, bearing·3, mesh) per force at each of the ``meshes``."""
-        return self._between(self.bearing.reshape(-1, len(self.frequency)), self.mesh[meshes], omega)
+    def everywhere(self, omega: NDArray, rows: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+        """Transmission errors and motions of all meshes, their signs turned, and forces on the bearings.
+
+        (…, mesh, row), (…, all rows, row) and (…, bearing·3, row) per force in each of the ``rows`` of meshes.
+        """
+        bearing = self.bearing.reshape(-1, len(self.frequency))
+        found = self._between(np.concatenate([self.spin, self.mesh, bearing]), self.mesh[rows], omega)
+        spin, mesh, bearing = np.split(found, np.cumsum([len(self.spin), len(self.mesh)]), axis=-2)
+        return spin, mesh, bearing
 
     @property
     def participation(self) -> NDArray:
-        """Share (mesh, mode) of each mode in the static compliance at each mesh; 0 for rigid bodies."""
+        """Share (mesh, mode) of each mode in the static compliance of each mesh to its force; 0 for rigid bodies."""
         safe = np.where(self.frequency > 0, self.frequency, np.inf)
-        share = self.mesh**2 / safe**2
+        share = self.mesh[:: len(self.mesh) // len(self.spin)] ** 2 / safe**2
         return share / np.maximum(share.sum(axis=1, keepdims=True), 1e-300)
 
 
@@ -96,14 +107,14 @@ def _summed(left: NDArray, g: tuple[NDArray, NDArray], right: NDArray) -> NDArra
 
 
 def modes(mechanics: Mechanics, stiffness: NDArray, damping_ratio: float) -> Modes:
-    """Modes of M, K + Σ k̄_m a_m a_mᵀ.
+    """Modes of M, K + aᵀ K̄ a.
 
     Parameters
     ----------
     mechanics
         The system, its meshes cut.
     stiffness
-        k̄ (mesh,) [N/mm].
+        K̄ of the meshes (row, row) [N/mm].
     damping_ratio
         ζ.
 
@@ -115,7 +126,7 @@ def modes(mechanics: Mechanics, stiffness: NDArray, damping_ratio: float) -> Mod
     from scipy.linalg import LinAlgError, eigh
 
     a, k = mechanics.mesh, np.asarray(stiffness, dtype=float)
-    K = mechanics.stiffness + (a.T * k) @ a
+    K = mechanics.stiffness + a.T @ k @ a
     # mm and rad, t and t·mm² side by side: scaled to unit mass
     scale = np.diag(mechanics.mass)
     if np.any(scale <= 0):
@@ -124,7 +135,7 @@ def modes(mechanics: Mechanics, stiffness: NDArray, damping_ratio: float) -> Mod
     K, M = K * d[:, None] * d, mechanics.mass * d[:, None] * d
     # shifted and inverted, 1/(ω² + σ): rounding then falls on the highest modes, not on the lowest, and meshes that act
     # against each other cancel; σ well below the modes of the meshes
-    sigma = _SHIFT * float(np.max(k * (a**2 @ d**2)))
+    sigma = _SHIFT * float(np.max(np.diag(k) * (a**2 @ d**2)))
     try:
         inverse, vectors = eigh(M, K + sigma * M)
     except LinAlgError:
@@ -132,17 +143,20 @@ def modes(mechanics: Mechanics, stiffness: NDArray, damping_ratio: float) -> Mod
     if inverse[0] <= 0:
         raise InputError("system", "mass matrix not positive", "every shaft and gear must have inertia")
     values = 1 / inverse[::-1] - sigma
-    # rounding makes a rigid body's ω² of either sign
-    values = np.where(np.abs(values) < 1e-11 * values[-1], 0.0, values)
+    # rounding, of what is inverted, makes a rigid body's ω² of either sign: less than any coupling
+    values = np.where(np.abs(values) < _RIGID * sigma, 0.0, values)
     rows = d[:, None] * (vectors / np.sqrt(inverse))[:, ::-1]
     rigid = values == 0
     mesh = a @ rows
     # a rigid body does not move against its mate: no mesh would hold it otherwise
     mesh[:, rigid] = 0.0
+    spin = mechanics.spin @ rows
+    spin[:, rigid] = 0.0
     return Modes(
         frequency=np.sqrt(values),
         damping_ratio=damping_ratio,
         mesh=mesh,
+        spin=spin,
         bearing=mechanics.bearing @ rows,
         dampers=(mechanics.damping[0] @ rows, mechanics.damping[1]),
         stiffness=k,

@@ -61,7 +61,7 @@ def nonlinear_response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMO
     start = time.perf_counter()
     speeds = check_speeds(speed)
     check_harmonics(harmonics)
-    model, steps = Model(scene=scene), max(STEPS, PER_ORDER * harmonics)
+    model, steps = Model(scene=scene, rows=1), max(STEPS, PER_ORDER * harmonics)
     require_each(nonlinear_memory(steps), len(speeds), "speed", f"{steps} steps of the period")
     first = model.groups[0]
     group = Group(meshes=first.meshes[:1], rate=first.rate, phase=first.phase[:1])

@@ -40,7 +40,7 @@ class Oscillator:
     def unit(self) -> float:
         """Unit of displacement: mean force over mean stiffness [mm]."""
         mesh = self.group.meshes[0]
-        return float(self.model.force[mesh] / self.model.stiffness[mesh])
+        return float(self.model.force[mesh] / self.model.stiffness[mesh, mesh])
 
     @cached_property
     def _waves(self) -> tuple[NDArray, NDArray]:
@@ -70,7 +70,7 @@ class Oscillator:
         """R = x̂ + ĥ_c (f̂ − k̄ x̂), dimensionless, with its derivatives by z and by the parameter."""
         step = 1e-6
         mesh = self.group.meshes[0]
-        k_mean, mean = self.model.stiffness[mesh], self.model.force[mesh]
+        k_mean, mean = self.model.stiffness[mesh, mesh], self.model.force[mesh]
         T, back = self._waves
         f, k = self.forces(z)
         near = np.array([parameter, parameter + step])
@@ -88,4 +88,5 @@ class Oscillator:
         """Largest Floquet multiplier (point,) of solutions (point, n)."""
         _, k = self.forces(z)
         omega = self.model.omega(self.group, self.speed(parameter))
-        return multipliers(self.model.modes, self.group.meshes, omega, (k + np.roll(k, -1, axis=-1))[:, None] / 2)
+        between = (k + np.roll(k, -1, axis=-1)) / 2
+        return multipliers(self.model.modes, self.group.meshes, omega, between[..., None, None])

@@ -8,11 +8,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.dynamics import waves
-from gearbench.dynamics.analysis import GROWTH, spans
+from gearbench.dynamics.analysis import GROWTH, growth, spans
 from gearbench.dynamics.model import Group, Model
 from gearbench.dynamics.scatter import BLOCK, SampleCycles, force_rms, sample_problem
-from gearbench.dynamics.stability import is_proven, multipliers
 from gearbench.errors import GearbenchError, InputError
 from gearbench.results.cycle import MeshCycle
 from gearbench.robustness.montecarlo import RobustProblem, respond
@@ -40,7 +38,7 @@ class ForceOverSpeed:
     @cached_property
     def model(self) -> Model:
         """Its dynamic model."""
-        return Model(scene=self.scene)
+        return Model(scene=self.scene, rows=1)
 
     @cached_property
     def group(self) -> Group:
@@ -61,16 +59,14 @@ class ForceOverSpeed:
         if len(group.meshes) > 1:
             allowed = "the force over speed is for a pair of its own frequency"
             raise InputError("system.meshes", "of the same mesh frequency", allowed)
-        stiffness = waves.curve(model.excitation(group, self.harmonics).stiffness, max(256, 16 * self.harmonics))
-        if not is_proven(model.modes, group.meshes, stiffness):
-            size = multipliers(model.modes, group.meshes, model.omega(group, self.speeds), stiffness[None])
-            if (grows := size > 1 + GROWTH).any():
-                raise GearbenchError(f"no steady response at {spans(self.speeds, grows)} 1/min: parametric instability")
+        if (grows := growth(model, group, self.speeds, self.harmonics) > 1 + GROWTH).any():
+            raise GearbenchError(f"no steady response at {spans(self.speeds, grows)} 1/min: parametric instability")
         return group
 
     def of_cycles(self, cycle: MeshCycle) -> NDArray:
-        """RMS (sample,) [N] of cycles (sample, position) of k and δ_s, in which shafts do not yield."""
-        orders, squares = SampleCycles.of(cycle, self.harmonics), np.zeros(len(cycle.transmission_error))
+        """RMS (sample,) [N] of cycles (sample, position) of k and δ_s, shafts included."""
+        orders = SampleCycles.of(cycle, self.model.cycles[0], self.harmonics)
+        squares = np.zeros(len(cycle.transmission_error))
         for first in range(0, len(self.speeds), BLOCK):
             values = force_rms(self.model, self.group, orders, self.speeds[first : first + BLOCK], 1)
             squares += (values**2).sum(axis=0)

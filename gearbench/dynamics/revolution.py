@@ -91,11 +91,11 @@ def revolution(mesh: LoadedMesh, effects: Sequence[GapEffect], harmonics: int) -
     require_cycles_memory(scene, effects, len(lines.mesh_phase), cycles, harmonics)
     batch = prepare(assemble(scene, lines, mesh.effects), modes)
     found = solve_cycles(scene, mesh.cycle.phases, batch, amounts[:cycles], 1)
-    stiffness = PER_MICROMETRE * found.mesh_stiffness.mean(axis=0)
+    k = PER_MICROMETRE * found.mesh_stiffness
     return Revolution(
         cycles=cycles,
         error=_orders(mesh, found.transmission_error / MICROMETRES, harmonics),
-        stiffness=mesh.rows(2 * harmonics) @ stiffness,
+        stiffness=mesh.waves(2 * harmonics) @ (k / (1 - k * mesh.compliance[0, 0])).mean(axis=0),
     )
 
 
@@ -126,7 +126,7 @@ def given(mesh: LoadedMesh, error: ArrayLike, harmonics: int) -> Revolution:
         allowed = f"must be finite numbers in a list, more than {2 * harmonics * P} for {harmonics} orders of the mesh"
         raise InputError("error", f"shape {values.shape}", allowed)
     orders = np.fft.rfft(values / MICROMETRES)[: harmonics * P + 1] / len(values)
-    return Revolution(cycles=P, error=orders, stiffness=mesh.rows(2 * harmonics) @ mesh.stiffness)
+    return Revolution(cycles=P, error=orders, stiffness=mesh.waves(2 * harmonics) @ mesh.stiffness[:, 0, 0])
 
 
 def side_bands(excitation: Revolution, h: NDArray, mean: float, force: float) -> tuple[NDArray, NDArray]:
@@ -139,22 +139,24 @@ def side_bands(excitation: Revolution, h: NDArray, mean: float, force: float) ->
     excitation
         δ̂_s and k̂.
     h
-        ĥ_c at the orders 1/P … H (order,), with the mean stiffness.
+        ĥ_c at the orders 0, 1/P … H (order,), with the mean stiffness.
     mean
         That mean stiffness k̄ [N/mm].
     force
         Mean force [N].
     """
     P, H = excitation.cycles, excitation.harmonics
-    whole = Excitation(stiffness=excitation.stiffness[None], error=excitation.error[None, ::P], force=np.array([force]))
+    held = np.zeros((1, H + 1), dtype=complex)
+    held[0, 0] = force
+    whole = Excitation(stiffness=excitation.stiffness[None, None], motion=excitation.error[None, ::P], force=held)
     x, f = np.zeros(H * P + 1, dtype=complex), np.zeros(H * P + 1, dtype=complex)
-    x[::P], f[::P] = (one[0, 0] for one in solve(whole, h[P - 1 :: P].reshape(1, H, 1, 1), np.array([mean])))
+    x[::P], f[::P] = (one[0, 0] for one in solve(whole, h[::P].reshape(1, H + 1, 1, 1), np.array([[mean]])))
     # orders n + s/P, n = −H … H − 1, of each s = 1 … P/2; those below zero are conjugates
     n, s = np.arange(-H, H), np.arange(1, P // 2 + 1)[:, None]
     k = np.concatenate([np.conj(excitation.stiffness[:0:-1]), excitation.stiffness])
     K = k[(n[:, None] - n) + 2 * H]
     at = n * P + s + H * P
-    reach = np.concatenate([np.conj(h[::-1]), [0], h])[at]
+    reach = np.concatenate([np.conj(h[:0:-1]), h])[at]
     error = np.concatenate([np.conj(excitation.error[:0:-1]), excitation.error])[at]
     A = np.eye(2 * H) + reach[..., None] * (K - mean * np.eye(2 * H))
     found = np.linalg.solve(A, (reach * (error @ K.T))[..., None])[..., 0]
@@ -169,18 +171,21 @@ def _over_speed(
 ) -> tuple[dict[str, tuple[tuple[str, ...], NDArray]], NDArray]:
     """Variables of the Dataset, and the orders (order,) of the mesh frequency that they are at."""
     mesh, order = group.meshes[0], np.arange(1, len(excitation.error)) / excitation.cycles
-    mean, force = float(model.stiffness[mesh]), float(model.force[mesh])
+    mean, force = float(model.stiffness[mesh, mesh]), float(model.force[mesh])
     bearings = len(model.mechanics.bearing_names) if excitation.cycles <= _LONG else 0
     require_each(speed_memory(len(order), 1, bearings), len(speeds), "speed", f"{len(order)} orders")
-    te, forces = (np.empty((len(speeds), len(order) + 1), dtype=complex) for _ in range(2))
+    te, forces = (np.zeros((len(speeds), len(order) + 1), dtype=complex) for _ in range(2))
     shaken = np.empty((len(speeds), bearings, 3, len(order)), dtype=complex)
     for k, omega in enumerate(model.omega(group, speeds)):
-        h = model.modes.at_meshes(omega * order, group.meshes)[:, 0, 0]
-        te[k], forces[k] = side_bands(excitation, h, mean, force)
+        h = model.modes.at_meshes(omega * np.append(0.0, order), group.meshes)[:, 0, 0]
+        x, forces[k] = side_bands(excitation, h, mean, force)
+        spin, _, bearing = (
+            reach[..., 0].T * (forces[k] - mean * x)[1:]
+            for reach in model.modes.everywhere(omega * order, group.meshes)
+        )
+        te[k, 1:] = -spin[mesh]
         if bearings:
-            reach = model.modes.at_bearings(omega * order, group.meshes)[..., 0]
-            push = forces[k, 1:] - mean * te[k, 1:]
-            shaken[k] = (reach * push[:, None]).T.reshape(bearings, 3, -1)
+            shaken[k] = bearing.reshape(bearings, 3, -1)
     over_time = waves.curve(forces, excitation.cycles * waves.points(excitation.harmonics))
     dims = ("speed", "mesh")
     variables = {
@@ -240,7 +245,7 @@ def revolution_response(
         raise InputError("effects", "all teeth alike", allowed)
     names = [effect.name for effect in turning]
     alike = {key: tuple(e for e in getattr(scene, key) if e.name not in names) for key in ("effects", "coast")}
-    model = Model(scene=replace(scene, **alike))
+    model = Model(scene=replace(scene, **alike), rows=1)
     mesh = model.cycles[0]
     excitation = revolution(mesh, turning, harmonics) if error is None else given(mesh, error, harmonics)
     first = model.groups[0]

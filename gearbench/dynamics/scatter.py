@@ -12,13 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gearbench.contact.batch import chunks, on_threads, prepare, solve_one_chunk
-from gearbench.dynamics import waves
-from gearbench.dynamics.analysis import GROWTH, HARMONICS, check_harmonics, check_speeds, spans
+from gearbench.dynamics.analysis import GROWTH, HARMONICS, check_harmonics, check_speeds, growth, spans
 from gearbench.dynamics.balance import convolution, real
-from gearbench.dynamics.loaded_mesh import PER_MICROMETRE, order_rows
+from gearbench.dynamics.loaded_mesh import PER_MICROMETRE, LoadedMesh, order_rows
 from gearbench.dynamics.model import Group, Model
 from gearbench.dynamics.size import require_each, sample_memory, speed_memory
-from gearbench.dynamics.stability import is_proven, multipliers
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import InputError
 from gearbench.results.cycle import MICROMETRES, MeshCycle
@@ -43,21 +41,24 @@ BLOCK = 50
 
 @dataclass(frozen=True, kw_only=True)
 class SampleCycles:
-    """Orders of stiffness (sample, 2H + 1) [N/mm] and transmission error (sample, H + 1) [mm] of error samples."""
+    """Orders of stiffness (sample, 2H + 1) [N/mm] and transmission error (sample, H + 1) [mm] of error samples.
+
+    The stiffness is that without the shafts.
+    """
 
     stiffness: NDArray
     error: NDArray
 
     @classmethod
-    def of(cls, cycle: MeshCycle, harmonics: int) -> SampleCycles:
-        """Orders of the curves (sample, position) of a cycle, 2H of the stiffness."""
+    def of(cls, cycle: MeshCycle, mesh: LoadedMesh, harmonics: int) -> SampleCycles:
+        """Orders of the curves (sample, position) of a cycle of ``mesh`` on its shafts, 2H of the stiffness."""
         phases, δ, k = cycle.phases, cycle.transmission_error / MICROMETRES, PER_MICROMETRE * cycle.mesh_stiffness
         rows = order_rows(phases, 2 * harmonics)
-        return cls(stiffness=k @ rows.T, error=δ @ rows[: harmonics + 1].T)
+        return cls(stiffness=(k / (1 - k * mesh.compliance[0, 0])) @ rows.T, error=δ @ rows[: harmonics + 1].T)
 
 
 def sample_problem(model: Model) -> RobustProblem:
-    """Contact of the scene's own pair under random errors, shafts displaced as by its mean load.
+    """Contact of the scene's own pair under random errors, on its shafts if there are any.
 
     Raises
     ------
@@ -91,7 +92,7 @@ def sample_cycles(
     drawn, parts = problem.expansion.amounts(problem.draw(samples, seed, sampler)), []
     for solution in on_threads(partial(solve_one_chunk, problem.batch), chunks(drawn), threads):
         cycle = MeshCycle.of(problem.scene, problem.phases, solution.approach.T, solution.stiffness.T)
-        parts.append(SampleCycles.of(cycle, harmonics))
+        parts.append(SampleCycles.of(cycle, model.cycles[0], harmonics))
     whole = {name: np.concatenate([getattr(part, name) for part in parts])[:samples] for name in ("stiffness", "error")}
     return SampleCycles(**whole)
 
@@ -105,8 +106,8 @@ def force_rms(model: Model, group: Group, cycles: SampleCycles, speed: NDArray, 
     from gearbench.dynamics._kernels import LANES, force_squares
 
     harmonics = cycles.error.shape[-1] - 1
-    h = model.receptances(group, speed, harmonics)[:, :, 0, 0]
-    dynamic = 1 / h - model.stiffness[group.meshes[0]]
+    h = model.receptances(group, speed, harmonics)[:, 1:, 0, 0]
+    dynamic = 1 / h - model.stiffness[group.meshes[0], group.meshes[0]]
     out = np.empty((len(speed), len(cycles.error)))
 
     def some(first: int) -> None:
@@ -168,7 +169,7 @@ def robust_response(
     check_harmonics(harmonics)
     if samples < 2:
         raise InputError("samples", samples, "must be at least 2")
-    model, workers = Model(scene=scene), threads or default_threads()
+    model, workers = Model(scene=scene, rows=1), threads or default_threads()
     group = model.groups[0]
     if len(group.meshes) > 1:
         raise InputError("system.meshes", "of the same mesh frequency", "scatter is for a pair of its own frequency")
@@ -188,11 +189,8 @@ def robust_response(
 def remarks(model: Model, group: Group, harmonics: int, speeds: NDArray, largest: NDArray) -> list[str]:
     """What a reader of the scatter must know, one line each; ``largest`` RMS of all samples at each speed (speed,)."""
     lines = []
-    stiffness = waves.curve(model.excitation(group, harmonics).stiffness, max(256, 16 * harmonics))
-    if not is_proven(model.modes, group.meshes, stiffness):
-        grows = multipliers(model.modes, group.meshes, model.omega(group, speeds), stiffness[None]) > 1 + GROWTH
-        if grows.any():
-            lines.append(f"parametric instability without scatter at {spans(speeds, grows)} 1/min: no steady response")
+    if (grows := growth(model, group, speeds, harmonics) > 1 + GROWTH).any():
+        lines.append(f"parametric instability without scatter at {spans(speeds, grows)} 1/min: no steady response")
     parts = largest > model.force[group.meshes[0]]
     if parts.any():
         where = spans(speeds, parts)

@@ -18,39 +18,40 @@ PROVEN = 0.9
 PEAK = 0.02
 
 
-def is_proven(modes: Modes, meshes: NDArray, stiffness: NDArray) -> bool:
+def is_proven(modes: Modes, rows: NDArray, stiffness: NDArray) -> bool:
     """Whether the small-gain theorem proves that no motion grows, at any speed (D7).
 
-    The stiffness may vary within its range in any way: the loop of ĥ_c and k(t) − k̄ damps if the product of their
-    largest gains is below 1.
+    The stiffness may vary within its range in any way: the loop of ĥ_c and K(t) − K̄ damps if the product of their
+    largest gains is below 1, in units in which every row has the mean stiffness 1.
 
     Parameters
     ----------
     modes
         Of the system with the mean stiffnesses.
-    meshes
-        Numbers of the meshes whose stiffness varies.
+    rows
+        Numbers of the rows of the meshes whose stiffness varies.
     stiffness
-        k(t) over the period (mesh, step) [N/mm].
+        K(t) over the period (step, row, row) [N/mm].
     """
     zeta, r = modes.damping_ratio, modes.frequency
     if zeta == 0:
         return False
-    swing = np.sqrt(np.abs(stiffness - modes.stiffness[meshes][:, None]).max(axis=1))
-    peaks = r[(r > 0) & (modes.participation[meshes].max(axis=0) > 2 * zeta * PEAK)]
+    mean = modes.stiffness[np.ix_(rows, rows)]
+    unit = np.sqrt(np.diag(mean))
+    swing = np.linalg.norm((stiffness - mean) / unit[:, None] / unit, 2, axis=(-2, -1)).max()
+    peaks = r[(r > 0) & (modes.participation.max(axis=0) > 2 * zeta * PEAK)]
     if not len(peaks):
         return False
     near = np.multiply.outer(peaks, 1 + zeta * np.linspace(-2, 2, 17)).ravel()
     omega = np.concatenate([near, np.geomspace(peaks[0] / 100, 2 * peaks[-1], 200)])
-    gain = swing[:, None] * modes.at_meshes(omega[omega > 0], meshes) * swing
-    largest = np.abs(gain).max() if len(meshes) == 1 else np.linalg.norm(gain, 2, axis=(-2, -1)).max()
-    return bool(largest < PROVEN)
+    gain = unit[:, None] * modes.at_meshes(omega[omega > 0], rows) * unit
+    return bool(swing * np.linalg.norm(gain, 2, axis=(-2, -1)).max() < PROVEN)
 
 
-def multipliers(modes: Modes, meshes: NDArray, omega: NDArray, stiffness: NDArray) -> NDArray:
+def multipliers(modes: Modes, rows: NDArray, omega: NDArray, stiffness: NDArray) -> NDArray:
     """Largest modulus (speed,) of the Floquet multipliers: above 1 the motion grows from period to period.
 
-    The step is split into the modes' own motion, exact, and the kicks of k(t) − k̄, exact too: second order, and without
+    The step is split into the modes' own motion, exact, and the kicks of K(t) − K̄, exact too: second order, and without
     damping it preserves area. Modes too fast for the steps are left out: below ``RESOLVED`` rad a step, with k(t) given
     at 16 steps an order, that is a mode which only orders beyond those of k(t) could meet.
 
@@ -58,21 +59,22 @@ def multipliers(modes: Modes, meshes: NDArray, omega: NDArray, stiffness: NDArra
     ----------
     modes
         Of the system with the mean stiffnesses.
-    meshes
-        Numbers of the meshes whose stiffness varies.
+    rows
+        Numbers of the rows of the meshes whose stiffness varies.
     omega
         Mesh frequency (speed,) [rad/s].
     stiffness
-        k(t) in the middle of equal steps of the period, (speed or 1, mesh, step) [N/mm].
+        K(t) in the middle of equal steps of the period, (speed or 1, step, row, row) [N/mm].
     """
     from gearbench.dynamics._kernels import monodromy
 
-    keep = np.argsort(-modes.participation[meshes].sum(axis=0), kind="stable")[:MODES]
-    keep = np.sort(keep[modes.frequency[keep] > 0])
+    elastic = np.flatnonzero(modes.frequency > 0)
+    share = np.diag(modes.stiffness)[rows] @ (modes.mesh[np.ix_(rows, elastic)] / modes.frequency[elastic]) ** 2
+    keep = np.sort(elastic[np.argsort(-share, kind="stable")[:MODES]])
     r, zeta = modes.frequency[keep], modes.damping_ratio
-    dt = 2 * np.pi / omega / stiffness.shape[-1]
-    kick = np.ascontiguousarray(stiffness - modes.stiffness[meshes][:, None])
-    reach, found = np.ascontiguousarray(modes.mesh[np.ix_(meshes, keep)]), np.empty(len(omega))
+    dt = 2 * np.pi / omega / stiffness.shape[1]
+    kick = np.ascontiguousarray(stiffness - modes.stiffness[np.ix_(rows, rows)])
+    reach, found = np.ascontiguousarray(modes.mesh[np.ix_(rows, keep)]), np.empty(len(omega))
     for here in in_blocks(len(omega), (2 * len(r)) ** 2):
         counts = (np.multiply.outer(dt[here], r) < RESOLVED).sum(axis=1)
         own, half = (free_motion(r, zeta, share * dt[here, None]) for share in (1.0, 0.5))

@@ -13,6 +13,11 @@ def curve(orders: NDArray, points: int) -> NDArray:
     return np.fft.irfft(full, n=points, axis=-1) * points
 
 
+def with_mean(orders: NDArray) -> NDArray:
+    """Orders 0 … H (…, H + 1) of what fluctuates by orders 1 … H about zero."""
+    return np.concatenate([np.zeros_like(orders[..., :1]), orders], axis=-1)
+
+
 def points(orders: int) -> int:
     """Points of a period on which the peaks of orders up to H are found to about one percent."""
     return 16 * max(orders, 1)

@@ -8,16 +8,19 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 
 from gearbench.effects.base import ComplianceEffect, Effect, Effects, GapEffect, LowRank
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.role import Role
-from gearbench.system.gearbox import Gearbox
+from gearbench.system.gearbox import FACE_POINTS, Gearbox
 from gearbench.system.mechanics import shafts_at_rest
 from gearbench.system.shaft_model import ShaftModel
 from gearbench.system.static import Settled, twist
 
+#: Stiffness of a foundation per face width over the modulus of elasticity: above that of meshes, of Hertz' contact.
+FOUNDATIONS = (0.3, 5.0)
 #: Eigenvalues of a seat's compliance below this fraction of the largest are dropped.
 _RANK = 1e-14
 
@@ -25,17 +28,16 @@ _RANK = 1e-14
 # one is itself alone: sums of compliances are kept by the effects that they are made of
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SeatedGear:
-    """A gear of a mesh on its shaft: the shaft at rest, and the rows that its flank reads."""
+    """A gear of the scene's own pair on its shaft: the shaft at rest, and the rows that its flank reads."""
 
     box: Gearbox
-    mesh: str
     role: Role
     settled: Settled
 
     @property
     def number(self) -> int:
         """Number of its shaft."""
-        return self.box.seats[(self.mesh, self.role)][0]
+        return self.box.seats[("", self.role)][0]
 
     @property
     def model(self) -> ShaftModel:
@@ -45,23 +47,11 @@ class SeatedGear:
     @property
     def nodes(self) -> NDArray:
         """Nodes of the shaft under its face."""
-        seat = self.box.seats[(self.mesh, self.role)][1]
-        half = self.box.pairs[self.mesh].gears[self.role].face_width / 2
-        first, last = (self.model.node(seat.position + s * half) for s in (-1, 1))
-        return np.arange(first, last + 1)
-
-    @property
-    def torque_from(self) -> float:
-        """Position on the shaft where the torque of this gear comes from or goes to [mm]."""
-        shaft, own = self.model.shaft, self.box.seats[(self.mesh, self.role)][1]
-        if shaft.coupling is not None:
-            return shaft.coupling.position
-        others = [seat.position for seat in shaft.gears if seat is not own]
-        return float(np.mean(others)) if others else 0.0
+        return self.box.face_nodes("", self.role, self.model)
 
     def rows(self, lines: ContactLines) -> NDArray:
         """Motions of all nodes → deflection normal to the flank, (position, pair, segment, size)."""
-        frame = self.box.frames[self.mesh]
+        frame = self.box.frames[""]
         wrench = math.cos(frame.pair.meshing.beta_b) * frame.wrench(self.role, lines.u)
         return self.model.rows(frame.position(self.role, lines.y), wrench)
 
@@ -73,7 +63,7 @@ class SeatedGear:
     @property
     def spin(self) -> NDArray:
         """Compliance of the spin of the nodes under the face."""
-        return twist(self.model, self.nodes, self.torque_from)
+        return twist(self.model, self.nodes, self.box.torque_from("", self.role))
 
     def motion(self, of: NDArray) -> NDArray:
         """Its shaft's part (size,) of the motion or load of all that is settled together."""
@@ -85,16 +75,9 @@ class SeatedGear:
         load[self.settled.structure.motions(self.number)] = own
         return load
 
-    def loaded(self, own: NDArray) -> NDArray:
-        """Motion (size,) of its shaft under all loads, ``own`` (size,) that of the flanks; spin of the face's only."""
-        motion = self.motion(self.settled.motion).copy()
-        spin = self.here[5::6]
-        motion[spin] += self.spin @ own[spin]
-        return motion
 
-
-def factor(gears: Sequence[SeatedGear], lines: ContactLines) -> NDArray:
-    """Ψ (position, pair, segment, rank) [√(mm/N)] of seats that are settled together (W9).
+def factor(gears: Sequence[SeatedGear], each: Sequence[NDArray]) -> NDArray:
+    """Ψ (…, rank) [√(mm/N)] of seats that are settled together, by rows (…, size) of the motions of ``each`` (W9).
 
     Bending and push with bearings and bodies, twist over the face.
     """
@@ -105,11 +88,12 @@ def factor(gears: Sequence[SeatedGear], lines: ContactLines) -> NDArray:
         spin = np.arange(len(gear.nodes)) * 6 + 5 + 6 * len(scale)
         G[np.ix_(spin, spin)] += gear.spin
         # mm and rad side by side: radians over the half face width
-        scale += [np.array([1, 1, 1, *([2 / lines.pair.meshing.face_width] * 3)])] * len(gear.nodes)
+        width = gear.box.pairs[""].meshing.face_width
+        scale += [np.array([1, 1, 1, *([2 / width] * 3)])] * len(gear.nodes)
     whole = np.concatenate(scale)
     values, vectors = np.linalg.eigh(G / whole[:, None] / whole)
     keep = values > _RANK * values[-1]
-    rows = np.concatenate([gear.rows(lines)[..., gear.here] for gear in gears], axis=-1)
+    rows = np.concatenate([own[..., gear.here] for gear, own in zip(gears, each, strict=True)], axis=-1)
     return rows @ (whole[:, None] * vectors[:, keep] * np.sqrt(values[keep]))
 
 
@@ -117,6 +101,38 @@ def _together(gears: tuple[SeatedGear, SeatedGear]) -> list[tuple[SeatedGear, ..
     """Seats by what they are settled with."""
     pinion, wheel = gears
     return [gears] if pinion.settled is wheel.settled else [(pinion,), (wheel,)]
+
+
+def mesh_spread(gears: tuple[SeatedGear, SeatedGear], stiffness: NDArray) -> tuple[NDArray, NDArray]:
+    """Loads at the points of the face (row, point) per resultant, and what the shafts yield to them C (row, row) (W13).
+
+    Of all loads with these resultants they deform the shafts least on a foundation in place of the teeth. Where that is
+    stiffer than these, shafts and teeth yield to any force by more than C: it is that of a mesh, or else of Hertz'
+    contact alone.
+
+    Parameters
+    ----------
+    gears
+        Pinion and wheel on their shafts.
+    stiffness
+        S of the resultants (position, row, row) [N/mm], shafts included.
+    """
+    box = gears[0].box
+    pair, (η, weight) = box.pairs[""], FACE_POINTS
+    H = np.zeros((len(η), len(η)))
+    for these in _together(gears):
+        psi = factor(these, [box.face_rows("", gear.role, gear.model) for gear in these])
+        H += psi @ psi.T
+    R = legvander(η, stiffness.shape[-1] - 1)
+    E = min(material.E for material in pair.materials)
+    P = whole = R
+    for share in FOUNDATIONS:
+        P = np.linalg.solve(H + np.diag(2 / (share * E * pair.meshing.face_width * weight)), R)
+        whole = np.linalg.inv(R.T @ P)
+        P = P @ whole
+        if np.linalg.eigvals(stiffness @ whole).real.max() < 1:
+            break
+    return P.T, P.T @ H @ P
 
 
 def _rest(gears: tuple[SeatedGear, SeatedGear], own: tuple[NDArray, NDArray]) -> tuple[NDArray, NDArray]:
@@ -146,7 +162,7 @@ class Shafts(ComplianceEffect):
 
     def compliance(self, lines: ContactLines, beside: Effects) -> LowRank:
         """Factor of both shafts side by side, shared by all pairs, (position, pair, segment, rank)."""
-        parts = [factor(gears, lines) for gears in _together(self.gears)]
+        parts = [factor(gears, [gear.rows(lines) for gear in gears]) for gears in _together(self.gears)]
         return LowRank(factor=np.concatenate(parts, axis=-1), coupled=True)
 
 
@@ -187,15 +203,13 @@ def flank_loads(
     return pinion, wheel
 
 
-def system_effects(box: Gearbox, mesh: str = "", own: tuple[NDArray, NDArray] | None = None) -> tuple[Effect, ...]:
-    """Add to the contact of a mesh that its gears sit on the shafts of ``box``.
+def system_effects(box: Gearbox, own: tuple[NDArray, NDArray] | None = None) -> tuple[Effect, ...]:
+    """Add to the contact of the scene's own pair that its gears sit on the shafts of ``box``.
 
     Parameters
     ----------
     box
         The shafts.
-    mesh
-        Name of the mesh.
     own
         Load of its flanks on the nodes of both shafts (size,), that bearings settle under; spread evenly where absent.
 
@@ -208,15 +222,13 @@ def system_effects(box: Gearbox, mesh: str = "", own: tuple[NDArray, NDArray] | 
     InputError
         If the shafts and pairs do not fit, or the bearings do not hold a shaft.
     """
-    settled = shafts_at_rest(box, mesh, own)
-    pinion, wheel = (
-        SeatedGear(box=box, mesh=mesh, role=role, settled=settled[box.seats[(mesh, role)][0]]) for role in Role
-    )
+    settled = shafts_at_rest(box, own)
+    pinion, wheel = (SeatedGear(box=box, role=role, settled=settled[box.seats[("", role)][0]]) for role in Role)
     effects: tuple[Effect, ...] = (Shafts(gears=(pinion, wheel)),)
     shafts = [model.shaft for gear in (pinion, wheel) for model in gear.settled.structure.shafts.values()]
     linear = all(bearing.is_linear for shaft in shafts for bearing in shaft.bearings)
     theirs = {pinion.number, wheel.number} == {n for g in (pinion, wheel) for n in g.settled.structure.shafts}
     if linear and theirs and all(len(shaft.gears) == 1 and not shaft.loads for shaft in shafts):
         return effects
-    loads = own or tuple(box.force(mesh) * box.wrench(mesh, gear.role, gear.model) for gear in (pinion, wheel))
+    loads = own or tuple(box.force("") * box.wrench("", gear.role, gear.model) for gear in (pinion, wheel))
     return (*effects, ShaftMotion(gears=(pinion, wheel), motions=_rest((pinion, wheel), (loads[0], loads[1]))))

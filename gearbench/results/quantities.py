@@ -151,8 +151,11 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
                 "µm", "RMS x", "RMS of the fluctuating dynamic transmission error"
             ),
             "mesh_force_amplitude": Quantity("N", "f_n", "amplitude of a mesh force order, along the line of action"),
+            "mesh_force_by_source_amplitude": Quantity(
+                "N", "f_n", "amplitude of a mesh force order of the frequency of the mesh that excites it"
+            ),
             "mesh_force_phase": Quantity("rad", "arg f_n", "phase of a mesh force order"),
-            "mesh_force_rms": Quantity("N", "RMS f", "RMS of the fluctuating mesh force"),
+            "mesh_force_rms": Quantity("N", "RMS f", "RMS of the fluctuating mesh force, of all mesh frequencies"),
             "mean_force": Quantity("N", "F_bt", "mean mesh force along the line of action"),
             "mesh_force_percentile": Quantity(
                 "N", "RMS f", "percentile of the RMS of the mesh force over error samples"

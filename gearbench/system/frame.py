@@ -26,11 +26,13 @@ class MeshFrame:
     across
         Unit vector (x, y) from the pinion's axis to the wheel's.
     turn
-        +1 where the pinion turns clockwise, −1 otherwise.
+        +1 where the pinion turns clockwise, −1 otherwise; of coast flanks the other way round.
     hand
         +1 for a right-handed pinion (and for spur gears), −1 for a left-handed one.
     middle
         Middles of the faces of pinion and wheel on their shafts [mm].
+    coast
+        Whether its coast flanks are loaded, whose face coordinate counts from the other end.
     """
 
     pair: Pair
@@ -38,6 +40,7 @@ class MeshFrame:
     turn: int
     hand: int
     middle: tuple[float, float]
+    coast: bool = False
 
     @property
     def along(self) -> int:
@@ -53,15 +56,6 @@ class MeshFrame:
     def _axes(self) -> tuple[NDArray, NDArray]:
         c, s = self.across
         return np.array([c, s]), self.turn * np.array([-s, c])
-
-    def foot(self, role: Role) -> float:
-        """Direction from the axis of a gear to where the line of action touches its base circle [rad].
-
-        Counted in the gear's own direction of rotation.
-        """
-        x, y = self.across
-        towards_wheel = self.turn * math.atan2(y, x) - self.pair.meshing.alpha_wt
-        return towards_wheel if role == Role.PINION else math.pi - towards_wheel
 
     @property
     def _line(self) -> NDArray:
@@ -89,5 +83,5 @@ class MeshFrame:
 
     def position(self, role: Role, y: ArrayLike) -> NDArray:
         """Position on the shaft of one of the gears [mm] of the face coordinate y [mm]."""
-        own = np.asarray(y, dtype=float) + self.pair.overhangs[role][0]
+        own = np.asarray(y, dtype=float) + self.pair.overhangs[role][int(self.coast)]
         return self.middle[role] + self.along * (own - self.pair.gears[role].face_width / 2)

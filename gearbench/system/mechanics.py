@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -33,7 +33,10 @@ class Mechanics:
     damping
         Viscous dampers of the bearings: rows (d, n) and their constants (d,) [N·s/mm].
     mesh
-        a_m, (mesh, n): relative motion along the line of action is −a_m · q.
+        a_m, one or two rows for each mesh (row, n): relative motion along the line of action, and relative tilt, are
+        −a_m · q.
+    spin
+        The same of the transmission error, for each mesh (mesh, n).
     bearing
         Force on each bearing per motion, (bearing, 3, n) [N/mm].
     bearing_names
@@ -44,6 +47,7 @@ class Mechanics:
     stiffness: NDArray
     damping: tuple[NDArray, NDArray]
     mesh: NDArray
+    spin: NDArray
     bearing: NDArray
     bearing_names: tuple[str, ...]
 
@@ -59,6 +63,7 @@ def two_wheels(system: System, pair: Pair) -> Mechanics:
         stiffness=np.zeros((2, 2)),
         damping=(np.zeros((0, 2)), np.zeros(0)),
         mesh=np.array([[-1.0, 1.0]]),
+        spin=np.array([[-1.0, 1.0]]),
         bearing=np.zeros((0, 3, 2)),
         bearing_names=(),
     )
@@ -71,11 +76,11 @@ def steel_disc(radius: float, hole: float, width: float) -> tuple[float, float, 
     return m, m * squares / 2, m * (squares / 4 + width**2 / 12)
 
 
-def shafts_at_rest(box: Gearbox, mesh: str = "", own: tuple[NDArray, NDArray] | None = None) -> tuple[Settled, ...]:
+def shafts_at_rest(box: Gearbox, own: tuple[NDArray, NDArray] | None = None) -> tuple[Settled, ...]:
     """Each shaft in its bearings under the mean forces of its meshes and its other loads.
 
-    Shafts that bodies connect are settled together, and share their answer. ``own`` are the loads of one ``mesh`` on
-    the nodes of its pinion's and its wheel's shaft, (size,); forces are spread evenly over the face otherwise.
+    Shafts that bodies connect are settled together, and share their answer. ``own`` are the loads of the scene's own
+    pair on the nodes of its pinion's and its wheel's shaft, (size,); forces are spread evenly over the face otherwise.
     """
     settled: dict[int, Settled] = {}
     for structure in box.structures:
@@ -85,14 +90,17 @@ def shafts_at_rest(box: Gearbox, mesh: str = "", own: tuple[NDArray, NDArray] | 
             load[here] = external_load(model)
             for (name, role), (seat, _) in box.seats.items():
                 if seat == number:
-                    given = own is not None and name == mesh
-                    load[here] += own[role] if own and given else box.force(name) * box.wrench(name, role, model)
+                    load[here] += (
+                        own[role] if own is not None and not name else box.force(name) * box.wrench(name, role, model)
+                    )
         settled |= dict.fromkeys(structure.shafts, Settled(structure=structure, load=load))
     return tuple(settled[number] for number in range(len(box.models)))
 
 
-def mechanics(box: Gearbox, settled: tuple[Settled, ...]) -> Mechanics:
+def mechanics(box: Gearbox, settled: tuple[Settled, ...], spread: Sequence[NDArray]) -> Mechanics:
     """Matrices of all shafts and bodies, bearings as stiff as they are where they settled, and the couplings' inertias.
+
+    ``spread``: loads at the points of the face (row, point) per force and moment, of each mesh.
 
     Raises
     ------
@@ -117,16 +125,18 @@ def mechanics(box: Gearbox, settled: tuple[Settled, ...]) -> Mechanics:
             K[np.ix_([spin, extra], [spin, extra])] += k * np.array([[1, -1], [-1, 1]])
             spin, extra = extra, extra + 1
         M[spin, spin] += coupling.inertia * INERTIA
-    mesh = np.zeros((len(box.names), n))
+    mesh, spin = np.zeros((len(box.names), len(spread[0]), n)), np.zeros((len(box.names), n))
     for k, name in enumerate(box.names):
         for role in Role:
             number = box.seats[(name, role)][0]
-            mesh[k, whole.motions(number)] += box.wrench(name, role, models[number])
+            mesh[k, :, whole.motions(number)] += spread[k] @ box.face_rows(name, role, models[number])
+            spin[k, whole.motions(number)] += box.spin(name, role, models[number])
     found = Mechanics(
         mass=M,
         stiffness=K,
         damping=(dampers, constants),
-        mesh=mesh,
+        mesh=mesh.reshape(-1, n),
+        spin=spin,
         bearing=rows,
         bearing_names=names,
     )
@@ -174,6 +184,7 @@ def _without_massless(found: Mechanics, whole: Structure) -> Mechanics:
         stiffness=T.T @ found.stiffness @ T,
         damping=(found.damping[0] @ T, found.damping[1]),
         mesh=found.mesh @ T,
+        spin=found.spin @ T,
         bearing=found.bearing @ T,
     )
 
@@ -185,8 +196,18 @@ def _mass(box: Gearbox, number: int, model: ShaftModel) -> NDArray:
         known = (seat.position, box.pairs[mesh].gears[role].teeth)
         if here == number and known not in seen:
             seen.append(known)
+            nodes = box.face_nodes(mesh, role, model)
+            z = model.nodes[nodes] - model.nodes[nodes].mean()
+            share = np.convolve(np.diff(z), [0.5, 0.5]) / np.ptp(z)
             disc = _gear_disc(box.pairs, mesh, role, seat, model)
-            add_disc(M, 6 * model.node(seat.position), disc)
+            # the body moves with the sections of the shaft under it: its slices tilt, and move, as they do
+            across = max(disc.transverse_inertia - disc.mass * (share @ z**2) / METRE**2, 0.0)
+            for node, part in zip(nodes, share, strict=True):
+                add_disc(
+                    M,
+                    6 * node,
+                    replace(disc, mass=part * disc.mass, inertia=part * disc.inertia, transverse_inertia=part * across),
+                )
     return M
 
 

@@ -16,7 +16,7 @@ from gearbench.system.beam import Beam
 from gearbench.system.schema import Disc, Shaft
 
 #: Elements across the face of a gear: where its load is distributed, and in the dynamic system.
-FACE_ELEMENTS, DYNAMIC_ELEMENTS = 12, 4
+FACE_ELEMENTS, DYNAMIC_ELEMENTS = 12, 12
 #: Elements of a stretch without marks, at most: enough for twenty modes of it alone, each far below those of a stretch
 #: as stiff as it is thick.
 MOST_ELEMENTS = 40

@@ -47,7 +47,7 @@ def test_orders_that_cannot_be(run, harmonics):
 
 
 def test_undamped_mode_that_is_met():
-    system = modes(wheels(1e-3), np.array([4e5]), 0.0)
+    system = modes(wheels(1e-3), np.array([[4e5]]), 0.0)
     with pytest.raises(InputError, match=r"an order meets the mode at 3183\.1 Hz: give it damping"):
         system.at_meshes(system.frequency[-1:], np.array([0]))
 
@@ -58,11 +58,12 @@ def test_part_without_mass_is_named():
         stiffness=np.zeros((2, 2)),
         damping=(np.zeros((0, 2)), np.zeros(0)),
         mesh=np.array([[-1.0, 1.0]]),
+        spin=np.array([[-1.0, 1.0]]),
         bearing=np.zeros((0, 3, 2)),
         bearing_names=(),
     )
     with pytest.raises(InputError, match="a part without mass: every shaft and gear must have inertia"):
-        modes(system, np.array([1e5]), 0.05)
+        modes(system, np.array([[1e5]]), 0.05)
 
 
 def test_instability_and_orders_beyond_are_noted():

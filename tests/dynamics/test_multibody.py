@@ -54,9 +54,11 @@ def test_parametric_oscillator():
     m, k, F, zeta, H = 1e-3, 4e5, 2000.0, 0.05, 20
     drive = excitation(k, [0.08 * k, 0.03j * k, -0.02 * k], [F / k, 4e-4, 2e-4j, 1e-4], F, H)
     omega = 0.7 * np.sqrt(k / m)
-    x, _ = solve(drive, receptances(modes(wheels(m), np.array([k]), zeta), ONE, np.array([omega]), H), np.array([k]))
+    x, _ = solve(
+        drive, receptances(modes(wheels(m), np.array([[k]]), zeta), ONE, np.array([omega]), H), np.array([[k]])
+    )
     start = [series(x[0, 0], omega, 0.0), series(1j * omega * np.arange(H + 1) * x[0, 0], omega, 0.0)]
-    stiffness, error = drive.stiffness[0], drive.error[0]
+    stiffness, error = drive.stiffness[0, 0], drive.motion[0]
 
     def mesh(t, u):
         # f = F + k(t)(u − e(t)) against the load F

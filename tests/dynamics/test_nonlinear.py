@@ -67,7 +67,7 @@ def test_branches_against_time_integration(sweep, at):
     mesh = 0
     J = 1 / np.diag(model.mechanics.mass)
     m = 1 / J.sum()
-    k, F = model.stiffness[mesh], model.force[mesh]
+    k, F = model.stiffness[mesh, mesh], model.force[mesh]
     c = 2 * 0.02 * np.sqrt(k * m)
     omega = float(model.omega(oscillator.group, SPEEDS[at]))
     T, steps = 2 * np.pi / omega, curve.steps

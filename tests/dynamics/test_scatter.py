@@ -30,8 +30,10 @@ def test_each_sample_is_solved_as_by_itself():
     found = force_rms(model, model.groups[0], cycles, SPEEDS, 1)
     h = model.receptances(model.groups[0], SPEEDS, 8)
     for i in range(5):
-        one = Excitation(stiffness=cycles.stiffness[i : i + 1], error=cycles.error[i : i + 1], force=model.force)
-        _, force = solve(one, h, model.stiffness)
+        one = Excitation(
+            stiffness=cycles.stiffness[i, None, None], motion=cycles.error[i, None], force=model.force * np.eye(1, 9)
+        )
+        _, force = solve(one, h, model.stiffness[:1, :1])
         assert_allclose([values[i] for values in found], rms(force)[:, 0], rtol=1e-9)
 
 
@@ -81,7 +83,7 @@ def test_memory_does_not_grow_with_speeds_times_samples(monkeypatch):
     def drawn(model, harmonics, *, samples, **_):
         rng = np.random.default_rng(0)
         k = np.zeros((samples, 2 * harmonics + 1), complex)
-        k[:, 0] = model.stiffness[0]
+        k[:, 0] = model.stiffness[0, 0]
         error = 1e-3 * rng.normal(size=(samples, harmonics + 1)).astype(complex)
         tracemalloc.start()
         return scatter.SampleCycles(stiffness=k, error=error)

@@ -19,14 +19,14 @@ def test_period_map_against_its_twin():
     rng = np.random.default_rng(2)
     size, steps, zeta = 4, 24, 0.03
     r, a, dt = np.array([1e3, 3e3, 5e3, 9e3]), rng.normal(size=(2, size)), np.array([1e-4, 2e-4])
-    kick, counts = 2e6 * rng.normal(size=(1, 2, steps)), np.array([4, 2])
+    kick, counts = 2e6 * rng.normal(size=(1, steps, 2, 2)), np.array([4, 2])
     found = monodromy(free_motion(r, zeta, dt[:, None]), free_motion(r, zeta, dt[:, None] / 2), a, kick, dt, r, counts)
     for s, n in enumerate(counts):
         free = np.block([[np.zeros((n, n)), np.eye(n)], [-np.diag(r[:n] ** 2), -np.diag(2 * zeta * r[:n])]])
         half, T = expm(free * dt[s] / 2), np.eye(2 * n)
         for step in range(steps):
             push = np.eye(2 * n)
-            push[n:, :n] = -dt[s] * (a[:, :n].T * kick[0, :, step]) @ a[:, :n]
+            push[n:, :n] = -dt[s] * a[:, :n].T @ kick[0, step] @ a[:, :n]
             T = half @ push @ half @ T
         scale = np.concatenate([np.ones(n), r[:n]])
         here = np.concatenate([np.arange(n), size + np.arange(n)])
@@ -38,10 +38,10 @@ def test_period_map_against_its_twin():
 def test_proof_reaches_as_far_as_its_theorem(zeta):
     """Two wheels: the largest gain is k̃/(2ζ√(1−ζ²)k̄); a hundredth below the limit is proven, above it is not."""
     m, k = 1e-3, 4e5
-    system, t = modes(wheels(m), np.array([k]), zeta), 2 * np.pi * np.arange(256) / 256
+    system, t = modes(wheels(m), np.array([[k]]), zeta), 2 * np.pi * np.arange(256) / 256
     limit = 0.9 * 2 * zeta * np.sqrt(1 - zeta**2)
     for share, proven in ((0.99, True), (1.01, False)):
-        assert is_proven(system, ONE, k * (1 + share * limit * np.cos(t))[None]) is proven
+        assert is_proven(system, ONE, k * (1 + share * limit * np.cos(t))[:, None, None]) is proven
 
 
 def test_nothing_that_grows_is_proven():
@@ -49,9 +49,9 @@ def test_nothing_that_grows_is_proven():
     rng, t = np.random.default_rng(5), 2 * np.pi * (np.arange(256) + 0.5) / 256
     grown = 0
     for _ in range(20):
-        system = modes(wheels(1e-3), np.array([4e5]), rng.uniform(0.005, 0.03))
+        system = modes(wheels(1e-3), np.array([[4e5]]), rng.uniform(0.005, 0.03))
         waves = [rng.uniform(0, 0.08) * np.cos(n * t + rng.uniform(0, 6)) for n in (1, 2, 3)]
-        k = 4e5 * (1 + sum(waves))[None]
+        k = 4e5 * (1 + sum(waves))[:, None, None]
         size = multipliers(system, ONE, system.frequency[-1] * np.linspace(0.3, 2.2, 150), k[None]).max()
         grown += size > 1
         assert not (size > 1 and is_proven(system, ONE, k))

@@ -22,7 +22,8 @@ def test_stage_stands_on_the_shafts_of_the_file(stage):
     # axes of the file are as far apart as its centre distances: 53, 57, 77 mm
     for name, pair in scene.pairs.items():
         p, w = (box.seats[(name, gear)][0] for gear in range(2))
-        assert_allclose(np.linalg.norm(box.axes[p] - box.axes[w]), pair.centre_distance, rtol=1e-6)
+        places = [box.train.places[scene.system.shafts[n].name] for n in (p, w)]
+        assert_allclose(np.linalg.norm(places[0] - places[1]), pair.centre_distance, rtol=1e-6)
     # the motor turns clockwise at 1400: the next shaft the other way, and so on
     assert scene.system.rotation == ("counterclockwise" if stage == 2 else "clockwise")
     torques = {1: 4.724562306435156, 2: 4.724562306435156 * 67 / 23, 3: 4.724562306435156 * 67 / 23 * 76 / 13}

@@ -46,6 +46,7 @@ def answer(openings):
         stiffness=np.diag([SUPPORT, SUPPORT, 0.0] * 2),
         damping=(np.vstack([np.eye(6)[[0, 1, 3, 4]], a]), np.array([SUPPORT_DAMPING] * 4 + [damping])),
         mesh=a,
+        spin=a,
         bearing=np.zeros((0, 3, 6)),
         bearing_names=(),
     )
@@ -57,10 +58,10 @@ def answer(openings):
     error = np.concatenate([[F / soft], F * (1 / stiff - 1 / soft) * wave[:ORDERS]]).astype(complex)
     error[0] += F * (1 / stiff - 1 / soft) * TWO_PAIRS
     error[1] += 0.020 / 2j
-    drive = Excitation(stiffness=stiffness[None], error=error[None], force=np.array([F]))
+    drive = Excitation(stiffness=stiffness[None, None], motion=error[None], force=F * np.eye(1, ORDERS + 1))
     omega, mesh = np.array([2 * np.pi * 20 * 1000 / 60]), np.array([0])
-    h = receptances(modes(system, np.array([STIFFNESS]), 0.0), mesh, omega, ORDERS)
-    x, f = (orders[0, 0] for orders in solve(drive, h, np.array([STIFFNESS])))
+    h = receptances(modes(system, np.array([[STIFFNESS]]), 0.0), mesh, omega, ORDERS)
+    x, f = (orders[0, 0] for orders in solve(drive, h, np.array([[STIFFNESS]])))
     return x, f, a[0]
 
 

@@ -19,6 +19,7 @@ def wheels(mass, meshes=1):
         stiffness=np.zeros((2, 2)),
         damping=(np.zeros((0, 2)), np.zeros(0)),
         mesh=np.tile([-1.0, 1.0], (meshes, 1)),
+        spin=np.tile([-1.0, 1.0], (meshes, 1)),
         bearing=np.zeros((0, 3, 2)),
         bearing_names=(),
     )
@@ -26,10 +27,10 @@ def wheels(mass, meshes=1):
 
 def excitation(k_mean, k_orders, x_orders, force, harmonics):
     """Excitation of one mesh from its first orders."""
-    k, x = np.zeros((1, 2 * harmonics + 1), complex), np.zeros((1, harmonics + 1), complex)
-    k[0, 0], k[0, 1 : len(k_orders) + 1] = k_mean, k_orders
+    k, x = np.zeros((1, 1, 2 * harmonics + 1), complex), np.zeros((1, harmonics + 1), complex)
+    k[..., 0], k[0, 0, 1 : len(k_orders) + 1] = k_mean, k_orders
     x[0, : len(x_orders)] = x_orders
-    return Excitation(stiffness=k, error=x, force=np.array([force]))
+    return Excitation(stiffness=k, motion=x, force=np.eye(1, harmonics + 1) * force)
 
 
 def series(orders, omega, t):

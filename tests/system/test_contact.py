@@ -42,7 +42,7 @@ def compliance(scene):
     nodes = np.linspace(0, scene.pair.face_width, lines.shape[2])
     lines = replace(lines, y=np.broadcast_to(nodes, lines.shape))
     shaft = next(effect for effect in scene.acting_effects if effect.name == "shafts")
-    psi = factor(shaft.gears[:1], lines)[0, int(np.argmax(lines.active[0]))]
+    psi = factor(shaft.gears[:1], [shaft.gears[0].rows(lines)])[0, int(np.argmax(lines.active[0]))]
     return nodes, psi @ psi.T
 
 
