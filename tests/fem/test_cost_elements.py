@@ -35,6 +35,7 @@ def curves() -> dict[str, Curve]:
     return {found.knob: found for found in element_curves(meshed(1, ToothBending(model="finite_elements")), tried)}
 
 
+@pytest.mark.slow
 def test_finer_meshes_are_nearer_to_the_limit_and_cost_more(curves):
     for name in ("mesh, hex8", "mesh, hex20", "mesh, hex27"):
         found = curves[name]
