@@ -123,10 +123,9 @@ def test_what_the_first_guess_missed_at_the_positions_before_saves_steps():
     blocks = Blocks(b.firsts, b.blocks, b.ranks, b.factor, b.product, b.start, b.guess)
     for ahead in (np.zeros_like(b.ahead), b.ahead):
         delta, stiffness, done = np.empty((3, len(b.count), LANES))
-        steps = solve_chunk(
-            Gaps(b.count, ahead, b.gap, b.tilt, b.modes, b.tilts, b.laws), blocks, draws, Lanes.of(b.gap.shape[1]), b.precision.newton,
-            batching.NEWTON_LIMIT, Answers(delta, stiffness, done),
-        )  # fmt: skip
+        gaps = Gaps(b.count, ahead, b.gap, b.tilt, b.modes, b.tilts, b.laws)
+        work, answers = Lanes.of(b.gap.shape[1]), Answers(delta, stiffness, done)
+        steps = solve_chunk(gaps, blocks, draws, work, b.precision.newton, batching.NEWTON_LIMIT, answers)
         assert done.all()
         found.append((steps, delta, stiffness))
     assert found[1][0] < 0.9 * found[0][0]
