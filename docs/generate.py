@@ -91,6 +91,7 @@ lower = -80.0
 def scene() -> str:
     """The tables of a scene beside pair, effects and system."""
     from docs.keys import key_tables, prose
+    from gearbench.geometry.train_tables import TrainGear, TrainMesh
     from gearbench.loads import Load, WeightedLoad
 
     return f"""# The scene
@@ -102,6 +103,7 @@ that adds compliance may be left out, and what is left out is not there.
 |---|---|
 | `name` | free text, in titles and summaries |
 | `[pair]` | both gears: [The pair](pair.md) |
+| `[gears.NAME]`, `[[meshes]]` | in place of a pair: gears by name, and who drives whom |
 | `[load]`, or `[[loads]]` | one torque, or several with weights |
 | `[effects.…]` | what is simulated: [Effects](effects.md) |
 | `[coast.…]` | shapes of the coast flanks, in place of those of the same name |
@@ -113,6 +115,50 @@ that adds compliance may be left out, and what is left out is not there.
 
 {prose(Load)}
 {key_tables(Load)}
+## Gears and meshes
+
+A pair is a train of two gears; `[gears.NAME]` and `[[meshes]]` describe any number. Every mesh is simulated under the
+torque that the balance of the shafts gives it, and Datasets have the dimensions `mesh` and `gear`, by their names;
+trains that share torque between parallel paths are refused. `simulate` and `sweep` take several meshes, everything
+else takes one.
+
+```toml
+[gears.motor]
+normal_module = 2.0
+face_width = 20.0
+teeth = 19
+[gears.motor.tip_relief]                          # of its own flanks
+amount = 5.0
+length = 0.5
+[gears.idler]
+normal_module = 2.0
+face_width = 20.0
+teeth = 31
+[gears.idler.coast]                               # of the flanks it drives with
+profile_slope = 4.0
+[gears.output]
+normal_module = 2.0
+face_width = 18.0
+teeth = 26
+[[meshes]]
+driver = "motor"
+driven = "idler"
+centre_distance = 50.2
+[[meshes]]
+driver = "idler"
+driven = "output"
+centre_distance = 57.2
+direction = 70.0
+```
+
+{prose(TrainGear)}
+
+A gear has `normal_module`, `face_width` (both required), `pressure_angle` and `helix_angle`, and the keys of a gear of
+[the pair](pair.md).
+
+{prose(TrainMesh)}
+
+{key_tables(TrainMesh)}
 ## Several loads
 
 A spectrum: `simulate`, `sweep`, `robust` and `optimise` compute every load; each response has its mean over the loads,

@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from importlib.util import find_spec
 from typing import Any
 
+from gearbench.errors import install_extra
+
 #: Shared libraries that the gmsh wheel needs beyond a bare system, with the Debian packages that bring them.
 LIBRARIES: dict[str, str] = {
     "libGLU.so.1": "libglu1-mesa",
@@ -60,7 +62,7 @@ def import_gmsh() -> Any:
         If gmsh is not installed, or a shared library it needs is missing; names the packages.
     """
     if find_spec("gmsh") is None:
-        raise MissingDependencyError("gmsh is not installed: pip install 'gearbench[fem]'")
+        raise MissingDependencyError(f"gmsh is not installed: {install_extra('fem')}")
     try:
         import gmsh
     except OSError as error:

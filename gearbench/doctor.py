@@ -9,12 +9,15 @@ from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, metadata, version
 from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from packaging.requirements import Requirement
-from packaging.specifiers import SpecifierSet
+from gearbench.errors import InputError, install_extra
 
-from gearbench.effects.registry import effect_class, installed
-from gearbench.errors import InputError
+if TYPE_CHECKING:
+    from packaging.requirements import Requirement
+
+#: Extras of those who change gearbench, of which a user needs nothing.
+DEVELOPMENT = ("all", "dev", "docs")
 
 
 @dataclass(frozen=True)
@@ -36,7 +39,10 @@ def examine() -> list[Finding]:
 
 
 def _packages() -> list[Finding]:
-    """Python and every package that gearbench's own metadata asks for, those of extras by the first that needs them."""
+    """Python and the packages that gearbench's metadata asks for; those of extras by the first that needs them."""
+    from packaging.requirements import Requirement
+    from packaging.specifiers import SpecifierSet
+
     try:
         own = metadata("gearbench")
     except PackageNotFoundError:
@@ -45,7 +51,7 @@ def _packages() -> list[Finding]:
     fine = SpecifierSet(needed).contains(platform.python_version())
     found = [Finding("Python", platform.python_version(), fine, remedy=f"needs {needed}")]
     extras, seen = ["", *(own.get_all("Provides-Extra") or ())], {"gearbench"}
-    for extra in (name for name in extras if name != "all"):
+    for extra in (name for name in extras if name not in DEVELOPMENT):
         for text in own.get_all("Requires-Dist") or ():
             asked = Requirement(text)
             if asked.name not in seen and (asked.marker is None or asked.marker.evaluate({"extra": extra})):
@@ -55,7 +61,7 @@ def _packages() -> list[Finding]:
 
 
 def _package(asked: Requirement, extra: str) -> Finding:
-    remedy = f"pip install 'gearbench[{extra}]'" if extra else f"pip install '{asked.name}{asked.specifier}'"
+    remedy = install_extra(extra) if extra else f"pip install '{asked.name}{asked.specifier}'"
     try:
         there = version(asked.name)
     except PackageNotFoundError:
@@ -66,6 +72,8 @@ def _package(asked: Requirement, extra: str) -> Finding:
 
 def _effects() -> list[Finding]:
     """Effects that other packages bring."""
+    from gearbench.effects.registry import effect_class, installed
+
     found = []
     for name, entry in installed().items():
         origin = f"of {entry.dist.name} {entry.dist.version}" if entry.dist is not None else entry.value
@@ -102,7 +110,7 @@ def _kernel_folder() -> Path:
 
 
 def is_first_run() -> bool:
-    """Whether the contact solver was never compiled here; the first solution takes half a minute longer then."""
+    """Whether the contact solver was never compiled here; the first solution takes about a minute longer then."""
     return next(_kernel_folder().rglob("_kernels.solve_position*.nbi"), None) is None
 
 

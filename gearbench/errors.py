@@ -87,5 +87,18 @@ def one_of(name: str, names: Iterable[str]) -> str:
     return "".join(f"did you mean {match}? " for match in close) + f"allowed: {', '.join(names)}"
 
 
+def install_extra(extra: str) -> str:
+    """The command that installs an extra of gearbench from where gearbench itself came from."""
+    import json
+    from importlib.metadata import PackageNotFoundError, distribution
+
+    try:
+        origin = distribution("gearbench").read_text("direct_url.json")
+    except PackageNotFoundError:
+        origin = None
+    source = f" @ {json.loads(origin)['url']}" if origin else ""
+    return f"pip install 'gearbench[{extra}]{source}'"
+
+
 class GearbenchError(RuntimeError):
     """A run that could not be finished; its message is one clear line."""

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Mapping
 from functools import cached_property
 from types import MappingProxyType
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import ConfigDict, Field, model_validator
 from pydantic.dataclasses import dataclass
@@ -15,10 +16,19 @@ from gearbench.effects.base import ComplianceEffect, Effect, Effects, GapEffect
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
+from gearbench.geometry.train_tables import TrainTables
 from gearbench.loads import Load, WeightedLoad, greatest_load
 from gearbench.notebook import scene_html
 from gearbench.schema import STRICT, changed, given
 
+if TYPE_CHECKING:
+    from gearbench.system.gearbox import Gearbox
+    from gearbench.system.schema import System
+else:  # scenes without a system do not import its classes
+    System = Any
+
+#: Name of the mesh of a pair.
+PAIR = "pair"
 #: Line load over E m_n that a scene may have: below, rounding rules; above, teeth would be pressed through many times.
 LOADS = (1e-15, 100.0)
 #: Gauss points on each panel unless a scene says otherwise.
@@ -57,6 +67,10 @@ class Operation:
     def __post_init__(self) -> None:
         if self.friction_coefficient is not None and self.viscosity is not None:
             raise InputError("viscosity", self.viscosity, "conflicts with friction_coefficient: give one of the two")
+
+    def at(self, rate: float) -> Operation:
+        """The same of a mesh whose pinion turns ``rate`` times as fast."""
+        return self if self.speed is None else changed(self, speed=rate * self.speed)
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -131,9 +145,13 @@ class Scene:
     operation
         Speed and lubrication, where outputs ask for them.
     system
-        ``gearbench.system.schema.System``: what the pair is built into, where the scene says so.
+        What the pair is built into, where the scene says so.
     further
-        Scenes of the further meshes of the system, in their order.
+        Scenes of the further meshes, in their order.
+    gear_names
+        Of the driver and of the driven gear of the pair.
+    train
+        Gears and meshes, where there are several; ``pair``, ``effects`` and ``coast`` are then those of the first mesh.
 
     Raises
     ------
@@ -150,11 +168,15 @@ class Scene:
     coast: tuple[Effect, ...] = ()
     resolution: Resolution = Resolution()
     operation: Operation | None = None
-    # Any, because scenes without a system do not import its classes
-    system: Any = None
-    further: tuple[Any, ...] = ()
+    system: System | None = None
+    further: tuple[Scene, ...] = ()
+    gear_names: tuple[str, str] = (Role.PINION.label, Role.WHEEL.label)
+    train: TrainTables | None = None
 
     def __post_init__(self) -> None:
+        if self.train is not None and self.train.first != (self.pair, self.effects, self.coast):
+            allowed = "are those of gears and meshes: change the scene of one mesh, scene.meshes[NAME]"
+            raise InputError("gears", "other pair or effects", allowed)
         names = [effect.name for effect in self.effects]
         for name in names:
             if names.count(name) > 1:
@@ -243,7 +265,7 @@ class Scene:
 
     @property
     def one_load(self) -> Scene:
-        """The scene itself, for results that are of one load.
+        """The scene itself, for results that are of one load and one mesh.
 
         Raises
         ------
@@ -253,7 +275,49 @@ class Scene:
         if self.loads:
             allowed = "are for simulate, sweep, robust and optimise: here give one [load]"
             raise InputError("loads", f"{len(self.loads)} loads", allowed)
+        return self.one_mesh
+
+    @property
+    def one_mesh(self) -> Scene:
+        """The scene itself, for results that are of one mesh.
+
+        Raises
+        ------
+        InputError
+            If it has several.
+        """
+        if self.train is not None:
+            raise InputError("meshes", f"{len(self.meshes)} meshes", "are for simulate and sweep: here give one")
         return self
+
+    @cached_property
+    def meshes(self) -> Mapping[str, Scene]:
+        """Scene of each mesh of a train by its name, under the torque and speed that it has there; itself of a pair.
+
+        Raises
+        ------
+        InputError
+            If the torques of the meshes do not follow from the balance of the shafts.
+        """
+        if self.train is None:
+            return {PAIR: self}
+        pairs = {mesh.label: scene.pair for mesh, scene in zip(self.train.meshes, (self, *self.further), strict=True)}
+        train = self.train.train(pairs)
+        found, torques = {}, train.torques()
+        for mesh, scene in zip(train.meshes, (self, *self.further), strict=True):
+            rate = abs(float(train.rates[train.shaft(mesh.driver)]))
+            found[mesh.name] = changed(
+                scene,
+                name=f"{self.name}: {mesh.name}".removeprefix(": "),
+                load=Load(torque=torques[mesh.name] * self.load.torque),
+                loads=tuple(changed(each, torque=torques[mesh.name] * each.torque) for each in self.loads),
+                resolution=self.resolution,
+                operation=self.operation and self.operation.at(rate),
+                gear_names=mesh.gears,
+                train=None,
+                further=(),
+            )
+        return found
 
     @property
     def flank_effects(self) -> tuple[Effect, ...]:
@@ -292,10 +356,11 @@ class Scene:
         return {"": self.pair} | {name: scene.pair for name, scene in zip(names, self.further, strict=True)}
 
     @cached_property
-    def gearbox(self) -> Any:
-        """The shafts of the system and how the pairs mesh on them, ``gearbench.system.gearbox.Gearbox``."""
+    def gearbox(self) -> Gearbox:
+        """The shafts of the system and how the pairs mesh on them."""
         from gearbench.system.gearbox import Gearbox
 
+        assert self.system is not None, "a gearbox is that of [system]"
         meshes = zip(self.system.meshes, self.further, strict=True)
         wished = {mesh.name: scene.load.torque for mesh, scene in meshes}
         return Gearbox(system=self.system, pairs=self.pairs, torque=self.load.torque, wished=wished)
@@ -305,11 +370,6 @@ class Scene:
         from gearbench.effects.shafts import system_effects
 
         return system_effects(self.gearbox, own=own)
-
-    @property
-    def gear_names(self) -> tuple[str, str]:
-        """Names of the driver and of the driven gear."""
-        return Role.PINION.label, Role.WHEEL.label
 
     @property
     def F_bt(self) -> float:
@@ -338,6 +398,9 @@ class Scene:
         """The scene as nested tables, as in a file; defaults are left out."""
         tables = given(self)
         tables.pop("further", None)
+        if self.train is not None:
+            own = {key: tables[key] for key in tables.keys() - {"pair", "effects", "coast", "gear_names", "train"}}
+            return {**own, **{key: each for key, each in self.train.tables.items() if each}}
         if self.loads:
             del tables["load"]
         for name in ("effects", "coast"):

@@ -4,23 +4,28 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from gearbench.effects.base import Effect
-from gearbench.effects.registry import RENAMED, effect_class, effect_names
+from gearbench.effects.registry import EFFECTS, RENAMED, effect_class, effect_names
 from gearbench.errors import InputError, one_of
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
+from gearbench.geometry.train_tables import PARTS, SHARED, TrainGear, TrainMesh, TrainTables
 from gearbench.keys import key_at, with_values
 from gearbench.loads import Load, WeightedLoad, greatest_load
 from gearbench.named_files import content, files_in, in_folder
 from gearbench.scene import Operation, Resolution, Scene
-from gearbench.schema import Key, as_table, make, read, read_toml
+from gearbench.schema import Key, as_table, changed, make, read, read_toml
 
 _LOG = logging.getLogger(__name__)
 
 #: Tables of a scene beside those of its effects.
 TABLES: dict[str, type] = {"pair": Pair, "load": Load, "operation": Operation, "resolution": Resolution}
+#: Tables by name, and lists of tables, in place of the table "pair".
+OF_TRAIN: dict[str, type] = {"gears": TrainGear, "meshes": TrainMesh}
 #: Tables of the effects: of all, and of those that are others on the coast flanks.
 EFFECT_TABLES = ("effects", "coast")
 
@@ -59,9 +64,13 @@ def parse_scene(tables: Mapping[str, Any]) -> Scene:
     InputError
         Naming key, value and the values allowed.
     """
+    if "gears" in tables or "meshes" in tables:
+        return _train(tables)
     parts = dict(tables)
     effects, coast = (as_table(name, parts.pop(name, {})) for name in ("effects", "coast"))
     parts |= {name: read(kind, parts[name], name) for name, kind in TABLES.items() if name in parts}
+    if "gear_names" in parts:
+        parts["gear_names"] = tuple(parts["gear_names"])
     if "loads" in parts:
         if "load" in parts:
             raise InputError("loads", "given", "conflicts with load: give one of the two")
@@ -71,6 +80,37 @@ def parse_scene(tables: Mapping[str, Any]) -> Scene:
         parts["system"] = system = read(table_class("system"), parts["system"], "system")
         parts["further"] = tuple(_further(mesh.scene, number) for number, mesh in enumerate(system.meshes))
     return make(Scene, **parts, effects=_effects("effects", effects), coast=_effects("coast", coast))
+
+
+def _train(tables: Mapping[str, Any]) -> Scene:
+    """Scene of gears and meshes: that of its first mesh, and those of the others; of a single one as of a pair."""
+    if "pair" in tables:
+        raise InputError("pair", "given", "conflicts with gears: give one of the two")
+    train = TrainTables.of(tables, effect_names())
+    if "system" in tables and len(train.meshes) > 1:
+        raise InputError("system", "given", "takes further meshes as scene files: system.meshes")
+    rest = {name: table for name, table in tables.items() if name not in PARTS}
+    pairs = train.pairs()
+    geometry, scenes = train.train(pairs), []
+    coast, torques = train.coast(geometry), geometry.torques()
+    for number, (name, pair) in enumerate(pairs.items()):
+        own, other = (train.flanks(number, coast=side) for side in (coast[name], not coast[name]))
+        theirs = {effect: table for effect, table in other.items() if table != own.get(effect)}
+        parts = {**rest, "pair": pair, "effects": own, "coast": theirs}
+        if scenes:
+            parts = parts | {"load": Load(torque=torques[name] * scenes[0].load.torque)}
+            parts.pop("loads", None)
+        try:
+            scenes.append(parse_scene(parts))
+        except InputError as error:
+            raise train.named(error, number) from None
+    first, *further = scenes
+    if not further:
+        return changed(first, gear_names=geometry.gears)
+    train = replace(train, first=(first.pair, first.effects, first.coast))
+    scene = changed(first, train=train, further=tuple(further))
+    _ = scene.meshes  # each under its own loads
+    return scene
 
 
 def read_loads(tables: Any, key: str) -> tuple[WeightedLoad, ...]:
@@ -97,7 +137,22 @@ def scene_at(scene: Scene, point: Mapping[str, Any]) -> Scene:
         Where a value is not allowed, or a list has no such item.
     """
     base = scene.under(scene.load) if scene.loads and "load.torque" in point else scene
-    return with_values(base, point, table_class)
+    if base.train is not None and point:
+        return parse_scene(with_values(base.to_mapping(), point))
+    return with_values(base, {_of_pair(path, scene.gear_names): value for path, value in point.items()}, table_class)
+
+
+def _of_pair(path: str, names: tuple[str, str]) -> str:
+    """Dotted key of a gear by its name as that of a pair: "gears.motor.teeth" as "pair.pinion.teeth"."""
+    head, _, below = path.partition(".")
+    name, *rest = below.split(".")
+    if head != "gears" or name not in names or not rest:
+        return path
+    role, table = Role(names.index(name)).label, "coast" if rest[0] == "coast" else "effects"
+    rest = rest[table == "coast" :]
+    if rest[0] in effect_names():
+        return ".".join([table, rest[0], role, *rest[1:]])
+    return ".".join(["pair", *([] if rest[0] in SHARED else [role]), *rest])
 
 
 def _effects(head: str, tables: Mapping[str, Any]) -> tuple[Effect, ...]:
@@ -127,7 +182,7 @@ def table_class(table: str) -> type:
     if head in EFFECT_TABLES:
         if name in RENAMED:
             raise InputError(table, "old name", f"write {RENAMED[name]}")
-        if name not in effect_names():
+        if name not in EFFECTS and name not in effect_names():
             raise InputError(table, "unknown effect", one_of(name, effect_names()))
         return effect_class(name)
     if table == "system":
@@ -135,7 +190,8 @@ def table_class(table: str) -> type:
 
         return System
     if table not in TABLES:
-        raise InputError(table, "unknown key", one_of(table, (*TABLES, "loads", *EFFECT_TABLES, "system")))
+        allowed = one_of(table, (*TABLES, "loads", *OF_TRAIN, *EFFECT_TABLES, "system"))
+        raise InputError(table, "unknown key", allowed)
     return TABLES[table]
 
 
@@ -147,13 +203,20 @@ def scene_key(path: str) -> Key | None:
     InputError
         Naming the keys that are allowed, where the table is known but not the key.
     """
-    parts = path.split(".")
-    split = 2 if parts[0] in EFFECT_TABLES else 1
+    head, *rest = path.split(".")
+    if head in OF_TRAIN:
+        kind, rest = OF_TRAIN[head], rest[1:]
+        effect, *below = rest[1:] if rest[:1] == ["coast"] else rest or [""]
+        if head == "gears" and effect in effect_names():
+            kind, rest = effect_class(effect), [Role.PINION.label, *below]
+    else:
+        split = 1 if head in EFFECT_TABLES else 0
+        try:
+            kind = table_class(".".join([head, *rest[:split]]))
+        except InputError:
+            return None
+        rest = rest[split:]
     try:
-        kind = table_class(".".join(parts[:split]))
-    except InputError:
-        return None
-    try:
-        return key_at(kind, ".".join(parts[split:])) if parts[split:] else None
+        return key_at(kind, ".".join(rest)) if rest else None
     except InputError as error:
         raise InputError("", path, error.allowed) from None

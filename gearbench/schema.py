@@ -99,7 +99,9 @@ class Key:
 @cache
 def keys(kind: type) -> dict[str, Key]:
     """Keys of an input class by name, in the order of its fields."""
-    hints, meanings = get_type_hints(kind, include_extras=True), parts(kind)[1]
+    hints, meanings = get_type_hints(kind, include_extras=True), {}
+    for each in reversed(kind.__mro__[:-1]):  # fields that are inherited are described where they are from
+        meanings |= parts(each)[1]
     found = {}
     for field in fields(kind):
         hint, default = hints[field.name], field.default

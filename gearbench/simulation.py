@@ -38,8 +38,8 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
     Returns
     -------
     Dataset with the dimensions ``position``, ``pair``, ``segment``, names and units as in ``gearbench.results``,
-    the residuals of the contact solution, and its provenance in the attributes. Of several loads it is that of
-    ``sweep`` over their torques.
+    the residuals of the contact solution, and its provenance in the attributes. Of several loads, or meshes, it is
+    that of ``sweep`` over them.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
     """
     start = time.perf_counter()
     check_outputs(tuple(outputs))
-    if scene.loads:
+    if scene.loads or scene.train is not None:
         from gearbench.sweeps.run import sweep
 
         return sweep(scene, outputs=outputs)

@@ -10,6 +10,7 @@ from importlib import import_module
 import pytest
 
 from gearbench import __version__
+from gearbench.errors import install_extra
 from tests.support.paths import ROOT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
@@ -55,6 +56,7 @@ def examine(monkeypatch):
         own = Message()
         own["Requires-Python"] = ">=3.11"
         own["Provides-Extra"] = "fem"
+        own["Provides-Extra"] = "dev"
         for text in requirements:
             own["Requires-Dist"] = text
         monkeypatch.setattr(doctor, "metadata", lambda _: own)
@@ -64,14 +66,18 @@ def examine(monkeypatch):
 
 
 def test_doctor_looks_for_what_the_metadata_asks_for(examine):
-    found = examine("numpy>=2.0", "scipy>=999", "nowhere-to-be-found>=1; extra == 'fem'", "gmsh; python_version < '3'")
+    development = "pytest; extra == 'dev'"
+    fem = "nowhere-to-be-found>=1; extra == 'fem'"
+    found = examine("numpy>=2.0", "scipy>=999", fem, "gmsh; python_version < '3'", development)
     assert found["Python"].fine
     assert found["numpy"].fine
     assert not found["scipy"].fine
     assert found["scipy"].needed
     assert "needs >=999" in found["scipy"].remedy
     missing = found["nowhere-to-be-found"]
-    assert (missing.fine, missing.needed, missing.remedy) == (False, False, "pip install 'gearbench[fem]'")
+    assert (missing.fine, missing.needed) == (False, False)
+    assert missing.remedy == install_extra("fem")
+    assert "pytest" not in found
     assert "gmsh" not in found
     assert "pydantic" not in found
 

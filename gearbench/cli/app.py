@@ -14,7 +14,8 @@ import typer
 
 from gearbench.cli import log
 from gearbench.cli.options import shows_progress
-from gearbench.errors import GearbenchError, InputError, plain, shortened
+from gearbench.doctor import is_first_run
+from gearbench.errors import GearbenchError, InputError, install_extra, plain, shortened
 from gearbench.files import together
 
 #: 0 done, 1 failed, 2 bad input; 130 and 143 where a signal ended it, see ``gearbench.interruption``.
@@ -64,8 +65,9 @@ def _command(name: str, function: Callable[..., None]) -> Callable[..., None]:
     @wraps(function)
     def run(*args: Any, **options: Any) -> None:
         """The command, after a line where the solver was never compiled."""
-        if name not in _QUICK and shows_progress(quiet=options.get("quiet", False), json=options.get("json", False)):
-            _announce_first_run()
+        shown = shows_progress(quiet=options.get("quiet", False), json=options.get("json", False))
+        if shown and name not in _QUICK and is_first_run():
+            print("first run: the solver is compiled, once after an installation; about a minute", file=sys.stderr)
         end = typer.Exit(0)
         with nullcontext() if name in _STEPWISE else together():
             try:
@@ -81,13 +83,6 @@ def _command(name: str, function: Callable[..., None]) -> Callable[..., None]:
 
 class Interrupted(BaseException):
     """An interruption that nobody has dealt with; typer would take a ``KeyboardInterrupt`` for its own."""
-
-
-def _announce_first_run() -> None:
-    from gearbench.doctor import is_first_run
-
-    if is_first_run():
-        print("first run: the solver is compiled, once after an installation; about a minute", file=sys.stderr)
 
 
 def _version(wanted: bool) -> None:
@@ -118,7 +113,7 @@ def main() -> None:
     except ModuleNotFoundError as error:
         module = (error.name or "").partition(".")[0]
         extra = EXTRAS.get(module)
-        _end(f"{module} is not installed: pip install 'gearbench[{extra}]'" if extra else error, FAILED)
+        _end(f"{module} is not installed: {install_extra(extra)}" if extra else error, FAILED)
     except BrokenPipeError:  # nobody reads on
         sys.exit(FAILED)
     except (GearbenchError, OSError, ImportError) as error:

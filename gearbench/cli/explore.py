@@ -45,7 +45,7 @@ def explore(
 
     Example: gearbench explore scene.toml --port 5006
     """
-    from gearbench.errors import GearbenchError
+    from gearbench.errors import GearbenchError, install_extra
     from gearbench.files import check_target, write_text
 
     if export is not None:
@@ -53,7 +53,7 @@ def explore(
     try:
         import bokeh  # noqa: F401
     except ImportError as error:
-        raise GearbenchError("the explorer needs the extra: pip install 'gearbench[explore]'") from error
+        raise GearbenchError(f"the explorer needs bokeh: {install_extra('explore')}") from error
     summary, page, html = _opened(results or [], stage)
     if export is not None:
         write_text(export, html())

@@ -65,6 +65,7 @@ def simulate(
     from gearbench.errors import naming
     from gearbench.files import check_target
     from gearbench.results.netcdf import save
+    from gearbench.results.origin import by_itself
     from gearbench.results.outputs import DEFAULT_OUTPUTS
     from gearbench.results.warnings import warnings
     from gearbench.simulation import simulate as run
@@ -79,7 +80,8 @@ def simulate(
     with naming(scene):
         asked = tuple(dict.fromkeys((*DEFAULT_OUTPUTS, *(also or ()), "flank_pressure_max")))
         dataset = run(with_accuracy(loaded, accuracy), outputs=asked)
-    cautions = warnings(loaded, dataset)
+    each = {name: by_itself(dataset, name) for name in loaded.meshes}
+    cautions = [*dict.fromkeys(line for name, own in each.items() for line in warnings(loaded.meshes[name], own))]
     written = [save(dataset, output)] if output is not None else []
     if folder is not None and loaded.loads:
         from gearbench.sweeps.figures import draw_sweep
@@ -88,7 +90,10 @@ def simulate(
     elif folder is not None:
         from gearbench.plotting import draw_simulation
 
-        written += draw_simulation(dataset, folder, scale=scale)
+        for name, own in each.items():
+            there = folder if loaded.train is None else folder / name.replace(" ", "_")
+            there.mkdir(exist_ok=True)
+            written += draw_simulation(own, there, scale=scale)
     if report is not None:
         from gearbench.pair_report import write_pair_report
 
@@ -107,8 +112,9 @@ def _print(scene: Scene, dataset: xr.Dataset) -> None:
     """Geometry, then results."""
     from gearbench.cli import summary
 
-    summary.print_geometry(scene)
-    if scene.loads:
+    for one in scene.meshes.values():
+        summary.print_geometry(one)
+    if scene.loads or scene.train is not None:
         summary.print_points(scene, dataset)
     rows = summary.result_rows(dataset)
     worst = max(float(dataset[f"{kind}_residual"].max()) for kind in ("equilibrium", "complementarity"))

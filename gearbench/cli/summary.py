@@ -127,7 +127,8 @@ def print_points(scene: Scene, dataset: xr.Dataset) -> None:
         key = name.removeprefix("effects.").replace(".", "\n").replace("_", " ")
         heads.append(f"{dataset[name].attrs.get('symbol', key)}\n{'–' if unit == '1' else unit}")
     rows = dataset[[*shown]].to_dataframe().reset_index()[[*names, *shown]].itertuples(index=False)
-    print_columns(pair_line(scene), heads, [[f"{value:.5g}" for value in row] for row in rows], left=())
+    shown = [[value if isinstance(value, str) else f"{value:.5g}" for value in row] for row in rows]
+    print_columns(pair_line(scene), heads, shown, left=())
 
 
 def print_table(title: str, rows: list[tuple[str, str, str]]) -> None:

@@ -78,7 +78,7 @@ class Model:
     def mechanics(self) -> Mechanics:
         """Matrices, bearings at rest under the loads of the scene's own pair as they are."""
         scene = self.scene
-        if not scene.has_shafts:
+        if scene.system is not None and not scene.has_shafts:
             return two_wheels(scene.system, scene.pair)
         box = scene.gearbox
         settled = dict(enumerate(shafts_at_rest(box)))
@@ -95,6 +95,7 @@ class Model:
     @cached_property
     def modes(self) -> Modes:
         """Modes of the system with its mean mesh stiffnesses."""
+        assert self.scene.system is not None
         return modes(self.mechanics, self.stiffness, self.scene.system.damping_ratio)
 
     @cached_property

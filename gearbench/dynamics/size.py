@@ -27,7 +27,7 @@ def in_blocks(count: int, each: int) -> Iterator[slice]:
 
 def bearings(scene: Scene) -> int:
     """Bearings of the system of ``scene``."""
-    return sum(len(shaft.bearings) for shaft in scene.system.shafts) if scene.has_shafts else 0
+    return 0 if scene.system is None else sum(len(shaft.bearings) for shaft in scene.system.shafts)
 
 
 def speed_memory(orders: int, meshes: int, bearings: int) -> float:

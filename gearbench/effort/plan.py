@@ -85,7 +85,7 @@ def plan(scene: Scene) -> Plan:
     Where it asks for an accuracy, with the settings that the search for them begins with. Mesh phases are those of the
     unloaded pair: changes of contact under load may add some.
     """
-    loads = max(len(scene.loads), 1)
+    loads = max(len(scene.one_mesh.loads), 1)
     asked = scene.resolution.accuracy is not None
     scene = scene.under(scene.load) if loads > 1 else scene
     scene = first_settings(scene) if asked else scene

@@ -40,6 +40,19 @@ def _recall(dataset: xr.Dataset, tables: Mapping[str, Any]) -> None:
             effect_class(effect).recall({name.removeprefix(prefix): dataset[name] for name in own})
 
 
+def by_itself(dataset: xr.Dataset, mesh: str) -> xr.Dataset:
+    """One mesh of a result of several, without the positions and gears that it does not have; any other as it is."""
+    if "mesh" not in dataset.dims:
+        return dataset
+    own = dataset.sel(mesh=mesh)
+    if "gear" in own.dims:
+        own = own.sel(gear=list(scene_of(own).gear_names))
+    if "phase_weight" in own and own["phase_weight"].dims == ("position",):
+        own = own.isel(position=np.flatnonzero(own["phase_weight"].values > 0))
+        own = own.isel(pair=np.flatnonzero((own["segment_length"] > 0).any(("position", "segment")).values))
+    return own
+
+
 def scene_of(dataset: xr.Dataset) -> Scene:
     """The scene of a result; of one point of a sweep, e.g. ``swept.sel(torque=100)``, that at this point.
 
@@ -63,4 +76,6 @@ def scene_of(dataset: xr.Dataset) -> Scene:
         name = path if path in dataset.coords else path.rpartition(".")[2]
         if name in dataset.coords and dataset[name].ndim == 0:
             point[path] = dataset[name].item()
-    return scene_at(scene, point)
+    mesh = point.pop("mesh", None)
+    scene = scene_at(scene, point)
+    return scene if mesh is None else scene.meshes[mesh]

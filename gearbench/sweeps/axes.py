@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,8 @@ from gearbench.errors import InputError
 from gearbench.scene_file import TABLES, scene_key
 from gearbench.schema import keys
 
+#: Name of the axis of several meshes.
+MESH = "mesh"
 #: Points of a grid at most.
 MOST_POINTS = 100_000
 
@@ -30,14 +33,14 @@ class Axis:
     path
         The dotted key; items of lists count from 0, as in "effects.waviness.pinion.0.amplitude".
     values
-        Its values, ascending, in the unit of the key.
+        Its values, ascending, in the unit of the key; names of meshes in their order.
     unit
         Unit of the key, "" where it has none.
     """
 
     name: str
     path: str
-    values: tuple[float, ...]
+    values: tuple[Any, ...]
     unit: str
 
 
@@ -62,8 +65,8 @@ def axis(name: str, values: Sequence[float] | NDArray) -> Axis:
     return Axis(name=name, path=path, values=numbers, unit=key.unit)
 
 
-def axes_of(swept: Mapping[str, Sequence[float] | NDArray]) -> tuple[Axis, ...]:
-    """The axes of a sweep in the order given.
+def axes_of(swept: Mapping[str, Sequence[float] | NDArray], meshes: Sequence[str] = ()) -> tuple[Axis, ...]:
+    """The axes of a sweep in the order given, and one of the ``meshes`` by their names, where there are several.
 
     Raises
     ------
@@ -71,6 +74,8 @@ def axes_of(swept: Mapping[str, Sequence[float] | NDArray]) -> tuple[Axis, ...]:
         As ``axis``; if there is none, a key is given twice, or the grid has more than 100 000 points.
     """
     found = tuple(axis(name, values) for name, values in swept.items())
+    if len(meshes) > 1:
+        found += (Axis(name=MESH, path=MESH, values=tuple(meshes), unit=""),)
     if not found:
         raise InputError("sweep", "no key", "must sweep at least one, e.g. torque=[100, 200]")
     paths = [each.path for each in found]
@@ -82,6 +87,6 @@ def axes_of(swept: Mapping[str, Sequence[float] | NDArray]) -> tuple[Axis, ...]:
     return found
 
 
-def grid(axes: Sequence[Axis]) -> list[dict[str, float]]:
+def grid(axes: Sequence[Axis]) -> list[dict[str, Any]]:
     """Points of the grid of ``axes``, the last one fastest; each the values by dotted key."""
     return [dict(zip((each.path for each in axes), point, strict=True)) for point in product(*(a.values for a in axes))]

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 #: What a Dataset says of its missing values.
 MISSING = "positions, pairs and segments that a point does not have are NaN; such positions have the phase_weight 0"
 #: Dimensions that are aligned by labels, and the coordinates that hold these; all others count from 0 at every point.
-_LABELS = {"pair": "pair_index", "error_name": "error_name"}
+_LABELS = {"pair": "pair_index", "error_name": "error_name", "gear": "gear"}
 
 
 #: Dimensions and values of an array.

@@ -27,7 +27,7 @@ from gearbench.robustness.montecarlo import respond
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.scene_file import scene_at
 from gearbench.solution import columns
-from gearbench.sweeps.axes import Axis, axes_of, grid
+from gearbench.sweeps.axes import MESH, Axis, axes_of, grid
 from gearbench.sweeps.dataset import Point, combined, over_loads
 from gearbench.sweeps.loads import TORQUE, Shared, solve_group, under_loads
 from gearbench.threads import default_threads, single_threaded_blas
@@ -60,7 +60,8 @@ def sweep(
     Parameters
     ----------
     scene
-        What is varied. Where it has several loads, and the torque is not swept, the torque is the last key.
+        What is varied. Where it has several loads, and the torque is not swept, the torque is the last key; where it
+        has several meshes, these are the last dimension, ``mesh``.
     ranges, **keys
         Values of each key that is swept, several at once: ``torque=[100, 200]``, or, where a key has a dot,
         ``**{"effects.tip_relief.amount": [0, 5]}``; lists by number. No dot: ``[load]``, ``[pair]``, ``[resolution]``.
@@ -92,7 +93,8 @@ def sweep(
     check_outputs(tuple(outputs))
     swept = {**(ranges or {}), **keys}
     spectrum = () if {"torque", TORQUE} & swept.keys() else scene.loads
-    axes = axes_of(swept | ({"torque": [each.torque for each in spectrum]} if spectrum else {}))
+    swept |= {"torque": [each.torque for each in spectrum]} if spectrum else {}
+    axes = axes_of(swept, meshes=tuple(scene.meshes))
     total = math.prod(len(each.values) for each in axes)
     solver = _solver(scene, outputs, {"samples": samples, "seed": seed, "sampler": sampler}, threads)
     groups = _groups(scene, axes, sampled=samples > 0)
@@ -233,14 +235,18 @@ def _groups(scene: Scene, axes: Sequence[Axis], *, sampled: bool) -> list[dict[t
     """
     base = scene.under(scene.load) if scene.loads else scene
     if not sampled:
-        _require_memory(base, math.prod(len(each.values) for each in axes))
+        _require_memory(next(iter(base.meshes.values())), math.prod(len(each.values) for each in axes))
     torques = next((each.values for each in axes if each.path == TORQUE), None)
     groups = []
-    for point in grid([each for each in axes if each.path != TORQUE]):
-        at = scene_at(base, point)
-        for scenes in [[at]] if torques is None else under_loads(at, torques, sampled=sampled):
-            values = [point | {TORQUE: each.load.torque} for each in scenes]
-            groups.append({tuple(x[a.path] for a in axes): s for x, s in zip(values, scenes, strict=True)})
+    for point in grid([each for each in axes if each.path not in (TORQUE, MESH)]):
+        whole = scene_at(base, point)
+        for name, at in whole.meshes.items():
+            share = at.load.torque / whole.load.torque
+            own = [[at]] if torques is None else under_loads(at, [share * T for T in torques], sampled=sampled)
+            on_first = iter(torques or (whole.load.torque,))
+            for scenes in own:
+                values = [point | {TORQUE: next(on_first), MESH: name} for _ in scenes]
+                groups.append({tuple(x[a.path] for a in axes): s for x, s in zip(values, scenes, strict=True)})
     return groups
 
 

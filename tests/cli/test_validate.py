@@ -11,6 +11,7 @@ from concurrent.futures import ProcessPoolExecutor
 
 import pytest
 
+from gearbench.errors import install_extra
 from gearbench.results.netcdf import load
 
 #: A narrow pair, cheap to solve.
@@ -109,7 +110,7 @@ def test_without_the_extra_it_says_how_to_install_it(tmp_path, command):
     env = {**os.environ, "GEARBENCH_CACHE": ""}
     done = subprocess.run([sys.executable, "-c", start, *arguments], capture_output=True, text=True, env=env)
     assert done.returncode == 1
-    assert done.stderr == f"gearbench: {module} is not installed: pip install 'gearbench[fem]'\n"
+    assert done.stderr == f"gearbench: {module} is not installed: {install_extra('fem')}\n"
 
 
 @pytest.mark.parametrize(

@@ -37,7 +37,7 @@ def test_import_error_is_explained(monkeypatch):
 
 def test_gmsh_that_is_not_installed(monkeypatch):
     monkeypatch.setattr(environment, "find_spec", lambda name: None)
-    with pytest.raises(MissingDependencyError, match=r"pip install 'gearbench\[fem\]'"):
+    with pytest.raises(MissingDependencyError, match=r"pip install 'gearbench\[fem\]"):
         import_gmsh()
 
 

@@ -21,7 +21,7 @@ from studies.s08_contact.width import checks as checks_of_width
 
 @pytest.fixture(scope="module")
 def kept() -> xr.Dataset:
-    """The stored Dataset: docs/validation.md stands on it."""
+    """The stored Dataset: docs/results_contact.md stands on it."""
     with resources.as_file(resources.files("studies.s08_contact") / "dataset.nc") as path:
         return load(path)
 

@@ -15,7 +15,7 @@ from studies.s09_contact_in_use.findings import names
 
 @pytest.fixture(scope="module")
 def kept() -> xr.Dataset:
-    """The pairs that were measured: docs/validation.md stands on them."""
+    """The pairs that were measured: docs/results_contact.md stands on them."""
     with resources.as_file(resources.files("studies.s09_contact_in_use") / "dataset.nc") as path:
         return load(path)
 

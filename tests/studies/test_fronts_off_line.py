@@ -1,4 +1,4 @@
-"""Table 2 and the fronts off the line: the stored Dataset, its limits, and what docs/validation.md says of it."""
+"""Table 2 and the fronts off the line: the stored Dataset, its limits, and what docs/results_contact.md says of it."""
 
 from importlib import resources
 

@@ -1,4 +1,4 @@
-"""The stored errors over all gears in use: what docs/validation.md says stands on them."""
+"""The stored errors over all gears in use: what docs/results_teeth.md says stands on them."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ def test_study(name, tmp_path):
 
 @pytest.fixture(scope="module")
 def kept():
-    """The stored Dataset of the tooth models: what README and docs/validation.md claim stands on it."""
+    """The stored Dataset of the tooth models: what README and docs/results_teeth.md claim stands on it."""
     with resources.as_file(resources.files("studies.s05_tooth_models") / "dataset.nc") as path:
         return load(path)
 

@@ -1,0 +1,206 @@
+"""``[gears.NAME]`` and ``[[meshes]]`` of a file, and the tables of each mesh as if its two gears were a pair."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, fields
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+from pydantic.dataclasses import dataclass as table
+
+from gearbench.errors import InputError, one_of
+from gearbench.geometry.pair import Length, Member, Pair
+from gearbench.geometry.role import Role
+from gearbench.geometry.thickness import Deviation
+from gearbench.geometry.train import Mesh, Train
+from gearbench.schema import STRICT, as_table, given, read
+
+#: Keys that both gears of a mesh have alike: of the pair, where there are no names.
+SHARED = ("normal_module", "pressure_angle", "helix_angle")
+#: Keys of a mesh that are those of a pair.
+OF_PAIR = ("centre_distance", "centre_distance_upper", "centre_distance_lower", "backlash")
+
+
+@table(frozen=True, kw_only=True, config=STRICT)
+class TrainGear(Member):
+    """A gear by its name, ``[gears.NAME]``; effects of its own flanks stand below it, e.g. ``[gears.NAME.tip_relief]``.
+
+    Those of the flanks that the idlers of a train load in their further meshes stand below ``coast``.
+
+    Parameters
+    ----------
+    normal_module, face_width
+        m_n and b [mm].
+    pressure_angle, helix_angle
+        α_n and β [°].
+    """
+
+    normal_module: Annotated[float, Field(ge=0.05, le=200.0)]
+    face_width: Length = field(kw_only=True)
+    pressure_angle: Annotated[float, Field(ge=5.0, le=40.0)] = 20.0
+    helix_angle: Annotated[float, Field(ge=0.0, le=60.0)] = 0.0
+
+
+@table(frozen=True, kw_only=True, config=STRICT)
+class TrainMesh:
+    """Two gears in mesh, an item of ``[[meshes]]``.
+
+    Parameters
+    ----------
+    name
+        How results call it; "DRIVER to DRIVEN" where absent.
+    driver, driven
+        Names of its gears.
+    flank
+        "drive" or "coast": flanks that touch while the torque of the scene is positive. An idler is driven with one
+        flank and drives with the other, which follows where it is absent.
+    centre_distance, centre_distance_upper, centre_distance_lower, backlash
+        As of a pair [mm, µm, µm, mm].
+    direction
+        From the axis of the driver to that of the driven gear, clockwise from x [°].
+    phase
+        Mesh phase when that of the first mesh is zero [mesh periods], where it does not follow from the teeth.
+    """
+
+    driver: str
+    driven: str
+    name: str = ""
+    flank: Literal["drive", "coast"] | None = None
+    centre_distance: Length
+    centre_distance_upper: Deviation = 0.0
+    centre_distance_lower: Deviation = 0.0
+    backlash: Annotated[float, Field(ge=0.0)] | None = None
+    direction: Annotated[float, Field(ge=-360.0, le=360.0)] = 0.0
+    phase: float | None = None
+
+    @property
+    def label(self) -> str:
+        """Its name, or one from those of its gears."""
+        return self.name or f"{self.driver} to {self.driven}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrainTables:
+    """The gears and meshes of a scene as they were given.
+
+    Parameters
+    ----------
+    tables
+        "gears", "meshes", "effects" and "coast" as in a file.
+    gears, meshes
+        The first two as objects; effects of the flanks are left out.
+    first
+        Pair, effects and effects of the coast flanks of the first mesh, once they are known.
+    """
+
+    tables: Mapping[str, Any] = field(hash=False)
+    gears: Mapping[str, TrainGear] = field(hash=False)
+    meshes: tuple[TrainMesh, ...]
+    first: tuple[Any, ...] | None = field(default=None, compare=False)
+
+    @classmethod
+    def of(cls, tables: Mapping[str, Any], effects: Collection[str]) -> TrainTables:
+        """Read the tables of a file, with the names of all ``effects``; raises ``InputError`` that names the key."""
+        found, listed = as_table("gears", tables.get("gears", {})), tables.get("meshes")
+        if not isinstance(listed, list | tuple) or not listed:
+            raise InputError("meshes", listed, "must be one or more tables: [[meshes]]")
+        own = {each.name for each in fields(TrainGear)}
+        gears = {}
+        for name, keys in found.items():
+            whole = as_table(f"gears.{name}", keys)
+            if unknown := [key for key in whole if key not in {*own, *effects, "coast"}]:
+                raise InputError(f"gears.{name}.{unknown[0]}", "unknown key", one_of(unknown[0], sorted(own)))
+            gears[name] = read(TrainGear, {key: value for key, value in whole.items() if key in own}, f"gears.{name}")
+        meshes = tuple(read(TrainMesh, each, f"meshes.{number}") for number, each in enumerate(listed))
+        for number, mesh in enumerate(meshes):
+            for key in ("driver", "driven"):
+                if (gear := getattr(mesh, key)) not in gears:
+                    raise InputError(f"meshes.{number}.{key}", gear, one_of(gear, gears))
+        if idle := set(gears) - {gear for mesh in meshes for gear in (mesh.driver, mesh.driven)}:
+            raise InputError(f"gears.{min(idle)}", "in no mesh", "must be the driver or the driven gear of one")
+        return cls(tables={k: v for k, v in tables.items() if k in PARTS}, gears=gears, meshes=meshes)
+
+    def pairs(self) -> dict[str, Pair]:
+        """The gears of each mesh by its name. Profile shifts follow from the meshes in their order, where not given.
+
+        A gear that meshes again keeps the shift that its first mesh asks for.
+        """
+        shifts: dict[str, float] = {}
+        found: dict[str, Pair] = {}
+        for number, mesh in enumerate(self.meshes):
+            names = (mesh.driver, mesh.driven)
+            both = [self.gears[name] for name in names]
+            for key in SHARED:
+                if getattr(both[0], key) != getattr(both[1], key):
+                    allowed = f"must be that of its mate {names[0]}, {getattr(both[0], key):g}"
+                    raise InputError(f"gears.{names[1]}.{key}", getattr(both[1], key), allowed)
+            own = {key: getattr(both[0], key) for key in (*SHARED, "face_width")}
+            own |= {key: value for key, value in given(mesh).items() if key in OF_PAIR}
+            for role, name, gear in zip(Role, names, both, strict=True):
+                known = {"profile_shift": shifts[name]} if name in shifts else {}
+                own[role.label] = known | {key: value for key, value in given(gear).items() if key not in SHARED}
+            own[Role.PINION.label].pop("face_width")
+            if own["face_width"] == own[Role.WHEEL.label]["face_width"]:
+                own[Role.WHEEL.label].pop("face_width")
+            try:
+                found[mesh.label] = pair = read(Pair, own, "pair")
+            except InputError as error:
+                raise self.named(error, number) from None
+            shifts |= zip(names, pair.profile_shifts, strict=True)
+        return found
+
+    def flanks(self, number: int, *, coast: bool) -> dict[str, Any]:
+        """The effects of a mesh by their names: those of both gears, and those of each on its flank, drive or coast."""
+        sides = ("effects", "coast") if coast else ("effects",)
+        found = {name: dict(each) for side in sides for name, each in self.tables.get(side, {}).items()}
+        known = {each.name for each in fields(TrainGear)}
+        mesh = self.meshes[number]
+        for role, gear in zip(Role, (mesh.driver, mesh.driven), strict=True):
+            drive = {k: v for k, v in self.tables["gears"][gear].items() if k not in known and k != "coast"}
+            other = as_table(f"gears.{gear}.coast", self.tables["gears"][gear].get("coast", {}))
+            if alone := other.keys() - drive.keys():
+                allowed = f"needs gears.{gear}.{min(alone)} of the drive flank too, of amount 0, say"
+                raise InputError(f"gears.{gear}.coast.{min(alone)}", "given", allowed)
+            for name, value in {**drive, **(other if coast else {})}.items():
+                common = found.setdefault(name, {})
+                if common.keys() - {each.label for each in Role}:
+                    raise InputError(f"gears.{gear}.{name}", "given", f"conflicts with effects.{name} of both gears")
+                common[role.label] = value
+        return found
+
+    def train(self, pairs: Mapping[str, Pair]) -> Train:
+        """The train of the ``pairs`` of the meshes, by their names."""
+        keys = ("driver", "driven", "direction", "phase")
+        own = ((m.label, {key: getattr(m, key) for key in keys}) for m in self.meshes)
+        return Train(meshes=tuple(Mesh(name=name, pair=pairs[name], **each) for name, each in own))
+
+    def coast(self, train: Train) -> dict[str, bool]:
+        """Whether each mesh touches with the coast flanks; raises ``InputError`` where that is not the one given."""
+        found = train.coast
+        first = self.meshes[0].flank == "coast"
+        for number, mesh in enumerate(self.meshes):
+            found[mesh.label] ^= first
+            side = "coast" if found[mesh.label] else "drive"
+            if mesh.flank not in (None, side):
+                raise InputError(f"meshes.{number}.flank", mesh.flank, f"must be {side}: a tooth is between two meshes")
+        return found
+
+    def named(self, error: InputError, number: int) -> InputError:
+        """An error in the tables of a mesh as a pair, by the keys of the file."""
+        mesh = self.meshes[number]
+        head, _, rest = error.key.partition(".")
+        names = dict(zip((role.label for role in Role), (mesh.driver, mesh.driven), strict=True))
+        parts = rest.split(".")
+        key = error.key
+        if head == "pair" and parts[0] in names:
+            key = ".".join(["gears", names[parts[0]], *parts[1:]])
+        elif head == "pair":
+            key = f"gears.{mesh.driver}.{rest}" if parts[0] not in OF_PAIR else f"meshes.{number}.{rest}"
+        elif head in ("effects", "coast") and len(parts) > 1 and parts[1] in names:
+            key = ".".join(["gears", names[parts[1]], *(["coast"] * (head == "coast")), parts[0], *parts[2:]])
+        return InputError(key, error.value, error.allowed, error.file)
+
+
+#: Tables that say what a train is, in place of the table "pair".
+PARTS = ("gears", "meshes", "effects", "coast")

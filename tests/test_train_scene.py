@@ -1,0 +1,174 @@
+"""Scenes of gears and meshes: a pair is a train of two gears, an idler carries on both flanks."""
+
+import copy
+import tomllib
+
+import numpy as np
+import pytest
+import xarray as xr
+from numpy.testing import assert_allclose
+
+from gearbench import load, robust, save, simulate, sweep
+from gearbench.errors import InputError
+from gearbench.results.origin import by_itself, scene_of
+from gearbench.scene_file import parse_scene, scene_at
+
+GEAR = {"normal_module": 2.0, "helix_angle": 17.0, "face_width": 20.0}
+IDLER = {
+    "name": "idler",
+    "gears": {
+        "motor": {**GEAR, "teeth": 19, "tip_relief": {"amount": 5.0, "length": 0.5}},
+        "idler": {**GEAR, "teeth": 31, "profile_slope": 2.0, "coast": {"profile_slope": 4.0}},
+        "load": {**GEAR, "teeth": 26, "face_width": 16.0, "axial_offset": 1.0},
+    },
+    "meshes": [
+        {"driver": "motor", "driven": "idler", "centre_distance": 52.7},
+        {"name": "out", "driver": "idler", "driven": "load", "centre_distance": 60.0, "direction": 70.0},
+    ],
+    "load": {"torque": 50.0},
+    "operation": {"speed": 1500.0, "friction_coefficient": 0.06},
+    "resolution": {"positions": 4, "segments": 9},
+    "effects": {"tooth_bending": {}, "hertz": {}},
+}
+
+
+def idler(**gears):
+    """The tables, other keys below gears."""
+    tables = copy.deepcopy(IDLER)
+    for name, keys in gears.items():
+        tables["gears"][name] |= keys
+    return tables
+
+
+def alone(**more):
+    """Tables of motor and idler alone."""
+    tables = idler()
+    del tables["gears"]["load"], tables["meshes"][1]
+    return tables | more
+
+
+def test_a_pair_is_a_train_of_two_gears():
+    scene = parse_scene(alone())
+    short = {key: IDLER[key] for key in ("name", "load", "operation", "resolution")}
+    pair = {**GEAR, "centre_distance": 52.7, "pinion": {"teeth": 19}, "wheel": {"teeth": 31}}
+    effects = {"tip_relief": {"pinion": {"amount": 5.0, "length": 0.5}}, "profile_slope": {"wheel": 2.0}}
+    coast = {"profile_slope": {"wheel": 4.0}}
+    same = parse_scene({**short, "pair": pair, "effects": {**IDLER["effects"], **effects}, "coast": coast})
+    assert scene.pair == same.pair
+    assert set(scene.effects) == set(same.effects)
+    assert scene.coast == same.coast
+    outputs = ["transmission_error", "mesh_stiffness", "line_load", "root_stress"]
+    for torque in (50.0, -50.0):
+        one, two = (simulate(scene_at(each, {"load.torque": torque}), outputs=outputs) for each in (scene, same))
+        for name in outputs:
+            assert_allclose(one[name].values, two[name].values, rtol=1e-12, atol=1e-12)
+    assert one["gear"].values.tolist() == ["motor", "idler"]
+    assert parse_scene(tomllib.loads(scene.to_toml())) == scene
+    at = scene_at(scene, {"gears.motor.tip_relief.amount": 7.0, "gears.idler.teeth": 30})
+    assert (at.effect("tip_relief").pinion.amount, at.pair.wheel.teeth) == (7.0, 30)
+
+
+def test_an_idler_drives_with_its_other_flank_under_the_torque_that_passes_through():
+    scene = parse_scene(IDLER)
+    first, second = scene.meshes.values()
+    assert second.load.torque == pytest.approx(50.0 * 31 / 19)
+    assert second.operation.speed == pytest.approx(1500.0 * 19 / 31)
+    assert [mesh.effect("profile_slope") for mesh in (first, second)] == [
+        type(first.effect("profile_slope"))(wheel=2.0),
+        type(first.effect("profile_slope"))(pinion=4.0),
+    ]
+    # the idler is the same gear in both meshes: its shift follows from the first
+    assert second.pair.gears[0] == first.pair.gears[1]
+    assert second.effect("tip_relief") is None
+
+
+def test_every_mesh_is_simulated_as_the_pair_that_it_is(tmp_path):
+    scene = parse_scene(IDLER)
+    whole = simulate(scene, outputs=["transmission_error", "line_load", "root_stress", "sliding_speed"])
+    assert whole["mesh"].values.tolist() == ["motor to idler", "out"]
+    assert whole["root_stress"].dims == ("mesh", "gear")
+    save(whole, tmp_path / "train.nc")
+    for name, one in scene.meshes.items():
+        own = by_itself(load(tmp_path / "train.nc"), name)
+        exact = simulate(one, outputs=["transmission_error", "line_load", "root_stress", "sliding_speed"])
+        for variable in exact.data_vars:
+            np.testing.assert_array_equal(own[variable].values, exact[variable].values)
+        assert own["gear"].values.tolist() == exact["gear"].values.tolist()
+        assert scene_of(own) == one
+    xr.testing.assert_equal(whole, load(tmp_path / "train.nc"))
+
+
+def test_a_train_is_written_read_and_swept_by_the_names_of_its_gears():
+    scene = parse_scene(IDLER)
+    again = parse_scene(tomllib.loads(scene.to_toml()))
+    assert again == scene
+    assert again.digest == scene.digest
+    swept = sweep(scene, {"gears.idler.coast.profile_slope": [0.0, 4.0], "torque": [20.0, 50.0]})
+    assert swept["transmission_error_mean"].dims == ("gears.idler.coast.profile_slope", "torque", "mesh")
+    change = swept["transmission_error_mean"].diff("gears.idler.coast.profile_slope").isel(torque=1)
+    assert float(change.sel(mesh="motor to idler").item()) == 0.0
+    assert abs(float(change.sel(mesh="out").item())) > 0.1
+    point = scene_of(swept.isel({"gears.idler.coast.profile_slope": 0, "torque": 0}))
+    assert point.load.torque == 20.0
+    assert point.meshes["out"].effect("profile_slope").pinion == 0.0
+
+
+def test_a_negative_torque_loads_the_other_flanks_of_all_gears():
+    scene = parse_scene(idler() | {"load": {"torque": -50.0}})
+    slopes = [
+        next(each for each in mesh.flank_effects if each.name == "profile_slope") for mesh in scene.meshes.values()
+    ]
+    assert [slopes[0].wheel, slopes[1].pinion] == [4.0, 2.0]
+    assert all(mesh.load.coast for mesh in scene.meshes.values())
+
+
+@pytest.mark.parametrize(
+    ("change", "key", "words"),
+    [
+        ({"motor": {"teeth": -19}}, "gears.motor.teeth", "internal"),
+        ({"motor": {"face_width": None}}, "gears.motor.face_width", "number"),
+        ({"motor": {"tooth": 19}}, "gears.motor.tooth", "allowed"),
+        ({"idler": {"normal_module": 2.1}}, "gears.idler.normal_module", "must be that of its mate motor, 2"),
+        ({"motor": {"tip_relief": {"amount": 5.0, "length": 90.0}}}, "gears.motor.tip_relief.length", "at most"),
+        ({"load": {"bore_diameter": -1.0}}, "gears.load.bore_diameter", "greater than 0"),
+        ({"motor": {"coast": {"profile_slope": 2.0}}}, "gears.motor.coast.profile_slope", "drive flank too"),
+        ({"motor": {"addendum": 2.0}}, "gears.motor.addendum", "pointed|root of its mate"),
+    ],
+)
+def test_faults_name_the_gear(change, key, words):
+    with pytest.raises(InputError, match=words) as caught:
+        parse_scene(idler(**change))
+    assert caught.value.key == key
+
+
+@pytest.mark.parametrize(
+    ("change", "key", "words"),
+    [
+        ({"meshes": []}, "meshes", "one or more"),
+        ({"pair": {}}, "pair", "conflicts with gears"),
+        ({"effects": {**IDLER["effects"], "tip_relief": {"amount": 1.0}}}, "gears.motor.tip_relief", "both"),
+        ({"meshes": [IDLER["meshes"][0]]}, "gears.load", "driver or the driven"),
+        ({"meshes": [IDLER["meshes"][0], IDLER["meshes"][1] | {"driver": "rotor"}]}, "meshes.1.driver", "motor"),
+        ({"meshes": [IDLER["meshes"][0], IDLER["meshes"][1] | {"flank": "drive"}]}, "meshes.1.flank", "must be coast"),
+        ({"meshes": [IDLER["meshes"][0], {**IDLER["meshes"][1], "centre_distance": 50.0}]}, "meshes.1.centre_distance",
+         "base radii"),
+    ],
+)  # fmt: skip
+def test_faults_of_the_meshes_are_one_line(change, key, words):
+    with pytest.raises(InputError, match=words) as caught:
+        parse_scene(idler() | change)
+    assert caught.value.key == key
+
+
+def test_parallel_paths_are_refused():
+    tables = idler()
+    tables["gears"]["other"] = {**GEAR, "teeth": 31}
+    tables["meshes"].insert(1, {"driver": "motor", "driven": "other", "centre_distance": 52.7, "direction": 180.0})
+    with pytest.raises(InputError, match="parallel"):
+        parse_scene(tables)
+
+
+def test_what_is_of_one_mesh_says_so():
+    scattered = {**IDLER["effects"], "manufacturing_errors": {"preset": "garambois2017"}}
+    with pytest.raises(InputError, match="2 meshes: are for simulate and sweep"):
+        robust(parse_scene(idler() | {"effects": scattered}))
