@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.assemble import assemble
 from gearbench.contact.batch import chunks, on_threads, solve_one_chunk
 from gearbench.dynamics.analysis import GROWTH, HARMONICS, check_harmonics, check_speeds, growth, spans
 from gearbench.dynamics.balance import convolution, real
@@ -57,8 +57,8 @@ class SampleCycles:
         return cls(stiffness=(k / (1 - k * mesh.compliance[0, 0])) @ rows.T, error=δ @ rows[: harmonics + 1].T)
 
 
-def sample_problem(model: Model, finer: int = 1) -> RobustProblem:
-    """Contact of the scene's own pair under random errors, on its shafts if there are any, with ``finer`` segments.
+def sample_problem(model: Model) -> RobustProblem:
+    """Contact of the scene's own pair under random errors, on its shafts if there are any.
 
     Raises
     ------
@@ -70,32 +70,22 @@ def sample_problem(model: Model, finer: int = 1) -> RobustProblem:
         raise InputError(
             "effects.manufacturing_errors.centre_distance", "given", "is for robust: here axes keep theirs"
         )
-    scene = replace(cycle.scene, resolution=replace(cycle.scene.resolution, segments=finer * cycle.lines.shape[2]))
-    lines = cycle.lines if finer == 1 else scene_lines(scene, cycle.lines.mesh_phase)
-    phases, problem = cycle.cycle.phases, assemble(scene, lines, cycle.effects)
-    return replace(prepare_problem(scene, lines, phases.weight, problem), phases=phases)
+    phases = cycle.cycle.phases
+    scene = replace(cycle.scene, resolution=replace(cycle.scene.resolution, gauss_points=phases.size))
+    return prepare_problem(scene, cycle.lines, phases.weight, assemble(scene, cycle.lines, cycle.effects))
 
 
 def sample_cycles(
     model: Model, harmonics: int, *, samples: int, seed: int, sampler: Sampler, threads: int
 ) -> SampleCycles:
-    """Orders of stiffness and transmission error of the samples of ``sample_problem``; raises as that.
-
-    Where the ends of contact patches lie between those of cells, these are of second order in their length: the limit
-    follows from cells and from cells half as long.
-    """
-    each = []
-    for finer, share in ((1, -1 / 3), (2, 4 / 3)) if model.cycles[0].lines.cells else ((1, 1.0),):
-        problem = sample_problem(model, finer)
-        drawn, parts = problem.expansion.amounts(problem.draw(samples, seed, sampler)), []
-        for solution in on_threads(partial(solve_one_chunk, problem.batch), chunks(drawn), threads):
-            cycle = MeshCycle.of(problem.scene, problem.phases, solution.approach.T, solution.stiffness.T)
-            parts.append(SampleCycles.of(cycle, model.cycles[0], harmonics))
-        each.append(
-            [share * np.concatenate([getattr(p, name) for p in parts])[:samples] for name in ("stiffness", "error")]
-        )
-    stiffness, error = (sum(parts) for parts in zip(*each, strict=True))
-    return SampleCycles(stiffness=stiffness, error=error)
+    """Orders of stiffness and transmission error of the samples of ``sample_problem``; raises as that."""
+    problem = sample_problem(model)
+    drawn, parts = problem.expansion.amounts(problem.draw(samples, seed, sampler)), []
+    for solution in on_threads(partial(solve_one_chunk, problem.batch), chunks(drawn), threads):
+        cycle = MeshCycle.of(problem.scene, problem.phases, solution.approach.T, solution.stiffness.T)
+        parts.append(SampleCycles.of(cycle, model.cycles[0], harmonics))
+    whole = {name: np.concatenate([getattr(part, name) for part in parts])[:samples] for name in ("stiffness", "error")}
+    return SampleCycles(**whole)
 
 
 def force_rms(model: Model, group: Group, cycles: SampleCycles, speed: NDArray, threads: int) -> NDArray:
