@@ -104,7 +104,8 @@ class ProcessPool(Pool):
     def close(self) -> None:
         """See ``Pool``."""
         for process in self._context.started:
-            process.kill()
+            if process.pid is not None:
+                process.kill()
         if self._executor is not None:
             self._executor.shutdown(cancel_futures=True)
         self._context.started.clear()
