@@ -34,12 +34,16 @@ def robust_dataset(
     responses: Responses,
     *,
     more: Sequence[str] = (),
+    shares: bool = True,
     complete: bool,
     sampler: Sampler,
     seed: int,
     wall_time: float,
 ) -> xr.Dataset:
-    """Dataset over the samples that were computed; ``errors`` (sample, error) [µm]; ``more`` get statistics too."""
+    """Dataset over the samples that were computed; ``errors`` (sample, error) [µm]; ``more`` get statistics too.
+
+    ``shares``: whether the errors' shares in the variance are in it.
+    """
     import xarray as xr
 
     from gearbench.robustness.sensitivity import sensitivities
@@ -55,14 +59,14 @@ def robust_dataset(
     drawn = problem.errors.variables(problem.scene.pair)
     variables["tightening_cost"] = ("error_name", [each.cost for each in drawn])
     studied = tuple(dict.fromkeys((*STUDIED, *more))) if count > 1 else ()
-    shares = sensitivities(errors[:ENOUGH], [responses[name][:ENOUGH] for name in studied], FINER)
-    for name, found in zip(studied, shares, strict=True):
-        values = responses[name]
-        for statistic, (value, standard_error) in summarise(values, sampler).items():
+    for name in studied:
+        for statistic, (value, standard_error) in summarise(responses[name], sampler).items():
             variables[f"{name}_{statistic}"] = ((), value)
             variables[f"{name}_{statistic}_standard_error"] = ((), standard_error)
+    found = sensitivities(errors[:ENOUGH], [responses[name][:ENOUGH] for name in studied], FINER) if shares else []
+    for name, each in zip(studied, found, strict=False):
         for part in ("first_order", "total", "tightened"):
-            value, uncertainty = getattr(found, part)
+            value, uncertainty = getattr(each, part)
             variables[f"{name}_{part}"] = ("error_name", value)
             variables[f"{name}_{part}_standard_error"] = ("error_name", uncertainty)
     attrs = provenance(problem.scene, wall_time=wall_time, seed=seed)

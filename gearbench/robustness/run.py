@@ -31,6 +31,7 @@ def robust(
     sampler: Sampler = "sobol",
     threads: int | None = None,
     responses: Sequence[str] = (),
+    shares: bool = True,
     progress: Callable[[int], None] = lambda _: None,
 ) -> xr.Dataset:
     """Response of ``scene`` to random manufacturing errors.
@@ -46,6 +47,9 @@ def robust(
         Number of threads, as many as processors by default; called with the number of samples done so far.
     responses
         Names of more responses, see ``gearbench.results.responses``.
+    shares
+        Whether to compute the share of each error in the variance, and what a class finer gains; of several loads they
+        always are.
 
     Returns
     -------
@@ -82,7 +86,13 @@ def robust(
     errors = problem.draw(samples or SAMPLES, seed, sampler)
     answers, complete = respond(problem, errors, threads, progress, tuple(dict.fromkeys((*MEASURED, *responses))))
     _LOG.info("%d samples of %d errors on %d threads, %d rescued", *errors.shape, threads, answers.rescued)
-    run = {"complete": complete, "sampler": sampler, "seed": seed, "wall_time": time.perf_counter() - start}
+    run = {
+        "complete": complete,
+        "sampler": sampler,
+        "seed": seed,
+        "shares": shares,
+        "wall_time": time.perf_counter() - start,
+    }
     return robust_dataset(problem, errors, answers, more=responses, **run).assign_attrs(chosen)
 
 
