@@ -10,7 +10,12 @@ export MPLBACKEND ?= agg
 # faults alone: neither what it loads nor advice about itself
 PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --root-user-action=ignore
 
-.PHONY: demo test test-all lint bench studies docs docs-tables clean system-libraries browser
+# Debian packages: installed, and named in a line, where this is possible without asking anyone; else named alone.
+apt = if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then echo "installing of the system: $(1)"; \
+  apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq $(1) >/dev/null; \
+  else echo "missing of the system: sudo apt-get install $(1)"; false; fi
+
+.PHONY: demo test test-all lint bench studies docs docs-tables wheel clean system-libraries programs
 
 demo: $(STAMP)
 	@$(BIN)/python -m examples.demo out/demo
@@ -18,7 +23,7 @@ demo: $(STAMP)
 test: $(STAMP) system-libraries
 	$(BIN)/python -m pytest -m "not slow" -n 2 --dist loadfile
 
-test-all: $(STAMP) system-libraries browser
+test-all: $(STAMP) system-libraries programs
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 lint: $(STAMP)
@@ -29,7 +34,7 @@ lint: $(STAMP)
 bench: $(STAMP)
 	$(BIN)/python -m pytest benchmarks --benchmark-only -o addopts="" -q
 
-studies: $(STAMP) system-libraries
+studies: $(STAMP) system-libraries programs
 	$(BIN)/python -m studies run all
 
 # The pages of docs/ into out/site: warnings are errors, nothing comes from the network.
@@ -37,40 +42,32 @@ docs: $(STAMP)
 	$(BIN)/python -m sphinx -b html -W --keep-going -q -d out/doctrees docs out/site
 	@echo "open out/site/index.html"
 
+# The wheel, in an environment and a folder of its own: nothing of the sources is found there.
+wheel: $(STAMP)
+	@rm -rf out/wheel && mkdir -p out/wheel
+	@$(BIN)/python -m pip wheel --quiet --no-deps --wheel-dir out/wheel .
+	@$(PYTHON) -m venv out/wheel/venv
+	@out/wheel/venv/bin/python -m pip install --quiet --disable-pip-version-check out/wheel/*.whl
+	@cp examples/case1.toml out/wheel
+	cd out/wheel && venv/bin/gearbench simulate case1.toml -o case1.nc
+
 # Pages that are made from the code; tests/docs/test_tables.py holds them up to date.
 docs-tables: $(STAMP)
 	$(BIN)/python -m docs.generate
 
-# Shared libraries that gmsh loads: named, and installed where this is possible without asking anyone.
-# CalculiX too, for contact by finite elements; nothing else needs it, and its tests are skipped without it.
+# Shared libraries that gmsh loads.
 system-libraries: $(STAMP)
 	@missing="$$($(BIN)/python -c 'from fem_reference.environment import missing_system_packages as m; print(*m())')"; \
-	if [ -n "$$missing" ]; then \
-	  echo "gmsh needs these Debian packages: $$missing"; \
-	  if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
-	    apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq $$missing; \
-	  else \
-	    echo "install them with: sudo apt-get install $$missing"; exit 1; \
-	  fi; \
-	fi
-	@command -v ccx >/dev/null || \
-	  { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && \
-	    DEBIAN_FRONTEND=noninteractive apt-get install -y -qq calculix-ccx; } || \
-	  echo "contact by finite elements needs CalculiX: sudo apt-get install calculix-ccx"
+	[ -z "$$missing" ] || { $(call apt,$$missing); }
 
-# Chromium for the tests of the explorer; without it they are skipped and say so.
-browser:
-	@if ! command -v chromium >/dev/null || ! command -v chromedriver >/dev/null; then \
-	  if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
-	    apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -y -qq chromium chromium-driver; \
-	  else \
-	    echo "no Chromium, its tests are skipped; install it with: sudo apt-get install chromium chromium-driver"; \
-	  fi; \
-	fi
+# CalculiX, for contact by finite elements, and Chromium, for the tests of the explorer; without them they are skipped.
+programs:
+	@command -v ccx >/dev/null || { $(call apt,calculix-ccx); } || true
+	@command -v chromedriver >/dev/null || { $(call apt,chromium chromium-driver); } || true
 
 $(STAMP): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "Python 3.11 or newer is needed: make PYTHON=python3.12 …"; exit 1; }
-	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV) || { echo "the module venv is missing: apt-get install python3-venv"; exit 1; }
+	@test -x $(BIN)/pip || $(PYTHON) -m venv $(VENV) || { $(call apt,python3-venv) && $(PYTHON) -m venv $(VENV); }
 	@echo "installing gearbench and what it needs into $(VENV): once, some minutes"
 	@$(PIP) --upgrade pip
 	@$(PIP) --editable ".[$(EXTRAS)]"

@@ -246,8 +246,8 @@ def _circles(scene: Scene, role: Role) -> list[tuple[float, str, str]]:
     working = gear.base_radius / np.cos(pair.meshing.alpha_wt)
     found = [(gear.tip_radius, "tip", "-"), (working, "pitch", "--"), (pair.meshing.active_radii[role][0], "SAP", "-")]
     reliefs = [effect for effect in scene.flank_effects if isinstance(effect, ProfileRelief)]
-    for slope in (slope for effect in reliefs for slope in effect.slopes(pair) if slope.role == role):
-        radius = slope.start if slope.along == "radius" else float(np.hypot(slope.start, gear.base_radius))
+    for begin in (m for effect in reliefs for m in effect.modifications(pair) if m.role == role):
+        radius = begin.start if begin.along == "radius" else float(np.hypot(begin.start, gear.base_radius))
         found.append((radius, "relief", ":"))
     return found
 

@@ -4,18 +4,21 @@ import ast
 import re
 import subprocess
 import sys
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
 
 from tests.support.paths import ROOT
 
-TREES = {
-    path: ast.parse(path.read_text(encoding="utf-8"))
-    for folder in ("gearbench", "fem_reference", "studies")
-    for path in sorted((ROOT / folder).rglob("*.py"))
-}
-MODULES = {".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path for path in TREES}
+PATHS = [path for folder in ("gearbench", "fem_reference", "studies") for path in sorted((ROOT / folder).rglob("*.py"))]
+MODULES = {".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path for path in PATHS}
 # kernels of the contact that take more arguments than the others may
 WIDE = {"_batch_kernels.py", "_coupled_kernels.py", "_force_kernels.py", "_kernels.py"}
+
+
+@cache
+def trees() -> dict[Path, ast.Module]:
+    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in PATHS}
 
 
 def layers() -> dict[str, int]:
@@ -63,11 +66,13 @@ def imports(tree: ast.AST, *, everywhere: bool = True) -> set[str]:
 def needs(module: str) -> set[str]:
     """Modules of the project that ``module`` imports; of the public names the stub says where they come from."""
     path = MODULES[module]
-    tree = ast.parse(path.with_suffix(".pyi").read_text(encoding="utf-8")) if module == "gearbench" else TREES[path]
+    tree = ast.parse(path.with_suffix(".pyi").read_text(encoding="utf-8")) if module == "gearbench" else trees()[path]
     return {name for name in imports(tree) if name in MODULES} - {module}
 
 
-NEEDS = {module: needs(module) for module in MODULES}
+@cache
+def all_needs() -> dict[str, set[str]]:
+    return {module: needs(module) for module in MODULES}
 
 
 def test_every_line_names_parts_that_exist():
@@ -76,7 +81,7 @@ def test_every_line_names_parts_that_exist():
 
 def test_imports_point_downward():
     above = {"effort", "doctor", "effects", "validation", "studies", "fem_reference", "fem_reference.contact"}
-    for module, others in NEEDS.items():
+    for module, others in all_needs().items():
         own = part(module)
         for other in others:
             assert part(other) == own or LAYERS[part(other)] < LAYERS[own], f"{module} imports {other}"
@@ -93,12 +98,12 @@ def circle(graph: dict[str, set[str]]) -> list[str]:
 
 
 def test_no_modules_import_each_other_in_a_circle():
-    assert circle(NEEDS) == []
+    assert circle(all_needs()) == []
 
 
 def test_no_packages_import_each_other_in_a_circle():
     graph: dict[str, set[str]] = {part(module): set() for module in MODULES}
-    for module, others in NEEDS.items():
+    for module, others in all_needs().items():
         graph[part(module)] |= {part(other) for other in others} - {part(module)}
     assert circle(graph) == []
 
@@ -111,7 +116,7 @@ def test_circles_and_imports_in_functions_are_seen():
 
 
 def test_heavy_packages_are_imported_where_they_are_used():
-    for path, tree in TREES.items():
+    for path, tree in trees().items():
         if path.parts[-2] == "fem_reference" or path.name.endswith("kernels.py"):
             heavy = {"gmsh", "matplotlib", "pymoo", "dask", "pypardiso"}
         else:
@@ -129,7 +134,7 @@ def test_importing_the_package_imports_next_to_nothing():
 
 
 def test_public_functions_are_documented():
-    for path, tree in TREES.items():
+    for path, tree in trees().items():
         for owner in (tree, *(node for node in tree.body if isinstance(node, ast.ClassDef))):
             for node in owner.body:
                 public = isinstance(node, ast.FunctionDef) and not node.name.startswith("_")
@@ -139,7 +144,7 @@ def test_public_functions_are_documented():
 
 def test_kernels_take_twelve_arguments_at_most():
     """Other functions take 8, which ruff sees to."""
-    for path, tree in TREES.items():
+    for path, tree in trees().items():
         if path.name.endswith("kernels.py") and path.name not in WIDE:
             for node in ast.walk(tree):
                 assert not isinstance(node, ast.FunctionDef) or len(node.args.args) <= 12, f"{node.name} in {path}"

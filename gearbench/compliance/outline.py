@@ -39,22 +39,11 @@ def roll_angles(gear: Gear) -> tuple[float, float]:
 
 
 def _fillet(gear: Gear, points: int) -> Outline:
-    fillet, r = gear.fillet, gear.pitch_radius
-    end = float(fillet.parameter(np.array(gear.form_radius)))
+    end = float(gear.fillet.parameter(np.array(gear.form_radius)))
     tau, weight = gauss(points, 0.0, math.tan(end / 2))
-    sin, cos = 2 * tau / (1 + tau**2), (1 - tau**2) / (1 + tau**2)
-    tan, (corner, depth), rho, cos_b = sin / cos, fillet.rack.corner, fillet.rack.fillet, math.cos(fillet.beta)
-    # the point of the rack above the pitch line, the point it cuts, and derivatives by φ
-    eta, d_eta = fillet.shift - depth - rho * cos, rho * sin
-    x, dx = -eta * cos_b * tan, -cos_b * (d_eta * tan + eta * (1 + tan**2))
-    y, dy = r + eta, d_eta
-    # R² − r_f² free of cancellation: y − r_f = ρ (1 − cos φ) = ρ τ sin φ
-    height = x**2 + rho * tau * sin * (y + fillet.root_radius)
-    R = np.sqrt(fillet.root_radius**2 + height)
-    dR = (x * dx + y * dy) / R
-    psi = math.pi / gear.teeth - np.arctan2(x, y) - ((corner + rho * sin) / cos_b - x) / r
-    d_psi = (x * dy - dx * y) / R**2 - (rho * cos / cos_b - dx) / r
-    return height / (R + fillet.root_radius), weight * dR * 2 / (1 + tau**2), R * psi, psi + R * d_psi / dR
+    x, dR, psi, d_psi = gear.fillet.along(2 * np.arctan(tau))
+    R = gear.root_radius + x
+    return x, weight * dR * 2 / (1 + tau**2), R * psi, psi + R * d_psi / dR
 
 
 def _involute(gear: Gear, points: int) -> Iterator[Outline]:

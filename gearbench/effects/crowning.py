@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated, Any, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.over_face import FaceCurve, OverFace
-from gearbench.effects.relief import MICROMETRE, Amount, one_or_each
+from gearbench.effects.over_face import OverFace
+from gearbench.effects.shape import Amount, Ramp, Shape, one_or_each
 from gearbench.errors import InputError
+from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 Highest = Annotated[float, Field(ge=0.0, le=20000.0)]
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class OneCrowning(FaceCurve):
+class OneCrowning:
     """Crowning of one gear, over its own face.
 
     Parameters
@@ -40,14 +40,19 @@ class OneCrowning(FaceCurve):
         if self.highest is not None and self.highest > b:
             raise InputError("highest", self.highest, f"must be at most the face width, {b:.4g} mm")
 
-    def over(self, y: NDArray, b: float) -> NDArray:
-        """Gap [mm] at positions y on a face of the width b [mm]."""
+    def shapes(self, role: Role | None, b: float) -> list[Shape]:
+        """One parabola over a face of the width b [mm], or half parabolas on both sides of the highest point."""
         first = self.amount if self.amount_at_0 is None else self.amount_at_0
-        y_0 = b / 2 if self.highest is None else self.highest
-        from_top = y - y_0
-        # a side without width has no point on it
-        before, after = from_top / (y_0 or 1.0), from_top / (b - y_0 or 1.0)
-        return MICROMETRE * np.where(from_top < 0, first * before**2, self.amount * after**2)
+        top = b / 2 if self.highest is None else self.highest
+        whole = Ramp(along="face", start=top, length=top or b, power=2)
+        if first == self.amount and top == b / 2:
+            return [Shape(role=role, amount=self.amount, factors=(whole,))]
+        sides = ((first, -top), (self.amount, b - top))
+        return [
+            Shape(role=role, amount=x, factors=(replace(whole, length=length, one_sided=True, kinked=False),))
+            for x, length in sides
+            if length  # a side without width has no point on it
+        ]
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -75,6 +80,7 @@ class Crowning(OverFace):
     pinion: OneCrowning | None = None
     wheel: OneCrowning | None = None
 
+    of_pair: ClassVar[type] = OneCrowning
     name: ClassVar[str] = "crowning"
     summary: ClassVar[str] = "gap: parabola over the face width"
     source: ClassVar[str] = "ISO 21771-1 C_β; Garambois et al. 2017"
@@ -83,10 +89,3 @@ class Crowning(OverFace):
 
     def __post_init__(self) -> None:
         one_or_each(self, ("amount",), ("amount_at_0", "highest"))
-
-    @property
-    def of_pair(self) -> OneCrowning | None:
-        """The crowning of both gears together."""
-        if self.amount is None:
-            return None
-        return OneCrowning(amount=self.amount, amount_at_0=self.amount_at_0, highest=self.highest)

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass as plain_dataclass
+from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import GapEffect
-from gearbench.effects.relief import Amount
+from gearbench.effects.shape import Amount, Points, Ramp, Shape, ShapeEffect
 from gearbench.errors import InputError
+from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
-
-#: Curves with more points than this cannot have a panel of the mesh cycle for each.
-MOST_KINKS = 12
 
 Coordinates = Annotated[tuple[Annotated[float, Field(ge=-20000.0, le=20000.0)], ...], Field(max_length=10000)]
 Deviations = Annotated[tuple[Amount, ...], Field(max_length=10000)]
@@ -58,27 +58,19 @@ class FlankCurve:
         if not np.all(np.diff(at) > 0):
             raise InputError("at", list(at), "must increase")
 
-    def values(self, t: NDArray, position: NDArray) -> NDArray:
-        """Deviation [µm] where the polynomial's variable is ``t`` and the points' position is ``position``."""
-        if self.polynomial is not None:
-            return np.polynomial.polynomial.polyval(t, (0.0, *self.polynomial))
-        return np.interp(position, np.array(self.at), np.array(self.deviation))
-
-    @property
-    def kinks(self) -> tuple[float, ...]:
-        """Positions of the points of a coarse curve; the kinks of a fine one are too many to integrate between."""
-        return self.at if self.at is not None and len(self.at) <= MOST_KINKS else ()
+    def shapes(self, role: Role, extent: Ramp) -> Iterator[Shape]:
+        """Shapes on a gear, whose polynomials are of t over an ``extent``."""
+        if self.at is not None and self.deviation is not None:
+            along = "face" if extent.along == "face" else "roll"
+            yield Shape(role=role, factors=(Points(along=along, at=self.at, values=self.deviation),))
+        for power, c in enumerate(self.polynomial or (), start=1):
+            if c:
+                yield Shape(role=role, amount=c, factors=(replace(extent, power=power),))
 
 
-@dataclass(frozen=True, kw_only=True, config=STRICT)
-class CurvesOfGears(GapEffect):
-    """A curve of one gear or of both.
-
-    Parameters
-    ----------
-    pinion, wheel
-        The curve of each gear.
-    """
+@plain_dataclass(frozen=True)
+class CurvesOfGears(ShapeEffect):
+    """A curve of one gear or of both."""
 
     pinion: FlankCurve | None = None
     wheel: FlankCurve | None = None
@@ -91,3 +83,11 @@ class CurvesOfGears(GapEffect):
     def curves(self) -> dict[Role, FlankCurve]:
         """The curve of each gear that has one."""
         return {role: curve for role in Role if (curve := getattr(self, role.label)) is not None}
+
+    @abstractmethod
+    def extent(self, pair: Pair, role: Role) -> Ramp:
+        """t of the polynomials of a gear."""
+
+    def shapes(self, pair: Pair) -> list[Shape]:
+        """The terms of polynomials, and the lines through points."""
+        return [each for role, curve in self.curves.items() for each in curve.shapes(role, self.extent(pair, role))]

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.over_face import FaceCurve, OverFace
-from gearbench.effects.relief import Amount, Extent, Shape, one_or_each, relief
+from gearbench.effects.over_face import OverFace
+from gearbench.effects.shape import Amount, Extent, Form, Shape, one_or_each, relief
 from gearbench.errors import InputError
+from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 _ENDS = ("at_0", "at_b")
@@ -32,11 +32,11 @@ class OneEnd:
 
     amount: Amount
     length: Extent
-    shape: Shape = "linear"
+    shape: Form = "linear"
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class OneFace(FaceCurve):
+class OneFace:
     """End relief of one gear, over its own face: the same at both ends, or a table for either end.
 
     Parameters
@@ -53,7 +53,7 @@ class OneFace(FaceCurve):
 
     amount: Amount | None = None
     length: Extent | None = None
-    shape: Shape = "linear"
+    shape: Form = "linear"
     at_0: OneEnd | None = None
     at_b: OneEnd | None = None
 
@@ -78,18 +78,14 @@ class OneFace(FaceCurve):
             allowed = f"both together must be at most the face width, {b:.4g} mm"
             raise InputError(f"{name}.length", max(lengths), allowed)
 
-    def over(self, y: NDArray, b: float) -> NDArray:
-        """Gap [mm] at positions y on a face of the width b [mm]."""
-        total = np.zeros_like(y)
-        for end, distance in zip(self.ends, (y, b - y), strict=True):
-            if end is not None:
-                total += relief(distance, end.length, end.amount, end.shape)
-        return total
-
-    def begins(self, b: float) -> tuple[float, ...]:
-        """Where each relief begins, y [mm]."""
-        at_0, at_b = (None if end is None or end.amount == 0 else end.length or None for end in self.ends)
-        return tuple(y for y in (at_0, None if at_b is None else b - at_b) if y is not None)
+    def shapes(self, role: Role | None, b: float) -> list[Shape]:
+        """The reliefs of a face of the width b [mm] that take something away."""
+        found = []
+        for end, edge, inwards in zip(self.ends, (0.0, b), (1, -1), strict=True):
+            if end is not None and end.amount and end.length:
+                ramp = relief("face", edge, edge + inwards * end.length, end.amount, end.shape)
+                found.append(Shape(role=role, amount=end.amount, factors=(ramp,)))
+        return found
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -114,12 +110,13 @@ class EndRelief(OverFace):
 
     amount: Amount | None = None
     length: Extent | None = None
-    shape: Shape = "linear"
+    shape: Form = "linear"
     at_0: OneEnd | None = None
     at_b: OneEnd | None = None
     pinion: OneFace | None = None
     wheel: OneFace | None = None
 
+    of_pair: ClassVar[type] = OneFace
     name: ClassVar[str] = "end_relief"
     summary: ClassVar[str] = "gap: relief of the ends of the face"
     source: ClassVar[str] = "ISO 21771-1 C_βI, C_βII"
@@ -128,13 +125,6 @@ class EndRelief(OverFace):
 
     def __post_init__(self) -> None:
         if self.pinion is None and self.wheel is None:
-            _ = self.of_pair  # refuses what is no relief
+            one_or_each(self, ("amount", "length"), names=_ENDS)
         else:
             one_or_each(self, ("amount", "length"), _ENDS)
-
-    @property
-    def of_pair(self) -> OneFace | None:
-        """The relief of both gears together."""
-        if self.pinion is not None or self.wheel is not None:
-            return None
-        return OneFace(amount=self.amount, length=self.length, shape=self.shape, at_0=self.at_0, at_b=self.at_b)

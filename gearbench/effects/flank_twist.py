@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import GapEffect
-from gearbench.effects.error_modes import profile_coordinate
-from gearbench.effects.relief import MICROMETRE, Amount
-from gearbench.geometry.action import ContactLines
+from gearbench.effects.shape import AmountOfGears, Ramp, face_slope, slope
+from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class FlankTwist(GapEffect):
+class FlankTwist(AmountOfGears):
     """Flank twist S_α of each gear: e = S_α (y/b − ½) (t − ½).
 
     t counts from 0 to 1 over the roll length of the active profile. The profile slope at y is S_α (y/b − ½); S_α is
@@ -30,19 +27,13 @@ class FlankTwist(GapEffect):
         S_α, change of the profile slope over the face width [µm].
     """
 
-    pinion: Amount = 0.0
-    wheel: Amount = 0.0
-
     name: ClassVar[str] = "flank_twist"
     summary: ClassVar[str] = "gap: profile slope of each gear that changes linearly over the face width"
     source: ClassVar[str] = "ISO 21771-1 S_α"
     use: ClassVar[str] = "The twist that generating grinding leaves on a crowned helical flank, or a wanted bias."
     example: ClassVar[dict[str, Any]] = {"pinion": 6.0}
 
-    def gap(self, lines: ContactLines) -> NDArray:
-        """Gap [mm], (position, pair, segment)."""
-        twisted = np.zeros(lines.shape)
-        for role, amount in zip(Role, (self.pinion, self.wheel), strict=True):
-            across = lines.own_face(role) / lines.pair.gears[role].face_width - 0.5
-            twisted += amount * across * (profile_coordinate(lines, role) - 0.5)
-        return MICROMETRE * twisted
+    def factors(self, pair: Pair, role: Role) -> tuple[Ramp, ...]:
+        """(y/b − ½) and (t − ½)."""
+        along, over = slope(pair, role), face_slope(pair, role)
+        return tuple(replace(ramp, start=ramp.start + ramp.length / 2) for ramp in (over, along))

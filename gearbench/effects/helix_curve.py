@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from typing import Any, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.curves import CurvesOfGears
-from gearbench.effects.relief import MICROMETRE
-from gearbench.geometry.action import ContactLines
+from gearbench.effects.shape import Ramp, face_slope
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 
@@ -33,14 +31,6 @@ class HelixCurve(CurvesOfGears):
     use: ClassVar[str] = "Where the helix is given as a polynomial or as a trace."
     example: ClassVar[dict[str, Any]] = {"pinion": {"at": [0.0, 6.0, 18.0, 24.0], "deviation": [5.0, 0.0, 0.0, 3.0]}}
 
-    def gap(self, lines: ContactLines) -> NDArray:
-        """Gap [mm], (position, pair, segment)."""
-        values = []
-        for role, curve in self.curves.items():
-            y = lines.own_face(role)
-            values.append(curve.values(y / lines.pair.gears[role].face_width, y))
-        return MICROMETRE * np.sum(values, axis=0)
-
-    def face_kinks(self, pair: Pair) -> tuple[float, ...]:
-        """Positions y [mm] of the points of coarse curves."""
-        return tuple(y - pair.overhangs[role][0] for role, curve in self.curves.items() for y in curve.kinks)
+    def extent(self, pair: Pair, role: Role) -> Ramp:
+        """y/b over the face of the gear."""
+        return face_slope(pair, role)

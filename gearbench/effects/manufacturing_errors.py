@@ -13,12 +13,10 @@ from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects import error_modes
 from gearbench.effects.base import Effects, GapEffect
 from gearbench.effects.distributions import DISTRIBUTIONS, Distribution
-from gearbench.effects.error_modes import Along, Range
 from gearbench.effects.expansion import Expansion, Part
-from gearbench.effects.relief import MICROMETRE, Gears, chosen
+from gearbench.effects.shape import Along, Gears, Range, Shape, barrel, chosen, face_slope, opening, slope
 from gearbench.effects.varied import Eccentricity, RunOut, Scatter, Variable, VariedKey
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, pair_indices
@@ -75,7 +73,7 @@ IsoClass = Annotated[int, Field(ge=0, le=12)]
 
 @plain_dataclass(frozen=True)
 class ErrorMode:
-    """One random variable of the pair: name, amplitude [µm], distribution, sign, shape, gear and tooth (None: all).
+    """One random variable of the pair: name, amplitude [µm], distribution, sign, shape of 1 µm and tooth (None: all).
 
     And what one class finer of its tolerance costs.
     """
@@ -84,27 +82,17 @@ class ErrorMode:
     amplitude: float
     distribution: Distribution
     sign: int
-    shape: Callable[..., NDArray]
-    gear: Role
+    shape: Callable[[ContactLines], NDArray]
     tooth: int | None
     cost: float
 
-    def gap(self, lines: ContactLines, along: Along, span: Range) -> NDArray:
+    def gap(self, lines: ContactLines) -> NDArray:
         """Gap of 1 µm of the error, (position, pair, segment) [mm]."""
-        shape = MICROMETRE * self.sign * self.shape(lines, self.gear, along, span)
-        return shape if self.tooth is None else shape * (lines.index == self.tooth)[:, None]
+        gap = self.sign * self.shape(lines)
+        return gap if self.tooth is None else gap * (lines.index == self.tooth)[:, None]
 
 
-_SHAPES: MappingProxyType[str, Callable[..., NDArray]] = MappingProxyType(
-    {
-        "profile_slope": error_modes.profile_slope,
-        "profile_form": error_modes.profile_form,
-        "helix_slope": error_modes.helix_slope,
-        "helix_form": error_modes.helix_form,
-        "inclination": error_modes.inclination,
-        "deviation": error_modes.deviation,
-    }
-)
+_SHAPES = ("profile_slope", "profile_form", "helix_slope", "helix_form", "inclination", "deviation")
 _CLASSES = ("iso_class", "pinion_iso_class", "wheel_iso_class")
 _OF_AXES = ("inclination", "deviation")
 #: Run-out and wobble: how the wave lies over the face.
@@ -221,7 +209,7 @@ class ManufacturingErrors(GapEffect):
         """The random variables of the pair, in a fixed order."""
         this = self.convention()
         modes = []
-        for name, shape in _SHAPES.items():
+        for name in _SHAPES:
             kind: ErrorKind | None = getattr(this, name)
             if kind is None:
                 continue
@@ -230,12 +218,12 @@ class ManufacturingErrors(GapEffect):
                 amplitude = kind.amplitude
                 if amplitude is None:
                     amplitude = this.class_amplitude(kind.tolerance or name, pair, gear)
+                shape = this._shape(name, pair, gear)
                 label = name if name in _OF_AXES else f"{name}_{gear.label}"
                 teeth = (None,) if kind.drawn == "gear" or name in _OF_AXES else tuple(pair_indices(pair).tolist())
                 for tooth in teeth:
                     full = label if tooth is None else f"{label}_tooth{tooth:+d}"
-                    shown = (kind.distribution, kind.sign, shape, gear, tooth, kind.cost)
-                    modes.append(ErrorMode(full, amplitude, *shown))
+                    modes.append(ErrorMode(full, amplitude, kind.distribution, kind.sign, shape, tooth, kind.cost))
         return tuple(modes)
 
     def class_amplitude(self, tolerance: str, pair: Pair, role: Role) -> float:
@@ -250,7 +238,7 @@ class ManufacturingErrors(GapEffect):
 
     def modes(self, lines: ContactLines) -> NDArray:
         """Gap of 1 µm of each error, (position, pair, segment, error) [mm]."""
-        return np.stack([self._gap(mode, lines) for mode in self.error_modes(lines.pair)], axis=-1)
+        return np.stack([mode.gap(lines) for mode in self.error_modes(lines.pair)], axis=-1)
 
     def _revolving(self) -> tuple[Eccentricity, ...]:
         """Run-out and wobble of each gear that has them."""
@@ -315,15 +303,21 @@ class ManufacturingErrors(GapEffect):
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap with every error at its mean, (position, pair, segment) [mm]."""
         drawn = zip(self.error_modes(lines.pair), self.mean(lines.pair), strict=False)
-        total = sum((mean * self._gap(mode, lines) for mode, mean in drawn if mean), np.zeros(lines.shape))
+        total = sum((mean * mode.gap(lines) for mode, mean in drawn if mean), np.zeros(lines.shape))
         for each in self._revolving():
             total = total + each.modes(lines)[..., 0] * each.amplitude * DISTRIBUTIONS[each.distribution].mean
         return total
 
-    def _gap(self, mode: ErrorMode, lines: ContactLines) -> NDArray:
-        """Gap of 1 µm of the error, (position, pair, segment) [mm]."""
-        this = self.convention()
-        return mode.gap(lines, this.along, this.profile_range)
+    def _shape(self, name: str, pair: Pair, role: Role) -> Callable[[ContactLines], NDArray]:
+        """Gap of 1 µm of an error: of the axes; from 0 to 1 along the profile or over the face; or a barrel over it.
+
+        A constant added to a shape moves the mean transmission error and nothing else.
+        """
+        if name in _OF_AXES:
+            return partial(opening, **({"inclination": 0.0, "deviation": 0.0} | {name: 1.0}))
+        profile = name.startswith("profile")
+        ramp = slope(pair, role, self.along, self.profile_range) if profile else face_slope(pair, role)
+        return Shape(role=role, factors=(barrel(ramp) if name.endswith("form") else ramp,)).gap
 
 
 def _amounts(key: VariedKey, modes: int, values: NDArray) -> NDArray:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, ClassVar
 
 from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import GapEffect
-from gearbench.effects.relief import MICROMETRE, Amount
+from gearbench.effects.shape import Amount, opening
 from gearbench.geometry.action import ContactLines
 from gearbench.schema import STRICT
 
@@ -43,9 +42,4 @@ class Misalignment(GapEffect):
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
-        alpha = lines.pair.meshing.alpha_wt
-        # seen from the other flanks the wheel comes nearer where it receded
-        across = -self.deviation if lines.coast else self.deviation
-        opening = self.inclination * math.sin(alpha) + across * math.cos(alpha)
-        normal = MICROMETRE * math.cos(lines.pair.meshing.beta_b)
-        return normal * opening * lines.face / lines.pair.meshing.face_width
+        return opening(lines, self.inclination, self.deviation)

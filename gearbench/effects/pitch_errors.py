@@ -11,7 +11,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import Effects, GapEffect, Turning
-from gearbench.effects.relief import MICROMETRE, Amount
+from gearbench.effects.shape import MICROMETRE, Amount
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair

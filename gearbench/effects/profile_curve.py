@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import Effects
 from gearbench.effects.curves import CurvesOfGears
-from gearbench.effects.error_modes import profile_coordinate
-from gearbench.effects.relief import MICROMETRE
+from gearbench.effects.shape import Ramp, slope
 from gearbench.errors import InputError
-from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.profile import Modification
+from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 
@@ -48,27 +43,6 @@ class ProfileCurve(CurvesOfGears):
                 allowed = f"must cover half of the active profile, roll lengths of {low:.5g} to {high:.5g} mm"
                 raise InputError(f"{role.label}.at", span, allowed)
 
-    def gap(self, lines: ContactLines) -> NDArray:
-        """Gap [mm], (position, pair, segment)."""
-        total = np.zeros(lines.shape)
-        for role, curve in self.curves.items():
-            total += MICROMETRE * curve.values(profile_coordinate(lines, role), lines.rolls[role])
-        return total
-
-    def modifications(self, pair: Pair) -> tuple[Modification, ...]:
-        """The same of each profile, where all are polynomials."""
-        found: list[Modification] = []
-        for role, curve in self.curves.items():
-            if curve.polynomial is None:
-                return ()
-            low, high = pair.meshing.active_rolls[role]
-            for power, c in enumerate(curve.polynomial, start=1):
-                missing = c * MICROMETRE / math.cos(pair.meshing.beta_b)
-                shape = {"start": low, "length": high - low, "along": "roll", "one_sided": False}
-                found.append(Modification(role=role, amount=missing, power=power, **shape))
-        return tuple(m for m in found if m.amount != 0)
-
-    def kinks(self, pair: Pair) -> tuple[float, ...]:
-        """Positions u [mm] of the points of coarse curves."""
-        T = pair.meshing.tangent_length
-        return tuple(T - at if role else at for role, curve in self.curves.items() for at in curve.kinks)
+    def extent(self, pair: Pair, role: Role) -> Ramp:
+        """t over the roll length of the active profile."""
+        return slope(pair, role)

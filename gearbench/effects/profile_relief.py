@@ -8,19 +8,25 @@ from dataclasses import dataclass as plain_dataclass
 from dataclasses import replace
 from typing import Annotated, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.base import Effects, GapEffect
-from gearbench.effects.error_modes import Along
-from gearbench.effects.relief import MICROMETRE, Amount, Extent, Gears, Shape, bend, chosen, one_or_each, relief
+from gearbench.effects.base import Effects
+from gearbench.effects.shape import (
+    Along,
+    Amount,
+    Extent,
+    Form,
+    Gears,
+    Shape,
+    ShapeEffect,
+    chosen,
+    one_or_each,
+    relief,
+    roll,
+)
 from gearbench.errors import InputError
-from gearbench.geometry.action import ContactLines
-from gearbench.geometry.gear import Gear
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.profile import Modification
 from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
@@ -55,7 +61,7 @@ class Relief:
     start_diameter: Annotated[float, Field(gt=0.0, le=40000.0)] | None = None
     start_roll_length: Annotated[float, Field(ge=0.0, le=10000.0)] | None = None
     start_roll_angle: Annotated[float, Field(ge=0.0, le=180.0)] | None = None
-    shape: Shape = "linear"
+    shape: Form = "linear"
     along: Along | None = None
 
     def __post_init__(self) -> None:
@@ -66,30 +72,13 @@ class Relief:
             raise InputError(given[1], getattr(self, given[1]), f"conflicts with {given[0]}: give one of the two")
 
 
-@plain_dataclass(frozen=True, kw_only=True)
-class Slope:
-    """A relief on its gear: ``amount`` [µm] at ``edge``, nothing at ``start``, both [mm] ``along`` the profile."""
-
-    role: Role
-    amount: float
-    edge: float
-    start: float
-    along: Along
-    shape: Shape
-
-    @property
-    def length(self) -> float:
-        """From the relieved end to the begin [mm]."""
-        return abs(self.edge - self.start)
-
-
 @plain_dataclass(frozen=True)
-class ProfileRelief(GapEffect):
+class ProfileRelief(ShapeEffect):
     """Relief of one end of the profiles: the same of both gears, or a table for each."""
 
     amount: Amount | None = None
     length: Extent | None = None
-    shape: Shape = "linear"
+    shape: Form = "linear"
     gear: Gears = "both"
     pinion: Relief | None = None
     wheel: Relief | None = None
@@ -120,7 +109,7 @@ class ProfileRelief(GapEffect):
         rest = {"amount": None, "length": None, "shape": "linear", "gear": "both", role.mate.label: None}
         return None if table is None else replace(self, **rest, **{role.label: table})
 
-    def slopes(self, pair: Pair) -> list[Slope]:
+    def shapes(self, pair: Pair) -> list[Shape]:
         """The reliefs that take something away."""
         found = []
         for role, table in self.tables().items():
@@ -128,9 +117,11 @@ class ProfileRelief(GapEffect):
             by_roll = table.start_roll_length is not None or table.start_roll_angle is not None
             along = table.along or ("roll" if by_roll else "radius")
             if along == "roll":
-                edge, start = (_roll(pair.gears[role], radius) for radius in (edge, start))
-            found.append(Slope(role=role, amount=table.amount, edge=edge, start=start, along=along, shape=table.shape))
-        return [slope for slope in found if slope.amount != 0 and slope.length > 0]
+                edge, start = (roll(pair.gears[role], radius) for radius in (edge, start))
+            if table.amount != 0 and edge != start:
+                ramp = relief(along, edge, start, table.amount, table.shape)
+                found.append(Shape(role=role, amount=table.amount, factors=(ramp,)))
+        return found
 
     def start(self, pair: Pair, role: Role, table: Relief) -> float:
         """Radius at which the relief begins [mm]."""
@@ -169,39 +160,3 @@ class ProfileRelief(GapEffect):
     @abstractmethod
     def limits(self, pair: Pair, role: Role) -> tuple[float, float]:
         """Radii [mm] between which a relief may begin."""
-
-    def gap(self, lines: ContactLines) -> NDArray:
-        """Gap [mm], (position, pair, segment)."""
-        total = np.zeros(lines.shape)
-        for slope in self.slopes(lines.pair):
-            at = (lines.radii if slope.along == "radius" else lines.rolls)[slope.role]
-            total += relief(self.side * (slope.edge - at), slope.length, slope.amount, slope.shape)
-        return total
-
-    def modifications(self, pair: Pair) -> tuple[Modification, ...]:
-        """The same of each profile."""
-        return tuple(
-            Modification(
-                role=slope.role,
-                amount=slope.amount * MICROMETRE / math.cos(pair.meshing.beta_b),
-                start=slope.start,
-                length=self.side * slope.length,
-                power=1 if slope.shape == "linear" else 2,
-                arc=bend(slope.shape, slope.amount, slope.length),
-                along=slope.along,
-            )
-            for slope in self.slopes(pair)
-        )
-
-    def kinks(self, pair: Pair) -> tuple[float, ...]:
-        """Where each relief begins on the path of contact, u [mm]."""
-        found = []
-        for slope in self.slopes(pair):
-            on_gear = slope.start if slope.along == "roll" else _roll(pair.gears[slope.role], slope.start)
-            found.append(on_gear if slope.role == Role.PINION else pair.meshing.tangent_length - on_gear)
-        return tuple(found)
-
-
-def _roll(gear: Gear, radius: float) -> float:
-    """Roll length at a radius [mm]; zero below the base circle."""
-    return math.sqrt(max(radius**2 - gear.base_radius**2, 0.0))

@@ -11,6 +11,7 @@ import numpy as np
 
 from gearbench.effects.base import Effects, ToothCompliance
 from gearbench.errors import InputError
+from gearbench.geometry.blank import blank_of
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
 from gearbench.geometry.pair import Pair
@@ -23,9 +24,6 @@ if TYPE_CHECKING:
     from gearbench.compliance.gear_body import ToothedRing
     from gearbench.compliance.plate import PlateTooth
     from gearbench.compliance.solid_tooth import SolidTooth
-
-#: Bore over root circle.
-_LARGEST_BORE = 0.999
 
 
 @dataclass(frozen=True)
@@ -193,10 +191,10 @@ def require_bores(pair: Pair) -> tuple[float, float]:
     """
     found = []
     for name, member, gear in zip(("pinion", "wheel"), (pair.pinion, pair.wheel), pair.gears, strict=True):
-        bore, most = member.bore_diameter, _LARGEST_BORE * 2 * gear.root_radius
-        if bore is None:
+        if member.bore_diameter is None:
             raise InputError("", f"no pair.{name}.bore_diameter", "needs the bores of both gears")
-        if bore > most:
-            raise InputError("", f"pair.{name}.bore_diameter = {bore:.6g}", f"must be at most {most:.6g} (root circle)")
-        found.append(bore)
+        try:
+            found.append(2 * blank_of(gear.blank).support(gear, member.bore_diameter))
+        except InputError as error:
+            raise InputError("", f"pair.{name}.{error.key} = {error.value:.6g}", error.allowed) from None
     return found[0], found[1]

@@ -13,7 +13,7 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import Effects, GapEffect
 from gearbench.effects.flank_grid import FlankGrid, grid_of, read_grid
-from gearbench.effects.relief import MICROMETRE
+from gearbench.effects.shape import MICROMETRE
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair

@@ -13,7 +13,7 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import Effects, GapEffect
 from gearbench.effects.distributions import Distribution
-from gearbench.effects.relief import Gears
+from gearbench.effects.shape import Gears
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair

@@ -12,7 +12,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import GapEffect, Turning
-from gearbench.effects.relief import MICROMETRE
+from gearbench.effects.shape import MICROMETRE
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.role import Role

@@ -63,6 +63,27 @@ class Fillet:
         xi = (self.rack.corner[0] + self.rack.fillet * np.sin(phi)) / math.cos(self.beta)
         return math.pi / self.teeth - np.arctan2(x, y) - (xi - x) / self.pitch_radius
 
+    def along(self, phi: NDArray) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+        """R − r_f [mm], dR/dφ, ψ and dψ/dφ at φ [rad]; free of cancellation at the root circle."""
+        sin, cos, cos_b, rho, r, r_f = (
+            np.sin(phi),
+            np.cos(phi),
+            math.cos(self.beta),
+            self.rack.fillet,
+            self.pitch_radius,
+            self.root_radius,
+        )
+        eta, d_eta = self._height(phi), rho * sin
+        x, dx = -eta * cos_b * sin / cos, -cos_b * (d_eta * sin / cos + eta / cos**2)
+        y = r + eta
+        # R² − r_f²: y − r_f = ρ (1 − cos φ)
+        height = x**2 + 2 * rho * np.sin(phi / 2) ** 2 * (y + r_f)
+        R = np.sqrt(r_f**2 + height)
+        xi = self.rack.corner[0] + rho * sin
+        psi = math.pi / self.teeth - np.arctan2(x, y) - (xi / cos_b - x) / r
+        d_psi = (x * d_eta - dx * y) / R**2 - (rho * cos / cos_b - dx) / r
+        return height / (R + r_f), (x * dx + y * d_eta) / R, psi, d_psi
+
     def parameter(self, radius: ArrayLike) -> NDArray:
         """Parameter φ [rad] of the fillet point at radius R [mm], r_f ≤ R ≤ R(φ_end); clipped outside."""
         radius = np.asarray(radius, dtype=float)

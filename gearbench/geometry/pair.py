@@ -12,6 +12,7 @@ from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.errors import InputError
+from gearbench.geometry.blank import RACK
 from gearbench.geometry.faces import Ends, Faces
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
@@ -79,6 +80,8 @@ class Member:
         pr_P0 is larger than q (G12). Dedendum and fillet radius are then those of the tool, at the finished root.
     material
         Of this gear, where it is another than that of the pair.
+    blank
+        Name of what the gear is cut from and by, see ``gearbench.geometry.blank``: "rack", or that of another package.
     """
 
     teeth: Annotated[int, Field(ge=5, le=2000), BeforeValidator(_external)]
@@ -100,6 +103,7 @@ class Member:
     protuberance: Annotated[float, Field(gt=0.0, le=20.0)] | None = None
     grinding_stock: Annotated[float, Field(gt=0.0, le=20.0)] | None = None
     material: Material | None = None
+    blank: str = RACK
 
     def __post_init__(self) -> None:
         if self.tip_diameter is not None and self.addendum != 1.0:
@@ -379,6 +383,7 @@ class Pair:
                 tip_rounding=member.tip_rounding or 0.0,
                 tip_chamfer=member.tip_chamfer or 0.0,
                 protuberance=member.depth_of_fillet,
+                blank=member.blank,
             )
         except InputError as error:
             shift = self.profile_shifts[role]

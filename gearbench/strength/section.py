@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
+from gearbench.errors import InputError
 from gearbench.geometry.fillet import Fillet
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.involute import inv
@@ -43,6 +44,10 @@ class VirtualTooth:
 
     gear: Gear
 
+    def __post_init__(self) -> None:
+        if not isinstance(self.gear.fillet, Fillet):
+            raise InputError("blank", self.gear.blank, "root stress of ISO 6336-3 is for gears that a rack has cut")
+
     @property
     def teeth(self) -> float:
         """z_n = z / (cos²β_b cos β)."""
@@ -66,10 +71,9 @@ class VirtualTooth:
     @property
     def fillet(self) -> Fillet:
         """Root fillet that the rack generates in the virtual gear."""
-        shift = self.gear.profile_shift * self.gear.normal_module
-        return Fillet(
-            rack=self.gear.fillet.rack, teeth=self.teeth, pitch_radius=self.pitch_radius, shift=shift, beta=0.0
-        )
+        own, shift = self.gear.fillet, self.gear.profile_shift * self.gear.normal_module
+        assert isinstance(own, Fillet)
+        return Fillet(rack=own.rack, teeth=self.teeth, pitch_radius=self.pitch_radius, shift=shift, beta=0.0)
 
     @cached_property
     def section(self) -> RootSection:

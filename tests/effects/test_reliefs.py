@@ -20,6 +20,7 @@ from gearbench.effects.profile_crowning import ProfileCrowning
 from gearbench.effects.profile_curve import ProfileCurve
 from gearbench.effects.profile_slope import ProfileSlope
 from gearbench.effects.root_relief import RootRelief
+from gearbench.effects.shape import slope
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.errors import InputError
 from gearbench.geometry.profile import profile
@@ -175,14 +176,15 @@ def test_curves_are_the_modifications_they_can_describe(pair):
     ]  # fmt: skip
     for curve, same in alike:
         assert_allclose(curve.gap(lines), same.gap(lines), atol=1e-16)
-    assert made(HelixCurve, wheel={"at": [0.0, 3.0, B], "deviation": [6.0, 0.0, 0.0]}).face_kinks(pair) == (0.0, 3.0, B)
+    assert made(HelixCurve, wheel={"at": [0.0, 3.0, B], "deviation": [6.0, 0.0, 0.0]}).face_kinks(pair) == (3.0,)
     barrel = made(ProfileCurve, pinion={"polynomial": [-4.0 * 6, 4.0 * 6]}).gap(lines)  # 6 (2t − 1)² − 6
     assert_allclose(barrel, ProfileCrowning(pinion=6.0).gap(lines) - 6e-3, atol=1e-16)
 
 
 def test_beyond_its_points_a_curve_is_held():
     curve = FlankCurve(at=(1.0, 2.0), deviation=(3.0, 5.0))
-    assert_allclose(curve.values(np.zeros(3), np.array([0.0, 1.5, 9.0])), [3.0, 4.0, 5.0])
+    (shape,) = curve.shapes(Role.PINION, slope(SPUR, Role.PINION))
+    assert_allclose(shape.factors[0](np.array([0.0, 1.5, 9.0])), [3.0, 4.0, 5.0])
 
 
 # -- drive and coast flanks -------------------------------------------------------------------------------------------

@@ -118,7 +118,7 @@ def test_micro_geometry_of_a_gear_runs_over_its_own_face():
     assert_allclose(slope, 1e-3 * (6.0 * (y + pair.overhangs[0][0]) / 30.0 + 4.0 * y / 24.0), atol=1e-15)
     points = HelixCurve(pinion=FlankCurve(at=(0.0, 10.0, 30.0), deviation=(0.0, 0.0, 8.0)))
     assert_allclose(points.gap(lines), 8e-3 * np.maximum(y + pair.overhangs[0][0] - 10.0, 0.0) / 20.0, atol=1e-15)
-    assert points.face_kinks(pair)[1] == pytest.approx(10.0 - pair.overhangs[0][0])
+    assert points.face_kinks(pair) == pytest.approx((10.0 - pair.overhangs[0][0],))
     # of the pair: over the common face
     ends = EndRelief(amount=5.0, length=2.0).face_kinks(pair)
     assert_allclose(ends, [2.0, pair.meshing.face_width - 2.0])

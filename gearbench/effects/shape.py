@@ -1,0 +1,287 @@
+"""Shapes of missing material on the flank of a gear: functions of the position along its profile and over its face.
+
+A shape is an amount [µm] times one or two factors, each of one coordinate: the radius or the roll length √(R² − r_b²)
+along the profile, or y over the face of its gear [mm]. Positive: material missing. Effects name the parameters.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, is_dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from gearbench.effects.base import GapEffect
+from gearbench.errors import InputError
+from gearbench.geometry.action import ContactLines
+from gearbench.geometry.gear import Gear
+from gearbench.geometry.pair import Pair
+from gearbench.geometry.profile import Modification
+from gearbench.geometry.role import Role
+
+#: Coordinate along the profile: the roll length, as profiles are measured, or the radius.
+Along = Literal["roll", "radius"]
+#: Extent of the profile: the active profile, the involute from form circle to tip, or the tooth from the root.
+Range = Literal["active", "involute", "tooth"]
+Form = Literal["linear", "parabolic", "circular"]
+Gears = Literal["both", "pinion", "wheel"]
+#: An amount of missing material [µm]; negative: in excess.
+Amount = Annotated[float, Field(ge=-1000.0, le=1000.0)]
+#: A length on a flank [mm].
+Extent = Annotated[float, Field(ge=0.0, le=1000.0)]
+
+MICROMETRE = 1e-3  # mm
+#: Curves with more points than this cannot have a panel of the mesh cycle for each.
+MOST_KINKS = 12
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ramp:
+    """A power of t = (x − start)/length, or an arc that leaves the flank without kink.
+
+    Parameters
+    ----------
+    along
+        The coordinate x: "radius", "roll" or "face".
+    start, length
+        Where t is 0, and how far from there it is 1 [mm]; with a negative length t grows towards smaller x.
+    power
+        1, 2, …
+    bend
+        κ = length/radius of an arc (1 − √(1 − κ²t²))/(1 − √(1 − κ²)) in place of t²; 0 for the parabola.
+    one_sided
+        Whether nothing is missing where t < 0.
+    kinked
+        Whether panels of the mesh cycle or of contact lines have to end where a one-sided ramp begins.
+    """
+
+    along: Literal["radius", "roll", "face"]
+    start: float
+    length: float
+    power: int = 1
+    bend: float = 0.0
+    one_sided: bool = False
+    kinked: bool = True
+
+    def __call__(self, x: NDArray) -> NDArray:
+        """Values at positions x [mm]."""
+        t = (x - self.start) / self.length
+        if self.one_sided:
+            t = np.maximum(t, 0.0)
+        if not self.bend:
+            return t**self.power
+        # (1 − √(1 − κ²t²))/(1 − √(1 − κ²)), written so that κ = 0 is the parabola
+        kappa = self.bend
+        return t**2 * (1 + math.sqrt(1 - kappa**2)) / (1 + np.sqrt(np.maximum(1 - (kappa * t) ** 2, 0.0)))
+
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """Positions x of kinks."""
+        return (self.start,) if self.one_sided and self.kinked else ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Points:
+    """Straight lines between points at increasing positions, constant beyond the first and the last.
+
+    Parameters
+    ----------
+    along
+        The coordinate of the positions: "roll" or "face".
+    at, values
+        Positions [mm], and values there.
+    """
+
+    along: Literal["roll", "face"]
+    at: tuple[float, ...]
+    values: tuple[float, ...]
+
+    def __call__(self, x: NDArray) -> NDArray:
+        """Values at positions x [mm]."""
+        return np.interp(x, np.array(self.at), np.array(self.values))
+
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """The positions of few points; the kinks of many are too many to integrate between."""
+        return self.at if len(self.at) <= MOST_KINKS else ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shape:
+    """Missing material e = amount · Π factors.
+
+    Parameters
+    ----------
+    role
+        The gear it is on; None: both together, over the face that they have in common.
+    amount
+        [µm].
+    factors
+        Of one coordinate each.
+    """
+
+    role: Role | None
+    amount: float = 1.0
+    factors: tuple[Ramp | Points, ...]
+
+    def gap(self, lines: ContactLines) -> NDArray:
+        """Gap [mm], (position, pair, segment)."""
+        total = np.full(lines.shape, MICROMETRE * self.amount)
+        for factor in self.factors:
+            total *= factor(_coordinate(lines, self.role, factor.along))
+        return total
+
+    def modification(self, pair: Pair) -> Modification | None:
+        """The shape as a modification of the profile alone; None where it is none."""
+        (factor, *more) = self.factors
+        if self.role is None or more or isinstance(factor, Points) or factor.along == "face":
+            return None
+        return Modification(
+            role=self.role,
+            amount=self.amount * MICROMETRE / math.cos(pair.meshing.beta_b),
+            start=factor.start,
+            length=factor.length,
+            power=factor.power,
+            arc=factor.bend,
+            along=factor.along,
+            one_sided=factor.one_sided,
+        )
+
+
+def _coordinate(lines: ContactLines, role: Role | None, along: str) -> NDArray:
+    if role is None:
+        return lines.face
+    return lines.own_face(role) if along == "face" else (lines.radii if along == "radius" else lines.rolls)[role]
+
+
+@dataclass(frozen=True)
+class ShapeEffect(GapEffect):
+    """A gap effect that is a sum of shapes."""
+
+    @abstractmethod
+    def shapes(self, pair: Pair) -> Iterable[Shape]:
+        """Its shapes on the flanks of a pair."""
+
+    def gap(self, lines: ContactLines) -> NDArray:
+        """Gap [mm], (position, pair, segment)."""
+        return sum((shape.gap(lines) for shape in self.shapes(lines.pair)), np.zeros(lines.shape))
+
+    def modifications(self, pair: Pair) -> tuple[Modification, ...]:
+        """The same of each profile, where all shapes are of profiles alone."""
+        found = [shape.modification(pair) for shape in self.shapes(pair)]
+        return () if None in found else tuple(m for m in found if m is not None)
+
+    def kinks(self, pair: Pair) -> tuple[float, ...]:
+        """Positions u [mm] on the path of contact where shapes have a kink."""
+        found = []
+        for role, factor in self._factors(pair):
+            if role is not None and factor.along != "face":
+                rolls = [x if factor.along == "roll" else roll(pair.gears[role], x) for x in factor.kinks]
+                found += rolls if role == Role.PINION else [pair.meshing.tangent_length - x for x in rolls]
+        return tuple(found)
+
+    def face_kinks(self, pair: Pair) -> tuple[float, ...]:
+        """Positions y [mm] on the common face where shapes have a kink."""
+        found: list[float] = []
+        for role, factor in self._factors(pair):
+            if factor.along == "face":
+                found += [y - (0.0 if role is None else pair.overhangs[role][0]) for y in factor.kinks]
+        return tuple(y for y in found if 0 < y < pair.meshing.face_width)
+
+    def _factors(self, pair: Pair) -> Iterable[tuple[Role | None, Ramp | Points]]:
+        return ((shape.role, factor) for shape in self.shapes(pair) for factor in shape.factors)
+
+
+@dataclass(frozen=True)
+class AmountOfGears(ShapeEffect):
+    """A shape of one amount for each gear."""
+
+    pinion: Amount = 0.0
+    wheel: Amount = 0.0
+
+    @abstractmethod
+    def factors(self, pair: Pair, role: Role) -> tuple[Ramp, ...]:
+        """The shape on one of the gears."""
+
+    def shapes(self, pair: Pair) -> list[Shape]:
+        """The shape of each gear that has an amount."""
+        amounts = zip(Role, (self.pinion, self.wheel), strict=True)
+        return [Shape(role=role, amount=x, factors=self.factors(pair, role)) for role, x in amounts if x]
+
+
+def roll(gear: Gear, radius: float) -> float:
+    """Roll length at a radius [mm]; zero below the base circle."""
+    return math.sqrt(max(radius**2 - gear.base_radius**2, 0.0))
+
+
+def slope(pair: Pair, role: Role, along: Along = "roll", span: Range = "active") -> Ramp:
+    """Ramp from 0 at the root side of a profile to 1 at its tip side."""
+    gear = pair.gears[role]
+    ends = {
+        "active": pair.meshing.active_radii[role],
+        "involute": (gear.form_radius, gear.tip_radius),
+        "tooth": (gear.root_radius, gear.tip_radius),
+    }[span]
+    start, end = (roll(gear, radius) for radius in ends) if along == "roll" else ends
+    return Ramp(along=along, start=start, length=end - start)
+
+
+def face_slope(pair: Pair, role: Role | None) -> Ramp:
+    """Ramp from 0 at y = 0 to 1 at the other end of a face."""
+    return Ramp(along="face", start=0.0, length=pair.face_of(role))
+
+
+def barrel(ramp: Ramp) -> Ramp:
+    """Parabola (2t − 1)² over the extent of a ramp t: 1 at both ends, 0 in the middle."""
+    half = ramp.length / 2
+    return Ramp(along=ramp.along, start=ramp.start + half, length=half, power=2)
+
+
+def relief(along: Literal["radius", "roll", "face"], edge: float, start: float, amount: float, form: Form) -> Ramp:
+    """Relief that is full at ``edge`` and gone at ``start`` [mm]; an arc is that of its ``amount`` [µm] (G11)."""
+    length, C = edge - start, abs(amount) * MICROMETRE
+    bend = 2 * C * abs(length) / (length**2 + C**2) if form == "circular" else 0.0
+    power = 1 if form == "linear" else 2
+    return Ramp(along=along, start=start, length=length, power=power, bend=bend, one_sided=True)
+
+
+def opening(lines: ContactLines, inclination: float, deviation: float) -> NDArray:
+    """Gap [mm] of axes that part over the common face [µm]: in their common plane, and across it."""
+    alpha = lines.pair.meshing.alpha_wt
+    # seen from the other flanks the wheel comes nearer where it receded
+    across = -deviation if lines.coast else deviation
+    normal = MICROMETRE * math.cos(lines.pair.meshing.beta_b)
+    opened = inclination * math.sin(alpha) + across * math.cos(alpha)
+    return normal * opened * lines.face / lines.pair.meshing.face_width
+
+
+def one_or_each(
+    effect: object, required: Sequence[str], more: Sequence[str] = (), names: Sequence[str] = ("pinion", "wheel")
+) -> None:
+    """Refuse keys of the whole beside tables ``names`` of its parts, and the lack of both.
+
+    ``required`` keys have to be there where no table is, ``more`` keys may be.
+
+    Raises
+    ------
+    InputError
+        Naming the key.
+    """
+    own = [name for name in names if getattr(effect, name) is not None]
+    for name in (*required, *more):
+        value = getattr(effect, name)
+        if own and value is not None:
+            shown = "given" if is_dataclass(value) else value
+            raise InputError(name, shown, f"conflicts with the table {own[0]}: give one of the two")
+        if not own and value is None and name in required:
+            raise InputError(name, "missing", f"is required, or a table {' or '.join(names)}")
+
+
+def chosen(gears: Gears) -> tuple[Role, ...]:
+    """The gears meant."""
+    return {"both": tuple(Role), "pinion": (Role.PINION,), "wheel": (Role.WHEEL,)}[gears]
