@@ -312,11 +312,8 @@ def _robust_problems(scene: Scene, rough: Solved | None) -> list[RobustProblem]:
         return [prepare_scene(scene)]
     from gearbench.sweeps.loads import Shared, under_loads
 
-    found, shared = [], Shared()
-    for group in under_loads(scene, [each.load.torque for each in scene.each_load]):
-        at = shared.assembled(group[0])
-        found += map(at.robust, group)
-    return found
+    shared, torques = Shared(), [each.load.torque for each in scene.each_load]
+    return [problem for group in under_loads(scene, torques) for problem in shared.samples(group)]
 
 
 def _responses(
