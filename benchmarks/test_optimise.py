@@ -10,16 +10,15 @@ import pytest
 from gearbench import load_study
 from gearbench.contact.smooth import forget_sums
 from gearbench.effects.teeth import forget_fast_teeth
-from gearbench.optimisation.engine import Dask, Engine, Threads
-from gearbench.optimisation.processes import Processes
 from gearbench.optimisation.study import Design, OptimisationStudy
+from gearbench.optimisation.workers import Workers, evaluations, open_workers
 
 STUDY = Path(__file__).parents[1] / "examples" / "optimise_tool3.toml"
 DESIGNS = 400
-ENGINES = {
-    "two processes": lambda: Processes(2, after=0.0),
-    "one worker of dask": lambda: Dask("local:1"),
-    "two workers of dask": lambda: Dask("local:2"),
+WORKERS = {
+    "two processes": lambda: open_workers(threads=2, after=0.0),
+    "one worker of dask": lambda: open_workers("local:1"),
+    "two workers of dask": lambda: open_workers("local:2"),
 }
 
 
@@ -32,24 +31,24 @@ def designs(study: OptimisationStudy, seed: int) -> list[Design]:
     ]
 
 
-def seconds(engine: Engine, study: OptimisationStudy, some: list[Design]) -> tuple[float, int]:
+def seconds(workers: Workers, study: OptimisationStudy, some: list[Design]) -> tuple[float, int]:
     """Wall time, and the number of feasible designs."""
     start = time.perf_counter()
-    feasible = sum(found.feasible for _, found in engine.evaluate(study, some))
+    feasible = sum(found.feasible for _, found in evaluations(workers, study, some))
     return time.perf_counter() - start, feasible
 
 
-@pytest.mark.parametrize("name", ENGINES)
+@pytest.mark.parametrize("name", WORKERS)
 def test_designs_a_second(benchmark, name):
     study = load_study(STUDY)
     some, warm = designs(study, 1), designs(study, 2)
-    with Threads(1) as one:
+    with open_workers(threads=1) as one:
         seconds(one, study, warm[:200])
         alone, feasible = seconds(one, study, some)
     found = []
-    with ENGINES[name]() as engine:
-        seconds(engine, study, warm)
-        benchmark.pedantic(lambda: found.append(seconds(engine, study, some)), rounds=3)
+    with WORKERS[name]() as workers:
+        seconds(workers, study, warm)
+        benchmark.pedantic(lambda: found.append(seconds(workers, study, some)), rounds=3)
     taken = min(t for t, _ in found)
     assert {count for _, count in found} == {feasible}
     benchmark.extra_info |= {"feasible_a_second": feasible / taken, "times_one_thread": alone / taken}
@@ -65,7 +64,7 @@ def test_solid_teeth_on_their_bodies_against_plates(benchmark, tmp_path):
     path.write_text(solid.replace("[base.load]", bores + "[base.load]"), encoding="utf-8")
     studies = load_study(STUDY), load_study(path)
     seconds_each, feasible = [math.inf, math.inf], set()
-    with Threads(1) as one:
+    with open_workers(threads=1) as one:
         for _ in range(3):
             for i, study in enumerate(studies):
                 forget_fast_teeth()
@@ -76,5 +75,5 @@ def test_solid_teeth_on_their_bodies_against_plates(benchmark, tmp_path):
     plate, body = seconds_each
     benchmark.extra_info |= {"target_times": 1.5, "times_the_plate": body / plate, "processor_s": body}
     print(f"\n{feasible} feasible designs: {body:.2f} s, × {body / plate:.2f} the plate's")
-    with Threads(1) as one:
+    with open_workers(threads=1) as one:
         benchmark.pedantic(lambda: seconds(one, studies[1], designs(studies[1], 2)), rounds=1)

@@ -36,6 +36,25 @@ def part(fastmath: frozenset[str] = frozenset()) -> Callable[[Callable[..., Any]
     return njit(**_OPTIONS, fastmath=set(fastmath), forceinline=True)
 
 
+def bit_casts() -> tuple[Any, Any]:
+    """Two functions for compiled code: the bits of a double as a whole number, and the double of such bits."""
+    from llvmlite import ir
+    from numba import types
+    from numba.extending import intrinsic
+
+    @intrinsic
+    def bits(_, x: Any) -> Any:
+        """The bits of a double."""
+        return types.uint64(types.float64), lambda context, b, of, given: b.bitcast(given[0], ir.IntType(64))
+
+    @intrinsic
+    def double(_, x: Any) -> Any:
+        """The double of these bits."""
+        return types.float64(types.uint64), lambda context, b, of, given: b.bitcast(given[0], ir.DoubleType())
+
+    return bits, double
+
+
 def caller() -> Any:
     """A function for compiled code: it calls the routine of C or Fortran at an address with a tuple of addresses."""
     from llvmlite import ir

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 
 from gearbench.budget import SMALL, memory_limit, require
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
-from gearbench.contact.batch import Batch, chunks, on_threads, prepare, solve_one_chunk
+from gearbench.contact.batch import Batch, GapModes, chunks, on_threads, prepare, solve_one_chunk
 from gearbench.contact.size import contact_memory
-from gearbench.effects.base import GapEffect
+from gearbench.effects.base import GapEffect, Turning
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
@@ -166,12 +166,18 @@ def unlike(scene: Scene) -> tuple[GapEffect, ...]:
     return tuple(effect for effect in gaps if effect.turning(lines, one) is not None)
 
 
-def turning_gaps(effects: Sequence[GapEffect], lines: ContactLines, count: int) -> tuple[NDArray, NDArray]:
-    """Gaps of the first ``count`` mesh cycles: modes (position, pair·segment, m), amounts (cycle, m)."""
-    parts = [part for effect in effects if (part := effect.turning(lines, np.arange(count))) is not None]
-    modes = np.concatenate([part.modes for part in parts], axis=-1) / np.expand_dims(lines.lever, -1)
-    positions, pairs, segments = lines.shape
-    return modes.reshape(positions, pairs * segments, -1), np.concatenate([part.amounts for part in parts], axis=-1)
+def turning_gaps(effects: Sequence[GapEffect], lines: ContactLines, count: int) -> tuple[GapModes, NDArray]:
+    """Gaps of the first ``count`` mesh cycles, and how much of each mode they have, (cycle, mode)."""
+
+    def parts(each: ContactLines) -> list[Turning]:
+        found = (effect.turning(each, np.arange(count)) for effect in effects)
+        return [part for part in found if part is not None]
+
+    amounts = np.concatenate([part.amounts for part in parts(lines)], axis=-1)
+    modes = GapModes.on(
+        lines, lambda each: np.concatenate([part.modes for part in parts(each)], axis=-1), amounts.std(axis=0)
+    )
+    return modes, amounts
 
 
 def solve_cycles(scene: Scene, phases: Phases, batch: Batch, amounts: NDArray, threads: int) -> MeshCycle:

@@ -60,12 +60,13 @@ def describe(path: Path) -> str:
     from gearbench.exchange.rexs_document import is_rexs
     from gearbench.files import is_sealed, read_bytes
     from gearbench.netcdf_bytes import is_netcdf
+    from gearbench.results.netcdf import DIGEST
 
     if path.is_dir():
         return _folder(path)
     data = read_bytes(path)
     if is_netcdf(data):
-        return _result(path) if is_sealed(data) else _grid(path, data)
+        return _result(path) if is_sealed(data) or DIGEST.encode() in data else _grid(path, data)
     if is_rexs(path):
         return _rexs(path)
     readers: dict[str, Callable[[], str]] = {".toml": lambda: _tables(path), ".csv": lambda: _grid(path, data)}

@@ -43,25 +43,23 @@ def optimise(
 
     Example: gearbench optimise examples/optimise_pair.toml -o front
     """
-    from gearbench.optimisation.run import optimise_into
+    from gearbench.optimisation.run import optimise as run
     from gearbench.optimisation.study_file import load_study
-    from gearbench.results.netcdf import reading
 
     loaded = load_study(study)
     try:
         with progress_line(quiet=quiet, json=json) as tell:
             options = {"resume": resume, "scheduler": scheduler, "threads": threads}
-            path = optimise_into(loaded, output, progress=lambda state: tell(_line(state)), **options)
+            dataset = run(loaded, directory=output, progress=lambda state: tell(_line(state)), **options)
     except KeyboardInterrupt:
         kept = len(list(output.glob("generation_*.nc")))
         again = f"gearbench optimise {study} -o {output} --resume"
         print(f"gearbench: interrupted; {kept} generations are kept. Continue with: {again}", file=sys.stderr)
         raise typer.Exit(130) from None
-    with reading(path) as dataset:
-        if json:
-            _print_json(dataset, output)
-        elif not quiet:
-            _print_summary(loaded.name, dataset, output)
+    if json:
+        _print_json(dataset, output)
+    elif not quiet:
+        _print_summary(loaded.name, dataset, output)
 
 
 def _line(state: Progress) -> str:

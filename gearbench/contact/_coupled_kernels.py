@@ -9,22 +9,38 @@ No lane sees another. A NumPy twin in the tests holds it to the same answers.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from gearbench.compiled import FUSED, entry, part
-from gearbench.contact._batch_kernels import apply_laws, from_smallest
-from gearbench.contact._lane_kernels import (
-    LANES,
-    add_combination,
-    keep_settled,
-    note_missed,
-    restore_settled,
-)
+from gearbench.contact._lane_kernels import LANES, apply_laws, keep_settled, note_missed, open_gaps, restore_settled
 
 #: Precision of the Newton steps relative to their first residual: at least, and at most.
 LEAST_PRECISION, MOST_PRECISION = 1e-1, 1e-4
 #: Conjugate gradient steps after which a lane goes on with what it has.
 MOST_CONJUGATE = 60
+
+
+class Conjugate(NamedTuple):
+    """Scratch of conjugate gradients, single precision: (segment, lane), and below ``product`` (lane,).
+
+    ``change``: W − W₀; v with v + ΔG v = r, of directions d.
+    """
+
+    change: NDArray
+    v: NDArray
+    r: NDArray
+    Gr: NDArray
+    d: NDArray
+    Gd: NDArray
+    product: NDArray
+    bound: NDArray
+    alpha: NDArray
+    beta: NDArray
+    fresh: NDArray
+    precision: NDArray
 
 
 @part(FUSED)
@@ -92,12 +108,9 @@ def inner(a, b, product):
 
 
 @part(FUSED)
-def conjugate_gradients(G, change, precision, v, r, Gr, d, Gd, rows):
-    """v with v + ΔG v = r to the ``precision`` of each lane in the norm of G, single precision; uses r up.
-
-    rows: 0 r·G r, 1 bound on it, 2 α, 3 β, 4 new product.
-    """
-    product, bound, alpha, beta, fresh = rows[0], rows[1], rows[2], rows[3], rows[4]
+def conjugate_gradients(G, work):
+    """v with v + ΔG v = r to the ``precision`` of each lane in the norm of G, single precision; uses r up."""
+    change, v, r, Gr, d, Gd, product, bound, alpha, beta, fresh, precision = work
     v[:] = np.float32(0.0)
     np.dot(G, r, Gr)
     first_direction(r, Gr, d, Gd, product)
@@ -122,15 +135,6 @@ def conjugate_gradients(G, change, precision, v, r, Gr, d, Gd, rows):
 
 
 @part(FUSED)
-def compress(gap, z, rise, s):
-    """s = z − e."""
-    for i in range(gap.shape[0]):
-        r = rise[i]
-        for j in range(LANES):
-            s[i, j] = z[i, j] + r - gap[i, j]
-
-
-@part(FUSED)
 def stiffness_from(change, rise, flexibility, v, Gv, stiffness):
     """∂F/∂δ from v, good to the square of its precision."""
     for j in range(LANES):
@@ -145,106 +149,96 @@ def stiffness_from(change, rise, flexibility, v, Gv, stiffness):
 
 
 @part(FUSED)
-def solve_coupled_lanes(
-    G, G32, gap, law, rise, weight, flexibility, u, stiffness, tolerance, fine, limit, z, s, p, w, single, rows, small
-):  # fmt: skip
-    """Newton's method on all lanes of one position; rows[7] tells which lanes converged. Returns (Newton, CG) steps.
+def solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, steps):
+    """Newton's method on all lanes of position t; ``lanes.done`` tells which converged. Returns (Newton, CG) steps.
 
-    tolerance: sum of the residual forces; fine: precision of the conjugate gradients for the stiffness.
+    steps: sum of the residual forces at which it ends; precision of the conjugate gradients for the stiffness; most.
     """
-    n, bits, total, done = gap.shape[0], rows.view(np.int64), rows[6], rows[7]
-    change, v, r, Gr, d, Gd = single[0, :n], single[1, :n], single[2, :n], single[3, :n], single[4, :n], single[5, :n]
-    precision = small[5]
+    tolerance, fine, limit = steps
+    n, total, done, p, w, s = len(u), lanes.total, lanes.done, lanes.p, lanes.w, lanes.s
+    rise, weight = linear.rise[t, :n], linear.weight[t, :n]
     iteration, conjugate = 0, 0
     for iteration in range(limit + 1):
         np.dot(G, u, z)
-        compress(gap, z, rise, s)
-        apply_laws(n, s, law[0], law[1], law[2], law[3], law[4], p, w, rows, bits)
-        residuals(u, z, p, w, rise, weight, r, change, total)
+        for i in range(n):
+            for j in range(LANES):
+                s[i, j] = z[i, j] + rise[i] - lanes.gap[i, j]
+        apply_laws(n, laws, lanes)
+        residuals(u, z, p, w, rise, weight, work.r, work.change, total)
         count = 0.0
         for j in range(LANES):
             done[j] = 1.0 if total[j] <= tolerance else 0.0
             count += done[j]
-            precision[j] = np.float32(min(max(total[j], MOST_PRECISION), LEAST_PRECISION))
-            precision[j] = np.float32(2.0) if total[j] <= tolerance else precision[j]
+            precision = np.float32(min(max(total[j], MOST_PRECISION), LEAST_PRECISION))
+            work.precision[j] = np.float32(2.0) if total[j] <= tolerance else precision
         if count == LANES or iteration == limit:
             break
-        conjugate += conjugate_gradients(G32, change, precision, v, r, Gr, d, Gd, small)
+        conjugate += conjugate_gradients(G32, work)
         for i in range(n):
             for j in range(LANES):
-                u[i, j] += v[i, j]
+                u[i, j] += work.v[i, j]
     for i in range(n):
         for j in range(LANES):
-            r[i, j] = -change[i, j] * rise[i]
+            work.r[i, j] = -work.change[i, j] * rise[i]
     for j in range(LANES):
-        precision[j] = np.float32(fine)
-    conjugate += conjugate_gradients(G32, change, precision, v, r, Gr, d, Gd, small)
+        work.precision[j] = np.float32(fine)
+    conjugate += conjugate_gradients(G32, work)
     for i in range(n):
         for j in range(LANES):
-            p[i, j], s[i, j] = v[i, j], w[i, j] - weight[i]
-    np.dot(G, p, z)
-    stiffness_from(s, rise, flexibility, p, z, stiffness)
+            p[i, j], s[i, j] = work.v[i, j], w[i, j] - weight[i]
+    np.dot(G, p[:n], z)
+    stiffness_from(s[:n], rise, linear.flexibility[t], p[:n], z, stiffness)
     return iteration, conjugate
 
 
 @entry(FUSED)
-def solve_coupled_chunk(
-    count, ahead, gap0, modes, draws, laws, response, single_response, rise, flexibility, weight, start, tolerance,
-    fine, limit, delta, stiffness, done,
-):  # fmt: skip
-    """Solve every position for one chunk of ``LANES`` samples; fills δ, ∂F/∂δ and whether they converged.
+def solve_coupled_chunk(gaps, linear, draws, lanes, accuracy, limit, answers):
+    """Solve every position for one chunk of ``LANES`` samples; fills ``answers``.
 
-    A sample begins from the linear solution and, by the weights ``ahead``, from what that missed at the two positions
-    before.
-
-    Arrays as in ``gearbench.contact.batch.Batch`` and ``Reference``; draws (error, lanes).
+    A sample begins from the ``linear`` solution (``Reference``) and, by the weights ``gaps.ahead``, from what that
+    missed at the two positions before. ``accuracy``: where Newton's steps end, and that of the stiffness.
     """
-    positions, n = gap0.shape
-    gap, s, p, w = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((n, LANES)), np.empty((n, LANES))
-    u, z, single = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((6, n, LANES), dtype=np.float32)
+    positions, n = gaps.gap.shape
+    all_u, all_z, single = np.empty((n, LANES)), np.empty((n, LANES)), np.empty((6, n, LANES), dtype=np.float32)
     missed, kept = np.zeros((2, n, LANES)), np.empty((n + 3, LANES))
-    rows, small, least = np.empty((9, LANES)), np.empty((6, LANES), dtype=np.float32), np.empty(LANES)
-    begin, steps, conjugate = 0, 0, 0
+    small, begin, newton, conjugate = np.empty((6, LANES), dtype=np.float32), 0, 0, 0
+    tolerance, fine = accuracy
     for t in range(positions):
-        m = count[t]
-        G = response[begin : begin + m * m].reshape((m, m))
-        G32 = single_response[begin : begin + m * m].reshape((m, m))
+        m, ahead, laws = gaps.existing[t], gaps.ahead[t], gaps.laws[t]
+        delta, stiffness, done = answers.delta[t], answers.stiffness[t], answers.done[t]
+        G = linear.response[begin : begin + m * m].reshape((m, m))
+        G32 = linear.single_response[begin : begin + m * m].reshape((m, m))
         begin += m * m
+        open_gaps(t, gaps, draws, lanes)
+        u, z = all_u[:m], all_z[:m]
+        work = Conjugate(
+            single[0, :m], single[1, :m], single[2, :m], single[3, :m], single[4, :m], single[5, :m],
+            small[0], small[1], small[2], small[3], small[4], small[5],
+        )  # fmt: skip
         for i in range(m):
+            at_mean = gaps.gap[t, i] - abs(gaps.tilt[t, i])
             for j in range(LANES):
-                gap[i, j] = gap0[t, i]
-            add_combination(0, draws.shape[0], modes[t], i, draws, gap, i)
-        for j in range(LANES):
-            delta[t, j] = 0.0
-        from_smallest(m, gap, delta[t], least)
-        for i in range(m):
-            for j in range(LANES):
-                first = start[t, i] + weight[t, i] * (gap[i, j] - gap0[t, i])
-                u[i, j] = first + ahead[t, 0] * missed[0, i, j] + ahead[t, 1] * missed[1, i, j]
+                first = linear.start[t, i] + linear.weight[t, i] * (lanes.gap[i, j] - at_mean)
+                u[i, j] = first + ahead[0] * missed[0, i, j] + ahead[1] * missed[1, i, j]
                 missed[1, i, j] = missed[0, i, j]
                 missed[0, i, j] = -first
-        newton, more = solve_coupled_lanes(
-            G, G32, gap[:m], laws[t], rise[t, :m], weight[t, :m], flexibility[t], u[:m], stiffness[t], tolerance,
-            fine, limit if ahead[t, 0] == 0.0 else limit // 2, z[:m], s[:m], p[:m], w[:m], single, rows, small,
-        )  # fmt: skip
-        if ahead[t, 0] != 0.0 and rows[7].sum() < LANES:
+        few = limit if ahead[0] == 0.0 else limit // 2
+        steps = solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, (tolerance, fine, few))
+        if ahead[0] != 0.0 and lanes.done.sum() < LANES:
             # large errors: from the linear solution alone Newton's method goes farther
-            keep_settled(u[:m], delta[t], stiffness[t], rows[7], kept[: m + 3])
+            keep_settled(u, delta, stiffness, lanes.done, kept[: m + 3])
             for i in range(m):
                 for j in range(LANES):
                     u[i, j] = -missed[0, i, j]
-            newton, more = solve_coupled_lanes(
-                G, G32, gap[:m], laws[t], rise[t, :m], weight[t, :m], flexibility[t], u[:m], stiffness[t], tolerance,
-                fine, limit, z[:m], s[:m], p[:m], w[:m], single, rows, small,
-            )  # fmt: skip
-            restore_settled(u[:m], delta[t], stiffness[t], rows[7], kept[: m + 3])
-        steps += newton
-        conjugate += more
+            steps = solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, (tolerance, fine, limit))
+            restore_settled(u, delta, stiffness, lanes.done, kept[: m + 3])
+        newton += steps[0]
+        conjugate += steps[1]
         for j in range(LANES):
-            delta[t, j] = flexibility[t] + least[j]
-            done[t, j] = rows[7, j]
+            delta[j] = linear.flexibility[t] + lanes.least[j]
+            done[j] = lanes.done[j]
         for i in range(m):
             for j in range(LANES):
-                delta[t, j] += rise[t, i] * u[i, j]
-        note_missed(u[:m], rows[7], missed[0])
-    return steps, conjugate
+                delta[j] += linear.rise[t, i] * u[i, j]
+        note_missed(u, lanes.done, missed[0])
+    return newton, conjugate

@@ -8,8 +8,10 @@ Close to the solution its factor serves for several steps.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearbench.compiled import SUMS, entry, part
 from gearbench.contact._kernels import IDLE_STEPS, first_approach
@@ -21,8 +23,26 @@ ROUNDING, NEAR_ROUNDING = 1e-15, 1e-13
 REUSED, FALLING = 1e-3, 0.003
 #: Relative error of the stiffness that is rounding, and that one of a rough solution may have.
 STIFFNESS_ROUNDING, ROUGH_STIFFNESS = 1e-14, 1e-6
-#: Rows of scratch of a position.
-ROWS = 10
+#: Rows of scratch of a position that are named in ``Rows``.
+ROWS = 9
+
+
+class Rows(NamedTuple):
+    """Scratch of a position, (segment,); of the law (…, segment); B (segment, segment + 1), the factor."""
+
+    weight: NDArray
+    apart: NDArray
+    d: NDArray
+    dz: NDArray
+    root: NDArray
+    x: NDArray
+    v: NDArray
+    none: NDArray
+    deflected: NDArray
+    loaded: NDArray
+    constants: NDArray
+    scratch: NDArray
+    B: NDArray
 
 
 @part(SUMS)
@@ -174,7 +194,7 @@ def forces(z, dz, t, delta, gap, constants, scratch, force, weight):
     s = scratch[SCRATCH]
     for j in range(z.size):
         s[j] = delta - gap[j] - (z[j] + t * dz[j])
-    total, slope, value = apply_laws(s, constants, scratch, scratch.view(np.int64), force, weight)
+    total, slope, value = apply_laws(s, constants, scratch, force, weight)
     return total - 1.0, slope, value - delta
 
 
@@ -195,13 +215,13 @@ def search(z, dz, delta, step, norms, before, descent, gap, constants, scratch, 
 
 
 @part()
-def solve_forces(H, z, square, delta, gap, constants, force, work, loaded, scratch, B, enough, limit):
+def solve_forces(H, gap, z, square, delta, force, rows, enough, limit):
     """Newton's method with line search from the deflections z of the amplitudes |q|² = ``square``, and δ.
 
     Fills ``force``; returns δ, ∂F/∂δ and the number of steps. Where a step is to leave a residual of the square of
     ``enough``, it is the last, and nothing evaluated after it: ``force`` is then that of the law linearised.
     """
-    weight, apart, d, dz, root, x, v, none, deflected = work
+    weight, apart, d, dz, root, x, v, none, deflected, loaded, constants, scratch, B = rows
     stiffness, best, stalled, idle, iteration, n, before = 0.0, math.inf, 0, 0, 0, 0, math.inf
     dz[:] = 0.0
     total, slope, value = forces(z, dz, 0.0, delta, gap, constants, scratch, force, weight)
@@ -267,24 +287,26 @@ def response(psi, block, H):
 
 
 @entry()
-def solve_coupled(gap, a, h, soft, active, factor, block, q, delta, enough, limit, force, stiffness, steps):
+def solve_coupled(problem, q, delta, enough, limit, force, stiffness, steps):
     """Solve every position of a problem whose segments share amplitudes q (position, block, rank).
 
     q and δ are the guess, δ = −∞ for none, and afterwards the solution. Fills forces, ∂F/∂δ and the numbers of steps.
     Where the last step is taken early, a position without a guess begins from the forces of the one before it.
     """
-    positions, n = gap.shape
-    B, rows, none = np.empty((n, n + 1)), np.empty((ROWS, n)), delta == -math.inf
+    p = problem
+    positions, n = p.gap.shape
+    B, work, none = np.empty((n, n + 1)), np.empty((ROWS + 1, n)), delta == -math.inf
     H, own_constants = np.empty((n, n)), np.empty((CONSTANTS, n))
     own_scratch, loaded = np.empty((SCRATCH + 1, n)), np.empty(n, dtype=np.int64)
     for i in range(positions):
-        segment = np.flatnonzero(active[i])
+        segment = np.flatnonzero(p.active[i])
         m, own = segment.size, np.empty(segment.size)
-        psi, part = factor[i][segment], block[segment]
+        a, h, soft, gap = p.a[i][segment], p.h[i][segment], p.soft[i][segment], p.gap[i][segment]
+        psi, part, active = p.factor[i][segment], p.block[i][segment], p.active[i][segment]
         here = H[:m, :m]
         response(psi, part, here)
-        constants, scratch = own_constants[:, :m], own_scratch[:, :m]
-        law_constants(a[i][segment], h[i][segment], soft[i][segment], constants, scratch, rows[0, :m], own)
+        constants = own_constants[:, :m]
+        law_constants(a, h, soft, constants)
         if none[i]:
             before = force[i - 1][segment]
             total = np.sum(before)
@@ -293,15 +315,13 @@ def solve_coupled(gap, a, h, soft, active, factor, block, q, delta, enough, limi
                 delta[i] = delta[i - 1]
                 amplitudes(psi, part, before / total, q[i])
             else:
-                delta[i] = first_approach(i, gap, a, h, soft, active, factor)
-        z, square = rows[0, :m], deflections(psi, part, q[i], rows[0, :m])
-        work = (
-            rows[1, :m], rows[2, :m], rows[3, :m], rows[4, :m], rows[5, :m], rows[6, :m], rows[7, :m], rows[8, :m],
-            rows[9, :m],
+                delta[i] = first_approach(gap, a, h, soft, active, psi)
+        z, square = work[ROWS, :m], deflections(psi, part, q[i], work[ROWS, :m])
+        rows = Rows(
+            work[0, :m], work[1, :m], work[2, :m], work[3, :m], work[4, :m], work[5, :m], work[6, :m], work[7, :m],
+            work[8, :m], loaded, constants, own_scratch[:, :m], B[:m],
         )  # fmt: skip
-        delta[i], stiffness[i], steps[i] = solve_forces(
-            here, z, square, delta[i], gap[i][segment], constants, own, work, loaded, scratch, B[:m], enough, limit
-        )
+        delta[i], stiffness[i], steps[i] = solve_forces(here, gap, z, square, delta[i], own, rows, enough, limit)
         amplitudes(psi, part, own, q[i])
         force[i] = 0.0
         for j in range(m):

@@ -3,59 +3,58 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gearbench.compiled import SUMS, entry, part
+from gearbench.contact._law_kernels import CONSTANTS, SCRATCH, apply_laws, law, law_constants
 from gearbench.contact.law import TANGENT_FROM
 
 #: Steps in a row without fall of the energy after which rounding is reached; convergence needs two or three.
 IDLE_STEPS = 8
-#: L − ln L where the law is continued by its tangent.
-TANGENT_LEVEL = TANGENT_FROM - math.log(TANGENT_FROM)
 
 
-@part()
-def law(s, a, h):
-    """Force P, slope dP/ds and energy ∫P ds of a segment compressed by s under g(P) = P (a − h ln P)."""
-    if s <= 0.0:
-        return 0.0, 0.0, 0.0
-    if h == 0.0:
-        p = s / a
-        return p, 1.0 / a, 0.5 * s * p
-    # with L = a/h − ln P: s = h P L, so that L − ln L = a/h + ln h − ln s
-    level = a / h + math.log(h) - math.log(s)
-    if level <= TANGENT_LEVEL:
-        p0 = math.exp(a / h - TANGENT_FROM)
-        over = s - h * p0 * TANGENT_FROM
-        energy = h * p0 * p0 * (TANGENT_FROM / 2 - 0.25) + over * (p0 + over / (2 * h))
-        return p0 + over / h, 1.0 / h, energy
-    rise = math.log(level)
-    big = level + rise + rise / level
-    for _ in range(20):  # Halley's method: the digits triple
-        residual = big - math.log(big) - level
-        slope = big - 1.0
-        step = residual * big * slope / (slope * slope - 0.5 * residual)
-        big -= step
-        if abs(step) <= 1e-6 * big:
-            break
-    p = s / (h * big)
-    return p, 1.0 / (h * (big - 1.0)), h * p * p * (big / 2 - 0.25)
+class Arrays(NamedTuple):
+    """Arrays of a ``ContactProblem``; ``block`` (position, segment)."""
+
+    gap: NDArray
+    a: NDArray
+    h: NDArray
+    soft: NDArray
+    active: NDArray
+    factor: NDArray
+    block: NDArray
 
 
-@part()
-def cell_law(s, a, h, soft):
-    """``law`` as the mean over a cell along which the compression varies by ±soft, s at its greatest (C7)."""
-    if s <= 0.0:
-        return 0.0, 0.0, 0.0
-    if soft == 0.0:
-        return law(s, a, h)
-    p0, _, e0 = law(soft, a, h)
-    if s >= 2.0 * soft:
-        p, w, e = law(s - soft, a, h)
-        return p, w, e - e0 + 2.0 / 3.0 * soft * p0
-    t = s / (2.0 * soft)
-    return p0 * t * t, p0 * t / soft, 2.0 / 3.0 * soft * p0 * t * t * t
+class Work(NamedTuple):
+    """Scratch of a position: (block, rank), ``hess`` (block, rank, rank), and of the law (…, segment).
+
+    ``q`` holds the first guess of the amplitudes, and those of the solution afterwards.
+    """
+
+    q: NDArray
+    trial: NDArray
+    step: NDArray
+    x: NDArray
+    grad: NDArray
+    cross: NDArray
+    hess: NDArray
+    constants: NDArray
+    scratch: NDArray
+    weight: NDArray
+    loaded: NDArray
+
+    @classmethod
+    def of(cls, blocks: int, rank: int, segments: int) -> Work:
+        """Scratch for positions of so many blocks, columns and segments."""
+        q, trial, step, x, grad, cross = np.empty((6, blocks, rank))
+        constants, scratch = np.empty((CONSTANTS, segments)), np.empty((SCRATCH + 1, segments))
+        return cls(
+            q, trial, step, x, grad, cross, np.empty((blocks, rank, rank)), constants, scratch, np.empty(segments),
+            np.empty(segments, dtype=np.int64),
+        )  # fmt: skip
 
 
 @part()
@@ -75,99 +74,103 @@ def compression(p, a, h, soft):
 
 
 @entry()
-def complementarity(force, delta, gap, a, h, soft, active, factor, block, blocks, residual):
+def complementarity(problem, force, delta, residual):
     """max |min(P, gap)| of each position, gap = H P + g(P) + e − δ."""
-    positions, n = gap.shape
-    rank = factor.shape[2]
+    p = problem
+    positions, n, rank = p.factor.shape
+    shared = np.empty((p.block.max() + 1, rank))
     for i in range(positions):
-        shared = np.zeros((blocks, rank))
+        shared[:] = 0.0
         for j in range(n):
-            if active[i, j]:
+            if p.active[i, j]:
                 for c in range(rank):
-                    shared[block[j], c] += factor[i, j, c] * force[i, j]
+                    shared[p.block[i, j], c] += p.factor[i, j, c] * force[i, j]
         residual[i] = 0.0
         for j in range(n):
-            if active[i, j]:
-                apart = compression(force[i, j], a[i, j], h[i, j], soft[i, j]) + gap[i, j] - delta[i]
+            if p.active[i, j]:
+                apart = compression(force[i, j], p.a[i, j], p.h[i, j], p.soft[i, j]) + p.gap[i, j] - delta[i]
                 for c in range(rank):
-                    apart += factor[i, j, c] * shared[block[j], c]
+                    apart += p.factor[i, j, c] * shared[p.block[i, j], c]
                 worst = abs(min(force[i, j], apart))
                 if not worst <= residual[i] and not math.isnan(residual[i]):
                     residual[i] = worst
 
 
 @part(SUMS)
-def add_loaded(i, loaded, weight, factor, block, force, grad, hess, cross):
+def add_loaded(factor, block, loaded, weight, force, work):
     """Add what the ``loaded`` segments contribute to gradient and Hessian, four of a block at a time."""
-    rank, n = factor.shape[2], 0
+    grad, hess, cross = work.grad, work.hess, work.cross
+    rank, n = factor.shape[1], 0
     while n < loaded.size:
         j0 = loaded[n]
-        k = block[i, j0]
-        p0, w0 = force[i, j0], weight[n]
+        k = block[j0]
+        p0, w0 = force[j0], weight[j0]
         # segments of a block need not lie side by side: all four are asked
-        four = n + 4 <= loaded.size and block[i, loaded[n + 1]] == k and block[i, loaded[n + 2]] == k
-        if four and block[i, loaded[n + 3]] == k:
+        four = n + 4 <= loaded.size and block[loaded[n + 1]] == k and block[loaded[n + 2]] == k
+        if four and block[loaded[n + 3]] == k:
             j1, j2, j3 = loaded[n + 1], loaded[n + 2], loaded[n + 3]
-            p1, p2, p3 = force[i, j1], force[i, j2], force[i, j3]
-            w1, w2, w3 = weight[n + 1], weight[n + 2], weight[n + 3]
+            p1, p2, p3 = force[j1], force[j2], force[j3]
+            w1, w2, w3 = weight[j1], weight[j2], weight[j3]
             for c in range(rank):
-                f0, f1, f2, f3 = factor[i, j0, c], factor[i, j1, c], factor[i, j2, c], factor[i, j3, c]
+                f0, f1, f2, f3 = factor[j0, c], factor[j1, c], factor[j2, c], factor[j3, c]
                 grad[k, c] -= p0 * f0 + p1 * f1 + p2 * f2 + p3 * f3
                 f0, f1, f2, f3 = w0 * f0, w1 * f1, w2 * f2, w3 * f3
                 cross[k, c] += f0 + f1 + f2 + f3
                 for d in range(c + 1):
-                    one = f0 * factor[i, j0, d] + f1 * factor[i, j1, d]
-                    hess[k, c, d] += one + (f2 * factor[i, j2, d] + f3 * factor[i, j3, d])
+                    one = f0 * factor[j0, d] + f1 * factor[j1, d]
+                    hess[k, c, d] += one + (f2 * factor[j2, d] + f3 * factor[j3, d])
             n += 4
             continue
         for c in range(rank):
-            f0 = factor[i, j0, c]
+            f0 = factor[j0, c]
             grad[k, c] -= p0 * f0
             f0 *= w0
             cross[k, c] += f0
             for d in range(c + 1):
-                hess[k, c, d] += f0 * factor[i, j0, d]
+                hess[k, c, d] += f0 * factor[j0, d]
         n += 1
 
 
 @part(SUMS)
-def derivatives(i, q, delta, gap, a, h, soft, active, factor, block, force, grad, hess, cross):
-    """Fill forces, gradient and Hessian blocks of J; return ∂J/∂δ, ∂²J/∂δ² and J."""
-    rank = q.shape[1]
-    total, slope, value = -1.0, 0.0, -delta
-    for k in range(q.shape[0]):
-        for c in range(rank):
-            grad[k, c], cross[k, c] = q[k, c], 0.0
-            for d in range(c):
-                hess[k, c, d] = 0.0
-            hess[k, c, c] = 1.0
-            value += 0.5 * q[k, c] * q[k, c]
-    weight, loaded, count = np.empty(gap.shape[1]), np.empty(gap.shape[1], dtype=np.int64), 0
-    for j in range(gap.shape[1]):
-        force[i, j] = 0.0
-        if not active[i, j]:
-            continue
-        k, s = block[i, j], delta - gap[i, j]
-        for c in range(rank):
-            s -= factor[i, j, c] * q[k, c]
-        p, w, e = cell_law(s, a[i, j], h[i, j], soft[i, j])
-        force[i, j] = p
-        total += p
-        slope += w
-        value += e
-        if p > 0.0:
-            weight[count], loaded[count] = w, j
-            count += 1
-    add_loaded(i, loaded[:count], weight, factor, block, force, grad, hess, cross)
-    return total, slope, value
+def compress(i, problem, q, delta, s):
+    """Fill the compressions s = δ − e − Ψ q of the segments of position i, negative of absent ones."""
+    for j in range(s.size):
+        s[j] = -1.0
+        if problem.active[i, j]:
+            s[j] = delta - problem.gap[i, j]
+            for c in range(q.shape[1]):
+                s[j] -= problem.factor[i, j, c] * q[problem.block[i, j], c]
 
 
 @part(SUMS)
-def newton_direction(total, slope, grad, hess, cross, x, step_q):
+def derivatives(i, problem, q, delta, work, force):
+    """Fill forces, gradient and Hessian blocks of J at position i; return ∂J/∂δ, ∂²J/∂δ² and J."""
+    quadratic = 0.0
+    for k in range(q.shape[0]):
+        for c in range(q.shape[1]):
+            work.grad[k, c], work.cross[k, c] = q[k, c], 0.0
+            for d in range(c):
+                work.hess[k, c, d] = 0.0
+            work.hess[k, c, c] = 1.0
+            quadratic += 0.5 * q[k, c] * q[k, c]
+    s, count = work.scratch[SCRATCH], 0
+    compress(i, problem, q, delta, s)
+    total, slope, energy = apply_laws(s, work.constants, work.scratch, force, work.weight)
+    for j in range(s.size):
+        if force[j] > 0.0:
+            work.loaded[count] = j
+            count += 1
+    add_loaded(problem.factor[i], problem.block[i], work.loaded[:count], work.weight, force, work)
+    return total - 1.0, slope, quadratic + energy - delta
+
+
+@part(SUMS)
+def newton_direction(total, slope, work):
     """Newton step of δ and ∂F/∂δ, by eliminating the amplitudes of each block (C6); fills the step of q.
 
     With the Cholesky factor L of a block of the Hessian: y = L⁻¹ cross, x = L⁻¹ grad, step = L⁻ᵀ (y dδ − x).
     """
+    grad, hess, cross, x, step = work.grad, work.hess, work.cross, work.x, work.step
     n = grad.shape[1]
     stiffness, right = slope, -total
     for k in range(grad.shape[0]):
@@ -179,165 +182,117 @@ def newton_direction(total, slope, grad, hess, cross, x, step_q):
                     t -= hess[k, c, f] * hess[k, d, f]
                 hess[k, c, d] = math.sqrt(t) if c == d else t / hess[k, d, d]
             for f in range(c):
-                y -= hess[k, c, f] * step_q[k, f]
+                y -= hess[k, c, f] * step[k, f]
                 z -= hess[k, c, f] * x[k, f]
-            step_q[k, c], x[k, c] = y / hess[k, c, c], z / hess[k, c, c]
-            stiffness -= step_q[k, c] * step_q[k, c]
-            right -= step_q[k, c] * x[k, c]
+            step[k, c], x[k, c] = y / hess[k, c, c], z / hess[k, c, c]
+            stiffness -= step[k, c] * step[k, c]
+            right -= step[k, c] * x[k, c]
     step_d = right / stiffness
     for k in range(grad.shape[0]):
         for c in range(n - 1, -1, -1):
-            t = step_q[k, c] * step_d - x[k, c]
+            t = step[k, c] * step_d - x[k, c]
             for f in range(c + 1, n):
-                t -= hess[k, f, c] * step_q[k, f]
-            step_q[k, c] = t / hess[k, c, c]
+                t -= hess[k, f, c] * step[k, f]
+            step[k, c] = t / hess[k, c, c]
     return step_d, stiffness
 
 
 @part()
-def closing_direction(i, q, delta, gap, active, factor, block, grad, step_q):
-    """Step of δ that closes the smallest gap where nothing touches; fills step_q with steepest descent."""
-    step_d = math.inf
-    for j in range(gap.shape[1]):
-        if active[i, j]:
-            s = gap[i, j] - delta
-            for c in range(q.shape[1]):
-                s += factor[i, j, c] * q[block[i, j], c]
-            step_d = min(step_d, s)
-    for k in range(q.shape[0]):
-        for c in range(q.shape[1]):
-            step_q[k, c] = -grad[k, c]
+def closing_direction(i, problem, q, delta, work):
+    """Step of δ that closes the smallest gap where nothing touches; fills the step of q with steepest descent."""
+    s, step_d = work.scratch[SCRATCH], math.inf
+    compress(i, problem, q, delta, s)
+    for j in range(s.size):
+        if problem.active[i, j]:
+            step_d = min(step_d, -s[j])
+    work.step[:] = -work.grad
     return step_d + 1.0
 
 
 @part()
-def first_approach(i, gap, a, h, soft, active, factor):
+def first_approach(gap, a, h, soft, active, factor):
     """An approach at which all segments touch, but no more than if one of them carried the load by itself."""
     greatest, alone = -math.inf, math.inf
-    for j in range(gap.shape[1]):
-        if not active[i, j]:
+    for j in range(gap.size):
+        if not active[j]:
             continue
-        greatest = max(greatest, gap[i, j])
-        whole = law(soft[i, j], a[i, j], h[i, j])[0]
-        most = soft[i, j] + max(a[i, j], TANGENT_FROM * h[i, j])
-        delta = gap[i, j] + (2.0 * soft[i, j] / math.sqrt(whole) if whole > 1.0 else most)
-        for c in range(factor.shape[2]):
-            delta += factor[i, j, c] * factor[i, j, c]
+        greatest = max(greatest, gap[j])
+        whole = law(soft[j], a[j], h[j])[0]
+        most = soft[j] + max(a[j], TANGENT_FROM * h[j])
+        delta = gap[j] + (2.0 * soft[j] / math.sqrt(whole) if whole > 1.0 else most)
+        for c in range(factor.shape[1]):
+            delta += factor[j, c] * factor[j, c]
         alone = min(alone, delta)
     return min(greatest + 1.0, alone)
 
 
 @entry()
-def solve_position(i, gap, a, h, soft, active, factor, block, force, work, hess, limit, delta=-math.inf, enough=0.0):
-    """``newton_position``, which other kernels call: no kernel calls this one."""
-    return newton_position(i, gap, a, h, soft, active, factor, block, force, work, hess, limit, delta, enough)
+def solve_positions(problem, work, q, delta, enough, limit, force, stiffness, steps):
+    """Solve every position of a problem by its amplitudes q (position, block, rank) and approach δ.
+
+    q and δ are the guess, δ = −∞ for none, and afterwards the solution. Fills forces, ∂F/∂δ and the numbers of steps,
+    at most ``limit``.
+    """
+    for i in range(len(delta)):
+        work.q[:] = q[i]
+        delta[i], stiffness[i], steps[i] = solve_position(i, problem, work, delta[i], enough, limit, force[i])
+        q[i] = work.q
 
 
 @part()
-def newton_position(i, gap, a, h, soft, active, factor, block, force, work, hess, limit, delta, enough):
+def solve_position(i, problem, work, delta, enough, limit, own):
     """Newton's method with line search on the convex J(q, δ) of position i.
 
-    J = ½|q|² + Σ ∫P ds − δ. Fills force[i] and leaves the amplitudes in work[0]; returns δ, ∂F/∂δ and the number of
-    steps, at most ``limit``. work, six arrays (block, rank), and hess (block, rank, rank) are scratch. A finite
-    ``delta`` is a first guess of δ, and work[0] then one of the amplitudes. From a residual of ``enough`` on the last
-    step is taken, which squares it, and nothing evaluated after it.
+    J = ½|q|² + Σ ∫P ds − δ. Fills the forces ``own`` and leaves the amplitudes in work.q; returns δ, ∂F/∂δ and the
+    number of steps. A finite ``delta`` is a first guess of δ, and work.q then one of the amplitudes. From a residual of
+    ``enough`` on the last step is taken, which squares it, and nothing evaluated after it.
     """
-    q, trial, step_q, x, grad, cross = work
+    p, q, trial = problem, work.q, work.trial
+    law_constants(p.a[i], p.h[i], p.soft[i], work.constants)
     if delta == -math.inf:
-        delta = first_approach(i, gap, a, h, soft, active, factor)
-        for k in range(q.shape[0]):
-            for c in range(q.shape[1]):
-                q[k, c] = 0.0
+        delta = first_approach(p.gap[i], p.a[i], p.h[i], p.soft[i], p.active[i], p.factor[i])
+        q[:] = 0.0
     stiffness, best, stalled, idle, iteration = 0.0, math.inf, 0, 0, 0
-    total, slope, value = derivatives(i, q, delta, gap, a, h, soft, active, factor, block, force, grad, hess, cross)
+    total, slope, value = derivatives(i, p, q, delta, work, own)
     lowest = value
     while True:
         residual, size = abs(total), 1.0
         for k in range(q.shape[0]):
             for c in range(q.shape[1]):
-                residual = max(residual, abs(grad[k, c]))
+                residual = max(residual, abs(work.grad[k, c]))
                 size = max(size, abs(q[k, c]))
         # descent = gradient · step, and the gradient is overwritten by the trials below
         if slope > 0.0:
-            step_d, stiffness = newton_direction(total, slope, grad, hess, cross, x, step_q)
+            step_d, stiffness = newton_direction(total, slope, work)
         else:
-            step_d = closing_direction(i, q, delta, gap, active, factor, block, grad, step_q)
+            step_d = closing_direction(i, p, q, delta, work)
         # rounding is reached when the residual no longer falls
         stalled = stalled + 1 if residual >= 0.5 * best and residual <= 1e-11 * size else 0
         best = min(best, residual)
         if residual <= 1e-15 * size or stalled >= 2 or idle >= IDLE_STEPS or iteration >= limit:
             break
         if residual <= enough * size and slope > 0.0:
-            for k in range(q.shape[0]):
-                for c in range(q.shape[1]):
-                    q[k, c] += step_q[k, c]
+            q += work.step
             return delta + step_d, stiffness, iteration + 1
         descent = total * step_d
         for k in range(q.shape[0]):
             for c in range(q.shape[1]):
-                descent += grad[k, c] * step_q[k, c]
+                descent += work.grad[k, c] * work.step[k, c]
         t, before = 1.0, value
         while True:
             for k in range(q.shape[0]):
                 for c in range(q.shape[1]):
-                    trial[k, c] = q[k, c] + t * step_q[k, c]
-            total, slope, value = derivatives(
-                i, trial, delta + t * step_d, gap, a, h, soft, active, factor, block, force, grad, hess, cross
-            )
+                    trial[k, c] = q[k, c] + t * work.step[k, c]
+            total, slope, value = derivatives(i, p, trial, delta + t * step_d, work, own)
             if value <= before + 1e-4 * t * descent + 1e-14 * (abs(before) + 1.0) or t <= 1e-12:
                 break
             t *= 0.5
-        for k in range(q.shape[0]):
-            for c in range(q.shape[1]):
-                q[k, c] = trial[k, c]
+        q[:] = trial
         idle = idle + 1 if value >= lowest - 1e-14 * (abs(lowest) + 1.0) else 0
         lowest = min(lowest, value)
         delta += t * step_d
         iteration += 1
     return delta, stiffness, iteration
-
-
-@entry()
-def first_guess(gap, a, h, soft, active, factor, block, blocks, modes, force, work, hess, limit, start, guess):
-    """Fill (q, δ) of every position at its own gap, and their derivatives with respect to the errors.
-
-    Arrays as in ``gearbench.contact.batch.Batch``. With W = dP/ds on the loaded segments and C = [−Ψ 1],
-    s = C (q, δ) − e, the solution moves by [diag(1, …, 1, 0) + CᵀWC] d(q, δ) = CᵀW de.
-    """
-    rank, most = factor.shape[2], start.shape[1] - 1
-    errors = modes.shape[1]
-    for t in range(gap.shape[0]):
-        size = blocks[t] * rank
-        delta, _, _ = newton_position(
-            t, gap, a, h, soft, active, factor, block, force, work, hess, limit, -math.inf, 0.0
-        )
-        start[t, most] = delta
-        matrix, right = np.zeros((size + 1, size + 1)), np.zeros((size + 1, errors))
-        for c in range(size):
-            matrix[c, c] = 1.0
-            start[t, c] = work[0][c // rank, c % rank]
-        for j in range(gap.shape[1]):
-            if not active[t, j]:
-                continue
-            offset, s = block[t, j] * rank, delta - gap[t, j]
-            for c in range(rank):
-                s -= factor[t, j, c] * start[t, offset + c]
-            w = cell_law(s, a[t, j], h[t, j], soft[t, j])[1]
-            for c in range(rank):
-                for d in range(rank):
-                    matrix[offset + c, offset + d] += w * factor[t, j, c] * factor[t, j, d]
-                matrix[offset + c, size] -= w * factor[t, j, c]
-                matrix[size, offset + c] -= w * factor[t, j, c]
-                for m in range(errors):
-                    right[offset + c, m] -= w * factor[t, j, c] * modes[t, m, j]
-            matrix[size, size] += w
-            for m in range(errors):
-                right[size, m] += w * modes[t, m, j]
-        solution = np.linalg.solve(matrix, right)
-        for m in range(errors):
-            guess[t, m, most] = solution[size, m]
-            for c in range(size):
-                guess[t, m, c] = solution[c, m]
 
 
 @entry(SUMS)

@@ -1,8 +1,9 @@
-"""Compiled contact law of all segments of a position at once: loops without branches, which become vector instructions.
+"""Compiled contact law: one point of it, which the loops over segments and over samples write into themselves.
 
 The same law as ``gearbench.contact.law``, which the tests hold it to. The level L = a/h − ln P follows from L − ln L =
-κ − ln s, κ = a/h + ln h, by a rational approximation and one step of Halley's method, and one of Newton's for the last
-digits; logarithms are read off the bits.
+κ − ln s, κ = a/h + ln h: ``level_start`` guesses it by a rational approximation, ``log_law`` improves it by a step of
+Halley's method, and by one of Newton's for the last digits. Logarithms are read off the bits. Nothing branches, so that
+loops become vector instructions; two short loops, one for each of the two, are faster than one.
 """
 
 from __future__ import annotations
@@ -11,85 +12,149 @@ import math
 
 import numpy as np
 
-from gearbench.compiled import FUSED, SUMS, entry, part
-from gearbench.contact._logarithm_kernels import LN2, MAGIC, MANTISSA, ONE, level_start, logarithm_parts
+from gearbench.compiled import FUSED, SUMS, bit_casts, entry, part
 from gearbench.contact.law import TANGENT_FROM
 
 #: Rows of the constants of the law of each segment, and of scratch.
-CONSTANTS, SCRATCH = 7, 5
+CONSTANTS, SCRATCH = 7, 2
 #: Compressions below this are as good as this one: its force is.
-_LEAST = 1e-40
-#: κ − ln s from which L is guessed by its series.
-_FAR = 110.0
+LEAST = 1e-290
+
+_bits, _double = bit_casts()
+# Bits of a double: mantissa mask, exponent of 1.0, and the trick that reads an exponent field as a double.
+_MANTISSA, _ONE, _PLACES = np.uint64(0x000FFFFFFFFFFFFF), np.uint64(0x3FF0000000000000), np.uint64(52)
+_MAGIC, _MAGIC_VALUE = np.uint64(0x4330000000000000), 4503599627370496.0 + 1023.0
+_LN2, _SQRT2 = 0.6931471805599453, 1.4142135623730951
+
+# ln m on [1, 2) to 2e-6, only to start from (Chebyshev interpolation)
+_LN_0, _LN_1, _LN_2 = -2.0996478486768844, 4.205234841459749, -3.647120395291447
+_LN_3, _LN_4, _LN_5, _LN_6 = 2.226943460753641, -0.8520795951448831, 0.18370084115152, -0.017029610589036435
+# rational approximation of ln L as a function of ℓ = L − ln L from 2 − ln 2 on: L to 6e-5 up to 120, to 2e-4 up to 760,
+# where doubles end
+_TOP_0, _TOP_1, _TOP_2 = -9.995550735434079e-05, -0.0249708843354656, -0.6947243186683587
+_TOP_3, _TOP_4, _TOP_5 = -1.9526075373671652, 2.675457294772817, -0.21083468541969874
+_BOTTOM_0, _BOTTOM_1, _BOTTOM_2 = -1.3412269292221055e-05, -0.005223620965804569, -0.2331840533201535
+_BOTTOM_3, _BOTTOM_4 = -1.5703000265079305, -0.14966709188859736
 
 
 @part(FUSED)
-def split(bits, mantissa, exponent):
-    """Mantissa in [1, 2) and exponent of positive doubles, through their bits."""
-    for j in range(bits.size):
-        mantissa[j] = (bits[j] & MANTISSA) | ONE
-        exponent[j] = (bits[j] >> 52) | MAGIC
+def split(x):
+    """Mantissa in [1, 2) and exponent of a positive double."""
+    bits = _bits(x)
+    return _double((bits & _MANTISSA) | _ONE), _double((bits >> _PLACES) | _MAGIC) - _MAGIC_VALUE
 
 
 @part(FUSED)
-def first_level(kappa, x, mantissa, exponent, level):
-    """First guess of L with L − ln L = κ − ln x, and x ← x / L; the greatest right side."""
-    greatest = 0.0
-    for j in range(x.size):
-        y, bottom, product, inverse = level_start(kappa[j], mantissa[j], exponent[j])
-        greatest = max(greatest, y)
-        level[j] = product * product * inverse
-        x[j] = x[j] * bottom * bottom * inverse
-    return greatest
+def level_start(x, kappa):
+    """First guess of L with L − ln L = κ − ln x, and x / L."""
+    m, exponent = split(x)
+    crude = (((((_LN_6 * m + _LN_5) * m + _LN_4) * m + _LN_3) * m + _LN_2) * m + _LN_1) * m + _LN_0
+    y = kappa - (exponent * _LN2 + crude)
+    top = ((((_TOP_0 * y + _TOP_1) * y + _TOP_2) * y + _TOP_3) * y + _TOP_4) * y + _TOP_5
+    bottom = ((((_BOTTOM_0 * y + _BOTTOM_1) * y + _BOTTOM_2) * y + _BOTTOM_3) * y + _BOTTOM_4) * y + 1.0
+    product = y * bottom + top
+    inverse = 1.0 / (bottom * product)
+    return product * product * inverse, x * bottom * bottom * inverse
+
+
+@part(FUSED)
+def logarithm(x):
+    """ln x of a positive double, to the last digits."""
+    m, e = split(x)
+    large = m > _SQRT2
+    m = 0.5 * m if large else m
+    e = e + 1.0 if large else e
+    f = (m - 1.0) / (m + 1.0)
+    g = f * f
+    r = 1.0 / 19
+    r = r * g + 1.0 / 17
+    r = r * g + 1.0 / 15
+    r = r * g + 1.0 / 13
+    r = r * g + 1.0 / 11
+    r = r * g + 1.0 / 9
+    r = r * g + 1.0 / 7
+    r = r * g + 1.0 / 5
+    r = r * g + 1.0 / 3
+    r = r * g + 1.0
+    return e * _LN2 + 2.0 * f * r
+
+
+@part(FUSED)
+def log_law(s, level, quotient, edge, kappa, h, per_h, exact):
+    """Force and slope under a compression s > 0, from ``level_start`` of min(s, edge); per_h = 1/h.
+
+    And L where ``exact``; otherwise they are good to 1e-12.
+    """
+    log = logarithm(quotient)
+    residual = level - kappa + log
+    slope = level - 1.0
+    below = slope * slope - 0.5 * residual
+    above = level * (below - residual * slope)  # L = above / below
+    if exact:
+        change = -residual * slope / below
+        # ln(1 + change), of a change of 2e-4 at most
+        log -= change * (1.0 - change * (0.5 - change * (1.0 / 3 - change * 0.25)))
+        L = level + level * change
+        above, below = L - (L - kappa + log) * L / (L - 1.0), 1.0
+    scale = 1.0 / (h * above * (above - below))
+    over = s - edge
+    force = min(s, edge) * below * (above - below) * scale + max(over, 0.0) * per_h
+    return force, per_h if over > 0.0 else below * above * scale, above
 
 
 @part()
-def far_level(kappa, x, edge, s, level):
-    """As ``first_level`` where the right side is beyond what the rational approximation is for."""
-    for j in range(x.size):
-        compressed = min(s[j], edge[j])
-        y = kappa[j] - math.log(compressed)
-        if y > _FAR:
-            rise = math.log(y)
-            level[j] = y + rise + rise / y
-            x[j] = compressed / level[j]
+def law(s, a, h):
+    """Force P, slope dP/ds and energy ∫P ds of a single point compressed by s under g(P) = P (a − h ln P)."""
+    if s <= 0.0:
+        return 0.0, 0.0, 0.0
+    if h == 0.0:
+        return s / a, 1.0 / a, 0.5 * s * s / a
+    kappa, edge = a / h + math.log(h), tangent_edge(a, h)
+    x = max(min(s, edge), LEAST)
+    level, quotient = level_start(x, kappa)
+    force, slope, L = log_law(s, level, quotient, edge, kappa, h, 1.0 / h, True)
+    return force, slope, energy_of(force, max(s - edge, 0.0), h, L)
+
+
+@part()
+def tangent_edge(a, h):
+    """Compression 2h P₀ from which the law is its tangent."""
+    return TANGENT_FROM * h * math.exp(min(a / h, 690.0) - TANGENT_FROM)
 
 
 @part(FUSED)
-def last_level(kappa, mantissa, exponent, level):
-    """L to the last digits, from its first guess and the mantissa and exponent of x/L."""
-    for j in range(level.size):
-        e, f, r = logarithm_parts(mantissa[j], exponent[j])
-        L = level[j]
-        logarithm = e * LN2 + 2.0 * f * r
-        residual = L - kappa[j] + logarithm
-        slope = L - 1.0
-        change = -residual * slope / (slope * slope - 0.5 * residual)  # Halley's, over L
-        # ln(1 + change), of a change of 2e-4 at most
-        logarithm -= change * (1.0 - change * (0.5 - change * (1.0 / 3 - change * 0.25)))
-        L += L * change
-        level[j] = L - (L - kappa[j] + logarithm) * L / (L - 1.0)
+def energy_of(force, over, h, L):
+    """∫P ds of the law with a logarithm, of which ``over`` lies on its tangent."""
+    low = force - over / h
+    return h * low * low * (0.5 * L - 0.25) + over * (low + 0.5 * over / h)
 
 
 @part(SUMS)
-def apply_law(s, constants, level, force, weight):
-    """Forces, slopes, and ΣP, ΣdP/ds and ∫ΣP ds of segments compressed by s, of known L."""
-    a, h, edge, soft, whole, excess = constants[0], constants[1], constants[3], constants[4], constants[5], constants[6]
+def apply_laws(s, constants, scratch, force, weight):
+    """Fill forces and slopes of segments compressed by s; ΣP, ΣdP/ds and ∫ΣP ds.
+
+    ``constants`` by ``law_constants``; ``scratch`` (2, segment).
+    """
+    a, h, kappa, edge, soft, whole, excess = (
+        constants[0], constants[1], constants[2], constants[3], constants[4], constants[5], constants[6]
+    )  # fmt: skip
+    level, quotient = scratch[0], scratch[1]
+    for j in range(s.size):
+        level[j], quotient[j] = level_start(max(min(s[j] - soft[j], edge[j]), LEAST), kappa[j])
     total, slope, value = 0.0, 0.0, 0.0
     for j in range(s.size):
-        middle = max(s[j] - soft[j], _LEAST)
-        x, over = min(middle, edge[j]), max(middle - edge[j], 0.0)
-        L, straight = level[j], h[j] == 0.0
-        low = x / (a[j] if straight else h[j] * L)
-        rise = 1.0 / (a[j] if straight else h[j] if over > 0.0 else h[j] * (L - 1.0))
-        beyond = 0.0 if straight else over / h[j]
-        energy = 0.5 * x * low if straight else h[j] * low * low * (0.5 * L - 0.25) + over * (low + 0.5 * beyond)
+        middle, straight = max(s[j] - soft[j], LEAST), h[j] == 0.0
+        per_h = 1.0 / h[j]
+        logarithmic, rate, L = log_law(middle, level[j], quotient[j], edge[j], kappa[j], h[j], per_h, True)
+        p = middle / a[j] if straight else logarithmic
+        w = 1.0 / a[j] if straight else rate
+        e = 0.5 * middle * p if straight else energy_of(p, max(middle - edge[j], 0.0), h[j], L)
         # of cells of which only the part t is loaded
         t = s[j] / (2.0 * soft[j]) if soft[j] > 0.0 else 1.0
         part, on = t < 1.0, s[j] > 0.0
-        p = whole[j] * t * t if part else low + beyond
-        w = whole[j] * t / soft[j] if part else rise
-        e = 2.0 / 3.0 * soft[j] * whole[j] * t * t * t if part else energy + excess[j]
+        p = whole[j] * t * t if part else p
+        w = whole[j] * t / soft[j] if part else w
+        e = 2.0 / 3.0 * soft[j] * whole[j] * t * t * t if part else e + excess[j]
         force[j] = p if on else 0.0
         weight[j] = w if on else 0.0
         total += p if on else 0.0
@@ -98,66 +163,29 @@ def apply_law(s, constants, level, force, weight):
     return total, slope, value
 
 
-@part(FUSED)
-def apply_laws(s, constants, scratch, bits, force, weight):
-    """Fill forces and slopes of segments compressed by s; ΣP, ΣdP/ds and ∫ΣP ds.
-
-    ``scratch`` (5, segment) and ``bits``, the same memory as whole numbers.
-    """
-    n = s.size
-    soft, kappa, edge = constants[4], constants[2], constants[3]
-    x, mantissa, exponent, level, middle = (
-        scratch[0, :n], scratch[1, :n], scratch[2, :n], scratch[3, :n], scratch[4, :n]
-    )  # fmt: skip
-    for j in range(n):
-        middle[j] = max(s[j] - soft[j], _LEAST)
-        x[j] = min(middle[j], edge[j])
-    split(bits[0, :n], bits[1, :n], bits[2, :n])
-    if first_level(kappa, x, mantissa, exponent, level) > _FAR:
-        far_level(kappa, x, edge, middle, level)
-    split(bits[0, :n], bits[1, :n], bits[2, :n])
-    last_level(kappa, mantissa, exponent, level)
-    return apply_law(s, constants, level, force, weight)
-
-
 @part()
-def law_constants(a, h, soft, constants, scratch, force, weight):
-    """Fill the rows of ``constants`` with what forces follow from; the other arrays are scratch.
+def law_constants(a, h, soft, constants):
+    """Fill the rows of ``constants``, (7, segment), with what forces follow from.
 
     a, h, κ, the compression where the tangent takes over, σ, P_σ, and by what a cell's energy exceeds its middle's.
     """
-    last, logarithm, cells = 0.0, 0.0, False
+    last, log_h = 0.0, 0.0
     for j in range(a.size):
-        constants[0, j], constants[1, j], constants[4, j] = a[j], h[j], 0.0
-        constants[2, j], constants[3, j], constants[5, j], constants[6, j] = 0.0, math.inf, 0.0, 0.0
+        constants[0, j], constants[1, j], constants[2, j], constants[3, j] = a[j], h[j], 0.0, math.inf
         if h[j] > 0.0:
             if h[j] != last:  # most are alike
-                last, logarithm = h[j], math.log(h[j])
-            ratio = a[j] / h[j]
-            constants[2, j] = ratio + logarithm
-            constants[3, j] = TANGENT_FROM * h[j] * math.exp(min(ratio, 690.0) - TANGENT_FROM)
-        cells |= soft[j] > 0.0
-    if cells:
-        apply_laws(soft, constants, scratch, scratch.view(np.int64), force, weight)
-        level, edge = scratch[3], constants[3]
-        for j in range(a.size):
-            p = force[j]
-            constants[4, j], constants[5, j] = soft[j], p
-            if h[j] == 0.0:
-                constants[6, j] = (2.0 / 3.0 - 0.5) * soft[j] * p
-            else:
-                over = max(soft[j] - edge[j], 0.0)
-                low = p - over / h[j]
-                energy = h[j] * low * low * (0.5 * level[j] - 0.25) + over * (low + over / (2.0 * h[j]))
-                constants[6, j] = 2.0 / 3.0 * soft[j] * p - energy
+                last, log_h = h[j], math.log(h[j])
+            constants[2, j], constants[3, j] = a[j] / h[j] + log_h, tangent_edge(a[j], h[j])
+        whole, _, energy = law(soft[j], a[j], h[j])
+        constants[4, j], constants[5, j], constants[6, j] = soft[j], whole, 2.0 / 3.0 * soft[j] * whole - energy
 
 
 @entry()
 def law_forces(s, a, h, soft):
-    """Forces of segments compressed by s."""
+    """Forces and slopes of segments compressed by s."""
     n = s.size
     constants, scratch = np.empty((CONSTANTS, n)), np.empty((SCRATCH, n))
     force, slope = np.empty(n), np.empty(n)
-    law_constants(a, h, soft, constants, scratch, force, slope)
-    apply_laws(s, constants, scratch, scratch.view(np.int64), force, slope)
-    return force
+    law_constants(a, h, soft, constants)
+    apply_laws(s, constants, scratch, force, slope)
+    return force, slope

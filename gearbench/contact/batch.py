@@ -4,7 +4,8 @@ The gap of a sample is linear in its errors, e = e₀ + Σ_m ε_m e_m, and the c
 everything that does not depend on the sample is made once: the factor of each position, truncated to few columns;
 the solution at the mean errors and its derivative with respect to each error, from which each sample starts (B1 of
 docs/theory.md), with what these missed at the positions before; and where segments move each other through many
-amplitudes, the linear problem at the mean errors, which is the preconditioner of every sample (B2). The rest is done by
+amplitudes, the linear problem at the mean errors, which is the preconditioner of every sample (B2). Each cell is
+loaded as far as the gap of its own sample says; what cells miss at the mean errors is known (B3). The rest is done by
 compiled kernels, chunk by chunk of samples, on as many threads as asked for. A sample's answer depends neither on the
 chunk it is in nor on the number of threads. It is good to 1e-5: constants below.
 """
@@ -15,15 +16,22 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.budget import require
 from gearbench.contact.law import kernel_coefficients
+from gearbench.contact.patches import ON_CELLS, compression, from_cells
 from gearbench.contact.problem import ContactProblem, reduce_rank
-from gearbench.contact.reference import Reference, linearised
-from gearbench.contact.solver import MAX_STEPS, ConvergenceError, Guess, scratch, solve_roughly
+from gearbench.contact.reference import Reference, linearised, normal_matrix
+from gearbench.contact.solver import MAX_STEPS, ConvergenceError, Guess, law_response, solve_roughly
+from gearbench.geometry.action import ContactLines
+
+if TYPE_CHECKING:
+    from gearbench.contact._kernels import Arrays
+    from gearbench.contact._lane_kernels import Gaps
 
 #: Newton steps after which a sample is handed to the solver with line search.
 NEWTON_LIMIT = 25
@@ -70,13 +78,19 @@ class Batch:
     count, blocks, firsts
         Number of segments and of loaded blocks (position,), first segment of each block (position, block + 1).
     gap, modes
-        e at the mean errors, (position, n), and the gap of each error, (position, error, n).
+        e at the mean errors, its mean over each segment, (position, n), and that of the gap of each error,
+        (position, error, n).
+    tilt, tilts
+        Half of what the gap less the deflection at the mean errors gains along each cell, and half of what the gap of
+        each error does, (position, error, n); no errors where segments are points.
     factor, product
-        Ψ (position, n, rank) and the products of its columns, lower triangle row by row (position, rank(rank+1)/2, n).
+        Ψ (position, n, rank) and the products of its columns, lower triangle row by row, (position, rank(rank+1)/2, n).
     laws
-        a, h, ln-coefficient κ, the compression where the tangent takes over, and soft, (position, 5, n).
+        a, h, ln-coefficient κ, the compression where the tangent takes over, and 1/h, (position, 5, n).
     start, guess
         (q, δ) at the mean errors, (position, block·rank + 1), and their derivatives, (position, error, block·rank + 1).
+    missed
+        What the segments miss at the mean errors, (2, position): δ_n less theirs [mm], and ∂F/∂δ_n over theirs.
     precision
         Where computing a sample ends.
     reference
@@ -88,13 +102,16 @@ class Batch:
     blocks: NDArray
     firsts: NDArray
     gap: NDArray
+    tilt: NDArray
     modes: NDArray
+    tilts: NDArray
     factor: NDArray
-    product: NDArray
     laws: NDArray
-    start: NDArray
-    guess: NDArray
+    missed: NDArray
     precision: Precision
+    product: NDArray | None = None
+    start: NDArray | None = None
+    guess: NDArray | None = None
     reference: Reference | None = None
 
     @property
@@ -128,15 +145,24 @@ class Batch:
         return weights
 
     @cached_property
-    def single_arrays(self) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray]:
-        """a, h, soft, active and block of the segments, (position, n), as the solver of single positions takes them."""
+    def gaps(self) -> Gaps:
+        """What the compiled solvers need whichever they are."""
+        from gearbench.contact._lane_kernels import Gaps
+
+        return Gaps(self.count, self.ahead, self.gap, self.tilt, self.modes, self.tilts, self.laws)
+
+    def arrays(self, draw: NDArray, t: slice = slice(None)) -> Arrays:
+        """The positions ``t`` of a sample, of the errors ``draw`` − mean, as the solver of single samples has them."""
+        from gearbench.contact._kernels import Arrays
+
         segment = np.arange(self.gap.shape[1])
-        active = segment < self.count[:, None]
-        last = np.arange(self.firsts.shape[1] - 1) >= self.blocks[:, None] - 1
-        ends = np.where(last, segment.size, self.firsts[:, 1:])
+        last = np.arange(self.firsts.shape[1] - 1) >= self.blocks[t, None] - 1
+        ends = np.where(last, segment.size, self.firsts[t, 1:])
         block = np.sum(segment[:, None] >= ends[:, None, :], axis=2)
-        a, h, soft = (np.ascontiguousarray(self.laws[:, i]) for i in (0, 1, 4))
-        return a, h, soft, active, block
+        soft = np.abs(self.tilt[t] + draw[: self.tilts.shape[1]] @ self.tilts[t])
+        a, h = np.ascontiguousarray(self.laws[t, 0]), np.ascontiguousarray(self.laws[t, 1])
+        gap = self.gap[t] + draw @ self.modes[t] - soft
+        return Arrays(gap, a, h, soft, segment < self.count[t, None], self.factor[t], block)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,62 +184,139 @@ class BatchSolution:
     rescued: int
 
 
-def prepare(problem: ContactProblem, modes: NDArray, precision: Precision = ROUNDING) -> Batch:
-    """Prepare ``problem`` for gaps e + Σ ε_m ``modes``[..., m], (position, segment, error) [mm].
+@dataclass(frozen=True, kw_only=True)
+class GapModes:
+    """Gaps of samples, e + Σ ε_m modes[..., m].
+
+    Parameters
+    ----------
+    modes
+        Mean over each segment, (position, segment, mode) [mm].
+    tilts
+        Half of what they gain along each cell, (position, segment, mode); no modes where segments are points.
+    spread
+        Standard deviations of the ε, (mode,).
+    """
+
+    modes: NDArray
+    tilts: NDArray
+    spread: NDArray
+
+    @classmethod
+    def on(cls, lines: ContactLines, modes: Callable[[ContactLines], NDArray], spread: NDArray) -> GapModes:
+        """Of ``modes`` (position, pair, segment, mode) [mm] at the nodes of lines, over their levers."""
+
+        def flat(each: ContactLines) -> NDArray:
+            found = modes(each) / np.expand_dims(each.lever, -1)
+            return found.reshape(lines.shape[0], -1, found.shape[-1])
+
+        middle = flat(lines)
+        if not lines.cells:
+            return cls(modes=middle, tilts=middle[..., :0], spread=spread)
+        begin, end = flat(lines.moved(-1)), flat(lines.moved(1))
+        return cls(modes=(begin + 4 * middle + end) / 6, tilts=(end - begin) / 2, spread=spread)
+
+
+def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUNDING) -> Batch:
+    """Prepare ``problem`` for samples of ``gaps``.
+
+    Where segments are cells the problem is solved at the mean errors on its patches of contact too: what the cells miss
+    there the samples do not (B3 of docs/theory.md).
 
     Raises
     ------
     MemoryBudgetError
         If that needs more memory than there may be.
+    ConvergenceError
+        If the problem at the mean errors is not solved.
     """
+    problem, tilt, exact = _with_means(problem)
     problem = reduce_rank(problem, precision.truncation)
-    order, count, blocks, firsts = _order(problem)
-    _require_memory(problem, int(count.max()), modes.shape[2])
+    order, present, count, blocks, firsts = _order(problem)
+    _require_memory(problem, int(count.max()), gaps.modes.shape[2] + gaps.tilts.shape[2])
 
     def pick(values: NDArray) -> NDArray:
         """Existing segments first, absent ones behind them, cut to the most there are."""
         index = order.reshape(order.shape + (1,) * (values.ndim - 2))
         return np.ascontiguousarray(np.take_along_axis(values, index, 1)[:, : count.max()])
 
-    factor, a, h = pick(problem.factor), pick(problem.a), pick(problem.h)
+    modes, tilts = (
+        np.ascontiguousarray(np.swapaxes(pick(each / problem.length_scale), 1, 2)) for each in (gaps.modes, gaps.tilts)
+    )
+    guess = Guess.nothing(problem)
+    approach, stiffness = solve_roughly(problem, guess)
     batch = Batch(
         problem=problem,
         count=count,
         blocks=blocks,
         firsts=firsts,
-        gap=pick(problem.gap),
-        modes=np.ascontiguousarray(np.swapaxes(pick(modes / problem.length_scale), 1, 2)),
-        factor=factor,
-        product=np.empty(0),
-        laws=kernel_coefficients(a, h, pick(problem.soft)),
-        start=np.empty(0),
-        guess=np.empty(0),
+        gap=pick(problem.gap + problem.soft),
+        tilt=pick(tilt),
+        modes=modes,
+        tilts=tilts,
+        factor=np.where(pick(problem.active)[..., None], pick(problem.factor), 0.0),
+        laws=kernel_coefficients(pick(problem.a), pick(problem.h)),
+        missed=np.stack([np.zeros(len(count)), np.ones(len(count))]),
         precision=precision,
     )
-    if problem.blocks == 1 and batch.rank >= COUPLED_RANK:
-        return replace(batch, reference=_reference(batch))
-    start, guess = _first_guess(batch)
-    return replace(batch, product=_products(factor), start=start, guess=guess)
+    q = np.take_along_axis(guess.q, present[..., None], 1)[:, : blocks.max()]
+    batch = _linearised(batch, np.column_stack([q.reshape(len(q), -1), guess.delta]), gaps.spread)
+    if exact is None:
+        return batch
+    share = batch.missed[1]  # how much of what the stiffness misses is the samples' too
+    return replace(batch, missed=np.stack([exact[0] - approach, 1 + share * (exact[1] / stiffness - 1)]))
 
 
-def _require_memory(problem: ContactProblem, segments: int, errors: int) -> None:
+def _with_means(problem: ContactProblem) -> tuple[ContactProblem, NDArray, tuple[NDArray, NDArray] | None]:
+    """``problem`` with the mean gap of each cell, what the gap less the deflection gains along half of it, and δ and k.
+
+    These are None where segments are points.
+    """
+    along = problem.along
+    if along is None:
+        return problem, np.zeros(problem.gap.shape), None
+    guess = Guess.nothing(problem)
+    coarse = solve_roughly(problem, guess, ON_CELLS)
+    s = compression(problem, along.lines, guess)
+    exact = from_cells(problem, guess, coarse)
+    tilt = np.where(problem.active, ((s[..., 0] - s[..., 2]) / 2).reshape(problem.gap.shape), 0.0)
+    mean = along.gaps @ np.array([1, 4, 1]) / 6 / (problem.length_scale * along.share[:, None, None])
+    gap, soft = mean.reshape(problem.gap.shape), np.abs(tilt)
+    return replace(problem, gap=gap - soft, soft=soft), tilt, (exact.approach, exact.stiffness)
+
+
+def _linearised(batch: Batch, start: NDArray, spread: NDArray) -> Batch:
+    """``batch`` with where its samples begin: the problem linearised at the mean errors, of the solution ``start``.
+
+    And with how alike the cells that ends of patches cut are under all errors, in place of what stiffnesses miss.
+    """
+    arrays = batch.arrays(np.zeros(batch.modes.shape[1]))
+    positions, n, rank = batch.factor.shape
+    own = arrays.block[..., None] == np.arange(int(batch.blocks.max()))
+    wide = (own[..., None] * batch.factor[:, :, None]).reshape(positions, n, -1)
+    C = np.concatenate([-wide, arrays.active[..., None]], axis=2)  # z = C (q, δ)
+    z = (C @ start[..., None])[..., 0]
+    P, W = law_response(arrays, z - arrays.gap)
+    moved = np.einsum("pn,pmn->pm", P, batch.modes)[..., None] - batch.modes
+    cut = arrays.active & (np.abs(z - batch.gap) < arrays.soft)
+    ends = np.einsum("m,pmn->pn", spread**2, moved**2)[cut] / (2 * arrays.soft[cut]) ** 2
+    mean = np.bincount(np.nonzero(cut)[0], ends, positions) / np.maximum(cut.sum(axis=1), 1)
+    batch = replace(batch, missed=np.stack([batch.missed[0], np.exp(-2 * np.pi**2 * mean)]))
+    if batch.problem.blocks == 1 and rank >= COUPLED_RANK:
+        return replace(batch, reference=linearised(C, batch.count, z, P, W))
+    right = np.swapaxes(C, 1, 2) @ (W[..., None] * np.swapaxes(batch.modes, 1, 2))
+    guess = np.ascontiguousarray(np.swapaxes(np.linalg.solve(normal_matrix(C, W), right), 1, 2))
+    return replace(batch, product=_products(batch.factor), start=start, guess=guess)
+
+
+def _require_memory(problem: ContactProblem, segments: int, modes: int) -> None:
     """Refuse what needs more memory than there may be: products of columns, or of coupled problems their matrices."""
     positions, _, rank = problem.factor.shape
     coupled = problem.blocks == 1 and rank >= COUPLED_RANK
-    own = 2 * rank * rank if coupled else segments * rank * (rank + 1) / 2 + errors * problem.blocks * rank
-    need = 8.0 * positions * (own + segments * (4 * rank + 4 * errors))
-    size = f"{positions} positions × {segments} segments × {errors} errors"
+    own = 2 * rank * rank if coupled else segments * rank * (rank + 1) / 2 + modes * problem.blocks * rank
+    need = 8.0 * positions * (own + segments * (4 * rank + 4 * modes))
+    size = f"{positions} positions × {segments} segments × {modes} modes of gaps"
     require(need, "resolution", size, "fewer segments or positions would fit")
-
-
-def _reference(batch: Batch) -> Reference:
-    """The linear problem at the mean errors, (q, δ) of which the solver of single positions finds."""
-    a, h, soft, active, _ = batch.single_arrays
-    guess = Guess.nothing(batch.problem)
-    solve_roughly(batch.problem, guess)
-    q, delta = guess.q[:, 0], guess.delta
-    factor = np.where(active[..., None], batch.factor, 0.0)
-    return linearised(factor, active, batch.gap, (a, h, soft), q, delta)
 
 
 def _products(factor: NDArray) -> NDArray:
@@ -227,8 +330,8 @@ def _products(factor: NDArray) -> NDArray:
     return result
 
 
-def _order(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray]:
-    """Order that puts the existing segments first, how many there are, and the blocks they form."""
+def _order(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray]:
+    """Orders that put the existing segments and blocks first, how many there are, and the blocks' first segments."""
     positions = problem.active.shape[0]
     order = np.argsort(~problem.active, axis=1, kind="stable")
     count = problem.active.sum(axis=1)
@@ -239,24 +342,7 @@ def _order(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray]
     firsts = np.zeros((positions, problem.blocks + 1), dtype=np.int64)
     for t in range(positions):
         firsts[t, 1 : blocks[t] + 1] = np.cumsum(per_block[t][per_block[t] > 0])
-    return order, count, blocks, firsts
-
-
-def _first_guess(batch: Batch) -> tuple[NDArray, NDArray]:
-    """(q, δ) of each position at the mean errors and their derivatives with respect to the errors."""
-    from gearbench.contact._kernels import first_guess
-
-    positions, errors, _ = batch.modes.shape
-    most = int(batch.blocks.max()) * batch.rank
-    start, guess = np.zeros((positions, most + 1)), np.zeros((positions, errors, most + 1))
-    a, h, soft, active, block = batch.single_arrays
-    work, hess = scratch(int(batch.blocks.max()), batch.rank)
-    force = np.zeros_like(batch.gap)
-    first_guess(
-        batch.gap, a, h, soft, active, batch.factor, block, batch.blocks, batch.modes, force, work, hess, MAX_STEPS,
-        start, guess,
-    )  # fmt: skip
-    return start, guess
+    return order, np.argsort(per_block == 0, axis=1, kind="stable"), count, blocks, firsts
 
 
 def solve_batch(batch: Batch, draws: NDArray) -> BatchSolution:
@@ -292,26 +378,28 @@ def solve_one_chunk(batch: Batch, draws: NDArray) -> BatchSolution:
         delta[t, j], stiffness[t, j] = _rescue(batch, int(t), lanes[:, j])
     p = batch.problem
     return BatchSolution(
-        approach=p.length_scale * delta, stiffness=p.force / p.length_scale * stiffness, rescued=len(missed)
+        approach=p.length_scale * delta + batch.missed[0][:, None],
+        stiffness=p.force / p.length_scale * stiffness * batch.missed[1][:, None],
+        rescued=len(missed),
     )
 
 
 def _run(batch: Batch, lanes: NDArray, delta: NDArray, stiffness: NDArray, done: NDArray) -> None:
     """Fill δ, ∂F/∂δ and whether they converged, (position, lane), by the kernel of the batch."""
-    from gearbench.contact._batch_kernels import solve_chunk
+    from gearbench.contact._batch_kernels import Blocks, solve_chunk
     from gearbench.contact._coupled_kernels import solve_coupled_chunk
+    from gearbench.contact._lane_kernels import Answers, Lanes
 
-    b, r = batch, batch.reference
-    if r is None:
-        solve_chunk(
-            b.firsts, b.blocks, b.ranks, b.ahead, b.gap, b.modes, lanes, b.factor, b.product, b.laws, b.start, b.guess,
-            b.precision.newton, NEWTON_LIMIT, delta, stiffness, done,
-        )  # fmt: skip
-    else:
-        solve_coupled_chunk(
-            b.count, b.ahead, b.gap, b.modes, lanes, b.laws, r.response, r.single_response, r.rise, r.flexibility,
-            r.weight, r.start, b.precision.coupled, b.precision.stiffness, NEWTON_LIMIT, delta, stiffness, done,
-        )  # fmt: skip
+    b, work, answers = batch, Lanes.of(batch.gap.shape[1]), Answers(delta, stiffness, done)
+    if b.reference is not None:
+        accuracy = b.precision.coupled, b.precision.stiffness
+        solve_coupled_chunk(b.gaps, b.reference, lanes, work, accuracy, NEWTON_LIMIT, answers)
+        return
+    assert b.product is not None
+    assert b.start is not None
+    assert b.guess is not None
+    blocks = Blocks(b.firsts, b.blocks, b.ranks, b.factor, b.product, b.start, b.guess)
+    solve_chunk(b.gaps, blocks, lanes, work, b.precision.newton, NEWTON_LIMIT, answers)
 
 
 def _rescue(batch: Batch, t: int, draw: NDArray) -> tuple[float, float]:
@@ -322,21 +410,19 @@ def _rescue(batch: Batch, t: int, draw: NDArray) -> tuple[float, float]:
     ConvergenceError
         If that does not solve it either.
     """
-    from gearbench.contact._kernels import solve_position
+    from gearbench.contact._kernels import Work, solve_positions
 
-    a, h, soft, active, block = batch.single_arrays
-    work, hess = scratch(int(batch.blocks.max()), batch.rank)
-    gap = np.array(batch.gap)
-    gap[t] += draw @ batch.modes[t]
-    least = gap[t, active[t]].min()
-    gap[t] -= least
-    force = np.zeros_like(gap)
-    delta, stiffness, steps = solve_position(
-        t, gap, a, h, soft, active, batch.factor, block, force, work, hess, MAX_STEPS
-    )
-    if steps >= MAX_STEPS:
-        raise ConvergenceError(f"contact not solved: position {t}, {steps} Newton steps")
-    return delta + least, stiffness
+    arrays = batch.arrays(draw, slice(t, t + 1))
+    blocks, rank, n = int(batch.blocks.max()), batch.rank, arrays.gap.shape[1]
+    least = arrays.gap[arrays.active].min()
+    delta, stiffness, steps = np.full(1, -np.inf), np.empty(1), np.zeros(1, dtype=np.int64)
+    solve_positions(
+        arrays._replace(gap=arrays.gap - least), Work.of(blocks, rank, n), np.zeros((1, blocks, rank)), delta, 0.0,
+        MAX_STEPS, np.zeros((1, n)), stiffness, steps,
+    )  # fmt: skip
+    if steps[0] >= MAX_STEPS:
+        raise ConvergenceError(f"contact not solved: position {t}, {steps[0]} Newton steps")
+    return float(delta[0] + least), float(stiffness[0])
 
 
 def on_threads(

@@ -89,10 +89,11 @@ def _inverse(s: NDArray, a: NDArray, h: NDArray) -> tuple[NDArray, NDArray, NDAr
     return p, w, np.where(linear, np.where(h == 0, s * s / (2 * straight), 0.0), e)
 
 
-def kernel_coefficients(a: NDArray, h: NDArray, soft: NDArray) -> NDArray:
-    """a, h, κ = a/h + ln h, the compression 2h P₀ where the tangent takes over, and σ, stacked on axis 1."""
+def kernel_coefficients(a: NDArray, h: NDArray) -> NDArray:
+    """a, h, κ = a/h + ln h, the compression 2h P₀ where the tangent takes over, and 1/h, stacked on axis 1."""
     logarithmic = h > 0
-    ratio = np.where(logarithmic, a, 0.0) / np.where(logarithmic, h, 1.0)
+    per_h = 1 / np.where(logarithmic, h, 1.0)
+    ratio = np.where(logarithmic, a, 0.0) * per_h
     kappa = ratio + np.log(np.where(logarithmic, h, 1.0))
     edge = np.where(logarithmic, TANGENT_FROM * h * np.exp(np.minimum(ratio, 690.0) - TANGENT_FROM), np.inf)
-    return np.ascontiguousarray(np.stack([a, h, kappa, edge, soft], axis=1))
+    return np.ascontiguousarray(np.stack([a, h, kappa, edge, per_h], axis=1))

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.law import inverse
 
-
-@dataclass(frozen=True, kw_only=True)
-class Reference:
+class Reference(NamedTuple):
     """Linear problem at the mean errors, of segments that all move each other; dimensionless as ``ContactProblem``.
 
     With z = δ − Ψq and the slopes W₀ of the laws at the mean errors, a solution is z = z₁ + G u, u = W₀ z − P, and
@@ -40,27 +37,29 @@ class Reference:
     flexibility: NDArray
 
 
-def linearised(
-    factor: NDArray, active: NDArray, gap: NDArray, laws: tuple[NDArray, NDArray, NDArray], q: NDArray, delta: NDArray
-) -> Reference:
-    """Linear problem about the solution (``q`` (position, rank), ``delta``) at the gaps (position, n).
-
-    ``factor`` (position, n, rank), zero where no segment is ``active`` (position, n); existing segments first.
-    ``laws`` are a, h and soft.
-    """
-    z = delta[:, None] - np.einsum("pnr,pr->pn", factor, q)
-    P, W, _ = inverse(z - gap, *laws)
-    P, W = np.where(active, P, 0.0), np.where(active, W, 0.0)
-    C = np.concatenate([-factor, active[..., None]], axis=2)  # z = C (q, δ)
+def normal_matrix(C: NDArray, W: NDArray) -> NDArray:
+    """diag(1, …, 1, 0) + Cᵀ W C of the slopes W (position, n), z = C (q, δ) + …, (position, unknown, unknown)."""
     M = np.swapaxes(C, 1, 2) @ (W[..., None] * C)
-    index = np.arange(factor.shape[2])
-    M[:, index, index] += 1.0
-    unit = np.zeros((len(M), index.size + 1, 1))
+    amplitude = np.arange(M.shape[1] - 1)
+    M[:, amplitude, amplitude] += 1.0
+    # where nothing is loaded δ is any
+    M[:, -1, -1] += M[:, -1, -1] == 0.0
+    return M
+
+
+def linearised(C: NDArray, count: NDArray, z: NDArray, P: NDArray, W: NDArray) -> Reference:
+    """Linear problem about a solution: z = C (q, δ), forces P and slopes W, each (position, n).
+
+    C (position, n, unknown) is zero behind the existing segments, of which there are ``count``.
+    """
+    unit = np.zeros((len(C), C.shape[2], 1))
     unit[:, -1] = 1.0
-    half = np.linalg.solve(np.linalg.cholesky(M), np.concatenate([np.swapaxes(C, 1, 2), unit], axis=2))
+    half = np.linalg.solve(
+        np.linalg.cholesky(normal_matrix(C, W)), np.concatenate([np.swapaxes(C, 1, 2), unit], axis=2)
+    )
     rows, end = half[:, :, :-1], half[:, :, -1]
     G = np.swapaxes(rows, 1, 2) @ rows
-    response = np.concatenate([matrix[:m, :m].ravel() for matrix, m in zip(G, active.sum(axis=1), strict=True)])
+    response = np.concatenate([matrix[:m, :m].ravel() for matrix, m in zip(G, count, strict=True)])
     return Reference(
         weight=W,
         start=W * z - P,

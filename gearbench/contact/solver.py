@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,9 @@ from numpy.typing import NDArray
 from gearbench.contact.dense import polish, solve_dense
 from gearbench.contact.problem import ContactProblem, ContactSolution
 from gearbench.errors import GearbenchError
+
+if TYPE_CHECKING:
+    from gearbench.contact._kernels import Arrays
 
 #: Residuals above this are an error of the program, never returned as an answer.
 RESIDUAL_LIMIT = 1e-9
@@ -134,7 +138,10 @@ def by_forces(p: ContactProblem) -> bool:
 
 
 def newton(
-    p: ContactProblem, limit: int = MAX_STEPS, guess: Guess | None = None, enough: float = 0.0
+    p: ContactProblem,
+    limit: int = MAX_STEPS,
+    guess: Guess | None = None,
+    enough: float = 0.0,
 ) -> tuple[NDArray, NDArray, NDArray, NDArray]:
     """Forces (position, segment), δ, ∂F/∂δ and the numbers of steps, dimensionless, after at most ``limit`` steps.
 
@@ -142,38 +149,41 @@ def newton(
     residual of ``enough`` on one last step is taken, whose forces are those of the law linearised.
     """
     from gearbench.contact._force_kernels import solve_coupled
-    from gearbench.contact._kernels import solve_position
+    from gearbench.contact._kernels import Work, solve_positions
 
     count = len(p.gap)
-    force, steps = np.zeros_like(p.gap), np.zeros(count, dtype=np.int64)
-    delta, stiffness = np.empty(count), np.empty(count)
+    force, steps, stiffness = np.zeros_like(p.gap), np.zeros(count, dtype=np.int64), np.empty(count)
     guess = guess or Guess.nothing(p)
+    delta = guess.delta.copy()
+    found = guess.q, delta, enough, limit, force, stiffness, steps
     if by_forces(p):
-        delta[:] = guess.delta
-        solve_coupled(
-            p.gap, p.a, p.h, p.soft, p.active, p.factor, p.block, guess.q, delta, enough, limit, force, stiffness, steps
-        )
-        return force, delta, stiffness, steps
-    block = np.ascontiguousarray(np.broadcast_to(p.block, p.gap.shape))
-    work, hess = scratch(p.blocks, p.factor.shape[2])
-    # a loop in Python: a compiled one would save a quarter of a millisecond and cost most of a second of compilation
-    for i in range(count):
-        work[0][:] = guess.q[i]
-        delta[i], stiffness[i], steps[i] = solve_position(
-            i, p.gap, p.a, p.h, p.soft, p.active, p.factor, block, force, work, hess, limit, guess.delta[i], enough
-        )
-        guess.q[i] = work[0]
+        solve_coupled(arrays(p), *found)
+    else:
+        solve_positions(arrays(p), Work.of(p.blocks, *p.factor.shape[:0:-1]), *found)
     return force, delta, stiffness, steps
+
+
+def arrays(p: ContactProblem) -> Arrays:
+    """The arrays of a problem, as compiled code takes them."""
+    from gearbench.contact._kernels import Arrays
+
+    block = np.ascontiguousarray(np.broadcast_to(p.block, p.gap.shape))
+    return Arrays(p.gap, p.a, p.h, p.soft, p.active, p.factor, block)
 
 
 def law_forces(problem: ContactProblem, delta: NDArray, q: NDArray) -> NDArray:
     """Forces (position, segment) of the contact law under δ (position,) and amplitudes (position, block, rank)."""
+    z = (problem.factor[..., None, :] @ q[:, problem.block][..., None])[..., 0, 0]
+    return law_response(problem, delta[:, None] - z - problem.gap)[0]
+
+
+def law_response(problem: ContactProblem | Arrays, s: NDArray) -> tuple[NDArray, NDArray]:
+    """Forces and slopes of the contact law under compressions s, (position, segment); 0 of absent segments."""
     from gearbench.contact._law_kernels import law_forces as forces
 
-    p, force, active = problem, np.zeros_like(problem.gap), problem.active
-    z = (p.factor[..., None, :] @ q[:, p.block][..., None])[..., 0, 0] + p.gap
-    force[active] = forces((delta[:, None] - z)[active], p.a[active], p.h[active], p.soft[active])
-    return force
+    p, found = problem, np.zeros((2, *s.shape))
+    found[:, p.active] = forces(s[p.active], p.a[p.active], p.h[p.active], p.soft[p.active])
+    return found[0], found[1]
 
 
 def _residual(p: ContactProblem, force: NDArray, delta: NDArray) -> NDArray:
@@ -193,15 +203,10 @@ def _polish(
         steps[i] += more
 
 
-def scratch(blocks: int, rank: int) -> tuple[tuple[NDArray, ...], NDArray]:
-    """Scratch arrays of the solver of single positions."""
-    return tuple(np.empty((6, blocks, rank))), np.empty((blocks, rank, rank))
-
-
 def complementarity_residual(problem: ContactProblem, force: NDArray, delta: NDArray) -> NDArray:
     """max |min(P, gap)| of each position, from the equations themselves: gap = H P + g(P) + e − δ, (position,)."""
     from gearbench.contact._kernels import complementarity
 
-    p, residual = problem, np.empty(len(delta))
-    complementarity(force, delta, p.gap, p.a, p.h, p.soft, p.active, p.factor, p.block, p.blocks, residual)
+    residual = np.empty(len(delta))
+    complementarity(arrays(problem), force, delta, residual)
     return residual

@@ -4,26 +4,25 @@ from __future__ import annotations
 
 import time
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gearbench.contact.batch import chunks, on_threads, prepare, solve_one_chunk
+from gearbench.contact.batch import ROUNDING, chunks, on_threads, solve_one_chunk
 from gearbench.dynamics.analysis import GROWTH, HARMONICS, check_harmonics, check_speeds, growth, spans
 from gearbench.dynamics.balance import convolution, real
 from gearbench.dynamics.loaded_mesh import PER_MICROMETRE, LoadedMesh, order_rows
 from gearbench.dynamics.model import Group, Model
 from gearbench.dynamics.size import require_each, sample_memory, speed_memory
-from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import InputError
 from gearbench.results.cycle import MICROMETRES, MeshCycle
 from gearbench.results.origin import keeping
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import STATISTICS, described
-from gearbench.robustness.montecarlo import SAMPLES, RobustProblem
+from gearbench.robustness.montecarlo import SAMPLES, RobustProblem, prepare_problem, require_errors
 from gearbench.robustness.sampling import Sampler
 from gearbench.scene import Scene
 from gearbench.threads import default_threads, single_threaded_blas
@@ -68,20 +67,12 @@ def sample_problem(model: Model) -> RobustProblem:
     from gearbench.contact.assemble import assemble
 
     cycle = model.cycles[0]
-    errors = cycle.scene.effect("manufacturing_errors")
-    if not isinstance(errors, ManufacturingErrors):
-        raise InputError("effects", "no manufacturing_errors", "scatter needs [effects.manufacturing_errors]")
-    lines = cycle.lines
-    positions, pairs, segments = lines.shape
-    if errors.centre_distance is not None:
+    if require_errors(cycle.scene).centre_distance is not None:
         raise InputError(
             "effects.manufacturing_errors.centre_distance", "given", "is for robust: here axes keep theirs"
         )
-    expansion = errors.expansion(lines, {effect.name: effect for effect in cycle.scene.flank_effects})
-    gaps = (expansion.modes / np.expand_dims(lines.lever, -1)).reshape(positions, pairs * segments, -1)
-    batch = prepare(assemble(cycle.scene, lines, cycle.effects), gaps)
-    phases = cycle.cycle.phases
-    return RobustProblem(scene=cycle.scene, errors=errors, batch=batch, expansion=expansion, phases=phases)
+    phases, problem = cycle.cycle.phases, assemble(cycle.scene, cycle.lines, cycle.effects)
+    return replace(prepare_problem(cycle.scene, cycle.lines, phases.weight, problem, ROUNDING), phases=phases)
 
 
 def sample_cycles(

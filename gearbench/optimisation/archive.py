@@ -1,131 +1,134 @@
-"""All designs a search has asked for, each known once, and how the search went.
-
-In memory are the numbers and objectives of the front; all else is in a ``Register``.
-"""
+"""All designs a search has asked for, each different gear once, and how the search went."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from array import array
+from collections.abc import Mapping, Sequence
+from functools import lru_cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.optimisation.front import hypervolume, non_dominated
-from gearbench.optimisation.problem import Evaluation
-from gearbench.optimisation.register import Register
+from gearbench.optimisation.problem import Evaluation, gear_key
 from gearbench.optimisation.study import Design, OptimisationStudy
 
 #: The reference point of the hypervolume, over the worst objectives of the first feasible designs.
 MARGIN = 1.1
+#: Gears whose keys are kept.
+KEYS = 10_000
 
 
-@dataclass(kw_only=True)
 class Archive:
-    """Designs in the order they were first asked for, their results, and the history of the search.
+    """Designs numbered from 0 in the order they were first asked for, their results, and the history of the search.
+
+    A design takes 8 bytes a number and about 200 more: a million of them 0.4 GB.
 
     Parameters
     ----------
     study
         The study.
-    asked, evaluated, feasible_found, hypervolumes
-        For each generation: designs asked for, those not known before, feasible ones known so far, share of the box
-        below ``reference_point`` that they dominate.
-    front
-        Numbers of the designs that no other dominates.
-    front_objectives
-        Their objectives, (design, objective).
+
+    Attributes
+    ----------
+    asked
+        Numbers of the designs that each generation asked for, (member,).
+    evaluated, feasible_found, hypervolumes
+        For each generation: designs not known before, feasible ones known so far, share of the box below
+        ``reference_point`` that they dominate.
+    front, front_objectives
+        Numbers of the designs that no other dominates, and their objectives, (design, objective).
+    responses
+        By the number of a design of the front its responses to all error samples, (response, sample), where designs
+        race; those of designs read from disk are unknown at first.
     """
 
-    study: OptimisationStudy
-    asked: list[int] = field(default_factory=list)
-    evaluated: list[int] = field(default_factory=list)
-    feasible_found: list[int] = field(default_factory=list)
-    hypervolumes: list[float] = field(default_factory=list)
-    front: list[int] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        self._register = Register(self.study)
-        self.front_objectives: NDArray = np.empty((0, len(self.study.objectives)))
-        self._reference: NDArray | None = None
+    def __init__(self, study: OptimisationStudy) -> None:
+        self.study = study
+        self.asked: list[NDArray] = []
+        self.evaluated: list[int] = []
+        self.feasible_found: list[int] = []
+        self.hypervolumes: list[float] = []
+        self.front: list[int] = []
+        self.front_objectives: NDArray = np.empty((0, len(study.objectives)))
+        self.reference_point: NDArray = np.full(len(study.objectives), np.nan)
+        self.responses: dict[int, NDArray] = {}
+        self._key = lru_cache(maxsize=KEYS)(partial(gear_key, study))
+        self._number: dict[bytes, int] = {}
+        self._codes, self._known, self._samples, self._first = array("d"), array("d"), array("q"), array("q")
+        self._reasons: list[str] = []
 
     def __len__(self) -> int:
-        return len(self._register)
+        return len(self._reasons)
 
-    def numbers(self, designs: Sequence[Design]) -> list[int]:
+    def numbers(self, designs: Sequence[Design]) -> NDArray:
         """Numbers of known designs."""
-        found = [self._register.number(design) for design in designs]
-        assert None not in found
-        return [number for number in found if number is not None]
+        return np.array([self._number[self._key(design)] for design in designs], dtype="int64")
 
     def unknown(self, designs: Sequence[Design]) -> list[Design]:
         """Those of ``designs`` that have no result yet, each different gear once."""
-        return self._register.unknown(designs)
+        found: dict[bytes, Design] = {}
+        for design in designs:
+            found.setdefault(self._key(design), design)
+        return [design for key, design in found.items() if key not in self._number]
 
     def add(self, designs: Sequence[Design], new: Mapping[Design, Evaluation]) -> list[Evaluation]:
         """Add a generation; ``new`` holds the results of the unknown designs. Returns the results of all of it."""
-        generation, before, unknown = len(self.asked) + 1, len(self), self.unknown(designs)
-        added = [new[design] for design in unknown]
-        self._register.add(generation, unknown, added)
-        numbers = self.numbers(designs)
-        self._register.note_asked(generation, numbers)
-        self.asked.append(len(numbers))
-        self.evaluated.append(len(added))
-        feasible = {before + i: result for i, result in enumerate(added) if result.feasible}
-        self.feasible_found.append(len(feasible) + (self.feasible_found[-1] if self.feasible_found else 0))
-        whole = {i: r for i, r in feasible.items() if r.samples == self.study.robustness.samples}
-        left = self._update_front(whole)
-        self._register.drop_responses(left)
-        for number in whole.keys() & set(self.front):
-            if (values := whole[number].values) is not None:
-                self._register.keep_responses(number, values)
-        return [
-            replace(added[number - before], values=None) if number >= before else self._register.result(number)
-            for number in numbers
-        ]
+        before, unknown, whole = len(self), self.unknown(designs), {}
+        for design in unknown:
+            result = new[design]
+            if result.feasible and result.samples == self.study.robustness.samples:
+                whole[len(self)] = result
+            self._number[self._key(design)] = len(self)
+            self._codes.extend(design)
+            self._known.extend((result.violation, *result.constraints, *result.statistics))
+            self._reasons.append(result.reason)
+            self._samples.append(result.samples)
+            self._first.append(len(self.asked) + 1)
+        self.asked.append(self.numbers(designs))
+        self.evaluated.append(len(self) - before)
+        feasible = sum(new[design].feasible for design in unknown)
+        self.feasible_found.append(feasible + (self.feasible_found[-1] if self.feasible_found else 0))
+        self._update_front(whole)
+        return [self.result(number) for number in self.asked[-1]]
 
     def design(self, number: int) -> Design:
-        """The design of a number."""
-        return self._register.design(number)
+        """The design of a number, as it was first asked for."""
+        count = len(self.study.variables)
+        codes = self._codes[number * count : (number + 1) * count]
+        return tuple(x if v.kind == "real" else int(x) for v, x in zip(self.study.variables, codes, strict=True))
 
     def result(self, number: int) -> Evaluation:
-        """The result of a number."""
-        return self._register.result(number)
-
-    def responses(self, number: int) -> NDArray | None:
-        """Responses of a design of the front to all error samples, (response, sample), where they are kept."""
-        return self._register.responses(number)
-
-    def keep_responses(self, number: int, values: NDArray) -> None:
-        """Keep the responses of a design of the front, as long as it is on it."""
-        self._register.keep_responses(number, values)
-
-    def batches(self) -> Iterator[list[tuple[Design, Evaluation, int]]]:
-        """All designs in their order, their results and the generations they were first asked for, some at a time."""
-        return self._register.batches()
-
-    def asked_numbers(self) -> Iterator[NDArray]:
-        """Of each generation the numbers of the designs it asked for, (member,)."""
-        return self._register.asked()
+        """The result of a number, without responses."""
+        limits = 1 + len(self.study.constraints)
+        count = limits + len(self.study.statistics)
+        violation, *values = self._known[number * count : (number + 1) * count]
+        return Evaluation(
+            violation=violation,
+            reason=self._reasons[number],
+            constraints=tuple(values[: limits - 1]),
+            statistics=tuple(values[limits - 1 :]),
+            samples=self._samples[number],
+        )
 
     @property
-    def reference_point(self) -> NDArray:
-        """Reference point of the hypervolume, (objective,); NaN before there is a feasible design."""
-        return np.full(len(self.study.objectives), np.nan) if self._reference is None else self._reference
+    def first_generations(self) -> NDArray:
+        """The generation that asked for each design first, (design,)."""
+        return np.array(self._first, dtype="int64")
 
-    def _update_front(self, feasible: Mapping[int, Evaluation]) -> list[int]:
-        """Take feasible designs into account; the numbers of those that leave the front."""
+    def _update_front(self, feasible: Mapping[int, Evaluation]) -> None:
+        """Take feasible designs into account."""
         candidates = [*self.front, *feasible]
         if not candidates:
             self.hypervolumes.append(0.0)
-            return []
+            return
         found = np.array([result.objectives(self.study) for result in feasible.values()])
         F = np.concatenate([self.front_objectives, found.reshape(len(feasible), len(self.study.objectives))])
-        if self._reference is None:
-            self._reference = MARGIN * F.max(axis=0)
+        if np.isnan(self.reference_point).any():
+            self.reference_point = MARGIN * F.max(axis=0)
         keep = non_dominated(F)
-        before = set(self.front)
         self.front = [i for i, kept in zip(candidates, keep, strict=True) if kept]
         self.front_objectives = F[keep]
-        self.hypervolumes.append(hypervolume(F[keep] / self._reference))
-        return list(before - set(self.front))
+        self.hypervolumes.append(hypervolume(F[keep] / self.reference_point))
+        new = {number: result.values for number, result in feasible.items() if result.values is not None}
+        self.responses = {i: values for i, values in (self.responses | new).items() if i in set(self.front)}

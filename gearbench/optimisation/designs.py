@@ -6,13 +6,14 @@ import math
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property, lru_cache
+from hashlib import sha256
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.errors import InputError
+from gearbench.errors import InputError, naming
 from gearbench.optimisation.dataset import read_names
 from gearbench.optimisation.problem import scene_of
 from gearbench.optimisation.study import Design, OptimisationStudy
@@ -70,6 +71,8 @@ class Designs:
     ----------
     dataset
         The final Dataset of an optimisation.
+    source
+        What faults name: its file.
 
     Raises
     ------
@@ -77,22 +80,26 @@ class Designs:
         If it is none.
     """
 
-    def __init__(self, dataset: xr.Dataset) -> None:
+    def __init__(self, dataset: xr.Dataset, source: str = "dataset") -> None:
+        self.source = source
         if "study" not in dataset.attrs or "design" not in dataset.dims or "on_front" not in dataset:
-            raise InputError("", "dataset", "must be the result of an optimisation (front.nc)")
+            raise InputError("", source, "must be the result of an optimisation (front.nc)")
         if "evaluated_samples" not in dataset and "feasible" in dataset:  # before designs raced
             dataset = dataset.assign(evaluated_samples=dataset.attrs.get("samples", 0) * dataset["feasible"])
         self.dataset = dataset
-        _check(dataset, self.study)
-        self._scene = lru_cache(maxsize=SCENES)(lambda number: scene_of(self.study, self.design(number)))
+        _check(dataset, self.study, source)
+        self._scene = lru_cache(maxsize=SCENES)(self._scene_of)
 
     @cached_property
     def study(self) -> OptimisationStudy:
         """The study that was run."""
+        text = str(self.dataset.attrs["study"])
+        if self.dataset.attrs.get("study_sha256") not in (None, sha256(text.encode()).hexdigest()):
+            raise InputError("", self.source, "is damaged or changed: its study is not that of its digest")
         try:
-            return parse_study(tomllib.loads(str(self.dataset.attrs["study"])))
+            return parse_study(tomllib.loads(text))
         except (ValueError, RecursionError) as error:  # an InputError is one, too
-            raise InputError("", "dataset", f"its study cannot be read: {error}") from None
+            raise InputError("", self.source, f"its study cannot be read: {error}") from None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -127,6 +134,23 @@ class Designs:
         """Scene of a design by its number in the dimension ``design``; the last ones are kept."""
         return self._scene(number)
 
+    def _scene_of(self, number: int) -> Scene:
+        with naming(f"{self.source}, design {number}"):
+            return scene_of(self.study, self.design(number))
+
+    def require_feasible(self, name: str = "feasible") -> NDArray:
+        """Numbers of the designs that are ``name``, feasible or on_front.
+
+        Raises
+        ------
+        InputError
+            If there is none.
+        """
+        numbers = np.flatnonzero(self.dataset[name].values)
+        if numbers.size == 0:
+            raise InputError("", self.source, "has no feasible design")
+        return numbers
+
     def design(self, number: int) -> Design:
         """Codes of a design by its number in the dimension ``design``."""
         codes = self.dataset["code"].values[number]
@@ -145,20 +169,20 @@ class Designs:
         return " or ".join(sorted({support(self.scene(int(row))) for row in rows}))
 
 
-def _check(dataset: xr.Dataset, study: OptimisationStudy) -> None:
+def _check(dataset: xr.Dataset, study: OptimisationStudy, source: str) -> None:
     """Refuse a Dataset that does not hold the designs of its study."""
     texts = {"reason", *(v.name for v in study.variables if v.kind == "choice")}
     shared = {"feasible", "on_front", *(v.name for v in study.variables)}
     for name in (*read_names(study), *shared):
         dims = ("design", "variable") if name == "code" else ("design",)
         if name not in dataset or dataset[name].dims != dims:
-            raise InputError("", "dataset", f"{name} is missing, or has other dimensions than {', '.join(dims)}")
+            raise InputError("", source, f"{name} is missing, or has other dimensions than {', '.join(dims)}")
         if name not in texts and dataset[name].dtype.kind not in "iufb":
-            raise InputError("", "dataset", f"{name} must be numbers")
+            raise InputError("", source, f"{name} must be numbers")
     codes = dataset["code"].values
     bounds = np.array([variable.bounds for variable in study.variables], dtype=float)
     if codes.shape[1] != len(bounds) or not np.all((codes >= bounds[:, 0]) & (codes <= bounds[:, 1])):
-        raise InputError("", "dataset", "the codes of its designs are not those of its study")
+        raise InputError("", source, "the codes of its designs are not those of its study")
 
 
 def design_scene(dataset: xr.Dataset, design: int) -> Scene:

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -19,7 +18,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.budget import shared
 from gearbench.errors import InputError
 from gearbench.optimisation.dataset import designs_dataset
 from gearbench.optimisation.designs import Designs
@@ -27,8 +25,8 @@ from gearbench.optimisation.front import hypervolume, non_dominated
 from gearbench.optimisation.problem import Evaluation, evaluate
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.variables import Variable
+from gearbench.optimisation.workers import open_workers
 from gearbench.results.responses import described
-from gearbench.threads import single_threaded_blas
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -63,7 +61,6 @@ def _released(variable: Variable) -> Variable:
     return replace(variable, min=float(grid[0]), max=float(grid[-1]), step=None)
 
 
-@single_threaded_blas()
 def polish(
     designs: Designs,
     *,
@@ -95,24 +92,19 @@ def polish(
     InputError
         If no variable is continuous, or no design feasible.
     """
-    from gearbench.threads import default_threads
-
     start = time.perf_counter()
     study = continuous(designs.study)
-    numbers = np.flatnonzero(designs.dataset["on_front"].values)
-    if not len(numbers):
-        raise InputError("", designs.study.name or "study", "has no feasible design")
+    numbers = designs.require_feasible("on_front")
     first = [_as_continuous(designs, study, int(number)) for number in numbers]
     F = designs.dataset["objective"].values[numbers]
     extent = np.where(np.ptp(F, axis=0) > 0, np.ptp(F, axis=0), np.abs(F).max(axis=0))
     work = partial(polish_one, study, extent=extent, evaluations=evaluations)
-    found: list[tuple[Design, Evaluation, Evaluation]] = []
-    threads = threads or default_threads()
-    with shared(threads), ThreadPoolExecutor(threads) as pool:
-        for answer in pool.map(work, first):
-            found.append(answer)
+    found: dict[Design, tuple[Design, Evaluation, Evaluation]] = {}
+    with open_workers(threads=threads) as workers:
+        for design, answer in workers.map(work, first):
+            found[design] = answer
             progress(len(found), len(first))
-    dataset = _dataset(study, numbers, found, designs.dataset["reference_point"].values)
+    dataset = _dataset(study, numbers, [found[design] for design in first], designs.dataset["reference_point"].values)
     return dataset.assign_attrs(wall_time_s=time.perf_counter() - start)
 
 

@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gearbench.optimisation.archive import Archive
 from gearbench.optimisation.dataset import front_dataset
-from gearbench.optimisation.engine import Dask, Engine
 from gearbench.optimisation.problem import Evaluation
-from gearbench.optimisation.processes import Processes
 from gearbench.optimisation.racing import Rivals, spread
 from gearbench.optimisation.search import Search
 from gearbench.optimisation.store import Store
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.study_file import check_study
-from gearbench.results.netcdf import load
-from gearbench.threads import default_threads
+from gearbench.optimisation.workers import Workers, evaluations, open_workers
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -95,7 +93,7 @@ def optimise(
     -------
     Dataset over ``design`` (variables, objectives, constraints, mean, standard deviation and maximum of the responses,
     ``feasible``, ``reason``, ``on_front``, ``in_population``) and ``generation`` (``evaluated``, ``hypervolume``, …).
-    It depends on the study alone, not on the engine or on the number of threads.
+    It depends on the study alone, not on the workers or on their number.
 
     Raises
     ------
@@ -104,52 +102,29 @@ def optimise(
     OSError
         If a generation cannot be stored; those before it are kept.
     """
-    if directory is not None:
-        options = {"resume": resume, "scheduler": scheduler, "threads": threads, "progress": progress}
-        return load(optimise_into(study, directory, **options))
     check_study(study)
-    with _engine(scheduler, threads) as engine:
-        run = _Run(study, None, engine, progress)
+    with ExitStack() as stack:
+        store = None if directory is None else stack.enter_context(Store(directory, study, resume=resume))
+        run = _Run(study, store, stack.enter_context(open_workers(scheduler, threads)), progress)
         run.search()
-        return front_dataset(*run.found)
-
-
-def optimise_into(
-    study: OptimisationStudy,
-    directory: str | Path,
-    *,
-    resume: bool = False,
-    scheduler: str | None = None,
-    threads: int | None = None,
-    progress: Callable[[Progress], None] = lambda _: None,
-) -> Path:
-    """``optimise`` into a folder, whose file with the result it returns; memory does not grow with the designs."""
-    check_study(study)
-    engine = _engine(scheduler, threads)
-    with Store(directory, study, resume=resume) as store, engine:
-        run = _Run(study, store, engine, progress)
-        run.search()
-        return store.write_front(*run.found)
-
-
-def _engine(scheduler: str | None, threads: int | None) -> Engine:
-    """Dask where a scheduler is given, processes of this machine otherwise."""
-    return Processes(threads or default_threads()) if scheduler is None else Dask(scheduler)
+        dataset = run.dataset()
+        if store is not None:
+            store.write_front(dataset)
+        return dataset
 
 
 class _Run:
     def __init__(
-        self, study: OptimisationStudy, store: Store | None, engine: Engine, progress: Callable[[Progress], None]
+        self, study: OptimisationStudy, store: Store | None, workers: Workers, progress: Callable[[Progress], None]
     ) -> None:
-        self._study, self._store, self._engine, self._progress = study, store, engine, progress
-        self._archive, self._search = Archive(study=study), Search(study)
+        self._study, self._store, self._workers, self._progress = study, store, workers, progress
+        self._archive, self._search = Archive(study), Search(study)
         self._start = time.perf_counter()
         self._asked = self._restored = self._evaluated = 0
 
-    @property
-    def found(self) -> tuple[Archive, Sequence[Design], float]:
-        """All designs, those of the last generation, and the wall time so far [s]."""
-        return self._archive, self._search.population, time.perf_counter() - self._start
+    def dataset(self) -> xr.Dataset:
+        """All designs, and how the search went."""
+        return front_dataset(self._archive, self._search.population, time.perf_counter() - self._start)
 
     def search(self) -> None:
         """Run all generations."""
@@ -169,7 +144,7 @@ class _Run:
         unknown = self._archive.unknown(designs)
         new: dict[Design, Evaluation] = {}
         feasible = 0
-        for design, result in self._engine.evaluate(self._study, unknown, self._rivals() if unknown else None):
+        for design, result in evaluations(self._workers, self._study, unknown, self._rivals() if unknown else None):
             new[design] = result
             feasible += result.feasible
             self._evaluated += 1
@@ -185,11 +160,11 @@ class _Run:
         if not self._study.robustness.racing or not archive.front:
             return None
         chosen = [archive.front[i] for i in spread(archive.front_objectives[:, 0])]
-        missing = {archive.design(i): i for i in chosen if archive.responses(i) is None}
-        for design, result in self._engine.evaluate(self._study, list(missing)):
+        missing = {archive.design(i): i for i in chosen if i not in archive.responses}
+        for design, result in evaluations(self._workers, self._study, list(missing)):
             assert result.values is not None
-            archive.keep_responses(missing[design], result.values)
-        values = [found for i in chosen if (found := archive.responses(i)) is not None]
+            archive.responses[missing[design]] = result.values
+        values = [archive.responses[i] for i in chosen]
         return Rivals.of(self._study, values, [archive.result(i).statistics for i in chosen])
 
     def _report(self, part: float, new: int = 0, feasible: int = 0) -> None:

@@ -119,10 +119,7 @@ def open_designs(path: str | Path) -> Designs:
             reason = "is not finished: continue it with --resume" if begun else f"holds no optimisation (no {FRONT})"
             raise InputError("", str(path), reason)
         path = path / FRONT
-    try:
-        return Designs(load(path))
-    except InputError as error:
-        raise InputError("", str(path), error.allowed) from None
+    return Designs(load(path), str(path))
 
 
 def select(
@@ -153,9 +150,7 @@ def select(
     InputError
         If a name is not known, or a condition cannot be applied to it.
     """
-    numbers = np.flatnonzero(designs.dataset["feasible"].values)
-    if numbers.size == 0:
-        raise InputError("", designs.study.name or "study", "has no feasible design")
+    numbers = designs.require_feasible()
     ranking = _ranking(designs, rank if rank is not None else _objectives(designs), worst_case)
     # quantities computed from the scene come last, for the designs that are left
     found = [replace(c, name=designs.find("where", c.name)) for c in where]

@@ -9,17 +9,18 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from gearbench.errors import InputError
 from gearbench.files import is_part, lock, write_text
-from gearbench.optimisation.archive import Archive
-from gearbench.optimisation.dataset import designs_dataset, read_designs, read_names
-from gearbench.optimisation.front_file import write_front
-from gearbench.optimisation.generation_file import read_generation, write_generation
+from gearbench.optimisation.dataset import designs_dataset, read_designs
 from gearbench.optimisation.problem import Evaluation
 from gearbench.optimisation.study import Design, OptimisationStudy
+from gearbench.results.netcdf import load, save, with_digest
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 STUDY, FRONT, LOCK = "study.toml", "front.nc", ".lock"
 
@@ -63,9 +64,6 @@ class Store:
         except BaseException:
             os.close(self._lock)
             raise
-        self._writer = ThreadPoolExecutor(1)
-        self._blanks: dict[tuple[int, ...], bytes] = {}
-        self._pending: Future[None] | None = None
         for name in names:
             if is_part(name):
                 (self.folder / name).unlink(missing_ok=True)
@@ -74,24 +72,7 @@ class Store:
         return self
 
     def __exit__(self, *_: object) -> None:
-        # a write that has begun is finished, also after an error elsewhere
-        try:
-            self.flush()
-        finally:
-            self._writer.shutdown()
-            os.close(self._lock)
-
-    def flush(self) -> None:
-        """Wait until everything is on disk.
-
-        Raises
-        ------
-        OSError, InputError
-            As ``write``.
-        """
-        pending, self._pending = self._pending, None
-        if pending is not None:
-            pending.result()
+        os.close(self._lock)
 
     def _check(self, names: Sequence[str], resume: bool) -> None:
         kept = [name for name in names if name != LOCK and not is_part(name)]
@@ -137,41 +118,34 @@ class Store:
         if not path.exists():
             return None
         try:
-            arrays, searched_with = read_generation(path, read_names(self._study))
-        except Exception:  # of a damaged file HDF5 says anything
+            dataset = load(path, proven=True)
+            rows = read_designs(dataset, self._study)
+        except (InputError, LookupError, ValueError):
             return None
-        rows = read_designs(arrays, self._study)
         if [design for design, _ in rows] != list(designs):
+            searched_with = dataset.attrs.get("versions", "other versions")
             raise InputError("output", str(path), f"was searched with {searched_with}: continue with those")
         return [result for _, result in rows]
 
     def write(self, generation: int, designs: Sequence[Design], results: Sequence[Evaluation]) -> None:
-        """Commit a generation, while the next one is being evaluated.
+        """Commit a generation.
 
         Raises
         ------
         OSError, InputError
-            If the disk is full or the folder is no longer writable, now or in the last call; generations committed
-            before are untouched.
+            If the disk is full or the folder is no longer writable; generations committed before are untouched.
         """
-        self.flush()
-        self._pending = self._writer.submit(self._write, generation, designs, results)
-
-    def _write(self, generation: int, designs: Sequence[Design], results: Sequence[Evaluation]) -> None:
         from gearbench.results.provenance import versions
 
         dataset = designs_dataset(self._study, designs, results, [generation] * len(designs))
-        dataset = dataset.drop_vars("first_generation")
-        dataset = dataset.assign_attrs(generation=generation, versions=versions())
-        write_generation(dataset, self.path(generation), self._blanks)
+        dataset = with_digest(dataset.drop_vars("first_generation"))
+        save(dataset.assign_attrs(generation=generation, versions=versions()), self.path(generation))
         _sync(self.folder)
 
-    def write_front(self, archive: Archive, population: Sequence[Design], wall_time: float) -> Path:
-        """Commit the finished search, after all generations."""
-        self.flush()
-        path = write_front(archive, population, wall_time, self.folder / FRONT)
+    def write_front(self, dataset: xr.Dataset) -> None:
+        """Commit the finished search, after all generations; raises as ``write``."""
+        save(dataset, self.folder / FRONT)
         _sync(self.folder)
-        return path
 
 
 def _sync(folder: Path) -> None:

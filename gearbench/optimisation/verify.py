@@ -16,12 +16,11 @@ from gearbench.effects.gear_body import GearBody
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.role import Role
-from gearbench.optimisation.dataset import read_designs, read_names
 from gearbench.optimisation.designs import Designs
-from gearbench.optimisation.engine import Threads
 from gearbench.optimisation.front import non_dominated
 from gearbench.optimisation.problem import Evaluation, macro_geometry
 from gearbench.optimisation.study import Design, OptimisationStudy
+from gearbench.optimisation.workers import evaluations, open_workers
 from gearbench.results.responses import described
 
 if TYPE_CHECKING:
@@ -72,12 +71,11 @@ def verify(
     start = time.perf_counter()
     study = reference_study(designs.study, accuracy)
     chosen = _numbers(designs, numbers)
-    dataset = designs.dataset
-    arrays = {name: dataset[name].values[chosen] for name in read_names(designs.study)}
-    found = [design for design, _ in read_designs(arrays, designs.study)]
+    found = [designs.design(int(number)) for number in chosen]
     models = _prepare(designs, chosen, study, found, progress)
     progress(f"{len(chosen)} designs with the compliance of the finite elements")
-    known: dict[Design, Evaluation] = dict(_engine(threads).evaluate(study, list(dict.fromkeys(found))))
+    with open_workers(threads=threads) as workers:
+        known = dict(evaluations(workers, study, list(dict.fromkeys(found))))
     results = [known[design] for design in found]
     if not any(result.feasible for result in results):
         raise GearbenchError(f"finite elements gave no answer: {results[0].reason}")
@@ -119,9 +117,7 @@ def rank_correlation(a: NDArray, b: NDArray) -> float:
 def _numbers(designs: Designs, numbers: Sequence[int] | None) -> NDArray:
     dataset = designs.dataset
     if numbers is None:
-        chosen = np.flatnonzero(dataset["on_front"].values)
-        if chosen.size == 0:
-            raise InputError("", designs.study.name or "study", "has no feasible design")
+        chosen = designs.require_feasible("on_front")
         return chosen[np.argsort(dataset["objective"].values[chosen, 0], kind="stable")]
     chosen = np.array(numbers, dtype=int)
     for number in chosen:
@@ -139,7 +135,7 @@ def _prepare(
 ) -> int:
     """Compute the compliance of each macro-geometry once, one after the other; how many there are.
 
-    Threads that meet the same unknown pair would each mesh it.
+    Workers that meet the same unknown pair would each mesh it.
     """
     first = {macro_geometry(study, design): int(number) for design, number in zip(found, chosen, strict=True)}
     effects = study.base["effects"]
@@ -155,12 +151,6 @@ def _prepare(
             for role in Role:
                 reference.flank(pair, role, beside)
     return len(first)
-
-
-def _engine(threads: int | None) -> Threads:
-    from gearbench.threads import default_threads
-
-    return Threads(threads or default_threads())
 
 
 def _dataset(designs: Designs, chosen: NDArray, results: Sequence[Evaluation]) -> xr.Dataset:

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import hashlib
 import logging
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from gearbench.errors import InputError
-from gearbench.files import read_bytes, seal_line, unseal, write_bytes
-from gearbench.netcdf_bytes import dataset_of, is_netcdf
+from gearbench.files import is_sealed, read_bytes, seal_line, unseal, write_bytes
+from gearbench.netcdf_bytes import dataset_of
 from gearbench.results.quantities import GROUPS, QUANTITIES
 
 if TYPE_CHECKING:
@@ -17,10 +20,12 @@ if TYPE_CHECKING:
 
 _LOG = logging.getLogger(__name__)
 
+#: Attribute with the digest of the values.
+DIGEST = "data_sha256"
 #: Attributes of Datasets and variables that are text: others may be numbers, or lists.
 TEXTS = frozenset(
     ("scene", "scene_sha256", "study", "study_sha256", "reference_scene", "variables", "versions", "git_revision",
-     "created", "host", "name", "notes", "warning", "units", "long_name", "symbol")
+     "created", "host", "name", "notes", "warning", "units", "long_name", "symbol", "data_sha256")
 )  # fmt: skip
 
 
@@ -34,11 +39,7 @@ def save(dataset: xr.Dataset, path: str | Path) -> Path:
     OSError
         If the disk is full or fails; a file that was there before is untouched.
     """
-    return write_sealed(path, _netcdf(dataset))
-
-
-def write_sealed(path: str | Path, file: BytesIO) -> Path:
-    """Write a file made in memory, and the digest of its bytes; a large one is not copied. Raises as ``save``."""
+    file = _netcdf(dataset)
     line = seal_line(file.getbuffer())
     file.seek(0, 2)
     file.write(line)
@@ -59,24 +60,35 @@ def _netcdf(dataset: xr.Dataset) -> BytesIO:
     return buffer
 
 
-def load(path: str | Path) -> xr.Dataset:
-    """Read a Dataset written by ``save`` into memory.
+def load(path: str | Path, *, proven: bool = False) -> xr.Dataset:
+    """Read a Dataset into memory: one that ``save`` has written, or that another program has saved again.
+
+    A digest must agree with its data: that of the bytes, at the end of what ``save`` has written, and that of the
+    values, where ``with_digest`` has given one. Where there is neither, a line in the log says so.
+
+    Parameters
+    ----------
+    path
+        The file.
+    proven
+        Whether a file without any digest is refused.
 
     Raises
     ------
     InputError
-        If the file is missing, is none that ``save`` has written, or has been damaged or changed since.
+        If the file is missing, is no netCDF, or has been damaged or changed since it was written.
     """
-    data = whole_bytes(path)
+    data = read_bytes(path)
     try:
-        dataset = dataset_of(data)
+        sealed = is_sealed(data)
+        dataset = dataset_of(unseal(data) if sealed else data)
         for name, attrs in (("", dataset.attrs), *((str(n), v.attrs) for n, v in dataset.variables.items())):
             for key in TEXTS & attrs.keys():
                 if not isinstance(attrs[key], str):
                     raise InputError("", "", f"its attribute {key} {f'of {name} ' if name else ''}must be text")
-        return _of_now(
-            dataset.drop_encoding()
-        )  # with it names joined to it would be cut to the length of its own when saved
+        _check_digest(dataset, sealed=sealed, proven=proven, path=path)
+        # with its encoding names joined to it would be cut to the length of its own when saved
+        return _of_now(dataset.drop_encoding())
     except InputError as error:
         raise InputError("", str(path), error.allowed) from None
 
@@ -97,25 +109,33 @@ def _of_now(dataset: xr.Dataset) -> xr.Dataset:
     return dataset.assign_coords(gear=("gear", gears, QUANTITIES["gear"].attrs))
 
 
-def reading(path: str | Path) -> xr.Dataset:
-    """A Dataset that this process has written, a context: its variables are read as they are used."""
-    import xarray as xr
+def with_digest(dataset: xr.Dataset) -> xr.Dataset:
+    """The Dataset with the digest of its values, which stays with it when another program saves it again.
 
-    return xr.open_dataset(path, engine="h5netcdf", decode_times=False)
-
-
-def whole_bytes(path: str | Path) -> bytes:
-    """Bytes of a netCDF file that are those ``save`` has written.
-
-    Raises
-    ------
-    InputError
-        As ``load``.
+    Equal for equal results, wherever and whenever computed. Whoever changes the values gives it anew, or takes it away.
     """
-    data = read_bytes(path)
-    try:
-        if not is_netcdf(data):
-            raise InputError("", "", "must be a netCDF file that gearbench has written")
-        return unseal(data)
-    except InputError as error:
-        raise InputError("", str(path), error.allowed) from None
+    return dataset.assign_attrs({DIGEST: _digest(dataset)})
+
+
+def _digest(dataset: xr.Dataset) -> str:
+    """SHA-256 over names, shapes and values."""
+    digest = hashlib.sha256()
+    for name in sorted(map(str, dataset.variables)):
+        values = dataset[name].values
+        digest.update(f"{name} {values.shape} ".encode())
+        if values.dtype.kind in "OUS":
+            digest.update("\0".join(map(str, values.ravel())).encode())
+        else:
+            digest.update(np.ascontiguousarray(values).tobytes())
+    return digest.hexdigest()
+
+
+def _check_digest(dataset: xr.Dataset, *, sealed: bool, proven: bool, path: str | Path) -> None:
+    if DIGEST in dataset.attrs:
+        if dataset.attrs[DIGEST] != _digest(dataset):
+            raise InputError("", "", f"is damaged or changed: its data are not those of its digest ({DIGEST})")
+    elif not sealed:
+        missing = "carries no digest: whether its data are those that were computed is not known"
+        if proven:
+            raise InputError("", "", missing)
+        _LOG.warning("gearbench: %s %s", path, missing)

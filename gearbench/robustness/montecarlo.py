@@ -18,6 +18,7 @@ from gearbench.contact.batch import (
     SCATTER,
     Batch,
     BatchSolution,
+    GapModes,
     Precision,
     chunks,
     on_threads,
@@ -41,6 +42,8 @@ _LOG = logging.getLogger(__name__)
 
 #: Error samples unless told otherwise.
 SAMPLES = 1000
+#: Quantiles of each error that tell how much it scatters.
+QUANTILES = 16
 #: From a chunk of cycles (sample, position) to a number of each.
 Reduction = Callable[[MeshCycle], NDArray]
 
@@ -128,10 +131,13 @@ def prepare_problem(
     number = len(errors.variables(scene.pair))
     need, size = 8.0 * 4 * positions * pairs * segments * number, f"{positions} positions × {segments} segments"
     require(need, "resolution", f"{size} × {number} errors", "fewer segments or positions would fit")
-    expansion = errors.expansion(lines, {effect.name: effect for effect in scene.flank_effects})
-    modes = (expansion.modes / np.expand_dims(lines.lever, -1)).reshape(positions, pairs * segments, -1)
+    effects = {effect.name: effect for effect in scene.flank_effects}
+    expansion = errors.expansion(lines, effects)
+    quantiles = np.repeat((np.arange(QUANTILES)[:, None] + 0.5) / QUANTILES, number, axis=1)
+    spread = expansion.amounts(errors.draw(quantiles, scene.pair)).std(axis=0)
+    gaps = GapModes.on(lines, lambda each: errors.expansion(each, effects).modes, spread)
     phases = Phases(phase=lines.mesh_phase, weight=weight, size=scene.resolution.panel_size)
-    batch = prepare(problem, modes, precision)
+    batch = prepare(problem, gaps, precision)
     return RobustProblem(scene=scene, errors=errors, batch=batch, expansion=expansion, phases=phases)
 
 

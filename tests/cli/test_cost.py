@@ -231,10 +231,10 @@ def test_curves_are_rows_of_one_dataset():
     assert dataset["error"].attrs["units"] == "1"
 
 
-def test_the_page_on_performance_is_the_one_its_dataset_makes():
-    from docs.performance import DATA, PAGE, figures_of, page
+def test_tables_of_the_page_on_run_time_are_those_of_its_dataset(tmp_path):
+    from docs.performance import DATA, FIGURES, TABLES, write_tables
 
-    dataset = load(DATA)
-    assert PAGE.read_text(encoding="utf-8") == page(dataset)
-    for name in figures_of(dataset):
+    for made in write_tables(load(DATA), tmp_path):
+        assert made.read_text(encoding="utf-8") == (TABLES / made.name).read_text(encoding="utf-8")
+    for name in FIGURES:
         assert (DOCS / "figures" / f"performance_{name}.png").exists()

@@ -280,7 +280,7 @@ def laws() -> tuple[NDArray, NDArray, NDArray]:
 
 
 def compiled_law(s: NDArray, a: NDArray, h: NDArray) -> NDArray:
-    from gearbench.contact._kernels import law as kernel
+    from gearbench.contact._law_kernels import law as kernel
 
     return np.array([kernel(*x) for x in zip(s.tolist(), a.tolist(), h.tolist(), strict=True)]).T
 
@@ -304,16 +304,12 @@ def test_compiled_law_equals_its_twin():
 
 
 @pytest.mark.parametrize("linear", [True, False])
-def test_law_of_a_cell_is_the_mean_over_it_and_equals_its_twin(linear):
-    from gearbench.contact._kernels import cell_law
-
+def test_law_of_a_cell_is_the_mean_over_it_and_the_derivative_of_its_energy(linear):
     rng = np.random.default_rng(1)
     a, soft = rng.uniform(1, 9, 200), 10.0 ** rng.uniform(-3, 1, 200)
     h = np.zeros(200) if linear else a / rng.uniform(4, 40, 200)
     s = soft * rng.uniform(-0.5, 3.5, 200)
-    found = np.array([cell_law(*x) for x in zip(*(v.tolist() for v in (s, a, h, soft)), strict=True)]).T
-    for ours, twin in zip(found, inverse(s, a, h, soft), strict=True):
-        assert_allclose(ours, twin, rtol=1e-12, atol=1e-15)
+    found = inverse(s, a, h, soft)
     loaded = found[0] > 0
     assert_allclose(compression(found[0], a, h, soft)[loaded], s[loaded], rtol=1e-13)
     step = 1e-5 * soft

@@ -42,10 +42,12 @@ def site(tmp_path_factory):
     return folder / "html"
 
 
+@pytest.mark.slow
 def test_every_page_is_built_without_a_warning(site):
     assert {page.stem for page in PAGES} <= {page.stem for page in site.glob("*.html")}
 
 
+@pytest.mark.slow
 def test_nothing_comes_from_the_network(site):
     for page in site.glob("*.html"):
         text = page.read_text(encoding="utf-8")

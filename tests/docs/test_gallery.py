@@ -8,6 +8,7 @@ from docs.gallery import PICTURES, PROGRAMS, ROOT, draw
 
 PAGE = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
 NAMES = sorted(path.stem for path in PROGRAMS.glob("*.py"))
+QUICK = {"face_width", "scatter"}
 
 
 def test_the_page_shows_every_program_and_its_picture():
@@ -17,7 +18,7 @@ def test_the_page_shows_every_program_and_its_picture():
     assert all(path.stat().st_size < 250_000 for path in PICTURES.glob("*.png"))
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in NAMES])
 def test_a_program_draws_its_picture(tmp_path, name):
     from matplotlib.image import imread
 

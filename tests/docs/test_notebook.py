@@ -11,6 +11,7 @@ from tests.support.paths import ROOT
 NOTEBOOK = ROOT / "examples" / "first_steps.ipynb"
 
 
+@pytest.mark.slow
 def test_the_notebook_runs_in_a_kernel_and_shows_what_it_says(monkeypatch):
     monkeypatch.delenv("MPLBACKEND", raising=False)  # a kernel draws into its cells unless told otherwise
     pytest.importorskip("ipykernel")
@@ -35,6 +36,7 @@ def test_datasets_of_others_are_left_as_they_are():
     assert 'class="gearbench"' not in dataset_html(dataset.drop_attrs())
 
 
+@pytest.mark.slow
 def test_no_name_is_cut_in_a_browser(tmp_path):
     from tests.browser.chromium import chromium, missing
 

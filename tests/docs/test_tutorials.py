@@ -24,6 +24,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_from_a_scene_to_a_robust_front(folder):
     done = list(follow("tutorial_front.md"))
     assert [block.language for block in done].count("sh") == 6
@@ -31,6 +32,7 @@ def test_from_a_scene_to_a_robust_front(folder):
     assert len((folder / "left.csv").read_text().splitlines()) > 1
 
 
+@pytest.mark.slow
 def test_validate_your_own_pair(folder, monkeypatch):
     pytest.importorskip("gmsh", exc_type=ImportError)
     monkeypatch.setenv("GEARBENCH_CACHE", str(folder / "cache"))
@@ -39,6 +41,7 @@ def test_validate_your_own_pair(folder, monkeypatch):
     assert "<html" in (folder / "validation" / "report.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_from_a_gearbox_to_its_whine(folder):
     shutil.copy(GEARBOX, folder / "gearbox.rexs")
     for block in follow("tutorial_response.md"):
@@ -75,12 +78,13 @@ def slurm(tmp_path_factory, monkeypatch):
     monkeypatch.setenv("PATH", f"{commands}{os.pathsep}{os.environ['PATH']}")
 
 
+@pytest.mark.slow
 def test_run_on_a_slurm_cluster(folder, slurm):
     pytest.importorskip("dask_jobqueue")
     for block in follow("tutorial_cluster.md"):
         if block.language == "console":
             assert block.text == "$ python search.py\n"
-            subprocess.run([sys.executable, "search.py"], check=True, timeout=240, capture_output=True)
+            subprocess.run([sys.executable, "search.py"], check=True, timeout=900, capture_output=True)
             logs = [log.read_text() for log in folder.glob("job-*.log")]
             # the second job may be cancelled before its worker is there: the search is small
             assert any("Registered to:" in log for log in logs), logs

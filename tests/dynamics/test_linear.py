@@ -53,7 +53,7 @@ def test_two_wheels_against_time_integration(seed):
     assert_allclose(series(f[0, 0], omega, t), force, atol=1e-6 * np.ptp(force))
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
 def test_chain_of_masses_against_time_integration(seed):
     """Four masses, two meshes of one frequency, a damper to ground."""
     rng = np.random.default_rng(seed)

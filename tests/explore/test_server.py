@@ -54,11 +54,21 @@ def status(url: str, **headers: str) -> int:
             return error.code
 
 
-def handshake(explorer, origin: str, path: str = "") -> str:
+@pytest.fixture(scope="module")
+def page(explorer):
+    """The page as it is served: a few seconds of work."""
+    with urllib.request.urlopen(explorer.url, timeout=120) as answer:
+        return answer.headers, answer.read().decode()
+
+
+@pytest.fixture(scope="module")
+def handshake(explorer, page):
     """First line of the answer to a request for the connection that data goes through."""
+    return partial(first_line, explorer, re.search(r'"token":"([^"]+)"', page[1])[1])
+
+
+def first_line(explorer, token: str, origin: str, path: str = "") -> str:
     path = path or "/" + explorer.url.split("/")[3] + "/ws"
-    with urllib.request.urlopen(explorer.url, timeout=30) as answer:
-        token = re.search(r'"token":"([^"]+)"', answer.read().decode())[1]
     with socket.create_connection(("127.0.0.1", explorer.port), timeout=30) as connection:
         lines = [
             f"GET {path} HTTP/1.1", f"Host: 127.0.0.1:{explorer.port}", "Upgrade: websocket", "Connection: Upgrade",
@@ -69,10 +79,8 @@ def handshake(explorer, origin: str, path: str = "") -> str:
         return connection.recv(4096).decode("latin-1").splitlines()[0]
 
 
-def test_the_page_and_its_scripts_come_from_this_server(explorer):
-    with urllib.request.urlopen(explorer.url, timeout=30) as answer:
-        text = answer.read().decode()
-    sources = re.findall(r'(?:src|href)="([^"]+)"', text)
+def test_the_page_and_its_scripts_come_from_this_server(explorer, page):
+    sources = re.findall(r'(?:src|href)="([^"]+)"', page[1])
     assert sources
     own = explorer.url.removeprefix(f"http://127.0.0.1:{explorer.port}")
     assert all(source.startswith((f"{own}static/", "data:")) for source in sources)
@@ -86,30 +94,29 @@ def test_only_loopback_is_listened_on(explorer):
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1", "localhost"])
-def test_its_own_pages_may_connect(explorer, host):
-    assert " 101 " in handshake(explorer, f"http://{host}:{explorer.port}")
+def test_its_own_pages_may_connect(explorer, handshake, host):
+    assert " 101 " in handshake(f"http://{host}:{explorer.port}")
 
 
 @pytest.mark.parametrize("origin", ["http://evil.example", "http://127.0.0.1:1", "http://localhost.evil.example"])
-def test_other_origins_are_refused(explorer, origin):
-    assert " 403 " in handshake(explorer, origin)
+def test_other_origins_are_refused(handshake, origin):
+    assert " 403 " in handshake(origin)
 
 
 @pytest.mark.parametrize(
     "path", ["", "ws", "static/js/bokeh.min.js", "autoload.js", "metadata", "{most}/", "{most}{wrong}/ws"]
 )
-def test_without_the_token_everything_is_refused(explorer, path):
+def test_without_the_token_everything_is_refused(explorer, handshake, path):
     token = explorer.url.split("/")[3]
     assert len(token) == 48
     path = "/" + path.format(most=token[:-1], wrong="0" if token[-1] != "0" else "1")
     origin = f"http://127.0.0.1:{explorer.port}"
     assert status(origin + path) == 403
-    assert " 403 " in handshake(explorer, origin, path)
+    assert " 403 " in handshake(origin, path)
 
 
-def test_scripts_in_place_are_forbidden_but_for_the_pages_own(explorer):
-    with urllib.request.urlopen(explorer.url, timeout=30) as answer:
-        policy, text = answer.headers["Content-Security-Policy"], answer.read().decode()
+def test_scripts_in_place_are_forbidden_but_for_the_pages_own(explorer, page):
+    policy, text = page[0]["Content-Security-Policy"], page[1]
     (nonce,) = re.findall(r"script-src 'nonce-([^']+)' 'self' 'unsafe-eval';", policy)
     scripts = re.findall(r"<script[^>]*>", text)
     own = f'<script nonce="{nonce}"'

@@ -35,6 +35,7 @@ def curves() -> dict[str, Curve]:
     return {found.knob: found for found in element_curves(meshed(1, ToothBending(model="finite_elements")), tried)}
 
 
+@pytest.mark.slow
 def test_finer_meshes_are_nearer_to_the_limit_and_cost_more(curves):
     for name in ("mesh, hex8", "mesh, hex20", "mesh, hex27"):
         found = curves[name]
@@ -113,7 +114,7 @@ def test_errors_of_flanks_are_rows_of_their_own(curves):
     assert "compliance_error" not in as_dataset([plain])
 
 
-def test_the_page_names_the_cheapest_mesh_of_an_accuracy():
+def test_the_table_has_the_cheapest_mesh_of_an_accuracy():
     from docs.performance import elements
     from studies.s07_accuracy_cost.data import MESHED
 
@@ -133,6 +134,5 @@ def test_the_page_names_the_cheapest_mesh_of_an_accuracy():
     name = f"case 9, {MESHED}"
     dataset = as_dataset([made]).rename_dims(knob="curve").reset_index("knob").rename(knob="curve_knob")
     dataset = dataset.assign_coords(setting_scene=("setting", [name] * 3), curve_scene=("curve", [name]))
-    text = elements(dataset)
-    assert "| case 9 | mesh, hex20 | 2 | 3.3 | 4: 2000, 2, 2 | 8: 4000, 8, 8 |" in text
-    assert "0.01 %" in text
+    row = (name, "mesh, hex20", "3.3", *("4", "2000", "2", "2"), *("8", "4000", "8", "8"))
+    assert list(elements(dataset))[1:] == [row]

@@ -14,7 +14,6 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from threading import Timer
 
@@ -24,10 +23,8 @@ import pytest
 import xarray as xr
 
 from gearbench import load_study, optimise
-from gearbench.errors import GearbenchError
-from gearbench.optimisation.local_cluster import local_cluster
-from gearbench.optimisation.processes import AFTER
 from gearbench.optimisation.study import Algorithm, OptimisationStudy, Robustness
+from gearbench.optimisation.workers import AFTER
 from gearbench.results.netcdf import load
 from tests.support.dask_processes import dask, scheduler
 from tests.support.paths import ROOT
@@ -47,10 +44,10 @@ NURSERY = """
 import functools, os, random, sys, time
 from gearbench import load_study, optimise
 from gearbench.cli import main
-from gearbench.optimisation import processes, run
+from gearbench.optimisation import run, workers
 
 study = load_study(sys.argv[1])
-run.Processes = functools.partial(processes.Processes, after=float(sys.argv[2]))
+run.open_workers = functools.partial(workers.open_workers, after=float(sys.argv[2]))
 optimise(study, threads=1)
 
 def jumping(seed):
@@ -187,10 +184,7 @@ def test_kill_at_random_moments_and_resume(tmp_path):
 
 @pytest.mark.slow
 def test_two_hundred_kills_two_hundred_identical_results(tmp_path):
-    kill_and_resume(160, STUDY, tmp_path, 2, "--threads", "2")
-    (tmp_path / "workers").mkdir()
-    with local_cluster(2) as scheduler:
-        kill_and_resume(40, STUDY, tmp_path / "workers", 3, "--scheduler", scheduler)
+    kill_and_resume(200, STUDY, tmp_path, 2, "--threads", "2")
 
 
 @pytest.mark.slow
@@ -206,21 +200,9 @@ def test_kills_of_races(tmp_path):
 
 @pytest.mark.slow
 def test_kills_of_races_on_worker_processes(tmp_path):
-    """Which end with the search that has started them, whatever ends it."""
+    """From the first design on."""
     longer = replace(RACING, algorithm=Algorithm(population=16, generations=30, seed=2))
     kill_and_resume(8, longer, tmp_path, 8, "--threads", "2", after=0.0)
-    deadline = time.monotonic() + 20
-    while left := [p.pid for p in psutil.process_iter(["cmdline"]) if str(ROOT) in worker_path(p)]:
-        assert time.monotonic() < deadline, left
-        time.sleep(0.5)
-
-
-def worker_path(process: psutil.Process) -> str:
-    """Where a worker process finds its modules; "" of any other process."""
-    try:
-        return process.environ().get("PYTHONPATH", "") if "gearbench.optimisation.worker" in process.cmdline() else ""
-    except (psutil.NoSuchProcess, psutil.AccessDenied, psutil.ZombieProcess):
-        return ""
 
 
 def kill_a_worker(nannies: int, rng: random.Random) -> None:
@@ -240,15 +222,6 @@ def killing(seconds: float, kill: Callable[[], object]) -> Iterator[None]:
         timer.join()
 
 
-def fault_of(work: Callable[[], object]) -> list[str]:
-    """The fault that ``work`` ends with, if it does."""
-    try:
-        work()
-    except GearbenchError as fault:
-        return [str(fault)]
-    return []
-
-
 @pytest.mark.slow
 def test_kills_of_dask_workers_in_races(tmp_path):
     rng, expected = random.Random(6), optimise(RACING, threads=1)
@@ -261,25 +234,3 @@ def test_kills_of_dask_workers_in_races(tmp_path):
             with killing(rng.uniform(0.0, duration), lambda: kill_a_worker(nannies.pid, rng)):
                 optimise(RACING, directory=tmp_path / str(i), scheduler=address)
             assert_as_if_nothing_had_happened(tmp_path / str(i), expected)
-
-
-@pytest.mark.slow
-def test_kills_of_the_scheduler_in_races(tmp_path):
-    """A search whose scheduler is killed ends with one line; it goes on with the next one."""
-    rng, expected = random.Random(7), optimise(RACING, threads=1)
-    faults: list[str] = []
-    duration = 0.0
-    for i in range(11):
-        with scheduler() as (address, process), dask("worker", address, "--nworkers", "2", "--no-dashboard"):
-            if i == 0:
-                optimise(RACING, scheduler=address)
-                began = time.monotonic()
-            optimise(RACING, directory=tmp_path / str(i - 1), scheduler=address, resume=True)
-            assert_as_if_nothing_had_happened(tmp_path / str(i - 1), expected)
-            duration = duration or time.monotonic() - began
-            if i == 10:
-                break
-            with killing(rng.uniform(0.0, duration), process.kill):
-                faults += fault_of(partial(optimise, RACING, directory=tmp_path / str(i), scheduler=address))
-    assert all("scheduler" in line and "\n" not in line for line in faults), faults
-    assert len(faults) >= 3

@@ -19,8 +19,8 @@ from gearbench import design_scene, load_study, optimise
 from gearbench.errors import InputError
 from gearbench.optimisation.archive import Archive
 from gearbench.optimisation.front import non_dominated
-from gearbench.optimisation.problem import evaluate
-from gearbench.optimisation.study import Algorithm, OptimisationStudy, Robustness
+from gearbench.optimisation.problem import Evaluation, evaluate
+from gearbench.optimisation.study import Algorithm, Design, OptimisationStudy, Robustness
 from gearbench.optimisation.study_file import parse_study
 from tests.support.paths import EXAMPLES
 
@@ -45,12 +45,15 @@ def study_file(tmp_path) -> Path:
     return path
 
 
+def noted(seen: list, study: OptimisationStudy, design: Design, rivals: object) -> Evaluation:
+    seen.append(design)
+    return evaluate(study, design)
+
+
 def seen_designs(monkeypatch) -> list:
     """Designs that are evaluated from here on."""
     seen = []
-    monkeypatch.setattr(
-        "gearbench.optimisation.processes.evaluate", lambda s, d, rivals: (seen.append(d), evaluate(s, d, rivals))[1]
-    )
+    monkeypatch.setattr("gearbench.optimisation.workers.evaluate", partial(noted, seen))
     return seen
 
 
@@ -118,7 +121,7 @@ def test_no_feasible_design_is_a_result_with_reasons(run, tmp_path):
     assert "no feasible design; most often: " in out
 
 
-# -- the engine does not matter ----------------------------------------------------------------------------------------
+# -- workers do not matter ---------------------------------------------------------------------------------------------
 def test_threads_do_not_change_the_result(reference):
     assert_same(optimise(STUDY, threads=3), reference)
 
@@ -135,39 +138,15 @@ def test_equal_designs_are_evaluated_once(monkeypatch):
 
 
 def test_the_archive_knows_a_gear_by_any_name():
-    archive = Archive(study=STUDY)
+    archive = Archive(STUDY)
     without, also_without = (2, 5, 4, 1, 0, 3), (2, 5, 4, 1, 2, 0)
     assert archive.unknown([without, also_without]) == [without]
     answer = evaluate(STUDY, without)
     assert archive.add([without, also_without], {without: answer}) == [answer, answer]
     assert archive.unknown([also_without]) == []
-    assert [design for design, _, _ in next(archive.batches())] == [without]
+    assert len(archive) == 1
     assert archive.design(0) == without
     assert archive.evaluated == [1]
-
-
-@pytest.mark.slow
-def test_dask_workers_do_not_change_the_result(reference):
-    for workers in (1, 2):
-        assert_same(optimise(STUDY, scheduler=f"local:{workers}"), reference)
-
-
-@pytest.mark.slow
-def test_a_worker_that_is_killed_costs_time_only():
-    from gearbench.optimisation.engine import Dask
-
-    study = replace(STUDY, robustness=Robustness(samples=256))
-    designs = [(z, h, b, 2, 3, 3) for z in (1, 2, 3) for h in range(11) for b in range(1, 6)]
-    expected = {design: evaluate(study, design) for design in designs}
-    with Dask("local:2") as engine:
-        first = next(iter(engine.client.run(os.getpid).values()))
-        results = {}
-        for design, result in engine.evaluate(study, designs):
-            if not results:
-                os.kill(first, signal.SIGKILL)
-            results[design] = result
-    assert results.keys() == expected.keys()
-    assert all(np.array_equal(results[d].statistics, expected[d].statistics, equal_nan=True) for d in designs)
 
 
 # -- the store ---------------------------------------------------------------------------------------------------------
@@ -333,15 +312,15 @@ import resource, signal, sys
 import gearbench.optimisation.store as store
 from gearbench.cli import main
 
-write = store.write_generation
+save = store.save
 
-def write_on_a_full_disk(dataset, path, blanks):
+def save_on_a_full_disk(dataset, path):
     # every write beyond 2 kB fails; not earlier, because compiled kernels may have to be kept on disk
     resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))
-    return write(dataset, path, blanks)
+    return save(dataset, path)
 
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-store.write_generation = write_on_a_full_disk
+store.save = save_on_a_full_disk
 sys.argv = ["gearbench", "optimise", *sys.argv[1:]]
 main()
 """

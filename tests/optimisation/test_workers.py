@@ -1,43 +1,176 @@
-"""Workers prove code, packages and a small evaluation; what is no scheduler is told in one line."""
+"""Workers of a search: the same results, whatever becomes of them; what is no scheduler is told in one line."""
 
 from __future__ import annotations
 
 import logging
-import re
+import os
 import shutil
+import signal
 import socket
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from copy import deepcopy
 from dataclasses import replace
 from http.server import BaseHTTPRequestHandler, HTTPServer
+from pathlib import Path
 from threading import Thread
-from types import SimpleNamespace
 
+import numpy as np
+import psutil
 import pytest
 
-from benchmarks import many_workers
 from gearbench import load_study, optimise
+from gearbench.budget import VARIABLE, MemoryBudgetError, memory_limit
 from gearbench.errors import GearbenchError, InputError
-from gearbench.optimisation import crew
-from gearbench.optimisation.crew import Crew
-from gearbench.optimisation.engine import Dask
-from gearbench.optimisation.proof import difference, prove
-from gearbench.optimisation.scheduler import check_scheduler, require_scheduler, silent
+from gearbench.optimisation import executors
+from gearbench.optimisation.executors import check_scheduler, identity, require_same, require_scheduler, silent
+from gearbench.optimisation.front import non_dominated
+from gearbench.optimisation.problem import Evaluation, evaluate
+from gearbench.optimisation.racing import Rivals
 from gearbench.optimisation.study import Algorithm, Robustness
+from gearbench.optimisation.workers import LostError, Workers, evaluations, open_workers
 from tests.support.dask_processes import dask, scheduler
 from tests.support.paths import ROOT
 
-STUDY = replace(
-    load_study(ROOT / "examples" / "optimise_small.toml"),
-    algorithm=Algorithm(population=8, generations=3, seed=2),
-    robustness=Robustness(samples=8),
+STUDY = replace(load_study(ROOT / "examples" / "optimise_small.toml"), robustness=Robustness(samples=256, racing=True))
+SMALL = replace(STUDY, algorithm=Algorithm(population=8, generations=3, seed=2), robustness=Robustness(samples=8))
+DESIGNS = [(z, h, b, 2, 3, 3) for z in (1, 2, 3) for h in range(0, 11, 3) for b in (0, 4)]
+
+
+# -- processes of this machine -----------------------------------------------------------------------------------------
+def assert_same(found: Evaluation, other: Evaluation) -> None:
+    assert (found.violation, found.reason, found.samples) == (other.violation, other.reason, other.samples)
+    np.testing.assert_array_equal(found.statistics, other.statistics)
+    np.testing.assert_array_equal(found.constraints, other.constraints)
+    assert (found.values is None) == (other.values is None)
+    if found.values is not None:
+        np.testing.assert_array_equal(found.values, other.values)
+
+
+def where(item: int) -> tuple[int, float]:
+    """The process that works, and its memory; slow enough for workers to be started meanwhile."""
+    time.sleep(0.02)
+    return os.getpid(), memory_limit()
+
+
+def warm(some: Workers) -> None:
+    """Wait until workers do all the work."""
+    for _ in range(600):
+        if os.getpid() not in {process for _, (process, _) in some.map(where, range(3))}:
+            return
+        time.sleep(0.1)
+    raise AssertionError("no worker became ready")
+
+
+def test_workers_evaluate_as_this_process_does():
+    expected = {design: evaluate(STUDY, design) for design in DESIGNS}
+    feasible = [result for result in expected.values() if result.feasible]
+    best = [
+        r
+        for r, kept in zip(feasible, non_dominated(np.array([r.objectives(STUDY) for r in feasible])), strict=True)
+        if kept
+    ]
+    rivals = Rivals.of(STUDY, [r.values for r in best if r.values is not None], [r.statistics for r in best])
+    with open_workers(threads=2, after=0.0) as some:
+        warm(some)
+        found, raced = dict(evaluations(some, STUDY, DESIGNS)), dict(evaluations(some, STUDY, DESIGNS, rivals))
+    assert found.keys() == raced.keys() == expected.keys()
+    assert {result.samples for result in raced.values()} >= {0, 128, 256}
+    for design in DESIGNS:
+        assert_same(found[design], expected[design])
+        assert_same(raced[design], evaluate(STUDY, design, rivals))
+
+
+def test_workers_start_once_this_process_has_worked_for_a_while_and_share_the_memory(monkeypatch):
+    monkeypatch.setenv(VARIABLE, "6e8")
+    with open_workers(threads=3) as some:
+        found = dict(some.map(where, range(5)))
+        assert found == dict.fromkeys(range(5), (os.getpid(), 2e8))
+    with open_workers(threads=2, after=0.0) as some:
+        warm(some)
+        processes, memory = zip(*dict(some.map(where, range(20))).values(), strict=True)
+        assert len({*processes}) == 2
+        assert {*memory} == {3e8}
+        huge = replace(STUDY, base=STUDY.base | {"resolution": {"positions": 20_000, "segments": 400}})
+        with pytest.raises(MemoryBudgetError, match="300 MB are allowed"):
+            dict(evaluations(some, huge, [(2, 3, 4, 2, 3, 3)]))
+
+
+def deadly(item: tuple[int, str, str]) -> int:
+    """Kill the process that works: on item 3 the first time, on item 7 each time if so told."""
+    number, folder, how = item
+    once = Path(folder) / "killed"
+    if (number == 3 and not once.exists()) or (number == 7 and how == "twice"):
+        once.write_text("")
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+def test_items_of_a_lost_worker_are_done_again_and_one_that_kills_two_is_reported(tmp_path):
+    with open_workers(threads=2, after=0.0) as some:
+        warm(some)
+        items = [(i, str(tmp_path), "once") for i in range(30)]
+        assert sorted(number for _, number in some.map(deadly, items)) == [*range(30)]
+        assert (tmp_path / "killed").exists()
+        with pytest.raises(LostError) as fault:
+            dict(some.map(deadly, [(i, str(tmp_path), "twice") for i in range(30)]))
+        assert fault.value.item[0] == 7
+
+
+def test_a_design_that_ends_its_workers_is_named_by_its_values(monkeypatch):
+    def lost(*_: object) -> Iterator[object]:
+        raise LostError(DESIGNS[0])
+        yield
+
+    monkeypatch.setattr(Workers, "map", lost)
+    with (
+        open_workers() as some,
+        pytest.raises(GearbenchError, match=r"the design teeth = 16, .* ended two"),
+    ):
+        dict(evaluations(some, STUDY, DESIGNS))
+
+
+def test_workers_end_with_the_process_that_started_them(tmp_path):
+    code = (
+        "import os, time\nfrom gearbench.optimisation.workers import open_workers\n"
+        "from tests.optimisation.test_workers import warm, where\n"
+        "some = open_workers(threads=2, after=0.0)\nwarm(some)\n"
+        "print(*{process for _, (process, _) in some.map(where, range(9))}, flush=True)\ntime.sleep(60)\n"
+    )
+    for how in (signal.SIGKILL, signal.SIGINT):
+        with subprocess.Popen(
+            [sys.executable, "-c", code], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+        ) as parent:
+            assert parent.stdout is not None
+            children = [int(number) for number in parent.stdout.readline().split()]
+            assert children
+            parent.send_signal(how)
+            parent.wait(20)
+        deadline = time.monotonic() + 20
+        while any(Path(f"/proc/{child}").exists() for child in children):
+            assert time.monotonic() < deadline
+            time.sleep(0.1)
+
+
+# -- the same code -----------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("name", "value", "line"),
+    [
+        ("numpy", "1.26.0", r"has numpy \d.* instead of 1\.26\.0: install"),
+        ("code", "0", "has other source files of gearb"),
+    ],
 )
+def test_a_worker_refuses_to_work_for_other_code(name, value, line):
+    require_same(identity())
+    with pytest.raises(InputError, match=line) as fault:
+        require_same(identity() | {name: value})
+    assert len(str(fault.value)) < 200
 
 
-# -- addresses ---------------------------------------------------------------------------------------------------------
+# -- schedulers --------------------------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     "text", ["inproc://10.0.0.1/3/1", "http://host:8786", "ucx://host:1", "tcp://", "tcp://host", "local:0", "cluster"]
 )
@@ -89,7 +222,7 @@ def test_wrong_silent_and_foreign_addresses_are_one_line_within_ten_seconds(capf
 
 
 def test_the_command_says_so_in_one_line_before_it_searches(run, tmp_path):
-    (tmp_path / "study.toml").write_text(STUDY.to_toml(), encoding="utf-8")
+    (tmp_path / "study.toml").write_text(SMALL.to_toml(), encoding="utf-8")
     with addresses() as found:
         words = ("optimise", tmp_path / "study.toml", "-o", tmp_path / "out", "--scheduler", found["foreign"])
         code, out, err = run(*words)
@@ -98,139 +231,60 @@ def test_the_command_says_so_in_one_line_before_it_searches(run, tmp_path):
     assert err.count("\n") == 1
 
 
-# -- proofs ------------------------------------------------------------------------------------------------------------
+# -- workers of dask ---------------------------------------------------------------------------------------------------
 @pytest.fixture(scope="module")
-def ours():
-    return prove(STUDY)
-
-
-def test_a_proof_is_the_same_each_time_and_holds_an_evaluation(ours):
-    assert difference(prove(STUDY), ours) == ""
-    assert float(ours["answer"]["transmission_error_rms_mean"]) > 0
-    assert {"gearbench/contact/_batch_kernels.py", "fem_reference/sector.py"} <= ours["code"].keys()
-
-
-@pytest.mark.parametrize(
-    ("part", "name", "value", "line"),
-    [
-        ("packages", "numpy", "1.26.0", r"numpy: 1\.26\.0 there, \d.* here"),
-        ("packages", "python", "3.9.1", r"python: 3\.9\.1 there, 3\..* here"),
-        ("code", "gearbench/contact/solver.py", "0" * 64, r"code differs: gearbench/contact/solver\.py"),
-        ("code", "effect wavy", "0" * 64, "code differs: effect wavy"),
-        ("loaded", "gearbench/scene.py", "0", r"its code has changed since it was started \(gearbench/scene\.py\)"),
-        ("answer", "mesh_stiffness_rms_std", "1.5", r"mesh_stiffness_rms_std = 1\.5 there, 1\.8\d* here"),
-    ],
-)
-def test_a_difference_is_one_line(ours, part, name, value, line):
-    theirs = deepcopy(ours)
-    theirs[part][name] = value
-    found = difference(theirs, ours)
-    assert re.search(line, found), found
-    assert len(found) < 250
-
-
-class FakeFuture:
-    def __init__(self, result: object) -> None:
-        self._result, self.status = result, "error" if isinstance(result, Exception) else "finished"
-
-    def done(self) -> bool:
-        return True
-
-    def result(self) -> object:
-        return self._result
-
-    def exception(self) -> object:
-        return self._result
-
-
-def scheduler_of(workers: dict[str, object]) -> SimpleNamespace:
-    """A client of a scheduler with workers that hand in these proofs."""
-    return SimpleNamespace(
-        nthreads=lambda: dict.fromkeys(workers, 1),
-        submit=lambda work, study, workers_=workers, **how: FakeFuture(workers_[how["workers"][0]]),
-    )
-
-
-def test_a_search_does_not_begin_with_a_worker_that_differs(ours):
-    theirs = deepcopy(ours)
-    theirs["code"]["gearbench/scene.py"] = "0"
-    for bad, why in ((theirs, "code differs"), (ModuleNotFoundError("No module named 'gearbench'"), "cannot evaluate")):
-        client = scheduler_of({"tcp://a:1": ours, "tcp://b:2": bad})
-        with pytest.raises(InputError, match=rf"^scheduler = tcp://s:1: worker tcp://b:2 is refused: .*{why}"):
-            Crew(client, "tcp://s:1").proven(STUDY)
-
-
-def test_workers_that_join_are_asked_too_and_left_out_if_they_differ(ours, caplog):
-    workers: dict[str, object] = {"tcp://a:1": ours}
-    known = Crew(scheduler_of(workers), "tcp://s:1")
-    assert known.proven(STUDY) == {"tcp://a:1": 1}
-    workers |= {"tcp://b:2": ours, "tcp://c:3": {**ours, "packages": {**ours["packages"], "scipy": "1.0"}}}
-    assert known.proven(STUDY) == {"tcp://a:1": 1, "tcp://b:2": 1}
-    assert "worker tcp://c:3 is refused: scipy: 1.0 there" in caplog.text
-    del workers["tcp://a:1"]
-    assert known.proven(STUDY) == {"tcp://b:2": 1}
+def expected() -> str:
+    return optimise(SMALL, threads=1).attrs["data_sha256"]
 
 
 def test_without_workers_it_says_so_and_how_long_it_waits(monkeypatch, caplog):
-    monkeypatch.setattr(crew, "WAIT", 0.3)
-    monkeypatch.setattr(crew, "SILENCE", 0.1)
+    monkeypatch.setattr(executors, "WAIT", 0.3)
+    monkeypatch.setattr(executors, "SILENCE", 0.1)
     with (
+        scheduler() as (address, _),
         caplog.at_level(logging.WARNING),
         pytest.raises(GearbenchError, match=r"no worker is connected .* within 0 min"),
     ):
-        Crew(scheduler_of({}), "tcp://s:1").proven(STUDY)
-    assert caplog.messages == ["gearbench: no worker is connected to the scheduler tcp://s:1; waiting up to 0 min"]
+        optimise(SMALL, scheduler=address)
+    assert caplog.messages == [f"gearbench: no worker is connected to the scheduler {address}; waiting up to 0 min"]
 
 
-# -- real ones ---------------------------------------------------------------------------------------------------------
+@pytest.mark.slow
+def test_workers_of_dask_do_not_change_the_result_and_one_that_is_killed_costs_time_only(expected):
+    with scheduler() as (address, _), dask("worker", address, "--nworkers", "2", "--no-dashboard") as nannies:
+        assert optimise(SMALL, scheduler=address).attrs["data_sha256"] == expected
+        killed: list[object] = []
+
+        def kill(state: object) -> None:
+            if not killed:
+                workers = [c for c in psutil.Process(nannies.pid).children() if "spawn_main" in " ".join(c.cmdline())]
+                killed.append(workers[0].kill())
+
+        assert optimise(SMALL, scheduler=address, progress=kill).attrs["data_sha256"] == expected
+        assert killed
+    assert optimise(SMALL, scheduler="local:2").attrs["data_sha256"] == expected
+
+
 @pytest.mark.slow
 def test_a_worker_with_changed_code_of_the_same_version_is_refused(tmp_path):
     for folder in ("gearbench", "fem_reference"):
         shutil.copytree(ROOT / folder, tmp_path / folder)
     changed = tmp_path / "gearbench" / "contact" / "batch.py"
-    changed.write_text(changed.read_text(encoding="utf-8").replace("NEWTON_LIMIT = 25", "NEWTON_LIMIT = 24"))
-    fault = r"worker tcp://.* is refused: code differs: gearbench/contact/batch\.py$"
+    changed.write_text(changed.read_text(encoding="utf-8") + "# changed\n")
     with (
         scheduler() as (address, _),
         dask("worker", address, "--no-nanny", "--no-dashboard", path=tmp_path),
-        pytest.raises(InputError, match=fault),
+        pytest.raises(InputError, match=r"^worker = on .*: has other source files of gearbench: install"),
     ):
-        optimise(STUDY, scheduler=address)
+        optimise(SMALL, scheduler=address)
 
 
 @pytest.mark.slow
-def test_a_scheduler_that_is_killed_is_one_line_and_the_search_goes_on(tmp_path):
-    whole = optimise(STUDY)
-    longer = replace(STUDY, algorithm=replace(STUDY.algorithm, generations=40))
+def test_a_scheduler_that_is_killed_is_one_line_and_the_search_goes_on(tmp_path, expected):
     with scheduler() as (address, process), dask("worker", address, "--no-nanny", "--no-dashboard"):
         with pytest.raises(GearbenchError, match=r"^the connection to the scheduler is lost: start it again") as fault:
             optimise(
-                longer, directory=tmp_path, scheduler=address, progress=lambda s: s.generation == 2 and process.kill()
+                SMALL, directory=tmp_path, scheduler=address, progress=lambda s: s.generation == 1 and process.kill()
             )
         assert "\n" not in str(fault.value)
-    with scheduler() as (address, _), dask("worker", address, "--no-nanny", "--no-dashboard"):
-        resumed = optimise(longer, directory=tmp_path, scheduler=address, resume=True)
-    assert resumed.attrs["data_sha256"] == optimise(longer).attrs["data_sha256"]
-    assert (resumed["code"][: whole.sizes["design"]].values == whole["code"].values).all()
-
-
-@pytest.mark.slow
-def test_many_workers_that_are_lost_at_once_do_not_end_a_search():
-    """Eight workers in one process are killed with it: each task may meet four of them, dying, in a row."""
-    designs = [(i % 5, i // 5, 0, 0, 0, 0) for i in range(50)]
-    study = many_workers.the_study(0.5)
-    with (
-        scheduler() as (address, _),
-        many_workers.started("benchmarks.many_workers", address, "8") as lost,
-        many_workers.started("benchmarks.many_workers", address, "2"),
-        Dask(address) as engine,
-    ):
-        while len(engine.client.nthreads()) < 10:
-            time.sleep(0.2)
-        found = {}
-        for design, result in engine.evaluate(study, designs):
-            if not found:
-                lost.kill()
-            found[design] = result
-    assert found.keys() == {*designs}
-    assert all(result == many_workers.asleep(study, designs[0]) for result in found.values())
+    assert optimise(SMALL, directory=tmp_path, resume=True).attrs["data_sha256"] == expected

@@ -8,17 +8,19 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from gearbench.contact import batch as batching
-from gearbench.contact._batch_kernels import apply_laws, solve_chunk
-from gearbench.contact._lane_kernels import LANES
+from gearbench.contact._batch_kernels import Blocks, solve_chunk
+from gearbench.contact._lane_kernels import LANES, POINT, Answers, Gaps, Lanes, apply_laws
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
-from gearbench.contact.batch import ROUNDING, SCATTER
+from gearbench.contact.batch import ROUNDING, SCATTER, Batch, GapModes
 from gearbench.contact.law import inverse, kernel_coefficients
+from gearbench.contact.patches import solve_patches
 from gearbench.contact.solver import solve
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
+from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.library.garambois2017 import gear
-from gearbench.robustness.montecarlo import prepare_scene, respond
+from gearbench.robustness.montecarlo import prepare_phases, prepare_scene, respond
 from gearbench.robustness.run import robust
 from gearbench.scene import Resolution, Scene
 
@@ -40,21 +42,53 @@ SCENES = {
 }
 
 
+def single(batch: Batch, draw: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """δ_n [mm] and ∂F/∂δ_n [N/mm] of one sample by the solver of single scenes, less what cells miss."""
+    p, own = batch.problem, batch.arrays(draw)
+    arrays = {name: getattr(own, name) for name in ("gap", "a", "h", "soft", "active", "factor", "block")}
+    found = solve(replace(p, **arrays, along=None, shape=(len(own.gap), 1, own.gap.shape[1])))
+    return found.approach + batch.missed[0], found.stiffness * batch.missed[1]
+
+
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES.keys())
 def test_every_sample_is_the_answer_of_the_single_scene_solver(scene):
     problem = prepare_scene(scene, ROUNDING)
     errors = problem.draw(40, 3, "random")
     solution = batching.solve_batch(problem.batch, errors - problem.mean)
 
-    phase, _ = mesh_phases(scene)
-    lines = scene_lines(scene, phase)
-    at_mean, modes = assemble(scene, lines), problem.errors.modes(lines)
     for i in range(len(errors)):
-        gap = (modes @ (errors[i] - problem.mean)).reshape(at_mean.gap.shape)
-        single = solve(replace(at_mean, gap=at_mean.gap + gap / at_mean.length_scale))
+        approach, stiffness = single(problem.batch, errors[i] - problem.mean)
         # the promise of the batch: 1e-9 on every sample
-        assert_allclose(solution.approach[:, i], single.approach, rtol=1e-9)
-        assert_allclose(solution.stiffness[:, i], single.stiffness, rtol=1e-9)
+        assert_allclose(solution.approach[:, i], approach, rtol=1e-9)
+        assert_allclose(solution.stiffness[:, i], stiffness, rtol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["helical with relief", "crowned", "off the line of action"])
+def test_without_errors_samples_are_the_mesh_cycle_of_a_single_scene(name):
+    """What cells miss is known there: ends of patches are those of ``simulate``."""
+    scene = SCENES.get(name) or replace(SCENES["crowned"], effects=(*SCENES["crowned"].effects, OffLineContact()))
+    lines = scene_lines(scene, mesh_phases(scene)[0])
+    exact = solve_patches(assemble(scene, lines))
+    gaps = GapModes.on(lines, lambda each: np.ones((*each.shape, 1)), np.zeros(1))
+    found = batching.solve_batch(batching.prepare(assemble(scene, lines), gaps), np.zeros((1, 1)))
+    assert_allclose(found.approach[:, 0], exact.approach, rtol=1e-9)
+    # the cells' own is known to the residual of a rough solution
+    assert_allclose(found.stiffness[:, 0], exact.stiffness, rtol=1e-7)
+
+
+@pytest.mark.parametrize(("name", "ste", "k"), [("36", 1e-3, 3e-3), ("7", 3e-3, 3e-3)])
+def test_cells_leave_no_bias_of_the_means(name, ste, k):
+    """15 segments against 60 and 120, extrapolated by their order 2; the same samples at the same phases."""
+    scene = gear(name).scene(errors=True)
+    phase, weight = mesh_phases(scene)
+    found = []
+    for segments in (15, 60, 120):
+        finer = replace(scene, resolution=replace(scene.resolution, segments=segments))
+        problem = prepare_phases(finer, phase, weight)
+        answers, _ = respond(problem, problem.draw(LANES, 0, "sobol"), threads=1)
+        found.append(answers.numbers.mean(axis=1))
+    limit = (4 * found[2] - found[1]) / 3
+    assert np.all(np.abs(found[0] / limit - 1) < [3e-4, ste, 5e-4, k])
 
 
 def test_samples_of_a_scatter_are_good_to_a_hundred_thousandth():
@@ -86,12 +120,12 @@ def test_what_the_first_guess_missed_at_the_positions_before_saves_steps():
     problem = prepare_scene(gear("24").scene(errors=True), ROUNDING)
     b, draws = problem.batch, np.ascontiguousarray(problem.expansion.amounts(problem.draw(LANES, 0, "sobol")).T)
     found = []
+    blocks = Blocks(b.firsts, b.blocks, b.ranks, b.factor, b.product, b.start, b.guess)
     for ahead in (np.zeros_like(b.ahead), b.ahead):
         delta, stiffness, done = np.empty((3, len(b.count), LANES))
-        steps = solve_chunk(
-            b.firsts, b.blocks, b.ranks, ahead, b.gap, b.modes, draws, b.factor, b.product, b.laws, b.start, b.guess,
-            b.precision.newton, batching.NEWTON_LIMIT, delta, stiffness, done,
-        )  # fmt: skip
+        gaps = Gaps(b.count, ahead, b.gap, b.tilt, b.modes, b.tilts, b.laws)
+        work, answers = Lanes.of(b.gap.shape[1]), Answers(delta, stiffness, done)
+        steps = solve_chunk(gaps, blocks, draws, work, b.precision.newton, batching.NEWTON_LIMIT, answers)
         assert done.all()
         found.append((steps, delta, stiffness))
     assert found[1][0] < 0.9 * found[0][0]
@@ -119,15 +153,11 @@ def test_errors_a_thousand_times_the_deflection_are_solved():
     problem = prepare_scene(SCENES["helical, three pairs"], ROUNDING)
     errors = 1000 * problem.draw(20, 1, "random")
     solution = batching.solve_batch(problem.batch, errors - problem.mean)
-    phase, _ = mesh_phases(problem.scene)
-    lines = scene_lines(problem.scene, phase)
-    at_mean, modes = assemble(problem.scene, lines), problem.errors.modes(lines)
     for i in range(0, 20, 5):
-        gap = (modes @ (errors[i] - problem.mean)).reshape(at_mean.gap.shape)
-        single = solve(replace(at_mean, gap=at_mean.gap + gap / at_mean.length_scale))
+        approach, stiffness = single(problem.batch, errors[i] - problem.mean)
         # the approach is relative to gaps 1000 times as large: three digits fewer are left of the stiffness
-        assert_allclose(solution.approach[:, i], single.approach, rtol=1e-9)
-        assert_allclose(solution.stiffness[:, i], single.stiffness, rtol=1e-6)
+        assert_allclose(solution.approach[:, i], approach, rtol=1e-9)
+        assert_allclose(solution.stiffness[:, i], stiffness, rtol=1e-6)
 
 
 @pytest.mark.parametrize("soft", [0.0, 0.5])
@@ -136,14 +166,13 @@ def test_the_law_of_the_lanes_is_that_of_its_readable_twin(h, soft):
     rng = np.random.default_rng(0)
     a = np.array([0.4, 1.0, 3.0]) + 8 * h
     s = np.concatenate([10.0 ** rng.uniform(-14, 3, (3, LANES - 2)), [[0.0, -1.0]] * 3], axis=1)
-    laws = kernel_coefficients(a[None], np.full((1, 3), h), np.full((1, 3), soft))[0]
-    p, w = np.empty_like(s), np.empty_like(s)
-    rows = np.empty((9, LANES))
+    laws, lanes = kernel_coefficients(a[None], np.full((1, 3), h))[0], Lanes.of(3)
+    lanes.s[:], lanes.soft[0], lanes.soft[1] = s, max(soft, POINT), 0.5 / max(soft, POINT)
     force, slope, _ = inverse(s, np.broadcast_to(a[:, None], s.shape), np.full(s.shape, h), soft)
-    apply_laws(3, s, laws[0], laws[1], laws[2], laws[3], laws[4], p, w, rows, rows.view(np.int64))
+    apply_laws(3, laws, lanes)
     # one Halley step from a guess good to 1e-4 leaves a few units of 1e-13
-    assert_allclose(p, force, rtol=2e-12)
-    assert_allclose(w, slope, rtol=2e-12)
+    assert_allclose(lanes.p, force, rtol=2e-12)
+    assert_allclose(lanes.w, slope, rtol=2e-12)
 
 
 def test_reducing_the_rank_does_not_change_the_compliance():

@@ -1,0 +1,218 @@
+"""Designs of a search: what comes back is what was put in, and what is on disk is theirs or refused."""
+
+from __future__ import annotations
+
+import gc
+import math
+import shutil
+import tomllib
+import tracemalloc
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from gearbench import load_study, optimise
+from gearbench.errors import InputError
+from gearbench.optimisation.archive import Archive
+from gearbench.optimisation.dataset import read_designs
+from gearbench.optimisation.problem import Evaluation, assignments, gear_key
+from gearbench.optimisation.run import Progress
+from gearbench.optimisation.select import open_designs
+from gearbench.optimisation.store import Store
+from gearbench.optimisation.study import Algorithm, Design, OptimisationStudy
+from gearbench.optimisation.study_file import parse_study
+from gearbench.results.netcdf import load, save
+from tests.support.paths import EXAMPLES
+
+EXAMPLE = EXAMPLES / "optimise_small.toml"
+
+
+def with_a_real_variable() -> OptimisationStudy:
+    tables = load_study(EXAMPLE).to_mapping()
+    tables["variables"]["width"] = {"paths": ["pair.face_width"], "min": 5.0, "max": 9.0}
+    return parse_study(tables)
+
+
+STUDY = with_a_real_variable()
+
+
+def designs(count: int, seed: int = 0) -> list[Design]:
+    rng = np.random.default_rng(seed)
+    columns = [
+        rng.uniform(*v.bounds, count).tolist()
+        if v.kind == "real"
+        else rng.integers(0, int(v.bounds[1]) + 1, count).tolist()
+        for v in STUDY.variables
+    ]
+    return list(zip(*columns, strict=True))
+
+
+def answer(study: OptimisationStudy, design: Design, rivals: object = None) -> Evaluation:
+    """An evaluation that costs nothing: numbers that follow from the gear, a third of them no gears."""
+    u = [byte / 256 for byte in gear_key(study, design)]
+    feasible = u[0] > 0.3
+    x = (float(design[-1]) - 5.0) / 4.0
+    known = [(1 + x if "stiffness" in name else 2 - x) + u[1] for name in study.statistics]
+    return Evaluation(
+        violation=0.0 if feasible else u[0] + 0.1,
+        reason="" if feasible else f"contact_pressure {1500 + 100 * u[2]:.4g} above 1500",
+        constraints=(*u[3 : 2 + len(study.constraints)], math.nan),
+        statistics=tuple(known) if feasible else (math.nan,) * len(known),
+        samples=study.robustness.samples if feasible else 0,
+    )
+
+
+def test_what_comes_back_is_what_was_put_in():
+    archive, asked = Archive(STUDY), designs(50)
+    results = {design: answer(STUDY, design) for design in asked}
+    assert repr(archive.add(asked[:20], results)) == repr([results[design] for design in asked[:20]])
+    archive.add([*asked[20:], *asked[:5]], results)
+    assert len(archive) == 50
+    assert archive.unknown([*asked, *designs(2, seed=1) * 2]) == designs(2, seed=1)
+    assert archive.first_generations.tolist() == [1] * 20 + [2] * 30
+    assert archive.evaluated == [20, 30]
+    np.testing.assert_array_equal(archive.asked[1], [*range(20, 50), *range(5)])
+    for number, design in enumerate(asked):
+        assert archive.design(number) == design
+        assert list(map(type, archive.design(number))) == list(map(type, design))
+        assert repr(archive.result(number)) == repr(results[design])  # NaN equals NaN there
+
+
+def test_keys_are_equal_for_equal_gears_and_no_others():
+    asked = designs(2000)
+    gears = {assignments(STUDY, design) for design in asked}
+    assert len({gear_key(STUDY, design) for design in asked}) == len(gears)
+    tables = tomllib.loads(STUDY.to_toml())
+    sets = {"a": {"pair.normal_module": 2}, "b": {"pair.normal_module": 2.0}, "c": {"pair.normal_module": 1.5}}
+    tables["variables"]["tool"] = {"sets": sets}
+    del tables["base"]["pair"]["normal_module"]
+    study = parse_study(tables)
+    a, b, c = (gear_key(study, (*asked[0], i)) for i in range(3))
+    assert a == b != c
+
+
+def test_responses_are_kept_of_the_front_only():
+    archive = Archive(STUDY)
+    first, better = [design for design in designs(400) if answer(STUDY, design).feasible][:2]
+
+    def result(design: Design, level: float) -> Evaluation:
+        values = np.full((len(STUDY.responses), STUDY.robustness.samples), level)
+        return replace(answer(STUDY, design), statistics=(level,) * len(STUDY.statistics), values=values)
+
+    assert archive.add([first], {first: result(first, 2.0)})[0].values is None
+    np.testing.assert_array_equal(archive.responses[0], result(first, 2.0).values)
+    archive.add([better, first], {better: result(better, 1.0)})
+    assert archive.front == [1]
+    assert archive.responses.keys() == {1}
+
+
+def test_a_design_takes_less_than_half_a_kilobyte():
+    """As objects they took two."""
+    archive, asked = Archive(STUDY), designs(3_000)
+    fake = answer(STUDY, asked[0])
+    tracemalloc.start()
+    try:
+        archive.add(asked[:1_500], dict.fromkeys(asked, fake))
+        gc.collect()  # free lists of tuples, too
+        before, known = tracemalloc.get_traced_memory()[0], len(archive)
+        for design in asked[1_500:]:
+            archive.unknown([design])
+        archive.add(asked[1_500:], dict.fromkeys(asked, fake))
+        gc.collect()
+        taken = tracemalloc.get_traced_memory()[0] - before
+    finally:
+        tracemalloc.stop()
+    assert taken < 500 * (len(archive) - known)
+
+
+# -- what is on disk ---------------------------------------------------------------------------------------------------
+@pytest.fixture(scope="module")
+def search(tmp_path_factory) -> tuple[Path, xr.Dataset]:
+    """The folder of a search that costs nothing, and its result."""
+    folder = tmp_path_factory.mktemp("stored") / "front"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("gearbench.optimisation.workers.evaluate", answer)
+        return folder, optimise(SEARCH, directory=folder, threads=1)
+
+
+SEARCH = replace(STUDY, algorithm=Algorithm(population=8, generations=3, seed=1))
+
+
+def resumed(folder: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, damage: Callable[[Path], object]) -> int:
+    """Damage a generation of a copy of the search and continue it; how many generations were read."""
+    states: list[Progress] = []
+    copy = Path(shutil.copytree(folder, tmp_path / "copy"))
+    damage(copy / "generation_0002.nc")
+    monkeypatch.setattr("gearbench.optimisation.workers.evaluate", answer)
+    found = optimise(SEARCH, directory=copy, resume=True, threads=1, progress=states.append)
+    assert found.attrs["data_sha256"] == load(folder / "front.nc").attrs["data_sha256"]
+    shutil.rmtree(copy)
+    return states[-1].restored
+
+
+def changed(dataset: xr.Dataset, name: str) -> xr.Dataset:
+    """The Dataset with one value of one variable changed."""
+    values = dataset[name].values.copy()
+    values.flat[0] = (
+        "other" if values.dtype.kind in "OU" else values.flat[0] + 1 if values.flat[0] == values.flat[0] else 1
+    )
+    return dataset.assign({name: (dataset[name].dims, values, dataset[name].attrs)})
+
+
+def test_every_variable_of_a_generation_is_proven(search, tmp_path, monkeypatch):
+    """Changed by gearbench, by xarray, or left out: what is on disk is not taken for the generation."""
+    folder, _ = search
+    dataset = load(folder / "generation_0002.nc")
+    asked = [design for design, _ in read_designs(dataset, SEARCH)]
+    assert set(STUDY.statistics) <= set(dataset.variables)
+    copy = Path(shutil.copytree(folder, tmp_path / "damaged"))
+    with Store(copy, SEARCH, resume=True) as store:
+        assert store.read(2, asked) is not None
+        for number, name in enumerate(map(str, dataset.variables)):
+            if number % 2:
+                changed(dataset, name).to_netcdf(store.path(2), engine="h5netcdf")
+            else:
+                save(changed(dataset, name), store.path(2))
+            assert store.read(2, asked) is None, name
+        save(dataset.drop_vars(name), store.path(2))
+        assert store.read(2, asked) is None
+    assert resumed(copy, monkeypatch, tmp_path, lambda path: None) == 2
+
+
+def test_a_generation_that_another_program_saved_again_is_read(search, tmp_path, monkeypatch):
+    folder, _ = search
+    dataset = load(folder / "generation_0002.nc")
+    assert resumed(folder, monkeypatch, tmp_path, partial(dataset.to_netcdf, engine="h5netcdf")) == 3
+    # as an earlier version wrote it, whose digest is that of the file's bytes alone
+    assert resumed(folder, monkeypatch, tmp_path, partial(save, dataset.drop_attrs().assign_attrs(versions="old"))) == 3
+    # without either it is not known to be whole
+    none = dataset.drop_attrs(deep=False)
+    assert resumed(folder, monkeypatch, tmp_path, partial(none.to_netcdf, engine="h5netcdf")) == 2
+
+
+def test_a_front_that_another_program_saved_again_is_read_and_a_changed_one_is_refused(search, tmp_path, caplog):
+    folder, front = search
+    path = tmp_path / "front.nc"
+    front.to_netcdf(path, engine="h5netcdf")
+    xr.testing.assert_identical(open_designs(path).dataset, load(folder / "front.nc"))
+    assert caplog.messages == []
+    xr.open_dataset(path).drop_attrs(deep=False).assign_attrs(study=front.attrs["study"]).to_netcdf(
+        tmp_path / "bare.nc"
+    )
+    open_designs(tmp_path / "bare.nc")
+    assert [line.split(": ", 2)[1:] for line in caplog.messages] == [
+        [f"{tmp_path / 'bare.nc'} carries no digest", "whether its data are those that were computed is not known"]
+    ]
+    for name in ("transmission_error_rms_mean", "on_front", "code"):
+        changed(front, name).to_netcdf(path, engine="h5netcdf")
+        with pytest.raises(InputError, match=r"front\.nc: is damaged or changed: its data are not those of its digest"):
+            open_designs(path)
+    other = front.attrs["study"].replace("max = 9.0", "max = 8.0")
+    save(front.assign_attrs(study=other), path)
+    with pytest.raises(InputError, match=r"front\.nc: is damaged or changed: its study is not that of its digest"):
+        open_designs(path)
