@@ -43,19 +43,7 @@ def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> Contac
     guess = guess or Guess.nothing(problem)
     if problem.along is None:
         return solve(problem, guess)
-    return from_cells(problem, guess, solve_roughly(problem, guess, ON_CELLS))
-
-
-def from_cells(problem: ContactProblem, guess: Guess, coarse: tuple[NDArray, NDArray]) -> ContactSolution:
-    """Solution of ``problem`` on the patches of contact, from that on its cells: ``guess``, and approach and stiffness.
-
-    ``guess`` holds the solution afterwards.
-
-    Raises
-    ------
-    ConvergenceError
-        If a residual stays above 1e-9.
-    """
+    coarse = solve_roughly(problem, guess, ON_CELLS)
     for _ in range(ROUNDS - 1):
         coarse = solve_roughly(on_patches(problem, guess)[0], guess)
     solution = solve(on_patches(problem, guess)[0], guess)

@@ -54,7 +54,7 @@ def test_mesh_frequencies_follow_the_ratios():
     assert (data["bearing_force_amplitude"] > 0).any()
 
 
-@pytest.mark.parametrize("stage", [1, 2, 3])
+@pytest.mark.parametrize("stage", [1, *(pytest.param(n, marks=pytest.mark.slow) for n in (2, 3))])
 def test_each_stage_answers_over_speed(stage):
     """Forces of all three meshes on all bearings; the mean force of each is its torque over the base radius."""
     scene, _ = system_scene(read_rexs(SEW), stage)
