@@ -35,18 +35,23 @@ class RootCurve(Protocol):
     @property
     def phi_end(self) -> float:
         """Greatest φ [rad]."""
+        ...
 
     def radius(self, phi: ArrayLike) -> NDArray:
         """R [mm]."""
+        ...
 
     def half_angle(self, phi: ArrayLike) -> NDArray:
         """ψ [rad]."""
+        ...
 
     def parameter(self, radius: ArrayLike) -> NDArray:
         """φ at a radius R [mm]; clipped beyond the ends."""
+        ...
 
     def along(self, phi: NDArray) -> tuple[NDArray, NDArray, NDArray, NDArray]:
         """R − r_f [mm], dR/dφ, ψ and dψ/dφ."""
+        ...
 
 
 class Blank(Protocol):
@@ -54,6 +59,7 @@ class Blank(Protocol):
 
     def root_radius(self, gear: Gear) -> float:
         """Radius r_f of the root circle [mm]."""
+        ...
 
     def root_curve(self, gear: Gear) -> RootCurve:
         """The curve from the root circle to the involute, as the cutter leaves it; it may go on beyond.
@@ -63,12 +69,15 @@ class Blank(Protocol):
         InputError
             If the cutter cannot leave a tooth.
         """
+        ...
 
     def junction(self, gear: Gear) -> float:
         """Parameter φ of the root curve where the involute begins."""
+        ...
 
     def is_undercut(self, gear: Gear) -> bool:
         """Whether the cutter takes away part of the involute."""
+        ...
 
     def support(self, gear: Gear, bore_diameter: float) -> float:
         """Radius at which the body is held [mm].
@@ -78,6 +87,7 @@ class Blank(Protocol):
         InputError
             If no body is left.
         """
+        ...
 
 
 @dataclass(frozen=True)
