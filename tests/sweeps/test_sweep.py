@@ -291,6 +291,7 @@ def test_what_is_no_range_is_one_line(text):
         parse_range("torque", text)
 
 
+@pytest.mark.slow
 def test_every_modification_has_a_torque_of_least_error_that_it_was_designed_for():
     """Claims 3 and 4 of Benatar, Handschuh, Kahraman and Talbot 2019, measured on helical pairs."""
     tables = {
