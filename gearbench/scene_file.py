@@ -87,8 +87,6 @@ def _train(tables: Mapping[str, Any]) -> Scene:
     if "pair" in tables:
         raise InputError("pair", "given", "conflicts with gears: give one of the two")
     train = TrainTables.of(tables, effect_names())
-    if "system" in tables and len(train.meshes) > 1:
-        raise InputError("system", "given", "takes further meshes as scene files: system.meshes")
     rest = {name: table for name, table in tables.items() if name not in PARTS}
     pairs = train.pairs()
     geometry, scenes = train.train(pairs), []
@@ -105,9 +103,12 @@ def _train(tables: Mapping[str, Any]) -> Scene:
         except InputError as error:
             raise train.named(error, number) from None
     first, *further = scenes
+    if "system" in tables:
+        own = train.system(geometry, as_table("system", tables["system"]))
+        first = changed(first, system=read(table_class("system"), own, "system"), further=tuple(further))
     if not further:
         return changed(first, gear_names=geometry.gears)
-    train = replace(train, first=(first.pair, first.effects, first.coast))
+    train = replace(train, first=(first.pair, first.effects, first.coast, first.system))
     scene = changed(first, train=train, further=tuple(further))
     _ = scene.meshes  # each under its own loads
     return scene

@@ -132,7 +132,7 @@ GEARBOX = ROOT / "tests" / "data" / "sew_3_stage_cylindrical_gearbox_1.0.rexs"
 
 
 @pytest.mark.skipif(not SEALED.is_dir(), reason="no /proc on this system")
-@pytest.mark.parametrize("folder", [SEALED, Path("missing")])
+@pytest.mark.parametrize("folder", [SEALED, pytest.param(Path("missing"), marks=pytest.mark.slow)])
 def test_commands_end_with_one_line_where_they_cannot_write(run, stored, tmp_path, monkeypatch, folder):
     monkeypatch.chdir(tmp_path)
     scene = EXAMPLES / "sc.toml"

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from gearbench.budget import require
 from gearbench.contact.law import kernel_coefficients
-from gearbench.contact.patches import ON_CELLS, ROUNDS, compression, from_cells
+from gearbench.contact.patches import ON_CELLS, ROUNDS, compression, on_patches
 from gearbench.contact.problem import ContactProblem, reduce_rank
 from gearbench.contact.reference import Reference, linearised, normal_matrix
 from gearbench.contact.solver import MAX_STEPS, ConvergenceError, Guess, law_response, solve_roughly
@@ -51,6 +51,8 @@ class Precision:
         How much of the smooth compliance is left out, see ``truncated_root``.
     newton
         Residual at which a sample takes its last Newton step, which squares it; the stiffness is that before it.
+    rounds
+        How often the ends of patches at the mean errors are found.
     coupled, stiffness
         Of conjugate gradients: sum of the residual forces at which they have converged, and their precision for the
         stiffness, which is good to its square.
@@ -58,13 +60,14 @@ class Precision:
 
     truncation: float
     newton: float
+    rounds: int
     coupled: float
     stiffness: float
 
 
 #: Answers of single problems to 1e-9, and to 1e-5.
-ROUNDING = Precision(truncation=0.0, newton=1e-10, coupled=1e-11, stiffness=3e-6)
-SCATTER = Precision(truncation=1e-5, newton=1e-6, coupled=1e-7, stiffness=3e-4)
+ROUNDING = Precision(truncation=0.0, newton=1e-10, rounds=ROUNDS, coupled=1e-11, stiffness=3e-6)
+SCATTER = Precision(truncation=1e-5, newton=1e-6, rounds=1, coupled=1e-7, stiffness=3e-4)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -230,7 +233,7 @@ def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUN
     ConvergenceError
         If the problem at the mean errors is not solved.
     """
-    problem, tilt, exact = _with_means(problem)
+    problem, tilt, exact = _with_means(problem, precision.rounds)
     problem = reduce_rank(problem, precision.truncation)
     order, present, count, blocks, firsts = _order(problem)
     _require_memory(problem, int(count.max()), gaps.modes.shape[2] + gaps.tilts.shape[2])
@@ -267,22 +270,25 @@ def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUN
     return replace(batch, missed=np.stack([exact[0] - approach, 1 + share * (exact[1] / stiffness - 1)]))
 
 
-def _with_means(problem: ContactProblem) -> tuple[ContactProblem, NDArray, tuple[NDArray, NDArray] | None]:
+def _with_means(problem: ContactProblem, rounds: int) -> tuple[ContactProblem, NDArray, tuple[NDArray, NDArray] | None]:
     """``problem`` with the mean gap of each cell, what the gap less the deflection gains along half of it, and δ and k.
 
-    These are None where segments are points.
+    These are on patches whose ends are found ``rounds`` times; None where segments are points.
     """
     along = problem.along
     if along is None:
         return problem, np.zeros(problem.gap.shape), None
     guess = Guess.nothing(problem)
-    coarse = solve_roughly(problem, guess, ON_CELLS)
+    exact = solve_roughly(problem, guess, ON_CELLS)
     s = compression(problem, along.lines, guess)
-    exact = from_cells(problem, guess, coarse, [None] * ROUNDS)[0]
+    for _ in range(rounds):
+        exact = solve_roughly(on_patches(problem, guess)[0], guess)
+    if not np.isfinite(exact).all():
+        raise ConvergenceError("contact not solved at the mean errors")
     tilt = np.where(problem.active, ((s[..., 0] - s[..., 2]) / 2).reshape(problem.gap.shape), 0.0)
     mean = along.gaps @ np.array([1, 4, 1]) / 6 / (problem.length_scale * along.share[:, None, None])
     gap, soft = mean.reshape(problem.gap.shape), np.abs(tilt)
-    return replace(problem, gap=gap - soft, soft=soft), tilt, (exact.approach, exact.stiffness)
+    return replace(problem, gap=gap - soft, soft=soft), tilt, exact
 
 
 def _linearised(batch: Batch, start: NDArray, spread: NDArray) -> Batch:

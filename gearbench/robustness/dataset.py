@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,19 +28,30 @@ MISSING = "NaN where the samples are too few to tell, or the response does not v
 STUDIED = ("transmission_error_rms", "mesh_stiffness_rms")
 
 
+@dataclass(frozen=True, kw_only=True)
+class Run:
+    """How samples were computed: whether all of them, how they were drawn, and how long it took [s]."""
+
+    complete: bool
+    sampler: Sampler
+    seed: int
+    wall_time: float
+
+
 @single_threaded_blas()
 def robust_dataset(
     problem: RobustProblem,
     errors: NDArray,
     responses: Responses,
     *,
+    run: Run,
     more: Sequence[str] = (),
-    complete: bool,
-    sampler: Sampler,
-    seed: int,
-    wall_time: float,
+    shares: bool = True,
 ) -> xr.Dataset:
-    """Dataset over the samples that were computed; ``errors`` (sample, error) [µm]; ``more`` get statistics too."""
+    """Dataset over the samples that were computed; ``errors`` (sample, error) [µm]; ``more`` get statistics too.
+
+    ``shares``: whether the errors' shares in the variance are in it.
+    """
     import xarray as xr
 
     from gearbench.robustness.sensitivity import sensitivities
@@ -55,18 +67,18 @@ def robust_dataset(
     drawn = problem.errors.variables(problem.scene.pair)
     variables["tightening_cost"] = ("error_name", [each.cost for each in drawn])
     studied = tuple(dict.fromkeys((*STUDIED, *more))) if count > 1 else ()
-    shares = sensitivities(errors[:ENOUGH], [responses[name][:ENOUGH] for name in studied], FINER)
-    for name, found in zip(studied, shares, strict=True):
-        values = responses[name]
-        for statistic, (value, standard_error) in summarise(values, sampler).items():
+    for name in studied:
+        for statistic, (value, standard_error) in summarise(responses[name], run.sampler).items():
             variables[f"{name}_{statistic}"] = ((), value)
             variables[f"{name}_{statistic}_standard_error"] = ((), standard_error)
+    found = sensitivities(errors[:ENOUGH], [responses[name][:ENOUGH] for name in studied], FINER) if shares else []
+    for name, each in zip(studied, found, strict=False):
         for part in ("first_order", "total", "tightened"):
-            value, uncertainty = getattr(found, part)
+            value, uncertainty = getattr(each, part)
             variables[f"{name}_{part}"] = ("error_name", value)
             variables[f"{name}_{part}_standard_error"] = ("error_name", uncertainty)
-    attrs = provenance(problem.scene, wall_time=wall_time, seed=seed)
-    attrs |= {"sampler": sampler, "samples": count, "complete": int(complete), "rescued": responses.rescued}
+    attrs = provenance(problem.scene, wall_time=run.wall_time, seed=run.seed)
+    attrs |= {"sampler": run.sampler, "samples": count, "complete": int(run.complete), "rescued": responses.rescued}
     coords = {"error_name": np.array(problem.names, dtype=str)}
     return keeping(xr.Dataset(described(variables, MISSING), coords=coords, attrs=attrs), problem.scene)
 

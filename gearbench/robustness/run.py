@@ -11,7 +11,7 @@ from gearbench.accuracy.measure import MEASURED
 from gearbench.errors import InputError
 from gearbench.results.responses import check_responses
 from gearbench.robustness.adaptive import choose_robust
-from gearbench.robustness.dataset import robust_dataset
+from gearbench.robustness.dataset import Run, robust_dataset
 from gearbench.robustness.montecarlo import SAMPLES, prepare_scene, respond
 from gearbench.robustness.sampling import Sampler
 from gearbench.scene import Scene
@@ -31,6 +31,7 @@ def robust(
     sampler: Sampler = "sobol",
     threads: int | None = None,
     responses: Sequence[str] = (),
+    shares: bool = True,
     progress: Callable[[int], None] = lambda _: None,
 ) -> xr.Dataset:
     """Response of ``scene`` to random manufacturing errors.
@@ -46,6 +47,9 @@ def robust(
         Number of threads, as many as processors by default; called with the number of samples done so far.
     responses
         Names of more responses, see ``gearbench.results.responses``.
+    shares
+        Whether to compute the share of each error in the variance, and what a class finer gains; of several loads they
+        always are.
 
     Returns
     -------
@@ -82,8 +86,8 @@ def robust(
     errors = problem.draw(samples or SAMPLES, seed, sampler)
     answers, complete = respond(problem, errors, threads, progress, tuple(dict.fromkeys((*MEASURED, *responses))))
     _LOG.info("%d samples of %d errors on %d threads, %d rescued", *errors.shape, threads, answers.rescued)
-    run = {"complete": complete, "sampler": sampler, "seed": seed, "wall_time": time.perf_counter() - start}
-    return robust_dataset(problem, errors, answers, more=responses, **run).assign_attrs(chosen)
+    run = Run(complete=complete, sampler=sampler, seed=seed, wall_time=time.perf_counter() - start)
+    return robust_dataset(problem, errors, answers, run=run, more=responses, shares=shares).assign_attrs(chosen)
 
 
 def _under_loads(scene: Scene, samples: int, progress: Callable[[int], None], **how: Any) -> xr.Dataset:

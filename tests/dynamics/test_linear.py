@@ -228,7 +228,7 @@ def test_phases_of_meshes_on_a_shared_pinion(planet, phase):
     del tables["meshes"][0]["phase"]
     for rotation, expected in (("counterclockwise", phase), ("clockwise", -phase % 1)):
         box = Gearbox(
-            system=read(System, tables | {"rotation": rotation}), pairs={"": pair, "left": pair}, torque=100.0
+            system=read(System, tables | {"rotation": rotation}), pairs={"pair": pair, "left": pair}, torque=100.0
         )
         assert_allclose(np.exp(2j * np.pi * box.phases["left"]), np.exp(2j * np.pi * expected), atol=1e-12)
 

@@ -47,6 +47,7 @@ def test_finer_meshes_are_nearer_to_the_limit_and_cost_more(curves):
         assert np.all(found.column("seconds") > 0)
 
 
+@pytest.mark.slow
 def test_elements_keep_to_their_order(curves):
     linear, quadratic, full = (
         curves[f"mesh, {kind}"].column("compliance_error") for kind in ("hex8", "hex20", "hex27")

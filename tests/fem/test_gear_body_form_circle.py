@@ -1,4 +1,4 @@
-"""m_k of teeth whose contact ends at the form circle, on their body: see ``docs/optimisation.md``."""
+"""m_k of teeth whose contact ends at the form circle, on their body: see ``docs/results_fronts.md``."""
 
 from __future__ import annotations
 

@@ -77,7 +77,9 @@ def test_peak_agrees_with_a_boundary_element_solution(steel):
     assert root_factor(PAIR, 0, body, steel) == pytest.approx(2.97959, rel=4e-3)
 
 
-@pytest.mark.parametrize(("teeth", "shift"), [(17, 0.0), (25, 0.3), (60, 0.0)])
+@pytest.mark.parametrize(
+    ("teeth", "shift"), [(17, 0.0), *(pytest.param(*one, marks=pytest.mark.slow) for one in ((25, 0.3), (60, 0.0)))]
+)
 def test_norm_is_within_a_few_percent_of_the_peak(teeth, shift, steel):
     pair = Pair(
         normal_module=1.0, face_width=8.0, centre_distance=(teeth + 43) / 2,

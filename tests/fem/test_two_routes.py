@@ -19,13 +19,14 @@ GEARS = EXAMPLES / "gears"
 ORDER = (4, 5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "meshes"),
     [
         ("fzg_c", (3, 4, 5)),
-        pytest.param("thin_rim", (3, 4, 5), marks=pytest.mark.slow),
-        pytest.param("e_drive_output", (3, 4), marks=pytest.mark.slow),
-        pytest.param("large_wheel", (3, 4), marks=pytest.mark.slow),
+        ("thin_rim", (3, 4, 5)),
+        ("e_drive_output", (3, 4)),
+        ("large_wheel", (3, 4)),
     ],
 )
 def test_both_routes_agree_on_gears_in_use(name, meshes):

@@ -45,7 +45,7 @@ def study_file(tmp_path) -> Path:
     return path
 
 
-def noted(seen: list, study: OptimisationStudy, design: Design, rivals: object) -> Evaluation:
+def noted(seen: list, study: OptimisationStudy, design: Design, incumbents: object) -> Evaluation:
     seen.append(design)
     return evaluate(study, design)
 

@@ -72,8 +72,8 @@ def test_without_errors_samples_are_the_mesh_cycle_of_a_single_scene(name):
     gaps = GapModes.on(lines, lambda each: np.ones((*each.shape, 1)), np.zeros(1))
     found = batching.solve_batch(batching.prepare(assemble(scene, lines), gaps), np.zeros((1, 1)))
     assert_allclose(found.approach[:, 0], exact.approach, rtol=1e-9)
-    # the cells' own is known to the residual of a rough solution
-    assert_allclose(found.stiffness[:, 0], exact.stiffness, rtol=1e-7)
+    # a rough solution's is that before its last step, at a residual of 1e-6
+    assert_allclose(found.stiffness[:, 0], exact.stiffness, rtol=1e-6)
 
 
 @pytest.mark.parametrize(("name", "ste", "k"), [("36", 1e-3, 3e-3), ("7", 3e-3, 3e-3)])

@@ -117,3 +117,14 @@ def test_a_single_simulation_says_that_random_errors_are_at_their_means(scene):
     said = [line for line in warnings(scene) if "random errors" in line]
     assert said == ["random errors act with their means, up to 3 µm: gearbench robust draws them"]
     assert not [line for line in warnings(scene.without("manufacturing_errors")) if "random errors" in line]
+
+
+def test_shares_that_are_not_asked_for_are_not_computed(scene):
+    with_shares, without = (robust(scene, samples=64, threads=1, shares=shares) for shares in (True, False))
+    left_out = set(with_shares.data_vars) - set(without.data_vars)
+    assert {name.removesuffix("_standard_error").rsplit("_rms_")[1] for name in left_out} == {
+        "first_order", "total", "tightened",
+    }  # fmt: skip
+    for name in without.data_vars:
+        assert_allclose(without[name], with_shares[name], rtol=0)
+    assert gains(without) == []

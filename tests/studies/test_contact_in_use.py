@@ -62,6 +62,7 @@ def test_a_curve_beyond_a_limit_is_found(kept):
     assert names(kept)[0] in next(text for text in after if text not in before)
 
 
+@pytest.mark.slow
 def test_rows_that_were_kept_are_gathered(kept, tmp_path):
     """In the order of the study, with the models as they are today."""
     row = kept.isel(design=[names(kept).index("spur")])

@@ -182,6 +182,7 @@ def dataset(tmp_path_factory) -> xr.Dataset:
     return load(path)
 
 
+@pytest.mark.slow
 def test_figures_and_tables_come_from_the_dataset(dataset, tmp_path):
     figures(dataset, tmp_path)
     drawn = {path.stem for path in tmp_path.glob("*.png")}

@@ -1,4 +1,4 @@
-"""The paper's fronts on solid teeth and bodies: the stored Dataset, its limits, and what docs/optimisation.md says."""
+"""The fronts on solid teeth and bodies: the stored Dataset, its limits, and what docs/results_fronts.md says."""
 
 from importlib import resources
 
