@@ -80,8 +80,8 @@ def births(scene: Scene, look: Look, x: NDArray, greatest: NDArray, *, exact: bo
     side = np.where(carrying[load, at + 1], -1, 1)
     found = np.full(len(at), np.nan)
     if not (scene.pair.meshing.overlap_ratio or look.lines.cells or exact):
-        amid = [1 <= i < len(x) - 2 and not _passages(scene, x[i - 1], x[i + 2]) for i in at]
-        some = np.flatnonzero(amid)
+        amid = [1 <= i < len(x) - 2 and not _passages(scene, float(x[i - 1]), float(x[i + 2])) for i in at.tolist()]
+        some = np.flatnonzero(np.array(amid, dtype=bool))
         if some.size:
             found[some] = _from_look(scene, look, x, loaded, load[some], at[some])
     left = np.flatnonzero(np.isnan(found))
@@ -122,17 +122,17 @@ def _between(scene: Scene, share: NDArray, low: NDArray, high: NDArray, *, exact
     found, sure = np.full(len(low), np.nan), np.ones(len(low), dtype=bool)
     within = np.zeros((2, len(low)))
     crossing = (margins[:, 1:] > 0) != (margins[:, :-1] > 0)
-    for i in np.argsort(crossing.any(axis=1), kind="stable"):  # pieces on which the sign changes last: they decide
-        birth = _zero(points[i], margins[i], begin[i], end[i])
+    for i in crossing.any(axis=1).argsort(kind="stable").tolist():  # pieces on which the sign changes last: they decide
+        x, margin, a, b = points[i], margins[i], float(begin[i]), float(end[i])
+        birth = _zero(x, margin, a, b)
         if birth is None:  # a straight line goes on where polynomials turn
-            ends_of = np.abs(margins[i]).argsort()[:2]
-            birth = _zero(points[i, ends_of], margins[i, ends_of], begin[i], end[i])
+            two = np.abs(margin).argsort()[:2]
+            birth = _zero(x[two], margin[two], a, b)
         if birth is None:
             continue
-        near = np.sort(np.abs(points[i] - birth).argsort()[:-1])
-        again = _zero(points[i, near], margins[i, near], begin[i], end[i])
-        j = change[i]
-        found[j], within[:, j] = birth, (begin[i], end[i])
+        near = np.sort(np.abs(x - birth).argsort()[:-1])
+        again, j = _zero(x[near], margin[near], a, b), change[i]
+        found[j], within[:, j] = birth, (a, b)
         sure[j] = again is not None and abs(again - birth) < KNOWN and not exact
     left = np.flatnonzero(~sure)
     if left.size:
