@@ -227,11 +227,8 @@ class _Candidate:
             return [prepare_scene(self.scene)]
         from gearbench.sweeps.loads import Shared, under_loads
 
-        found, shared = [], Shared()
-        for group in under_loads(self.scene, [each.load.torque for each in self.scene.each_load]):
-            at = shared.assembled(group[0])
-            found += map(at.robust, group)
-        return found
+        shared, torques = Shared(), [each.load.torque for each in self.scene.each_load]
+        return [problem for group in under_loads(self.scene, torques) for problem in shared.samples(group)]
 
     def _responses(self, scene: Scene, problem: RobustProblem | None, errors: NDArray) -> NDArray:
         """Responses to ``errors`` (sample, error) [µm] under one load, (response, sample).
