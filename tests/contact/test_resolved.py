@@ -141,7 +141,7 @@ def test_all_torques_on_the_line(name):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", PAIRS)
 def test_all_torques_off_the_line(name):
-    """Measured: of 540 scenes five of nasa_28 (1.3 times) and three of thin_rim (2.6 times, under a tenth) miss more."""
+    """Of 540 scenes five of nasa_28 (1.3 times) and three of thin_rim (2.6 times, at a tenth) miss more."""
     found = {share: misses(relieved(name, share, off_line=True)) for share in np.linspace(0.1, 2.0, 90)}
     beyond = {share: over for share, over in found.items() if max(over.values()) > 1}
     assert len(beyond) <= 5
