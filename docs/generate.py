@@ -119,8 +119,9 @@ that adds compliance may be left out, and what is left out is not there.
 
 A pair is a train of two gears; `[gears.NAME]` and `[[meshes]]` describe any number. Every mesh is simulated under the
 torque that the balance of the shafts gives it, and Datasets have the dimensions `mesh` and `gear`, by their names;
-trains that share torque between parallel paths are refused. `simulate` and `sweep` take several meshes, everything
-else takes one.
+trains that share torque between parallel paths are refused. `simulate` and `sweep` take several meshes; everything
+else takes one, or a gearbox: the gears of `[system]` are then called by their names, `gear = "idler"`, each on one
+shaft, and its meshes are those of the scene.
 
 ```toml
 [gears.motor]
@@ -153,8 +154,8 @@ direction = 70.0
 
 {prose(TrainGear)}
 
-A gear has `normal_module`, `face_width` (both required), `pressure_angle` and `helix_angle`, and the keys of a gear of
-[the pair](pair.md).
+A gear has `normal_module`, `face_width` (both required), `pressure_angle` and `helix_angle`, the `shaft` that it shares
+with others, and the keys of a gear of [the pair](pair.md).
 
 {prose(TrainMesh)}
 

@@ -8,6 +8,8 @@ from difflib import get_close_matches
 
 #: Longest message, longest value and longest path in it [characters]: a line that can be read, whatever a file holds.
 LONGEST, LONGEST_VALUE, LONGEST_PATH = 288, 80, 120
+#: Longest list of names allowed [characters].
+LONGEST_LIST = 160
 
 
 def plain(text: object) -> str:
@@ -81,10 +83,12 @@ def naming(file: object) -> Iterator[None]:
 
 
 def one_of(name: str, names: Iterable[str]) -> str:
-    """The names allowed in place of ``name``, the one it comes close to first."""
-    names = list(names)
-    close = get_close_matches(name, names, n=1, cutoff=0.7)
-    return "".join(f"did you mean {match}? " for match in close) + f"allowed: {', '.join(names)}"
+    """The names allowed in place of ``name``, the one it comes close to first; of many the first ones, and how many."""
+    names = [each for each in names if each != name]
+    close = get_close_matches(name, names, n=1, cutoff=0.7) or [each for each in names if f"_{name}" in f"_{each}_"][:1]
+    shown = [each for i, each in enumerate(names) if len(", ".join(names[: i + 1])) <= LONGEST_LIST]
+    more = f" and {len(names) - len(shown)} more" if len(shown) < len(names) else ""
+    return "".join(f"did you mean {match}? " for match in close) + f"allowed: {', '.join(shown)}{more}"
 
 
 def install_extra(extra: str) -> str:

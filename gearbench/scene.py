@@ -16,6 +16,7 @@ from gearbench.effects.base import ComplianceEffect, Effect, Effects, GapEffect
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
+from gearbench.geometry.train import PAIR
 from gearbench.geometry.train_tables import TrainTables
 from gearbench.loads import Load, WeightedLoad, greatest_load
 from gearbench.notebook import scene_html
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
 else:  # scenes without a system do not import its classes
     System = Any
 
-#: Name of the mesh of a pair.
-PAIR = "pair"
 #: Line load over E m_n that a scene may have: below, rounding rules; above, teeth would be pressed through many times.
 LOADS = (1e-15, 100.0)
 #: Gauss points on each panel unless a scene says otherwise.
@@ -174,9 +173,9 @@ class Scene:
     train: TrainTables | None = None
 
     def __post_init__(self) -> None:
-        if self.train is not None and self.train.first != (self.pair, self.effects, self.coast):
+        if self.train is not None and self.train.first != (self.pair, self.effects, self.coast, self.system):
             allowed = "are those of gears and meshes: change the scene of one mesh, scene.meshes[NAME]"
-            raise InputError("gears", "other pair or effects", allowed)
+            raise InputError("gears", "other pair, effects or system", allowed)
         names = [effect.name for effect in self.effects]
         for name in names:
             if names.count(name) > 1:
@@ -279,14 +278,14 @@ class Scene:
 
     @property
     def one_mesh(self) -> Scene:
-        """The scene itself, for results that are of one mesh.
+        """The scene itself, for results that are of one mesh; of a gearbox the first.
 
         Raises
         ------
         InputError
             If it has several.
         """
-        if self.train is not None:
+        if self.train is not None and self.system is None:
             raise InputError("meshes", f"{len(self.meshes)} meshes", "are for simulate and sweep: here give one")
         return self
 
@@ -301,6 +300,11 @@ class Scene:
         """
         if self.train is None:
             return {PAIR: self}
+        if self.system is not None:
+            own = map(self.seen_from, self.gearbox.names)
+            gears = [(mesh.driver, mesh.driven) for mesh in self.train.meshes]
+            both = zip(self.mesh_names, own, gears, strict=True)
+            return {name: changed(scene, gear_names=names) for name, scene, names in both}
         pairs = {mesh.label: scene.pair for mesh, scene in zip(self.train.meshes, (self, *self.further), strict=True)}
         train = self.train.train(pairs)
         found, torques = {}, train.torques()
@@ -351,9 +355,9 @@ class Scene:
 
     @property
     def pairs(self) -> dict[str, Pair]:
-        """Name of each mesh of the system → its pair; the scene's own has none."""
+        """Name of each mesh of the system → its pair, that of the scene first."""
         names = () if self.system is None else (mesh.name for mesh in self.system.meshes)
-        return {"": self.pair} | {name: scene.pair for name, scene in zip(names, self.further, strict=True)}
+        return {PAIR: self.pair} | {name: scene.pair for name, scene in zip(names, self.further, strict=True)}
 
     @cached_property
     def gearbox(self) -> Gearbox:
@@ -364,6 +368,24 @@ class Scene:
         meshes = zip(self.system.meshes, self.further, strict=True)
         wished = {mesh.name: scene.load.torque for mesh, scene in meshes}
         return Gearbox(system=self.system, pairs=self.pairs, torque=self.load.torque, wished=wished)
+
+    @property
+    def mesh_names(self) -> tuple[str, ...]:
+        """Names of the meshes of the system, or of the train."""
+        return tuple(self.pairs) if self.train is None else tuple(mesh.label for mesh in self.train.meshes)
+
+    def seen_from(self, mesh: str) -> Scene:
+        """The same gearbox with another of its meshes as the scene's own pair, under the torque that it has there."""
+        own = changed(self, train=None) if self.train is not None else self
+        if mesh == PAIR:
+            return own
+        box = self.gearbox
+        scenes = {
+            name: changed(scene, system=None, further=(), load=Load(torque=box.torques[name]))
+            for name, scene in zip(box.names, (own, *self.further), strict=True)
+        }
+        others = tuple(scene for name, scene in scenes.items() if name != mesh)
+        return changed(scenes[mesh], system=box.seen_from(mesh), further=others)
 
     def shaft_effects(self, own: Any = None) -> tuple[Effect, ...]:
         """Effects of the shafts, their bearings at rest under ``own``: see ``effects.shafts.system_effects``."""

@@ -28,6 +28,8 @@ TABLES: dict[str, type] = {"pair": Pair, "load": Load, "operation": Operation, "
 OF_TRAIN: dict[str, type] = {"gears": TrainGear, "meshes": TrainMesh}
 #: Tables of the effects: of all, and of those that are others on the coast flanks.
 EFFECT_TABLES = ("effects", "coast")
+#: Keys that a scene file may have at its top.
+TOP = ("name", *TABLES, "loads", *OF_TRAIN, *EFFECT_TABLES, "system")
 
 
 def load_scene(path: str | Path) -> Scene:
@@ -67,6 +69,9 @@ def parse_scene(tables: Mapping[str, Any]) -> Scene:
     if "gears" in tables or "meshes" in tables:
         return _train(tables)
     parts = dict(tables)
+    for key in parts:
+        if key not in (*TOP, "gear_names"):
+            raise InputError(key, "unknown key", one_of(key, TOP))
     effects, coast = (as_table(name, parts.pop(name, {})) for name in ("effects", "coast"))
     parts |= {name: read(kind, parts[name], name) for name, kind in TABLES.items() if name in parts}
     if "gear_names" in parts:
@@ -87,8 +92,6 @@ def _train(tables: Mapping[str, Any]) -> Scene:
     if "pair" in tables:
         raise InputError("pair", "given", "conflicts with gears: give one of the two")
     train = TrainTables.of(tables, effect_names())
-    if "system" in tables and len(train.meshes) > 1:
-        raise InputError("system", "given", "takes further meshes as scene files: system.meshes")
     rest = {name: table for name, table in tables.items() if name not in PARTS}
     pairs = train.pairs()
     geometry, scenes = train.train(pairs), []
@@ -105,9 +108,12 @@ def _train(tables: Mapping[str, Any]) -> Scene:
         except InputError as error:
             raise train.named(error, number) from None
     first, *further = scenes
+    if "system" in tables:
+        own = train.system(geometry, as_table("system", tables["system"]))
+        first = changed(first, system=read(table_class("system"), own, "system"), further=tuple(further))
     if not further:
         return changed(first, gear_names=geometry.gears)
-    train = replace(train, first=(first.pair, first.effects, first.coast))
+    train = replace(train, first=(first.pair, first.effects, first.coast, first.system))
     scene = changed(first, train=train, further=tuple(further))
     _ = scene.meshes  # each under its own loads
     return scene
@@ -190,8 +196,7 @@ def table_class(table: str) -> type:
 
         return System
     if table not in TABLES:
-        allowed = one_of(table, (*TABLES, "loads", *OF_TRAIN, *EFFECT_TABLES, "system"))
-        raise InputError(table, "unknown key", allowed)
+        raise InputError(table, "unknown key", one_of(table, TOP))
     return TABLES[table]
 
 

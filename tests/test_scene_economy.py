@@ -68,6 +68,8 @@ TABLES: dict[str, dict[str, Any]] = {
 EVERY = pytest.mark.parametrize("name", EFFECTS)
 #: Those that can be dropped: without a contact law hardly any scene is complete.
 DROPPED = pytest.mark.parametrize("name", [n for n in EFFECTS if n != "hertz"])
+#: Where a test of each takes long: a compliance and a gap beside others whose code they share.
+SOME = {"gear_body", "tip_relief", "helix_slope"}
 
 
 def compatible(name: str, others: list[str]) -> bool:
@@ -258,7 +260,9 @@ def computes_with(name: str, module: str) -> bool:
     return own.__name__ == module or any(value.__module__ == module for value in taken)
 
 
-@DROPPED
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=() if n in SOME else pytest.mark.slow) for n in EFFECTS if n != "hertz"]
+)
 def test_nothing_of_a_dropped_effect_is_allocated(name):
     everything = full_with(name)
     module, rest_of = working_module(name), everything

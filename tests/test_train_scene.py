@@ -1,17 +1,21 @@
 """Scenes of gears and meshes: a pair is a train of two gears, an idler carries on both flanks."""
 
 import copy
+import math
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import xarray as xr
 from numpy.testing import assert_allclose
 
-from gearbench import load, robust, save, simulate, sweep
+from gearbench import load, response, robust, save, simulate, sweep
 from gearbench.errors import InputError
 from gearbench.results.origin import by_itself, scene_of
 from gearbench.scene_file import parse_scene, scene_at
+from gearbench.schema import read
+from gearbench.system.schema import System
 
 GEAR = {"normal_module": 2.0, "helix_angle": 17.0, "face_width": 20.0}
 IDLER = {
@@ -172,3 +176,85 @@ def test_what_is_of_one_mesh_says_so():
     scattered = {**IDLER["effects"], "manufacturing_errors": {"preset": "garambois2017"}}
     with pytest.raises(InputError, match="2 meshes: are for simulate and sweep"):
         robust(parse_scene(idler() | {"effects": scattered}))
+
+
+def test_gears_on_one_shaft_turn_together():
+    first, second = ({"normal_module": m, "face_width": 10 * m} for m in (2.0, 3.0))
+    tables = {
+        "gears": {
+            "in": {**first, "teeth": 20},
+            "large": {**first, "teeth": 50, "shaft": "counter"},
+            "small": {**second, "teeth": 18, "shaft": "counter"},
+            "out": {**second, "teeth": 54},
+        },
+        "meshes": [
+            {"driver": "in", "driven": "large", "centre_distance": 70.0},
+            {"driver": "small", "driven": "out", "centre_distance": 108.0},
+        ],
+        "load": {"torque": 40.0},
+        "operation": {"speed": 3000.0},
+        "effects": {"hertz": {"law": "yang_sun"}},
+    }
+    second = parse_scene(tables).meshes["small to out"]
+    assert (second.load.torque, second.operation.speed) == (pytest.approx(100.0), pytest.approx(1200.0))
+    del tables["gears"]["small"]["shaft"]
+    with pytest.raises(InputError, match="no shaft connects"):
+        parse_scene(tables)
+
+
+def gearbox():
+    """The idler train on three shafts."""
+    ends = [{"position": at, "radial_stiffness": 200.0, "axial_stiffness": 100.0} for at in (0.0, 100.0)]
+    shafts = [
+        {
+            "name": f"{name} shaft",
+            "sections": [{"length": 100.0, "diameter": 25.0}],
+            "gears": [{"gear": name, "position": 50.0}],
+            "bearings": ends,
+        }
+        for name in ("motor", "idler", "load")
+    ]
+    for shaft in (shafts[0], shafts[2]):
+        shaft["coupling"] = {"position": 0.0, "inertia": 0.01}
+    return idler() | {"system": {"shafts": shafts}, "resolution": {"segments": 9}}
+
+
+def test_a_train_on_its_shafts_is_the_gearbox_whose_meshes_are_files():
+    tables = gearbox()
+    scene = parse_scene(tables)
+    assert parse_scene(tomllib.loads(scene.to_toml())) == scene
+    first, second = parse_scene({key: table for key, table in tables.items() if key != "system"}).meshes.values()
+    a, b = (mesh.pair.centre_distance for mesh in (first, second))
+    axes = [[0.0, 0.0], [a, 0.0], [a + b * math.cos(math.radians(70)), b * math.sin(math.radians(70))]]
+    seats = [[("pinion", "pair")], [("wheel", "pair"), ("pinion", "second")], [("wheel", "second")]]
+    shafts = [
+        {**shaft, "axis": axis, "gears": [{"gear": gear, "mesh": mesh, "position": 50.0} for gear, mesh in own]}
+        for shaft, axis, own in zip(tables["system"]["shafts"], axes, seats, strict=True)
+    ]
+    meshes = [{"name": "second", "scene": "", "hand": "left"}]
+    system = read(System, {"shafts": shafts, "meshes": meshes})
+    files = replace(first, system=system, further=(replace(second, gear_names=("pinion", "wheel")),))
+    assert scene.mesh_names == ("motor to idler", "out")
+    whole = simulate(scene, outputs=["transmission_error", "line_load"])
+    for name, own in zip(scene.mesh_names, ("pair", "second"), strict=True):
+        exact = simulate(files.seen_from(own), outputs=["transmission_error", "line_load"])
+        for variable in ("transmission_error", "line_load"):
+            assert_allclose(by_itself(whole, name)[variable], exact[variable], rtol=1e-9, atol=1e-9)
+    dynamic, before = (response(each, speed=[1000.0, 2000.0]) for each in (scene, files))
+    assert dynamic["mesh"].values.tolist() == ["motor to idler", "out"]
+    name = "dynamic_transmission_error_rms"
+    assert_allclose(dynamic[name].values, before[name].values, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"meshes": [{"name": "x", "scene": "x.toml"}]}, "conflicts with the meshes of the scene"),
+        ({"shafts": gearbox()["system"]["shafts"][:2]}, "wheel of mesh 'out' on 0 shafts"),
+        ({"shafts": [{**gearbox()["system"]["shafts"][0], "gears": [{"gear": "rotor", "position": 5.0}]}]}, "motor"),
+    ],
+)
+def test_faults_of_its_shafts_are_one_line(change, words):
+    tables = gearbox()
+    with pytest.raises(InputError, match=words):
+        parse_scene(tables | {"system": tables["system"] | change})

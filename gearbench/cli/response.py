@@ -192,6 +192,8 @@ def _rows(dataset: xr.Dataset) -> Iterator[tuple[str, str, str]]:
     """Rows of the printed table."""
     import numpy as np
 
+    from gearbench.cli.summary import duration
+
     if "percentile" in dataset.dims:
         high = dataset["mesh_force_percentile"].sel(percentile=95.0)
         at = int(np.argmax(high.values))
@@ -211,4 +213,5 @@ def _rows(dataset: xr.Dataset) -> Iterator[tuple[str, str, str]]:
             yield f"mesh {mesh}: largest dynamic factor{of}", f"{factor[at]:.3f}", "1"
             yield "  at a speed of", f"{float(dataset['speed'][at]):.5g}", "1/min"
             yield "  RMS of the mesh force there", f"{float(here['mesh_force_rms'][at]):.4g}", "N"
-    yield "computing time", f"{1e3 * dataset.attrs['wall_time_s']:.0f}", "ms"
+    value, unit = duration(dataset.attrs["wall_time_s"]).split()
+    yield "computing time", value, unit

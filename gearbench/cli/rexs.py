@@ -31,7 +31,8 @@ Torque = Annotated[
 ]
 LoadCase = Annotated[int | None, typer.Option(metavar="N", help="Load case of a REXS file; the first by default.")]
 SceneOut = Annotated[
-    tuple[str, Path] | None, typer.Option("--scene", metavar="N OUT.toml", help="Write stage N as a scene file.")
+    tuple[str, Path] | None,
+    typer.Option("--scene", metavar="N OUT.toml", help="Write stage N, on its shafts and bearings, as a scene file."),
 ]
 Written = Annotated[
     tuple[Path, Path] | None,
@@ -100,11 +101,10 @@ def rexs(
     from gearbench.exchange.rexs_document import read_rexs
 
     document = read_rexs(file)
-    notes: list[str] = []
+    notes: tuple[str, ...] = ()
     files: list[Path] = []
     if scene is not None:
-        notes += _write_scene(document, *scene, torque, load_case)
-        files.append(scene[1])
+        files, notes = _write_scene(document, *scene, torque, load_case)
     if write is not None:
         from gearbench.exchange.rexs import find_stage
         from gearbench.exchange.rexs_results import write_results
@@ -116,7 +116,7 @@ def rexs(
     elif json:
         from gearbench.cli.summary import print_mapping
 
-        print_mapping({"file": str(document.path), "notes": notes, "files": [str(path) for path in files]})
+        print_mapping({"file": str(document.path), "notes": list(notes), "files": [str(path) for path in files]})
     elif not quiet:
         for line in (*(f"note: {note}" for note in notes), *(f"wrote {path}" for path in files)):
             say(line)
@@ -124,17 +124,35 @@ def rexs(
 
 def _write_scene(
     document: RexsDocument, stage: str, target: Path, torque: float | None, load_case: int | None
-) -> tuple[str, ...]:
-    """Write the scene of a stage; notes on the values assumed."""
+) -> tuple[list[Path], tuple[str, ...]]:
+    """Write the scene of a stage on its shafts, other stages on them beside it; the files, notes on values assumed."""
+    from dataclasses import replace
+
+    from gearbench.errors import InputError
     from gearbench.exchange.rexs import find_stage, scene_of, stage_scene
+    from gearbench.exchange.rexs_system import system_scene
     from gearbench.files import check_target, write_text
 
     check_target(target)
     found = stage_scene(document, find_stage(document, stage), torque=torque, load_case=load_case)
-    text = scene_of(document, found).to_toml()
-    remarks = "".join(f"# {note}\n" for note in found.notes)
-    write_text(target, f"# from {document.path.name}, REXS {document.version}\n{remarks}{text}")
-    return found.notes
+    scene, notes = scene_of(document, found), found.notes
+    files = {target: scene}
+    try:
+        whole, notes = system_scene(document, stage, torque=torque, load_case=load_case)
+    except InputError as error:
+        notes = (*notes, f"without shafts and bearings: {error.key} = {error.value}: {error.allowed}")
+    else:
+        system = whole.system
+        assert system is not None
+        paths = [target.with_name(f"{target.stem}_{mesh.name.replace(' ', '_')}.toml") for mesh in system.meshes]
+        meshes = tuple(replace(mesh, scene=path.name) for mesh, path in zip(system.meshes, paths, strict=True))
+        files = {target: replace(whole, system=replace(system, meshes=meshes))}
+        files |= dict(zip(paths, whole.further, strict=True))
+    remarks = "".join(f"# {note}\n" for note in notes)
+    for path, each in files.items():
+        own = remarks if path == target else ""
+        write_text(path, f"# from {document.path.name}, REXS {document.version}\n{own}{each.to_toml()}")
+    return list(files), notes
 
 
 def _list(document: RexsDocument, torque: float | None, load_case: int | None, *, json: bool) -> None:

@@ -52,7 +52,7 @@ def select(
 ) -> None:
     """Choose among the designs of an optimisation: filter, rank, list, and export one as a scene.
 
-    Conditions may name every variable, objective and limit of the study, on_front, and axial_force [N],
+    Conditions may name every variable, objective and limit of the study, on_front, mass, gear_ratio, axial_force [N],
     modifications (kinds of micro-geometry), pinion_teeth, wheel_teeth, pinion_addendum, wheel_addendum.
 
     Example: gearbench select front --where "modifications==0" --where "pinion_addendum==1" --worst-case

@@ -38,6 +38,9 @@ Scale = Annotated[
     float | None, typer.Option("--scale", metavar="MPA", min=1e-3, help="End of the colours of the load maps [MPa].")
 ]
 
+#: Outputs of the summary beside the usual ones.
+SHOWN = ("flank_pressure_max", "face_load_factor", "root_stress")
+
 
 def simulate(
     scene: AnyFile,
@@ -71,6 +74,8 @@ def simulate(
     from gearbench.simulation import simulate as run
 
     loaded, notes = load_any(scene, stage, torque, load_case)
+    if loaded.has_shafts:
+        notes = (*notes, "transmission error and mesh stiffness include the deflections of shafts and bearings")
     for target in (output, report):
         if target is not None:
             check_target(target)
@@ -78,7 +83,7 @@ def simulate(
         loaded.one_load  # noqa: B018, refuses several
     folder = plot_folder(plots)
     with naming(scene):
-        asked = tuple(dict.fromkeys((*DEFAULT_OUTPUTS, *(also or ()), "flank_pressure_max")))
+        asked = tuple(dict.fromkeys((*DEFAULT_OUTPUTS, *(also or ()), *SHOWN)))
         dataset = run(with_accuracy(loaded, accuracy), outputs=asked)
     each = {name: by_itself(dataset, name) for name in loaded.meshes}
     cautions = [*dict.fromkeys(line for name, own in each.items() for line in warnings(loaded.meshes[name], own))]
@@ -120,7 +125,7 @@ def _print(scene: Scene, dataset: xr.Dataset) -> None:
     worst = max(float(dataset[f"{kind}_residual"].max()) for kind in ("equilibrium", "complementarity"))
     rows += [
         ("worst residual of the contact solution", f"{worst:.1e}", "1"),
-        ("computing time", f"{1e3 * dataset.attrs['wall_time_s']:.1f}", "ms"),
+        ("computing time", *summary.duration(dataset.attrs["wall_time_s"]).split()),
     ]
     summary.print_table("over the loads" if scene.loads else "over the mesh cycle", rows)
     if "accuracy_settings" in dataset.attrs:

@@ -7,12 +7,19 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from gearbench.cli.table import print_columns
 from gearbench.results.provenance import support
 from gearbench.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from gearbench.geometry.pair import Pair
+
+#: Mesh orders that a summary shows.
+ORDERS = 3
 
 
 def scalars(dataset: xr.Dataset) -> dict[str, float]:
@@ -74,24 +81,57 @@ def geometry_rows(scene: Scene) -> list[tuple[str, str, str, str]]:
         ("root form diameter", [2 * gear.form_radius for gear in pair.gears], "mm"),
         ("root diameter", [2 * gear.root_radius for gear in pair.gears], "mm"),
         ("tip clearance", m.tip_clearances, "mm"),
+        ("largest specific sliding", _sliding(pair), "1"),
         ("tip thickness, normal", [float(gear.normal_thickness(gear.tip_radius)) for gear in pair.gears], "mm"),
     )
-    rows = [(name, f"{first:.6g}", f"{second:.6g}", unit) for name, (first, second), unit in both]
+    rows = [(name, _number(first), _number(second), unit) for name, (first, second), unit in both]
     bores = ["–" if bore is None else f"{bore:.6g}" for bore in body]
     rows.append(("bore", bores[0], bores[1], "mm"))
     for name, value, unit in (
         ("working pressure angle", math.degrees(m.alpha_wt), "°"),
+        ("gear ratio", pair.wheel.teeth / pair.pinion.teeth, "1"),
         ("contact ratio ε_α", m.transverse_contact_ratio, "1"),
         ("overlap ratio ε_β", m.overlap_ratio, "1"),
+        ("total contact ratio ε_γ", m.total_contact_ratio, "1"),
         ("common face width", m.face_width, "mm"),
         ("working centre distance", m.centre_distance, "mm"),
         ("circumferential backlash", pair.actual_backlash, "mm"),
         ("least backlash within the deviations", pair.backlash_limits[0], "mm"),
         ("greatest backlash within the deviations", pair.backlash_limits[1], "mm"),
     ):
-        rows.append((name, f"{value:.6g}", "", unit))
+        rows.append((name, _number(value), "", unit))
+    for name, force in forces(scene).items():
+        rows.append((name, f"{force:.5g}", "", "N"))
     rows.append(("teeth stand on", support(scene), "", ""))
     return rows
+
+
+def _number(value: float) -> str:
+    """Six digits; rounding errors of a zero are none."""
+    return f"{value if abs(value) > 1e-9 else 0.0:.6g}"
+
+
+def _sliding(pair: Pair) -> list[float]:
+    """Specific sliding ζ of both gears where it is largest, at the start of their active profiles."""
+    line = pair.meshing.centre_distance * math.sin(pair.meshing.alpha_wt)
+    found = []
+    for gear, mate, ends in zip(pair.gears, pair.gears[::-1], pair.meshing.active_radii, strict=True):
+        own = math.sqrt(max(ends[0] ** 2 - gear.base_radius**2, 0.0))
+        found.append(1 - (line - own) / own * gear.teeth / mate.teeth if own else -math.inf)
+    return found
+
+
+def forces(scene: Scene) -> dict[str, float]:
+    """Tangential, radial and axial force at the working pitch circles [N], ISO 21771 angles."""
+    pair, m = scene.pair, scene.pair.meshing
+    pinion = pair.gears[0]
+    working = pinion.base_radius / math.cos(m.alpha_wt)
+    tangential = 1e3 * abs(scene.load.torque) / working
+    return {
+        "tangential force F_t": tangential,
+        "radial force F_r": tangential * math.tan(m.alpha_wt),
+        "axial force F_a": tangential * math.tan(pinion.beta) * working / pinion.pitch_radius,
+    }
 
 
 def print_geometry(scene: Scene) -> None:
@@ -117,7 +157,13 @@ def print_points(scene: Scene, dataset: xr.Dataset) -> None:
     """Print one line for each point of a sweep: peak-to-peak and RMS values."""
     names = [str(dim) for dim in dataset["transmission_error_mean"].dims if dim != "sample"]
     shown = [f"{name}_{suffix}" for name in ("transmission_error_rms", "mesh_stiffness_rms") for suffix in ("mean", "")]
-    shown = ["transmission_error_mean", "transmission_error_peak_to_peak", *shown, "mesh_stiffness_mean"]
+    shown = [
+        "transmission_error_mean",
+        "transmission_error_peak_to_peak",
+        *shown,
+        "mesh_stiffness_mean",
+        "flank_pressure_max",
+    ]
     shown = [name.removesuffix("_") for name in shown]
     shown = [name for name in shown if name in dataset and set(dataset[name].dims) == set(names)]
     heads = []
@@ -137,12 +183,18 @@ def print_table(title: str, rows: list[tuple[str, str, str]]) -> None:
 
 
 def result_rows(dataset: xr.Dataset) -> list[tuple[str, str, str]]:
-    """Rows of every scalar variable, named and with units as in the Dataset."""
-    return [
-        (str(values.attrs["long_name"]), f"{float(values):.5g}", str(values.attrs["units"]))
-        for values in dataset.data_vars.values()
-        if values.ndim == 0 and "standard error" not in values.attrs["long_name"]
-    ]
+    """Rows of every scalar variable, of both gears, and of the first orders, named and with units as in the Dataset."""
+    rows = []
+    for name, values in dataset.data_vars.items():
+        what, unit = str(values.attrs.get("long_name", name)), str(values.attrs.get("units", "1"))
+        symbol = str(values.attrs.get("symbol", ""))
+        if values.dims == ("harmonic",) and str(name).endswith("_amplitude"):
+            what, values, symbol = f"{what}, orders 1 to {ORDERS}", values[:ORDERS], ""
+        elif values.dims not in ((), ("gear",)) or "standard error" in what:
+            continue
+        what = f"{what}, {symbol}" if "_" in symbol else what
+        rows.append((what, "  ".join(f"{value:.5g}" for value in np.atleast_1d(values.values)), unit))
+    return rows
 
 
 def duration(seconds: float) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -17,10 +17,10 @@ from gearbench.effects.base import Effect
 from gearbench.effects.shafts import mesh_spread
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
+from gearbench.geometry.train import PAIR
 from gearbench.results.cycle import MICROMETRES, MeshCycle, Phases, fourier_matrix
 from gearbench.results.solved import Solved
 from gearbench.scene import Scene
-from gearbench.system.schema import Mesh
 
 #: N/mm in 1 N/µm.
 PER_MICROMETRE = 1e3
@@ -133,7 +133,7 @@ def order_rows(phases: Phases, orders: int) -> NDArray:
     return np.concatenate([phases.weight[None], fourier_matrix(phases, orders)])
 
 
-def loaded_mesh(scene: Scene, mesh: str = "", rows: int = 1) -> LoadedMesh:
+def loaded_mesh(scene: Scene, mesh: str = PAIR, rows: int = 1) -> LoadedMesh:
     """Mesh cycle of one mesh of the system of ``scene``.
 
     Raises
@@ -141,7 +141,7 @@ def loaded_mesh(scene: Scene, mesh: str = "", rows: int = 1) -> LoadedMesh:
     InputError, ConvergenceError
         As ``simulate``.
     """
-    seen, on_shafts = seen_from(scene, mesh) if mesh else scene, None
+    seen, on_shafts = scene.seen_from(mesh), None
     phase, weight, size = loaded_phases(seen)
     lines = scene_lines(seen, phase)
     if seen.has_shafts:
@@ -152,37 +152,3 @@ def loaded_mesh(scene: Scene, mesh: str = "", rows: int = 1) -> LoadedMesh:
         solution = solve_patches(problem)
     solved = Solved(scene=seen, lines=lines, weight=weight, problem=problem, solution=solution, size=size)
     return LoadedMesh(scene=seen, solved=solved, on_shafts=on_shafts, rows=rows)
-
-
-def seen_from(scene: Scene, mesh: str) -> Scene:
-    """The same gearbox with a further ``mesh`` as the scene's own pair, and that one as a further mesh."""
-    system, box = scene.system, scene.gearbox
-    names = dict.fromkeys(box.names) | {mesh: "", "": "the scene's own pair"}
-    names = {old: old if new is None else new for old, new in names.items()}
-    scenes = dict(zip(box.names, (scene, *scene.further), strict=True))
-    hands = {"": system.hand} | {each.name: each.hand for each in system.meshes}
-    shafts = tuple(
-        replace(
-            shaft,
-            axis=tuple(map(float, box.train.places[shaft.name])),
-            gears=tuple(replace(seat, mesh=names[seat.mesh]) for seat in shaft.gears),
-        )
-        for shaft in system.shafts
-    )
-    others = [name for name in box.names if name != mesh]
-    clockwise = box.train.turn(mesh) > 0
-    return replace(
-        scenes[mesh],
-        load=replace(scenes[mesh].load, torque=box.torques[mesh]),
-        system=replace(
-            system,
-            shafts=shafts,
-            hand=hands[mesh],
-            rotation="clockwise" if clockwise else "counterclockwise",
-            meshes=tuple(Mesh(name=names[name], scene="", hand=hands[name]) for name in others),
-        ),
-        further=tuple(
-            replace(scenes[name], system=None, further=(), load=replace(scenes[name].load, torque=box.torques[name]))
-            for name in others
-        ),
-    )

@@ -62,7 +62,7 @@ class Model:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the meshes; the scene's own is "pair"."""
-        return tuple(name or "pair" for name in self.scene.pairs)
+        return self.scene.mesh_names
 
     @cached_property
     def cycles(self) -> tuple[LoadedMesh, ...]:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from gearbench.effects.base import ComplianceEffect, Effect, Effects, GapEffect, LowRank
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.role import Role
+from gearbench.geometry.train import PAIR
 from gearbench.system.gearbox import FACE_POINTS, Gearbox
 from gearbench.system.mechanics import shafts_at_rest
 from gearbench.system.shaft_model import ShaftModel
@@ -37,7 +38,7 @@ class SeatedGear:
     @property
     def number(self) -> int:
         """Number of its shaft."""
-        return self.box.seats[("", self.role)][0]
+        return self.box.seats[(PAIR, self.role)][0]
 
     @property
     def model(self) -> ShaftModel:
@@ -47,11 +48,11 @@ class SeatedGear:
     @property
     def nodes(self) -> NDArray:
         """Nodes of the shaft under its face."""
-        return self.box.face_nodes("", self.role, self.model)
+        return self.box.face_nodes(PAIR, self.role, self.model)
 
     def rows(self, lines: ContactLines) -> NDArray:
         """Motions of all nodes → deflection normal to the flank, (position, pair, segment, size)."""
-        frame = self.box.frames[""]
+        frame = self.box.frames[PAIR]
         wrench = math.cos(frame.pair.meshing.beta_b) * frame.wrench(self.role, lines.u)
         return self.model.rows(frame.position(self.role, lines.y), wrench)
 
@@ -63,7 +64,7 @@ class SeatedGear:
     @property
     def spin(self) -> NDArray:
         """Compliance of the spin of the nodes under the face."""
-        return twist(self.model, self.nodes, self.box.torque_from("", self.role))
+        return twist(self.model, self.nodes, self.box.torque_from(PAIR, self.role))
 
     def motion(self, of: NDArray) -> NDArray:
         """Its shaft's part (size,) of the motion or load of all that is settled together."""
@@ -88,7 +89,7 @@ def factor(gears: Sequence[SeatedGear], each: Sequence[NDArray]) -> NDArray:
         spin = np.arange(len(gear.nodes)) * 6 + 5 + 6 * len(scale)
         G[np.ix_(spin, spin)] += gear.spin
         # mm and rad side by side: radians over the half face width
-        width = gear.box.pairs[""].meshing.face_width
+        width = gear.box.pairs[PAIR].meshing.face_width
         scale += [np.array([1, 1, 1, *([2 / width] * 3)])] * len(gear.nodes)
     whole = np.concatenate(scale)
     values, vectors = np.linalg.eigh(G / whole[:, None] / whole)
@@ -118,10 +119,10 @@ def mesh_spread(gears: tuple[SeatedGear, SeatedGear], stiffness: NDArray) -> tup
         S of the resultants (position, row, row) [N/mm], shafts included.
     """
     box = gears[0].box
-    pair, (η, weight) = box.pairs[""], FACE_POINTS
+    pair, (η, weight) = box.pairs[PAIR], FACE_POINTS
     H = np.zeros((len(η), len(η)))
     for these in _together(gears):
-        psi = factor(these, [box.face_rows("", gear.role, gear.model) for gear in these])
+        psi = factor(these, [box.face_rows(PAIR, gear.role, gear.model) for gear in these])
         H += psi @ psi.T
     R = legvander(η, stiffness.shape[-1] - 1)
     E = min(material.E for material in pair.materials)
@@ -223,12 +224,12 @@ def system_effects(box: Gearbox, own: tuple[NDArray, NDArray] | None = None) -> 
         If the shafts and pairs do not fit, or the bearings do not hold a shaft.
     """
     settled = shafts_at_rest(box, own)
-    pinion, wheel = (SeatedGear(box=box, role=role, settled=settled[box.seats[("", role)][0]]) for role in Role)
+    pinion, wheel = (SeatedGear(box=box, role=role, settled=settled[box.seats[(PAIR, role)][0]]) for role in Role)
     effects: tuple[Effect, ...] = (Shafts(gears=(pinion, wheel)),)
     shafts = [model.shaft for gear in (pinion, wheel) for model in gear.settled.structure.shafts.values()]
     linear = all(bearing.is_linear for shaft in shafts for bearing in shaft.bearings)
     theirs = {pinion.number, wheel.number} == {n for g in (pinion, wheel) for n in g.settled.structure.shafts}
     if linear and theirs and all(len(shaft.gears) == 1 and not shaft.loads for shaft in shafts):
         return effects
-    loads = own or tuple(box.force("") * box.wrench("", gear.role, gear.model) for gear in (pinion, wheel))
+    loads = own or tuple(box.force(PAIR) * box.wrench(PAIR, gear.role, gear.model) for gear in (pinion, wheel))
     return (*effects, ShaftMotion(gears=(pinion, wheel), motions=_rest((pinion, wheel), (loads[0], loads[1]))))

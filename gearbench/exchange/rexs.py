@@ -23,13 +23,15 @@ from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from gearbench.schema import read
 
-#: Effects that a stage is simulated with, unless its scene file is written and changed.
+#: Effects that a stage is simulated with, and gear_body where its bores are known, unless its scene file is changed.
 EFFECTS: dict[str, dict[str, Any]] = {
     "tooth_bending": {"model": "solid"},
     "hertz": {},
 }
 #: Profile shifts that overlap by less than this [normal modules] are rounded, not wrong.
 ROUNDING = 1e-3
+#: Rim below which a bore from a shaft is not taken for that of a gear body [normal modules].
+LEAST_RIM = 0.5
 
 
 @dataclass(frozen=True)
@@ -182,7 +184,10 @@ def _stage_scene(document: RexsDocument, stage: Stage, torque: float | None, loa
     _materials(document, gears, pair, notes)
     _note_modifications(document, notes)
     name = f"{document.path.name.split('.rexs')[0]} stage {stage.number}"
-    tables: dict[str, Any] = {"name": name, "pair": pair, "effects": {k: dict(v) for k, v in EFFECTS.items()}}
+    effects = {effect: dict(table) for effect, table in EFFECTS.items()}
+    if all("bore_diameter" in pair[role] for role in ("pinion", "wheel")):
+        effects["gear_body"] = {}
+    tables: dict[str, Any] = {"name": name, "pair": pair, "effects": effects}
     if torque is not None:
         tables["load"] = {"torque": float(torque)}
     elif drive is not None:
@@ -282,7 +287,7 @@ def _bores(
     for gear, member, x in zip(gears, members, shifts, strict=True):
         seat = read_seat(document, gear.component)
         root = 2 * (gear.pitch_radius + gear.normal_module * (x - member.get("dedendum", 1.25)))
-        if seat is not None and 0 < seat < root:
+        if seat is not None and 0 < seat < root - 2 * LEAST_RIM * gear.normal_module:
             member["bore_diameter"] = seat
             notes.append(f"bore of {gear.component.label}: {seat:g} mm, from its shaft")
 

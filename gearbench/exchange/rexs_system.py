@@ -17,6 +17,7 @@ from gearbench.exchange.rexs_document import Component, RexsDocument, children
 from gearbench.exchange.rexs_gear import read_gear, read_material
 from gearbench.exchange.rexs_torque import check_case, drives
 from gearbench.exchange.rexs_units import LENGTH, SPEED, Dimension
+from gearbench.geometry.train import PAIR
 from gearbench.scene import Scene
 from gearbench.schema import read
 from gearbench.system.schema import System
@@ -73,7 +74,7 @@ def _tables(
     """Tables of ``[system]``, and notes."""
     case, notes = check_case(document, load_case), []
     driven = drives(document, case)
-    meshes = [("", own), *((f"stage {other.number}", other) for other in others)]
+    meshes = [(PAIR, own), *((f"stage {other.number}", other) for other in others)]
     shafts: dict[int, dict[str, Any]] = {}
     hands: dict[str, str] = {}
     for name, stage in meshes:
@@ -92,7 +93,7 @@ def _tables(
     clockwise = _clockwise(document, case) != bool(flips)
     tables = {
         "rotation": "clockwise" if clockwise else "counterclockwise",
-        "hand": hands[""],
+        "hand": hands[PAIR],
         "shafts": list(shafts.values()),
         "meshes": [
             {"name": name, "scene": f"{document.path.name} stage {stage.number}", "hand": hands[name]}

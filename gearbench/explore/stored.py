@@ -80,10 +80,7 @@ def _open(path: Path) -> Stored:
         return of_designs(open_designs(path), str(path))
     dataset = load(path)
     if "study" in dataset.attrs:
-        try:
-            return of_designs(Designs(dataset), str(path))
-        except InputError as error:
-            raise InputError("", str(path), error.allowed) from None
+        return of_designs(Designs(dataset, str(path)), str(path))
     if "scene" in dataset.attrs and any(name in dataset for name in RESPONSES):
         return of_run(dataset, str(path))
     raise InputError("", str(path), "must be a result of gearbench optimise, robust or simulate")
@@ -111,9 +108,7 @@ def of_designs(designs: Designs, file: str) -> Stored:
         If there is none.
     """
     dataset, study = designs.dataset, designs.study
-    numbers = np.flatnonzero(dataset["feasible"].values)
-    if numbers.size == 0:
-        raise InputError("", file, "has no feasible design")
+    numbers = designs.require_feasible()
     columns = [variable_column(v.name, v.paths, dataset[v.name].values[numbers]) for v in study.variables]
     columns += [known_column(name, "limit", dataset[name].values[numbers]) for name in study.constraints]
     columns += [known_column(name, "statistic", dataset[name].values[numbers]) for name in study.statistics]

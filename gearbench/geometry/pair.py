@@ -28,6 +28,8 @@ from gearbench.schema import STRICT
 
 #: Centre distances [mm] and profile shifts [modules] are published to four decimals; less overlap is their rounding.
 ROUNDING = 1e-4
+#: Profile shifts beyond this [modules] are asked for by a wrong centre distance.
+LARGEST_SHIFT = 1.5
 
 Length = Annotated[float, Field(gt=0.0, le=20000.0)]
 
@@ -384,6 +386,11 @@ class Pair:
                 blank=member.blank,
             )
         except InputError as error:
+            shift = self.profile_shifts[role]
+            if self._given_shifts[role] is None and abs(shift) > LARGEST_SHIFT:
+                plain = sum(section.pitch_radius for section in self.sections)
+                asked = f"asks for a profile shift of {shift:.3g}: teeth without shift need {plain:.6g} mm"
+                raise InputError("centre_distance", self.centre_distance, asked) from None
             raise error.within(role.label) from None
 
     @cached_property

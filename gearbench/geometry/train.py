@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
 
+#: Name of the mesh of a pair.
+PAIR = "pair"
 #: Axes may stand this part of the centre distance farther from each other, or nearer.
 _AXES = 1e-4
 
@@ -42,7 +44,7 @@ class Mesh:
         Name of the shaft that carries one of the axes around the other; absent where both rest.
     """
 
-    name: str = "pair"
+    name: str = PAIR
     driver: str = "pinion"
     driven: str = "wheel"
     pair: Pair
@@ -146,6 +148,7 @@ class Train:
             rows.append(self._row(shafts, factors, 0))
         found = _solved(rows)
         if None in found:
+            list(self._walk(shafts[0]))
             name = shafts[found.index(None)]
             raise InputError("meshes", f"speed of {name}", "does not follow from that of the first driver")
         return dict(zip(shafts, (rate for rate in found if rate is not None), strict=True))
@@ -215,6 +218,21 @@ class Train:
             found[mesh.name] = False if other is None else found[other.name] == same
         return found
 
+    def hands(self, given: Mapping[str, str]) -> dict[str, str]:
+        """Mesh → hand of its driver's helix, "right" or "left".
+
+        As ``given``, or where a gear is shared with an earlier mesh that of its teeth: mates are of opposite hands.
+        """
+        found: dict[str, str] = {}
+        for mesh, gear, other in self._shared():
+            if other is None:
+                found[mesh.name] = given[mesh.name]
+            else:
+                same = mesh.gears.index(gear) == other.gears.index(gear)
+                own = found[other.name]
+                found[mesh.name] = own if same else {"right": "left", "left": "right"}[own]
+        return found
+
     def phases(self, *, coast: bool = False) -> dict[str, float]:
         """Mesh → its mesh phase when that of the first is zero [mesh periods] (D8).
 
@@ -260,6 +278,7 @@ class Train:
             Torques where the balance leaves a choice: they are as near to them as can be. Absent: it may leave none.
         """
         first, *others = names = [mesh.name for mesh in self.meshes]
+        _ = self.rates  # all shafts turn, and each with one speed
         rows = []
         for shaft in dict.fromkeys(map(self.shaft, self.gears)):
             touching = [mesh for mesh in self.meshes if shaft in map(self.shaft, mesh.gears)]

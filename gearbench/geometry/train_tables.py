@@ -13,7 +13,7 @@ from gearbench.errors import InputError, one_of
 from gearbench.geometry.pair import Length, Member, Pair
 from gearbench.geometry.role import Role
 from gearbench.geometry.thickness import Deviation
-from gearbench.geometry.train import Mesh, Train
+from gearbench.geometry.train import PAIR, Mesh, Train
 from gearbench.schema import STRICT, as_table, given, read
 
 #: Keys that both gears of a mesh have alike: of the pair, where there are no names.
@@ -34,12 +34,15 @@ class TrainGear(Member):
         m_n and b [mm].
     pressure_angle, helix_angle
         α_n and β [°].
+    shaft
+        Name of its shaft, where other gears turn with it and there is no ``[system]`` to tell.
     """
 
     normal_module: Annotated[float, Field(ge=0.05, le=200.0)]
     face_width: Length = field(kw_only=True)
     pressure_angle: Annotated[float, Field(ge=5.0, le=40.0)] = 20.0
     helix_angle: Annotated[float, Field(ge=0.0, le=60.0)] = 0.0
+    shaft: str = ""
 
 
 @table(frozen=True, kw_only=True, config=STRICT)
@@ -61,6 +64,9 @@ class TrainMesh:
         From the axis of the driver to that of the driven gear, clockwise from x [°].
     phase
         Mesh phase when that of the first mesh is zero [mesh periods], where it does not follow from the teeth.
+    hand
+        Of its driver's helix in a gearbox, where no gear that it shares with an earlier mesh tells it; that of the
+        first is ``system.hand``.
     """
 
     driver: str
@@ -73,6 +79,7 @@ class TrainMesh:
     backlash: Annotated[float, Field(ge=0.0)] | None = None
     direction: Annotated[float, Field(ge=-360.0, le=360.0)] = 0.0
     phase: float | None = None
+    hand: Literal["right", "left"] = "right"
 
     @property
     def label(self) -> str:
@@ -87,11 +94,11 @@ class TrainTables:
     Parameters
     ----------
     tables
-        "gears", "meshes", "effects" and "coast" as in a file.
+        "gears", "meshes", "effects", "coast" and "system" as in a file.
     gears, meshes
         The first two as objects; effects of the flanks are left out.
     first
-        Pair, effects and effects of the coast flanks of the first mesh, once they are known.
+        Pair, effects, effects of the coast flanks and system of the scene, once they are known.
     """
 
     tables: Mapping[str, Any] = field(hash=False)
@@ -139,7 +146,8 @@ class TrainTables:
             own |= {key: value for key, value in given(mesh).items() if key in OF_PAIR}
             for role, name, gear in zip(Role, names, both, strict=True):
                 known = {"profile_shift": shifts[name]} if name in shifts else {}
-                own[role.label] = known | {key: value for key, value in given(gear).items() if key not in SHARED}
+                kept = {key: value for key, value in given(gear).items() if key not in (*SHARED, "shaft")}
+                own[role.label] = known | kept
             own[Role.PINION.label].pop("face_width")
             if own["face_width"] == own[Role.WHEEL.label]["face_width"]:
                 own[Role.WHEEL.label].pop("face_width")
@@ -173,7 +181,48 @@ class TrainTables:
         """The train of the ``pairs`` of the meshes, by their names."""
         keys = ("driver", "driven", "direction", "phase")
         own = ((m.label, {key: getattr(m, key) for key in keys}) for m in self.meshes)
-        return Train(meshes=tuple(Mesh(name=name, pair=pairs[name], **each) for name, each in own))
+        meshes = tuple(Mesh(name=name, pair=pairs[name], **each) for name, each in own)
+        return Train(meshes=meshes, shafts=self._shafts, axes=self._axes)
+
+    @property
+    def _shafts(self) -> dict[str, str]:
+        """Gear → its shaft, of those that share one or sit on shafts of the system."""
+        found = {name: gear.shaft for name, gear in self.gears.items() if gear.shaft}
+        for number, shaft in enumerate(self.tables.get("system", {}).get("shafts", ())):
+            for seat in shaft.get("gears", ()):
+                if (gear := seat.get("gear")) not in self.gears:
+                    raise InputError(f"system.shafts.{number}.gears.gear", gear, one_of(str(gear), self.gears))
+                found[gear] = shaft.get("name", "")
+        return found
+
+    @property
+    def _axes(self) -> dict[str, tuple[float, float]]:
+        shafts = self.tables.get("system", {}).get("shafts", ())
+        return {shaft.get("name", ""): tuple(shaft["axis"]) for shaft in shafts if "axis" in shaft}
+
+    def system(self, train: Train, table: Mapping[str, Any]) -> dict[str, Any]:
+        """The table ``system`` with a seat for each mesh of a gear, whose name it gives, and the further meshes.
+
+        Axes that it leaves out follow from the directions of the meshes.
+        """
+        if "meshes" in table:
+            raise InputError("system.meshes", "given", "conflicts with the meshes of the scene: give one of the two")
+        first, hand = self.meshes[0].label, table.get("hand", "right")
+        seats: dict[str, list[dict[str, Any]]] = {}
+        for mesh in self.meshes:
+            for role, gear in zip(Role, (mesh.driver, mesh.driven), strict=True):
+                own = {"gear": role.label, "mesh": PAIR if mesh.label == first else mesh.label, "name": gear}
+                seats.setdefault(gear, []).append(own)
+        shafts = []
+        for shaft in table.get("shafts", ()):
+            gears = [{**seat, **own} for seat in shaft.get("gears", ()) for own in seats[seat["gear"]]]
+            axis = train.places[shaft["name"]].tolist() if gears else shaft.get("axis", [0.0, 0.0])
+            shafts.append({**shaft, "gears": gears, "axis": axis})
+        hands = train.hands({mesh.label: hand if mesh.label == first else mesh.hand for mesh in self.meshes})
+        further = [{"name": m.label, "scene": "", "hand": hands[m.label]} for m in self.meshes[1:]]
+        for own, mesh in zip(further, self.meshes[1:], strict=True):
+            own |= {} if mesh.phase is None else {"phase": mesh.phase}
+        return {**table, "shafts": shafts, "meshes": further}
 
     def coast(self, train: Train) -> dict[str, bool]:
         """Whether each mesh touches with the coast flanks; raises ``InputError`` where that is not the one given."""
@@ -203,4 +252,4 @@ class TrainTables:
 
 
 #: Tables that say what a train is, in place of the table "pair".
-PARTS = ("gears", "meshes", "effects", "coast")
+PARTS = ("gears", "meshes", "effects", "coast", "system")

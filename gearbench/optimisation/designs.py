@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable
 from functools import cached_property, lru_cache
 from hashlib import sha256
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +13,7 @@ from numpy.typing import NDArray
 
 from gearbench.errors import InputError, naming
 from gearbench.optimisation.dataset import read_names
+from gearbench.optimisation.numbers import OF_SCENE
 from gearbench.optimisation.problem import scene_of
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.study_file import parse_study
@@ -27,41 +26,6 @@ if TYPE_CHECKING:
 
 #: Scenes of designs that are kept.
 SCENES = 4096
-#: Effects that a designer gives the flanks; errors and measured flanks are none.
-MODIFICATIONS = (
-    "crowning",
-    "tip_relief",
-    "root_relief",
-    "end_relief",
-    "profile_crowning",
-    "flank_twist",
-    "profile_slope",
-    "helix_slope",
-)
-
-
-def axial_force(scene: Scene) -> float:
-    """F_a = F_t tan β with F_t = 2T/d at the reference circle [N]."""
-    gear = scene.pair.gears[0]
-    return 1e3 * scene.load.torque / gear.pitch_radius * math.tan(gear.beta)
-
-
-def modifications(scene: Scene) -> int:
-    """How many kinds of micro-geometry the flanks have."""
-    return sum(scene.effect(name) is not None for name in MODIFICATIONS)
-
-
-#: Name → how it follows from the scene of a design.
-OF_SCENE: Mapping[str, Callable[[Scene], float]] = MappingProxyType(
-    {
-        "axial_force": axial_force,
-        "modifications": modifications,
-        "pinion_teeth": lambda s: s.pair.pinion.teeth,
-        "wheel_teeth": lambda s: s.pair.wheel.teeth,
-        "pinion_addendum": lambda s: s.pair.gears[0].addendum,
-        "wheel_addendum": lambda s: s.pair.gears[1].addendum,
-    }
-)
 
 
 class Designs:
@@ -105,7 +69,7 @@ class Designs:
     def names(self) -> tuple[str, ...]:
         """Names of all quantities: one value for each design."""
         stored = [str(name) for name, v in self.dataset.data_vars.items() if v.dims == ("design",)]
-        return (*stored, *OF_SCENE)
+        return tuple(dict.fromkeys((*stored, *OF_SCENE)))
 
     def find(self, key: str, name: str) -> str:
         """Full name of a quantity from its full name or from its last parts, if no other ends so.
@@ -126,7 +90,7 @@ class Designs:
 
     def values(self, name: str, numbers: NDArray) -> NDArray:
         """Values of a quantity by its full name for the designs at ``numbers``; they must be gears."""
-        if name not in OF_SCENE:
+        if name in self.dataset:
             return self.dataset[name].values[numbers]
         return np.array([OF_SCENE[name](self.scene(int(number))) for number in numbers], dtype=float)
 
@@ -161,7 +125,7 @@ class Designs:
 
     def unit(self, name: str) -> str:
         """Unit of a quantity, "" where it has none."""
-        unit = QUANTITIES[name].units if name in OF_SCENE else self.dataset[name].attrs.get("units", "")
+        unit = self.dataset[name].attrs.get("units", "") if name in self.dataset else QUANTITIES[name].units
         return "" if unit == "1" else unit
 
     def support(self, rows: Iterable[int]) -> str:

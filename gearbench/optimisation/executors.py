@@ -18,7 +18,6 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor
 from contextlib import ExitStack, contextmanager
 from functools import cache
-from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from multiprocessing import parent_process, resource_tracker
 from multiprocessing.context import SpawnContext, SpawnProcess
@@ -30,11 +29,10 @@ from typing import Any
 from gearbench.budget import VARIABLE, memory_limit
 from gearbench.effects.registry import installed
 from gearbench.errors import GearbenchError, InputError
+from gearbench.results.provenance import versions
 
 _LOG = logging.getLogger(__name__)
 
-#: Packages whose versions may change a result.
-PACKAGES = ("gearbench", "numpy", "scipy", "numba", "llvmlite", "pydantic")
 #: Seconds within which a scheduler answers, seconds that is waited for its first worker, and after which that is said.
 ANSWERS, WAIT, SILENCE = 6.0, 600.0, 10.0
 
@@ -106,7 +104,8 @@ class ProcessPool(Pool):
     def close(self) -> None:
         """See ``Pool``."""
         for process in self._context.started:
-            process.kill()
+            if process.pid is not None:
+                process.kill()
         if self._executor is not None:
             self._executor.shutdown(cancel_futures=True)
         self._context.started.clear()
@@ -338,18 +337,12 @@ def identity() -> dict[str, str]:
 
     Those are the ones of gearbench, of its finite elements, and of the effects that other packages bring.
     """
-    found = {"python": platform.python_version()}
-    for package in PACKAGES:
-        try:
-            found[package] = version(package)
-        except PackageNotFoundError:
-            found[package] = "none"
     package = Path(__file__).parents[1]
     paths = [*package.rglob("*.py"), *(package.parent / "fem_reference").rglob("*.py")]
     origins = (find_spec(entry.module) for entry in installed().values())
     paths += [Path(spec.origin) for spec in origins if spec is not None and spec.origin is not None]
     files = sorted(hashlib.sha256(path.read_bytes()).digest() for path in paths)
-    return found | {"code": hashlib.sha256(b"".join(files)).hexdigest()}
+    return {"versions": versions(), "sources": hashlib.sha256(b"".join(files)).hexdigest()}
 
 
 #: Taken as this process loads its code: the files may change while it runs.
@@ -362,9 +355,13 @@ def require_same(asked_by: dict[str, str]) -> None:
     Raises
     ------
     InputError
-        Naming the machine, and the first package that differs.
+        Naming the machine, and the versions where they differ.
     """
-    for name, ours in identity().items():
-        if (theirs := asked_by.get(name, "none")) != ours:
-            other = "other source files of gearbench" if name == "code" else f"{name} {ours} instead of {theirs}"
-            raise InputError("worker", f"on {platform.node()}", f"has {other}: install the same there, and restart it")
+    ours = identity()
+    if asked_by["versions"] != ours["versions"]:
+        fault = f"has {ours['versions']}, the search {asked_by['versions']}"
+    elif asked_by["sources"] != ours["sources"]:
+        fault = "has other source files of gearbench"
+    else:
+        return
+    raise InputError("worker", f"on {platform.node()}", f"{fault}: install the same there, and restart it")

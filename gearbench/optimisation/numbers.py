@@ -21,6 +21,17 @@ if TYPE_CHECKING:
 COST = "cost"
 #: Gauss points on each panel of a tooth's outline: its area to ten digits.
 POINTS = 16
+#: Effects that a designer gives the flanks; errors and measured flanks are none.
+MODIFICATIONS = (
+    "crowning",
+    "tip_relief",
+    "root_relief",
+    "end_relief",
+    "profile_crowning",
+    "flank_twist",
+    "profile_slope",
+    "helix_slope",
+)
 
 
 def mass(scene: Scene) -> float:
@@ -40,6 +51,17 @@ def gear_ratio(scene: Scene) -> float:
     return scene.pair.wheel.teeth / scene.pair.pinion.teeth
 
 
+def axial_force(scene: Scene) -> float:
+    """F_a = F_t tan β with F_t = 2T/d at the reference circle [N]."""
+    gear = scene.pair.gears[0]
+    return 1e3 * scene.load.torque / gear.pitch_radius * math.tan(gear.beta)
+
+
+def modifications(scene: Scene) -> int:
+    """How many kinds of micro-geometry the flanks have."""
+    return sum(scene.effect(name) is not None for name in MODIFICATIONS)
+
+
 def largest_pressure(solved: Solved) -> float:
     """Largest Hertz pressure over the mesh cycle, from the solved load distribution [MPa]."""
     return float(contact_pressure(solved.lines, solved.solution.force).max())
@@ -56,7 +78,17 @@ def _of_flank(name: str) -> Callable[[Solved], float]:
 
 #: From the scene.
 OF_SCENE: Mapping[str, Callable[[Scene], float]] = MappingProxyType(
-    {"gear_ratio": gear_ratio, "mass": mass, "root_stress": lambda scene: max(root_stress(scene))}
+    {
+        "gear_ratio": gear_ratio,
+        "mass": mass,
+        "root_stress": lambda scene: max(root_stress(scene)),
+        "axial_force": axial_force,
+        "modifications": modifications,
+        "pinion_teeth": lambda scene: scene.pair.pinion.teeth,
+        "wheel_teeth": lambda scene: scene.pair.wheel.teeth,
+        "pinion_addendum": lambda scene: scene.pair.gears[0].addendum,
+        "wheel_addendum": lambda scene: scene.pair.gears[1].addendum,
+    }
 )
 #: From the scene solved.
 UNDER_LOAD: Mapping[str, Callable[[Solved], float]] = MappingProxyType(

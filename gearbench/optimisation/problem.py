@@ -5,9 +5,9 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache, lru_cache, partial
+from functools import cache, cached_property, lru_cache, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,10 +21,10 @@ from gearbench.keys import with_values
 from gearbench.loads import load_weights
 from gearbench.optimisation.constraints import constrained, decided, judge, may_be_rough, number, solve_roughly
 from gearbench.optimisation.derived import DERIVED
-from gearbench.optimisation.racing import Rivals, stages, statistics
-from gearbench.optimisation.samples import Forces, cycle_responses, sample_responses
+from gearbench.optimisation.racing import Incumbents, stages, statistics
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.optimisation.variables import Value
+from gearbench.results.responses import is_over_speed
 from gearbench.results.solved import Solved
 from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.scene import Scene
@@ -81,11 +81,11 @@ class Evaluation:
         return tuple(objective.value(known) for objective in study.objectives)
 
 
-def evaluate(study: OptimisationStudy, design: Design, rivals: Rivals | None = None) -> Evaluation:
+def evaluate(study: OptimisationStudy, design: Design, incumbents: Incumbents | None = None) -> Evaluation:
     """Evaluate a design: the same answer wherever and in whatever order it is computed.
 
-    Where ``rivals`` are given, it stops as soon as its error samples say that one of them beats it, and limits that it
-    keeps roughly (``constraints.solve_roughly``) hold.
+    Where ``incumbents`` are given, it stops as soon as its error samples say that one of them beats it, and limits that
+    it keeps roughly (``constraints.solve_roughly``) hold.
 
     A design that makes no gear, or one that cannot be solved, is an answer too: it violates the constraints, with the
     reason. No design raises, unless the machine is too small for it, which says nothing about the gear.
@@ -96,43 +96,167 @@ def evaluate(study: OptimisationStudy, design: Design, rivals: Rivals | None = N
         If it needs more memory than there may be.
     """
     unknown = (math.nan,) * len(study.constraints)
-    nothing = (math.nan,) * len(study.statistics)
     try:
-        scene, limits, cost = scene_of(study, design), study.constraints, cost_of(study, design)
-        solved = cache(partial(solve_scene, scene))
-        rough = None
-        if rivals is not None and not scene.loads and may_be_rough(scene, limits):
-            rough = cache(partial(solve_roughly, scene))
-        forces = Forces(study=study)
-        values = constrained(scene, limits, rough or solved, cost, forces.without_errors)
-        if rough is not None and judge(values, limits)[0] > 0 and not decided(values, limits):
-            values = constrained(scene, limits, solved, cost)
-        answer = _judged(study, values)
-        unknown = answer.constraints
-        if not answer.feasible:
-            return answer
-        numbers = _numbers(study, scene, solved, cost)
-        found = _feasible(study, scene, numbers, forces, rivals, rough() if rough is not None else None)
-        if rough is not None and found.samples == study.robustness.samples:  # nothing beats it: its limits to the end
-            values = constrained(scene, limits, solved, cost, forces.without_errors)
-            answer = _judged(study, values)
-        return replace(found, constraints=answer.constraints) if answer.feasible else answer
+        scene, cost = scene_of(study, design), cost_of(study, design)
+        candidate = _Candidate(study=study, scene=scene, cost=cost, incumbents=incumbents)
+        limited = candidate.limited(roughly=candidate.may_be_rough)
+        unknown = limited.constraints
+        if not limited.feasible:
+            return limited
+        found = candidate.feasible()
+        if candidate.may_be_rough and found.samples == study.robustness.samples:
+            limited = candidate.limited(roughly=False)  # nothing beats it: its limits to the end
+        return replace(found, constraints=limited.constraints) if limited.feasible else limited
     except MemoryBudgetError:
         raise
     except (InputError, GearbenchError, ArithmeticError, np.linalg.LinAlgError) as error:
         reason = " ".join(str(error).split()) or type(error).__name__
+        nothing = (math.nan,) * len(study.statistics)
         return Evaluation(violation=NO_GEAR, reason=reason, constraints=unknown, statistics=nothing)
 
 
-def _judged(study: OptimisationStudy, values: Mapping[str, float]) -> Evaluation:
-    """Evaluation of a design of which only the ``values`` of the limited quantities are known."""
-    violation, reason = judge(values, study.constraints)
-    return Evaluation(
-        violation=violation,
-        reason=reason,
-        constraints=tuple(values.values()),
-        statistics=(math.nan,) * len(study.statistics),
-    )
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Candidate:
+    """A design that is being evaluated; what several steps need of its scene is computed once."""
+
+    study: OptimisationStudy
+    scene: Scene
+    cost: float
+    incumbents: Incumbents | None
+    forces: dict[float, ForceOverSpeed] = field(default_factory=dict)
+
+    @cached_property
+    def may_be_rough(self) -> bool:
+        """Whether its limits are first judged at the mesh phases of its error samples, which it needs anyway."""
+        return self.incumbents is not None and not self.scene.loads and may_be_rough(self.scene, self.study.constraints)
+
+    @cached_property
+    def rough(self) -> Solved:
+        """The scene solved at those phases."""
+        return solve_roughly(self.scene)
+
+    @cached_property
+    def solved(self) -> Solved:
+        """The scene solved as ``simulate`` does."""
+        return solve_scene(self.scene)
+
+    def force(self, scene: Scene) -> ForceOverSpeed:
+        """The force over the study's speeds under one load."""
+        from gearbench.dynamics.over_speed import ForceOverSpeed
+
+        speeds, torque = self.study.speeds, scene.load.torque
+        assert speeds is not None
+        if torque not in self.forces:
+            self.forces[torque] = ForceOverSpeed(scene=scene, speeds=speeds.values, harmonics=speeds.harmonics)
+        return self.forces[torque]
+
+    def limited(self, *, roughly: bool) -> Evaluation:
+        """Its limited quantities, and whether they keep their limits."""
+        limits = self.study.constraints
+        solved = (lambda: self.rough) if roughly else (lambda: self.solved)
+        values = constrained(self.scene, limits, solved, self.cost, lambda scene: self.force(scene).without_errors)
+        violation, reason = judge(values, limits)
+        if roughly and violation > 0 and not decided(values, limits):
+            return self.limited(roughly=False)
+        nothing = (math.nan,) * len(self.study.statistics)
+        return Evaluation(violation=violation, reason=reason, constraints=tuple(values.values()), statistics=nothing)
+
+    def feasible(self) -> Evaluation:
+        """Its statistics, where it keeps its limits; their values are not in it."""
+        answer = self._of_samples() if self.study.robustness.samples else self._without_errors()
+        known = dict(zip(self.study.statistics, answer.statistics, strict=True))
+        for name in {name for objective in self.study.objectives for name in objective.weights}:
+            if not math.isfinite(known[name]):
+                raise GearbenchError(f"{name} is not finite")
+        return answer
+
+    @property
+    def _on_cycles(self) -> list[str]:
+        """Responses of the study that a mesh cycle has; the others are those over speed."""
+        return [name for name in self.study.responses if not is_over_speed(name)]
+
+    @property
+    def _over_speed(self) -> bool:
+        return len(self._on_cycles) < len(self.study.responses)
+
+    def _without_errors(self) -> Evaluation:
+        """Responses of the scene as it is, as means over one sample."""
+        found = dict(zip(self.study.numbers, self._numbers(), strict=True))
+        if self._over_speed:
+            each = [self.force(one).without_errors for one in self.scene.each_load]
+            found["mesh_force_mean"] = float(_over_loads(self.study, each))
+        if names := self._on_cycles:
+            if self.scene.loads:
+                from gearbench.sweeps.run import sweep
+
+                dataset, ending = sweep(self.scene, outputs=names, threads=1), f"_load_{self.study.over_loads}"
+            else:
+                dataset, ending = simulate(self.scene, outputs=names), ""
+            found |= {f"{name}_mean": float(dataset[f"{name}{ending}"]) for name in names}
+        known = tuple(found.get(name, math.nan) for name in self.study.statistics)
+        return Evaluation(violation=0.0, reason="", constraints=(), statistics=known)
+
+    def _of_samples(self) -> Evaluation:
+        """Statistics over the error samples, as many as it takes."""
+        study, incumbents, numbers = self.study, self.incumbents, self._numbers()
+        r, kinds = study.robustness, self.scene.effect("manufacturing_errors")
+        assert isinstance(kinds, ManufacturingErrors)
+        unit = _unit(r.sampler, r.samples, len(kinds.variables(self.scene.pair)), r.seed)
+        loads = self.scene.each_load
+        problems = self._robust_problems() if self._on_cycles else [None] * len(loads)
+        values = np.empty((len(study.responses), 0))
+        for stop in stages(study) if incumbents is not None else (r.samples,):
+            errors = kinds.draw(unit[values.shape[1] : stop], self.scene.pair)
+            under = [self._responses(one, problem, errors) for one, problem in zip(loads, problems, strict=True)]
+            values = np.hstack([values, _over_loads(study, under)])
+            if incumbents is not None and stop < r.samples and (by := incumbents.beating(values, numbers)) is not None:
+                found, kept = incumbents.estimate(values, by, numbers), None
+                break
+        else:
+            found, kept = statistics(values, numbers), values if r.racing else None
+        known, count = tuple(map(float, found)), values.shape[1]
+        return Evaluation(violation=0.0, reason="", constraints=(), statistics=known, samples=count, values=kept)
+
+    def _robust_problems(self) -> list[RobustProblem]:
+        """Problem of the error samples, or those under each of several loads, torques ascending."""
+        from gearbench.robustness.montecarlo import prepare_problem, prepare_scene
+
+        if self.may_be_rough:
+            return [prepare_problem(self.scene, self.rough.lines, self.rough.weight, self.rough.problem)]
+        if not self.scene.loads:
+            return [prepare_scene(self.scene)]
+        from gearbench.sweeps.loads import Shared, under_loads
+
+        shared, torques = Shared(), [each.load.torque for each in self.scene.each_load]
+        return [problem for group in under_loads(self.scene, torques) for problem in shared.samples(group)]
+
+    def _responses(self, scene: Scene, problem: RobustProblem | None, errors: NDArray) -> NDArray:
+        """Responses to ``errors`` (sample, error) [µm] under one load, (response, sample).
+
+        ``problem`` where a mesh cycle has some of them. An interruption raises ``KeyboardInterrupt``.
+        """
+        from gearbench.robustness.montecarlo import respond
+
+        found: dict[str, NDArray] = {}
+        force = self.force(scene) if self._over_speed else None
+        if problem is not None:
+            # the dynamics takes its samples of the contact from those of the cycle, where they are the same
+            more = {"mesh_force": force.of_cycles} if force is not None and force.shares_contact else {}
+            answers, complete = respond(problem, errors, names=self._on_cycles, more=more)
+            if not complete:
+                raise KeyboardInterrupt
+            found = dict(answers.values)
+        if force is not None and "mesh_force" not in found:
+            found["mesh_force"] = force.of_samples(errors)
+        return np.array([found[name] for name in self.study.responses])
+
+    def _numbers(self) -> tuple[float, ...]:
+        """Numbers of the design among the objectives, over the loads as the study has it."""
+        study, found = self.study, []
+        for one in self.scene.each_load if study.numbers else ():
+            solved = cache(partial(solve_scene, one)) if self.scene.loads else lambda: self.solved
+            found.append([number(name, one, solved, self.cost) for name in study.numbers])
+        return tuple(map(float, _over_loads(study, found))) if found else ()
 
 
 def scene_of(study: OptimisationStudy, design: Design) -> Scene:
@@ -222,117 +346,6 @@ def cost_of(study: OptimisationStudy, design: Design) -> float:
     """What the values of a design's variables cost; those of an effect that it does without cost nothing."""
     given = dict(zip((v.name for v in study.variables), values_of(study, design), strict=True))
     return sum(costs.get(str(given[name]), 0.0) for name, costs in study.costs.items())
-
-
-def _feasible(
-    study: OptimisationStudy,
-    scene: Scene,
-    numbers: tuple[float, ...],
-    forces: Forces,
-    rivals: Rivals | None,
-    rough: Solved | None,
-) -> Evaluation:
-    """Evaluation of a design that keeps its limits; their values are not yet in it.
-
-    ``numbers`` are those of the study; ``rough`` is the scene at the mesh phases of its error samples, where it was
-    solved there.
-    """
-    if study.robustness.samples == 0:
-        found = _at_nominal(study, scene, forces)
-        found |= zip(study.numbers, numbers, strict=True)
-        answer = Evaluation(
-            violation=0.0, reason="", constraints=(), statistics=tuple(found.get(n, math.nan) for n in study.statistics)
-        )
-    else:
-        answer = _dispersion(study, scene, numbers, forces, rivals, rough)
-    known = dict(zip(study.statistics, answer.statistics, strict=True))
-    for name in {name for objective in study.objectives for name in objective.weights}:
-        if not math.isfinite(known[name]):
-            raise GearbenchError(f"{name} is not finite")
-    return answer
-
-
-def _dispersion(
-    study: OptimisationStudy,
-    scene: Scene,
-    numbers: tuple[float, ...],
-    forces: Forces,
-    rivals: Rivals | None,
-    rough: Solved | None,
-) -> Evaluation:
-    """Statistics over the error samples, as many as it takes."""
-    r, kinds = study.robustness, scene.effect("manufacturing_errors")
-    assert isinstance(kinds, ManufacturingErrors)
-    unit = _unit(r.sampler, r.samples, len(kinds.variables(scene.pair)), r.seed)
-    problems = _robust_problems(scene, rough) if cycle_responses(study) else [None] * len(scene.each_load)
-    each = list(zip(problems, (forces.of(one) for one in scene.each_load), strict=True))
-    values = np.empty((len(study.responses), 0))
-    for stop in stages(study) if rivals is not None else (r.samples,):
-        errors = kinds.draw(unit[values.shape[1] : stop], scene.pair)
-        values = np.hstack([values, _responses(study, each, errors)])
-        if rivals is not None and stop < r.samples and (by := rivals.beating(values, numbers)) is not None:
-            found, kept = rivals.estimate(values, by, numbers), None
-            break
-    else:
-        found, kept = statistics(values, numbers), values if r.racing else None
-    return Evaluation(
-        violation=0.0,
-        reason="",
-        constraints=(),
-        statistics=tuple(map(float, found)),
-        samples=values.shape[1],
-        values=kept,
-    )
-
-
-def _at_nominal(study: OptimisationStudy, scene: Scene, forces: Forces) -> dict[str, float]:
-    """Responses of the scene as it is, as means over one sample, by name."""
-    found, names = {}, cycle_responses(study)
-    if forces.wanted:
-        each = [forces.without_errors(one) for one in scene.each_load]
-        found["mesh_force_mean"] = float(_over_loads(study, each))
-    if not names:
-        return found
-    if not scene.loads:
-        dataset = simulate(scene, outputs=names)
-        return found | {f"{name}_mean": float(dataset[name]) for name in names}
-    from gearbench.sweeps.run import sweep
-
-    dataset = sweep(scene, outputs=names, threads=1)
-    return found | {f"{name}_mean": float(dataset[f"{name}_load_{study.over_loads}"]) for name in names}
-
-
-def _robust_problems(scene: Scene, rough: Solved | None) -> list[RobustProblem]:
-    """Problem of the error samples, or those under each of several loads, torques ascending."""
-    from gearbench.robustness.montecarlo import prepare_problem, prepare_scene
-
-    if rough is not None:
-        return [prepare_problem(scene, rough.lines, rough.weight, rough.problem)]
-    if not scene.loads:
-        return [prepare_scene(scene)]
-    from gearbench.sweeps.loads import Shared, under_loads
-
-    found, shared = [], Shared()
-    for group in under_loads(scene, [each.load.torque for each in scene.each_load]):
-        at = shared.assembled(group[0])
-        found += map(at.robust, group)
-    return found
-
-
-def _responses(
-    study: OptimisationStudy, each: Sequence[tuple[RobustProblem | None, ForceOverSpeed | None]], errors: NDArray
-) -> NDArray:
-    """Responses to the ``errors`` (sample, error), over the loads as the study has it, (response, sample)."""
-    return _over_loads(study, [sample_responses(study, problem, force, errors) for problem, force in each])
-
-
-def _numbers(study: OptimisationStudy, scene: Scene, solved: Callable[[], Solved], cost: float) -> tuple[float, ...]:
-    """Numbers of the design among the objectives, over the loads as the study has it; ``solved``: of a single load."""
-    if not study.numbers:
-        return ()
-    each = [(one, cache(partial(solve_scene, one)) if scene.loads else solved) for one in scene.each_load]
-    found = _over_loads(study, [[number(name, one, of, cost) for name in study.numbers] for one, of in each])
-    return tuple(map(float, found))
 
 
 def _over_loads(study: OptimisationStudy, found: Sequence) -> NDArray:

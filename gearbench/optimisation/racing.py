@@ -2,19 +2,20 @@
 
 All designs see the same samples (common random numbers), so the difference of two designs is known from far fewer of
 them than either alone. A design is computed on the first n₁ < n₂ < … < N samples. After each stage it is compared with
-designs whose N samples are known, its rivals. Of an objective that is a mean, the difference over all N samples is
+designs whose N samples are known, its incumbents. Of an objective that is a mean, the difference over all N samples is
 estimated by the mean of y_d − y_r over the first n, with the standard error of a draw of n from N,
 
     D̂ = ⟨y_d − y_r⟩_n,   s² = Var_n(y_d − y_r)/n · (1 − n/N).
 
 A standard deviation is the average of its influence ((y − ȳ)² − σ²)/2σ to first order, and compared likewise; the
-maximum of n samples is no more than that of N, so that its difference to the rival's maximum over N is a bound and has
-no error. A design is beaten where one rival is better in every objective by more than ``STANDARD_ERRORS`` of that
-objective's difference: it stops. A design of the front is stopped by mistake only if a difference that is not positive
-is measured to be that many standard errors above 0 (3 in 100 000 for each comparison, and less for Sobol points).
+maximum of n samples is no more than that of N, so that its difference to the incumbent's maximum over N is a bound and
+has no error. A design is beaten where one incumbent is better in every objective by more than ``STANDARD_ERRORS`` of
+that objective's difference: it stops. A design of the front is stopped by mistake only if a difference that is not
+positive is measured to be that many standard errors above 0 (3 in 100 000 for each comparison, and less for Sobol
+points).
 
-What a stopped design is taken to have is its rival's statistic over N plus D̂: that is dominated by the rival, so that
-a front never holds a design with fewer samples than asked for, and it is free of what the first n have in common.
+A stopped design is taken to have its incumbent's statistic over N plus D̂: that is dominated by the incumbent, so that a
+front never holds a design with fewer samples than asked for, and it is free of what the first n have in common.
 """
 
 from __future__ import annotations
@@ -32,10 +33,10 @@ from gearbench.results.responses import STATISTICS, split_statistic
 #: Samples of the first stage: the kernels solve as many at once, so that fewer would cost as much. Each stage has
 #: ``GROWTH`` times the samples of the one before it.
 FIRST, GROWTH = 128, 2
-#: Standard errors by which a rival must be better in every objective.
+#: Standard errors by which an incumbent must be better in every objective.
 STANDARD_ERRORS = 4.0
-#: Rivals that a design is compared with at most, spread over the front.
-MOST_RIVALS = 64
+#: Incumbents that a design is compared with at most, spread over the front.
+MOST_INCUMBENTS = 64
 
 
 def stages(study: OptimisationStudy) -> tuple[int, ...]:
@@ -53,16 +54,16 @@ def statistics(values: NDArray, numbers: Sequence[float] = ()) -> NDArray:
 
 
 def spread(first: NDArray) -> NDArray:
-    """Which designs of a front to compare with, at most ``MOST_RIVALS``: evenly by rank in the first objective.
+    """Which designs of a front to compare with, at most ``MOST_INCUMBENTS``: evenly by rank in the first objective.
 
     ``first`` holds that objective of each, (design,).
     """
     order = np.argsort(first, kind="stable")
-    return order[np.unique(np.linspace(0, len(order) - 1, MOST_RIVALS).round().astype(int))]
+    return order[np.unique(np.linspace(0, len(order) - 1, MOST_INCUMBENTS).round().astype(int))]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Rivals:
+class Incumbents:
     """Designs whose samples are all known.
 
     Parameters
@@ -70,9 +71,9 @@ class Rivals:
     study
         The study.
     early
-        Responses of the samples before the last stage, (rival, response, sample).
+        Responses of the samples before the last stage, (incumbent, response, sample).
     known
-        Statistics over all samples, and numbers, (rival, statistic).
+        Statistics over all samples, and numbers, (incumbent, statistic).
     """
 
     study: OptimisationStudy
@@ -80,7 +81,9 @@ class Rivals:
     known: NDArray
 
     @classmethod
-    def of(cls, study: OptimisationStudy, values: Sequence[NDArray], known: Sequence[Sequence[float]]) -> Rivals | None:
+    def of(
+        cls, study: OptimisationStudy, values: Sequence[NDArray], known: Sequence[Sequence[float]]
+    ) -> Incumbents | None:
         """Those of designs with ``values`` (response, sample); None without any, or without stages.
 
         ``known`` holds the statistics of each, as ``study.statistics`` names them.
@@ -92,9 +95,9 @@ class Rivals:
         return cls(study=study, early=early, known=np.array(known))
 
     def beating(self, values: NDArray, numbers: Sequence[float] = ()) -> int | None:
-        """The rival that beats a design by the most standard errors, from its first samples, (response, sample).
+        """The incumbent that beats a design by the most standard errors, from its first samples, (response, sample).
 
-        ``numbers`` are those of the study. None where no rival is better in every objective by more than
+        ``numbers`` are those of the study. None where no incumbent is better in every objective by more than
         ``STANDARD_ERRORS``.
         """
         scores = np.full(len(self.known), math.inf)
@@ -108,7 +111,7 @@ class Rivals:
     def difference(
         self, objective: Objective, values: NDArray, numbers: Sequence[float] = ()
     ) -> tuple[NDArray, NDArray]:
-        """D̂ of an objective to each rival and its standard error s, (rival,); ``values`` as in ``beating``."""
+        """D̂ of an objective to each incumbent and its standard error s, (incumbent,); ``values`` as in ``beating``."""
         n = values.shape[1]
         D, influence = np.zeros(len(self.known)), np.zeros((len(self.known), n))
         for name, weight in objective.weights.items():
@@ -133,12 +136,12 @@ class Rivals:
         assert found is not None
         return self.study.responses.index(found[0]), found[1]
 
-    def estimate(self, values: NDArray, rival: int, numbers: Sequence[float] = ()) -> NDArray:
-        """Statistics over all samples of a design that ``rival`` beats, (statistic,), from its first samples."""
+    def estimate(self, values: NDArray, incumbent: int, numbers: Sequence[float] = ()) -> NDArray:
+        """Statistics over all samples of a design that ``incumbent`` beats, (statistic,), from its first samples."""
         mine = statistics(values, numbers)
-        theirs = statistics(self.early[rival][:, : values.shape[1]], numbers)
+        theirs = statistics(self.early[incumbent][:, : values.shape[1]], numbers)
         certain = np.array([name.endswith("_max") or name in self.study.numbers for name in self.study.statistics])
-        return np.where(certain, mine, np.maximum(self.known[rival] + (mine - theirs), 0.0))
+        return np.where(certain, mine, np.maximum(self.known[incumbent] + (mine - theirs), 0.0))
 
 
 def _mean(x: NDArray) -> tuple[NDArray, NDArray]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from gearbench.optimisation.archive import Archive
 from gearbench.optimisation.dataset import front_dataset
 from gearbench.optimisation.problem import Evaluation
-from gearbench.optimisation.racing import Rivals, spread
+from gearbench.optimisation.racing import Incumbents, spread
 from gearbench.optimisation.search import Search
 from gearbench.optimisation.store import Store
 from gearbench.optimisation.study import Design, OptimisationStudy
@@ -144,7 +144,7 @@ class _Run:
         unknown = self._archive.unknown(designs)
         new: dict[Design, Evaluation] = {}
         feasible = 0
-        for design, result in evaluations(self._workers, self._study, unknown, self._rivals() if unknown else None):
+        for design, result in evaluations(self._workers, self._study, unknown, self._incumbents() if unknown else None):
             new[design] = result
             feasible += result.feasible
             self._evaluated += 1
@@ -154,7 +154,7 @@ class _Run:
             self._store.write(generation, designs, results)
         return results
 
-    def _rivals(self) -> Rivals | None:
+    def _incumbents(self) -> Incumbents | None:
         """Some of the front, to race against; of designs read from disk the samples are computed again."""
         archive = self._archive
         if not self._study.robustness.racing or not archive.front:
@@ -165,7 +165,7 @@ class _Run:
             assert result.values is not None
             archive.responses[missing[design]] = result.values
         values = [archive.responses[i] for i in chosen]
-        return Rivals.of(self._study, values, [archive.result(i).statistics for i in chosen])
+        return Incumbents.of(self._study, values, [archive.result(i).statistics for i in chosen])
 
     def _report(self, part: float, new: int = 0, feasible: int = 0) -> None:
         """Report the finished generations, and of the current one the ``part`` done: ``new`` designs."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gearbench.errors import InputError
 from gearbench.optimisation.conditions import Condition
-from gearbench.optimisation.designs import OF_SCENE, Designs
+from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.store import FRONT, STUDY
 from gearbench.results.netcdf import load
 from gearbench.results.responses import split_statistic
@@ -154,7 +154,7 @@ def select(
     ranking = _ranking(designs, rank if rank is not None else _objectives(designs), worst_case)
     # quantities computed from the scene come last, for the designs that are left
     found = [replace(c, name=designs.find("where", c.name)) for c in where]
-    ordered = sorted(found, key=lambda c: c.name in OF_SCENE)
+    ordered = sorted(found, key=lambda c: c.name not in designs.dataset)
     kept = [("feasible", numbers)]
     for condition in ordered:
         numbers = numbers[condition.holds(designs.values(condition.name, numbers))]
@@ -185,7 +185,7 @@ def _ranking(designs: Designs, rank: Mapping[str, float], worst_case: bool) -> d
             found = f"{statistic[0]}_max"
         full[found] = full.get(found, 0.0) + weight
     for name in full:
-        if name not in OF_SCENE and designs.dataset[name].dtype.kind not in "iufb":
+        if name in designs.dataset and designs.dataset[name].dtype.kind not in "iufb":
             raise InputError("rank", name, "must be a number")
     return full
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.errors import InputError
+from gearbench.errors import InputError, one_of
 from gearbench.optimisation.numbers import NUMBERS
 from gearbench.optimisation.variables import Value, Variable
 from gearbench.results.responses import STATISTICS, is_over_speed, responses, split_statistic, statistics_of
@@ -49,8 +49,8 @@ class Objective:
             raise InputError("weights", "none", "must name at least one statistic")
         for name in self.weights:
             if split_statistic(name) is None and name not in NUMBERS:
-                names = f"{', '.join(responses())}, each with _{', _'.join(STATISTICS)}"
-                raise InputError(name, "unknown statistic", f"allowed: {names}; {', '.join(NUMBERS)}")
+                every = [f"{each}_{statistic}" for each in responses() for statistic in STATISTICS]
+                raise InputError(name, "unknown statistic", one_of(name, (*every, *NUMBERS)))
 
     @property
     def label(self) -> str:

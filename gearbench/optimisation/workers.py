@@ -17,7 +17,7 @@ from gearbench.budget import shared
 from gearbench.errors import GearbenchError
 from gearbench.optimisation.executors import DaskPool, Pool, ProcessPool, identity, require_same
 from gearbench.optimisation.problem import Evaluation, evaluate, macro_geometry
-from gearbench.optimisation.racing import Rivals
+from gearbench.optimisation.racing import Incumbents
 from gearbench.optimisation.study import Design, OptimisationStudy
 from gearbench.threads import default_threads, single_threaded_blas
 
@@ -72,7 +72,7 @@ class Workers:
         GearbenchError, InputError
             If the connection to the workers is lost, or one of them runs other code.
         """
-        waiting, work, whole = deque(items), pickle.dumps(function), False
+        waiting, whole = deque(items), False
         try:
             with single_threaded_blas(), shared(self._pool.count):
                 while waiting and not self._ready():
@@ -81,10 +81,11 @@ class Workers:
                     self._spent += time.thread_time() - start
                     if self._warming is None and self._spent > self._after and self._pool.count > 1:
                         # each worker loads its kernels; what comes out is known already
+                        work = pickle.dumps(function)
                         self._warming = [self._submit(work, [item]) for _ in range(self._pool.count)]
                     yield item, result
             if waiting:
-                yield from self._side_by_side(self._pool.common(work), waiting)
+                yield from self._side_by_side(self._pool.common(pickle.dumps(function)), waiting)
             whole = True
         except self._pool.disconnected:
             reason = "the connection to the scheduler is lost: start it again, and continue with --resume"
@@ -144,7 +145,7 @@ def open_workers(scheduler: str | None = None, threads: int | None = None, after
 
 
 def evaluations(
-    workers: Workers, study: OptimisationStudy, designs: Sequence[Design], rivals: Rivals | None = None
+    workers: Workers, study: OptimisationStudy, designs: Sequence[Design], incumbents: Incumbents | None = None
 ) -> Iterator[tuple[Design, Evaluation]]:
     """Designs and their evaluations, as they come; see ``problem.evaluate``.
 
@@ -156,7 +157,7 @@ def evaluations(
     # those that share the compliance of a tooth follow each other
     ordered = sorted(designs, key=lambda design: macro_geometry(study, design))
     try:
-        yield from workers.map(partial(evaluate, study, rivals=rivals), ordered)
+        yield from workers.map(partial(evaluate, study, incumbents=incumbents), ordered)
     except LostError as error:
         values = ", ".join(f"{name} = {value}" for name, value in study.values(error.item).items())
         raise GearbenchError(f"the design {values} ended two worker processes: too little memory?") from None

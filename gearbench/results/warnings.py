@@ -39,6 +39,8 @@ def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]
     on_line = scene.effect("hertz") is not None and scene.effect("off_line_contact") is None
     if on_line:
         found.append(f"contact is kept on the line of action and within the path of contact: {_OFF_LINE}")
+    if support(scene) == "rigid" and not scene.has_shafts:
+        found.append("teeth are rigid but for their contact: add [effects.tooth_bending] and [effects.gear_body]")
     if support(scene) == "clamped":
         found.append("teeth are clamped at their roots and too stiff: add [effects.gear_body]")
     if support(scene) == "ring" and tooth_bending(scene.effects_by_name, "solid") is not None:

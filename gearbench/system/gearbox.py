@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
-from gearbench.geometry.train import Mesh, Train
+from gearbench.geometry.train import PAIR, Mesh, Train
 from gearbench.system.frame import MeshFrame
-from gearbench.system.schema import Seat, System
+from gearbench.system.schema import Hand, Seat, System
+from gearbench.system.schema import Mesh as Further
 from gearbench.system.shaft_model import Face, ShaftModel
 from gearbench.system.structure import Structure, structures
 
@@ -30,7 +31,7 @@ class Gearbox:
     system
         ``[system]`` of the scene; it has shafts.
     pairs
-        Name of each mesh → its pair; "" is the scene's own, and comes first.
+        Name of each mesh → its pair; "pair" is the scene's own, and comes first.
     torque
         On the pinion of the scene's own pair [N·m].
     wished
@@ -63,11 +64,12 @@ class Gearbox:
 
     @cached_property
     def train(self) -> Train:
-        """Gears and meshes; what sits at one position of a shaft with one number of teeth is one gear."""
+        """Gears and meshes; without names, one number of teeth at one position of a shaft is one gear."""
         gears, given = {}, {item.name: item.phase for item in self.system.meshes}
         for (mesh, role), (number, seat) in self.seats.items():
             body = self.pairs[mesh].gears[role]
-            gears[mesh, role] = f"gear of {body.teeth} teeth on {self._name(number)} at {seat.position:g} mm", number
+            alike = f"gear of {body.teeth} teeth on {self._name(number)} at {seat.position:g} mm"
+            gears[mesh, role] = seat.name or alike, number
         meshes = (
             Mesh(
                 name=mesh,
@@ -93,10 +95,14 @@ class Gearbox:
         """Whether the torque loads the coast flanks."""
         return self.torque < 0
 
+    @property
+    def _hands(self) -> dict[str, Hand]:
+        return {PAIR: self.system.hand, **{mesh.name: mesh.hand for mesh in self.system.meshes}}
+
     @cached_property
     def frames(self) -> dict[str, MeshFrame]:
         """How each pair stands between its shafts; of coast flanks as if it turned the other way."""
-        hands = {"": self.system.hand} | {mesh.name: mesh.hand for mesh in self.system.meshes}
+        hands = self._hands
         frames = {}
         for mesh, pair in self.pairs.items():
             x, y = self.train.across(mesh)
@@ -138,6 +144,27 @@ class Gearbox:
         free = [shaft.name for shaft in self.system.shafts if shaft.coupling is not None]
         wished = {name: abs(torque / self.torque) for name, torque in self.wished.items()}
         return {name: share * self.torque for name, share in self.train.torques(free, wished).items()}
+
+    def seen_from(self, mesh: str) -> System:
+        """The system with a further ``mesh`` as the scene's own pair, and that one as a further mesh."""
+        own = "the scene's own pair"
+        names = dict(zip(self.names, self.names, strict=True)) | {PAIR: own, mesh: PAIR}
+        hands = self._hands
+        shafts = tuple(
+            replace(
+                shaft,
+                axis=tuple(map(float, self.train.places[shaft.name])),
+                gears=tuple(replace(seat, mesh=names[seat.mesh]) for seat in shaft.gears),
+            )
+            for shaft in self.system.shafts
+        )
+        return replace(
+            self.system,
+            shafts=shafts,
+            hand=hands[mesh],
+            rotation="clockwise" if self.train.turn(mesh) > 0 else "counterclockwise",
+            meshes=tuple(Further(name=names[name], scene="", hand=hands[name]) for name in self.names if name != mesh),
+        )
 
     def force(self, mesh: str) -> float:
         """Transverse force along the line of action of a mesh [N]."""

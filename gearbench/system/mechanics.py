@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
+from gearbench.geometry.train import PAIR
 from gearbench.system.gearbox import Gearbox
 from gearbench.system.schema import Disc, Seat, System
 from gearbench.system.shaft_model import DENSITY, DYNAMIC_ELEMENTS, INERTIA, METRE, ShaftModel, add_disc
@@ -91,7 +92,9 @@ def shafts_at_rest(box: Gearbox, own: tuple[NDArray, NDArray] | None = None) -> 
             for (name, role), (seat, _) in box.seats.items():
                 if seat == number:
                     load[here] += (
-                        own[role] if own is not None and not name else box.force(name) * box.wrench(name, role, model)
+                        own[role]
+                        if own is not None and name == PAIR
+                        else box.force(name) * box.wrench(name, role, model)
                     )
         settled |= dict.fromkeys(structure.shafts, Settled(structure=structure, load=load))
     return tuple(settled[number] for number in range(len(box.models)))
@@ -191,11 +194,11 @@ def _without_massless(found: Mechanics, whole: Structure) -> Mechanics:
 
 def _mass(box: Gearbox, number: int, model: ShaftModel) -> NDArray:
     """Mass of a shaft with its gears, each gear once even if it meshes twice."""
-    M, seen = model.mass.copy(), []
+    M, seen = model.mass.copy(), set()
     for (mesh, role), (here, seat) in box.seats.items():
-        known = (seat.position, box.pairs[mesh].gears[role].teeth)
-        if here == number and known not in seen:
-            seen.append(known)
+        gear = box.train[mesh].gears[role]
+        if here == number and gear not in seen:
+            seen.add(gear)
             nodes = box.face_nodes(mesh, role, model)
             z = model.nodes[nodes] - model.nodes[nodes].mean()
             share = np.convolve(np.diff(z), [0.5, 0.5]) / np.ptp(z)

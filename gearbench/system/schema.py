@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.errors import InputError, one_of
 from gearbench.geometry.material import Material
+from gearbench.geometry.train import PAIR
 from gearbench.schema import STRICT
 from gearbench.system.bearing import Bearing
 from gearbench.system.body import Body
@@ -54,9 +55,11 @@ class Seat:
     Parameters
     ----------
     gear
-        "pinion" (it drives) or "wheel".
+        "pinion" (it drives) or "wheel"; of a scene of gears and meshes the name of the gear, and nothing else.
     mesh
         Name of a further mesh; this scene's own pair where absent.
+    name
+        Of the gear, where it takes part in several meshes.
     position
         Middle of the face, from the start of the shaft [mm].
     diameter
@@ -68,7 +71,8 @@ class Seat:
     """
 
     gear: Literal["pinion", "wheel"]
-    mesh: str = ""
+    mesh: Annotated[str, BeforeValidator(lambda name: name or PAIR)] = PAIR
+    name: str = ""
     position: Position
     diameter: Size | None = None
     mass: Inertia | None = None
@@ -263,10 +267,11 @@ class System:
 
     def __post_init__(self) -> None:
         for key, items in (("shafts", self.shafts), ("meshes", self.meshes), ("bodies", self.bodies)):
-            names = [item.name for item in items]
-            for number, name in enumerate(names):
-                if names.index(name) != number:
-                    raise InputError(f"{key}.{number}.name", name, "given twice: each name at most once")
+            taken = {PAIR} if key == "meshes" else set()
+            for number, item in enumerate(items):
+                if item.name in taken:
+                    raise InputError(f"{key}.{number}.name", item.name, "given twice: each name at most once")
+                taken.add(item.name)
         if not self.shafts:
             for key in ("meshes", "bodies"):
                 if getattr(self, key):
@@ -280,14 +285,14 @@ class System:
 
     def _check_seats(self) -> None:
         seats = [(seat.mesh, seat.gear) for shaft in self.shafts for seat in shaft.gears]
-        wanted = [(name, gear) for name in ("", *(m.name for m in self.meshes)) for gear in ("pinion", "wheel")]
+        wanted = [(name, gear) for name in (PAIR, *(m.name for m in self.meshes)) for gear in ("pinion", "wheel")]
         for seat in seats:
             if seat not in wanted:
                 raise InputError("shafts.gears.mesh", seat[0], f"must be one of {[m.name for m in self.meshes]}")
         for mesh, gear in wanted:
             count = seats.count((mesh, gear))
             if count != 1:
-                of = f" of mesh {mesh!r}" if mesh else ""
+                of = f" of mesh {mesh!r}" if mesh != PAIR else ""
                 raise InputError("shafts", f"{gear}{of} on {count} shafts", "must be on one")
 
     def _check_bodies(self) -> None:

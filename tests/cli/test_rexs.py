@@ -3,6 +3,7 @@
 import json
 import re
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import xarray as xr
 
 from gearbench.exchange.rexs import load_rexs
 from gearbench.exchange.rexs_document import children, read_rexs
+from gearbench.exchange.rexs_system import system_scene
 from gearbench.scene_file import load_scene
 from tests.support.paths import DATA
 
@@ -73,8 +75,13 @@ def test_a_circle_on_the_wrong_side_is_named_as_in_the_file(run, tmp_path, name,
 def test_a_stage_becomes_a_scene_file(run, tmp_path):
     target = tmp_path / "stage2.toml"
     assert run("rexs", SEW, "--scene", 2, target)[0] == 0
-    assert load_scene(target) == load_rexs(SEW, 2)
-    assert "# material not in the file" in target.read_text()
+    scene = load_scene(target)
+    document = read_rexs(SEW)
+    whole, notes = system_scene(document, 2)
+    assert replace(scene, system=None, further=()) == load_rexs(SEW, 2)
+    assert scene.system.shafts == whole.system.shafts
+    assert scene.further == whole.further
+    assert all(f"# {note}\n" in target.read_text() for note in notes)
 
 
 def test_options_of_rexs_need_a_rexs_file(run, tmp_path):

@@ -25,9 +25,9 @@ from gearbench.effort.apart import apart
 from gearbench.effort.clock import most_megabytes
 from gearbench.errors import InputError
 from gearbench.hunting import cycles_memory, hunting_cycle
-from gearbench.optimisation import polish as polishing
+from gearbench.optimisation import refinement
 from gearbench.optimisation import verify as verifying
-from gearbench.optimisation.polish import polish
+from gearbench.optimisation.refinement import refine
 from gearbench.optimisation.select import open_designs
 from gearbench.scene import Resolution, Scene
 from gearbench.scene_file import load_scene
@@ -218,13 +218,13 @@ def test_a_verification_beyond_the_memory_is_refused_before_any_of_it(monkeypatc
 
 def test_polished_designs_side_by_side_share_the_budget(monkeypatch, front):
     seen, whole = [], memory_limit()
-    monkeypatch.setattr(polishing, "continuous", lambda study: study)
+    monkeypatch.setattr(refinement, "continuous", lambda study: study)
 
     def looks(study: object, design: object, **_: object) -> None:
         seen.append(memory_limit())
         raise MemoryBudgetError("resolution", "large", "would not fit")
 
-    monkeypatch.setattr(polishing, "polish_one", looks)
+    monkeypatch.setattr(refinement, "refine_design", looks)
     with pytest.raises(MemoryBudgetError):
-        polish(front, threads=4)
+        refine(front, threads=4)
     assert {round(limit) for limit in seen} == {round(whole / 4)}

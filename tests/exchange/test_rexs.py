@@ -78,9 +78,10 @@ def test_torque_runs_along_the_shafts():
 @pytest.mark.parametrize("number", SIZES)
 def test_the_real_stages_simulate(number):
     scene = load_rexs(SEW, number)
+    scene = scene.without("gear_body") if scene.effect("gear_body") else scene
     dataset = simulate(scene)
     stiffness = float(dataset["mesh_stiffness_mean"])
-    # the norm's gears stand on their bodies, these teeth are clamped: finite elements put them at 2.1 to 2.3 of it
+    # the norm's gears stand on their bodies, these teeth here are clamped: finite elements put them at 2.1 to 2.3 of it
     norm = norm_stiffness(scene.pair).mesh * scene.pair.face_width
     assert 1.8 < stiffness / norm < 2.6
     # δ ≈ F/k: the contact law is not linear, its secant lies below its tangent
@@ -103,17 +104,30 @@ def test_a_real_stage_is_as_stiff_as_with_finite_elements():
 
 
 def test_bores_are_the_shafts_below_the_gears():
-    # read off the shaft sections by eye
-    bores = [(m.bore_diameter for m in (p.pinion, p.wheel)) for p in (load_rexs(SEW, n).pair for n in SIZES)]
-    np.testing.assert_allclose([list(pair) for pair in bores], [(10, 16), (14, 20), (18.403, 40)], rtol=1e-14)
+    # read off the shaft sections by eye: the pinions of stages 2 and 3 are cut into shafts of 14 and 18.4 mm
+    scenes = [load_rexs(SEW, n) for n in SIZES]
+    bores = [[member.bore_diameter for member in scene.pair.members] for scene in scenes]
+    assert bores == [[10, 16], [None, 20], [None, 40]]
+    assert [scene.effect("gear_body") is not None for scene in scenes] == [True, False, False]
+
+
+def test_teeth_on_bodies_are_softer_than_the_torsion_of_the_bodies():
+    scene = load_rexs(SEW, 1)
+    # thick discs held at their bores, turned by the force at the base circle
+    torsion = 0.0
+    for gear, member in zip(scene.pair.gears, scene.pair.members, strict=True):
+        bore, modulus = member.bore_diameter / 2, 210e3 / 2.6
+        hollow = 1 / bore**2 - 1 / gear.root_radius**2
+        torsion += gear.base_radius**2 * hollow / (4 * np.pi * modulus * gear.face_width)
+    assert float(simulate(scene)["mesh_stiffness_mean"]) < 1e-3 / torsion
 
 
 def test_what_is_assumed_is_said():
     document = read_rexs(SEW)
     notes = stage_scene(document, find_stage(document, 2)).notes
-    assert len(notes) == 7
+    assert len(notes) == 6
     for word in (
-        "bore of component 38: 14 mm",
+        "bore of component 52: 20 mm",
         "addendum",
         "dedendum",
         "fillet radius",

@@ -27,7 +27,7 @@ def test_stage_stands_on_the_shafts_of_the_file(stage):
     # the motor turns clockwise at 1400: the next shaft the other way, and so on
     assert scene.system.rotation == ("counterclockwise" if stage == 2 else "clockwise")
     torques = {1: 4.724562306435156, 2: 4.724562306435156 * 67 / 23, 3: 4.724562306435156 * 67 / 23 * 76 / 13}
-    assert_allclose(box.torques[""], torques[stage], rtol=1e-12)
+    assert_allclose(box.torques["pair"], torques[stage], rtol=1e-12)
     for other in {1, 2, 3} - {stage}:
         assert_allclose(box.torques[f"stage {other}"], torques[other], rtol=1e-9)
 

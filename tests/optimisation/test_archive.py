@@ -52,7 +52,7 @@ def designs(count: int, seed: int = 0) -> list[Design]:
     return list(zip(*columns, strict=True))
 
 
-def answer(study: OptimisationStudy, design: Design, rivals: object = None) -> Evaluation:
+def answer(study: OptimisationStudy, design: Design, incumbents: object = None) -> Evaluation:
     """An evaluation that costs nothing: numbers that follow from the gear, a third of them no gears."""
     u = [byte / 256 for byte in gear_key(study, design)]
     feasible = u[0] > 0.3

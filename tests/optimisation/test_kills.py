@@ -26,6 +26,7 @@ from gearbench import load_study, optimise
 from gearbench.optimisation.study import Algorithm, OptimisationStudy, Robustness
 from gearbench.optimisation.workers import AFTER
 from gearbench.results.netcdf import load
+from tests.support.campaign import many
 from tests.support.dask_processes import dask, scheduler
 from tests.support.paths import ROOT
 
@@ -179,30 +180,30 @@ def kill_and_resume(
 
 
 def test_kill_at_random_moments_and_resume(tmp_path):
-    kill_and_resume(6, STUDY, tmp_path, 1)
+    kill_and_resume(2, STUDY, tmp_path, 1)
 
 
 @pytest.mark.slow
-def test_two_hundred_kills_two_hundred_identical_results(tmp_path):
-    kill_and_resume(200, STUDY, tmp_path, 2, "--threads", "2")
+def test_many_kills_and_as_many_identical_results(tmp_path):
+    kill_and_resume(many(30), STUDY, tmp_path, 2, "--threads", "2")
 
 
 @pytest.mark.slow
 def test_kills_of_searches_that_start_their_own_workers(tmp_path):
-    kill_and_resume(6, STUDY, tmp_path, 4, "--scheduler", "local:2")
+    kill_and_resume(many(3), STUDY, tmp_path, 4, "--scheduler", "local:2")
 
 
 @pytest.mark.slow
 def test_kills_of_races(tmp_path):
     """A race that goes on computes the samples of its front again, which are not stored."""
-    kill_and_resume(30, RACING, tmp_path, 5, "--threads", "2")
+    kill_and_resume(many(8), RACING, tmp_path, 5, "--threads", "2")
 
 
 @pytest.mark.slow
 def test_kills_of_races_on_worker_processes(tmp_path):
     """From the first design on."""
     longer = replace(RACING, algorithm=Algorithm(population=16, generations=30, seed=2))
-    kill_and_resume(8, longer, tmp_path, 8, "--threads", "2", after=0.0)
+    kill_and_resume(many(3), longer, tmp_path, 8, "--threads", "2", after=0.0)
 
 
 def kill_a_worker(nannies: int, rng: random.Random) -> None:
@@ -230,7 +231,7 @@ def test_kills_of_dask_workers_in_races(tmp_path):
         began = time.monotonic()
         optimise(RACING, scheduler=address)
         duration = time.monotonic() - began
-        for i in range(20):
+        for i in range(many(5)):
             with killing(rng.uniform(0.0, duration), lambda: kill_a_worker(nannies.pid, rng)):
                 optimise(RACING, directory=tmp_path / str(i), scheduler=address)
             assert_as_if_nothing_had_happened(tmp_path / str(i), expected)

@@ -56,7 +56,8 @@ def forces_one_by_one(scene, speeds):
     h, found = model.receptances(model.groups[0], speeds, 5), []
     for k, δ in zip(cycles[0].mesh_stiffness[:16], cycles[0].transmission_error[:16], strict=True):
         rows = np.concatenate([problem.phases.weight[None], fourier_rows(problem.phases, np.arange(1, 11))])
-        drive = Excitation(stiffness=1e3 * (rows @ k)[None], error=1e-3 * (rows[:6] @ δ)[None], force=model.force)
+        motion = 1e-3 * (rows[:6] @ δ)[None]
+        drive = Excitation(stiffness=1e3 * (rows @ k)[None, None], motion=motion, force=np.zeros((1, 6)))
         found.append(np.sqrt((rms(solve(drive, h, model.stiffness)[1]) ** 2).mean()))
     return np.array(found)
 

@@ -11,7 +11,7 @@ from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.front import hypervolume, non_dominated
 from gearbench.optimisation.numbers import largest_pressure
 from gearbench.optimisation.problem import evaluate
-from gearbench.optimisation.racing import FIRST, Rivals, stages, statistics
+from gearbench.optimisation.racing import FIRST, Incumbents, stages, statistics
 from gearbench.optimisation.study import Algorithm, Limit, Objective, OptimisationStudy, Robustness
 from gearbench.optimisation.variables import Variable
 from gearbench.solution import solve_scene
@@ -37,8 +37,8 @@ def responses(rng: np.random.Generator, level: tuple[float, float], own: float =
     return np.array(level)[:, None] * (1 + shared) + own * rng.gamma(2.0, 0.5, (2, SAMPLES))
 
 
-def rivals_of(study: OptimisationStudy, *front: np.ndarray) -> Rivals | None:
-    return Rivals.of(study, front, [tuple(statistics(values)) for values in front])
+def rivals_of(study: OptimisationStudy, *front: np.ndarray) -> Incumbents | None:
+    return Incumbents.of(study, front, [tuple(statistics(values)) for values in front])
 
 
 MEANS = synthetic({f"{K}_mean": 1.0}, {f"{STE}_mean": 1.0})
@@ -66,8 +66,8 @@ def test_the_standard_error_is_that_of_the_difference(statistic, n):
         # random order: the first samples are a random draw of all
         order = rng.permutation(SAMPLES)
         mine, theirs = mine[:, order], theirs[:, order]
-        rivals = rivals_of(study, theirs)
-        D, s = rivals.difference(study.objectives[0], mine[:, :n])
+        incumbents = rivals_of(study, theirs)
+        D, s = incumbents.difference(study.objectives[0], mine[:, :n])
         scores.append((D[0] - (compute(mine[0]) - compute(theirs[0]))) / s[0])
     # of 400 normal numbers the standard deviation is known to 3.5 %; skewed responses add as much
     assert np.std(scores) == pytest.approx(1.0, abs=0.12)
@@ -79,55 +79,55 @@ def test_a_design_of_the_front_is_not_stopped():
     stopped = 0
     for seed in range(1000):
         rng = np.random.default_rng(seed)
-        rival = responses(rng, (1.0, 1.0))
+        incumbent = responses(rng, (1.0, 1.0))
         mine = responses(rng, (1.0, 2.0))
-        mine[0] += rival[0].mean() - mine[0].mean()
-        rivals = rivals_of(MEANS, rival)
-        stopped += any(rivals.beating(mine[:, :n]) is not None for n in stages(MEANS)[:-1])
+        mine[0] += incumbent[0].mean() - mine[0].mean()
+        incumbents = rivals_of(MEANS, incumbent)
+        stopped += any(incumbents.beating(mine[:, :n]) is not None for n in stages(MEANS)[:-1])
     assert stopped <= 1
 
 
 def test_a_design_that_is_clearly_beaten_stops_and_one_that_nearly_is_does_not():
     rng = np.random.default_rng(0)
     front = [responses(rng, (1.0, 3.0)), responses(rng, (2.0, 2.0)), responses(rng, (3.0, 1.0))]
-    rivals = rivals_of(MEANS, *front)
+    incumbents = rivals_of(MEANS, *front)
     beaten = responses(rng, (2.2, 2.2))
-    by = rivals.beating(beaten[:, :FIRST])
+    by = incumbents.beating(beaten[:, :FIRST])
     assert by == 1
-    assert rivals.beating(responses(rng, (1.4, 2.4))[:, :FIRST]) is None  # between two of the front
-    assert rivals.beating(front[1][:, :FIRST]) is None  # itself
+    assert incumbents.beating(responses(rng, (1.4, 2.4))[:, :FIRST]) is None  # between two of the front
+    assert incumbents.beating(front[1][:, :FIRST]) is None  # itself
     # far more standard errors than asked for: better in one objective alone does not do
-    assert rivals.beating(responses(rng, (9.0, 0.9))[:, :FIRST]) is None
+    assert incumbents.beating(responses(rng, (9.0, 0.9))[:, :FIRST]) is None
 
 
 def test_the_maximum_is_a_bound():
-    """A design whose largest value over all samples is below the rival's is never stopped, however few were seen."""
+    """A design whose largest value over all samples is below the incumbent's never stops, however few were seen."""
     study = synthetic({f"{K}_max": 1.0})
     for seed in range(200):
         rng = np.random.default_rng(seed)
-        rival, mine = responses(rng, (1.0, 1.0)), responses(rng, (1.0, 1.0))
-        mine[0] *= 0.999 * rival[0].max() / mine[0].max()
-        assert rivals_of(study, rival).beating(mine[:, :FIRST]) is None
-    mine[0] *= 1.2 * rival[0].max() / mine[0, :FIRST].max()
-    assert rivals_of(study, rival).beating(mine[:, :FIRST]) == 0
+        incumbent, mine = responses(rng, (1.0, 1.0)), responses(rng, (1.0, 1.0))
+        mine[0] *= 0.999 * incumbent[0].max() / mine[0].max()
+        assert rivals_of(study, incumbent).beating(mine[:, :FIRST]) is None
+    mine[0] *= 1.2 * incumbent[0].max() / mine[0, :FIRST].max()
+    assert rivals_of(study, incumbent).beating(mine[:, :FIRST]) == 0
 
 
 @pytest.mark.parametrize("names", [("mean", "mean"), ("std", "max")])
 def test_what_a_stopped_design_is_taken_to_have_is_dominated(names):
     study = synthetic({f"{K}_{names[0]}": 1.0}, {f"{STE}_mean": 0.5, f"{STE}_{names[1]}": 0.5})
     rng = np.random.default_rng(2)
-    rival, mine = responses(rng, (1.0, 1.0)), 2.0 * responses(rng, (1.0, 1.0))
-    rivals = rivals_of(study, rival)
-    assert rivals.beating(mine[:, :FIRST]) == 0
+    incumbent, mine = responses(rng, (1.0, 1.0)), 2.0 * responses(rng, (1.0, 1.0))
+    incumbents = rivals_of(study, incumbent)
+    assert incumbents.beating(mine[:, :FIRST]) == 0
     known, found, truth = (
         dict(zip(study.statistics, s, strict=True))
-        for s in (statistics(rival), rivals.estimate(mine[:, :FIRST], 0), statistics(mine))
+        for s in (statistics(incumbent), incumbents.estimate(mine[:, :FIRST], 0), statistics(mine))
     )
     for objective in study.objectives:
         assert objective.value(found) > objective.value(known)
     for name in (f"{K}_mean", f"{STE}_mean"):
         n = study.responses.index(name.removesuffix("_mean"))
-        D = (mine - rival)[n]
+        D = (mine - incumbent)[n]
         # within four standard errors of the difference, and nearer than the mean of the same few samples in most cases
         assert abs(found[name] - truth[name]) < 4 * D[:FIRST].std() * np.sqrt(1 / FIRST - 1 / SAMPLES)
 
@@ -162,6 +162,7 @@ def test_the_front_of_a_race_has_all_samples_and_is_that_of_the_whole(raced):
     assert np.abs(F / G - 1)[stopped].max() < 0.05
 
 
+@pytest.mark.slow
 def test_the_search_finds_as_much_as_without_racing(raced):
     other = optimise(replace(STUDY, robustness=Robustness(samples=512)), threads=1)
     F, G = (d["objective"].values[d["on_front"].values == 1] for d in (raced, other))
@@ -169,6 +170,7 @@ def test_the_search_finds_as_much_as_without_racing(raced):
     assert hypervolume(F / reference) >= 0.998 * hypervolume(G / reference)
 
 
+@pytest.mark.slow
 def test_threads_and_interruptions_do_not_change_a_race(raced, tmp_path):
     optimise(STUDY, directory=tmp_path, threads=2)
     for generation in (6, 7, 8):

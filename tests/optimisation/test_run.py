@@ -45,7 +45,7 @@ def study_file(tmp_path) -> Path:
     return path
 
 
-def noted(seen: list, study: OptimisationStudy, design: Design, rivals: object) -> Evaluation:
+def noted(seen: list, study: OptimisationStudy, design: Design, incumbents: object) -> Evaluation:
     seen.append(design)
     return evaluate(study, design)
 
@@ -326,6 +326,7 @@ main()
 """
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_one_line_and_keeps_what_was_stored(reference, study_file, tmp_path):
     folder = tmp_path / "out"
     optimise(STUDY, directory=folder)
@@ -341,6 +342,7 @@ def test_a_full_disk_is_one_line_and_keeps_what_was_stored(reference, study_file
     assert_same(optimise(STUDY, directory=folder, resume=True), reference)
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_the_generations_and_says_how_to_continue(reference, tmp_path):
     study = replace(STUDY, algorithm=replace(STUDY.algorithm, generations=500))
     path, folder = tmp_path / "study.toml", tmp_path / "out"

@@ -146,6 +146,7 @@ def tiny(monkeypatch):
     monkeypatch.setattr(searching, "QUICK", size)
 
 
+@pytest.mark.slow
 def test_an_interrupted_search_goes_on(tiny, tmp_path, monkeypatch):
     whole = search(3, quick=True, folder=None)
     tell = Tally.__call__
@@ -182,6 +183,7 @@ def dataset(tmp_path_factory) -> xr.Dataset:
     return load(path)
 
 
+@pytest.mark.slow
 def test_figures_and_tables_come_from_the_dataset(dataset, tmp_path):
     figures(dataset, tmp_path)
     drawn = {path.stem for path in tmp_path.glob("*.png")}

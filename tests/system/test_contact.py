@@ -214,7 +214,7 @@ def test_mean_force_balances_on_bearings():
     from gearbench.effects.shafts import flank_loads
 
     pinion, wheel = flank_loads(gears, solved.lines, solved.solution.force, weight)
-    n = scene.gearbox.frames[""].direction * scene.F_bt
+    n = scene.gearbox.frames["pair"].direction * scene.F_bt
     for load, sign in ((pinion, -1), (wheel, 1)):
         assert_allclose(load.reshape(-1, 6)[:, :3].sum(axis=0), sign * n, rtol=1e-9, atol=1e-6)
     assert_allclose(pinion[5::6].sum(), -1e3 * scene.load.torque, rtol=1e-9)

@@ -1,4 +1,4 @@
-"""Polishing a front: each of its designs improved over its continuous variables, in every objective at once.
+"""Refinement of a front: each of its designs improved over its continuous variables, in every objective at once.
 
 A search keeps to a grid where variables are stepped, and nears the best of real ones. From each design of the front,
 Σ_j f_j/s_j is made small (s_j: the front's extent in objective j) where no objective becomes worse than it was and the
@@ -49,7 +49,7 @@ def continuous(study: OptimisationStudy) -> OptimisationStudy:
     """
     variables = tuple(_released(variable) for variable in study.variables)
     if all(variable.kind != "real" for variable in variables):
-        raise InputError("variables", "all whole or listed", "nothing to polish: a variable of decimals is needed")
+        raise InputError("variables", "all whole or listed", "nothing to refine: a variable of decimals is needed")
     return replace(study, variables=variables, robustness=replace(study.robustness, racing=False))
 
 
@@ -61,14 +61,14 @@ def _released(variable: Variable) -> Variable:
     return replace(variable, min=float(grid[0]), max=float(grid[-1]), step=None)
 
 
-def polish(
+def refine(
     designs: Designs,
     *,
     evaluations: int = EVALUATIONS,
     threads: int | None = None,
     progress: Callable[[int, int], None] = lambda *_: None,
 ) -> xr.Dataset:
-    """Polish the front of a stored optimisation.
+    """Refine the front of a stored optimisation.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def polish(
 
     Returns
     -------
-    Dataset as of an optimisation of ``continuous(study)``, its designs those of the front polished: ``on_front`` among
+    Dataset as of an optimisation of ``continuous(study)``, its designs those of the front refined: ``on_front`` among
     them, ``objective_before``, their ``number`` in the front, and attributes ``hypervolume_before`` and
     ``hypervolume_after``, shares of the box below the front's reference point.
 
@@ -98,7 +98,7 @@ def polish(
     first = [_as_continuous(designs, study, int(number)) for number in numbers]
     F = designs.dataset["objective"].values[numbers]
     extent = np.where(np.ptp(F, axis=0) > 0, np.ptp(F, axis=0), np.abs(F).max(axis=0))
-    work = partial(polish_one, study, extent=extent, evaluations=evaluations)
+    work = partial(refine_design, study, extent=extent, evaluations=evaluations)
     found: dict[Design, tuple[Design, Evaluation, Evaluation]] = {}
     with open_workers(threads=threads) as workers:
         for design, answer in workers.map(work, first):
@@ -117,7 +117,7 @@ def _as_continuous(designs: Designs, study: OptimisationStudy, number: int) -> D
     )
 
 
-def polish_one(
+def refine_design(
     study: OptimisationStudy, design: Design, *, extent: NDArray, evaluations: int
 ) -> tuple[Design, Evaluation, Evaluation]:
     """The best design found from ``design``, its evaluation, and that of ``design``; itself where nothing is better."""
@@ -147,7 +147,7 @@ def polish_one(
 
 @dataclass(frozen=True, kw_only=True)
 class _Run:
-    """One design being polished; x are its continuous codes as shares of their ranges, (variable,)."""
+    """One design being refined; x are its continuous codes as shares of their ranges, (variable,)."""
 
     study: OptimisationStudy
     design: Design
@@ -162,7 +162,7 @@ class _Run:
 
     @property
     def start(self) -> NDArray:
-        """x of the design that is polished."""
+        """x of the design that is refined."""
         return np.array([(self.design[i] - low) / span for i, low, span in self._real])
 
     def codes(self, x: NDArray) -> Design:
@@ -204,11 +204,11 @@ class _Run:
 def _dataset(
     study: OptimisationStudy, numbers: NDArray, found: Sequence[tuple[Design, Evaluation, Evaluation]], box: NDArray
 ) -> xr.Dataset:
-    """Dataset of the polished designs; ``box`` is the reference point of the front."""
+    """Dataset of the refined designs; ``box`` is the reference point of the front."""
     from gearbench.results.provenance import run_provenance
 
-    polished = [design for design, _, _ in found]
-    dataset = designs_dataset(study, polished, [after for _, after, _ in found], [1] * len(found))
+    refined = [design for design, _, _ in found]
+    dataset = designs_dataset(study, refined, [after for _, after, _ in found], [1] * len(found))
     before = np.array([each.objectives(study) for _, _, each in found])
     after = dataset["objective"].values
     more = {
