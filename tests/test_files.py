@@ -131,8 +131,9 @@ def stored(tmp_path):
 GEARBOX = ROOT / "tests" / "data" / "sew_3_stage_cylindrical_gearbox_1.0.rexs"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not SEALED.is_dir(), reason="no /proc on this system")
-@pytest.mark.parametrize("folder", [SEALED, pytest.param(Path("missing"), marks=pytest.mark.slow)])
+@pytest.mark.parametrize("folder", [SEALED, Path("missing")])
 def test_commands_end_with_one_line_where_they_cannot_write(run, stored, tmp_path, monkeypatch, folder):
     monkeypatch.chdir(tmp_path)
     scene = EXAMPLES / "sc.toml"

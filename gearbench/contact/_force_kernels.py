@@ -287,34 +287,24 @@ def response(psi, block, H):
 
 
 @entry()
-def responses(active, factor, block, H):
-    """Fill H (position, n, n) of the active segments of each position, side by side."""
-    for i in range(active.shape[0]):
-        segment = np.flatnonzero(active[i])
-        response(factor[i][segment], block[segment], H[i, : segment.size, : segment.size])
-
-
-@entry()
-def solve_coupled(problem, H, q, delta, enough, limit, force, stiffness, steps):
+def solve_coupled(problem, q, delta, enough, limit, force, stiffness, steps):
     """Solve every position of a problem whose segments share amplitudes q (position, block, rank).
 
     q and δ are the guess, δ = −∞ for none, and afterwards the solution. Fills forces, ∂F/∂δ and the numbers of steps.
-    H as by ``responses``, or empty. Where the last step is taken early, a position without a guess begins from the
-    forces of the one before it.
+    Where the last step is taken early, a position without a guess begins from the forces of the one before it.
     """
     p = problem
     positions, n = p.gap.shape
     B, work, none = np.empty((n, n + 1)), np.empty((ROWS + 1, n)), delta == -math.inf
-    own_H, own_constants = np.empty((n, n)), np.empty((CONSTANTS, n))
+    H, own_constants = np.empty((n, n)), np.empty((CONSTANTS, n))
     own_scratch, loaded = np.empty((SCRATCH + 1, n)), np.empty(n, dtype=np.int64)
     for i in range(positions):
         segment = np.flatnonzero(p.active[i])
         m, own = segment.size, np.empty(segment.size)
         a, h, soft, gap = p.a[i][segment], p.h[i][segment], p.soft[i][segment], p.gap[i][segment]
         psi, part, active = p.factor[i][segment], p.block[i][segment], p.active[i][segment]
-        here = H[i, :m, :m] if H.size else own_H[:m, :m]
-        if not H.size:
-            response(psi, part, here)
+        here = H[:m, :m]
+        response(psi, part, here)
         constants = own_constants[:, :m]
         law_constants(a, h, soft, constants)
         if none[i]:

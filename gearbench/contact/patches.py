@@ -8,7 +8,6 @@ these positions changes loads, deflections and stiffness by its square only, and
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 
@@ -45,39 +44,11 @@ def solve_patches(problem: ContactProblem, guess: Guess | None = None) -> Contac
     if problem.along is None:
         return solve(problem, guess)
     coarse = solve_roughly(problem, guess, ON_CELLS)
-    solution, changes = from_cells(problem, guess, coarse, [None] * ROUNDS)
-    for change in changes:
-        guess.q[:] += change.q
-        guess.delta[:] += change.delta
-    return solution
-
-
-def from_cells(
-    problem: ContactProblem, guess: Guess, coarse: tuple[NDArray, NDArray], ahead: Sequence[Guess | None]
-) -> tuple[ContactSolution, list[Guess]]:
-    """Solution of ``problem`` on the patches of contact, from that on its cells: ``guess``, and approach and stiffness.
-
-    ``ahead``: what each round is expected to change. What it did is the second.
-
-    Raises
-    ------
-    ConvergenceError
-        If a residual stays above 1e-9.
-    """
-    last, changes, solution = Guess(q=guess.q.copy(), delta=guess.delta.copy()), [], None
-    for number, change in enumerate(ahead, 1):
-        patches, _ = on_patches(problem, last)
-        before = Guess(q=last.q.copy(), delta=last.delta.copy())
-        if change is not None:
-            last = Guess(q=last.q + change.q, delta=last.delta + change.delta)
-        if number < len(ahead):
-            coarse = solve_roughly(patches, last)
-        else:
-            solution = solve(patches, last)
-        changes.append(Guess(q=last.q - before.q, delta=last.delta - before.delta))
-    assert solution is not None
-    own = _forces(problem, last, solution)
-    return replace(solution, coarse_approach=coarse[0], coarse_stiffness=coarse[1], force=own), changes
+    for _ in range(ROUNDS - 1):
+        coarse = solve_roughly(on_patches(problem, guess)[0], guess)
+    solution = solve(on_patches(problem, guess)[0], guess)
+    own = _forces(problem, guess, solution)
+    return replace(solution, coarse_approach=coarse[0], coarse_stiffness=coarse[1], force=own)
 
 
 def _nodes(problem: ContactProblem, s: NDArray) -> tuple[NDArray, NDArray]:

@@ -79,19 +79,6 @@ def solve(problem: ContactProblem, guess: Guess | None = None) -> ContactSolutio
         guess.delta[:] = delta + least
     else:
         force, delta, stiffness, steps = solve_dense(p)
-    return proven(p, least, force, delta, stiffness, steps)
-
-
-def proven(
-    p: ContactProblem, least: NDArray, force: NDArray, delta: NDArray, stiffness: NDArray, steps: NDArray
-) -> ContactSolution:
-    """Solution of ``p`` with its residuals, from the arrays of ``newton``; ``least`` gaps are to be added to δ.
-
-    Raises
-    ------
-    ConvergenceError
-        If a residual stays above 1e-9.
-    """
     residual = _residual(p, force, delta)
     spoilt = np.flatnonzero(~(residual.max(axis=0) <= POLISH_LIMIT))
     if spoilt.size:
@@ -114,20 +101,17 @@ def proven(
     )
 
 
-def solve_roughly(
-    problem: ContactProblem, guess: Guess, enough: float = ROUGH, response: NDArray | None = None
-) -> tuple[NDArray, NDArray]:
+def solve_roughly(problem: ContactProblem, guess: Guess, enough: float = ROUGH) -> tuple[NDArray, NDArray]:
     """Approach δ_n [mm] and ∂F_bn/∂δ_n [N/mm], (position,), to ``enough`` and better where there is a contact law.
 
-    ``guess`` holds the solution afterwards. Nothing is proven about it: it is where others begin. ``response`` as for
-    ``newton``.
+    ``guess`` holds the solution afterwards. Nothing is proven about it: it is where others begin.
     """
     least, p = from_smallest(problem)
     if not has_law(p):
         solution = solve(problem, guess)
         return solution.approach, solution.stiffness
     guess.delta[:] -= least
-    _, delta, stiffness, _ = newton(p, guess=guess, enough=enough, response=response)
+    _, delta, stiffness, _ = newton(p, guess=guess, enough=enough)
     guess.delta[:] = delta + least
     return p.length_scale * guess.delta, p.force / p.length_scale * stiffness
 
@@ -158,13 +142,11 @@ def newton(
     limit: int = MAX_STEPS,
     guess: Guess | None = None,
     enough: float = 0.0,
-    response: NDArray | None = None,
 ) -> tuple[NDArray, NDArray, NDArray, NDArray]:
     """Forces (position, segment), δ, ∂F/∂δ and the numbers of steps, dimensionless, after at most ``limit`` steps.
 
     The smallest gap of each position must be zero. The amplitudes of ``guess`` become those of the solution. From a
-    residual of ``enough`` on one last step is taken, whose forces are those of the law linearised. ``response``: H,
-    where it is known.
+    residual of ``enough`` on one last step is taken, whose forces are those of the law linearised.
     """
     from gearbench.contact._force_kernels import solve_coupled
     from gearbench.contact._kernels import Work, solve_positions
@@ -175,7 +157,7 @@ def newton(
     delta = guess.delta.copy()
     found = guess.q, delta, enough, limit, force, stiffness, steps
     if by_forces(p):
-        solve_coupled(arrays(p), np.empty((0, 0, 0)) if response is None else response, *found)
+        solve_coupled(arrays(p), *found)
     else:
         solve_positions(arrays(p), Work.of(p.blocks, *p.factor.shape[:0:-1]), *found)
     return force, delta, stiffness, steps
@@ -187,17 +169,6 @@ def arrays(p: ContactProblem) -> Arrays:
 
     block = np.ascontiguousarray(np.broadcast_to(p.block, p.gap.shape))
     return Arrays(p.gap, p.a, p.h, p.soft, p.active, p.factor, block)
-
-
-def responses(p: ContactProblem) -> NDArray | None:
-    """H of the segments of each position for ``newton``, (position, n, n), where it takes any."""
-    from gearbench.contact._force_kernels import responses as fill
-
-    if not (has_law(p) and by_forces(p)):
-        return None
-    H = np.empty((len(p.gap), *2 * (int(p.active.sum(axis=1).max()),)))
-    fill(p.active, p.factor, p.block, H)
-    return H
 
 
 def law_forces(problem: ContactProblem, delta: NDArray, q: NDArray) -> NDArray:

@@ -61,20 +61,24 @@ class Variable:
             raise InputError("name", self.name, "must consist of letters, digits, underscores and dots")
         if not self.paths:
             raise InputError("paths", "none", "must name at least one key of the scene")
-        for one in ("sets", "values"):
-            if getattr(self, one) is None:
-                continue
-            if not getattr(self, one):
-                raise InputError(one, "none", "must hold at least one value")
-            for key in ("min", "max", "step") if one == "values" else ("min", "max", "step", "values"):
-                if getattr(self, key) is not None:
-                    raise InputError(key, getattr(self, key), f"conflicts with {one}: give one of the two")
-            for name, keys in (self.sets or {}).items():
-                if keys.keys() != set(self.paths):
-                    raise InputError(
-                        f"sets.{name}", ", ".join(keys), f"must set {', '.join(self.paths)}, as the others"
-                    )
-            return
+        if self.sets is not None:
+            self._check_listed("sets", ("min", "max", "step", "values"))
+        elif self.values is not None:
+            self._check_listed("values", ("min", "max", "step"))
+        else:
+            self._check_range()
+
+    def _check_listed(self, one: str, others: tuple[str, ...]) -> None:
+        if not getattr(self, one):
+            raise InputError(one, "none", "must hold at least one value")
+        for key in others:
+            if getattr(self, key) is not None:
+                raise InputError(key, getattr(self, key), f"conflicts with {one}: give one of the two")
+        for name, keys in (self.sets or {}).items():
+            if keys.keys() != set(self.paths):
+                raise InputError(f"sets.{name}", ", ".join(keys), f"must set {', '.join(self.paths)}, as the others")
+
+    def _check_range(self) -> None:
         for key in ("min", "max"):
             if getattr(self, key) is None:
                 raise InputError(key, "missing", "is required where values is absent")

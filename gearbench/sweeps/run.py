@@ -175,7 +175,7 @@ class _Solver:
             yield Point(*columns(solved, self.outputs))
 
     def _at(self, group: Sequence[Scene]) -> Iterator[Solved]:
-        return solve_group(group, self._shared, self.threads)
+        return solve_group(group, self._shared)
 
     def _chosen(self, group: Sequence[Scene]) -> list[Solved]:
         """Solutions at the resolution that the accuracy asks for."""
@@ -197,10 +197,8 @@ class _Solver:
         self.attrs = old | worst | {"accuracy_settings": "; ".join(filter(None, settings))} | sums
 
     def _sampled(self, group: Sequence[Scene]) -> Iterator[Point]:
-        at, how = self._shared.assembled(group[0], sampled=True), self.draws
-        names = tuple(dict.fromkeys((*MEASURED, *self.outputs)))
-        for scene in group:
-            problem = at.robust(scene)
+        how, names = self.draws, tuple(dict.fromkeys((*MEASURED, *self.outputs)))
+        for problem in self._shared.samples(group):
             errors = problem.draw(how["samples"], how["seed"], how["sampler"])
             answers, complete = respond(problem, errors, self.threads, names=names)
             if not complete:
@@ -243,7 +241,7 @@ def _groups(scene: Scene, axes: Sequence[Axis], *, sampled: bool) -> list[dict[t
         whole = scene_at(base, point)
         for name, at in whole.meshes.items():
             share = at.load.torque / whole.load.torque
-            own = [[at]] if torques is None else under_loads(at, [share * T for T in torques], sampled=sampled)
+            own = [[at]] if torques is None else under_loads(at, [share * T for T in torques])
             on_first = iter(torques or (whole.load.torque,))
             for scenes in own:
                 values = [point | {TORQUE: next(on_first), MESH: name} for _ in scenes]

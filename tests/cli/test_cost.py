@@ -58,6 +58,7 @@ def run(capsys, monkeypatch):
     return call
 
 
+@pytest.mark.slow
 def test_cost_prints_every_knob_and_writes_dataset_and_plot(run, tmp_path):
     scene = tmp_path / "small.toml"
     scene.write_text(SMALL, encoding="utf-8")

@@ -83,6 +83,7 @@ def test_parse_speeds():
         parse_speeds("1:2:3:4")
 
 
+@pytest.mark.slow
 def test_run_up_sounds_at_the_mesh_frequency():
     """Over a narrow range of speed the strongest line of the spectrum is an order of the mesh frequency."""
     data = response(spur_scene({}), speed=[2400.0, 2400.5], harmonics=2)
@@ -93,6 +94,7 @@ def test_run_up_sounds_at_the_mesh_frequency():
     assert np.abs(peak - orders).min() < 1.0
 
 
+@pytest.mark.slow
 def test_figures_of_meshes_stay_in_their_folder_whatever_the_meshes_are_called(tmp_path):
     data = response(spur_scene({}), speed=[2000.0, 2400.0], harmonics=2)
     hostile = ["../../up", "a/b", "nul\0" + "x" * 300, r"$\frac{$"]

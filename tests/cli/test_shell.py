@@ -145,6 +145,7 @@ def test_no_escape_sequences_in_a_pipe():
         assert "\x1b" not in done.stdout + done.stderr
 
 
+@pytest.mark.slow
 def test_progress_on_a_terminal_only(study, tmp_path, run):
     line = re.compile(r"generation \d+/2, \d+ evaluated, .* left")
     assert line.search(on_a_terminal("optimise", study, "-o", tmp_path / "shown", COLUMNS="160"))

@@ -81,6 +81,7 @@ def work(path: str, cache: str) -> tuple[float, int]:
     return float(found["transmission_error_mean_error"][0]), len(render(found))
 
 
+@pytest.mark.slow
 def test_it_works_in_a_spawned_worker(scene, tmp_path):
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(1, mp_context=context) as pool:

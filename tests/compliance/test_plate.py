@@ -135,6 +135,7 @@ def segment_compliance(q: int) -> float:
     return float(load @ load)
 
 
+@pytest.mark.slow
 def test_declared_order_in_q_of_a_segment_of_constant_line_load():
     """Second order, with functions enough in height: a jump of the line load at the free edge.
 

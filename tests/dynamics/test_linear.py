@@ -53,7 +53,8 @@ def test_two_wheels_against_time_integration(seed):
     assert_allclose(series(f[0, 0], omega, t), force, atol=1e-6 * np.ptp(force))
 
 
-@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1])
 def test_chain_of_masses_against_time_integration(seed):
     """Four masses, two meshes of one frequency, a damper to ground."""
     rng = np.random.default_rng(seed)
@@ -272,6 +273,7 @@ def test_dataset_of_a_pair_on_shafts():
     assert float(slow["mesh_force_rms"].max()) < 1e-3 * scene.F_bt
 
 
+@pytest.mark.slow
 def test_relief_that_a_helical_stage_needs():
     """The numbers of docs/tutorial_response.md: largest RMS of the mesh force over the relief of both gears."""
     scene = load_scene(EXAMPLES / "shafts.toml")

@@ -79,6 +79,7 @@ def test_instability_and_orders_beyond_are_noted():
     assert "is excited by orders above 3 only, which are not computed: raise harmonics" in few.attrs["notes"]
 
 
+@pytest.mark.slow
 def test_scatter_says_where_samples_part():
     effects = {"hertz": {"law": "yang_sun"}, "manufacturing_errors": {"preset": "garambois2017"}}
     scene = spur_scene({"damping_ratio": 0.01}, effects=effects, segments=8, gauss_points=4)

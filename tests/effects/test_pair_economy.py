@@ -124,6 +124,7 @@ OWN: dict[str, dict[str, Any]] = {
 }
 
 
+@pytest.mark.slow
 def test_modules_of_keys_that_are_not_given_are_not_imported():
     body = BASE | {"effects": BASE["effects"] | {"gear_body": {}}}
     with_each = [{k: v for k, v in BASE.items() if k != "load" or "loads" not in own} | own for own in OWN.values()]

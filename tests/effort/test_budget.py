@@ -206,6 +206,7 @@ def test_the_search_for_an_accuracy_ends_at_its_memory_and_says_what_it_reached(
     assert len(str(found.value)) < 300
 
 
+@pytest.mark.slow
 # -- sweeps ------------------------------------------------------------------------------------------------------------
 def test_memory_of_the_points_of_a_sweep_is_predicted():
     scene, peaks = on_bodies(positions=16, segments=30), []

@@ -209,6 +209,7 @@ def test_an_outline_is_closed_by_its_body_and_has_the_teeth_asked_for():
     assert radius.min() < pinion.root_radius
 
 
+@pytest.mark.slow
 def test_curves_come_first_where_the_scatter_takes_long(monkeypatch):
     pytest.importorskip("bokeh")
     from bokeh.document import Document

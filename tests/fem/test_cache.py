@@ -110,6 +110,7 @@ def _write_and_read(arguments) -> bool:
     return whole
 
 
+@pytest.mark.slow
 def test_concurrent_writers_never_leave_half_a_file(tmp_path, spur):
     with multiprocessing.get_context("spawn").Pool(3) as pool:
         assert all(pool.map(_write_and_read, [(str(tmp_path / "entry.npz"), spur)] * 3))

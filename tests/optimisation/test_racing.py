@@ -162,6 +162,7 @@ def test_the_front_of_a_race_has_all_samples_and_is_that_of_the_whole(raced):
     assert np.abs(F / G - 1)[stopped].max() < 0.05
 
 
+@pytest.mark.slow
 def test_the_search_finds_as_much_as_without_racing(raced):
     other = optimise(replace(STUDY, robustness=Robustness(samples=512)), threads=1)
     F, G = (d["objective"].values[d["on_front"].values == 1] for d in (raced, other))
@@ -169,6 +170,7 @@ def test_the_search_finds_as_much_as_without_racing(raced):
     assert hypervolume(F / reference) >= 0.998 * hypervolume(G / reference)
 
 
+@pytest.mark.slow
 def test_threads_and_interruptions_do_not_change_a_race(raced, tmp_path):
     optimise(STUDY, directory=tmp_path, threads=2)
     for generation in (6, 7, 8):

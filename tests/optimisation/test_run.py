@@ -326,6 +326,7 @@ main()
 """
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_one_line_and_keeps_what_was_stored(reference, study_file, tmp_path):
     folder = tmp_path / "out"
     optimise(STUDY, directory=folder)
@@ -341,6 +342,7 @@ def test_a_full_disk_is_one_line_and_keeps_what_was_stored(reference, study_file
     assert_same(optimise(STUDY, directory=folder, resume=True), reference)
 
 
+@pytest.mark.slow
 def test_ctrl_c_keeps_the_generations_and_says_how_to_continue(reference, tmp_path):
     study = replace(STUDY, algorithm=replace(STUDY.algorithm, generations=500))
     path, folder = tmp_path / "study.toml", tmp_path / "out"

@@ -72,6 +72,7 @@ def test_rows_that_were_kept_are_gathered(kept, tmp_path):
     np.testing.assert_allclose(residual(found), residual(collected([row.isel(design=0)])), rtol=0.05)
 
 
+@pytest.mark.slow
 def test_figures_come_from_the_stored_dataset(kept, tmp_path):
     figures(kept, tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {"residual.png", "curves.png"}

@@ -146,6 +146,7 @@ def tiny(monkeypatch):
     monkeypatch.setattr(searching, "QUICK", size)
 
 
+@pytest.mark.slow
 def test_an_interrupted_search_goes_on(tiny, tmp_path, monkeypatch):
     whole = search(3, quick=True, folder=None)
     tell = Tally.__call__

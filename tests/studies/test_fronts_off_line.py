@@ -61,6 +61,7 @@ def test_a_gear_whose_rank_changes_is_found(kept):
     assert any("tool 3" in text for text, holds in checks(worse) if not holds)
 
 
+@pytest.mark.slow
 def test_figures_come_from_the_stored_dataset(kept, tmp_path):
     figures(kept, tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {"fronts.png", "table_2.png", "report.md"}

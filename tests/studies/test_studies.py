@@ -16,8 +16,8 @@ from tests.support.paths import ROOT
 
 ALL = sorted(module.name for module in iter_modules(studies.__path__) if module.ispkg)
 #: Studies whose quick size takes seconds; those of the fronts and of finite elements have tests of their own.
-QUICK = ("s02_sampling", "s03_error_modes")
-LONGER = [pytest.param(name, marks=pytest.mark.slow) for name in ("s01_table2", "s04_paper_validation")]
+QUICK = ("s03_error_modes",)
+LONGER = [pytest.param(name, marks=pytest.mark.slow) for name in ("s01_table2", "s02_sampling", "s04_paper_validation")]
 
 
 @pytest.mark.parametrize("name", ALL)
@@ -87,6 +87,7 @@ def test_a_model_beyond_a_limit_is_found(kept):
     assert "3.50 %" in failed[0]
 
 
+@pytest.mark.slow
 def test_the_figures_of_the_tooth_models_come_from_the_stored_dataset(kept, tmp_path):
     from studies.s05_tooth_models import figures
 
