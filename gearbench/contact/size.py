@@ -8,7 +8,6 @@ from collections.abc import Iterable
 from gearbench.budget import SMALL, memory_limit, require
 from gearbench.contact.smooth import joined_flanks
 from gearbench.effects.base import ComplianceEffect, Dense, LowRank
-from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.geometry.action import contact_lines, pair_indices
 from gearbench.scene import Scene
 
@@ -83,7 +82,11 @@ def _columns(scene: Scene) -> tuple[int, bool]:
     acting = [effect for effect in scene.acting_effects if isinstance(effect, ComplianceEffect)]
     beside = {effect.name: effect for effect in scene.acting_effects}
     columns, coupled, law, ready = 0, False, False, acting
-    meshed = tooth_bending(scene.effects_by_name, "finite_elements")
+    meshed = None
+    if "tooth_bending" in beside:
+        from gearbench.effects.tooth_bending import tooth_bending
+
+        meshed = tooth_bending(scene.effects_by_name, "finite_elements")
     if meshed is not None and meshed.missing_levels(scene.pair, scene.effects_by_name):
         columns, coupled = MOST_COLUMNS // 10, "gear_body" in beside
         ready = [effect for effect in acting if effect is not meshed]
