@@ -29,7 +29,7 @@ from gearbench.results.cycle import MeshCycle, Phases, fourier_rows
 from gearbench.results.origin import keeping
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
-from gearbench.scene import Scene
+from gearbench.scene import Scene, check_scene
 from gearbench.threads import single_threaded_blas
 
 if TYPE_CHECKING:
@@ -76,6 +76,7 @@ def hunting_cycle(scene: Scene, *, orders: float = ORDERS, threads: int = 1) -> 
     """
     import xarray as xr
 
+    check_scene(scene)
     start = time.perf_counter()
     cycle = _all_cycles(scene, orders, threads)
     curves = {"transmission_error": cycle.transmission_error, "mesh_stiffness": cycle.mesh_stiffness}

@@ -31,6 +31,9 @@ def ending() -> Iterator[None]:
     for number in (signal.SIGINT, signal.SIGTERM):
         if signal.getsignal(number) is not signal.SIG_IGN:
             before[number] = signal.signal(number, _on_signal)
+    unraisable = sys.unraisablehook
+    # an exception that a callback swallows is raised again by ``check``: not a word about it
+    sys.unraisablehook = lambda fault: None if _heard else unraisable(fault)
     try:
         yield
     except KeyboardInterrupt:
@@ -46,6 +49,7 @@ def ending() -> Iterator[None]:
             _end(_heard)
         raise
     finally:
+        sys.unraisablehook = unraisable
         for number, handler in before.items():
             signal.signal(number, handler)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+import os
 from collections.abc import Mapping
 from functools import cached_property
 from types import MappingProxyType
@@ -443,6 +444,19 @@ class Scene:
 
     def _repr_html_(self) -> str:
         return scene_html(self)
+
+
+def check_scene(scene: object) -> None:
+    """Refuse what is no scene.
+
+    Raises
+    ------
+    TypeError
+        Saying how a file becomes one.
+    """
+    if not isinstance(scene, Scene):
+        what = f"load_scene({scene!r})" if isinstance(scene, str | os.PathLike) else "a Scene"
+        raise TypeError(f"scene must be a Scene, not {type(scene).__name__}: give {what}")
 
 
 def digest(text: str) -> str:

@@ -13,7 +13,7 @@ from gearbench.results.cycle import peak_to_peak
 from gearbench.results.origin import keeping
 from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs, output
 from gearbench.results.solved import Solved
-from gearbench.scene import Scene
+from gearbench.scene import Scene, check_scene
 from gearbench.solution import dataset, solve_scene
 
 if TYPE_CHECKING:
@@ -64,6 +64,7 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
     >>> print(f"{float(dataset['mesh_stiffness_rms']):.0f} {dataset['mesh_stiffness_rms'].units}")
     18 %
     """
+    check_scene(scene)
     start = time.perf_counter()
     check_outputs(tuple(outputs))
     if scene.loads or scene.train is not None:

@@ -1,15 +1,17 @@
 """Scenes: a file and an object, the same thing."""
 
 from dataclasses import FrozenInstanceError, replace
+from functools import partial
 
 import pytest
 from pydantic import ValidationError
 
-from gearbench import load_scene
+from gearbench import hunting_cycle, load_scene, plan, response, robust, simulate, sweep
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.registry import EFFECTS, effect_class
 from gearbench.effects.tooth_bending import ToothBending
+from gearbench.errors import InputError, one_of
 from gearbench.library.garambois2017 import case, gear, table_2
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.scene_file import parse_scene
@@ -82,3 +84,30 @@ def test_derived_forces():
     assert scene.F_bt == pytest.approx(230e3 / pinion.base_radius, rel=1e-14)
     assert scene.F_bn > scene.F_bt
     assert isinstance(scene, Scene)
+
+
+@pytest.mark.parametrize("run", [simulate, robust, plan, sweep, hunting_cycle, partial(response, speed=900.0)])
+def test_a_file_in_place_of_a_scene_is_told_how_it_becomes_one(run):
+    with pytest.raises(TypeError, match=r"scene must be a Scene, not str: give load_scene\('case1.toml'\)"):
+        run("case1.toml")
+
+
+def test_a_wrong_centre_distance_blames_neither_gear():
+    tables = {"normal_module": 2.0, "face_width": 20.0, "pinion": {"teeth": 25}, "wheel": {"teeth": 40}}
+    effects = {"load": {"torque": 10.0}, "effects": {"hertz": {}}}
+    with pytest.raises(InputError, match=r"pair.centre_distance = 122: asks for a profile shift of .* 65 mm$"):
+        parse_scene({"pair": tables | {"centre_distance": 122.0}} | effects)
+
+
+def test_names_allowed_leave_out_the_one_refused_and_end_with_how_many_more():
+    text = one_of("peak", [f"name_{i}" for i in range(100)] + ["peak", "transmission_error_peak"])
+    assert text.startswith("did you mean transmission_error_peak? allowed: name_0, ")
+    assert text.endswith(" more")
+    assert ", peak" not in text
+    assert one_of("a", ["b", "c"]) == "allowed: b, c"
+
+
+def test_keys_that_files_may_not_have_are_not_offered():
+    with pytest.raises(InputError) as fault:
+        parse_scene({"further": 1})
+    assert "further" not in str(fault.value).partition("allowed")[2]

@@ -110,6 +110,22 @@ def progress_lines(*, quiet: bool, json: bool) -> Callable[[str], None]:
     return lambda line: print(line, file=sys.stderr) if shown else None
 
 
+def share(text: str) -> float:
+    """A number such as "1%" or "0.01".
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    from gearbench.errors import InputError
+
+    try:
+        return float(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
+    except ValueError:
+        raise InputError("accuracy", text, "must be a number such as 0.01 or 1%") from None
+
+
 def with_accuracy(scene: Scene, text: str | None) -> Scene:
     """``scene`` with the accuracy given on the command line, "1%" or "0.01", in place of its own, if any is given.
 
@@ -126,10 +142,7 @@ def with_accuracy(scene: Scene, text: str | None) -> Scene:
 
     if text is None:
         return scene
-    try:
-        value = float(text.removesuffix("%")) / (100 if text.endswith("%") else 1)
-    except ValueError:
-        raise InputError("accuracy", text, "must be a number such as 0.01 or 1%") from None
+    value = share(text)
     if replace(scene.resolution, accuracy=None) != Resolution():
         raise InputError("accuracy", text, "conflicts with the scene's [resolution]: give one of the two")
     return replace(scene, resolution=read(Resolution, {"accuracy": value}))

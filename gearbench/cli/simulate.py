@@ -74,8 +74,7 @@ def simulate(
     from gearbench.simulation import simulate as run
 
     loaded, notes = load_any(scene, stage, torque, load_case)
-    if loaded.has_shafts:
-        notes = (*notes, "transmission error and mesh stiffness include the deflections of shafts and bearings")
+    notes = (*notes, *_notes(loaded))
     for target in (output, report):
         if target is not None:
             check_target(target)
@@ -114,6 +113,16 @@ def simulate(
         lines = (*(f"warning: {each}" for each in cautions), *(f"note: {note}" for note in notes))
         for line in (*summary.warnings(dataset), *lines, *(f"wrote {path}" for path in written)):
             say(line)
+
+
+def _notes(scene: Scene) -> list[str]:
+    """How the results are to be understood."""
+    found = []
+    if any(getattr(effect, "positive", "") == "missing" for effect in scene.effects):
+        found.append('topography: positive deviations are missing material; for excess: positive = "excess"')
+    if scene.has_shafts:
+        found.append("transmission error and mesh stiffness include the deflections of shafts and bearings")
+    return found
 
 
 def _print(scene: Scene, dataset: xr.Dataset) -> None:

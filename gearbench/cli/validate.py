@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Memory, Quiet, Verbose, progress_lines, say
+from gearbench.cli.options import Json, Memory, Quiet, Verbose, progress_lines, say, share
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,11 +17,11 @@ Folder = Annotated[
     Path, typer.Option("--output", "-o", metavar="DIR", help="Write report.html and validation.nc into this folder.")
 ]
 Accuracy = Annotated[
-    float | None,
+    str | None,
     typer.Option(
-        min=1e-4,
-        max=0.1,
-        help="Relative error of the reference's compliance; chosen unless given, a fifth of the differences it judges.",
+        metavar="A",
+        help="Relative error of the reference's compliance, e.g. 1% or 0.01; a fifth of the differences it judges by "
+        "default.",
         show_default=False,
     ),
 ]
@@ -52,6 +52,7 @@ def validate(
 
     Example: gearbench validate examples/case1.toml examples/case2.toml -o validation
     """
+    from gearbench.errors import InputError
     from gearbench.scene_file import load_scene
     from gearbench.validation.comparison import check
     from gearbench.validation.comparison import validate as run
@@ -60,12 +61,15 @@ def validate(
     if contact:
         _contact(scenes, output, phases, quiet=quiet, json=json)
         return
+    wanted = None if accuracy is None else share(accuracy)
+    if wanted is not None and not 1e-4 <= wanted <= 0.1:
+        raise InputError("accuracy", accuracy, "must lie between 0.01% and 10%")
     loaded = [load_scene(path) for path in scenes]
     for path, scene in zip(scenes, loaded, strict=True):
         check(scene, str(path))
     folder = check_folder(output)
     report = progress_lines(quiet=quiet, json=json)
-    dataset = run(loaded, accuracy, lambda line: report(f"{line} …"))
+    dataset = run(loaded, wanted, lambda line: report(f"{line} …"))
     written = write(dataset, folder)
     if json:
         _print_json(dataset, written)

@@ -51,8 +51,6 @@ class Precision:
         How much of the smooth compliance is left out, see ``truncated_root``.
     newton
         Residual at which a sample takes its last Newton step, which squares it; the stiffness is that before it.
-    rounds
-        How often the ends of patches at the mean errors are found.
     coupled, stiffness
         Of conjugate gradients: sum of the residual forces at which they have converged, and their precision for the
         stiffness, which is good to its square.
@@ -60,14 +58,13 @@ class Precision:
 
     truncation: float
     newton: float
-    rounds: int
     coupled: float
     stiffness: float
 
 
 #: Answers of single problems to 1e-9, and to 1e-5.
-ROUNDING = Precision(truncation=0.0, newton=1e-10, rounds=ROUNDS, coupled=1e-11, stiffness=3e-6)
-SCATTER = Precision(truncation=1e-5, newton=1e-6, rounds=1, coupled=1e-7, stiffness=3e-4)
+ROUNDING = Precision(truncation=0.0, newton=1e-10, coupled=1e-11, stiffness=3e-6)
+SCATTER = Precision(truncation=1e-5, newton=1e-6, coupled=1e-7, stiffness=3e-4)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -233,7 +230,7 @@ def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUN
     ConvergenceError
         If the problem at the mean errors is not solved.
     """
-    problem, tilt, exact = _with_means(problem, precision.rounds)
+    problem, tilt, exact = _with_means(problem)
     problem = reduce_rank(problem, precision.truncation)
     order, present, count, blocks, firsts = _order(problem)
     _require_memory(problem, int(count.max()), gaps.modes.shape[2] + gaps.tilts.shape[2])
@@ -270,10 +267,10 @@ def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUN
     return replace(batch, missed=np.stack([exact[0] - approach, 1 + share * (exact[1] / stiffness - 1)]))
 
 
-def _with_means(problem: ContactProblem, rounds: int) -> tuple[ContactProblem, NDArray, tuple[NDArray, NDArray] | None]:
+def _with_means(problem: ContactProblem) -> tuple[ContactProblem, NDArray, tuple[NDArray, NDArray] | None]:
     """``problem`` with the mean gap of each cell, what the gap less the deflection gains along half of it, and δ and k.
 
-    These are on patches whose ends are found ``rounds`` times; None where segments are points.
+    These are on its patches of contact; None where segments are points.
     """
     along = problem.along
     if along is None:
@@ -281,7 +278,7 @@ def _with_means(problem: ContactProblem, rounds: int) -> tuple[ContactProblem, N
     guess = Guess.nothing(problem)
     exact = solve_roughly(problem, guess, ON_CELLS)
     s = compression(problem, along.lines, guess)
-    for _ in range(rounds):
+    for _ in range(ROUNDS):
         exact = solve_roughly(on_patches(problem, guess)[0], guess)
     if not np.isfinite(exact).all():
         raise ConvergenceError("contact not solved at the mean errors")

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +22,7 @@ from gearbench.contact.assemble import (
     Look,
     assemble,
     flank_separation,
+    gap_kinks,
     gaps_along,
     scene_lines,
     smooth_nodes,
@@ -52,60 +55,93 @@ def _fine(scene: Scene, phase: NDArray, *, exact: bool) -> tuple[ContactProblem,
     return assemble(scene, lines, truncation=COARSE_TRUNCATION, nodes=nodes), lines
 
 
-def births(
-    scene: Scene, look: Look, x: NDArray, greatest: NDArray, *, exact: bool = False
-) -> list[list[tuple[float, int]]]:
-    """x at which a pair takes (side 1) or leaves (−1) its load, from where the ``greatest`` compression is positive.
+class Birth(NamedTuple):
+    """A pair takes (side 1) or leaves (−1) its load at x = τ + k, under the load of this number."""
 
-    Under each load of the ``look``. Those of spur pairs that touch all along their lines are found from it alone where
-    that says well enough when they are: short patches would need finer lines.
+    load: int
+    x: float
+    side: int
+
+
+def births(scene: Scene, look: Look, x: NDArray, greatest: NDArray, *, exact: bool = False) -> list[Birth]:
+    """Births under each load of the ``look``, from where the ``greatest`` compression is positive.
+
+    Those of spur pairs that touch all along their lines are found from it alone where that says well enough when they
+    are: short patches would need finer lines.
 
     ``greatest`` (load, number of the pair · phase) belongs to x = τ + k, ascending, and is NaN where there is no line.
     ``exact``: each is found once more, and once more, from solutions of which nothing is left out.
     """
-    meshing = scene.pair.meshing
     loaded = np.nan_to_num(greatest, nan=-1.0) > 0
-    load, at = np.nonzero(loaded[:, 1:] != loaded[:, :-1])
-    known: list[tuple[int, float, int]] = []
-    if at.size and not (meshing.overlap_ratio or look.lines.cells or exact):
-        known, left = _from_look(scene, look, x, loaded, load, at)
-        load, at = load[left], at[left]
-    if at.size:
-        known += _between(scene, look.shares, x, loaded, load, at, exact=exact)
-    return [[(birth, side) for i, birth, side in known if i == j] for j in range(len(loaded))]
+    # a pair that carries at its first phase, or at its last, has taken its load before that, or leaves it after
+    carrying = np.pad(loaded, ((0, 0), (1, 1)))
+    load, at = np.nonzero(carrying[:, 1:] != carrying[:, :-1])
+    at -= 1
+    side = np.where(carrying[load, at + 1], -1, 1)
+    found = np.full(len(at), np.nan)
+    if not (scene.pair.meshing.overlap_ratio or look.lines.cells or exact):
+        amid = [1 <= i < len(x) - 2 and not _passages(scene, float(x[i - 1]), float(x[i + 2])) for i in at.tolist()]
+        some = np.flatnonzero(np.array(amid, dtype=bool))
+        if some.size:
+            found[some] = _from_look(scene, look, x, loaded, load[some], at[some])
+    left = np.flatnonzero(np.isnan(found))
+    if left.size:
+        beyond = np.concatenate([[x[0] - 1 / len(look.phase)], x, [x[-1] + 1 / len(look.phase)]])
+        low, high = beyond[at[left] + 1], beyond[at[left] + 2]
+        found[left] = _between(scene, look.shares[load[left]], low, high, exact=exact)
+    known = np.isfinite(found)
+    return [
+        Birth(*each) for each in zip(load[known].tolist(), found[known].tolist(), side[known].tolist(), strict=True)
+    ]
 
 
-def _between(
-    scene: Scene, shares: NDArray, x: NDArray, loaded: NDArray, load: NDArray, at: NDArray, *, exact: bool
-) -> list[tuple[int, float, int]]:
-    """Load, x and side of births between x[at] and x[at + 1], under the ``load`` of each: from solutions there."""
+def _passages(scene: Scene, low: float, high: float) -> list[float]:
+    """x between low and high at which a spur pair passes an end of the path or a kink of its gap: so do curves of x."""
     meshing = scene.pair.meshing
-    low, high = x[at], x[at + 1]
+    if meshing.overlap_ratio or flank_separation(scene) is not None:
+        return []
+    phases = meshing.phases_at((meshing.path_start, meshing.path_end, *gap_kinks(scene, None)[0]))
+    return sorted(x for phase in set(phases) for k in range(-1, 2) if low < (x := phase + math.floor(low) + k) < high)
+
+
+def _between(scene: Scene, share: NDArray, low: NDArray, high: NDArray, *, exact: bool) -> NDArray:
+    """x of births between low and high, under a share of the load each, from solutions there; NaN for none."""
+    meshing, given = scene.pair.meshing, np.array([low, high])
     if flank_separation(scene) is None:  # within the path of contact, whose ends are known beforehand
         low, high = np.maximum(low, -meshing.overlap_ratio), np.minimum(high, meshing.transverse_contact_ratio)
-    inside = low[:, None] + (high - low)[:, None] * np.array(BETWEEN)
-    margins = _margins(scene, inside, shares[load])
-    # beyond phases at which finer lines say otherwise, but not beyond the ends of a line
-    low, high = np.where(low == x[at], low - BEYOND, low), np.where(high == x[at + 1], high + BEYOND, high)
-    found: list[tuple[int, float, int]] = []
-    doubtful: list[tuple[int, float, int]] = []
-    for j, i, points, margin, a, b in zip(load.tolist(), at, inside, margins, low, high, strict=True):
-        birth = _zero(points, margin, a, b)
+    ends = [[a, *_passages(scene, a, b), b] for a, b in zip(low, high, strict=True)]
+    piece = np.array([(i, a, b) for i, each in enumerate(ends) for a, b in pairwise(each)])
+    change, begin, end = piece[:, 0].astype(int), piece[:, 1], piece[:, 2]
+    points = begin[:, None] + (end - begin)[:, None] * np.array(BETWEEN)
+    margins = _margins(scene, points, share[change])
+    # beyond phases at which finer lines say otherwise, but not beyond the ends of a line or where the approach jumps
+    begin, end = (
+        np.where(begin == given[0, change], begin - BEYOND, begin),
+        np.where(end == given[1, change], end + BEYOND, end),
+    )
+    found, sure = np.full(len(low), np.nan), np.ones(len(low), dtype=bool)
+    within = np.zeros((2, len(low)))
+    crossing = (margins[:, 1:] > 0) != (margins[:, :-1] > 0)
+    for i in crossing.any(axis=1).argsort(kind="stable").tolist():  # pieces on which the sign changes last: they decide
+        x, margin, a, b = points[i], margins[i], float(begin[i]), float(end[i])
+        birth = _zero(x, margin, a, b)
         if birth is None:  # a straight line goes on where polynomials turn
-            ends = np.abs(margin).argsort()[:2]
-            birth = _zero(points[ends], margin[ends], a, b)
-        if birth is not None:
-            near = np.sort(np.abs(points - birth).argsort()[:-1])
-            again = _zero(points[near], margin[near], a, b)
-            sure = again is not None and abs(again - birth) < KNOWN and not exact
-            (found if sure else doubtful).append((j, birth, -1 if loaded[j, i] else 1))
-    return found + _located(scene, shares, doubtful, NEAR if exact else NEAR[:1], exact=exact)
+            two = np.abs(margin).argsort()[:2]
+            birth = _zero(x[two], margin[two], a, b)
+        if birth is None:
+            continue
+        near = np.sort(np.abs(x - birth).argsort()[:-1])
+        again, j = _zero(x[near], margin[near], a, b), change[i]
+        found[j], within[:, j] = birth, (a, b)
+        sure[j] = again is not None and abs(again - birth) < KNOWN and not exact
+    left = np.flatnonzero(~sure)
+    if left.size:
+        found[left] = _located(scene, share[left], found[left], within[:, left], exact=exact)
+    return found
 
 
-def _from_look(
-    scene: Scene, look: Look, x: NDArray, loaded: NDArray, load: NDArray, at: NDArray
-) -> tuple[list[tuple[int, float, int]], NDArray]:
-    """Births of spur pairs between x[at] and x[at + 1], and which of them are not known so.
+def _from_look(scene: Scene, look: Look, x: NDArray, loaded: NDArray, load: NDArray, at: NDArray) -> NDArray:
+    """x of births of spur pairs between x[at] and x[at + 1]; NaN where they are not known so.
 
     By how much a pair would be pressed but for its gap, by gears that it does not carry, is a smooth curve at each node
     of its line: the cubic through the solutions around. The gap is known wherever it is asked for.
@@ -118,10 +154,9 @@ def _from_look(
     there = (around >= 0) & (around < len(x)) & active[position, pair]
     sole = active[position].sum(axis=-1) == 1
     carrying = there & loaded[load[:, None], pair * phases + phase]
-    from_here = (there & ~(carrying & sole)).all(axis=1)
-    known, left = np.flatnonzero(from_here), np.flatnonzero(~from_here).tolist()
+    known, births = np.flatnonzero((there & ~(carrying & sole)).all(axis=1)), np.full(len(at), np.nan)
     if not known.size:
-        return [], np.array(left)
+        return births
     load, at, pair, position, carrying = load[known], at[known], pair[known], position[known], carrying[known]
     # the solutions around, of those that carry once more without them
     part = part_of(look.problem, position.ravel())
@@ -142,19 +177,17 @@ def _from_look(
     lines = scene_lines(
         replace(scene, resolution=Resolution(positions=within.size, segments=shape[2])), within.ravel() - number
     )
-    own = np.arange(within.size), number.astype(int) - lines.index[0]
+    number = number.astype(int) - lines.index[0]
+    own = np.arange(within.size), np.clip(number, 0, lines.shape[1] - 1)
     gap = gaps_along(scene, lines)[own].reshape(*within.shape, shape[2], -1) / scale
-    exists = lines.active[own].reshape(within.shape)
+    exists = (lines.active[own] & (number == own[1])).reshape(within.shape)
     cubics = [np.linalg.solve(np.vander(nodes).T, np.vander(t, len(nodes)).T).T for nodes in (AROUND, AROUND[:3])]
     margins = [greatest_on_lines(np.einsum("tn,bn...->bt...", c, free[:, : c.shape[1]]) - gap) for c in cubics]
-    found = []
-    for i, (j, index) in enumerate(zip(load.tolist(), at, strict=True)):
+    for i in range(len(at)):
         of_four, of_three = (_change(within[i], np.where(exists[i], margin[i], -np.inf)) for margin in margins)
-        if of_four is None or of_three is None or abs(of_four - of_three) > KNOWN:
-            left.append(int(known[i]))
-        else:
-            found.append((j, of_four, -1 if loaded[j, index] else 1))
-    return found, np.sort(np.array(left, dtype=np.int64))
+        if of_four is not None and of_three is not None and abs(of_four - of_three) < KNOWN:
+            births[known[i]] = of_four
+    return births
 
 
 def _change(x: NDArray, values: NDArray) -> float | None:
@@ -202,19 +235,15 @@ def greatest_on_lines(s: NDArray) -> NDArray:
     return np.maximum(s.max(axis=-1), np.where(inside, vertex, -np.inf)).max(axis=-1)
 
 
-def _located(
-    scene: Scene, shares: NDArray, births: list[tuple[int, float, int]], reaches: tuple[float, ...], *, exact: bool
-) -> list[tuple[int, float, int]]:
-    """Births once more, from solutions as close to their x as each of ``reaches``."""
-    if not births:
-        return []
-    load, found, sides = map(np.array, zip(*births, strict=True))
-    for reach in reaches:
-        x = found[:, None] + reach * np.array([-1.0, 0.0, 1.0])
-        margins = _margins(scene, x, shares[load], exact=exact)
-        zeros = [_zero(at, m, at[0] - 2 * reach, at[2] + 2 * reach) for at, m in zip(x, margins, strict=True)]
+def _located(scene: Scene, share: NDArray, x: NDArray, within: NDArray, *, exact: bool) -> NDArray:
+    """Births at x once more, from solutions closer and closer to them, ``within`` (2, birth)."""
+    found = x.copy()
+    for reach in NEAR if exact else NEAR[:1]:
+        points = np.clip(found[:, None] + reach * np.array([-1.0, 0.0, 1.0]), *within[..., None])
+        margins = _margins(scene, points, share, exact=exact)
+        zeros = [_zero(at, m, at[0] - reach, at[2] + reach) for at, m in zip(points, margins, strict=True)]
         found = np.array([at if zero is None else zero for at, zero in zip(found, zeros, strict=True)])
-    return list(zip(load.tolist(), found.tolist(), sides.tolist(), strict=True))
+    return found
 
 
 def _zero(x: NDArray, values: NDArray, low: float, high: float) -> float | None:

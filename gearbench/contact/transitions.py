@@ -91,9 +91,9 @@ def transitions_of_loads(scene: Scene, shares: NDArray, *, exact: bool = False) 
     x = (lines.index[:, None] + look.phase).ravel()
     born = births(scene, look, x, on_line[:, 0], exact=exact)
     found = []
-    for curves, own, known in zip(on_line, born, _known(scene, x, on_line), strict=True):
+    for load, (curves, known) in enumerate(zip(on_line, _known(scene, x, on_line), strict=True)):
         changes = [Change(at % 1.0 % 1.0, rank, side) for at, rank, side in known]
-        changes += [Change(at % 1.0 % 1.0, 0, side) for at, side in own]
+        changes += [Change(each.x % 1.0 % 1.0, 0, each.side) for each in born if each.load == load]
         if scene.pair.meshing.overlap_ratio or lines.cells:
             changes += [Change(_root(x, curve, i) % 1.0 % 1.0, 1) for curve in curves[1:] for i in _sign_changes(curve)]
         found.append(changes)

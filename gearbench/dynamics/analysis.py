@@ -20,7 +20,7 @@ from gearbench.hunting import unlike
 from gearbench.results.origin import keeping
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
-from gearbench.scene import Scene
+from gearbench.scene import Scene, check_scene
 from gearbench.system.mechanics import DIRECTIONS
 from gearbench.threads import single_threaded_blas
 
@@ -65,6 +65,7 @@ def response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS) -> x
     InputError
         If there is no system, it does not hold together, or speeds and harmonics cannot be computed.
     """
+    check_scene(scene)
     start = time.perf_counter()
     speeds = check_speeds(speed)
     check_harmonics(harmonics)

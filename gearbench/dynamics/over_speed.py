@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from gearbench.dynamics.analysis import GROWTH, growth, spans
 from gearbench.dynamics.model import Group, Model
-from gearbench.dynamics.scatter import BLOCK, SampleCycles, force_rms, sample_problem
+from gearbench.dynamics.scatter import BLOCK, SampleCycles, force_rms
 from gearbench.errors import GearbenchError, InputError
 from gearbench.results.cycle import MeshCycle
-from gearbench.robustness.montecarlo import RobustProblem, respond
 from gearbench.scene import Scene
 
 
@@ -72,25 +71,9 @@ class ForceOverSpeed:
             squares += (values**2).sum(axis=0)
         return np.sqrt(squares / len(self.speeds))
 
-    @property
-    def shares_contact(self) -> bool:
-        """Whether cycles of the scene as they are serve ``of_cycles``: those on shafts do not, for these yield."""
-        return not self.scene.has_shafts
-
     @cached_property
     def without_errors(self) -> float:
         """That of the scene itself."""
         one = self.model.cycles[0].cycle
         δ, k = one.transmission_error[None], one.mesh_stiffness[None]
         return float(self.of_cycles(MeshCycle(phases=one.phases, transmission_error=δ, mesh_stiffness=k))[0])
-
-    @cached_property
-    def _problem(self) -> RobustProblem:
-        return sample_problem(self.model)
-
-    def of_samples(self, errors: NDArray) -> NDArray:
-        """RMS (sample,) [N] of error samples (sample, error) [µm]; raises ``KeyboardInterrupt`` if interrupted."""
-        found, complete = respond(self._problem, errors, names=(), more={"force": self.of_cycles})
-        if not complete:
-            raise KeyboardInterrupt
-        return found["force"]

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gearbench.contact.batch import ROUNDING, chunks, on_threads, solve_one_chunk
+from gearbench.contact.assemble import assemble
+from gearbench.contact.batch import chunks, on_threads, solve_one_chunk
 from gearbench.dynamics.analysis import GROWTH, HARMONICS, check_harmonics, check_speeds, growth, spans
 from gearbench.dynamics.balance import convolution, real
 from gearbench.dynamics.loaded_mesh import PER_MICROMETRE, LoadedMesh, order_rows
@@ -64,15 +65,14 @@ def sample_problem(model: Model) -> RobustProblem:
     InputError
         If the scene has no random errors.
     """
-    from gearbench.contact.assemble import assemble
-
     cycle = model.cycles[0]
     if require_errors(cycle.scene).centre_distance is not None:
         raise InputError(
             "effects.manufacturing_errors.centre_distance", "given", "is for robust: here axes keep theirs"
         )
-    phases, problem = cycle.cycle.phases, assemble(cycle.scene, cycle.lines, cycle.effects)
-    return replace(prepare_problem(cycle.scene, cycle.lines, phases.weight, problem, ROUNDING), phases=phases)
+    phases = cycle.cycle.phases
+    scene = replace(cycle.scene, resolution=replace(cycle.scene.resolution, gauss_points=phases.size))
+    return prepare_problem(scene, cycle.lines, phases.weight, assemble(scene, cycle.lines, cycle.effects))
 
 
 def sample_cycles(
@@ -128,6 +128,9 @@ def robust_response(
     threads: int | None = None,
 ) -> xr.Dataset:
     """Mesh force over speed under random manufacturing errors.
+
+    Percentiles are good to 1 % on the mean over speed. Gears on shafts tilt at once as the forces wander, without
+    inertia: there they are some 5 % low.
 
     Parameters
     ----------

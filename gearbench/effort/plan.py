@@ -22,7 +22,7 @@ from gearbench.optimisation.problem import evaluate, scene_of
 from gearbench.optimisation.search import Search
 from gearbench.optimisation.study import OptimisationStudy
 from gearbench.robustness.montecarlo import SAMPLES
-from gearbench.scene import Scene
+from gearbench.scene import Scene, check_scene
 from gearbench.threads import default_threads
 from gearbench.validation.reference import reference_memory, reference_scene
 
@@ -85,6 +85,7 @@ def plan(scene: Scene) -> Plan:
     Where it asks for an accuracy, with the settings that the search for them begins with. Mesh phases are those of the
     unloaded pair: changes of contact under load may add some.
     """
+    check_scene(scene)
     loads = max(len(scene.one_mesh.loads), 1)
     asked = scene.resolution.accuracy is not None
     scene = scene.under(scene.load) if loads > 1 else scene

@@ -102,6 +102,20 @@ class Designs:
         with naming(f"{self.source}, design {number}"):
             return scene_of(self.study, self.design(number))
 
+    def require_design(self, key: str, number: int, *, feasible: bool = False) -> None:
+        """Refuse what is no number of a design; ``key`` says where it was given.
+
+        Raises
+        ------
+        InputError
+            If there is no such design, or it must be feasible and is not.
+        """
+        count = self.dataset.sizes["design"]
+        if not 0 <= number < count:
+            raise InputError(key, number, f"must be the number of a design, 0 to {count - 1}")
+        if feasible and not self.dataset["feasible"].values[number]:
+            raise InputError(key, number, f"is not feasible: {self.dataset['reason'].values[number]}")
+
     def require_feasible(self, name: str = "feasible") -> NDArray:
         """Numbers of the designs that are ``name``, feasible or on_front.
 
@@ -158,6 +172,5 @@ def design_scene(dataset: xr.Dataset, design: int) -> Scene:
         If the Dataset is no optimisation's, there is no such design, or it makes no gear.
     """
     designs = Designs(dataset)
-    if not 0 <= design < dataset.sizes["design"]:
-        raise InputError("design", design, f"must lie within 0 to {dataset.sizes['design'] - 1}")
+    designs.require_design("design", design)
     return designs.scene(design)

@@ -203,7 +203,7 @@ class _Candidate:
         assert isinstance(kinds, ManufacturingErrors)
         unit = _unit(r.sampler, r.samples, len(kinds.variables(self.scene.pair)), r.seed)
         loads = self.scene.each_load
-        problems = self._robust_problems() if self._on_cycles else [None] * len(loads)
+        problems = self._robust_problems()
         values = np.empty((len(study.responses), 0))
         for stop in stages(study) if incumbents is not None else (r.samples,):
             errors = kinds.draw(unit[values.shape[1] : stop], self.scene.pair)
@@ -230,25 +230,18 @@ class _Candidate:
         shared, torques = Shared(), [each.load.torque for each in self.scene.each_load]
         return [problem for group in under_loads(self.scene, torques) for problem in shared.samples(group)]
 
-    def _responses(self, scene: Scene, problem: RobustProblem | None, errors: NDArray) -> NDArray:
+    def _responses(self, scene: Scene, problem: RobustProblem, errors: NDArray) -> NDArray:
         """Responses to ``errors`` (sample, error) [µm] under one load, (response, sample).
 
-        ``problem`` where a mesh cycle has some of them. An interruption raises ``KeyboardInterrupt``.
+        An interruption raises ``KeyboardInterrupt``.
         """
         from gearbench.robustness.montecarlo import respond
 
-        found: dict[str, NDArray] = {}
-        force = self.force(scene) if self._over_speed else None
-        if problem is not None:
-            # the dynamics takes its samples of the contact from those of the cycle, where they are the same
-            more = {"mesh_force": force.of_cycles} if force is not None and force.shares_contact else {}
-            answers, complete = respond(problem, errors, names=self._on_cycles, more=more)
-            if not complete:
-                raise KeyboardInterrupt
-            found = dict(answers.values)
-        if force is not None and "mesh_force" not in found:
-            found["mesh_force"] = force.of_samples(errors)
-        return np.array([found[name] for name in self.study.responses])
+        more = {"mesh_force": self.force(scene).of_cycles} if self._over_speed else {}
+        answers, complete = respond(problem, errors, names=self._on_cycles, more=more)
+        if not complete:
+            raise KeyboardInterrupt
+        return np.array([answers[name] for name in self.study.responses])
 
     def _numbers(self) -> tuple[float, ...]:
         """Numbers of the design among the objectives, over the loads as the study has it."""

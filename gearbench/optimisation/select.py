@@ -213,9 +213,5 @@ def chosen_scene(designs: Designs, number: int) -> Scene:
     InputError
         If there is no such design, or it is not feasible.
     """
-    count = designs.dataset.sizes["design"]
-    if not 0 <= number < count:
-        raise InputError("export", number, f"must be the number of a design, 0 to {count - 1}")
-    if not designs.dataset["feasible"].values[number]:
-        raise InputError("export", number, f"is not feasible: {designs.dataset['reason'].values[number]}")
+    designs.require_design("export", number, feasible=True)
     return replace(designs.scene(number), name=f"{designs.study.name or 'study'}, design {number}")

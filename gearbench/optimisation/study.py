@@ -249,9 +249,7 @@ class OptimisationStudy:
         """Names of the responses that are computed of each design."""
         asked = [split_statistic(name) for objective in self.objectives for name in objective.weights]
         names = [found[0] for found in asked if found]
-        # shafts that yield and shafts in motion are samples of their own: only those that are asked for
-        alone = bool(self.base.get("system", {}).get("shafts")) and bool(names) and all(map(is_over_speed, names))
-        return tuple(dict.fromkeys((*(() if alone else RESPONSES), *names)))
+        return tuple(dict.fromkeys((*RESPONSES, *names)))
 
     @cached_property
     def numbers(self) -> tuple[str, ...]:

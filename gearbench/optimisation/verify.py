@@ -121,8 +121,7 @@ def _numbers(designs: Designs, numbers: Sequence[int] | None) -> NDArray:
         return chosen[np.argsort(dataset["objective"].values[chosen, 0], kind="stable")]
     chosen = np.array(numbers, dtype=int)
     for number in chosen:
-        if not 0 <= number < dataset.sizes["design"] or not dataset["feasible"].values[number]:
-            raise InputError("design", int(number), "must be the number of a feasible design")
+        designs.require_design("design", int(number), feasible=True)
     return chosen
 
 

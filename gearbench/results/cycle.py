@@ -38,8 +38,8 @@ FALLS = (0.3, 0.95)
 #: the same of the lines of spur pairs, of peak-to-peak; and what is cut off compliances of one of the stiffness, of its
 #: mean: measured on gears in use.
 ALONG, ACROSS, CUT = 8e-6, 2e-5, 4e-5
-#: Points on each panel where peak-to-peak values look, and the last coefficient on one, over the range of the curve,
-#: above which they look between its Gauss points and the neighbours only.
+#: Points on each panel where peak-to-peak values look, and the last third of the coefficients on one, over the range of
+#: the curve, above which they look between its Gauss points and the neighbours only.
 FINE, STEEP = 201, 2e-2
 
 
@@ -155,7 +155,8 @@ def peak_to_peak(phases: Phases, values: NDArray) -> NDArray:
     if phases.size is None:
         return np.ptp(values, axis=-1)
     by_panel, fine = values.reshape(*values.shape[:-1], -1, phases.size), _on_panels(phases, values, FINE)
-    last = np.abs(by_panel @ legendre_transform(phases.size)[-1])
+    coefficient = np.abs(by_panel @ legendre_transform(phases.size).T)
+    last = coefficient[..., -max(1, phases.size // 3) :].sum(axis=-1)
     steep = (last > STEEP * np.ptp(values, axis=-1)[..., None]) & (phases.size > 4)
     if steep.any():
         low, high = _within(by_panel, fine, steep)

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.geometry.role import Role
 from gearbench.results.provenance import support
@@ -15,6 +14,7 @@ from gearbench.scene import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gearbench.effects.base import Effect
     from gearbench.geometry.pair import Pair
 
 #: Where a warning begins: σ_Hlim of case-hardened wrought steel of quality MQ, ISO 6336-5:2016 table 1 (1300 of quality
@@ -45,9 +45,8 @@ def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]
         found.append("teeth are clamped at their roots and too stiff: add [effects.gear_body]")
     if support(scene) == "ring" and tooth_bending(scene.effects_by_name, "solid") is not None:
         found += _unproven(pair)
-    errors = scene.effect("manufacturing_errors")
-    if isinstance(errors, ManufacturingErrors) and (largest := float(np.abs(errors.mean(pair)).max())):
-        found.append(f"random errors act with their means, up to {largest:.2g} µm: gearbench robust draws them")
+    if (errors := scene.effect("manufacturing_errors")) is not None:
+        found += _at_their_means(errors, pair)
     for role in Role:
         gear = pair.gears[role]
         tip = float(gear.normal_thickness(gear.tip_radius))
@@ -63,6 +62,16 @@ def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]
         limit = f"a case-hardened flank carries {HARDENED:.0f} MPa (ISO 6336-5)"
         found.append(f"contact pressure {p:.0f} MPa: {limit}{reason}")
     return tuple(found)
+
+
+def _at_their_means(errors: Effect, pair: Pair) -> list[str]:
+    """That random errors act with their means, where these are not zero."""
+    from gearbench.effects.manufacturing_errors import ManufacturingErrors
+
+    assert isinstance(errors, ManufacturingErrors)
+    largest = float(np.abs(errors.mean(pair)).max())
+    said = f"random errors act with their means, up to {largest:.2g} µm: gearbench robust draws them"
+    return [said] if largest else []
 
 
 def _unproven(pair: Pair) -> list[str]:

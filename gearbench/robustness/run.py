@@ -14,7 +14,7 @@ from gearbench.robustness.adaptive import choose_robust
 from gearbench.robustness.dataset import Run, robust_dataset
 from gearbench.robustness.montecarlo import SAMPLES, prepare_scene, respond
 from gearbench.robustness.sampling import Sampler
-from gearbench.scene import Scene
+from gearbench.scene import Scene, check_scene
 from gearbench.threads import default_threads
 
 if TYPE_CHECKING:
@@ -69,6 +69,7 @@ def robust(
     >>> dict(dataset.sizes)["sample"], dataset["mesh_stiffness_rms"].dims
     (64, ('sample',))
     """
+    check_scene(scene)
     start = time.perf_counter()
     if samples is not None and samples < 1:
         raise InputError("samples", samples, "must be at least 1")

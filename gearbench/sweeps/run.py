@@ -24,7 +24,7 @@ from gearbench.results.solved import Solved
 from gearbench.robustness.adaptive import LEFT
 from gearbench.robustness.dataset import Run, robust_dataset
 from gearbench.robustness.montecarlo import respond
-from gearbench.scene import Load, Resolution, Scene
+from gearbench.scene import Load, Resolution, Scene, check_scene
 from gearbench.scene_file import scene_at
 from gearbench.solution import columns
 from gearbench.sweeps.axes import MESH, Axis, axes_of, grid
@@ -89,6 +89,7 @@ def sweep(
     >>> sweep(load_scene("examples/sc.toml"), torque=[5.0, 10.0, 20.0])["transmission_error_mean"].dims
     ('torque',)
     """
+    check_scene(scene)
     start = time.perf_counter()
     check_outputs(tuple(outputs))
     swept = {**(ranges or {}), **keys}

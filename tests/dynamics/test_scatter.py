@@ -1,19 +1,20 @@
 """Scatter of the mesh force: each sample is the response of its own scene; statistics; refusals."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench import robust
+from gearbench.dynamics.analysis import response
 from gearbench.dynamics.balance import Excitation, solve
 from gearbench.dynamics.model import Model
-from gearbench.dynamics.scatter import force_rms, robust_response, sample_cycles
+from gearbench.dynamics.scatter import force_rms, robust_response, sample_cycles, sample_problem
 from gearbench.dynamics.waves import rms
-from gearbench.effects.off_line_contact import OffLineContact
+from gearbench.effects.base import GapEffect
+from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.errors import InputError
-from gearbench.robustness.montecarlo import prepare_phases, respond
 from tests.support.systems import spur_scene
 
 ERRORS = {"hertz": {}, "tooth_bending": {"basis": "paper"}, "manufacturing_errors": {"preset": "garambois2017"}}
@@ -37,24 +38,37 @@ def test_each_sample_is_solved_as_by_itself():
         assert_allclose([values[i] for values in found], rms(force)[:, 0], rtol=1e-9)
 
 
-@pytest.mark.parametrize("more", [(), (OffLineContact(),)], ids=["on the line", "off the line"])
-def test_samples_are_those_of_robust(more):
-    """The orders of a sample give the RMS of its transmission error that ``robust`` finds."""
-    base = scene(20.0)
-    model = Model(scene=replace(base, effects=(*base.effects, *more)))
-    cycles = sample_cycles(model, 240, samples=4, seed=1, sampler="sobol", threads=1)
-    phases, name = model.cycles[0].cycle.phases, "transmission_error_rms"
-    problem = prepare_phases(model.cycles[0].scene, phases.phase, phases.weight)
-    found, _ = respond(problem, problem.draw(4, 1, "sobol"), names=(name,))
-    assert_allclose(1e3 * rms(cycles.error), found[name], rtol=1e-5)  # orders above 240
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Drawn(GapEffect):
+    """Gap of one sample of the errors."""
+
+    errors: ManufacturingErrors
+    amounts: tuple
+    name: ClassVar[str] = "drawn"
+    summary: ClassVar[str] = ""
+    source: ClassVar[str] = ""
+    __eq__, __hash__ = object.__eq__, object.__hash__
+
+    def gap(self, lines):
+        return self.errors.expansion(lines, {self.errors.name: self.errors}).modes @ np.array(self.amounts)
 
 
-def test_samples_on_fine_panels_are_those_of_robust():
-    """``robust`` has panels of its own, the same for every sample: where they are fine both are the same."""
-    fine = scene(20.0, gauss_points=24)
-    cycles = sample_cycles(Model(scene=fine), 60, samples=4, seed=1, sampler="sobol", threads=1)
-    data = robust(fine, samples=4, seed=1)
-    assert_allclose(1e3 * rms(cycles.error), data["transmission_error_rms"], rtol=2e-4)
+@pytest.mark.parametrize("relief", [{}, {"tip_relief": {"amount": 10.0, "length": 1.0}, "crowning": {"amount": 5.0}}])
+def test_samples_at_default_settings_are_their_own_scenes(relief):
+    """The mean over 16 samples of responses of one scene each; damping is the scene's own, not each sample's."""
+    tables = ERRORS | {"tooth_bending": {"model": "plate", "order": [3, 3]}} | relief
+    base = spur_scene({"damping_ratio": 0.05}, helix=15.0, effects=tables, segments=15)
+    model = Model(scene=base, rows=1)
+    problem = sample_problem(model)
+    speeds, found = np.linspace(500, 8000, 40), []
+    for amounts in problem.expansion.amounts(problem.draw(16, 0, "sobol")):
+        drawn = Drawn(errors=problem.errors, amounts=tuple(amounts))
+        data = response(replace(base, effects=(*base.effects, drawn)), speed=speeds)
+        found.append(np.sqrt((data["mesh_force_rms"].values ** 2).mean()))
+    cycles = sample_cycles(model, 10, samples=16, seed=0, sampler="sobol", threads=1)
+    batch = np.sqrt((force_rms(model, model.groups[0], cycles, speeds, 1) ** 2).mean(axis=0))
+    assert_allclose(batch.mean(), np.mean(found), rtol=0.01 if relief else 0.02)
+    assert_allclose(batch, found, rtol=0.05)
 
 
 def test_statistics_are_those_of_the_samples():

@@ -1,6 +1,7 @@
 """Forces that wander over the face: the limit of slow speed, statics of the bearings, a model of many slices."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -8,8 +9,14 @@ from numpy.testing import assert_allclose
 
 from gearbench import simulate
 from gearbench.dynamics.analysis import response
+from gearbench.dynamics.balance import Excitation, receptances, solve
 from gearbench.dynamics.model import Model
+from gearbench.dynamics.modes import modes
+from gearbench.effects.base import ComplianceEffect, LineLaw
+from gearbench.effects.shafts import factor
 from gearbench.results.cycle import Phases, fourier_matrix
+from gearbench.system.gearbox import FACE_POINTS
+from gearbench.system.mechanics import mechanics, shafts_at_rest
 from tests.support.systems import shafts, spur_scene
 
 SUPPORT = {"radial_stiffness": 250.0, "axial_stiffness": 150.0}
@@ -57,3 +64,62 @@ def test_slow_response_is_the_simulation(seat, relief):
     forces = data["bearing_force_amplitude"].sel(bearing="input 2", direction=["x", "y"]).values[0, 0]
     assert_allclose(np.linalg.norm(forces), np.linalg.norm(expected), rtol=0.01)
     assert expected.max() > 1e-3 * scene.F_bt
+
+
+@dataclass(frozen=True, kw_only=True)
+class SoftTeeth(ComplianceEffect):
+    """Slices of teeth that yield by themselves, by a linear law."""
+
+    stiffness: float = 14e3
+    name: ClassVar[str] = "hertz"
+    summary: ClassVar[str] = ""
+    source: ClassVar[str] = ""
+
+    def compliance(self, lines, beside):
+        return LineLaw(a=np.full(lines.shape, 1 / self.stiffness), h=np.zeros(lines.shape))
+
+
+@pytest.mark.parametrize("helix", [0.0, 15.0])
+def test_bearing_forces_are_those_of_many_slices(helix):
+    """32 slices of teeth, each with its own spring k(t) between the shafts and with no resultants, over the speeds."""
+    scene = on_shafts("straddled", helix, TEETH)
+    scene = replace(scene, effects=(SoftTeeth(),), resolution=replace(scene.resolution, segments=32))
+    speeds, H = np.linspace(60, 8000, 24), 6
+    model = Model(scene=scene)
+    data = response(scene, speed=speeds, harmonics=H)
+    box, (η, weight) = scene.gearbox, FACE_POINTS
+    system = mechanics(box, shafts_at_rest(box), [np.eye(len(η))])
+    # length of all lines in each slice, over the phases
+    meshing, tau = scene.pair.meshing, (np.arange(512) + 0.5) / 512
+    b, pairs = meshing.face_width, np.arange(-4, 6)
+    y = b * (η + 1) / 2
+    u = meshing.path_start + np.add.outer(tau, pairs)[..., None] * meshing.base_pitch + y * np.tan(meshing.beta_b)
+    touching = ((u >= meshing.path_start) & (u <= meshing.path_end)).sum(axis=1)
+    k = SoftTeeth().stiffness * np.cos(meshing.beta_b) * touching * b / 2 * weight
+    # at rest at each phase: the slices on the compliance of the shafts, their spins held
+    mean = np.diag(k.mean(axis=0))
+    found = modes(system, mean, scene.system.damping_ratio)
+    rows = np.arange(len(η))
+    h = receptances(found, rows, 2 * np.pi / 60 * scene.pair.pinion.teeth * speeds, H)
+    # rigid teeth of rigid slices have no error: all that moves them is that k varies under the mean force
+    wave = np.exp(-2j * np.pi * np.outer(np.arange(2 * H + 1), tau)) / len(tau)
+    gears = model.cycles[0].on_shafts.gears
+    psi = [factor((gear,), [box.face_rows("", gear.role, gear.model)]) for gear in gears]
+    C = sum(part @ part.T for part in psi)
+    force = np.array([np.linalg.solve(C + np.diag(1 / each), np.ones(len(η))) for each in k])
+    force *= scene.F_bt / force.sum(axis=1, keepdims=True)
+    assert force.min() > 0
+    motion = force / k
+    drive = Excitation(
+        stiffness=np.einsum("nt,ti,ij->ijn", wave, k, np.eye(len(η))),
+        motion=(wave[: H + 1] @ motion).T,
+        force=(wave[: H + 1] @ force).T,
+    )
+    x, f = solve(drive, h, mean)
+    omega = 2 * np.pi / 60 * scene.pair.pinion.teeth * speeds[:, None] * np.arange(1, H + 1)
+    reach = found.everywhere(omega, rows)[2]
+    felt = np.einsum("snbr,srn->sbn", reach, (f - mean @ x)[..., 1:]).reshape(len(speeds), -1, 3, H)
+    ours = data["bearing_force_amplitude"].values[:, 0, :, :2]
+    theirs = 2 * np.abs(felt[:, :, :2])
+    for name, one, other in zip(data["bearing"].values, *(np.sqrt((v**2).sum(axis=(0, 2, 3))) for v in (ours, theirs)), strict=True):  # fmt: skip  # noqa: E501
+        assert_allclose(one, other, rtol=0.05, err_msg=str(name))
