@@ -249,8 +249,8 @@ class TrainTables:
         elif head in ("effects", "coast") and len(parts) > 1 and parts[1] in names:
             key = ".".join(["gears", names[parts[1]], *(["coast"] * (head == "coast")), parts[0], *parts[2:]])
         value = error.value
-        for label, name in names.items() if isinstance(value, str) else ():
-            value = value.replace(f"pair.{label}.", f"gears.{name}.")
+        for label, name in names.items():
+            value = value.replace(f"pair.{label}.", f"gears.{name}.") if isinstance(value, str) else value
         return InputError(key, value, error.allowed, error.file)
 
 
