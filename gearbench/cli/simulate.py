@@ -65,7 +65,6 @@ def simulate(
     A stage of a REXS file: gearbench simulate gearbox.rexs --stage 2 -o stage2.nc
     """
     from gearbench.cli import summary
-    from gearbench.errors import naming
     from gearbench.files import check_target
     from gearbench.results.netcdf import save
     from gearbench.results.origin import by_itself
@@ -81,9 +80,8 @@ def simulate(
     if report is not None:
         loaded.one_load  # noqa: B018, refuses several
     folder = plot_folder(plots)
-    with naming(scene):
-        asked = tuple(dict.fromkeys((*DEFAULT_OUTPUTS, *(also or ()), *SHOWN)))
-        dataset = run(with_accuracy(loaded, accuracy), outputs=asked)
+    asked = tuple(dict.fromkeys((*DEFAULT_OUTPUTS, *(also or ()), *SHOWN)))
+    dataset = run(with_accuracy(loaded, accuracy), outputs=asked)
     each = {name: by_itself(dataset, name) for name in loaded.meshes}
     cautions = [*dict.fromkeys(line for name, own in each.items() for line in warnings(loaded.meshes[name], own))]
     written = [save(dataset, output)] if output is not None else []
