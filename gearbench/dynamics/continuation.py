@@ -45,7 +45,10 @@ def at_fixed(system: System, z: NDArray, parameter: float, steps: int = 4 * NEWT
         size = np.abs(residual).max()
         if size <= TOLERANCE:
             return z
-        step = np.linalg.solve(J, residual)
+        try:
+            step = np.linalg.solve(J, residual)
+        except np.linalg.LinAlgError:
+            return None
         share = 1.0
         while share > 1e-3:
             new, J_new, _ = system(z - share * step, parameter)
@@ -85,7 +88,10 @@ def follow(
         return Curve(z=points[:, :-1], parameter=points[:, -1], ends=ends)
 
     while len(found) < POINTS:
-        tangent = _tangent(system, point, tangent)
+        try:
+            tangent = _tangent(system, point, tangent)
+        except np.linalg.LinAlgError:
+            return curve("lost")
         new, steps = _correct(system, point + step * tangent, tangent)
         while new is None or np.linalg.norm(new - point) > 3 * step:
             step /= 2

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -35,7 +36,7 @@ class Point:
     coords: Columns
     variables: Columns
 
-    @property
+    @cached_property
     def sizes(self) -> dict[str, int]:
         """Length of each dimension."""
         both = (*self.coords.values(), *self.variables.values())
@@ -84,7 +85,11 @@ def beside(parts: Sequence[Point | None], dim: str) -> Point:
     def joined(own: Sequence[Column | None]) -> Column:
         arrays = sorted((each for each in own if each is not None), key=lambda each: -len(each[0]))
         dims = list(dict.fromkeys(d for each in arrays for d in each[0]))
-        found = np.full((len(parts), *(sizes[d] for d in dims)), np.nan)
+        full = tuple(sizes[d] for d in dims)
+        whole = len(arrays) == len(parts) and all((d, np.shape(x)) == (tuple(dims), full) for d, x in arrays)
+        if whole and "error_name" not in dims:  # nothing to align
+            return (dim, *dims), np.stack([each[1] for each in own if each is not None])
+        found = np.full((len(parts), *full), np.nan)
         for i, (place, each) in enumerate(zip(places, own, strict=True)):
             if each is not None:
                 there: dict[str, Any] = {d: place[d] if d in each[0] else np.arange(sizes[d]) for d in dims}

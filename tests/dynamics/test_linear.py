@@ -11,6 +11,7 @@ from scipy.special import mathieu_a, mathieu_b
 
 from gearbench.dynamics.analysis import response
 from gearbench.dynamics.balance import Excitation, receptances, solve
+from gearbench.dynamics.model import Model
 from gearbench.dynamics.modes import modes
 from gearbench.dynamics.stability import multipliers
 from gearbench.errors import InputError
@@ -259,6 +260,18 @@ def test_equal_opposite_forces_cancel_to_rounding():
     _, _, reach = found.everywhere(omega[:, None] * np.arange(1, H + 1), np.arange(2))
     felt = [np.einsum("snbm,smn->sbn", reach * part, (f - k * x)[..., 1:]) for part in (1, np.array([1, 0]))]
     assert np.abs(felt[0]).max() < 1e-12 * np.abs(felt[1]).max()
+
+
+def test_stiff_bearings_leave_the_lowest_modes():
+    """Bearings of 1e10 N/µm: the twist of the coupled inertias stays, rigid bodies alone are left out."""
+    found = []
+    for stiffness in (1e6, 1e10):
+        ends = [{"position": p, "radial_stiffness": stiffness, "axial_stiffness": stiffness} for p in (0.0, 200.0)]
+        motor = {"position": 0.0, "inertia": 0.02, "torsional_stiffness": 2000.0}
+        model = Model(scene=spur_scene(shafts({"bearings": ends, "coupling": motor})))
+        found.append(model.modes.frequency[model.modes.frequency > 0][:2])
+    assert found[0][0] / (2 * np.pi) < 100
+    assert_allclose(found[1], found[0], rtol=1e-3)
 
 
 def test_dataset_of_a_pair_on_shafts():

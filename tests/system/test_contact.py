@@ -220,3 +220,14 @@ def test_mean_force_balances_on_bearings():
     assert_allclose(pinion[5::6].sum(), -1e3 * scene.load.torque, rtol=1e-9)
     assert_allclose(wheel[5::6].sum(), -1e3 * scene.load.torque * 40 / 25, rtol=1e-9)
     assert len(phase) == len(weight)
+
+
+def test_coast_flanks_press_as_if_all_turned_the_other_way():
+    """Equal flanks under the opposite torque: forces, bending and tilt of the other sense of rotation."""
+    end = {"gears": [{"gear": "pinion", "position": 60.0}]}
+    coast = simulate(spur_scene(shafts(end), helix=15.0, torque=-300.0))
+    drive = simulate(spur_scene(shafts(end, rotation="counterclockwise"), helix=15.0, torque=300.0))
+    for name in ("transmission_error_mean", "transmission_error_rms", "mesh_stiffness_mean"):
+        assert_allclose(float(coast[name]), float(drive[name]), rtol=1e-8)
+    other = simulate(spur_scene(shafts(end), helix=15.0, torque=300.0))
+    assert abs(float(other["transmission_error_mean"]) / float(drive["transmission_error_mean"]) - 1) > 1e-4
