@@ -102,7 +102,10 @@ def simulate(
         tables = {"geometry": summary.geometry_rows(loaded), "over the mesh cycle": summary.result_rows(dataset)}
         written.append(write_pair_report(dataset, report, tables, cautions))
     if json:
-        summary.print_json(loaded, dataset, files=[str(path) for path in written], notes=[*cautions, *notes])
+        more: dict[str, object] = {"files": [str(path) for path in written], "notes": [*cautions, *notes]}
+        if loaded.train is not None:
+            more["meshes"] = {name: summary.scalars(own) for name, own in each.items()}
+        summary.print_json(loaded, dataset, **more)
     elif not quiet:
         _print(loaded, dataset)
         lines = (*(f"warning: {each}" for each in cautions), *(f"note: {note}" for note in notes))

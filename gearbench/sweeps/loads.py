@@ -14,15 +14,8 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import (
-    assemble,
-    conforming,
-    gap_and_variation,
-    gaps_along,
-    mesh_phases,
-    scene_lines,
-    smooth_nodes,
-)
+from gearbench.contact.assemble import assemble, conforming, mesh_phases, scene_lines, smooth_nodes
+from gearbench.contact.gaps import gap_and_variation, gaps_along
 from gearbench.contact.loads import parted
 from gearbench.contact.loads import under as under_force
 from gearbench.contact.patches import solve_patches
