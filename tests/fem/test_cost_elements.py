@@ -59,6 +59,7 @@ def test_elements_keep_to_their_order(curves):
     assert curves["mesh, hex20"].compliance_order > 2
 
 
+@pytest.mark.slow
 def test_the_accuracy_asked_of_the_mesh_is_kept(curves):
     found = curves["fe accuracy"]
     # 20-node hexahedra, Richardson's value of meshes 4 and 5 or finer
