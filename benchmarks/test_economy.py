@@ -9,7 +9,8 @@ from statistics import median
 import numpy as np
 import pytest
 
-from gearbench.contact.assemble import assemble, mesh_phases, scene_lines, total_gap
+from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.gaps import total_gap
 from gearbench.contact.problem import ContactSolution
 from gearbench.contact.scaling import scale_problem
 from gearbench.contact.solver import solve

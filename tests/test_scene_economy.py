@@ -18,7 +18,8 @@ import numpy as np
 import pytest
 import tomli_w
 
-from gearbench.contact.assemble import mesh_phases, scene_lines, total_gap
+from gearbench.contact.assemble import mesh_phases, scene_lines
+from gearbench.contact.gaps import total_gap
 from gearbench.contact.smooth import forget_sums
 from gearbench.effects.base import ComplianceEffect, GapEffect
 from gearbench.effects.registry import EFFECTS, effect_class

@@ -164,6 +164,11 @@ def test_faults_of_the_meshes_are_one_line(change, key, words):
     assert caught.value.key == key
 
 
+def test_faults_of_effects_name_the_gear():
+    with pytest.raises(InputError, match=r"no gears\.motor\.bore_diameter"):
+        parse_scene(idler() | {"effects": {**IDLER["effects"], "gear_body": {}}})
+
+
 def test_parallel_paths_are_refused():
     tables = idler()
     tables["gears"]["other"] = {**GEAR, "teeth": 31}

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import logging
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from functools import wraps
 from importlib import import_module
+from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
@@ -72,6 +73,8 @@ def _command(name: str, function: Callable[..., None]) -> Callable[..., None]:
         with nullcontext() if name in _STEPWISE else together():
             try:
                 function(*args, **options)
+            except InputError as error:
+                raise _in_its_file(error, options) from None
             except typer.Exit as early:  # an interruption that keeps what is done
                 end = early
             except KeyboardInterrupt:
@@ -79,6 +82,14 @@ def _command(name: str, function: Callable[..., None]) -> Callable[..., None]:
         raise end
 
     return run
+
+
+def _in_its_file(error: InputError, options: Mapping[str, Any]) -> InputError:
+    """The error with the file that the command reads, unless it is of another one or of an option."""
+    read = (options.get(name) for name in ("scene", "study", "stored", "file"))
+    file = next((path for path in read if isinstance(path, Path)), None)
+    of_option = error.key.lstrip("-").partition(".")[0].replace("-", "_") in {*options, ""}
+    return error if error.file or file is None or of_option else error.in_file(str(file))
 
 
 class Interrupted(BaseException):

@@ -43,7 +43,6 @@ def hunting(
     Example: gearbench hunting SCENE -o hunting.nc --plots plots
     """
     from gearbench.cli import summary
-    from gearbench.errors import naming
     from gearbench.files import check_target
     from gearbench.hunting import draw_side_bands, hunting_cycle
     from gearbench.results.netcdf import save
@@ -54,8 +53,7 @@ def hunting(
     if output is not None:
         check_target(output)
     folder = plot_folder(plots)
-    with naming(scene):
-        dataset = hunting_cycle(loaded, orders=orders, threads=threads or default_threads())
+    dataset = hunting_cycle(loaded, orders=orders, threads=threads or default_threads())
     written = [save(dataset, output)] if output is not None else []
     written += [] if folder is None else [draw_side_bands(dataset, folder)]
     if json:

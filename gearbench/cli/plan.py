@@ -35,15 +35,13 @@ def plan(
     """
     from gearbench.cli.summary import print_mapping
     from gearbench.effort.plan import plan as plan_of
-    from gearbench.errors import naming
 
     if _is_study(scene):
         _plan_study(scene, quiet=quiet, json=json)
         return
     loaded, _ = load_any(scene, stage, torque, load_case)
     loaded = with_accuracy(loaded, accuracy)
-    with naming(scene):
-        made = plan_of(loaded)
+    made = plan_of(loaded)
     if json:
         print_mapping({"name": loaded.name, "scene_sha256": loaded.digest, **asdict(made)})
     elif not quiet:

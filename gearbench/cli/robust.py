@@ -57,7 +57,6 @@ def robust(
     Example: gearbench robust examples/gear55_robust.toml --samples 1000 -o robust.nc --plots plots
     """
     from gearbench.cli import summary
-    from gearbench.errors import naming
     from gearbench.files import check_target
     from gearbench.results.netcdf import save
     from gearbench.robustness.montecarlo import SAMPLES
@@ -70,7 +69,7 @@ def robust(
         check_target(output)
     folder = plot_folder(plots)
     wanted = samples or (None if loaded.resolution.accuracy is not None else SAMPLES)
-    with progress_line(quiet=quiet, json=json) as tell, naming(scene):
+    with progress_line(quiet=quiet, json=json) as tell:
         more: dict[str, Any] = {"sampler": sampler, "threads": threads, "responses": response or ()}
         advance = lambda done: tell(f"{done} of {wanted or 'some'} samples")  # noqa: E731
         dataset = run(loaded, samples=samples, seed=seed, progress=advance, **more)

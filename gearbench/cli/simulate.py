@@ -65,7 +65,6 @@ def simulate(
     A stage of a REXS file: gearbench simulate gearbox.rexs --stage 2 -o stage2.nc
     """
     from gearbench.cli import summary
-    from gearbench.errors import naming
     from gearbench.files import check_target
     from gearbench.results.netcdf import save
     from gearbench.results.origin import by_itself
@@ -81,9 +80,8 @@ def simulate(
     if report is not None:
         loaded.one_load  # noqa: B018, refuses several
     folder = plot_folder(plots)
-    with naming(scene):
-        asked = tuple(dict.fromkeys((*DEFAULT_OUTPUTS, *(also or ()), *SHOWN)))
-        dataset = run(with_accuracy(loaded, accuracy), outputs=asked)
+    asked = tuple(dict.fromkeys((*DEFAULT_OUTPUTS, *(also or ()), *SHOWN)))
+    dataset = run(with_accuracy(loaded, accuracy), outputs=asked)
     each = {name: by_itself(dataset, name) for name in loaded.meshes}
     cautions = [*dict.fromkeys(line for name, own in each.items() for line in warnings(loaded.meshes[name], own))]
     written = [save(dataset, output)] if output is not None else []
@@ -104,7 +102,10 @@ def simulate(
         tables = {"geometry": summary.geometry_rows(loaded), "over the mesh cycle": summary.result_rows(dataset)}
         written.append(write_pair_report(dataset, report, tables, cautions))
     if json:
-        summary.print_json(loaded, dataset, files=[str(path) for path in written], notes=[*cautions, *notes])
+        more: dict[str, object] = {"files": [str(path) for path in written], "notes": [*cautions, *notes]}
+        if loaded.train is not None:
+            more["meshes"] = {name: summary.scalars(own) for name, own in each.items()}
+        summary.print_json(loaded, dataset, **more)
     elif not quiet:
         _print(loaded, dataset)
         lines = (*(f"warning: {each}" for each in cautions), *(f"note: {note}" for note in notes))

@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.contact.gaps import (
+    flank_separation,
+    gap_and_variation,
+    gap_effects,
+    gap_kinks,
+    gaps_along,
+    sum_of_gaps,
+    total_gap,
+)
 from gearbench.contact.phases import gauss_phases, mirrored_phases, uniform_phases
 from gearbench.contact.pieces import rows_of_cells
 from gearbench.contact.problem import (
@@ -30,7 +39,7 @@ from gearbench.effects.base import ComplianceEffect, Effect, GapEffect, LineLaw
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.separation import Separation, separation
+from gearbench.geometry.separation import Separation
 from gearbench.scene import Resolution, Scene
 from gearbench.threads import single_threaded_blas
 
@@ -95,7 +104,7 @@ def _lines(
     # along the lines of helical pairs flanks that touch off the line of action are never equally far apart
     parting = flanks is not None and pair.meshing.overlap_ratio > 0
     if not parting:
-        looked_at = _variation(pair, _gap_effects(scene), coast, tuple(kinks), tuple(face), flanks, span)
+        looked_at = _variation(pair, gap_effects(scene), coast, tuple(kinks), tuple(face), flanks, span)
         # Gauss points that resolve the gap of flanks that touch all along do not resolve the compliance of wide ones
         parting = looked_at[0] > LEAST_VARIATION or COARSE_SEGMENTS < segments < _nodes(pair, segments)
     lines = contact_lines(
@@ -110,12 +119,8 @@ def conforming(scene: Scene) -> bool:
     if flank_separation(scene) is not None:
         return False
     kinks, face = gap_kinks(scene, None)
-    variation = _variation(scene.pair, _gap_effects(scene), scene.load.coast, tuple(kinks), tuple(face), None, None)
+    variation = _variation(scene.pair, gap_effects(scene), scene.load.coast, tuple(kinks), tuple(face), None, None)
     return variation[1] <= LEAST_VARIATION
-
-
-def _gap_effects(scene: Scene) -> tuple[GapEffect, ...]:
-    return tuple(effect for effect in scene.acting_effects if isinstance(effect, GapEffect))
 
 
 @lru_cache(maxsize=32)
@@ -131,33 +136,8 @@ def _variation(
     """By how much the gap varies along a line at most, and over all of them [mm], looked at on a few sparse ones."""
     phase = mirrored_phases(pair, TRIAL_PHASES)
     lines = contact_lines(pair, phase, TRIAL_SEGMENTS, kinks, face_kinks, coast=coast, separation=flanks, span=span)
-    gap = _sum_of_gaps(effects, lines)[lines.active]
+    gap = sum_of_gaps(effects, lines)[lines.active]
     return float(np.ptp(gap, axis=1).max(initial=0.0)), float(np.ptp(gap, axis=None)) if gap.size else 0.0
-
-
-def gap_kinks(scene: Scene, flanks: Separation | None) -> tuple[list[float], list[float]]:
-    """Positions u and y [mm] at which a gap or an output has a kink; those of the profiles are the separation's."""
-    gaps = [effect for effect in scene.acting_effects if isinstance(effect, GapEffect)]
-    added = [gap for gap in gaps if flanks is None or not gap.modifications(scene.pair)]
-    own = [] if flanks is None else [float(u) for u in flanks.kinks]
-    if scene.operation is not None:
-        own.append(scene.pair.meshing.pitch_point)  # sliding changes its sign there, and friction has a kink
-    b = scene.pair.meshing.face_width
-    face = [y for gap in gaps for y in gap.face_kinks(scene.pair) if 0 <= y <= b]
-    if scene.load.coast:
-        face = [b - y for y in face]
-    return own + [u for gap in added for u in gap.kinks(scene.pair)], face
-
-
-def flank_separation(scene: Scene) -> Separation | None:
-    """Separation of the modified profiles, where the scene asks for contact off the line of action."""
-    return None if scene.effect("off_line_contact") is None else profile_separation(scene)
-
-
-def profile_separation(scene: Scene) -> Separation:
-    """Separation of the profiles with the scene's modifications of them."""
-    gaps = [effect for effect in scene.flank_effects if isinstance(effect, GapEffect)]
-    return separation(scene.pair, tuple(m for effect in gaps for m in effect.modifications(scene.pair)))
 
 
 def greatest_deflection(scene: Scene, flanks: Separation) -> float:
@@ -262,33 +242,6 @@ def typical_load(scene: Scene) -> float:
     return mean / (2 * max(meshing.transverse_contact_ratio, 1.0))
 
 
-def total_gap(scene: Scene, lines: ContactLines, effects: Sequence[Effect] | None = None) -> NDArray:
-    """Sum of the gaps of all effects, (position, pair, segment) [mm], over the lever arms of the segments.
-
-    Of other ``effects`` than those that act in the scene, where given.
-    """
-    return _sum_of_gaps(scene.acting_effects if effects is None else effects, lines)
-
-
-def _sum_of_gaps(effects: Iterable[Effect], lines: ContactLines) -> NDArray:
-    total = np.zeros(lines.shape)
-    for effect in effects:
-        # modifications of the profiles alone are part of a separation
-        if isinstance(effect, GapEffect) and not (lines.touch and effect.modifications(lines.pair)):
-            total += effect.gap(lines) / lines.lever
-    return total
-
-
-def gaps_along(scene: Scene, lines: ContactLines, effects: Sequence[Effect] | None = None) -> NDArray:
-    """Total gap at the beginning, middle and end of each cell a contact law is averaged over [mm], (…, 3).
-
-    Where segments are no cells, at their middle alone: (…, 1).
-    """
-    if not lines.cells:
-        return total_gap(scene, lines, effects)[..., None]
-    return np.stack([total_gap(scene, each, effects) for each in (lines.moved(-1), lines, lines.moved(1))], axis=-1)
-
-
 @single_threaded_blas()
 def assemble(
     scene: Scene,
@@ -336,11 +289,6 @@ def assemble(
         blocks=smooth.blocks,
         along=along,
     )
-
-
-def gap_and_variation(gaps: NDArray) -> tuple[NDArray, NDArray]:
-    """Gap at the nodes, and half of its variation over the cells, from ``gaps_along`` or from those at nodes alone."""
-    return gaps[..., gaps.shape[-1] // 2], np.abs(gaps[..., -1] - gaps[..., 0]) / 2
 
 
 def smooth_nodes(lines: ContactLines) -> int:

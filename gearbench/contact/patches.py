@@ -14,7 +14,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import total_gap
+from gearbench.contact.gaps import total_gap
 from gearbench.contact.pieces import rows_at
 from gearbench.contact.problem import ContactProblem, ContactSolution, under
 from gearbench.contact.scaling import scale_problem

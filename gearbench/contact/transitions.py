@@ -16,8 +16,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import COARSE_PHASES, conforming, first_look, flank_separation, gap_kinks
+from gearbench.contact.assemble import COARSE_PHASES, conforming, first_look
 from gearbench.contact.births import births, greatest_on_lines
+from gearbench.contact.gaps import flank_separation, gap_kinks
 from gearbench.contact.panels import CLOSE, LONGEST, Change, panel_ends
 from gearbench.contact.patches import compression
 from gearbench.contact.phases import gauss_phases, uniform_phases

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble, scene_lines, total_gap
+from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.gaps import total_gap
 from gearbench.contact.solver import solve
 from gearbench.dynamics.loaded_mesh import LoadedMesh
 

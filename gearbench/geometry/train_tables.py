@@ -248,7 +248,10 @@ class TrainTables:
             key = f"gears.{mesh.driver}.{rest}" if parts[0] not in OF_PAIR else f"meshes.{number}.{rest}"
         elif head in ("effects", "coast") and len(parts) > 1 and parts[1] in names:
             key = ".".join(["gears", names[parts[1]], *(["coast"] * (head == "coast")), parts[0], *parts[2:]])
-        return InputError(key, error.value, error.allowed, error.file)
+        value = error.value
+        for label, name in names.items():
+            value = value.replace(f"pair.{label}.", f"gears.{name}.") if isinstance(value, str) else value
+        return InputError(key, value, error.allowed, error.file)
 
 
 #: Tables that say what a train is, in place of the table "pair".

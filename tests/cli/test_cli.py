@@ -366,3 +366,14 @@ def test_the_first_run_says_why_it_takes_longer(run, tmp_path, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))  # empty: nothing was compiled
     assert run(*command)[2].splitlines()[0] == line
     assert line not in run(*command, "-q")[2]
+
+
+@pytest.mark.parametrize("command", ["hunting", "robust", "cost", "plan", "simulate"])
+def test_a_refusal_names_the_file_that_was_read(run, tmp_path, command):
+    path = tmp_path / "scene.toml"
+    text = (EXAMPLES / "sc.toml").read_text(encoding="utf-8").replace("[load]", "[[loads]]")
+    path.write_text(text if command == "cost" else text.replace("teeth", "tooth", 1), encoding="utf-8")
+    code, _, err = run(command, path)
+    assert code == 2
+    assert err.startswith(f"gearbench: {path}: ")
+    assert run("robust", path, "-o", tmp_path / "none" / "o.nc")[2].startswith("gearbench: ")

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from gearbench import load_scene
-from gearbench.contact.assemble import assemble, flank_separation, gap_kinks, scene_lines
+from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.gaps import flank_separation, gap_kinks
 from gearbench.contact.patches import solve_patches
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.tip_relief import TipRelief

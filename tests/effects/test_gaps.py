@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from gearbench.contact.assemble import total_gap
+from gearbench.contact.gaps import total_gap
 from gearbench.effects.base import GapEffect
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.end_relief import EndRelief

@@ -1,0 +1,76 @@
+"""Gaps of the flanks that a scene's effects add, on the segments of contact lines, and where they have kinks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.effects.base import Effect, GapEffect
+from gearbench.geometry.action import ContactLines
+from gearbench.geometry.separation import Separation, separation
+from gearbench.scene import Scene
+
+
+def flank_separation(scene: Scene) -> Separation | None:
+    """Separation of the modified profiles, where the scene asks for contact off the line of action."""
+    return None if scene.effect("off_line_contact") is None else profile_separation(scene)
+
+
+def profile_separation(scene: Scene) -> Separation:
+    """Separation of the profiles with the scene's modifications of them."""
+    gaps = [effect for effect in scene.flank_effects if isinstance(effect, GapEffect)]
+    return separation(scene.pair, tuple(m for effect in gaps for m in effect.modifications(scene.pair)))
+
+
+def gap_kinks(scene: Scene, flanks: Separation | None) -> tuple[list[float], list[float]]:
+    """Positions u and y [mm] at which a gap or an output has a kink; those of the profiles are the separation's."""
+    gaps = [effect for effect in scene.acting_effects if isinstance(effect, GapEffect)]
+    added = [gap for gap in gaps if flanks is None or not gap.modifications(scene.pair)]
+    own = [] if flanks is None else [float(u) for u in flanks.kinks]
+    if scene.operation is not None:
+        own.append(scene.pair.meshing.pitch_point)  # sliding changes its sign there, and friction has a kink
+    b = scene.pair.meshing.face_width
+    face = [y for gap in gaps for y in gap.face_kinks(scene.pair) if 0 <= y <= b]
+    if scene.load.coast:
+        face = [b - y for y in face]
+    return own + [u for gap in added for u in gap.kinks(scene.pair)], face
+
+
+def gap_effects(scene: Scene) -> tuple[GapEffect, ...]:
+    """The effects of ``scene`` that act and add a gap."""
+    return tuple(effect for effect in scene.acting_effects if isinstance(effect, GapEffect))
+
+
+def total_gap(scene: Scene, lines: ContactLines, effects: Sequence[Effect] | None = None) -> NDArray:
+    """Sum of the gaps of all effects, (position, pair, segment) [mm], over the lever arms of the segments.
+
+    Of other ``effects`` than those that act in the scene, where given.
+    """
+    return sum_of_gaps(scene.acting_effects if effects is None else effects, lines)
+
+
+def sum_of_gaps(effects: Iterable[Effect], lines: ContactLines) -> NDArray:
+    """``total_gap`` of the ``effects``."""
+    total = np.zeros(lines.shape)
+    for effect in effects:
+        # modifications of the profiles alone are part of a separation
+        if isinstance(effect, GapEffect) and not (lines.touch and effect.modifications(lines.pair)):
+            total += effect.gap(lines) / lines.lever
+    return total
+
+
+def gaps_along(scene: Scene, lines: ContactLines, effects: Sequence[Effect] | None = None) -> NDArray:
+    """Total gap at the beginning, middle and end of each cell a contact law is averaged over [mm], (…, 3).
+
+    Where segments are no cells, at their middle alone: (…, 1).
+    """
+    if not lines.cells:
+        return total_gap(scene, lines, effects)[..., None]
+    return np.stack([total_gap(scene, each, effects) for each in (lines.moved(-1), lines, lines.moved(1))], axis=-1)
+
+
+def gap_and_variation(gaps: NDArray) -> tuple[NDArray, NDArray]:
+    """Gap at the nodes, and half of its variation over the cells, from ``gaps_along`` or from those at nodes alone."""
+    return gaps[..., gaps.shape[-1] // 2], np.abs(gaps[..., -1] - gaps[..., 0]) / 2
