@@ -97,13 +97,15 @@ def _together(scenes: Sequence[Scene], found: Sequence[tuple], shared: Shared) -
     problem = under(part_of(at.problem, position), np.repeat(shares, counts))
     solutions = parted(solve_patches(problem), shares, counts)
     result, ends = [], np.cumsum(counts)
-    for scene, (_, weight, size), solution, n, end in zip(scenes, found, solutions, counts, ends, strict=True):
+    for scene, chosen, solution, n, end in zip(scenes, found, solutions, counts, ends, strict=True):
         here = slice(end - n, end)
         part, share = part_of(problem, here), scene.F_bn / at.problem.force
         along = replace(part.along, scene=scene, share=np.ones(n)) if part.along else None
         part = replace(part, force=scene.F_bn, length_scale=problem.length_scale * share, along=along)
         lines = at.lines.part(position[here])
-        result.append(Solved(scene=scene, lines=lines, weight=weight, problem=part, solution=solution, size=size))
+        _, weight, size = chosen
+        own = {"weight": weight, "size": size, "at": result[0].phases if result and chosen is found[0] else None}
+        result.append(Solved(scene=scene, lines=lines, problem=part, solution=solution, **own))
     return result
 
 

@@ -110,7 +110,9 @@ def faults(ending: Ending, folder: Path, given: frozenset[str], targets: Sequenc
     if ending.code == 0:
         if ending.err:
             found.append(f"success, but: {ending.err[:300]}")
-        found += [f"debris: {name}" for name in new - set(targets)]
+        # the further stages of a gearbox have files beside that of the one asked for
+        stems = tuple(f"{Path(name).stem}_stage_" for name in targets)
+        found += [f"debris: {name}" for name in new - set(targets) if not name.startswith(stems)]
         found += [f"not written: {name}" for name in set(targets) - new]
         found += [fault for name in new & set(targets) for fault in unfit(folder / name)]
         return found
