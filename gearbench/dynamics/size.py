@@ -11,7 +11,7 @@ from gearbench.scene import Scene
 BLOCK = 200_000
 #: Numbers that are kept at the same time, at most, for each mesh, speed and order: curves over time; or the variables,
 #: and those of each bearing. Measured, with a tenth in reserve.
-OF_CURVES, OF_VARIABLES, OF_BEARING = 40.0, 30.0, 15.0
+OF_CURVES, OF_VARIABLES, OF_BEARING = 42.0, 42.0, 36.0
 #: The same for each speed and step of the period with loss of contact, its two sweeps together.
 OF_STEP = 37.0
 #: And of scattered samples, for each order and for each speed of a block.

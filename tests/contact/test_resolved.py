@@ -26,6 +26,10 @@ from gearbench.solution import solve_scene
 from tests.support.paths import EXAMPLES
 
 PAIRS = ("fine_pitch", "fzg_c", "nasa_28", "osu_50", "rim_17_43", "thin_rim")
+#: Beyond their limit under some torques: RMS and peak-to-peak of k, whose cause is not known.
+KNOWN = [
+    pytest.param(name, marks=pytest.mark.xfail(reason="4 to 5 of 90 torques miss")) for name in ("hcr_spur", "ross_62")
+]
 CURVES = ("transmission_error", "mesh_stiffness")
 POINTS, TOLERANCE, LEAST = 5, 3e-5, 1e-6
 
@@ -133,16 +137,16 @@ def test_births_beside_ends_of_the_path_and_kinks_are_found(name, share):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize("name", [*PAIRS, *KNOWN])
 def test_all_torques_on_the_line(name):
     found = {share: misses(relieved(name, share, off_line=False)) for share in np.linspace(0.1, 2.0, 90)}
     assert not {share: over for share, over in found.items() if max(over.values()) > 1}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", PAIRS)
+@pytest.mark.parametrize("name", [*PAIRS, *KNOWN])
 def test_all_torques_off_the_line(name):
-    """Of 540 scenes five of nasa_28 (1.3 times) and three of thin_rim (2.6 times, at a tenth) miss more."""
+    """Of the scenes five of nasa_28 (1.3 times) and three of thin_rim (2.6 times, at a tenth) miss more."""
     found = {share: misses(relieved(name, share, off_line=True)) for share in np.linspace(0.1, 2.0, 90)}
     beyond = {share: over for share, over in found.items() if max(over.values()) > 1}
     assert len(beyond) <= 5
