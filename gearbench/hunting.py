@@ -47,6 +47,8 @@ AT_ONCE = 4000
 #: Numbers that are kept at the same time, at most: for each position of a mesh cycle, for each position of the waves of
 #: orders found at once, for each order, and for each mode of the gaps of a mesh cycle. Measured, a tenth in reserve.
 OF_POSITION, OF_WAVE, OF_ORDER, OF_MODE = 5.0, 4.4, 9.5, 1.7
+#: Contact problems at the same time: that on cells, and that on patches, which says what cells miss.
+OF_CONTACT = 2.5
 
 
 @single_threaded_blas()
@@ -126,9 +128,10 @@ def _all_cycles(scene: Scene, orders: float, threads: int) -> MeshCycle:
 
 def cycles_memory(scene: Scene, positions: int, cycles: int, orders: float, modes: int) -> float:
     """Peak memory [bytes] of mesh cycles whose gaps are sums of ``modes``, and of their orders up to a mesh order."""
-    count = orders * cycles
+    # uniform phases give no orders from half of their number on
+    count = cycles * (orders if scene.resolution.positions is None else min(orders, positions / 2))
     numbers = cycles * positions * OF_POSITION + min(count, AT_ONCE) * positions * OF_WAVE + count * OF_ORDER
-    return 8 * (numbers + cycles * modes * OF_MODE) + contact_memory(scene, positions)
+    return 8 * (numbers + cycles * modes * OF_MODE) + OF_CONTACT * contact_memory(scene, positions)
 
 
 def require_cycles_memory(

@@ -45,8 +45,8 @@ def test_simulate_computes_on_one_thread(monkeypatch):
 def test_compliance_by_itself_is_computed_on_one_thread(monkeypatch):
     import gearbench.contact.assemble as assembling
 
-    seen, own = [], assembling.total_gap
-    monkeypatch.setattr(assembling, "total_gap", lambda *a: (seen.append(threads()), own(*a))[1])
+    seen, own = [], assembling.gap_and_variation
+    monkeypatch.setattr(assembling, "gap_and_variation", lambda *a: (seen.append(threads()), own(*a))[1])
     scene = case(1, Resolution(positions=4))
     assembling.assemble(scene, assembling.scene_lines(scene, assembling.mesh_phases(scene)[0]))
     assert seen == [{1}]

@@ -173,7 +173,7 @@ def _over_speed(
     mesh, order = group.meshes[0], np.arange(1, len(excitation.error)) / excitation.cycles
     mean, force = float(model.stiffness[mesh, mesh]), float(model.force[mesh])
     bearings = len(model.mechanics.bearing_names) if excitation.cycles <= _LONG else 0
-    require_each(speed_memory(len(order), 1, bearings), len(speeds), "speed", f"{len(order)} orders")
+    require_each(speed_memory(len(order), 1, bearings, motions=1), len(speeds), "speed", f"{len(order)} orders")
     te, forces = (np.zeros((len(speeds), len(order) + 1), dtype=complex) for _ in range(2))
     shaken = np.empty((len(speeds), bearings, 3, len(order)), dtype=complex)
     for k, omega in enumerate(model.omega(group, speeds)):

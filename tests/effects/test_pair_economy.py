@@ -85,7 +85,16 @@ def test_a_key_matters_or_says_what_holds_anyway(table, key):
 def test_every_key_beside_size_and_teeth_is_looked_at():
     sizes = {"normal_module", "pressure_angle", "helix_angle", "face_width", "centre_distance", "pinion", "wheel"}
     assert set(keys(Pair)) - sizes - {"backlash"} == set(PAIR)  # the contact under load does not see backlash
-    tooth = {"teeth", "addendum", "dedendum", "tip_diameter", "profile_shift", "fillet_radius", "bore_diameter"}
+    tooth = {
+        "teeth",
+        "addendum",
+        "dedendum",
+        "tip_diameter",
+        "profile_shift",
+        "fillet_radius",
+        "bore_diameter",
+        "blank",
+    }
     assert set(keys(Member)) - tooth == set(GEAR) | set(WEB) | {"grinding_stock"}
 
 

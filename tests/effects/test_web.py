@@ -106,13 +106,16 @@ def test_a_web_softens_the_pair():
 
 
 def test_gears_beyond_those_held_against_finite_elements_are_warned_of():
-    assert warnings(webbed()) == ()
-    assert warnings(webbed(rim_thickness=2.0)) == (
+    def of_bodies(scene):
+        return tuple(line for line in warnings(scene) if "line of action" not in line)
+
+    assert of_bodies(webbed()) == ()
+    assert of_bodies(webbed(rim_thickness=2.0)) == (
         "rim of the wheel 1 m_n thick: teeth on a ring were held against finite elements from 1.5",
     )
     wide = replace(webbed(), pair=replace(webbed().pair, face_width=54.0))
-    assert [line[:29] for line in warnings(wide)] == ["face of the pinion 27 m_n wid", "face of the wheel 27 m_n wide"]
+    assert [line[:29] for line in of_bodies(wide)] == ["face of the pinion 27 m_n wid", "face of the wheel 27 m_n wide"]
     slanted = replace(webbed().pair, face_width=45.0, helix_angle=25.0, centre_distance=66.3)
-    assert [line[:18] for line in warnings(replace(webbed(), pair=slanted))] == ["overlap ratio 3.03"]
+    assert [line[:18] for line in of_bodies(replace(webbed(), pair=slanted))] == ["overlap ratio 3.03"]
     # plates on a ring are not those teeth
-    assert warnings(replace(webbed(rim_thickness=2.0), effects=(ToothBending(), GearBody(), Hertz()))) == ()
+    assert of_bodies(replace(webbed(rim_thickness=2.0), effects=(ToothBending(), GearBody(), Hertz()))) == ()

@@ -34,6 +34,7 @@ YANG_SUN = replace(SC, effects=(ToothBending(basis="paper"), Hertz(law="yang_sun
 
 def at_64_phases_from_the_entry(scene: Scene) -> tuple[float, float]:
     """RMS of k [%] and of δ [µm] at τ = 0, 1/64, …, as in the hand computation."""
+    scene = replace(scene, resolution=Resolution(positions=64))
     lines = scene_lines(scene, np.arange(64) / 64)
     weight = np.full(64, 1 / 64)
     s = solve_lines(scene, lines, weight)

@@ -25,7 +25,7 @@ BODIES = {"tooth_bending": {"model": "solid"}, "gear_body": {}}
 
 def test_main_resonance_from_the_printed_stiffness_and_mass():
     """n_E1 = 30 000/(π z_1) √(c_γα/m_red): the mode of two wheels at their mesh frequency."""
-    found = modes(wheels(MASS * 1e-3 * B), np.array([1e3 * STIFFNESS * B]), 0.0).frequency[-1]
+    found = modes(wheels(MASS * 1e-3 * B), np.array([[1e3 * STIFFNESS * B]]), 0.0).frequency[-1]
     assert_allclose(60 * found / (2 * math.pi) / Z, PRINTED, rtol=5e-4)
 
 

@@ -171,7 +171,7 @@ def test_a_study_of_numbers_is_raced_stored_and_resumed(tmp_path):
         (lambda t: t["variables"]["tool"].update(values=[1]), r"tool\.values = .*conflicts with sets"),
         (
             lambda t: t["objectives"].append("weight"),
-            r"objectives\.weight = unknown statistic: allowed: transmission_error_mean, ",
+            r"objectives\.weight = unknown statistic: allowed: transmission_error_mean_mean, ",
         ),
     ],
 )

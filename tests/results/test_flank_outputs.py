@@ -167,7 +167,7 @@ def test_names_of_earlier_versions_are_those_of_one_gear():
         sliding = sweep(made, torque=[100.0, 300.0], outputs=["specific_sliding_pinion"])["specific_sliding_pinion"]
     assert float(before["loaded_root_stress_wheel"]) == float(now["loaded_root_stress"].sel(gear="wheel"))
     assert before["loaded_root_stress_wheel"].attrs["units"] == "MPa"
-    assert_allclose(sliding, now["specific_sliding"].sel(gear="pinion"))
+    assert_allclose(sliding.isel(torque=0), now["specific_sliding"].sel(gear="pinion"))
 
 
 def test_dataset_of_an_earlier_version_is_read_and_said_to_be_one(tmp_path, caplog):

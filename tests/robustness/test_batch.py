@@ -11,10 +11,9 @@ from gearbench.contact import batch as batching
 from gearbench.contact._batch_kernels import Blocks, solve_chunk
 from gearbench.contact._lane_kernels import LANES, POINT, Answers, Gaps, Lanes, apply_laws
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
-from gearbench.contact.batch import ROUNDING, SCATTER, Batch, GapModes
+from gearbench.contact.batch import ROUNDING, SCATTER, GapModes
 from gearbench.contact.law import inverse, kernel_coefficients
 from gearbench.contact.patches import solve_patches
-from gearbench.contact.solver import solve
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.effects.off_line_contact import OffLineContact
@@ -23,6 +22,7 @@ from gearbench.library.garambois2017 import gear
 from gearbench.robustness.montecarlo import prepare_phases, prepare_scene, respond
 from gearbench.robustness.run import robust
 from gearbench.scene import Resolution, Scene
+from tests.support.samples import single
 
 
 def robust_scene(name: str, *others) -> Scene:
@@ -40,14 +40,6 @@ SCENES = {
     "high order": robust_scene("19", ToothBending(order=(4, 4))),
     "rigid teeth": replace(robust_scene("19"), effects=(Hertz(), ManufacturingErrors(preset="garambois2017"))),
 }
-
-
-def single(batch: Batch, draw: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """δ_n [mm] and ∂F/∂δ_n [N/mm] of one sample by the solver of single scenes, less what cells miss."""
-    p, own = batch.problem, batch.arrays(draw)
-    arrays = {name: getattr(own, name) for name in ("gap", "a", "h", "soft", "active", "factor", "block")}
-    found = solve(replace(p, **arrays, along=None, shape=(len(own.gap), 1, own.gap.shape[1])))
-    return found.approach + batch.missed[0], found.stiffness * batch.missed[1]
 
 
 @pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES.keys())

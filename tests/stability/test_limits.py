@@ -11,7 +11,6 @@ from numpy.testing import assert_allclose
 
 from gearbench.compliance.bases import gauss
 from gearbench.compliance.plate import PlateTooth
-from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.batch import ROUNDING, solve_batch
 from gearbench.contact.solver import solve
 from gearbench.effects.manufacturing_errors import ErrorKind, ManufacturingErrors
@@ -21,6 +20,7 @@ from gearbench.robustness.sampling import unit_samples
 from tests.stability.catalogue import CASES
 from tests.stability.measure import compare_problem
 from tests.stability.problems import PROBLEMS, duplicated, no_law, ordinary, stiff_law, tied
+from tests.support.samples import single
 
 #: Steps that polishing may take.
 POLISHING = 210
@@ -73,11 +73,13 @@ BATCHES = [
     *("gaps of 1000 deflections, yang_sun", "gaps of 1000 deflections, weber_banaschek"),
     "contact on one segment, weber_banaschek",
 ]
+#: Those of which some samples need the line search.
+RESCUED = {"torque × 1e-09", "contact on one segment, weber_banaschek"}
 
 
 @pytest.mark.parametrize("name", BATCHES)
 def test_a_batch_of_samples_answers_like_single_solves_and_counts_its_rescues(name):
-    """Errors of 8 µm on top of a hard scene: no sample needs the line search; if one did the batch would say so."""
+    """Errors of 8 µm on a hard scene: samples need the line search only under a vanishing load or on one segment."""
     base = CASES[name].build()
     kinds = {n: ErrorKind(amplitude=8.0) for n in ("profile_slope", "helix_slope", "helix_form")}
     effects = (*base.effects, ManufacturingErrors(**kinds))
@@ -85,14 +87,11 @@ def test_a_batch_of_samples_answers_like_single_solves_and_counts_its_rescues(na
     problem = prepare_scene(hard, ROUNDING)
     draws = problem.errors.draw(unit_samples("sobol", 64, len(problem.names), 1), hard.pair) - problem.mean
     batch = solve_batch(problem.batch, draws)
-    assert batch.rescued == 0
-    lines = scene_lines(hard, mesh_phases(hard)[0])
-    single = assemble(hard, lines)
-    modes = problem.errors.modes(lines).reshape(*single.gap.shape, -1) / single.length_scale
+    assert (batch.rescued > 0) == (name in RESCUED)
     for j in range(0, 64, 9):
-        one = solve(replace(single, gap=single.gap + modes @ draws[j]))
-        assert_allclose(batch.approach[:, j], one.approach, rtol=1e-9)
-        assert_allclose(batch.stiffness[:, j], one.stiffness, rtol=1e-7)
+        approach, stiffness = single(problem.batch, draws[j])
+        assert_allclose(batch.approach[:, j], approach, rtol=1e-9)
+        assert_allclose(batch.stiffness[:, j], stiffness, rtol=1e-7)
 
 
 # -- the thin plate ---------------------------------------------------------------------------------------------------

@@ -33,7 +33,8 @@ def test_rows_are_as_they_were_stored(kept):
         number = list(kept["row"].values).index(name)
         found = judged(scene(number), plate_study(1).robustness)
         stored = np.array([kept[f"row_{each}"].values[number] for each in NAMES])
-        np.testing.assert_allclose(found, stored, rtol=0.01)
+        # the stored samples have the bias of cells, which samples are now without: up to 1.7 % on these rows
+        np.testing.assert_allclose(found, stored, rtol=0.02)
 
 
 def test_the_page_says_what_the_stored_gears_show(kept):

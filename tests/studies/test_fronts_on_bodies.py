@@ -38,7 +38,8 @@ def test_rows_are_as_they_were_stored(kept):
         assert table_2()[number].gear == name
         found = means(scene(number), plate_study(1).robustness)
         stored = [kept[f"row_{each}_solid"].values[number] for each in ("m_k", "m_ste")]
-        np.testing.assert_allclose(found, stored, rtol=0.01)
+        # the stored samples have the bias of cells, which samples are now without: up to 1.7 % on these rows
+        np.testing.assert_allclose(found, stored, rtol=0.02)
 
 
 def on_front(dataset: xr.Dataset, tool: int, model: str) -> NDArray:
