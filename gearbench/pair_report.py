@@ -30,7 +30,7 @@ Rows = Sequence[Sequence[str]]
 
 
 def write_pair_report(
-    dataset: xr.Dataset, path: Path, tables: Mapping[str, Rows], warnings: Sequence[str] = ()
+    dataset: xr.Dataset, path: Path, subtitle: str, tables: Mapping[str, Rows], warnings: Sequence[str] = ()
 ) -> Path:
     """Write the page of a simulated pair.
 
@@ -40,6 +40,8 @@ def write_pair_report(
         Dataset of ``simulate`` with its default outputs, of one load.
     path
         HTML file.
+    subtitle
+        Pair and torque in one line.
     tables
         Rows by the heading of their table; the first row of values may be shorter than others.
     warnings
@@ -49,7 +51,8 @@ def write_pair_report(
     attrs = dataset.attrs
     text = Template(files("gearbench").joinpath("pair_report.html").read_text(encoding="utf-8")).substitute(
         title=escape(plain(scene.name or "gear pair")),
-        warnings="".join(f"<li>{escape(plain(line))}</li>" for line in warnings) or "<li>no warnings</li>",
+        subtitle=escape(plain(subtitle)),
+        warnings="".join(f"<li>{escape(plain(line))}</li>" for line in warnings),
         tables="\n".join(f"<section><h2>{escape(name)}</h2>{_rows(rows)}</section>" for name, rows in tables.items()),
         drawing=picture(_drawing(scene.pair), "Teeth in mesh, transverse section at the middle of the face", 150),
         curves=picture(_curves(dataset), "Two mesh periods", 150),

@@ -26,11 +26,12 @@ def scene():
 
 
 def test_the_page_needs_nothing_from_elsewhere_and_reads_names_as_text(scene, tmp_path):
-    path = write_pair_report(simulate(scene), tmp_path / "pair.html", ROWS, ["mind <this>"])
+    path = write_pair_report(simulate(scene), tmp_path / "pair.html", "z 33/75, 5 N·m", ROWS, ["mind <this>"])
     text = path.read_text(encoding="utf-8")
     assert "&lt;b&gt;pair &amp; wheel&lt;/b&gt;" in text
     assert "<b>" not in text
     assert "mind &lt;this&gt;" in text
+    assert "z 33/75, 5 N·m" in text
     assert text.count("data:image/png;base64,") == 4
     assert not re.search(r"""(?:src|href)=["'](?!data:)""", text)
     assert "<td>contact ratio</td><td>1.6</td><td></td><td>1</td>" in text

@@ -54,11 +54,20 @@ def relieve(
     written += draw_relief(dataset, folder) if folder is not None else []
     chosen, name = dataset.sel(design="chosen"), dataset.attrs["minimised"]
     values = {key: float(chosen[key][0]) for key in ("tip_relief_amount", "tip_relief_length", "crowning_amount")}
-    worst = {design: float(dataset[name].sel(design=design).max()) for design in dataset["design"].values.tolist()}
+    worst = {design: float(dataset[name].sel(design=design).max()) for design in ("as given", "chosen")}
+    pressure = {design: float(dataset["flank_pressure_max"].sel(design=design).max()) for design in worst}
     if json:
         from gearbench.cli.summary import print_mapping
 
-        print_mapping({**values, "minimised": name, "largest": worst, "files": [str(path) for path in written]})
+        print_mapping(
+            {
+                **values,
+                "minimised": name,
+                "largest": worst,
+                "pressure": pressure,
+                "files": [str(path) for path in written],
+            }
+        )
     elif not quiet:
         amount, length, crowning = values.values()
         relief = f"{amount:.1f} µm over {length:.2f} mm from the tip of both gears" if amount > 0 else "none"
@@ -66,6 +75,8 @@ def relieve(
         metric, low, high = dataset[name].attrs["long_name"], *(float(dataset["torque"][i]) for i in (0, -1))
         numbers = ", ".join(f"{design} {value:.3g} µm" for design, value in worst.items())
         say(f"largest {metric} from {low:g} to {high:g} N·m: {numbers}")
+        numbers = ", ".join(f"{design} {value:.0f} MPa" for design, value in pressure.items())
+        say(f"largest contact pressure, which is not minimised: {numbers}")
         if dataset.attrs["minimised"] == "transmission_error_peak_to_peak":
             say(
                 "note: chosen for perfect gears; with [effects.manufacturing_errors] the mean over samples is minimised"

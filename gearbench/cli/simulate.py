@@ -100,7 +100,7 @@ def simulate(
         from gearbench.pair_report import write_pair_report
 
         tables = {"geometry": summary.geometry_rows(loaded), "over the mesh cycle": summary.result_rows(dataset)}
-        written.append(write_pair_report(dataset, report, tables, cautions))
+        written.append(write_pair_report(dataset, report, summary.pair_line(loaded), tables, cautions))
     if json:
         more: dict[str, object] = {"files": [str(path) for path in written], "notes": [*cautions, *notes]}
         if loaded.train is not None:
