@@ -44,7 +44,7 @@ class ErrorKind:
     Parameters
     ----------
     distribution
-        Over the amplitude f, see ``gearbench.effects.distributions``.
+        Over the amplitude f: "uniform" and "normal" are one-sided, on [0, f]; see ``gearbench.effects.distributions``.
     amplitude
         f [µm]; absent: the tolerance of the ISO class.
     tolerance
