@@ -78,7 +78,7 @@ def simulate(
         if target is not None:
             check_target(target)
     if report is not None:
-        loaded.one_load  # noqa: B018, refuses several
+        loaded = loaded.one_load
     folder = plot_folder(plots)
     asked = tuple(dict.fromkeys((*DEFAULT_OUTPUTS, *(also or ()), *SHOWN)))
     dataset = run(with_accuracy(loaded, accuracy), outputs=asked)
@@ -114,7 +114,7 @@ def simulate(
 
 
 def _notes(scene: Scene) -> list[str]:
-    """How the results are to be understood."""
+    """Notes on conventions and models that the numbers depend on."""
     found = []
     if any(getattr(effect, "positive", "") == "missing" for effect in scene.effects):
         found.append('topography: positive deviations are missing material; for excess: positive = "excess"')

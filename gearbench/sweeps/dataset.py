@@ -83,6 +83,7 @@ def beside(parts: Sequence[Point | None], dim: str) -> Point:
     places = [_places(part, labels) if part else {} for part in parts]
 
     def joined(own: Sequence[Column | None]) -> Column:
+        """Dimensions and values of one variable over all points; NaN where a point does not have it."""
         arrays = sorted((each for each in own if each is not None), key=lambda each: -len(each[0]))
         dims = list(dict.fromkeys(d for each in arrays for d in each[0]))
         full = tuple(sizes[d] for d in dims)
