@@ -16,7 +16,7 @@ from gearbench.files import replacing
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
 from gearbench.geometry.tooth_shapes import mesh
-from gearbench.html import picture, table
+from gearbench.html import head, picture, table
 from gearbench.plotting import BLUE, ORANGE, load_map, new_figure, order_spectrum, over_two_periods
 from gearbench.results.origin import scene_of
 
@@ -50,6 +50,7 @@ def write_pair_report(
     scene = scene_of(dataset)
     attrs = dataset.attrs
     text = Template(files("gearbench").joinpath("pair_report.html").read_text(encoding="utf-8")).substitute(
+        head=head(plain(scene.name or "gear pair")),
         title=escape(plain(scene.name or "gear pair")),
         subtitle=escape(plain(subtitle)),
         warnings="".join(f"<li>{escape(plain(line))}</li>" for line in warnings),
@@ -69,8 +70,8 @@ def write_pair_report(
 def _rows(rows: Rows) -> str:
     width = max(len(row) for row in rows)
     cells = [[row[0], *row[1:-1], *[""] * (width - len(row)), row[-1]] for row in rows]
-    head = ["", *(role.label for role in Role), ""] if width == len(Role) + 2 else []
-    return table(head, [[escape(cell) for cell in row] for row in cells])
+    names = ["", *(role.label for role in Role), ""] if width == len(Role) + 2 else []
+    return table(names, [[escape(cell) for cell in row] for row in cells])
 
 
 def _drawing(pair: Pair) -> Figure:

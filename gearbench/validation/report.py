@@ -13,7 +13,7 @@ import numpy as np
 
 from gearbench.errors import InputError
 from gearbench.files import check_target, replacing
-from gearbench.html import picture, table
+from gearbench.html import head, picture, table
 from gearbench.results.netcdf import save
 from gearbench.validation import figures
 from gearbench.validation.dataset import of_scene
@@ -74,9 +74,11 @@ def render(dataset: xr.Dataset) -> str:
     """The report as HTML text."""
     scenes = [of_scene(dataset, i) for i in range(dataset.sizes["scene"])]
     names = [str(name) for name in dataset["scene"].values]
+    title = f"Validation against finite elements: {', '.join(names)}"
     many = f"{len(scenes)} scene{'s' * (len(scenes) > 1)}"
     return Template(files("gearbench.validation").joinpath("report.html").read_text(encoding="utf-8")).substitute(
-        title=escape(f"Validation against finite elements: {', '.join(names)}"),
+        head=head(title),
+        title=escape(title),
         intro=escape(f"{many}, {duration(dataset.attrs['wall_time_s'])} in all, {dataset.attrs['created']}."),
         overview=_overview(names, scenes),
         scenes="\n".join(_section(i, name, scene) for i, (name, scene) in enumerate(zip(names, scenes, strict=True))),
