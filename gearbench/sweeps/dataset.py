@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -41,6 +41,16 @@ class Point:
         """Length of each dimension."""
         both = (*self.coords.values(), *self.variables.values())
         return {d: n for dims, values in both for d, n in zip(dims, np.shape(values), strict=True)}
+
+
+def of_each_load(coords: Columns, variables: Columns, loads: tuple[int, ...]) -> Iterator[Point]:
+    """Points of arrays that have the ``loads`` before their dimensions; those that lack them are the same for all."""
+    if not loads:
+        yield Point(coords, variables)
+        return
+    for i in range(*loads):
+        own = {name: (dims, x[i] if np.ndim(x) > len(dims) else x) for name, (dims, x) in variables.items()}
+        yield Point(coords, own)
 
 
 def combined(points: Mapping[tuple[float, ...], Point], axes: Sequence[Axis]) -> xr.Dataset:

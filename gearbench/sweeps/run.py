@@ -28,7 +28,7 @@ from gearbench.scene import Load, Resolution, Scene, check_scene
 from gearbench.scene_file import scene_at
 from gearbench.solution import columns
 from gearbench.sweeps.axes import MESH, Axis, axes_of, grid
-from gearbench.sweeps.dataset import Point, combined, over_loads
+from gearbench.sweeps.dataset import Point, combined, of_each_load, over_loads
 from gearbench.sweeps.loads import TORQUE, Shared, solve_group, under_loads
 from gearbench.threads import default_threads, single_threaded_blas
 
@@ -172,7 +172,7 @@ class _Solver:
             return
         for solved in self._chosen(group) if group[0].resolution.accuracy else self._at(group):
             self._count("polished_positions", solved.solution.polished)
-            yield Point(*columns(solved, self.outputs))
+            yield from of_each_load(*columns(solved, self.outputs), solved.solution.approach.shape[:-1])
 
     def _at(self, group: Sequence[Scene]) -> Iterator[Solved]:
         return solve_group(group, self._shared)
@@ -184,7 +184,7 @@ class _Solver:
         def run(scene: Scene) -> list[Solved]:
             return list(self._at([scene.under(each.load) for each in group]))
 
-        choice = choose(group[0], run, lambda found: np.stack([covered(each.cycle) for each in found]), left=LEFT)
+        choice = choose(group[0], run, lambda found: np.vstack([covered(each.cycle).T for each in found]), left=LEFT)
         self._note(choice)
         return choice.run
 
