@@ -56,8 +56,8 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
 
     Examples
     --------
-    >>> from gearbench import load_scene
-    >>> dataset = simulate(load_scene("examples/sc.toml"))
+    >>> from gearbench import read_scene
+    >>> dataset = simulate(read_scene("examples/sc.toml"))
     >>> k = dataset["mesh_stiffness"]
     >>> k.dims, k.units, k.symbol
     (('position',), 'N/µm', 'k')

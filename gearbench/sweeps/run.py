@@ -85,8 +85,8 @@ def sweep(
 
     Examples
     --------
-    >>> from gearbench import load_scene
-    >>> sweep(load_scene("examples/sc.toml"), torque=[5.0, 10.0, 20.0])["transmission_error_mean"].dims
+    >>> from gearbench import read_scene
+    >>> sweep(read_scene("examples/sc.toml"), torque=[5.0, 10.0, 20.0])["transmission_error_mean"].dims
     ('torque',)
     """
     check_scene(scene)
