@@ -13,7 +13,7 @@ from gearbench.contact.problem import ContactProblem, ContactSolution
 
 _ARRAYS = tuple(field.name for field in fields(ContactSolution) if field.name != "polished")
 #: Those in units that are proportional to the load.
-_PROPORTIONAL = {"force", "approach", "coarse_approach"}
+PROPORTIONAL = {"force", "approach", "coarse_approach"}
 
 
 def under(problem: ContactProblem, force: float) -> ContactProblem:
@@ -30,6 +30,6 @@ def parted(
     found, ends = [], np.cumsum(counts)
     for share, first, last in zip(shares, ends - counts, ends, strict=True):
         own = {name: getattr(solution, name)[first:last] for name in _ARRAYS}
-        own |= {name: own[name] * share for name in _PROPORTIONAL}
+        own |= {name: own[name] * share for name in PROPORTIONAL}
         found.append(ContactSolution(**own, polished=0 if found else solution.polished))
     return found
