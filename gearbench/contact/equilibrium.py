@@ -1,4 +1,4 @@
-"""Contact of all meshes of a train at once, where they touch each other through a few rigid motions only (C9).
+"""Contact of all meshes of a train at once, where they touch each other through a few rigid motions only (M2).
 
 Each mesh answers with its approach δ_m and its stiffness k_m under a force F_m, as a pair does; the forces that it may
 not know beforehand follow from the balance K q + Bᵀ F = f of the motions q, and from δ_m(F_m) = B_m q + g_m where it is
@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.loads import PROPORTIONAL
+from gearbench.contact.loads import in_own_units
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.problem import ContactProblem, ContactSolution, under
 from gearbench.contact.solver import ConvergenceError, Guess
@@ -51,9 +51,7 @@ class MeshAt:
     def answer(self, force: NDArray, guess: Guess) -> tuple[NDArray, NDArray, ContactSolution]:
         """Approach δ [mm], ∂F_bt/∂δ [N/mm] and solution under forces F_bt (position,) [N]."""
         share = force / self.nominal
-        solution = solve_patches(under(self.problem, share), guess)
-        own = {name: (getattr(solution, name).T * share).T for name in PROPORTIONAL}
-        solution = replace(solution, **own)
+        solution = in_own_units(solve_patches(under(self.problem, share), guess), share)
         return solution.approach / self.cos_b, solution.stiffness * self.cos_b**2, solution
 
 
@@ -67,6 +65,8 @@ class Balance:
         F_bt of each mesh, (position, mesh) [N]; 0 where its flanks have parted.
     motion
         q (position, motion) [mm; rad].
+    stiffness
+        ∂F_bt/∂δ of each mesh, (position, mesh) [N/mm].
     solutions
         Contact of each mesh under its force; of parted ones under the least that is solved.
     steps
@@ -75,6 +75,7 @@ class Balance:
 
     force: NDArray
     motion: NDArray
+    stiffness: NDArray
     solutions: tuple[ContactSolution, ...]
     steps: int
 
@@ -137,15 +138,17 @@ def balance(meshes: Sequence[MeshAt], statics: Statics) -> Balance:
     count = len(meshes[0].problem.gap)
     nominal = np.array([mesh.nominal for mesh in meshes])
     guesses = [Guess.nothing(mesh.problem) for mesh in meshes]
-    force = np.tile(nominal, (count, 1))
+    force, change = np.tile(nominal, (count, 1)), np.zeros(1)
     for step in range(STEPS):
         at = np.maximum(force, LEAST * nominal)
         answers = [mesh.answer(at[:, m], guesses[m]) for m, mesh in enumerate(meshes)]
-        approach, k = (np.stack([answer[i] for answer in answers], axis=1) for i in (0, 1))
+        approach, k = np.stack([x for x, _, _ in answers], axis=1), np.stack([k for _, k, _ in answers], axis=1)
         q, found = statics.motions(k, approach - at / k)
         change = np.abs(np.where(force > LEAST * nominal, found - force, np.maximum(found - at, 0.0)))
         if change.max() <= SETTLED * np.abs(found).max():
-            return Balance(force=force, motion=q, solutions=tuple(answer[2] for answer in answers), steps=step + 1)
+            alone = [np.where(loaded, 1.0, 0.0) for loaded in (force > 0).T]  # parted flanks are loaded a little
+            own = (replace(a[2], force=a[2].force * one[:, None, None]) for a, one in zip(answers, alone, strict=True))
+            return Balance(force=force, motion=q, stiffness=k * (force > 0), solutions=tuple(own), steps=step + 1)
         # the force of a mesh that is as good as parted is on its tangent
         force = np.where(found > LEAST * nominal, np.minimum(found, GROWTH * at), found)
     raise ConvergenceError(f"forces of the meshes not settled after {STEPS} steps: {change.max():.1e} N")

@@ -1,9 +1,9 @@
 """Free rigid motions of the gears of a train: how the approach of each mesh follows from them, what acts on them.
 
-Every shaft, and the carrier where there is one, may move by (x, y) in the transverse plane and turn by θ (clockwise,
-as in ``gearbench.geometry.train``). A mesh with the force F on the line of action n, from the driver to the driven gear,
-approaches by δ = n·(u_1 − u_2) + t (r_b1 θ_1 + r_b2 θ_2), t the sense in which its driver pushes; the base radius of an
-internal gear is negative.
+Every shaft, and the carrier where there is one, may move by u = (x, y) in the transverse plane and turn by θ,
+clockwise as in ``gearbench.geometry.train``. A mesh whose driver pushes the driven gear along the line of action n
+approaches by δ = n·(u_1 − u_2) + t (r_b1 θ_1 + r_b2 θ_2), t the sense in which the driver pushes, r_b2 < 0 of an
+internal gear (M1 of docs/theory.md).
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Linkage:
     ----------
     train
         Its axes stand still: those of planets in the frame of their carrier.
-    held_by
+    more
         Free motions beside the turning of the shafts: floating gears, yielding pins.
     carrier
         Name of the body that carries pins, where there is one.
@@ -134,10 +134,16 @@ class Linkage:
         first = self.train.meshes[0]
         sense = self.train.turn(first.name) * (-1 if self.coast else 1)
         f = np.zeros(len(self.motions))
-        f[[motion.moved for motion in self.motions].index(((self.ends[0], "turn"),))] = sense * 1e3 * abs(torque)
+        f[self.input] = sense * 1e3 * abs(torque)
+        return f
+
+    @property
+    def input(self) -> int:
+        """Number of the motion that torque enters at: the turning of the first driver."""
+        first = self.train.meshes[0]
         if self.train.shaft(first.driver) != self.ends[0]:
             raise InputError("meshes", first.name, f"its driver must be on {self.ends[0]}, where torque enters")
-        return f
+        return [motion.moved for motion in self.motions].index(((self.ends[0], "turn"),))
 
     def even_forces(self, torque: float) -> NDArray:
         """Force of each mesh [N], (mesh,), where parallel paths share alike: the least squares of all that balance.
@@ -150,7 +156,7 @@ class Linkage:
         turning = np.array([len(motion.moved) == 1 and motion.moved[0][1] == "turn" for motion in self.motions])
         rows, f = self.rows[:, turning], self.force(torque)[turning]
         F = np.linalg.lstsq(rows.T, f, rcond=None)[0]
-        if not np.allclose(rows.T @ F, f, atol=1e-9 * np.abs(f).max()) or np.any(F <= 1e-9 * F.max()):
+        if not np.allclose(rows.T @ F, f, atol=1e-9 * np.abs(f).max()) or np.any(1e-9 * F.max() >= F):
             raise InputError("meshes", "torques do not balance", "each mesh's driver must drive its driven gear")
         return F
 
@@ -169,7 +175,7 @@ class Linkage:
         values, vectors = np.linalg.eigh(whole / np.outer(size, size))
         if values[0] < _HELD * values[-1]:
             worst = self.motions[int(np.argmax(np.abs(vectors[:, 0])))]
-            raise InputError("", worst.name, "nothing holds it: neither its meshes nor a stiffness")
+            raise InputError("gears", worst.name, "nothing holds it: neither its meshes nor a stiffness")
 
     def on_bodies(self, force: NDArray) -> NDArray:
         """What meshes with the ``force`` (…, mesh) [N] do to each body, (…, body, 3) [N; N·mm]."""

@@ -264,8 +264,8 @@ class Train:
                 lead = phases[mesh.name] + mesh.lead(gear, self._towards(mesh, coast), coast=coast)
                 off = (lead - known.setdefault(gear, lead) + 0.5) % 1.0 - 0.5
                 if abs(off) > _TEETH:
-                    allowed = f"does not assemble: in mesh {mesh.name} its teeth stand {off:+.3f} pitches beside the gaps"
-                    raise InputError("", gear, allowed)
+                    allowed = f"does not assemble: in {mesh.name} its teeth stand {off:+.3f} pitches beside the gaps"
+                    raise InputError("gears", gear, allowed)
 
     def _towards(self, mesh: Mesh, coast: bool) -> float:
         x, y = self.across(mesh.name)
@@ -286,7 +286,7 @@ class Train:
 
     # -- torques ------------------------------------------------------------------------------------------------------
     def _balance(self, free: Sequence[str] | None) -> NDArray:
-        """Torques of the meshes on their drivers that cancel at each shaft no torque enters or leaves, (shaft, mesh)."""
+        """Torques of the meshes on their drivers that cancel at shafts no torque enters or leaves, (shaft, mesh)."""
         rows = []
         for shaft in dict.fromkeys(map(self.shaft, self.gears)):
             touching = [mesh for mesh in self.meshes if shaft in map(self.shaft, mesh.gears)]
@@ -303,6 +303,7 @@ class Train:
     @cached_property
     def parallel(self) -> bool:
         """Whether the balance of the shafts leaves open how much torque each mesh has."""
+        _ = self.rates
         return bool(np.linalg.matrix_rank(self._balance(None)[:, 1:]) < len(self.meshes) - 1)
 
     def torques(self, free: Sequence[str] | None = None, wished: Mapping[str, float] | None = None) -> dict[str, float]:
