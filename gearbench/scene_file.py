@@ -99,7 +99,7 @@ def _train(tables: Mapping[str, Any]) -> Scene:
     rest = {name: table for name, table in tables.items() if name not in PARTS}
     pairs = train.pairs()
     geometry, scenes = train.train(pairs), []
-    coast, torques = train.coast(geometry), geometry.torques()
+    coast, torques = train.coast(geometry), train.shares(geometry)
     for number, (name, pair) in enumerate(pairs.items()):
         own, other = (train.flanks(number, coast=side) for side in (coast[name], not coast[name]))
         theirs = {effect: table for effect, table in other.items() if table != own.get(effect)}

@@ -15,11 +15,11 @@ from gearbench.contact.patches import solve_patches
 from gearbench.contact.problem import ContactProblem
 from gearbench.errors import InputError
 from gearbench.results.outputs import DEFAULT_OUTPUTS
+from gearbench.results.points import Point, beside
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.scene_file import parse_scene
 from gearbench.solution import dataset, solve_scene
 from gearbench.sweeps import loads, run
-from gearbench.sweeps.dataset import Point, beside
 from gearbench.sweeps.ranges import parse_range, parse_setting
 from tests.support.paths import ROOT
 
