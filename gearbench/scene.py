@@ -466,7 +466,7 @@ def check_scene(scene: object) -> None:
         Saying how a file becomes one.
     """
     if not isinstance(scene, Scene):
-        what = f"load_scene({scene!r})" if isinstance(scene, str | os.PathLike) else "a Scene"
+        what = f"read_scene({scene!r})" if isinstance(scene, str | os.PathLike) else "a Scene"
         raise TypeError(f"scene must be a Scene, not {type(scene).__name__}: give {what}")
 
 
