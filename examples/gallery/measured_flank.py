@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from matplotlib import pyplot as plt
 
-from gearbench import load_map, load_scene, simulate
-from gearbench.effects.topography import Topography
+from gearbench import Topography, read_scene, simulate
+from gearbench.plot import load_map
 
-scene = load_scene(Path(__file__).parents[1] / "gears/e_drive_output.toml")
+scene = read_scene(Path(__file__).parents[1] / "gears/e_drive_output.toml")
 start, end = scene.pair.meshing.active_radii[0]
 radius, face = np.linspace(start, end, 9), np.linspace(0.0, scene.pair.meshing.face_width, 9)
 t, s = (radius[:, None] - start) / (end - start), 2 * face / face[-1] - 1

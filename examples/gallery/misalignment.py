@@ -8,9 +8,10 @@ from pathlib import Path
 
 from matplotlib import pyplot as plt
 
-from gearbench import Crowning, Misalignment, load_map, load_scene, simulate
+from gearbench import Crowning, Misalignment, read_scene, simulate
+from gearbench.plot import load_map
 
-scene = load_scene(Path(__file__).parents[1] / "gears/e_drive_input.toml")
+scene = read_scene(Path(__file__).parents[1] / "gears/e_drive_input.toml")
 bare = tuple(effect for effect in scene.effects if effect.name != "crowning")
 tilted = Misalignment(deviation=20.0)
 cases = {

@@ -65,18 +65,26 @@ def plate_tooth(gear: Gear, material: Material, order: tuple[int, int] | None, f
     )
 
 
-#: Helix angle [°] above which solid teeth need more functions: in ``studies/s11_gears_in_use`` peak-to-peak values of
-#: steeper gears were up to 7 % off without.
+#: Helix angle [°] above which solid teeth need more functions across: in ``studies/s11_gears_in_use`` peak-to-peak
+#: values of steeper gears were up to 7 % off without.
 STEEP = 27.0
+#: Share of its height above which the fillet of a tooth reaches high: tooth numbers are small, and undercut is near.
+HIGH_FILLET = 0.27
 
 
 def solid_order(gear: Gear) -> tuple[int, int, int]:
-    """Order of a solid tooth unless a scene gives one: across the face as many functions as the flank can feel."""
+    """Order of a solid tooth unless a scene gives one.
+
+    Across the face as many functions as the flank can feel. Where the fillet reaches high, or the gear is helical, the
+    height has functions enough for two families that meet where the flank begins.
+    """
     from gearbench.compliance.local import waves_across
+    from gearbench.compliance.section import JOINTED
     from gearbench.compliance.solid_tooth import WIDE
 
     steep, wide = gear.helix_angle > STEEP, gear.face_width > WIDE * gear.normal_module
-    across, along = (8, 9) if steep else (6, 7)
+    high = gear.form_radius - gear.root_radius > HIGH_FILLET * gear.tooth_height
+    across, along = 8 if steep else 7 if high else 6, JOINTED if high or gear.helix_angle else 7
     return across, along, waves_across(gear) + (4 if steep or wide else 1)
 
 

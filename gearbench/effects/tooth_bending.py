@@ -48,7 +48,9 @@ class ToothBending(Tooth):
         Plate only. "paper": 9 unknowns, each field x(a + by + cx). The default where no ``order`` is given.
     order
         Numbers of functions: plate (height, face width), instead of ``basis``; solid (thickness, height, face width),
-        by default 6, 7 (8, 9 above 27° of helix) and about one for each module of face width.
+        by default 6 (7 where the fillet reaches high, 8 above 27° of helix), 7 (9 there and on helical gears) and about
+        one for each module of face width. From 9 along the height on they are two families that meet at the form
+        circle.
     fillet
         Plate only. Thickness with the generated root fillet, or without it (involute; constant below the base circle).
     load
