@@ -11,8 +11,8 @@ from typing import Any
 from gearbench.effects.base import Effect
 from gearbench.effects.registry import EFFECTS, RENAMED, effect_class, effect_names
 from gearbench.errors import InputError, one_of
+from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.geometry.train_tables import PARTS, SHARED, TrainGear, TrainMesh, TrainTables
 from gearbench.keys import key_at, with_values
 from gearbench.loads import Load, WeightedLoad, greatest_load
@@ -32,7 +32,7 @@ EFFECT_TABLES = ("effects", "coast")
 TOP = ("name", *TABLES, "loads", *OF_TRAIN, *EFFECT_TABLES, "system")
 
 
-def load_scene(path: str | Path) -> Scene:
+def read_scene(path: str | Path) -> Scene:
     """Read a scene from a TOML file.
 
     Raises
@@ -42,7 +42,7 @@ def load_scene(path: str | Path) -> Scene:
 
     Examples
     --------
-    >>> scene = load_scene("examples/case1.toml")
+    >>> scene = read_scene("examples/case1.toml")
     >>> scene.name, scene.pair.pinion.teeth, scene.load.torque
     ('case 1', 33, 13200.0)
     >>> [effect.name for effect in scene.effects]
@@ -56,6 +56,10 @@ def load_scene(path: str | Path) -> Scene:
         raise error.in_file(str(path)) from None
     _LOG.info("read %s: %s", path, ", ".join(effect.name for effect in scene.effects))
     return scene
+
+
+#: The name that code of gearbench still uses.
+load_scene = read_scene
 
 
 def parse_scene(tables: Mapping[str, Any]) -> Scene:
@@ -95,7 +99,7 @@ def _train(tables: Mapping[str, Any]) -> Scene:
     rest = {name: table for name, table in tables.items() if name not in PARTS}
     pairs = train.pairs()
     geometry, scenes = train.train(pairs), []
-    coast, torques = train.coast(geometry), geometry.torques()
+    coast, torques = train.coast(geometry), train.shares(geometry)
     for number, (name, pair) in enumerate(pairs.items()):
         own, other = (train.flanks(number, coast=side) for side in (coast[name], not coast[name]))
         theirs = {effect: table for effect, table in other.items() if table != own.get(effect)}
@@ -154,11 +158,11 @@ def _of_pair(path: str, names: tuple[str, str]) -> str:
     name, *rest = below.split(".")
     if head != "gears" or name not in names or not rest:
         return path
-    role, table = Role(names.index(name)).label, "coast" if rest[0] == "coast" else "effects"
+    gear, table = GEARS[names.index(name)], "coast" if rest[0] == "coast" else "effects"
     rest = rest[table == "coast" :]
     if rest[0] in effect_names():
-        return ".".join([table, rest[0], role, *rest[1:]])
-    return ".".join(["pair", *([] if rest[0] in SHARED else [role]), *rest])
+        return ".".join([table, rest[0], gear, *rest[1:]])
+    return ".".join(["pair", *([] if rest[0] in SHARED else [gear]), *rest])
 
 
 def _effects(head: str, tables: Mapping[str, Any]) -> tuple[Effect, ...]:
@@ -170,7 +174,7 @@ def _further(name: str, number: int) -> Scene:
     """Scene of a further mesh, in a file beside the scene file."""
     key = f"system.meshes.{number}.scene"
     content(key, name)
-    scene = load_scene(in_folder(name))
+    scene = read_scene(in_folder(name))
     if scene.system is not None or scene.loads:
         raise InputError(key, name, "must be a scene without [system] and with one load")
     return scene
@@ -213,7 +217,7 @@ def scene_key(path: str) -> Key | None:
         kind, rest = OF_TRAIN[head], rest[1:]
         effect, *below = rest[1:] if rest[:1] == ["coast"] else rest or [""]
         if head == "gears" and effect in effect_names():
-            kind, rest = effect_class(effect), [Role.PINION.label, *below]
+            kind, rest = effect_class(effect), [GEARS[0], *below]
     else:
         split = 1 if head in EFFECT_TABLES else 0
         try:

@@ -18,9 +18,9 @@ from gearbench.geometry.faces import Ends, Faces
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
 from gearbench.geometry.meshing import Meshing, profile_shift_sum
+from gearbench.geometry.names import GEARS
 from gearbench.geometry.rack import STANDARD_FILLET_RADIUS, full_fillet_radius
 from gearbench.geometry.ring_conditions import tip_room
-from gearbench.geometry.role import Role
 from gearbench.geometry.section import TransverseSection
 from gearbench.geometry.shifts import backlash, generating_shifts, given_shift
 from gearbench.geometry.temperature import Temperatures, strain
@@ -226,14 +226,14 @@ class Pair:
         if self.is_internal and self.strains[0] != self.strains[1]:
             allowed = "must grow an internal pair alike: other strains of its gears are not known here"
             raise InputError("temperature.wheel", self.temperature and self.temperature.wheel, allowed)
-        for role in Role:
-            self._check_clearance(role)
+        for index in (0, 1):
+            self._check_clearance(index)
         if self.meshing.path_end <= self.meshing.path_start:
             raise InputError("centre_distance", self.centre_distance, "no contact: the tip circles do not overlap")
         if self.is_internal and (room := tip_room(self)) < 0:
             allowed = f"its tips foul those of the ring by {-room:.3g} mm off the path of contact: must have fewer"
-            pinion = min(Role, key=lambda role: abs(self.members[role].teeth))
-            raise InputError(f"{pinion.label}.teeth", self.members[pinion].teeth, allowed)
+            pinion = min((0, 1), key=lambda index: abs(self.members[index].teeth))
+            raise InputError(f"{GEARS[pinion]}.teeth", self.members[pinion].teeth, allowed)
         if self.meshing.total_contact_ratio < 1:
             allowed = f"total contact ratio {self.meshing.total_contact_ratio:.4g} must be at least 1"
             raise InputError("centre_distance", self.centre_distance, allowed)
@@ -256,14 +256,14 @@ class Pair:
             tight = f"teeth overlap by {-self.actual_backlash:.4g} mm: reduce a profile shift or {way} the distance"
             raise InputError("centre_distance", self.centre_distance, tight)
 
-    def _check_clearance(self, role: Role) -> None:
-        clearance = self.meshing.tip_clearances[role]
+    def _check_clearance(self, index: int) -> None:
+        clearance = self.meshing.tip_clearances[index]
         # coefficients are usually given to three decimals: that much overlap is rounding, not interference
         if clearance < -0.002 * self.normal_module:
             way = "" if self.is_internal else " or raise the distance"
             allowed = f"tip runs {-clearance:.4g} mm into the root of its mate: reduce it{way}"
-            name = "addendum" if self.members[role].tip_diameter is None else "tip_diameter"
-            raise InputError(f"{role.label}.{name}", getattr(self.members[role], name), allowed)
+            name = "addendum" if self.members[index].tip_diameter is None else "tip_diameter"
+            raise InputError(f"{GEARS[index]}.{name}", getattr(self.members[index], name), allowed)
 
     @property
     def is_internal(self) -> bool:
@@ -293,8 +293,8 @@ class Pair:
     @cached_property
     def _given_shifts(self) -> tuple[float | None, float | None]:
         one, two = (
-            given_shift(self.sections[role], role, member.profile_shift, member.thickness)
-            for role, member in zip(Role, self.members, strict=True)
+            given_shift(self.sections[index], index, member.profile_shift, member.thickness)
+            for index, member in enumerate(self.members)
         )
         return one, two
 
@@ -340,9 +340,9 @@ class Pair:
         """How far the face of each gear reaches beyond the common one, at y = 0 and at y = b [mm]."""
         return self.faces.overhangs
 
-    def face_of(self, role: Role | None) -> float:
+    def face_of(self, index: int | None) -> float:
         """Face width of a gear; None: of the common face [mm]."""
-        return self.meshing.face_width if role is None else self.gears[role].face_width
+        return self.meshing.face_width if index is None else self.gears[index].face_width
 
     @property
     def materials(self) -> tuple[Material, Material]:
@@ -411,34 +411,34 @@ class Pair:
     @cached_property
     def gears(self) -> tuple[Gear, Gear]:
         """The two gears, pinion first."""
-        return self._gear(Role.PINION), self._gear(Role.WHEEL)
+        return self._gear(0), self._gear(1)
 
-    def _addendum(self, role: Role) -> float:
+    def _addendum(self, index: int) -> float:
         """h_a* above the line x_E, of the tip diameter where that is given [normal modules]."""
-        member = self.members[role]
+        member = self.members[index]
         if member.tip_diameter is None:
-            return member.addendum + self.profile_shifts[role] - self.generating_shifts[role]
-        section = self.sections[role]
+            return member.addendum + self.profile_shifts[index] - self.generating_shifts[index]
+        section = self.sections[index]
         height = math.copysign(member.tip_diameter, section.teeth) / 2 - section.pitch_radius
-        return height / self.normal_module - self.generating_shifts[role]
+        return height / self.normal_module - self.generating_shifts[index]
 
-    def _gear(self, role: Role) -> Gear:
-        member = self.members[role]
+    def _gear(self, index: int) -> Gear:
+        member = self.members[index]
         try:
             found = Gear(
                 teeth=member.teeth,
                 normal_module=self.normal_module,
                 pressure_angle=self.pressure_angle,
                 helix_angle=self.helix_angle,
-                face_width=self.faces.widths[role],
-                profile_shift=self.generating_shifts[role],
-                addendum=self._addendum(role),
+                face_width=self.faces.widths[index],
+                profile_shift=self.generating_shifts[index],
+                addendum=self._addendum(index),
                 dedendum=member.dedendum,
-                fillet_radius=self._fillet_radius(role, member.dedendum),
+                fillet_radius=self._fillet_radius(index, member.dedendum),
                 tip_rounding=member.tip_rounding or 0.0,
                 tip_chamfer=member.tip_chamfer or 0.0,
                 protuberance=member.depth_of_fillet,
-                cutter=self._cutter(role),
+                cutter=self._cutter(index),
                 blank=member.blank_name,
             )
             if member.root_diameter is None:
@@ -446,26 +446,26 @@ class Pair:
             # a dedendum deepens all roots alike
             deeper = found.root_radius - math.copysign(member.root_diameter, member.teeth) / 2
             dedendum = found.dedendum + deeper / self.normal_module
-            return replace(found, dedendum=dedendum, fillet_radius=self._fillet_radius(role, dedendum))
+            return replace(found, dedendum=dedendum, fillet_radius=self._fillet_radius(index, dedendum))
         except InputError as error:
-            shift = self.profile_shifts[role]
-            if self._given_shifts[role] is None and abs(shift) > LARGEST_SHIFT:
+            shift = self.profile_shifts[index]
+            if self._given_shifts[index] is None and abs(shift) > LARGEST_SHIFT:
                 plain = sum(section.pitch_radius for section in self.sections)
                 asked = f"asks for a profile shift of {shift:.3g}: teeth without shift need {plain:.6g} mm"
                 raise InputError("centre_distance", self.centre_distance, asked) from None
-            raise error.within(role.label) from None
+            raise error.within(GEARS[index]) from None
 
-    def _cutter(self, role: Role) -> Cutter | None:
-        member = self.members[role]
+    def _cutter(self, index: int) -> Cutter | None:
+        member = self.members[index]
         return member.cutter or (standard_cutter(member.teeth) if member.teeth < 0 else None)
 
-    def _fillet_radius(self, role: Role, dedendum: float) -> float:
+    def _fillet_radius(self, index: int, dedendum: float) -> float:
         """Rounding of the tool that is given, or the standard one as far as it fits [normal modules]."""
-        member, cutter = self.members[role], self._cutter(role)
+        member, cutter = self.members[index], self._cutter(index)
         if member.fillet_radius is not None:
             return member.fillet_radius
         if cutter is not None:
-            return standard_rounding(self.sections[role], cutter, dedendum)
+            return standard_rounding(self.sections[index], cutter, dedendum)
         depth = member.depth_of_fillet / self.normal_module
         fullest = full_fillet_radius(math.radians(self.pressure_angle), dedendum, depth)
         return max(0.0, min(STANDARD_FILLET_RADIUS, fullest))
