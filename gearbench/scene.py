@@ -17,7 +17,7 @@ from gearbench.effects.base import ComplianceEffect, Effect, Effects, GapEffect
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
-from gearbench.geometry.train import PAIR
+from gearbench.geometry.train import PAIR, Train
 from gearbench.geometry.train_tables import TrainTables
 from gearbench.loads import Load, WeightedLoad, greatest_load
 from gearbench.notebook import scene_html
@@ -306,9 +306,8 @@ class Scene:
             gears = [(mesh.driver, mesh.driven) for mesh in self.train.meshes]
             both = zip(self.mesh_names, own, gears, strict=True)
             return {name: changed(scene, gear_names=names) for name, scene, names in both}
-        pairs = {mesh.label: scene.pair for mesh, scene in zip(self.train.meshes, (self, *self.further), strict=True)}
-        train = self.train.train(pairs)
-        found, torques = {}, train.torques()
+        train = self.geometry
+        found, torques = {}, self.train.shares(train)
         for mesh, scene in zip(train.meshes, (self, *self.further), strict=True):
             rate = abs(float(train.rates[train.shaft(mesh.driver)]))
             found[mesh.name] = changed(
@@ -323,6 +322,18 @@ class Scene:
                 further=(),
             )
         return found
+
+    @cached_property
+    def geometry(self) -> Train:
+        """The gears and meshes of a train in the frame of their axes."""
+        assert self.train is not None, "a pair has no train"
+        meshes = zip(self.train.meshes, (self, *self.further), strict=True)
+        return self.train.train({mesh.label: scene.pair for mesh, scene in meshes})
+
+    @property
+    def coupled(self) -> bool:
+        """Whether it has several meshes that are one contact problem."""
+        return self.train is not None and self.train.coupled(self.geometry)
 
     @property
     def flank_effects(self) -> tuple[Effect, ...]:
@@ -455,7 +466,7 @@ def check_scene(scene: object) -> None:
         Saying how a file becomes one.
     """
     if not isinstance(scene, Scene):
-        what = f"load_scene({scene!r})" if isinstance(scene, str | os.PathLike) else "a Scene"
+        what = f"read_scene({scene!r})" if isinstance(scene, str | os.PathLike) else "a Scene"
         raise TypeError(f"scene must be a Scene, not {type(scene).__name__}: give {what}")
 
 

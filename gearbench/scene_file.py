@@ -32,7 +32,7 @@ EFFECT_TABLES = ("effects", "coast")
 TOP = ("name", *TABLES, "loads", *OF_TRAIN, *EFFECT_TABLES, "system")
 
 
-def load_scene(path: str | Path) -> Scene:
+def read_scene(path: str | Path) -> Scene:
     """Read a scene from a TOML file.
 
     Raises
@@ -42,7 +42,7 @@ def load_scene(path: str | Path) -> Scene:
 
     Examples
     --------
-    >>> scene = load_scene("examples/case1.toml")
+    >>> scene = read_scene("examples/case1.toml")
     >>> scene.name, scene.pair.pinion.teeth, scene.load.torque
     ('case 1', 33, 13200.0)
     >>> [effect.name for effect in scene.effects]
@@ -56,6 +56,10 @@ def load_scene(path: str | Path) -> Scene:
         raise error.in_file(str(path)) from None
     _LOG.info("read %s: %s", path, ", ".join(effect.name for effect in scene.effects))
     return scene
+
+
+#: The name that code of gearbench still uses.
+load_scene = read_scene
 
 
 def parse_scene(tables: Mapping[str, Any]) -> Scene:
@@ -95,7 +99,7 @@ def _train(tables: Mapping[str, Any]) -> Scene:
     rest = {name: table for name, table in tables.items() if name not in PARTS}
     pairs = train.pairs()
     geometry, scenes = train.train(pairs), []
-    coast, torques = train.coast(geometry), geometry.torques()
+    coast, torques = train.coast(geometry), train.shares(geometry)
     for number, (name, pair) in enumerate(pairs.items()):
         own, other = (train.flanks(number, coast=side) for side in (coast[name], not coast[name]))
         theirs = {effect: table for effect, table in other.items() if table != own.get(effect)}
@@ -170,7 +174,7 @@ def _further(name: str, number: int) -> Scene:
     """Scene of a further mesh, in a file beside the scene file."""
     key = f"system.meshes.{number}.scene"
     content(key, name)
-    scene = load_scene(in_folder(name))
+    scene = read_scene(in_folder(name))
     if scene.system is not None or scene.loads:
         raise InputError(key, name, "must be a scene without [system] and with one load")
     return scene

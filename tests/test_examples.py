@@ -8,7 +8,7 @@ from pathlib import Path
 import matplotlib as mpl
 import pytest
 
-from gearbench import Resolution, load_scene, simulate
+from gearbench import Resolution, read_scene, simulate
 from tests.support.paths import EXAMPLES
 
 mpl.use("agg")
@@ -35,7 +35,7 @@ def test_every_program_is_run_here():
 def test_a_pair_is_simulated(run_example):
     lines, names = run_example("simulate_pair.py")
     assert [line.split(":")[0] for line in lines[-2:]] == ["my pair", "with tip relief"]
-    again = simulate(load_scene("my_pair.toml"))
+    again = simulate(read_scene("my_pair.toml"))
     assert again["transmission_error"].identical(names["result"]["transmission_error"])
 
 
@@ -66,7 +66,7 @@ def test_a_search_finds_the_smoothest(run_example):
 @pytest.mark.parametrize("path", sorted((EXAMPLES / "gears").glob("*.toml")), ids=lambda path: path.stem)
 def test_gears_in_use_stand_on_their_bodies(path):
     """Twelve pairs of practice: wide, helical, high contact ratio, thin rims, large wheels."""
-    scene = load_scene(path)
+    scene = read_scene(path)
     assert scene.name == path.stem
     assert scene.effect("off_line_contact") is not None
     # ISO counts the teeth on the path of contact

@@ -10,22 +10,20 @@ import pytest
 import xarray as xr
 from numpy.testing import assert_allclose
 
-from gearbench import (
+from gearbench import fourier, simulate, sweep
+from gearbench.errors import InputError
+from gearbench.geometry.role import Role
+from gearbench.library.garambois2017 import gear
+from gearbench.plot import (
     contributions,
     density,
     draw_robust,
     draw_simulation,
-    fourier,
     load_distribution,
     load_map,
     order_spectrum,
     over_two_periods,
-    simulate,
-    sweep,
 )
-from gearbench.errors import InputError
-from gearbench.geometry.role import Role
-from gearbench.library.garambois2017 import gear
 from gearbench.results.origin import scene_of
 from gearbench.scene import Load
 

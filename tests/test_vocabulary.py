@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gearbench import load, load_scene, save
+from gearbench import open_result, read_scene, save
 from gearbench.effects.registry import EFFECTS
 from gearbench.errors import InputError
-from gearbench.exchange.rexs import load_rexs
+from gearbench.exchange.rexs import read_rexs
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.role import Role
 from gearbench.results.origin import scene_of
@@ -36,8 +36,8 @@ SHAPES = ("crowning", "tip_relief", "end_relief", "profile_crowning", "helix_slo
 
 def base(name: str) -> Scene:
     if not name.startswith("sew"):
-        return load_scene(ROOT / "examples" / "gears" / f"{name}.toml")
-    return load_rexs(SEW, int(name[-1]), torque=100.0)
+        return read_scene(ROOT / "examples" / "gears" / f"{name}.toml")
+    return read_rexs(SEW, int(name[-1]), torque=100.0)
 
 
 def member(draw: np.random.Generator, m: float, b: float) -> dict[str, Any]:
@@ -164,7 +164,7 @@ def written_read_solved_kept(tables: dict[str, Any], folder: Path) -> None:
     assert float(dataset.equilibrium_residual.max()) < 1e-9
     assert float(dataset.complementarity_residual.max()) < 1e-6
     save(dataset, folder / "kept.nc")
-    kept = load(folder / "kept.nc")
+    kept = open_result(folder / "kept.nc")
     xr.testing.assert_identical(kept.transmission_error, dataset.transmission_error)
     for role in Role:  # nothing but the Dataset is left
         (folder / f"{role.label}.csv").unlink()
@@ -226,8 +226,8 @@ def test_faults_of_any_drawn_number_are_one_line(tmp_path):
 
 def test_a_scene_without_temperatures_does_not_import_what_they_need():
     code = (
-        "import sys; from gearbench import load_scene; "
-        f"load_scene({str(ROOT / 'examples' / 'gears' / 'fzg_c.toml')!r}).acting_effects; "
+        "import sys; from gearbench import read_scene; "
+        f"read_scene({str(ROOT / 'examples' / 'gears' / 'fzg_c.toml')!r}).acting_effects; "
         "sys.exit('gearbench.effects.thermal_pitch' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False, capture_output=True).returncode == 0

@@ -140,9 +140,9 @@ def _grid(path: Path, data: bytes) -> str:
 
 def _rexs(path: Path) -> str:
     from gearbench.exchange.rexs import stages
-    from gearbench.exchange.rexs_document import read_rexs
+    from gearbench.exchange.rexs_document import read_document
 
-    document = read_rexs(path)
+    document = read_document(path)
     return f"REXS {document.version}, {len(document.components)} components, {len(stages(document))} stages"
 
 

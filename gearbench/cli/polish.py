@@ -29,7 +29,7 @@ def polish(
     """
     from gearbench.cli.summary import print_mapping
     from gearbench.files import check_target
-    from gearbench.optimisation.refinement import refine as run
+    from gearbench.optimisation.refinement import polish as run
     from gearbench.optimisation.select import open_designs
     from gearbench.results.netcdf import save
 

@@ -66,7 +66,7 @@ def response(
     Example: gearbench response examples/shafts.toml --speed 500:6000 -o response.nc --plots plots
     """
     from gearbench.cli import summary
-    from gearbench.dynamics.housing import housing_response, load_housing
+    from gearbench.dynamics.housing import housing_response, read_housing
     from gearbench.errors import naming
     from gearbench.files import check_target
 
@@ -76,7 +76,7 @@ def response(
         if target is not None:
             check_target(target)
     folder = plot_folder(plots)
-    transfer = None if housing is None else load_housing(housing)
+    transfer = None if housing is None else read_housing(housing)
     run = _kind(nonlinear=nonlinear, revolution=revolution, samples=samples, seed=seed, threads=threads)
     with naming(scene):
         dataset = run(loaded, speed=speeds, harmonics=harmonics)
@@ -153,13 +153,13 @@ def _kind(
 
 def _load(path: Path, stage: str | None, torque: float | None, load_case: int | None) -> tuple[Scene, tuple[str, ...]]:
     """Scene of a file; of a REXS file with its shafts."""
-    from gearbench.exchange.rexs_document import is_rexs, read_rexs
+    from gearbench.exchange.rexs_document import is_rexs, read_document
 
     if not is_rexs(path):
         return load_any(path, stage, torque, load_case)
     from gearbench.exchange.rexs_system import system_scene
 
-    return system_scene(read_rexs(path), stage, torque=torque, load_case=load_case)
+    return system_scene(read_document(path), stage, torque=torque, load_case=load_case)
 
 
 def parse_speeds(text: str) -> NDArray:

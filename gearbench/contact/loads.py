@@ -23,13 +23,22 @@ def under(problem: ContactProblem, force: float) -> ContactProblem:
     return replace(loaded, force=force, length_scale=problem.length_scale * f, along=problem.along)
 
 
-def parted(
-    solution: ContactSolution, shares: Sequence[float] | NDArray, counts: Sequence[int]
-) -> list[ContactSolution]:
-    """One solution, in the units of a whole load, as those under ``shares`` of it, ``counts`` positions each."""
+def in_own_units(solution: ContactSolution, share: NDArray) -> ContactSolution:
+    """A solution in the units of a whole load, each position under its ``share`` (position,), in those of that."""
+    own = {name: (getattr(solution, name).T * share).T for name in _PROPORTIONAL}
+    return replace(solution, **own)
+
+
+def parted(solution: ContactSolution, counts: Sequence[int]) -> list[ContactSolution]:
+    """One solution as several, of ``counts`` positions each."""
     found, ends = [], np.cumsum(counts)
-    for share, first, last in zip(shares, ends - counts, ends, strict=True):
+    for first, last in zip(ends - counts, ends, strict=True):
         own = {name: getattr(solution, name)[first:last] for name in _ARRAYS}
-        own |= {name: own[name] * share for name in _PROPORTIONAL}
         found.append(ContactSolution(**own, polished=0 if found else solution.polished))
     return found
+
+
+def stacked(solution: ContactSolution, loads: int) -> ContactSolution:
+    """One solution whose positions are those of each of the ``loads``, its arrays (load, position, …)."""
+    own = {name: getattr(solution, name) for name in _ARRAYS}
+    return replace(solution, **{name: x.reshape(loads, -1, *x.shape[1:]) for name, x in own.items()})

@@ -21,7 +21,7 @@ LARGEST = 1e100
 DIMENSIONS, PARTS = ("point", "bearing", "direction", "frequency"), ("transfer_real", "transfer_imaginary")
 
 
-def load_housing(path: str | Path) -> xr.Dataset:
+def read_housing(path: str | Path) -> xr.Dataset:
     """Transfer functions of a housing from a netCDF file.
 
     ``transfer_real`` and ``transfer_imaginary`` (point, bearing, direction, frequency): response at a point per force

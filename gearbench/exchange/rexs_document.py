@@ -148,7 +148,7 @@ class RexsDocument:
         return value
 
 
-def read_rexs(path: str | Path) -> RexsDocument:
+def read_document(path: str | Path) -> RexsDocument:
     """Read a REXS file: ``.rexs`` (XML), ``.rexsj`` (JSON) or packed ``.rexsz``.
 
     Raises

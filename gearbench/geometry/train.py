@@ -22,6 +22,8 @@ from gearbench.geometry.pair import Pair
 PAIR = "pair"
 #: Axes may stand this part of the centre distance farther from each other, or nearer.
 _AXES = 1e-4
+#: Teeth of a gear may stand this far beside the gaps of one of its mates [pitches].
+_TEETH = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -248,6 +250,23 @@ class Train:
                 found[mesh.name] = (found[other.name] + leads[0] - leads[1]) % 1.0
         return found
 
+    def check_assembly(self, *, coast: bool = False) -> None:
+        """Refuse gears whose teeth do not fit into all their meshes at once; phases that are given are not looked at.
+
+        Raises
+        ------
+        InputError
+            Naming the gear, and by how much its teeth would have to stand beside themselves.
+        """
+        phases, known = self.phases(coast=coast), {}
+        for mesh in self.meshes:
+            for gear in mesh.gears if mesh.phase is None else ():
+                lead = phases[mesh.name] + mesh.lead(gear, self._towards(mesh, coast), coast=coast)
+                off = (lead - known.setdefault(gear, lead) + 0.5) % 1.0 - 0.5
+                if abs(off) > _TEETH:
+                    allowed = f"does not assemble: in {mesh.name} its teeth stand {off:+.3f} pitches beside the gaps"
+                    raise InputError("gears", gear, allowed)
+
     def _towards(self, mesh: Mesh, coast: bool) -> float:
         x, y = self.across(mesh.name)
         return self.turn(mesh.name) * (-1 if coast else 1) * math.atan2(y, x)
@@ -266,6 +285,27 @@ class Train:
             left.remove(mesh)
 
     # -- torques ------------------------------------------------------------------------------------------------------
+    def _balance(self, free: Sequence[str] | None) -> NDArray:
+        """Torques of the meshes on their drivers that cancel at shafts no torque enters or leaves, (shaft, mesh)."""
+        rows = []
+        for shaft in dict.fromkeys(map(self.shaft, self.gears)):
+            touching = [mesh for mesh in self.meshes if shaft in map(self.shaft, mesh.gears)]
+            drives = {shaft == self.shaft(mesh.driver) for mesh in touching}
+            if len(touching) < 2 or (len(drives) < 2 if free is None else shaft in free):
+                continue
+            row = dict.fromkeys((mesh.name for mesh in self.meshes), 0.0)
+            for mesh in touching:
+                z_1, z_2 = (gear.teeth for gear in mesh.pair.gears)
+                row[mesh.name] += z_2 / z_1 if shaft == self.shaft(mesh.driven) else -1.0
+            rows.append(list(row.values()))
+        return np.array(rows).reshape(-1, len(self.meshes))
+
+    @cached_property
+    def parallel(self) -> bool:
+        """Whether the balance of the shafts leaves open how much torque each mesh has."""
+        _ = self.rates
+        return bool(np.linalg.matrix_rank(self._balance(None)[:, 1:]) < len(self.meshes) - 1)
+
     def torques(self, free: Sequence[str] | None = None, wished: Mapping[str, float] | None = None) -> dict[str, float]:
         """Mesh → torque on its driver over that on the first, from the balance of the shafts.
 
@@ -279,21 +319,10 @@ class Train:
         """
         first, *others = names = [mesh.name for mesh in self.meshes]
         _ = self.rates  # all shafts turn, and each with one speed
-        rows = []
-        for shaft in dict.fromkeys(map(self.shaft, self.gears)):
-            touching = [mesh for mesh in self.meshes if shaft in map(self.shaft, mesh.gears)]
-            drives = {shaft == self.shaft(mesh.driver) for mesh in touching}
-            if len(touching) < 2 or (len(drives) < 2 if free is None else shaft in free):
-                continue
-            row = dict.fromkeys(names, 0.0)
-            for mesh in touching:
-                z_1, z_2 = (gear.teeth for gear in mesh.pair.gears)
-                row[mesh.name] += z_2 / z_1 if shaft == self.shaft(mesh.driven) else -1.0
-            rows.append(list(row.values()))
+        rows = self._balance(free)
         if not others:
             return {first: 1.0}
-        A = np.array(rows).reshape(-1, len(names))
-        b, A = -A[:, 0], A[:, 1:]
+        b, A = -rows[:, 0], rows[:, 1:]
         if wished is None and np.linalg.matrix_rank(A) < len(others):
             allowed = "paths are parallel: how they share the torque does not follow from the balance of the shafts"
             raise InputError("meshes", ", ".join(names), allowed)

@@ -10,6 +10,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass as table
 
 from gearbench.errors import InputError, one_of
+from gearbench.geometry.linkage import Linkage
 from gearbench.geometry.pair import Length, Member, Pair
 from gearbench.geometry.role import Role
 from gearbench.geometry.thickness import Deviation
@@ -183,6 +184,21 @@ class TrainTables:
         own = ((m.label, {key: getattr(m, key) for key in keys}) for m in self.meshes)
         meshes = tuple(Mesh(name=name, pair=pairs[name], **each) for name, each in own)
         return Train(meshes=meshes, shafts=self._shafts, axes=self._axes)
+
+    def coupled(self, train: Train) -> bool:
+        """Whether its meshes are one contact problem: paths are parallel."""
+        return "system" not in self.tables and train.parallel
+
+    def linkage(self, train: Train, *, coast: bool = False) -> Linkage:
+        """How the meshes hang together."""
+        return Linkage(train=train, coast=coast)
+
+    def shares(self, train: Train) -> dict[str, float]:
+        """Mesh → torque on its driver over that on the first; where paths are parallel as if they shared alike."""
+        if not self.coupled(train):
+            return train.torques()
+        force = self.linkage(train).even_forces(1.0)
+        return {m.name: 1e-3 * F * m.pair.gears[0].base_radius for m, F in zip(train.meshes, force, strict=True)}
 
     @property
     def _shafts(self) -> dict[str, str]:

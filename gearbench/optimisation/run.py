@@ -77,7 +77,7 @@ def optimise(
     Parameters
     ----------
     study
-        The study, see ``gearbench.load_study``.
+        The study, see ``gearbench.read_study``.
     directory
         Where each generation is stored as it is finished, and the result at the end; nowhere by default.
     resume

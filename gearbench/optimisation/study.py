@@ -167,7 +167,7 @@ class Speeds:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class OptimisationStudy:
-    """Everything an optimisation needs; ``load_study`` reads one from a TOML file.
+    """Everything an optimisation needs; ``read_study`` reads one from a TOML file.
 
     Parameters
     ----------

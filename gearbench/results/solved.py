@@ -21,8 +21,8 @@ class Solved:
     """A scene solved on its contact lines: the source of all outputs.
 
     The arrays of the solution may have dimensions before the position; so have the outputs that follow from it.
-    ``size`` is the number of Gauss points on each panel, by default the scene's; ``at`` are its phases, where another
-    solution has the same: what follows from them alone is then computed once.
+    ``size`` is the number of Gauss points on each panel, by default the scene's; ``at`` are the phases that results are
+    over, where these are those of another mesh of a train.
     """
 
     scene: Scene

@@ -64,8 +64,8 @@ def robust(
 
     Examples
     --------
-    >>> from gearbench import load_scene
-    >>> dataset = robust(load_scene("examples/gear55_robust.toml"), samples=64, seed=1)
+    >>> from gearbench import read_scene
+    >>> dataset = robust(read_scene("examples/gear55_robust.toml"), samples=64, seed=1)
     >>> dict(dataset.sizes)["sample"], dataset["mesh_stiffness_rms"].dims
     (64, ('sample',))
     """

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble, conforming, mesh_phases, scene_lines, smooth_nodes
 from gearbench.contact.gaps import gap_and_variation, gaps_along
-from gearbench.contact.loads import parted
+from gearbench.contact.loads import in_own_units, parted, stacked
 from gearbench.contact.loads import under as under_force
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.problem import ContactProblem, part_of, under
@@ -62,7 +62,10 @@ def _share_phases(scene: Scene) -> bool:
 
 
 def solve_group(scenes: Sequence[Scene], shared: Shared) -> Iterator[Solved]:
-    """Solution of each scene of a group of ``under_loads``, as that of ``solve_scene``; a few at a time."""
+    """Solution of each scene of a group of ``under_loads``, as that of ``solve_scene``; a few at a time.
+
+    Loads that share their phases are one solution, whose arrays have them as their first dimension.
+    """
     scene = scenes[0]
     if _alone(scene):
         yield from map(solve_scene, scenes)
@@ -88,24 +91,28 @@ def _most_positions(scene: Scene) -> int:
 
 @single_threaded_blas()
 def _together(scenes: Sequence[Scene], found: Sequence[tuple], shared: Shared) -> list[Solved]:
-    """Solutions of scenes that differ in the load alone, at the phases ``found`` for each."""
-    counts = [len(phase) for phase, _, _ in found]
+    """Solutions of scenes that differ in the load alone, at the phases ``found`` for each; one if shared."""
+    counts, alike = [len(phase) for phase, _, _ in found], all(each is found[0] for each in found)
     # panels far from what the load changes have the same phases under all loads
     phase, position = np.unique(np.concatenate([phase for phase, _, _ in found]), return_inverse=True)
     at = shared.assembled(scenes[0], phase)
     shares = np.array([scene.F_bn / at.problem.force for scene in scenes])
     problem = under(part_of(at.problem, position), np.repeat(shares, counts))
-    solutions = parted(solve_patches(problem), shares, counts)
+    solution = in_own_units(solve_patches(problem), np.repeat(shares, counts))
+    if alike:
+        _, weight, size = found[0]
+        solution = stacked(solution, len(scenes))
+        return [Solved(scene=scenes[0], lines=at.lines, weight=weight, problem=problem, solution=solution, size=size)]
     result, ends = [], np.cumsum(counts)
-    for scene, chosen, solution, n, end in zip(scenes, found, solutions, counts, ends, strict=True):
+    for scene, (_, weight, size), one, n, end in zip(
+        scenes, found, parted(solution, counts), counts, ends, strict=True
+    ):
         here = slice(end - n, end)
         part, share = part_of(problem, here), scene.F_bn / at.problem.force
         along = replace(part.along, scene=scene, share=np.ones(n)) if part.along else None
         part = replace(part, force=scene.F_bn, length_scale=problem.length_scale * share, along=along)
         lines = at.lines.part(position[here])
-        _, weight, size = chosen
-        own = {"weight": weight, "size": size, "at": result[0].phases if result and chosen is found[0] else None}
-        result.append(Solved(scene=scene, lines=lines, problem=part, solution=solution, **own))
+        result.append(Solved(scene=scene, lines=lines, weight=weight, problem=part, solution=one, size=size))
     return result
 
 

@@ -22,7 +22,7 @@ import numpy as np
 import psutil
 import pytest
 
-from gearbench import load_study, optimise
+from gearbench import optimise, read_study
 from gearbench.budget import VARIABLE, MemoryBudgetError, memory_limit
 from gearbench.errors import GearbenchError, InputError
 from gearbench.optimisation import executors
@@ -35,7 +35,7 @@ from gearbench.optimisation.workers import LostError, Workers, evaluations, open
 from tests.support.dask_processes import dask, scheduler
 from tests.support.paths import ROOT
 
-STUDY = replace(load_study(ROOT / "examples" / "optimise_small.toml"), robustness=Robustness(samples=256, racing=True))
+STUDY = replace(read_study(ROOT / "examples" / "optimise_small.toml"), robustness=Robustness(samples=256, racing=True))
 SMALL = replace(STUDY, algorithm=Algorithm(population=8, generations=3, seed=2), robustness=Robustness(samples=8))
 DESIGNS = [(z, h, b, 2, 3, 3) for z in (1, 2, 3) for h in range(0, 11, 3) for b in (0, 4)]
 

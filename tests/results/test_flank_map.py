@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench import load_map, load_scene, simulate
+from gearbench import read_scene, simulate
 from gearbench.geometry.role import Role
+from gearbench.plot import load_map
 from gearbench.results.flank_map import over_flank
 from tests.support.paths import EXAMPLES
 
@@ -62,7 +63,7 @@ def test_where_no_line_is_there_is_nothing():
 
 def test_the_map_is_the_pressure_of_the_segments_on_either_gear():
     """On a spur pair without modifications over the face: at the u of each phase, all along the face."""
-    scene = load_scene(EXAMPLES / "gears" / "osu_50.toml").without("off_line_contact")
+    scene = read_scene(EXAMPLES / "gears" / "osu_50.toml").without("off_line_contact")
     dataset = simulate(scene, outputs=("line_load", "flank_pressure"))
     pair = scene.pair
     for role in Role:
