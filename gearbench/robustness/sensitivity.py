@@ -60,7 +60,7 @@ class Fit:
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """What the errors do to a response: each (value, standard error), (error,), as of ``sensitivity``.
+    """What the errors do to a response: each (value, standard error), (error,), as of ``sensitivities``.
 
     Parameters
     ----------
@@ -93,11 +93,6 @@ class Candidates:
     values: NDArray
     scaled: NDArray
     low: NDArray
-
-
-def sensitivity(errors: NDArray, values: NDArray, scale: float = 1.0) -> Sensitivity:
-    """``sensitivities`` of one response, (sample,)."""
-    return sensitivities(errors, [values], scale)[0]
 
 
 def sensitivities(errors: NDArray, responses: Sequence[NDArray], scale: float = 1.0) -> list[Sensitivity]:
