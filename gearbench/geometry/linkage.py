@@ -178,7 +178,7 @@ class Linkage:
             raise InputError("gears", worst.name, "nothing holds it: neither its meshes nor a stiffness")
 
     def on_bodies(self, force: NDArray) -> NDArray:
-        """What meshes with the ``force`` (…, mesh) [N] do to each body, (…, body, 3) [N; N·mm]."""
+        """Forces and moments of meshes with the ``force`` (…, mesh) [N] on each body, (…, body, 3) [N; N·mm]."""
         return -np.einsum("...m,mba->...ba", force, self.of_bodies)
 
     def displaced(self, places: Mapping[str, Sequence[float]]) -> NDArray:

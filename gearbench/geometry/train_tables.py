@@ -190,7 +190,7 @@ class TrainTables:
         return "system" not in self.tables and train.parallel
 
     def linkage(self, train: Train, *, coast: bool = False) -> Linkage:
-        """How the meshes hang together."""
+        """Coupling of the meshes."""
         return Linkage(train=train, coast=coast)
 
     def shares(self, train: Train) -> dict[str, float]:
