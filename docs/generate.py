@@ -52,6 +52,9 @@ it, may hold. Sizes and symbols are those of ISO 21771; tooth thickness (G13 to 
 DIN 3960, tools with protuberance (G12) as in ISO 6336-3, temperatures (G16), edges of the tip (G17).
 What is not given is not there: no deviation, no stock, one material, 20 °C.
 
+An internal gear has a negative number of teeth, `teeth = -99`, and is cut by a pinion-type cutter (G18); its body is
+held all around at `outer_diameter`. Finite elements, shafts (`[system]`) and root stress are of external gears so far.
+
 ```toml
 [pair]
 normal_module = 3.0

@@ -38,8 +38,8 @@ Scale = Annotated[
     float | None, typer.Option("--scale", metavar="MPA", min=1e-3, help="End of the colours of the load maps [MPa].")
 ]
 
-#: Outputs of the summary beside the usual ones.
-SHOWN = ("flank_pressure_max", "face_load_factor", "root_stress")
+#: Outputs of the summary beside the usual ones; the root stress of gears that racks have cut.
+SHOWN, ROOT_STRESS = ("flank_pressure_max", "face_load_factor"), "root_stress"
 
 
 def simulate(
@@ -66,6 +66,7 @@ def simulate(
     """
     from gearbench.cli import summary
     from gearbench.files import check_target
+    from gearbench.geometry.blank import RACK
     from gearbench.results.netcdf import save
     from gearbench.results.origin import by_itself
     from gearbench.results.outputs import DEFAULT_OUTPUTS
@@ -80,7 +81,9 @@ def simulate(
     if report is not None:
         loaded = loaded.one_load
     folder = plot_folder(plots)
-    asked = tuple(dict.fromkeys((*DEFAULT_OUTPUTS, *(also or ()), *SHOWN)))
+    by_rack = all(gear.blank == RACK for each in loaded.meshes.values() for gear in each.pair.gears)
+    shown = (*SHOWN, ROOT_STRESS) if by_rack else SHOWN
+    asked = tuple(dict.fromkeys((*DEFAULT_OUTPUTS, *(also or ()), *shown)))
     dataset = run(with_accuracy(loaded, accuracy), outputs=asked)
     each = {name: by_itself(dataset, name) for name in loaded.meshes}
     cautions = [*dict.fromkeys(line for name, own in each.items() for line in warnings(loaded.meshes[name], own))]

@@ -167,6 +167,9 @@ def meshed_body(pair: Pair, index: int, *, on_body: bool, coast: bool = False) -
     from fem_reference.section import Body
 
     gear = pair.gears[index]
+    if gear.teeth < 0:
+        allowed = "finite elements are of external gears so far: take solid teeth and a ring as body"
+        raise InputError(f"pair.{GEARS[index]}.teeth", gear.teeth, allowed)
     if not on_body:
         return Body(gear=gear)
     wanted = 3 + 2 * int(np.ceil((pair.meshing.transverse_contact_ratio + pair.meshing.overlap_ratio) / 2))
@@ -192,7 +195,7 @@ def own_web(pair: Pair, index: int, coast: bool) -> Web | None:
 
 
 def require_bores(pair: Pair) -> tuple[float, float]:
-    """Bore diameters [mm] of pinion and wheel.
+    """Diameters [mm] at which pinion and wheel are held: their bores, negative the outside of an internal gear.
 
     Raises
     ------
@@ -201,10 +204,12 @@ def require_bores(pair: Pair) -> tuple[float, float]:
     """
     found = []
     for name, member, gear in zip(("pinion", "wheel"), (pair.pinion, pair.wheel), pair.gears, strict=True):
-        if member.bore_diameter is None:
-            raise InputError("", f"no pair.{name}.bore_diameter", "needs the bores of both gears")
+        key, needs = ("bore", "the bores of both gears") if gear.teeth > 0 else ("outer", "the outside of the ring")
+        diameter = member.bore_diameter if gear.teeth > 0 else member.outer_diameter
+        if diameter is None:
+            raise InputError("", f"no pair.{name}.{key}_diameter", f"needs {needs}")
         try:
-            found.append(2 * blank_of(gear.blank).support(gear, member.bore_diameter))
+            found.append(2 * blank_of(gear.blank).support(gear, diameter))
         except InputError as error:
             raise InputError("", f"pair.{name}.{error.key} = {error.value:.6g}", error.allowed) from None
     return found[0], found[1]

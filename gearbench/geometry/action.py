@@ -175,7 +175,7 @@ class ContactLines:
             return self.pair.meshing.radii(self.u)
         # where material is missing the edge is an involute point from beyond the tip circle, even beyond pointed tips
         first, second = (
-            np.minimum(np.hypot(gear.base_radius, roll), gear.tip_radius)
+            np.minimum(gear.radius_at(roll), gear.tip_radius)
             for gear, roll in zip(self.pair.gears, self.rolls, strict=True)
         )
         return first, second

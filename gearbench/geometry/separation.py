@@ -156,11 +156,9 @@ class Separation:
         if curve is None:
             return None
         radius = np.full(len(nodes), np.nan)
-        radius[np.searchsorted(nodes, curve.node)] = np.maximum(curve.radii.min(axis=0), 1e-3 * self.step)
+        radius[np.searchsorted(nodes, curve.node)] = np.maximum(np.abs(curve.radii).min(axis=0), 1e-3 * self.step)
         least = np.minimum(radius[:-1], radius[1:])
-        parts = np.maximum(
-            (SHARP * self.plane.tangent_length / least) ** 1.5, (self.step**4 / least**3 / ERROR) ** 0.25
-        )
+        parts = np.maximum((SHARP * self.plane.size / least) ** 1.5, (self.step**4 / least**3 / ERROR) ** 0.25)
         if not np.nanmax(parts, initial=0.0) > 1:
             return curve
         parts = np.ceil(np.clip(parts, 1.0, FINER))
@@ -185,7 +183,7 @@ class Separation:
         least = values.min(axis=0)
         # of curves that agree, a smooth contact goes before an edge, and one that goes on before one that ends
         order = np.array([c.edge >= 0 for c in curves])[:, None] * 1.0
-        near = values <= least + 1e-13 * self.plane.tangent_length
+        near = values <= least + 1e-13 * self.plane.size
         winner = np.argmin(np.where(near, order, np.inf), axis=0)
         winner = np.where(np.isfinite(least), winner, -1)
         pieces, start = [], grid[0]
@@ -204,7 +202,7 @@ class Separation:
         if a < 0 or b < 0:
             return high if a < 0 else low
         first, second = self.curves[a], self.curves[b]
-        room = 1e-13 * self.plane.tangent_length
+        room = 1e-13 * self.plane.size
         begin, end = second.u[:1], first.u[-1:]
         # where one begins or ends on the other, they only touch there
         if begin[0] > low and hermite(second, begin)[0] <= hermite(first, begin)[0] + room:
