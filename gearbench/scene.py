@@ -311,7 +311,7 @@ class Scene:
         train = self.geometry
         found, torques = {}, self.train.shares(train)
         for mesh, scene in zip(train.meshes, (self, *self.further), strict=True):
-            rate = abs(float(train.rates[train.shaft(mesh.driver)]))
+            rate = train.own_rate(mesh.name)
             found[mesh.name] = changed(
                 scene,
                 name=f"{self.name}: {mesh.name}".removeprefix(": "),
@@ -436,7 +436,7 @@ class Scene:
         tables.pop("further", None)
         if self.train is not None:
             own = {key: tables[key] for key in tables.keys() - {"pair", "effects", "coast", "gear_names", "train"}}
-            return {**own, **{key: each for key, each in self.train.tables.items() if each}}
+            return {**own, **{key: each for key, each in self.train.written.items() if each}}
         if self.loads:
             del tables["load"]
         for name in ("effects", "coast"):

@@ -88,17 +88,8 @@ def simulate(
     each = {name: by_itself(dataset, name) for name in loaded.meshes}
     cautions = [*dict.fromkeys(line for name, own in each.items() for line in warnings(loaded.meshes[name], own))]
     written = [save(dataset, output)] if output is not None else []
-    if folder is not None and loaded.loads:
-        from gearbench.sweeps.figures import draw_sweep
-
-        written += draw_sweep(dataset, folder)
-    elif folder is not None:
-        from gearbench.plotting import draw_simulation
-
-        for name, own in each.items():
-            there = folder if loaded.train is None else folder / name.replace(" ", "_")
-            there.mkdir(exist_ok=True)
-            written += draw_simulation(own, there, scale=scale)
+    if folder is not None:
+        written += _draw(loaded, dataset, folder, scale)
     if report is not None:
         from gearbench.pair_report import write_pair_report
 
@@ -116,6 +107,28 @@ def simulate(
             say(line)
 
 
+def _draw(scene: Scene, dataset: xr.Dataset, folder: Path, scale: float | None) -> list[Path]:
+    """Write the figures of a result."""
+    from gearbench.results.origin import by_itself
+
+    if scene.loads:
+        from gearbench.sweeps.figures import draw_sweep
+
+        return draw_sweep(dataset, folder)
+    if scene.coupled:
+        from gearbench.trains.figures import draw_train
+
+        return draw_train(dataset, folder)
+    from gearbench.plotting import draw_simulation
+
+    written = []
+    for name in scene.meshes:
+        there = folder if scene.train is None else folder / name.replace(" ", "_")
+        there.mkdir(exist_ok=True)
+        written += draw_simulation(by_itself(dataset, name), there, scale=scale)
+    return written
+
+
 def _notes(scene: Scene) -> list[str]:
     """Notes on conventions and models that the numbers depend on."""
     found = []
@@ -130,7 +143,7 @@ def _print(scene: Scene, dataset: xr.Dataset) -> None:
     """Geometry, then results."""
     from gearbench.cli import summary
 
-    for one in scene.meshes.values():
+    for one in {each.pair: each for each in scene.meshes.values()}.values():  # planets are alike
         summary.print_geometry(one)
     if scene.loads or scene.train is not None:
         summary.print_points(scene, dataset)
