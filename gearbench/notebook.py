@@ -1,4 +1,4 @@
-"""What notebooks show: tables in HTML, in the style the notebook gives its own."""
+"""Representations in notebooks: tables in HTML in the notebook's style."""
 
 from __future__ import annotations
 

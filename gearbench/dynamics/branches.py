@@ -150,7 +150,7 @@ def sweeps(found: Branches, speeds: NDArray) -> NDArray:
 
 
 def remarks(oscillator: Oscillator, found: Branches, met: NDArray, speeds: NDArray) -> list[str]:
-    """What a reader of the sweeps must know, one line each."""
+    """Notes for the reader of the sweeps, one line each."""
     lines = []
     lost = met[0] < 0
     if lost.any():
