@@ -15,9 +15,9 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import ComplianceEffect, Effect, Effects, GapEffect
 from gearbench.errors import InputError
+from gearbench.geometry.names import GEARS, PAIR
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
-from gearbench.geometry.train import PAIR, Train
+from gearbench.geometry.train import Train
 from gearbench.geometry.train_tables import TrainTables
 from gearbench.loads import Load, WeightedLoad, greatest_load
 from gearbench.notebook import scene_html
@@ -170,7 +170,7 @@ class Scene:
     operation: Operation | None = None
     system: System | None = None
     further: tuple[Scene, ...] = ()
-    gear_names: tuple[str, str] = (Role.PINION.label, Role.WHEEL.label)
+    gear_names: tuple[str, str] = GEARS
     train: TrainTables | None = None
 
     def __post_init__(self) -> None:
@@ -181,6 +181,8 @@ class Scene:
         for name in names:
             if names.count(name) > 1:
                 raise InputError(f"effects.{name}", "given twice", "each effect at most once")
+        if self.system is not None and any(scene.pair.is_internal for scene in (self, *self.further)):
+            raise InputError("system", "given", "is for external pairs so far: leave it out of a scene with a ring")
         for effect in self.effects:
             for other, reason in effect.requires.items():
                 if other not in names:
@@ -309,7 +311,7 @@ class Scene:
         train = self.geometry
         found, torques = {}, self.train.shares(train)
         for mesh, scene in zip(train.meshes, (self, *self.further), strict=True):
-            rate = abs(float(train.rates[train.shaft(mesh.driver)]))
+            rate = train.own_rate(mesh.name)
             found[mesh.name] = changed(
                 scene,
                 name=f"{self.name}: {mesh.name}".removeprefix(": "),
@@ -434,7 +436,7 @@ class Scene:
         tables.pop("further", None)
         if self.train is not None:
             own = {key: tables[key] for key in tables.keys() - {"pair", "effects", "coast", "gear_names", "train"}}
-            return {**own, **{key: each for key, each in self.train.tables.items() if each}}
+            return {**own, **{key: each for key, each in self.train.written.items() if each}}
         if self.loads:
             del tables["load"]
         for name in ("effects", "coast"):

@@ -70,7 +70,7 @@ def pair_line(scene: Scene) -> str:
 def geometry_rows(scene: Scene) -> list[tuple[str, str, str, str]]:
     """Rows of the derived geometry: quantity, pinion, wheel, unit; one value where it is the pair's."""
     pair, m = scene.pair, scene.pair.meshing
-    body = [member.bore_diameter for member in pair.members]
+    body = [member.bore_diameter if member.teeth > 0 else member.outer_diameter for member in pair.members]
     both = (
         ("profile shift x", pair.profile_shifts, "1"),
         ("generating profile shift x_E", pair.generating_shifts, "1"),
@@ -86,7 +86,7 @@ def geometry_rows(scene: Scene) -> list[tuple[str, str, str, str]]:
     )
     rows = [(name, _number(first), _number(second), unit) for name, (first, second), unit in both]
     bores = ["–" if bore is None else f"{bore:.6g}" for bore in body]
-    rows.append(("bore", bores[0], bores[1], "mm"))
+    rows.append(("bore, outside of a ring" if pair.is_internal else "bore", bores[0], bores[1], "mm"))
     for name, value, unit in (
         ("working pressure angle", math.degrees(m.alpha_wt), "°"),
         ("gear ratio", pair.wheel.teeth / pair.pinion.teeth, "1"),
@@ -116,7 +116,7 @@ def _sliding(pair: Pair) -> list[float]:
     line = pair.meshing.centre_distance * math.sin(pair.meshing.alpha_wt)
     found = []
     for gear, mate, ends in zip(pair.gears, pair.gears[::-1], pair.meshing.active_radii, strict=True):
-        own = math.sqrt(max(ends[0] ** 2 - gear.base_radius**2, 0.0))
+        own = float(gear.roll_length(ends[0]))
         found.append(1 - (line - own) / own * gear.teeth / mate.teeth if own else -math.inf)
     return found
 

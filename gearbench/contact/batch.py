@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,8 @@ from gearbench.geometry.action import ContactLines
 if TYPE_CHECKING:
     from gearbench.contact._kernels import Arrays
     from gearbench.contact._lane_kernels import Gaps
+
+T = TypeVar("T")
 
 #: Newton steps after which a sample is handed to the solver with line search.
 NEWTON_LIMIT = 25
@@ -428,9 +430,7 @@ def _rescue(batch: Batch, t: int, draw: NDArray) -> tuple[float, float]:
     return float(delta[0] + least), float(stiffness[0])
 
 
-def on_threads(
-    work: Callable[[NDArray], BatchSolution], items: Iterable[NDArray], threads: int
-) -> Iterator[BatchSolution]:
+def on_threads(work: Callable[[NDArray], T], items: Iterable[NDArray], threads: int) -> Iterator[T]:
     """``work`` on each item in order, on ``threads`` threads; the kernels run outside Python's lock."""
     if threads == 1:
         yield from map(work, items)

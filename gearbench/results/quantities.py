@@ -80,6 +80,7 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "motion": Quantity("1", "", "free motion beside the turning of the shafts"),
             "mesh_load": Quantity("N", "F_bt", "force of the mesh along the line of action, transverse"),
             "load_sharing": Quantity("1", "L", "force of the mesh over that where all paths share alike"),
+            "load_sharing_greatest": Quantity("1", "L", "greatest load share of a mesh over the cycle"),
             "mesh_load_factor": Quantity("1", "K_γ", "largest force of a mesh over that where all paths share alike"),
             "train_transmission_error": Quantity("µm", "Δ", "transmission error of the train on the first base circle"),
             "train_transmission_error_amplitude": Quantity("µm", "|Δ_n|", "amplitudes of the harmonics of Δ"),
