@@ -80,12 +80,12 @@ def seal(data: bytes) -> bytes:
 
 
 def seal_line(data: bytes | memoryview) -> bytes:
-    """What ``seal`` puts behind ``data``."""
+    """Line that ``seal`` appends to ``data``."""
     return seal_of(hashlib.sha256(data).hexdigest())
 
 
 def seal_of(digest: str) -> bytes:
-    """What ``seal`` puts behind data with this SHA-256."""
+    """Line that ``seal`` appends to data with this SHA-256."""
     return f"\ngearbench sha256 {digest}\n".encode()
 
 
@@ -95,7 +95,7 @@ def is_sealed(data: bytes) -> bool:
 
 
 def unseal(data: bytes) -> bytes:
-    """What ``seal`` was given.
+    """Data without the line that ``seal`` appended.
 
     Raises
     ------

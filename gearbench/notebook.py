@@ -1,4 +1,4 @@
-"""What notebooks show: tables in HTML, in the style the notebook gives its own, and Datasets with all names in full."""
+"""Representations in notebooks: tables in HTML in the notebook's style, and Datasets with all names in full."""
 
 from __future__ import annotations
 

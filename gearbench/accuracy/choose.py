@@ -107,7 +107,7 @@ class Choice(Generic[R]):
 
     @property
     def attrs(self) -> dict[str, Any]:
-        """As attributes of a Dataset."""
+        """Attributes of a Dataset."""
         errors = zip(self.names, self.errors, strict=False)
         return {
             "accuracy_requested": self.requested,
@@ -249,7 +249,7 @@ class _Search(Generic[R]):
         return self._climbed(at, first.order, rest, budget)
 
     def _resolved(self, at: _At, budget: float) -> tuple[_At, NDArray, R]:
-        """As ``search``, by segments and Gauss points alone, the error that these leave."""
+        """Search over segments and Gauss points alone, for the error that these leave; see ``search``."""
         for _ in range(ROUNDS):
             answer = self._solve(at)
             errors = self.left * largest_errors(self(self._coarse(at)), self(at))
@@ -268,7 +268,7 @@ class _Search(Generic[R]):
         raise self._stopped(f"{ROUNDS} rounds do not suffice")
 
     def _climbed(self, lower: _At, order: int, rest: NDArray, budget: float) -> tuple[_At, NDArray, R]:
-        """As ``search``, by the order of solid teeth, from the answer with ``lower`` ones; ``rest`` are other errors.
+        """Search over the order of solid teeth, from the answer with ``lower`` orders; ``rest`` are other errors.
 
         Errors of the order, with which teeth are too stiff, and the rest have nothing to do with each other: their
         squares add up.

@@ -112,7 +112,7 @@ def _print_json(selection: Selection, top: int, targets: list[Path]) -> None:
 
 
 def _print_list(selection: Selection, top: int) -> None:
-    """How many designs each condition left, and the best of those that remain."""
+    """Print the number of designs left by each condition, and the best of the remaining ones."""
     import re
 
     from gearbench.cli.table import print_columns

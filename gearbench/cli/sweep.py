@@ -116,7 +116,7 @@ def _print(scene: Scene, dataset: xr.Dataset) -> None:
 
 @contextmanager
 def _keeping(output: Path | None) -> Iterator[Callable[[xr.Dataset], object] | None]:
-    """What keeps the points done so far in ``output``; if the sweep fails, a line says that they are there."""
+    """Callback that saves the completed points in ``output``; if the sweep fails, a line says so."""
     from gearbench.results.netcdf import save
 
     kept: list[Path] = []

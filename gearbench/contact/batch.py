@@ -45,7 +45,7 @@ COUPLED_RANK = 12
 
 @dataclass(frozen=True, kw_only=True)
 class Precision:
-    """Where computing a sample ends.
+    """Tolerances at which a sample counts as solved.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ class Batch:
 
     @cached_property
     def gaps(self) -> Gaps:
-        """What the compiled solvers need whichever they are."""
+        """Arrays that all compiled solvers need."""
         from gearbench.contact._lane_kernels import Gaps
 
         return Gaps(self.count, self.ahead, self.gap, self.tilt, self.modes, self.tilts, self.laws)
@@ -206,7 +206,7 @@ class GapModes:
 
     @classmethod
     def on(cls, lines: ContactLines, modes: Callable[[ContactLines], NDArray], spread: NDArray) -> GapModes:
-        """Of ``modes`` (position, pair, segment, mode) [mm] at the nodes of lines, over their levers."""
+        """Gap modes from ``modes`` (position, pair, segment, mode) [mm] at the nodes of lines, over their levers."""
 
         def flat(each: ContactLines) -> NDArray:
             found = modes(each) / np.expand_dims(each.lever, -1)

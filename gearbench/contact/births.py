@@ -191,7 +191,7 @@ def _change(x: NDArray, values: NDArray) -> float | None:
 
 
 def _margins(scene: Scene, x: NDArray, share: NDArray, *, exact: bool = False) -> NDArray:
-    """By how much a pair would be pressed at x, at most, by gears that it does not carry, in the shape of x.
+    """Peak interference of an unloaded pair at x, in the shape of x.
 
     Each row under its ``share`` of the scene's load. −∞ where it has no line, ∞ where it carries alone: there are no
     others to be solved with.

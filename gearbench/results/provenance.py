@@ -1,4 +1,4 @@
-"""Where a result comes from: scene, versions, revision, seed, wall time, host."""
+"""Provenance of a result: scene, versions, revision, seed, wall time, host."""
 
 from __future__ import annotations
 

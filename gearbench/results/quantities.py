@@ -30,7 +30,7 @@ class Quantity:
 
     @property
     def attrs(self) -> dict[str, str]:
-        """As attributes of an xarray variable."""
+        """Attributes of an xarray variable."""
         return {"units": self.units, "symbol": self.symbol, "long_name": self.long_name}
 
 
