@@ -1,4 +1,4 @@
-"""What a sweep of twenty torques, and contact off the line of action, cost on the twelve gears: ratios of one run."""
+"""Cost of a sweep of twenty torques, and of contact off the line of action, on the twelve gears: ratios of one run."""
 
 import itertools
 import math
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks.pairs import GEARS, on_line, other_torques
-from gearbench import load_scene, robust, simulate, sweep
+from gearbench import read_scene, robust, simulate, sweep
 from gearbench.contact.assemble import conforming
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
@@ -71,7 +71,7 @@ def other_pairs(scene: Scene, shares: Iterator[float]):
 @pytest.mark.parametrize("path", GEARS, ids=lambda path: path.stem)
 def test_contact_off_the_line_of_each_gear(benchmark, path):
     """A new pair, as a user meets it; then another torque of it, the same once more, and 1000 samples of errors."""
-    scenes = [on_line(path), load_scene(path)]
+    scenes = [on_line(path), read_scene(path)]
     shares = (1.0 - 1e-7 * i for i in itertools.count())  # none twice: what one scene has made the other would find
     pairs, torques = [other_pairs(s, shares) for s in scenes], [other_torques(s) for s in scenes]
     works: dict[str, list[Callable[[], object]]] = {

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from gearbench import load_study
+from gearbench import read_study
 from gearbench.contact.smooth import forget_sums
 from gearbench.effects.teeth import forget_fast_teeth
 from gearbench.optimisation.study import Design, OptimisationStudy
@@ -40,7 +40,7 @@ def seconds(workers: Workers, study: OptimisationStudy, some: list[Design]) -> t
 
 @pytest.mark.parametrize("name", WORKERS)
 def test_designs_a_second(benchmark, name):
-    study = load_study(STUDY)
+    study = read_study(STUDY)
     some, warm = designs(study, 1), designs(study, 2)
     with open_workers(threads=1) as one:
         seconds(one, study, warm[:200])
@@ -62,7 +62,7 @@ def test_solid_teeth_on_their_bodies_against_plates(benchmark, tmp_path):
     solid = text.replace('basis = "paper"', 'model = "solid"\n\n[base.effects.gear_body]')
     path = tmp_path / "solid.toml"
     path.write_text(solid.replace("[base.load]", bores + "[base.load]"), encoding="utf-8")
-    studies = load_study(STUDY), load_study(path)
+    studies = read_study(STUDY), read_study(path)
     seconds_each, feasible = [math.inf, math.inf], set()
     with open_workers(threads=1) as one:
         for _ in range(3):

@@ -106,8 +106,8 @@ def test_contact_off_the_line_against_contact_on_it(benchmark):
 #: Prints the wall time [s] of the slowest of eleven runs in a fresh process, no thread variables set.
 SLOWEST = """
 import sys, time
-from gearbench import load_scene, simulate
-scene = load_scene(sys.argv[1])
+from gearbench import read_scene, simulate
+scene = read_scene(sys.argv[1])
 simulate(scene)
 times = []
 for _ in range(11):

@@ -13,15 +13,15 @@ from sphinx.application import Sphinx
 from gearbench import __version__
 
 project = "gearbench"
-author = "the gearbench authors"
+author = "gearbench developers"
 release = version = __version__
 project_copyright = author
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 exclude_patterns = ["__pycache__"]
-#: Every reference to a name of gearbench must lead somewhere; those to other packages would need their inventories.
+#: Every reference to a public name must lead somewhere; internal types in signatures are printed without a link.
 nitpicky = True
-nitpick_ignore_regex = [(r"py:.*", r"(?!gearbench\.).*")]
+nitpick_ignore_regex = [(r"py:.*", r"(?!gearbench\.(?:\w+|(?:plot|plugin)\.\w+)$).*")]
 
 myst_enable_extensions = ["attrs_inline", "dollarmath", "colon_fence", "fieldlist"]
 myst_heading_anchors = 3

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from gearbench import design_scene, load, load_study, open_designs, optimise, parse_study, select, simulate
+from gearbench import design_scene, open_designs, open_result, optimise, parse_study, read_study, select, simulate
 
-study = load_study(Path(__file__).parent / "optimise_pair.toml")
+study = read_study(Path(__file__).parent / "optimise_pair.toml")
 tables = study.to_mapping()
 tables["algorithm"] |= {"population": 8, "generations": 2}
 tables["robustness"] |= {"samples": 16}
@@ -16,4 +16,4 @@ result = simulate(scene)
 print(f"{front.sizes['design']} designs, {int(front['on_front'].sum())} on the front")
 worst = float(result["mesh_stiffness_rms_load_max"])
 print(f"design {best}: helix angle {scene.pair.helix_angle:g}°, RMS of k at most {worst:.2f} %")
-assert load(Path("front") / "front.nc").sizes["design"] == front.sizes["design"]
+assert open_result(Path("front") / "front.nc").sizes["design"] == front.sizes["design"]

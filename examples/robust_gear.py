@@ -3,9 +3,10 @@
 from dataclasses import replace
 from pathlib import Path
 
-from gearbench import Crowning, draw_robust, load_scene, robust
+from gearbench import Crowning, read_scene, robust
+from gearbench.plot import draw_robust
 
-given = load_scene(Path(__file__).parent / "gear55_robust.toml")
+given = read_scene(Path(__file__).parent / "gear55_robust.toml")
 scenes = {"as given": given, "crowned by 1 µm": replace(given, effects=(*given.effects, Crowning(amount=1.0)))}
 
 for name, scene in scenes.items():

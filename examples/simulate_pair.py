@@ -13,7 +13,7 @@ from gearbench import (
     TipRelief,
     ToothBending,
     fourier,
-    load,
+    open_result,
     plan,
     save,
     simulate,
@@ -44,4 +44,4 @@ for scene in (plain, relieved):
     print(f"{scene.name}: mean k {float(k):.1f} {k.units}, orders 1 to 3 of the STE {orders} {ste.units}")
 
 Path("my_pair.toml").write_text(relieved.to_toml(), encoding="utf-8")
-assert load(save(result, "my_pair.nc")).identical(result)
+assert open_result(save(result, "my_pair.nc")).identical(result)

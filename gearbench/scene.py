@@ -15,9 +15,9 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import ComplianceEffect, Effect, Effects, GapEffect
 from gearbench.errors import InputError
+from gearbench.geometry.names import GEARS, PAIR
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
-from gearbench.geometry.train import PAIR
+from gearbench.geometry.train import Train
 from gearbench.geometry.train_tables import TrainTables
 from gearbench.loads import Load, WeightedLoad, greatest_load
 from gearbench.notebook import scene_html
@@ -75,7 +75,7 @@ class Operation:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Resolution:
-    """How finely the mesh cycle and the contact lines are resolved.
+    """Resolution of the mesh cycle and of the contact lines.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ class Scene:
     operation: Operation | None = None
     system: System | None = None
     further: tuple[Scene, ...] = ()
-    gear_names: tuple[str, str] = (Role.PINION.label, Role.WHEEL.label)
+    gear_names: tuple[str, str] = GEARS
     train: TrainTables | None = None
 
     def __post_init__(self) -> None:
@@ -181,6 +181,8 @@ class Scene:
         for name in names:
             if names.count(name) > 1:
                 raise InputError(f"effects.{name}", "given twice", "each effect at most once")
+        if self.system is not None and any(scene.pair.is_internal for scene in (self, *self.further)):
+            raise InputError("system", "given", "is for external pairs so far: leave it out of a scene with a ring")
         for effect in self.effects:
             for other, reason in effect.requires.items():
                 if other not in names:
@@ -306,11 +308,10 @@ class Scene:
             gears = [(mesh.driver, mesh.driven) for mesh in self.train.meshes]
             both = zip(self.mesh_names, own, gears, strict=True)
             return {name: changed(scene, gear_names=names) for name, scene, names in both}
-        pairs = {mesh.label: scene.pair for mesh, scene in zip(self.train.meshes, (self, *self.further), strict=True)}
-        train = self.train.train(pairs)
-        found, torques = {}, train.torques()
+        train = self.geometry
+        found, torques = {}, self.train.shares(train)
         for mesh, scene in zip(train.meshes, (self, *self.further), strict=True):
-            rate = abs(float(train.rates[train.shaft(mesh.driver)]))
+            rate = train.own_rate(mesh.name)
             found[mesh.name] = changed(
                 scene,
                 name=f"{self.name}: {mesh.name}".removeprefix(": "),
@@ -323,6 +324,18 @@ class Scene:
                 further=(),
             )
         return found
+
+    @cached_property
+    def geometry(self) -> Train:
+        """The gears and meshes of a train in the frame of their axes."""
+        assert self.train is not None, "a pair has no train"
+        meshes = zip(self.train.meshes, (self, *self.further), strict=True)
+        return self.train.train({mesh.label: scene.pair for mesh, scene in meshes})
+
+    @property
+    def coupled(self) -> bool:
+        """Whether it has several meshes that are one contact problem."""
+        return self.train is not None and self.train.coupled(self.geometry)
 
     @property
     def flank_effects(self) -> tuple[Effect, ...]:
@@ -423,7 +436,7 @@ class Scene:
         tables.pop("further", None)
         if self.train is not None:
             own = {key: tables[key] for key in tables.keys() - {"pair", "effects", "coast", "gear_names", "train"}}
-            return {**own, **{key: each for key, each in self.train.tables.items() if each}}
+            return {**own, **{key: each for key, each in self.train.written.items() if each}}
         if self.loads:
             del tables["load"]
         for name in ("effects", "coast"):
@@ -455,7 +468,7 @@ def check_scene(scene: object) -> None:
         Saying how a file becomes one.
     """
     if not isinstance(scene, Scene):
-        what = f"load_scene({scene!r})" if isinstance(scene, str | os.PathLike) else "a Scene"
+        what = f"read_scene({scene!r})" if isinstance(scene, str | os.PathLike) else "a Scene"
         raise TypeError(f"scene must be a Scene, not {type(scene).__name__}: give {what}")
 
 

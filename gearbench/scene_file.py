@@ -11,8 +11,9 @@ from typing import Any
 from gearbench.effects.base import Effect
 from gearbench.effects.registry import EFFECTS, RENAMED, effect_class, effect_names
 from gearbench.errors import InputError, one_of
+from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
+from gearbench.geometry.planetary import MEMBERS, Planetary
 from gearbench.geometry.train_tables import PARTS, SHARED, TrainGear, TrainMesh, TrainTables
 from gearbench.keys import key_at, with_values
 from gearbench.loads import Load, WeightedLoad, greatest_load
@@ -25,14 +26,14 @@ _LOG = logging.getLogger(__name__)
 #: Tables of a scene beside those of its effects.
 TABLES: dict[str, type] = {"pair": Pair, "load": Load, "operation": Operation, "resolution": Resolution}
 #: Tables by name, and lists of tables, in place of the table "pair".
-OF_TRAIN: dict[str, type] = {"gears": TrainGear, "meshes": TrainMesh}
+OF_TRAIN: dict[str, type] = {"gears": TrainGear, "meshes": TrainMesh, "planetary": Planetary}
 #: Tables of the effects: of all, and of those that are others on the coast flanks.
 EFFECT_TABLES = ("effects", "coast")
 #: Keys that a scene file may have at its top.
 TOP = ("name", *TABLES, "loads", *OF_TRAIN, *EFFECT_TABLES, "system")
 
 
-def load_scene(path: str | Path) -> Scene:
+def read_scene(path: str | Path) -> Scene:
     """Read a scene from a TOML file.
 
     Raises
@@ -42,7 +43,7 @@ def load_scene(path: str | Path) -> Scene:
 
     Examples
     --------
-    >>> scene = load_scene("examples/case1.toml")
+    >>> scene = read_scene("examples/case1.toml")
     >>> scene.name, scene.pair.pinion.teeth, scene.load.torque
     ('case 1', 33, 13200.0)
     >>> [effect.name for effect in scene.effects]
@@ -58,6 +59,10 @@ def load_scene(path: str | Path) -> Scene:
     return scene
 
 
+#: The name that code of gearbench still uses.
+load_scene = read_scene
+
+
 def parse_scene(tables: Mapping[str, Any]) -> Scene:
     """Scene from nested tables (as read from TOML); a table may also be the object it describes.
 
@@ -66,7 +71,7 @@ def parse_scene(tables: Mapping[str, Any]) -> Scene:
     InputError
         Naming key, value and the values allowed.
     """
-    if "gears" in tables or "meshes" in tables:
+    if not tables.keys().isdisjoint(OF_TRAIN):
         return _train(tables)
     parts = dict(tables)
     for key in parts:
@@ -94,8 +99,10 @@ def _train(tables: Mapping[str, Any]) -> Scene:
     train = TrainTables.of(tables, effect_names())
     rest = {name: table for name, table in tables.items() if name not in PARTS}
     pairs = train.pairs()
+    if train.planetary is not None:
+        train.planetary.check(pairs[train.meshes[0].label].gears[1].tip_radius)
     geometry, scenes = train.train(pairs), []
-    coast, torques = train.coast(geometry), geometry.torques()
+    coast, torques = train.coast(geometry), train.shares(geometry)
     for number, (name, pair) in enumerate(pairs.items()):
         own, other = (train.flanks(number, coast=side) for side in (coast[name], not coast[name]))
         theirs = {effect: table for effect, table in other.items() if table != own.get(effect)}
@@ -154,11 +161,11 @@ def _of_pair(path: str, names: tuple[str, str]) -> str:
     name, *rest = below.split(".")
     if head != "gears" or name not in names or not rest:
         return path
-    role, table = Role(names.index(name)).label, "coast" if rest[0] == "coast" else "effects"
+    gear, table = GEARS[names.index(name)], "coast" if rest[0] == "coast" else "effects"
     rest = rest[table == "coast" :]
     if rest[0] in effect_names():
-        return ".".join([table, rest[0], role, *rest[1:]])
-    return ".".join(["pair", *([] if rest[0] in SHARED else [role]), *rest])
+        return ".".join([table, rest[0], gear, *rest[1:]])
+    return ".".join(["pair", *([] if rest[0] in SHARED else [gear]), *rest])
 
 
 def _effects(head: str, tables: Mapping[str, Any]) -> tuple[Effect, ...]:
@@ -170,7 +177,7 @@ def _further(name: str, number: int) -> Scene:
     """Scene of a further mesh, in a file beside the scene file."""
     key = f"system.meshes.{number}.scene"
     content(key, name)
-    scene = load_scene(in_folder(name))
+    scene = read_scene(in_folder(name))
     if scene.system is not None or scene.loads:
         raise InputError(key, name, "must be a scene without [system] and with one load")
     return scene
@@ -209,11 +216,15 @@ def scene_key(path: str) -> Key | None:
         Naming the keys that are allowed, where the table is known but not the key.
     """
     head, *rest = path.split(".")
-    if head in OF_TRAIN:
+    if head == "planetary" and rest[:1] and rest[0] in MEMBERS:
+        head = "gears"
+    if head == "planetary":
+        kind = Planetary
+    elif head in OF_TRAIN:
         kind, rest = OF_TRAIN[head], rest[1:]
         effect, *below = rest[1:] if rest[:1] == ["coast"] else rest or [""]
         if head == "gears" and effect in effect_names():
-            kind, rest = effect_class(effect), [Role.PINION.label, *below]
+            kind, rest = effect_class(effect), [GEARS[0], *below]
     else:
         split = 1 if head in EFFECT_TABLES else 0
         try:

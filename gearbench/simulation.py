@@ -39,7 +39,8 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
     -------
     Dataset with the dimensions ``position``, ``pair``, ``segment``, names and units as in ``gearbench.results``,
     the residuals of the contact solution, and its provenance in the attributes. Of several loads, or meshes, it is
-    that of ``sweep`` over them.
+    that of ``sweep`` over them; where paths are parallel, that of all meshes together over the phase of the first, with
+    load sharing and the transmission error of the train.
 
     Raises
     ------
@@ -56,8 +57,8 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
 
     Examples
     --------
-    >>> from gearbench import load_scene
-    >>> dataset = simulate(load_scene("examples/sc.toml"))
+    >>> from gearbench import read_scene
+    >>> dataset = simulate(read_scene("examples/sc.toml"))
     >>> k = dataset["mesh_stiffness"]
     >>> k.dims, k.units, k.symbol
     (('position',), 'N/µm', 'k')
@@ -67,6 +68,10 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
     check_scene(scene)
     start = time.perf_counter()
     check_outputs(tuple(outputs))
+    if scene.coupled and not scene.loads:
+        from gearbench.trains.dataset import train_dataset
+
+        return train_dataset(scene, outputs)
     if scene.loads or scene.train is not None:
         from gearbench.sweeps.run import sweep
 

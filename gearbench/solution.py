@@ -6,7 +6,7 @@ import logging
 import time
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from gearbench.contact.transitions import loaded_phases
 from gearbench.geometry.action import ContactLines
 from gearbench.results.cycle import HARMONICS
 from gearbench.results.outputs import output
+from gearbench.results.points import Columns
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
 from gearbench.results.solved import Solved
@@ -48,7 +49,7 @@ def solve_scene(scene: Scene) -> Solved:
 
 @single_threaded_blas()
 def solve_lines(scene: Scene, lines: ContactLines, weight: NDArray, size: int | None = None) -> Solved:
-    """As ``solve_scene``, on the contact lines and with the weights of their positions given, (position,).
+    """Solve a scene on given contact lines with the weights of their positions (position,), see ``solve_scene``.
 
     ``size`` is the number of Gauss points on each panel, where that is not the scene's.
     """
@@ -85,10 +86,6 @@ def dataset(
         attrs["random_errors"] = "at their means"
     attrs["polished_positions"] = solved.solution.polished  # solved once more, see ContactSolution
     return xr.Dataset(described(variables, UNIFORM), coords=described(coords, UNIFORM) | own, attrs=attrs)
-
-
-#: Dimensions and values by name.
-Columns: TypeAlias = dict[str, tuple[tuple[str, ...], NDArray]]
 
 
 def columns(solved: Solved, outputs: Sequence[str]) -> tuple[Columns, Columns]:

@@ -122,11 +122,11 @@ def test_entries_are_called_with_contiguous_arrays(calls):
 
 BITS = """
 import hashlib, numpy as np
-from gearbench import load_scene, robust, simulate
+from gearbench import read_scene, robust, simulate
 for name in ("sc", "gears/e_drive_input", "gears/osu_50"):
-    data = simulate(load_scene(f"examples/{name}.toml"))
+    data = simulate(read_scene(f"examples/{name}.toml"))
     print(hashlib.sha256(b"".join(np.ascontiguousarray(data[key].values).tobytes() for key in data)).hexdigest())
-data = robust(load_scene("examples/gear55_robust.toml"), samples=200)
+data = robust(read_scene("examples/gear55_robust.toml"), samples=200)
 print(hashlib.sha256(b"".join(np.ascontiguousarray(data[key].values).tobytes() for key in data)).hexdigest())
 """
 

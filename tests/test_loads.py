@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench import hunting_cycle, load_scene, response, robust, simulate, sweep
+from gearbench import hunting_cycle, read_scene, response, robust, simulate, sweep
 from gearbench.accuracy.measure import COVERED, relative_errors
 from gearbench.errors import InputError
 from gearbench.explore.model import outline
@@ -40,8 +40,8 @@ def test_a_scene_of_several_loads_is_written_and_read_back(tmp_path):
     scene = several()
     path = tmp_path / "several.toml"
     path.write_text(scene.to_toml(), encoding="utf-8")
-    assert load_scene(path) == scene
-    assert load_scene(path).digest == scene.digest
+    assert read_scene(path) == scene
+    assert read_scene(path).digest == scene.digest
     assert scene.load.torque == 230.0
     assert [each.load.torque for each in scene.each_load] == list(TORQUES)
     assert tomllib.loads(scene.to_toml())["loads"][1] == {"torque": 90.0}

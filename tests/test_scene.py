@@ -6,7 +6,7 @@ from functools import partial
 import pytest
 from pydantic import ValidationError
 
-from gearbench import hunting_cycle, load_scene, plan, response, robust, simulate, sweep
+from gearbench import hunting_cycle, plan, read_scene, response, robust, simulate, sweep
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.registry import EFFECTS, effect_class
@@ -23,7 +23,7 @@ SCENES = [case(1), case(2), *(row.scene(errors=True) for row in table_2())]
 def test_round_trip_through_a_file(scene, tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text(scene.to_toml(), encoding="utf-8")
-    again = load_scene(path)
+    again = read_scene(path)
     assert again == scene
     assert again.digest == scene.digest
 
@@ -88,7 +88,7 @@ def test_derived_forces():
 
 @pytest.mark.parametrize("run", [simulate, robust, plan, sweep, hunting_cycle, partial(response, speed=900.0)])
 def test_a_file_in_place_of_a_scene_is_told_how_it_becomes_one(run):
-    with pytest.raises(TypeError, match=r"scene must be a Scene, not str: give load_scene\('case1.toml'\)"):
+    with pytest.raises(TypeError, match=r"scene must be a Scene, not str: give read_scene\('case1.toml'\)"):
         run("case1.toml")
 
 

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 from numpy.testing import assert_allclose
 
-from gearbench import load, response, robust, save, simulate, sweep
+from gearbench import open_result, response, robust, save, simulate, sweep
 from gearbench.errors import InputError
 from gearbench.results.origin import by_itself, scene_of
 from gearbench.scene_file import parse_scene, scene_at
@@ -93,13 +93,13 @@ def test_every_mesh_is_simulated_as_the_pair_that_it_is(tmp_path):
     assert whole["root_stress"].dims == ("mesh", "gear")
     save(whole, tmp_path / "train.nc")
     for name, one in scene.meshes.items():
-        own = by_itself(load(tmp_path / "train.nc"), name)
+        own = by_itself(open_result(tmp_path / "train.nc"), name)
         exact = simulate(one, outputs=["transmission_error", "line_load", "root_stress", "sliding_speed"])
         for variable in exact.data_vars:
             np.testing.assert_array_equal(own[variable].values, exact[variable].values)
         assert own["gear"].values.tolist() == exact["gear"].values.tolist()
         assert scene_of(own) == one
-    xr.testing.assert_equal(whole, load(tmp_path / "train.nc"))
+    xr.testing.assert_equal(whole, open_result(tmp_path / "train.nc"))
 
 
 def test_a_train_is_written_read_and_swept_by_the_names_of_its_gears():

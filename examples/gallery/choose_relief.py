@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from matplotlib import pyplot as plt
 
-from gearbench import load_scene, sweep
+from gearbench import read_scene, sweep
 
-scene = load_scene(Path(__file__).parents[1] / "gears/nasa_28.toml")
+scene = read_scene(Path(__file__).parents[1] / "gears/nasa_28.toml")
 amounts, torques = np.linspace(4.0, 36.0, 9), np.linspace(0.2, 1.4, 9) * scene.load.torque
 found = sweep(scene, {"effects.tip_relief.amount": amounts, "torque": torques})
 values = found["transmission_error_peak_to_peak"].transpose("effects.tip_relief.amount", "torque")

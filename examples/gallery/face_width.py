@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 from matplotlib import pyplot as plt
 
-from gearbench import load_scene, over_two_periods, sweep
+from gearbench import read_scene, sweep
+from gearbench.plot import over_two_periods
 
-scene = load_scene(Path(__file__).parents[1] / "case2.toml")
+scene = read_scene(Path(__file__).parents[1] / "case2.toml")
 found = sweep(scene, face_width=np.linspace(8.0, 44.0, 13))
 overlap = scene.pair.meshing.overlap_ratio * found["face_width"] / scene.pair.face_width
 

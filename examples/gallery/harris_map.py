@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from matplotlib import pyplot as plt
 
-from gearbench import load_scene, sweep
-from gearbench.sweeps.figures import harris_map, peak_to_peak_over_torque
+from gearbench import read_scene, sweep
+from gearbench.plot import harris_map, peak_to_peak_over_torque
 
-scene = load_scene(Path(__file__).parents[1] / "gears/nasa_28.toml")
+scene = read_scene(Path(__file__).parents[1] / "gears/nasa_28.toml")
 loads = sweep(scene, torque=np.linspace(0.1, 1.5, 15) * scene.load.torque)
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")

@@ -9,11 +9,10 @@ from pathlib import Path
 import numpy as np
 from matplotlib import pyplot as plt
 
-from gearbench import load_map, load_scene, simulate
-from gearbench.effects.topography import Topography
-from gearbench.geometry.role import Role
+from gearbench import Topography, read_scene, simulate
+from gearbench.plot import load_map
 
-scene = load_scene(Path(__file__).parents[1] / "gears/e_drive_output.toml")
+scene = read_scene(Path(__file__).parents[1] / "gears/e_drive_output.toml")
 start, end = scene.pair.meshing.active_radii[0]
 radius, face = np.linspace(start, end, 9), np.linspace(0.0, scene.pair.meshing.face_width, 9)
 t, s = (radius[:, None] - start) / (end - start), 2 * face / face[-1] - 1
@@ -32,6 +31,6 @@ figure.colorbar(drawn, ax=flank, label="material missing [µm]")
 flank.set(xlabel="position along the face width y [mm]", ylabel="radius [mm]")
 flank.set_title("measured flank of the pinion", fontsize=10)
 for axis, (title, result) in zip(maps, results.items(), strict=True):
-    load_map(result, Role.PINION, axis, scale=1800.0)
+    load_map(result, gear=0, axes=axis, scale=1800.0)
     axis.set_title(f"{title}\nSTE {float(result['transmission_error_peak_to_peak']):.2f} µm peak to peak", fontsize=10)
 figure.savefig("measured_flank.png", dpi=80)

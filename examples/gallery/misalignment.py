@@ -8,10 +8,10 @@ from pathlib import Path
 
 from matplotlib import pyplot as plt
 
-from gearbench import Crowning, Misalignment, load_map, load_scene, simulate
-from gearbench.geometry.role import Role
+from gearbench import Crowning, Misalignment, read_scene, simulate
+from gearbench.plot import load_map
 
-scene = load_scene(Path(__file__).parents[1] / "gears/e_drive_input.toml")
+scene = read_scene(Path(__file__).parents[1] / "gears/e_drive_input.toml")
 bare = tuple(effect for effect in scene.effects if effect.name != "crowning")
 tilted = Misalignment(deviation=20.0)
 cases = {
@@ -23,6 +23,6 @@ cases = {
 figure, axes = plt.subplots(1, 3, figsize=(13, 3.8), layout="constrained")
 for axis, (title, effects) in zip(axes, cases.items(), strict=True):
     result = simulate(replace(scene, effects=effects))
-    load_map(result, Role.PINION, axis, scale=1200.0)
+    load_map(result, gear=0, axes=axis, scale=1200.0)
     axis.set_title(f"{title}\nSTE {float(result['transmission_error_peak_to_peak']):.2f} µm peak to peak", fontsize=10)
 figure.savefig("misalignment.png", dpi=80)

@@ -10,7 +10,9 @@ from typing import ClassVar
 import numpy as np
 from matplotlib import pyplot as plt
 
-from gearbench import GapEffect, load_scene, order_spectrum, simulate
+from gearbench import read_scene, simulate
+from gearbench.plot import order_spectrum
+from gearbench.plugin import GapEffect
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,7 +32,7 @@ class Undulation(GapEffect):
         return 1e-3 * self.amplitude * (1 - wave)
 
 
-smooth = load_scene(Path(__file__).parents[1] / "gears/e_drive_output.toml")
+smooth = read_scene(Path(__file__).parents[1] / "gears/e_drive_output.toml")
 waved = replace(smooth, effects=(*smooth.effects, Undulation(amplitude=1.0, waves=4)))
 
 figure, axes = plt.subplots(1, 3, figsize=(13, 3.6), layout="constrained")

@@ -8,9 +8,10 @@ from pathlib import Path
 
 from matplotlib import pyplot as plt
 
-from gearbench import ManufacturingErrors, contributions, load_scene, robust
+from gearbench import ManufacturingErrors, read_scene, robust
+from gearbench.plot import contributions
 
-scene = load_scene(Path(__file__).parents[1] / "gear55_robust.toml")
+scene = read_scene(Path(__file__).parents[1] / "gear55_robust.toml")
 figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4), layout="constrained")
 for iso_class, colour in ((5, "#009E73"), (6, "#0072B2"), (7, "#D55E00")):
     effects = [

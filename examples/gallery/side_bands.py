@@ -11,12 +11,10 @@ from pathlib import Path
 import numpy as np
 from matplotlib import pyplot as plt
 
-from gearbench import hunting_cycle, load_scene
-from gearbench.effects.pitch_errors import PitchErrors
-from gearbench.effects.waviness import Wave, Waviness
-from gearbench.hunting import side_bands
+from gearbench import PitchErrors, Wave, Waviness, hunting_cycle, read_scene
+from gearbench.plot import side_bands
 
-scene = load_scene(Path(__file__).parents[1] / "gears/fzg_c.toml")
+scene = read_scene(Path(__file__).parents[1] / "gears/fzg_c.toml")
 teeth = scene.pair.gears[0].teeth
 steps = np.cumsum(np.random.default_rng(1).normal(0.0, 1.5, teeth))
 cases = {

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from matplotlib import pyplot as plt
 
-from gearbench import load_scene, response
+from gearbench import read_scene, response
 
-scene = load_scene(Path(__file__).parents[1] / "shafts.toml")
+scene = read_scene(Path(__file__).parents[1] / "shafts.toml")
 relief = scene.effect("tip_relief")
 speed = np.linspace(500, 8000, 200)
 

@@ -49,7 +49,7 @@ def check(files: Files, quiet: Quiet = False, verbose: Verbose = False, json: Js
 
 
 def describe(path: Path) -> str:
-    """What a file is, in words.
+    """Kind and contents of a file in words.
 
     Raises
     ------
@@ -106,7 +106,7 @@ def _result(path: Path) -> str:
 
 
 def _kind(dataset: xr.Dataset) -> str:
-    """What a Dataset of gearbench holds, by its attributes and dimensions."""
+    """Kind of a Dataset, from its attributes and dimensions."""
     from gearbench.optimisation.designs import Designs
 
     count = dict(dataset.sizes)
@@ -140,9 +140,9 @@ def _grid(path: Path, data: bytes) -> str:
 
 def _rexs(path: Path) -> str:
     from gearbench.exchange.rexs import stages
-    from gearbench.exchange.rexs_document import read_rexs
+    from gearbench.exchange.rexs_document import read_document
 
-    document = read_rexs(path)
+    document = read_document(path)
     return f"REXS {document.version}, {len(document.components)} components, {len(stages(document))} stages"
 
 

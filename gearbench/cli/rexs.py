@@ -55,9 +55,9 @@ def load_any(
 
     if is_rexs(path):
         from gearbench.exchange.rexs import find_stage, scene_of, stage_scene
-        from gearbench.exchange.rexs_document import read_rexs
+        from gearbench.exchange.rexs_document import read_document
 
-        document = read_rexs(path)
+        document = read_document(path)
         chosen = find_stage(document, stage)
         found = stage_scene(document, chosen, torque=torque, load_case=load_case)
         by_id = (f"{stage} is the id of stage {chosen.number}",) if stage not in (None, str(chosen.number)) else ()
@@ -98,9 +98,9 @@ def rexs(
 
     Example: gearbench rexs gearbox.rexs, then gearbench simulate gearbox.rexs --stage 2 -o stage2.nc
     """
-    from gearbench.exchange.rexs_document import read_rexs
+    from gearbench.exchange.rexs_document import read_document
 
-    document = read_rexs(file)
+    document = read_document(file)
     notes: tuple[str, ...] = ()
     files: list[Path] = []
     if scene is not None:
@@ -116,7 +116,7 @@ def rexs(
     elif json:
         from gearbench.cli.summary import print_mapping
 
-        print_mapping({"file": str(document.path), "notes": list(notes), "files": [str(path) for path in files]})
+        print_mapping({"file": str(document.path), "notes": list(notes), "files": files})
     elif not quiet:
         for line in (*(f"note: {note}" for note in notes), *(f"wrote {path}" for path in files)):
             say(line)

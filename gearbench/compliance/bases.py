@@ -30,6 +30,20 @@ def height_functions(count: int, xi: ArrayLike) -> tuple[NDArray, NDArray]:
     return integral * scale, p[..., :count] * scale
 
 
+def jointed_height_functions(counts: tuple[int, int], joint: float, xi: ArrayLike) -> tuple[NDArray, NDArray]:
+    """Height functions of two families that meet at ξ = ``joint``, and their derivatives, each (…, lower + upper).
+
+    The lower ones stay above it as they end there, the upper ones begin there. Together they are continuous, with a
+    kink at the joint, and their derivatives orthogonal.
+    """
+    xi = np.asarray(xi, dtype=float)
+    low, high = xi / joint, (xi - joint) / (1 - joint)
+    (f, df), (g, dg) = (height_functions(n, np.clip(t, 0, 1)) for n, t in zip(counts, (low, high), strict=True))
+    above = (xi > joint)[..., None]
+    slopes = [np.where(above, 0.0, df / joint), np.where(above, dg / (1 - joint), 0.0)]
+    return np.concatenate([f, g], axis=-1), np.concatenate(slopes, axis=-1)
+
+
 def legendre_functions(count: int, eta: ArrayLike) -> NDArray:
     """Legendre functions g_0 … g_{count−1}, orthonormal on η ∈ [0, 1], (…, count)."""
     t = 2 * np.asarray(eta, dtype=float) - 1

@@ -25,12 +25,22 @@ import numpy as np
 from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
-from gearbench.compliance.bases import gauss, height_functions, height_quadrature, legendre_functions, width_functions
+from gearbench.compliance.bases import (
+    gauss,
+    height_functions,
+    height_quadrature,
+    jointed_height_functions,
+    legendre_functions,
+    width_functions,
+)
 from gearbench.compliance.outline import Outline
 from gearbench.threads import lazy
 
 #: Points of quadrature on a panel of an outline beyond one for each function along the height.
 POINTS = 16
+#: Number of functions along the height from which on two families serve better than one, and the share of them that the
+#: lower one has beside half the share of its height: the stress is singular at the root.
+JOINTED, LEAST_SHARE = 9, 0.25
 
 #: A term of a strain: sign, field (θ, R, z), function of x, function of s, derivative in z.
 Term = tuple[float, int, int, int, int]
@@ -76,8 +86,6 @@ class Section:
         κ, turn of the section along the axis [rad/mm]; zero for a straight block.
     order
         Numbers of functions across and along the height.
-    breaks
-        Heights [mm] between root and tip where the half-width has a kink; before the first it may grow like √x.
     free
         Whether the root moves: before the functions that are zero at the root come Legendre polynomials of θ, constant
         along R (S6), so that the whole tooth follows its root without strain across.
@@ -85,6 +93,10 @@ class Section:
         Quadrature along the height, by points on a panel, where there is one better than of ``half_width``.
     root_half_width
         e(0) [mm], where it is known without ``half_width``.
+    joint
+        Height [mm] at which the loaded flank begins, if it is not all of it: the load jumps there, and the outline of
+        undercut teeth has a kink. ``JOINTED`` functions along the height, or more, are two families that meet there.
+        Below it the half-width may grow like √x.
     """
 
     height: float
@@ -92,10 +104,10 @@ class Section:
     root_radius: float
     screw: float
     order: tuple[int, int]
-    breaks: tuple[float, ...] = ()
     free: bool = False
     outline: Callable[[int], Outline] | None = None
     root_half_width: float | None = None
+    joint: float | None = None
 
     def __post_init__(self) -> None:
         if self.screw and math.isinf(self.root_radius):
@@ -112,13 +124,24 @@ class Section:
         if self.outline is not None:
             return self.outline(self.order[1] + POINTS)
         points = self.order[1] + 12
-        xi, weight = height_quadrature(points, [x / self.height for x in self.breaks])
+        xi, weight = height_quadrature(points, [] if self.joint is None else [self.joint / self.height])
         x = xi * self.height
         e = np.broadcast_to(np.asarray(self.half_width(x), dtype=float), x.shape)
         slope = _differentiation(points)
         # both are smooth in the panel's own variable, the square root of x in the first one
         de, dx = (slope @ v.reshape(-1, points).T for v in (e, x))
         return x, weight * self.height, e, (de / dx).T.ravel()
+
+    def heights(self, x: NDArray) -> tuple[NDArray, NDArray]:
+        """Functions along the height that are zero at the root, and their derivatives by x, each (…, n_x)."""
+        count, xi = self.order[1], x / self.height
+        if self.joint is None or count < JOINTED:
+            f, df = height_functions(count, xi)
+        else:
+            share = self.joint / self.height
+            lower = round(count * (LEAST_SHARE + share / 2))
+            f, df = jointed_height_functions((lower, count - lower), share, xi)
+        return f, df / self.height
 
     def curvature(self, x: NDArray) -> NDArray:
         """c = 1/R at height x [1/mm]."""
@@ -129,8 +152,7 @@ class Section:
         """∫ a_i b_k e dx of the functions of x, (kind, i, kind, k)."""
         x, weight, e, de = self._nodes
         c = self.curvature(x)
-        f, df = height_functions(self.order[1], x / self.height)
-        df = df / self.height
+        f, df = self.heights(x)
         if self.free:
             # σ^m, σ = ψ/ψ(root): times s^m it is a power of θ. Its slope is infinite at the root, as that of ψ; in
             # ∂_R at constant θ the two cancel node by node
@@ -184,7 +206,7 @@ class Section:
     def values(self, x: NDArray, s: float) -> NDArray:
         """Functions of a field at height x and s, (…, n_s, n_x); below the root as at the root."""
         x = np.clip(x, 0.0, self.height)
-        f, _ = height_functions(self.order[1], x / self.height)
+        f, _ = self.heights(x)
         p = legendre_functions(self.order[0], (s + 1) / 2)
         inner = p[:, None] * f[..., None, :]
         if not self.free:

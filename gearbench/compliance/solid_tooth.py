@@ -102,7 +102,7 @@ class SolidTooth:
             root_radius=r_f,
             screw=math.tan(gear.beta) / gear.pitch_radius,
             order=(across, along),
-            breaks=(gear.form_radius - r_f,),
+            joint=gear.form_radius - r_f,
             free=free,
             outline=partial(tooth_outline, gear),
             root_half_width=r_f * gear.root_half_angle,

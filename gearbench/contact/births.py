@@ -9,7 +9,7 @@ Patches are short there, so that lines have many segments; their compliance need
 Flanks that are equally far apart along their line touch all along it over a short ramp, as others bend the gears
 unevenly. On either side of it loads and approach are smooth, and they meet where the mean compression is zero: with a
 linear law a fully loaded line would carry nothing there. Such a ramp has panels of its own where it is ``WIDE`` or the
-panels beside it are short (C10 of docs/theory.md).
+panels beside it are short (C10 of docs/algorithms.md).
 """
 
 from __future__ import annotations

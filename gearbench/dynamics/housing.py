@@ -1,4 +1,4 @@
-"""What a housing makes of the forces at its bearings: motion or pressure at its points, by transfer functions."""
+"""Motion or pressure at points of a housing, from bearing forces and transfer functions."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ LARGEST = 1e100
 DIMENSIONS, PARTS = ("point", "bearing", "direction", "frequency"), ("transfer_real", "transfer_imaginary")
 
 
-def load_housing(path: str | Path) -> xr.Dataset:
+def read_housing(path: str | Path) -> xr.Dataset:
     """Transfer functions of a housing from a netCDF file.
 
     ``transfer_real`` and ``transfer_imaginary`` (point, bearing, direction, frequency): response at a point per force

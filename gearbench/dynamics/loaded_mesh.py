@@ -17,7 +17,7 @@ from gearbench.effects.base import Effect
 from gearbench.effects.shafts import mesh_spread
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.train import PAIR
+from gearbench.geometry.names import PAIR
 from gearbench.results.cycle import MICROMETRES, MeshCycle, Phases, fourier_matrix
 from gearbench.results.solved import Solved
 from gearbench.scene import Scene
@@ -126,7 +126,7 @@ class LoadedMesh:
 
 
 def order_rows(phases: Phases, orders: int) -> NDArray:
-    """As ``LoadedMesh.waves``, of any phases."""
+    """Orders of rows at any phases, see ``LoadedMesh.waves``."""
     if phases.size is None and 2 * orders >= len(phases.phase):
         allowed = f"must be more than {2 * orders} for {orders} orders of the mesh frequency, or left out"
         raise InputError("resolution.positions", len(phases.phase), allowed)

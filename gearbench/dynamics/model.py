@@ -41,7 +41,7 @@ class Group:
 
 @dataclass(frozen=True, kw_only=True)
 class Model:
-    """What ``response`` solves, at any speed.
+    """Model that ``response`` solves, at any speed.
 
     Parameters
     ----------
@@ -119,15 +119,12 @@ class Model:
         return (each * np.asarray(meshes)[:, None] + np.arange(each)).ravel()
 
     @cached_property
-    def source(self) -> NDArray:
-        """The first mesh of the same frequency, of each mesh (mesh,)."""
-        first = np.empty(len(self.names), dtype=int)
-        for group in self.groups:
-            first[group.meshes] = group.meshes[0]
-        return first
+    def is_source(self) -> NDArray:
+        """Whether a mesh is the first of its frequency (mesh,)."""
+        return np.isin(np.arange(len(self.names)), [group.meshes[0] for group in self.groups])
 
     def excitation(self, group: Group, harmonics: int) -> Excitation:
-        """What excites the meshes of a group, each at its phase: ŷ_n e^{2πinφ}."""
+        """Excitation of the meshes of a group, each at its phase: ŷ_n e^{2πinφ}."""
         each = len(self.stiffness) // len(self.cycles)
         count, n = each * len(group.meshes), np.arange(2 * harmonics + 1)
         stiffness = np.zeros((count, count, len(n)), dtype=complex)

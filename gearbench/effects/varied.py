@@ -16,8 +16,8 @@ from gearbench.effects.distributions import Distribution
 from gearbench.effects.shape import Gears
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
+from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.keys import value_at, with_values
 from gearbench.schema import STRICT
 
@@ -87,7 +87,7 @@ class VariedKey:
         return changes
 
     def amounts(self, deviation: NDArray, modes: int) -> NDArray:
-        """How much of each of the ``modes`` a ``deviation`` (sample,) has, (sample, mode): straight between nodes."""
+        """Amount of each of the ``modes`` in a ``deviation`` (sample,), (sample, mode): linear between nodes."""
         if modes == 1:
             return deviation[:, None]
         known = np.insert(np.eye(len(NODES)), len(NODES) // 2, 0.0, axis=0)
@@ -152,7 +152,7 @@ class Eccentricity:
     """Run-out or wobble of a gear: its amplitude F_r [µm], and the angle at which the mesh cycle meets it, any [°]."""
 
     name: str
-    gear: Role
+    gear: int
     amplitude: float
     distribution: Distribution
     over_face: Literal["even", "tilting"]
@@ -160,7 +160,7 @@ class Eccentricity:
     @property
     def variables(self) -> tuple[Variable, Variable]:
         """Amplitude and phase."""
-        label = f"{self.name}_{self.gear.label}"
+        label = f"{self.name}_{GEARS[self.gear]}"
         phase = Variable(f"{label}_phase", 180.0, "uniform_two_sided", cost=math.inf)
         return Variable(label, self.amplitude, self.distribution), phase
 
@@ -168,11 +168,11 @@ class Eccentricity:
         """Gap of F_r = 1 µm at the phases 0° and 90°, (position, pair, segment, 2) [mm]."""
         from gearbench.effects.waviness import Wave, Waviness
 
-        wave = Waviness(**{self.gear.label: (Wave(order=1, amplitude=0.5, over_face=self.over_face),)})
+        wave = Waviness(**{GEARS[self.gear]: (Wave(order=1, amplitude=0.5, over_face=self.over_face),)})
         return 0.5 * wave.turning(lines, np.zeros(1, dtype=int)).modes
 
     @staticmethod
     def amounts(values: NDArray) -> NDArray:
-        """How much of each mode F_r and phase (sample, 2) have, (sample, 2)."""
+        """Amounts of both modes for F_r and phase (sample, 2), (sample, 2)."""
         angle = np.radians(values[:, 1])
         return values[:, :1] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from gearbench.errors import InputError
-from gearbench.exchange.rexs_document import Component, RexsDocument, read_rexs
+from gearbench.exchange.rexs_document import Component, RexsDocument, read_document
 from gearbench.exchange.rexs_gear import RexsGear, read_gear, read_material, read_seat
 from gearbench.exchange.rexs_torque import Drive, check_case, drives
 from gearbench.exchange.rexs_units import LENGTH
@@ -99,7 +99,7 @@ def find_stage(document: RexsDocument, wanted: str | int | None) -> Stage:
     raise InputError("stage", text, f"must be one of {known}", str(document.path))
 
 
-def load_rexs(
+def read_rexs(
     path: str | Path, stage: str | int | None = None, *, torque: float | None = None, load_case: int | None = None
 ) -> Scene:
     """Scene of a stage of a REXS file.
@@ -120,7 +120,7 @@ def load_rexs(
     InputError
         Naming file, component and attribute.
     """
-    document = read_rexs(path)
+    document = read_document(path)
     return scene_of(document, stage_scene(document, find_stage(document, stage), torque=torque, load_case=load_case))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import math
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element
 
@@ -13,11 +14,11 @@ from numpy.typing import NDArray
 
 from gearbench.errors import InputError
 from gearbench.exchange.rexs import Stage, find_stage, scene_of, stage_scene, stages
-from gearbench.exchange.rexs_document import Component, RexsDocument, children
+from gearbench.exchange.rexs_document import Component, RexsDocument, children, read_document
 from gearbench.exchange.rexs_gear import read_gear, read_material
 from gearbench.exchange.rexs_torque import check_case, drives
 from gearbench.exchange.rexs_units import LENGTH, SPEED, Dimension
-from gearbench.geometry.train import PAIR
+from gearbench.geometry.names import PAIR
 from gearbench.scene import Scene
 from gearbench.schema import read
 from gearbench.system.schema import System
@@ -37,6 +38,16 @@ _KINDS = {
 }
 
 
+def read_rexs_system(
+    path: str | Path, stage: str | int | None = None, *, torque: float | None = None, load_case: int | None = None
+) -> tuple[Scene, tuple[str, ...]]:
+    """Scene of a stage of a REXS file on its shafts and bearings, and a line for each assumption.
+
+    Parameters and errors as ``read_rexs``. The other stages of the file are further meshes.
+    """
+    return system_scene(read_document(path), stage, torque=torque, load_case=load_case)
+
+
 def system_scene(
     document: RexsDocument, stage: str | int | None = None, *, torque: float | None = None, load_case: int | None = None
 ) -> tuple[Scene, tuple[str, ...]]:
@@ -47,7 +58,7 @@ def system_scene(
     document
         The file.
     stage, torque, load_case
-        As ``load_rexs``.
+        As ``read_rexs``.
 
     Raises
     ------

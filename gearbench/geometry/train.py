@@ -16,12 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError
+from gearbench.geometry.names import PAIR
 from gearbench.geometry.pair import Pair
 
-#: Name of the mesh of a pair.
-PAIR = "pair"
 #: Axes may stand this part of the centre distance farther from each other, or nearer.
 _AXES = 1e-4
+#: Teeth of a gear may stand this far beside the gaps of one of its mates [pitches].
+_TEETH = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,7 +87,7 @@ class Train:
     Parameters
     ----------
     meshes
-        All of them; the driver of the first turns with the speed 1.
+        All of them; the driver of the first turns with the speed 1, or where it is held its carrier with −1.
     shafts
         Gear → its shaft; gears that are not named have one of their own, of the same name.
     axes
@@ -138,7 +139,9 @@ class Train:
         """
         shafts = list(dict.fromkeys(self.shaft(gear) for gear in self.gears))
         shafts += [c for c in dict.fromkeys(m.carrier for m in self.meshes) if c is not None and c not in shafts]
-        rows = [self._row(shafts, {self.shaft(self.meshes[0].driver): 1}, 1)]
+        first, carrier = self.shaft(self.meshes[0].driver), self.meshes[0].carrier
+        # a driver that is held turns as fast against its carrier
+        rows = [self._row(shafts, {first: 1} if first not in self.held or carrier is None else {carrier: -1}, 1)]
         rows += [self._row(shafts, {name: 1}, 0) for name in self.held]
         for mesh in self.meshes:
             z = [gear.teeth for gear in mesh.pair.gears]
@@ -161,6 +164,10 @@ class Train:
         """Mesh frequency over the frequency of rotation of the first driver."""
         mesh = self[name]
         return abs(float(self._own_rate(mesh) * mesh.pair.gears[0].teeth))
+
+    def own_rate(self, name: str) -> float:
+        """Speed of the driver of a mesh as its carrier sees it, without its sense."""
+        return abs(float(self._own_rate(self[name])))
 
     def _own_rate(self, mesh: Mesh) -> Fraction:
         """Speed of the driver of a mesh as its carrier sees it."""
@@ -248,6 +255,28 @@ class Train:
                 found[mesh.name] = (found[other.name] + leads[0] - leads[1]) % 1.0
         return found
 
+    def check_assembly(self, *, coast: bool = False) -> None:
+        """Refuse gears whose teeth do not fit into all their meshes at once; phases that are given are not looked at.
+
+        Raises
+        ------
+        InputError
+            Naming the gear, and by how much its teeth would have to stand beside themselves.
+        """
+        phases, known = self.phases(coast=coast), {}
+        for mesh in self.meshes:
+            for gear in mesh.gears if mesh.phase is None else ():
+                lead = self.leading(mesh.name, gear, phases[mesh.name], coast=coast)
+                off = (lead - known.setdefault(gear, lead) + 0.5) % 1.0 - 0.5
+                if abs(off) > _TEETH:
+                    allowed = f"does not assemble: in {mesh.name} its teeth stand {off:+.3f} pitches beside the gaps"
+                    raise InputError("gears", gear, allowed)
+
+    def leading(self, name: str, gear: str, phase: float, *, coast: bool = False) -> float:
+        """Angle of the leading flank of a gear at a phase of one of its meshes, see ``Mesh.lead`` [pitches]."""
+        mesh = self[name]
+        return phase + mesh.lead(gear, self._towards(mesh, coast), coast=coast)
+
     def _towards(self, mesh: Mesh, coast: bool) -> float:
         x, y = self.across(mesh.name)
         return self.turn(mesh.name) * (-1 if coast else 1) * math.atan2(y, x)
@@ -266,6 +295,27 @@ class Train:
             left.remove(mesh)
 
     # -- torques ------------------------------------------------------------------------------------------------------
+    def _balance(self, free: Sequence[str] | None) -> NDArray:
+        """Torques of the meshes on their drivers that cancel at shafts no torque enters or leaves, (shaft, mesh)."""
+        rows = []
+        for shaft in dict.fromkeys(map(self.shaft, self.gears)):
+            touching = [mesh for mesh in self.meshes if shaft in map(self.shaft, mesh.gears)]
+            drives = {shaft == self.shaft(mesh.driver) for mesh in touching}
+            if len(touching) < 2 or (len(drives) < 2 if free is None else shaft in free):
+                continue
+            row = dict.fromkeys((mesh.name for mesh in self.meshes), 0.0)
+            for mesh in touching:
+                z_1, z_2 = (gear.teeth for gear in mesh.pair.gears)
+                row[mesh.name] += z_2 / z_1 if shaft == self.shaft(mesh.driven) else -1.0
+            rows.append(list(row.values()))
+        return np.array(rows).reshape(-1, len(self.meshes))
+
+    @cached_property
+    def parallel(self) -> bool:
+        """Whether the balance of the shafts leaves open how much torque each mesh has."""
+        _ = self.rates
+        return bool(np.linalg.matrix_rank(self._balance(None)[:, 1:]) < len(self.meshes) - 1)
+
     def torques(self, free: Sequence[str] | None = None, wished: Mapping[str, float] | None = None) -> dict[str, float]:
         """Mesh → torque on its driver over that on the first, from the balance of the shafts.
 
@@ -279,21 +329,10 @@ class Train:
         """
         first, *others = names = [mesh.name for mesh in self.meshes]
         _ = self.rates  # all shafts turn, and each with one speed
-        rows = []
-        for shaft in dict.fromkeys(map(self.shaft, self.gears)):
-            touching = [mesh for mesh in self.meshes if shaft in map(self.shaft, mesh.gears)]
-            drives = {shaft == self.shaft(mesh.driver) for mesh in touching}
-            if len(touching) < 2 or (len(drives) < 2 if free is None else shaft in free):
-                continue
-            row = dict.fromkeys(names, 0.0)
-            for mesh in touching:
-                z_1, z_2 = (gear.teeth for gear in mesh.pair.gears)
-                row[mesh.name] += z_2 / z_1 if shaft == self.shaft(mesh.driven) else -1.0
-            rows.append(list(row.values()))
+        rows = self._balance(free)
         if not others:
             return {first: 1.0}
-        A = np.array(rows).reshape(-1, len(names))
-        b, A = -A[:, 0], A[:, 1:]
+        b, A = -rows[:, 0], rows[:, 1:]
         if wished is None and np.linalg.matrix_rank(A) < len(others):
             allowed = "paths are parallel: how they share the torque does not follow from the balance of the shafts"
             raise InputError("meshes", ", ".join(names), allowed)

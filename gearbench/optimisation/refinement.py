@@ -61,14 +61,14 @@ def _released(variable: Variable) -> Variable:
     return replace(variable, min=float(grid[0]), max=float(grid[-1]), step=None)
 
 
-def refine(
+def polish(
     designs: Designs,
     *,
     evaluations: int = EVALUATIONS,
     threads: int | None = None,
     progress: Callable[[int, int], None] = lambda *_: None,
 ) -> xr.Dataset:
-    """Refine the front of a stored optimisation.
+    """Polish the front of a stored optimisation.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def refine(
 
     Returns
     -------
-    Dataset as of an optimisation of ``continuous(study)``, its designs those of the front refined: ``on_front`` among
+    Dataset as of an optimisation of ``continuous(study)``, its designs those of the front polished: ``on_front`` among
     them, ``objective_before``, their ``number`` in the front, and attributes ``hypervolume_before`` and
     ``hypervolume_after``, shares of the box below the front's reference point.
 
@@ -197,7 +197,7 @@ class _Run:
         ]
 
     def total(self, key: bytes) -> float:
-        """What is minimised, of an x that was evaluated."""
+        """Sum to minimise, at an x that was evaluated."""
         return float(np.sum(np.array(self.seen[key].objectives(self.study)) / self.extent))
 
 

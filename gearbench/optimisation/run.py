@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Progress:
-    """How far a run is.
+    """Progress of a run.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def optimise(
     Parameters
     ----------
     study
-        The study, see ``gearbench.load_study``.
+        The study, see ``gearbench.read_study``.
     directory
         Where each generation is stored as it is finished, and the result at the end; nowhere by default.
     resume

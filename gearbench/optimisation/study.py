@@ -95,7 +95,7 @@ class Limit:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Algorithm:
-    """How the search goes on.
+    """Method and size of the search.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ class Robustness:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Speeds:
-    """Where the mesh force is taken, for objectives and limits of the response ``mesh_force``.
+    """Speeds at which the mesh force is evaluated, for objectives and limits of the metric ``mesh_force``.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ class Speeds:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class OptimisationStudy:
-    """Everything an optimisation needs; ``load_study`` reads one from a TOML file.
+    """Everything an optimisation needs; ``read_study`` reads one from a TOML file.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ from gearbench.schema import as_table, check, keys, make, read, read_toml
 _TABLES: dict[str, type] = {"algorithm": Algorithm, "robustness": Robustness, "speeds": Speeds}
 
 
-def load_study(path: str | Path) -> OptimisationStudy:
+def read_study(path: str | Path) -> OptimisationStudy:
     """Read a study from a TOML file.
 
     Raises
@@ -33,6 +33,10 @@ def load_study(path: str | Path) -> OptimisationStudy:
         return parse_study(read_toml(path))
     except InputError as error:
         raise error.in_file(str(path)) from None
+
+
+#: The name that code of gearbench still uses.
+load_study = read_study
 
 
 def parse_study(tables: Mapping[str, Any]) -> OptimisationStudy:

@@ -60,7 +60,7 @@ def _netcdf(dataset: xr.Dataset) -> BytesIO:
     return buffer
 
 
-def load(path: str | Path, *, proven: bool = False) -> xr.Dataset:
+def open_result(path: str | Path, *, proven: bool = False) -> xr.Dataset:
     """Read a Dataset into memory: one that ``save`` has written, or that another program has saved again.
 
     A digest must agree with its data: that of the bytes, at the end of what ``save`` has written, and that of the
@@ -91,6 +91,10 @@ def load(path: str | Path, *, proven: bool = False) -> xr.Dataset:
         return _of_now(dataset.drop_encoding())
     except InputError as error:
         raise InputError("", str(path), error.allowed) from None
+
+
+#: The name that code of gearbench still uses.
+load = open_result
 
 
 def _of_now(dataset: xr.Dataset) -> xr.Dataset:

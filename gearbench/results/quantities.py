@@ -30,7 +30,7 @@ class Quantity:
 
     @property
     def attrs(self) -> dict[str, str]:
-        """As attributes of an xarray variable."""
+        """Attributes of an xarray variable."""
         return {"units": self.units, "symbol": self.symbol, "long_name": self.long_name}
 
 
@@ -71,6 +71,30 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
                 "N/µm", "ε(k_n)", "numerical noise floor of the amplitudes of the harmonics of k"
             ),
             "mesh_stiffness_phase": Quantity("rad", "arg k_n", "phases of the harmonics of k"),
+        },
+        "of a train whose meshes are one problem": {
+            "mesh": Quantity("1", "", "name of the mesh"),
+            "phase_shift": Quantity("1", "φ", "mesh phase when that of the first mesh is 0"),
+            "member": Quantity("1", "", "name of the shaft, or of the carrier"),
+            "axis": Quantity("1", "", "direction in the transverse plane"),
+            "motion": Quantity("1", "", "free motion beside the turning of the shafts"),
+            "mesh_load": Quantity("N", "F_bt", "force of the mesh along the line of action, transverse"),
+            "load_sharing": Quantity("1", "L", "force of the mesh over that where all paths share alike"),
+            "load_sharing_greatest": Quantity("1", "L", "greatest load share of a mesh over the cycle"),
+            "mesh_load_factor": Quantity("1", "K_γ", "largest force of a mesh over that where all paths share alike"),
+            "train_transmission_error": Quantity("µm", "Δ", "transmission error of the train on the first base circle"),
+            "train_transmission_error_amplitude": Quantity("µm", "|Δ_n|", "amplitudes of the harmonics of Δ"),
+            "train_transmission_error_phase": Quantity("rad", "arg Δ_n", "phases of the harmonics of Δ"),
+            "train_transmission_error_mean": Quantity("µm", "mean Δ", "mean transmission error of the train"),
+            "train_transmission_error_rms": Quantity("µm", "RMS Δ", "RMS of the fluctuation of Δ"),
+            "train_transmission_error_peak_to_peak": Quantity("µm", "PP Δ", "peak-to-peak of Δ"),
+            "turning_error": Quantity("µrad", "Δθ", "Δ as an angle of a member that torque enters or leaves"),
+            "train_stiffness": Quantity("N/µm", "k_Δ", "stiffness of the train on the first base circle"),
+            "motion_amount": Quantity("µm", "q", "free motion"),
+            "member_force": Quantity("N", "F", "force of all meshes on a member"),
+            "member_force_amplitude": Quantity("N", "|F_n|", "amplitudes of the harmonics of the force on a member"),
+            "member_torque": Quantity("N·m", "M", "torque of all meshes on a member"),
+            "member_torque_amplitude": Quantity("N·m", "|M_n|", "amplitudes of the harmonics of the torque"),
         },
         "over the revolutions": {
             "cycle": Quantity("1", "n", "number of the mesh cycle"),
@@ -154,6 +178,11 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "mesh_force_by_source_amplitude": Quantity(
                 "N", "f_n", "amplitude of a mesh force order of the frequency of the mesh that excites it"
             ),
+            "mesh_force_combination_amplitude": Quantity(
+                "N", "f_nm", "amplitude of the mesh force at a combination of orders of two mesh frequencies"
+            ),
+            "combination_residual": Quantity("1", "–", "residual of the balance of all mesh frequencies"),
+            "combination_frequency": Quantity("Hz", "|n f_1 + m f_2|", "frequency of a combination"),
             "mesh_force_phase": Quantity("rad", "arg f_n", "phase of a mesh force order"),
             "mesh_force_rms": Quantity("N", "RMS f", "RMS of the fluctuating mesh force, of all mesh frequencies"),
             "mean_force": Quantity("N", "F_bt", "mean mesh force along the line of action"),
@@ -165,7 +194,7 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
                 "N", "σ RMS f", "standard deviation of the RMS of the mesh force over samples"
             ),
             "mesh_force_rms_max": Quantity("N", "max RMS f", "largest RMS of the mesh force of all error samples"),
-            "dynamic_factor": Quantity("1", "max f/F_bt", "largest over mean mesh force"),
+            "dynamic_factor": Quantity("1", "max f/F_bt", "largest over mean mesh force, frequencies in any phase"),
             "contact_kept": Quantity("1", "f > 0", "whether the flanks never part"),
             "floquet_multiplier": Quantity(
                 "1",
@@ -176,7 +205,7 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "bearing_force_phase": Quantity("rad", "arg B_n", "phase of a bearing force order"),
             "housing_amplitude": Quantity("1", "y_n", "amplitude of an order at a point of the housing"),
             "housing_phase": Quantity("rad", "arg y_n", "phase of an order at a point of the housing"),
-            "branches": Quantity("1", "–", "periodic responses at a speed, stable or not"),
+            "periods": Quantity("1", "–", "mesh periods after which the motion repeats, 0 where it does not"),
             "natural_frequency": Quantity("Hz", "f_r", "natural frequency with the mean mesh stiffness"),
             "mode_participation": Quantity("1", "–", "share of a mode in the static compliance at a mesh"),
             "critical_speed": Quantity("1/min", "n_E", "speed at which an order of the mesh frequency meets a mode"),

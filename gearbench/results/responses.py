@@ -2,16 +2,17 @@
 
 ``simulate``, ``robust``, the accuracy control, objectives and limits of an optimisation, and the explorer take them
 from here; an objective is ``<response>_<statistic>`` over the error samples. Another package adds one by ``register``,
-or by an entry point of the group ``gearbench.responses`` that names a ``Response`` or a sequence of them; workers of a
+or by an entry point of the group ``gearbench.metrics`` that names a ``Metric`` or a sequence of them; workers of a
 cluster know those of entry points only.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from types import MappingProxyType
 from typing import Any
 
@@ -31,7 +32,9 @@ from gearbench.results.cycle import (
 from gearbench.results.quantities import QUANTITIES, Quantity
 
 #: Group of the entry points.
-GROUP = "gearbench.responses"
+GROUP = "gearbench.metrics"
+#: Its name before version 1.0.
+OLD_GROUP = "gearbench.responses"
 
 #: Statistics over the error samples: name → how to compute it from (sample,), and in words.
 STATISTICS: Mapping[str, tuple[Callable[[NDArray], float], str]] = MappingProxyType(
@@ -46,7 +49,7 @@ OVER_LOADS = ("_load_mean", "_load_max")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Response:
+class Metric:
     """A number that a mesh cycle answers.
 
     Parameters
@@ -78,7 +81,7 @@ class Response:
             raise InputError("response", self.name, "is the name of another quantity")
 
 
-def register(*responses: Response) -> None:
+def register(*responses: Metric) -> None:
     """Make responses known; the same one again changes nothing.
 
     Raises
@@ -91,7 +94,7 @@ def register(*responses: Response) -> None:
             raise InputError("response", each.name, "is declared already")
 
 
-def response(name: str, key: str = "response") -> Response:
+def response(name: str, key: str = "response") -> Metric:
     """The response of that name; ``key`` says where the name was given.
 
     Raises
@@ -112,7 +115,7 @@ def check_responses(names: Iterable[str]) -> None:
         response(name, "responses")
 
 
-def responses() -> Mapping[str, Response]:
+def responses() -> Mapping[str, Metric]:
     """All responses by name, those of other packages included."""
     installed()
     return MappingProxyType(KNOWN)
@@ -129,7 +132,7 @@ def is_over_speed(name: str) -> bool:
 
 
 def split_statistic(name: str) -> tuple[str, str] | None:
-    """Response and statistic of a name such as "mesh_stiffness_rms_std"; None where it is none."""
+    """Metric and statistic of a name such as "mesh_stiffness_rms_std"; None where it is none."""
     of, _, statistic = name.rpartition("_")
     return (of, statistic) if statistic in STATISTICS and is_response(of) else None
 
@@ -152,7 +155,8 @@ def quantity(name: str) -> Quantity | None:
     if is_response(name):
         return response(name).quantity
     of, _, statistic = name.rpartition("_")
-    if statistic in STATISTICS and (is_response(of) or of.endswith(OVER_LOADS)) and (q := quantity(of)):
+    known = is_response(of) or of in QUANTITIES or of.endswith(OVER_LOADS)
+    if statistic in STATISTICS and known and (q := quantity(of)):
         words = STATISTICS[statistic][1]
         return Quantity(q.units, f"{statistic} {q.symbol}", f"{words} over the error samples of the {q.long_name}")
     for suffix, derive in _DERIVED.items():
@@ -204,19 +208,28 @@ def installed() -> tuple[str, ...]:
     InputError
         If an entry point cannot be imported, or names something else.
     """
-    all_found: list[Response] = []
-    for entry in entry_points(group=GROUP):
-        key = f"{GROUP}.{entry.name}"
+    all_found: list[Metric] = []
+    for entry in (*entry_points(group=GROUP), *_of_old_group()):
+        key = f"{entry.group}.{entry.name}"
         try:
             loaded = entry.load()
         except (ImportError, AttributeError) as error:
             raise InputError(key, entry.value, f"cannot be imported: {error}") from None
         found = list(loaded) if isinstance(loaded, Iterable) else [loaded]
-        if not all(isinstance(each, Response) for each in found):
-            raise InputError(key, entry.value, "must be a Response, or a sequence of them")
+        if not all(isinstance(each, Metric) for each in found):
+            raise InputError(key, entry.value, "must be a Metric, or a sequence of them")
         all_found += found
     register(*all_found)
     return tuple(each.name for each in all_found)
+
+
+def _of_old_group() -> Sequence[EntryPoint]:
+    """Entry points of the group's former name, understood until version 1.1."""
+    found = tuple(entry_points(group=OLD_GROUP))
+    if found:
+        names = ", ".join(entry.name for entry in found)
+        warnings.warn(f"{names}: the entry point group {OLD_GROUP} is now {GROUP}", DeprecationWarning, stacklevel=2)
+    return found
 
 
 def _mean(curve: str) -> Callable[[MeshCycle], NDArray]:
@@ -261,10 +274,10 @@ _AMPLITUDES = tuple(
 #: The numbers of a cycle that a simulation gives unless told otherwise.
 USUAL = tuple(name for name, *_ in _NUMBERS)
 #: All responses by name, those of other packages once they are asked for.
-KNOWN: dict[str, Response] = {
-    name: Response(name=name, quantity=Quantity(*words), reduce=reduce)
+KNOWN: dict[str, Metric] = {
+    name: Metric(name=name, quantity=Quantity(*words), reduce=reduce)
     for name, *words, reduce in (*_NUMBERS, *_AMPLITUDES)
 }
 #: RMS over speeds, and over torques where there are several, of the RMS of the mesh force.
 _FORCE = Quantity("N", "RMS f", "RMS of the mesh force over the range of speeds")
-KNOWN["mesh_force"] = Response(name="mesh_force", quantity=_FORCE, reduce=_needs_speeds, over_speed=True)
+KNOWN["mesh_force"] = Metric(name="mesh_force", quantity=_FORCE, reduce=_needs_speeds, over_speed=True)

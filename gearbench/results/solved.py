@@ -21,7 +21,8 @@ class Solved:
     """A scene solved on its contact lines: the source of all outputs.
 
     The arrays of the solution may have dimensions before the position; so have the outputs that follow from it.
-    ``size`` is the number of Gauss points on each panel, by default the scene's.
+    ``size`` is the number of Gauss points on each panel, by default the scene's; ``at`` are the phases that results are
+    over, where these are those of another mesh of a train.
     """
 
     scene: Scene
@@ -30,10 +31,13 @@ class Solved:
     problem: ContactProblem
     solution: ContactSolution
     size: int | None = None
+    at: Phases | None = None
 
     @cached_property
     def phases(self) -> Phases:
         """The mesh phases."""
+        if self.at is not None:
+            return self.at
         size = self.size or self.scene.resolution.panel_size
         return Phases(phase=self.lines.mesh_phase, weight=self.weight, size=size)
 

@@ -18,6 +18,7 @@ from gearbench.contact.size import kept_memory
 from gearbench.errors import InputError
 from gearbench.results.origin import keeping
 from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs
+from gearbench.results.points import Point, of_each_load
 from gearbench.results.provenance import beyond_elasticity, provenance
 from gearbench.results.responses import is_response
 from gearbench.results.solved import Solved
@@ -28,7 +29,7 @@ from gearbench.scene import Load, Resolution, Scene, check_scene
 from gearbench.scene_file import scene_at
 from gearbench.solution import columns
 from gearbench.sweeps.axes import MESH, Axis, axes_of, grid
-from gearbench.sweeps.dataset import Point, combined, of_each_load, over_loads
+from gearbench.sweeps.dataset import combined, over_loads
 from gearbench.sweeps.loads import TORQUE, Shared, solve_group, under_loads
 from gearbench.threads import default_threads, single_threaded_blas
 
@@ -85,8 +86,8 @@ def sweep(
 
     Examples
     --------
-    >>> from gearbench import load_scene
-    >>> sweep(load_scene("examples/sc.toml"), torque=[5.0, 10.0, 20.0])["transmission_error_mean"].dims
+    >>> from gearbench import read_scene
+    >>> sweep(read_scene("examples/sc.toml"), torque=[5.0, 10.0, 20.0])["transmission_error_mean"].dims
     ('torque',)
     """
     check_scene(scene)
@@ -95,7 +96,7 @@ def sweep(
     swept = {**(ranges or {}), **keys}
     spectrum = () if {"torque", TORQUE} & swept.keys() else scene.loads
     swept |= {"torque": [each.torque for each in spectrum]} if spectrum else {}
-    axes = axes_of(swept, meshes=tuple(scene.meshes))
+    axes = axes_of(swept, meshes=() if scene.coupled else tuple(scene.meshes))
     total = math.prod(len(each.values) for each in axes)
     solver = _solver(scene, outputs, {"samples": samples, "seed": seed, "sampler": sampler}, threads)
     groups = _groups(scene, axes, sampled=samples > 0)
@@ -167,6 +168,12 @@ class _Solver:
 
     def solve(self, group: Sequence[Scene]) -> Iterator[Point]:
         """One scene of ``group`` after the other."""
+        if group[0].coupled:
+            from gearbench.trains.dataset import train_point
+            from gearbench.trains.solve import solve_train
+
+            yield from (train_point(solve_train(scene), self.outputs) for scene in group)
+            return
         if self.draws:
             yield from self._sampled(group)
             return
@@ -239,6 +246,11 @@ def _groups(scene: Scene, axes: Sequence[Axis], *, sampled: bool) -> list[dict[t
     groups = []
     for point in grid([each for each in axes if each.path not in (TORQUE, MESH)]):
         whole = scene_at(base, point)
+        if whole.coupled:
+            for torque in torques or (whole.load.torque,):
+                values = point | {TORQUE: torque}
+                groups.append({tuple(values[a.path] for a in axes): scene_at(whole, {TORQUE: torque})})
+            continue
         for name, at in whole.meshes.items():
             share = at.load.torque / whole.load.torque
             own = [[at]] if torques is None else under_loads(at, [share * T for T in torques])

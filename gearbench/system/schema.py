@@ -9,7 +9,7 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.errors import InputError, one_of
 from gearbench.geometry.material import Material
-from gearbench.geometry.train import PAIR
+from gearbench.geometry.names import PAIR
 from gearbench.schema import STRICT
 from gearbench.system.bearing import Bearing
 from gearbench.system.body import Body
@@ -82,7 +82,7 @@ class Seat:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Coupling:
-    """Where torque enters or leaves a shaft: motor or load.
+    """Coupling at which torque enters or leaves a shaft: motor or load.
 
     Parameters
     ----------
@@ -236,7 +236,7 @@ class Wheel:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class System:
-    """What the pair is built into. Without shafts: two rigid wheels that only turn.
+    """Surroundings of the pair: shafts, bearings, bodies. Without shafts: two rigid wheels that only turn.
 
     Parameters
     ----------

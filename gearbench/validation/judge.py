@@ -15,7 +15,6 @@ import numpy as np
 from gearbench.budget import MemoryBudgetError
 from gearbench.contact.assemble import mesh_phases, scene_lines
 from gearbench.contact.size import require_contact_memory
-from gearbench.geometry.role import Role
 from gearbench.results.cycle import Phases
 from gearbench.scene import Scene
 from gearbench.solution import dataset, solve_lines
@@ -118,7 +117,7 @@ def _judgement(scene: Scene, fast: xr.Dataset, reference: Scene) -> Judgement:
 
 
 def cycle_beside(fast: xr.Dataset, solved: Scene, reference: Scene) -> xr.Dataset:
-    """What ``simulate`` gives of the scene ``solved``, at the phases of the Dataset ``fast``.
+    """Result of ``simulate`` for the scene ``solved``, at the phases of the Dataset ``fast``.
 
     Phases of its own follow from its own changes of contact; beside them peak-to-peak values of quiet pairs would seem
     to differ by a percent or two. The Dataset bears the name of ``reference``, which can be written to a file.
@@ -136,10 +135,10 @@ def settled(found: dict[str, tuple]) -> bool:
 
 def shapes(scene: Scene, reference: Scene) -> dict[str, tuple]:
     """Variables that compare the deflection shapes of both gears."""
-    found = [compare_shapes(scene, reference, role) for role in Role]
+    found = [compare_shapes(scene, reference, index) for index in (0, 1)]
     over = ("gear", "load_height", "load_face")
     criterion = np.array([each.mac for each in found])
-    lines = np.array([line_mac(scene, reference, role) for role in Role])
+    lines = np.array([line_mac(scene, reference, index) for index in (0, 1)])
     return {
         "mac": (over, criterion),
         "mac_worst": (("gear",), criterion.min(axis=(1, 2))),

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gearbench import load_scene
+from gearbench import read_scene
 from gearbench.accuracy.choose import choose
 from gearbench.accuracy.knobs import with_order, with_resolution
 from gearbench.accuracy.measure import relative_errors
@@ -77,7 +77,7 @@ def test_crowned_pairs_off_the_line_of_action_converge_in_the_segments_as_on_it(
 
 def test_an_electric_axle_on_its_body_takes_a_second():
     """Of processor time, choosing included; three times as much where all tests run at once."""
-    scene = load_scene(ROOT / "examples" / "gears" / "e_drive_input.toml").without("off_line_contact")
+    scene = read_scene(ROOT / "examples" / "gears" / "e_drive_input.toml").without("off_line_contact")
     asked = [replace(unseen(scene, i), resolution=Resolution(accuracy=0.01)) for i in (1, 2)]
     choose(asked[0], solve_scene, covers)  # kernels are compiled
     choice, cost = timed(lambda: choose(asked[1], solve_scene, covers))

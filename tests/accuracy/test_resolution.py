@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench import load_scene
+from gearbench import read_scene
 from gearbench.effects.gear_body import GearBody
 from gearbench.results.cycle import coefficients, peak_to_peak
 from gearbench.results.outputs import output
@@ -25,7 +25,7 @@ FAST = ["nasa_28", "osu_50", "large_wheel"]
 
 
 def example(name: str) -> Scene:
-    return load_scene(ROOT / "examples" / "gears" / f"{name}.toml").without("off_line_contact")
+    return read_scene(ROOT / "examples" / "gears" / f"{name}.toml").without("off_line_contact")
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gearbench import hunting_cycle, load_scene
+from gearbench import hunting_cycle, read_scene
 from tests.test_hunting import PITCH, scene
 
 
@@ -25,7 +25,7 @@ def test_side_bands_are_printed_written_and_drawn(run, tmp_path, file):
     assert (code, err) == (0, "")
     assert "77 mesh cycles" in out
     with xr.open_dataset(target, engine="h5netcdf") as dataset:
-        direct = hunting_cycle(load_scene(file), orders=2.0)
+        direct = hunting_cycle(read_scene(file), orders=2.0)
         name = "transmission_error_order_amplitude"
         np.testing.assert_allclose(dataset[name], direct[name], rtol=1e-9, atol=1e-12)
         assert float(dataset["mesh_order"][-1]) == pytest.approx(2.0)

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gearbench.exchange.rexs import load_rexs
-from gearbench.exchange.rexs_document import children, read_rexs
+from gearbench.exchange.rexs import read_rexs
+from gearbench.exchange.rexs_document import children, read_document
 from gearbench.exchange.rexs_system import system_scene
 from gearbench.scene_file import load_scene
 from tests.support.paths import DATA
@@ -51,7 +51,7 @@ def test_the_list_shows_all_stages(run):
         assert words in out
     stages = json.loads(run("rexs", SEW, "--json")[1])["stages"]
     assert [row["id"] for row in stages] == [6, 37, 55]
-    assert stages[1]["ε_α"] == pytest.approx(load_rexs(SEW, 2).pair.meshing.transverse_contact_ratio, rel=1e-12)
+    assert stages[1]["ε_α"] == pytest.approx(read_rexs(SEW, 2).pair.meshing.transverse_contact_ratio, rel=1e-12)
 
 
 def test_the_list_says_what_a_stage_lacks(run, tmp_path):
@@ -76,9 +76,9 @@ def test_a_stage_becomes_a_scene_file(run, tmp_path):
     target = tmp_path / "stage2.toml"
     assert run("rexs", SEW, "--scene", 2, target)[0] == 0
     scene = load_scene(target)
-    document = read_rexs(SEW)
+    document = read_document(SEW)
     whole, notes = system_scene(document, 2)
-    assert replace(scene, system=None, further=()) == load_rexs(SEW, 2)
+    assert replace(scene, system=None, further=()) == read_rexs(SEW, 2)
     assert scene.system.shafts == whole.system.shafts
     assert scene.further == whole.further
     assert all(f"# {note}\n" in target.read_text() for note in notes)
@@ -98,7 +98,7 @@ def test_options_of_rexs_need_a_rexs_file(run, tmp_path):
 
 def attributes(path, component):
     """Attribute → (unit, values) of a component."""
-    element = read_rexs(path).components[component].element
+    element = read_document(path).components[component].element
     found = {}
     for attribute in children(element, "attribute"):
         cells = [cell.text for array in children(attribute, "array") for cell in children(array, "c")]
@@ -128,13 +128,13 @@ def test_a_file_with_results_is_the_same_model(run, tmp_path, result):
     run("rexs", NEW, "--stage", 1, "--write", result, once)
     run("rexs", once, "--stage", 1, "--write", result, twice)
     run("rexs", once, "--stage", 1, "--write", result, packed)
-    assert load_rexs(twice).pair == load_rexs(packed).pair == load_rexs(NEW).pair
-    assert load_rexs(twice).load == load_rexs(NEW).load
+    assert read_rexs(twice).pair == read_rexs(packed).pair == read_rexs(NEW).pair
+    assert read_rexs(twice).load == read_rexs(NEW).load
     # written again, results are replaced
     assert once.read_bytes() == twice.read_bytes()
     with zipfile.ZipFile(packed) as archive:
         assert archive.namelist() == ["packed.rexs"]
-    for number in set(read_rexs(NEW).components) - {10}:
+    for number in set(read_document(NEW).components) - {10}:
         assert attributes(twice, number) == attributes(NEW, number)
     assert attributes(NEW, 10).items() <= attributes(twice, 10).items()
 

@@ -6,7 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
-from gearbench.compliance.bases import gauss, height_functions, height_quadrature, width_functions
+from gearbench.compliance.bases import (
+    gauss,
+    height_functions,
+    height_quadrature,
+    jointed_height_functions,
+    width_functions,
+)
 from gearbench.compliance.plate import SHEAR_FACTOR, PlateTooth
 from gearbench.compliance.ritz import Ritz
 from tests.support.gears import standard_gear
@@ -215,6 +221,19 @@ def test_families_of_functions():
         slope = (family(9, t + step)[0] - family(9, t - step)[0]) / (2 * step)
         assert_allclose(family(9, t)[1], slope, atol=2e-6)  # central difference: h² f''' ~ 1e-12 · 1e5
     assert dg.shape == f.shape
+
+
+def test_two_families_of_height_functions_meet_with_a_kink():
+    joint, counts = 0.3, (3, 4)
+    nodes, w = height_quadrature(12, [joint], [])
+    f, df = jointed_height_functions(counts, joint, nodes)
+    lengths = np.repeat([joint, 1 - joint], counts)
+    assert_allclose(df.T @ (w[:, None] * df), np.diag(1 / lengths), atol=1e-12)
+    assert_allclose(np.add.reduce(w[:, None] * df), jointed_height_functions(counts, joint, 1.0)[0], atol=1e-12)
+    # the best fit of a function with a kink at the joint is exact, and zero at the root remains zero
+    kink = np.abs(nodes - joint) - joint
+    assert_allclose(f @ np.linalg.lstsq(f, kink, rcond=None)[0], kink, atol=1e-12)
+    assert_allclose(jointed_height_functions(counts, joint, 0.0)[0], 0.0, atol=1e-15)
 
 
 def test_quadrature_in_height_integrates_square_roots_at_the_root_and_kinks_at_breaks():

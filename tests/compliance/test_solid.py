@@ -12,6 +12,7 @@ from gearbench.compliance.bases import gauss
 from gearbench.compliance.section import Section
 from gearbench.compliance.solid import Solid
 from gearbench.compliance.solid_tooth import SolidTooth
+from gearbench.effects.teeth import solid_order
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import lame
 from tests.support.gears import standard_gear
@@ -188,14 +189,23 @@ def test_condition_number(helix, width, teeth, order):
     assert tooth(gear(helix, teeth=teeth, width=width), order).condition < 1e6
 
 
+@pytest.mark.parametrize(("helix", "teeth"), [(0.0, 11), (15.0, 12), (0.0, 25)])
+def test_default_order_knows_the_shape_of_the_section(helix, teeth):
+    """Compliance of even and tilted loads on the flank within 0.7 % of many functions; 1.1 % by 6 × 7 at 11 teeth."""
+    g = gear(helix, teeth=teeth, width=6.0)
+    across, along, axis = solid_order(g)
+    few, many = (tooth(g, order) for order in ((across, along, axis), (10, 20, axis + 2)))
+    q = few.flank_order[1]
+    low = np.add.outer(q * np.arange(2), np.arange(2)).ravel()
+    exact = many.matrix[np.ix_(low, low)]
+    assert np.linalg.norm(few.matrix[np.ix_(low, low)] - exact) < 0.007 * np.linalg.norm(exact)
+
+
 def test_quadrature_is_exact_enough():
-    """Many panels in √x and a slope by differences change nothing that the outline in its own parameters gives."""
+    """Panels in √x and a slope by differences change nothing that the outline in its own parameters gives."""
     t = tooth(gear(20.0))
     section = t.solid.section
-    junction = section.breaks[0]
-    breaks = (junction / 3, junction, (junction + section.height) / 2)
-    finer = replace(section, breaks=breaks, outline=None)
-    a, b = (s.stiffness(lame(t.E, t.nu)) for s in (section, finer))
+    a, b = (s.stiffness(lame(t.E, t.nu)) for s in (section, replace(section, outline=None)))
     # far below what the orders leave: the fillet is smooth in √x, not polynomial
     assert_allclose(a, b, rtol=0, atol=1e-8 * np.abs(b).max())
 

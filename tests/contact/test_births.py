@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gearbench import load_scene
+from gearbench import read_scene
 from gearbench.accuracy.knobs import with_order
 from gearbench.contact.assemble import scene_lines
 from gearbench.contact.transitions import transitions
@@ -20,7 +20,7 @@ from tests.support.paths import ROOT
 
 def off_line(name: str, share: float = 1.0) -> Scene:
     """One of the gears in use with contact off the line of action, under a share of its torque."""
-    scene = load_scene(ROOT / "examples" / "gears" / f"{name}.toml")
+    scene = read_scene(ROOT / "examples" / "gears" / f"{name}.toml")
     effects = [effect for effect in scene.effects if effect.name != "off_line_contact"]
     return replace(scene, effects=(*effects, OffLineContact()), load=Load(torque=share * scene.load.torque))
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench import load_scene
+from gearbench import read_scene
 from gearbench.contact import _kernels, _law_kernels, solver
 from gearbench.contact.assemble import scene_lines
 from gearbench.contact.law import compression, inverse
@@ -67,7 +67,7 @@ def test_the_law_of_many_segments_is_that_of_its_readable_twin(linear):
 
 def test_values_between_the_nodes_of_pieces_are_those_of_their_polynomials():
     """Of a helical pair off the line of action, whose lines have three pieces; Legendre polynomials are the twin."""
-    scene = load_scene(ROOT / "examples" / "gears" / "large_wheel.toml").without("off_line_contact")
+    scene = read_scene(ROOT / "examples" / "gears" / "large_wheel.toml").without("off_line_contact")
     relief = TipRelief(amount=20.0, length=1.5)
     lines = scene_lines(replace(scene, effects=(*scene.effects, OffLineContact(), relief)), np.linspace(0.0, 0.9, 9))
     uncut, rng = lines.uncut(22), np.random.default_rng(6)
@@ -91,7 +91,7 @@ def test_values_between_the_nodes_of_pieces_are_those_of_their_polynomials():
 
 
 def test_patches_are_those_of_the_readable_twin():
-    scene = load_scene(ROOT / "examples" / "gears" / "large_wheel.toml").without("off_line_contact")
+    scene = read_scene(ROOT / "examples" / "gears" / "large_wheel.toml").without("off_line_contact")
     lines, rng = scene_lines(scene, np.linspace(0.0, 0.9, 9)), np.random.default_rng(5)
     patches = 0
     for _ in range(20):

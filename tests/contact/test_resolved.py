@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from gearbench import load_scene
+from gearbench import read_scene
 from gearbench.contact.assemble import assemble, scene_lines
 from gearbench.contact.gaps import flank_separation, gap_kinks
 from gearbench.contact.patches import solve_patches
@@ -34,7 +34,7 @@ POINTS, TOLERANCE, LEAST = 5, 3e-5, 1e-6
 
 
 def relieved(name: str, share: float, off_line: bool) -> Scene:
-    scene = load_scene(EXAMPLES / "gears" / f"{name}.toml").without("off_line_contact")
+    scene = read_scene(EXAMPLES / "gears" / f"{name}.toml").without("off_line_contact")
     effects, m = scene.effects, scene.pair.normal_module
     if not any(effect.name == "tip_relief" for effect in effects):
         effects = (*effects, TipRelief(amount=5.0 * m, length=0.4 * m))

@@ -67,10 +67,11 @@ def test_files_and_tests_that_a_page_names_exist(page):
 
 
 def test_the_equations_are_cited_and_what_is_cited_is_there():
-    labels = re.findall(r"\$\$ \((\w+)\)", (DOCS / "theory.md").read_text(encoding="utf-8"))
+    pages = "".join((DOCS / page).read_text(encoding="utf-8") for page in ("theory.md", "algorithms.md"))
+    labels = re.findall(r"\$\$ \((\w+)\)", pages)
     assert len(labels) == len(set(labels)) > 30
     code = " ".join(" ".join(path.read_text(encoding="utf-8").split()) for path in (ROOT / "gearbench").rglob("*.py"))
-    cited = set(re.findall(r"[(,] ?((?:PL|[GCBFSLRTEWD])[12]?\d)(?=[,):]| of docs/theory\.md)", code))
+    cited = set(re.findall(r"[(,] ?((?:PL|[GCBFSLRTEWDM])[12]?\d)(?=[,):]| of docs/(?:theory|algorithms)\.md)", code))
     assert cited == set(labels)
 
 

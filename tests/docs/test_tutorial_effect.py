@@ -20,8 +20,8 @@ from gearbench.doctor import examine
 from gearbench.effects import registry
 from gearbench.explore.catalogue import catalogue
 from gearbench.explore.stored import open_results
+from gearbench.plugin import MeshCycle, Phases
 from gearbench.results import responses
-from gearbench.results.cycle import Phases
 from gearbench.scene_file import scene_key
 from tests.support.pages import blocks, follow, run_command
 from tests.support.paths import ROOT
@@ -149,7 +149,7 @@ def test_a_response_is_what_its_equation_says():
     tau = np.arange(8) / 8
     phases = Phases(phase=tau, weight=np.full(8, 1 / 8), size=None)
     curve = 1 + np.array([[0.1], [0.3]]) * np.cos(2 * np.pi * tau)
-    cycle = gb.MeshCycle(phases=phases, transmission_error=curve, mesh_stiffness=curve)
+    cycle = MeshCycle(phases=phases, transmission_error=curve, mesh_stiffness=curve)
     assert_allclose(responses.response(MODULATION).reduce(cycle), [10.0, 30.0], rtol=1e-12)
 
 
@@ -191,17 +191,17 @@ def test_an_entry_point_that_leads_nowhere_is_one_line(line, fault, tmp_path, mo
     [
         (
             "nowhere:NOISE",
-            r"gearbench\.responses\.noise = nowhere:NOISE: cannot be imported: No module named 'nowhere'",
+            r"gearbench\.metrics\.noise = nowhere:NOISE: cannot be imported: No module named 'nowhere'",
         ),
         ("stiffness_modulation:NOISE", "cannot be imported"),
-        ("stiffness_modulation:modulation", "must be a Response, or a sequence of them"),
+        ("stiffness_modulation:modulation", "must be a Metric, or a sequence of them"),
     ],
 )
 def test_a_response_that_leads_nowhere_is_one_line(target, fault, tmp_path, monkeypatch, capsys):
     folder = tmp_path / "noise-2.0.dist-info"
     folder.mkdir()
     (folder / "METADATA").write_text("Metadata-Version: 2.1\nName: noise\nVersion: 2.0\n")
-    (folder / "entry_points.txt").write_text(f"[gearbench.responses]\nnoise = {target}\n")
+    (folder / "entry_points.txt").write_text(f"[gearbench.metrics]\nnoise = {target}\n")
     monkeypatch.syspath_prepend(tmp_path)
     forget()
     with pytest.raises(gb.InputError, match=fault):
@@ -214,7 +214,9 @@ def test_a_response_that_leads_nowhere_is_one_line(target, fault, tmp_path, monk
     assert len(printed.strip().splitlines()) == 1
 
 
-def test_its_test_passes():
+def test_its_test_passes(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "wavy.toml").write_text(FILES["wavy.toml"], encoding="utf-8")
     space: dict = {}
     exec(compile(FILES["test_undulation.py"], "test_undulation.py", "exec"), space)
     tests = [value for name, value in space.items() if name.startswith("test_")]

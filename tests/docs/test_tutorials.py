@@ -81,6 +81,7 @@ def slurm(tmp_path_factory, monkeypatch):
 @pytest.mark.slow
 def test_run_on_a_slurm_cluster(folder, slurm):
     pytest.importorskip("dask_jobqueue")
+    shutil.copy(ROOT / "examples" / "case1.toml", folder)
     for block in follow("tutorial_cluster.md"):
         if block.language == "console":
             assert block.text == "$ python search.py\n"

@@ -6,7 +6,7 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 from gearbench.dynamics.analysis import response
-from gearbench.dynamics.housing import housing_response, load_housing
+from gearbench.dynamics.housing import housing_response, read_housing
 from gearbench.errors import InputError
 from tests.attack.netcdf import damaged
 from tests.support.systems import shafts, spur_scene
@@ -33,7 +33,7 @@ def answer():
 
 def test_forces_times_transfer_functions(answer, tmp_path):
     housing().to_netcdf(tmp_path / "h.nc")
-    own = load_housing(tmp_path / "h.nc")
+    own = read_housing(tmp_path / "h.nc")
     found = housing_response(answer, own)
     speed, n = 1, 2
     f, expected = 1800 / 60 * 25 * n, 0
@@ -65,12 +65,12 @@ def test_what_does_not_fit_is_one_line(answer, tmp_path):
         housing_response(response(spur_scene({}), speed=900.0, harmonics=2), housing())
     housing().drop_vars("transfer_imaginary").to_netcdf(tmp_path / "h.nc")
     with pytest.raises(InputError, match="transfer_imaginary = missing"):
-        load_housing(tmp_path / "h.nc")
+        read_housing(tmp_path / "h.nc")
     with pytest.raises(InputError, match=r"none\.nc: no such file"):
-        load_housing(tmp_path / "none.nc")
+        read_housing(tmp_path / "none.nc")
     housing((5.0, 1.0)).to_netcdf(tmp_path / "d.nc")
     with pytest.raises(InputError, match="must ascend"):
-        load_housing(tmp_path / "d.nc")
+        read_housing(tmp_path / "d.nc")
 
 
 def test_damaged_and_hostile_files_are_one_line(answer, tmp_path):
@@ -80,7 +80,7 @@ def test_damaged_and_hostile_files_are_one_line(answer, tmp_path):
     for seed in range(60):
         (tmp_path / "h.nc").write_bytes(damaged(np.random.default_rng(seed), whole))
         try:
-            found = housing_response(answer, load_housing(tmp_path / "h.nc"))
+            found = housing_response(answer, read_housing(tmp_path / "h.nc"))
         except InputError as fault:
             refused.append(str(fault))
         else:
@@ -113,4 +113,4 @@ def test_damaged_and_hostile_files_are_one_line(answer, tmp_path):
 def test_transfer_functions_of_no_housing_are_one_line(answer, tmp_path, change, match):
     change(housing()).to_netcdf(tmp_path / "h.nc")
     with pytest.raises(InputError, match=match):
-        housing_response(answer, load_housing(tmp_path / "h.nc"))
+        housing_response(answer, read_housing(tmp_path / "h.nc"))

@@ -265,9 +265,9 @@ TEXT = csv("radius", [25.0, 27.0, 29.0], [0.0, 20.0], [[0, 1], [2, 3], [4, 8]])
 #: Answers of a process that knows nothing but the Dataset in its folder.
 AFRESH = """
 import sys
-from gearbench import load, simulate
+from gearbench import open_result, simulate
 from gearbench.results.origin import scene_of
-print(repr(float(simulate(scene_of(load(sys.argv[1])))["transmission_error_rms"])))
+print(repr(float(simulate(scene_of(open_result(sys.argv[1])))["transmission_error_rms"])))
 """
 
 

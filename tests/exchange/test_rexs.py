@@ -10,8 +10,8 @@ import pytest
 
 from gearbench.errors import InputError
 from gearbench.exchange import rexs_document
-from gearbench.exchange.rexs import find_stage, load_rexs, scene_of, stage_scene, stages
-from gearbench.exchange.rexs_document import VERSIONS, read_rexs
+from gearbench.exchange.rexs import find_stage, read_rexs, scene_of, stage_scene, stages
+from gearbench.exchange.rexs_document import VERSIONS, read_document
 from gearbench.library.iso6336 import norm_stiffness
 from gearbench.simulation import simulate
 from tests.support.paths import DATA
@@ -47,7 +47,7 @@ def change(old, new, text=MODEL):
 
 
 def test_stages_are_listed_in_file_order():
-    found = stages(read_rexs(SEW))
+    found = stages(read_document(SEW))
     assert [(s.number, s.component.id, s.gears[0].id, s.gears[1].id) for s in found] == [
         (1, 6, 23, 34), (2, 37, 38, 52), (3, 55, 56, 69),
     ]  # fmt: skip
@@ -56,7 +56,7 @@ def test_stages_are_listed_in_file_order():
 @pytest.mark.parametrize("number", SIZES)
 def test_sizes_of_the_real_stages(number):
     teeth, module, helix, width, distance, shifts = SIZES[number]
-    pair = load_rexs(SEW, number).pair
+    pair = read_rexs(SEW, number).pair
     assert (pair.pinion.teeth, pair.wheel.teeth) == teeth
     assert (pair.normal_module, pair.helix_angle, pair.face_width) == (module, helix, width)
     assert (pair.centre_distance, pair.pressure_angle) == (distance, 20.0)
@@ -68,7 +68,7 @@ def test_sizes_of_the_real_stages(number):
 
 def test_torque_runs_along_the_shafts():
     # the input torque in the file is the one that makes the output 500 N·m without losses
-    torques = [load_rexs(SEW, number).load.torque for number in SIZES]
+    torques = [read_rexs(SEW, number).load.torque for number in SIZES]
     np.testing.assert_allclose(torques[0], 4.724562306435156, rtol=1e-15)
     np.testing.assert_allclose(torques[1] / torques[0], 67 / 23, rtol=1e-14)
     np.testing.assert_allclose(torques[2] / torques[1], 76 / 13, rtol=1e-14)
@@ -77,7 +77,7 @@ def test_torque_runs_along_the_shafts():
 
 @pytest.mark.parametrize("number", SIZES)
 def test_the_real_stages_simulate(number):
-    scene = load_rexs(SEW, number)
+    scene = read_rexs(SEW, number)
     scene = scene.without("gear_body") if scene.effect("gear_body") else scene
     dataset = simulate(scene)
     stiffness = float(dataset["mesh_stiffness_mean"])
@@ -91,7 +91,7 @@ def test_the_real_stages_simulate(number):
 
 @pytest.mark.slow
 def test_a_real_stage_is_as_stiff_as_with_finite_elements():
-    document = read_rexs(SEW)
+    document = read_document(SEW)
     found = stage_scene(document, find_stage(document, 2))
     scene = scene_of(document, found)
     found.tables["effects"] = {"tooth_bending": {"model": "finite_elements"}, "hertz": {}}
@@ -105,14 +105,14 @@ def test_a_real_stage_is_as_stiff_as_with_finite_elements():
 
 def test_bores_are_the_shafts_below_the_gears():
     # read off the shaft sections by eye: the pinions of stages 2 and 3 are cut into shafts of 14 and 18.4 mm
-    scenes = [load_rexs(SEW, n) for n in SIZES]
+    scenes = [read_rexs(SEW, n) for n in SIZES]
     bores = [[member.bore_diameter for member in scene.pair.members] for scene in scenes]
     assert bores == [[10, 16], [None, 20], [None, 40]]
     assert [scene.effect("gear_body") is not None for scene in scenes] == [True, False, False]
 
 
 def test_teeth_on_bodies_are_softer_than_the_torsion_of_the_bodies():
-    scene = load_rexs(SEW, 1)
+    scene = read_rexs(SEW, 1)
     # thick discs held at their bores, turned by the force at the base circle
     torsion = 0.0
     for gear, member in zip(scene.pair.gears, scene.pair.members, strict=True):
@@ -123,7 +123,7 @@ def test_teeth_on_bodies_are_softer_than_the_torsion_of_the_bodies():
 
 
 def test_what_is_assumed_is_said():
-    document = read_rexs(SEW)
+    document = read_document(SEW)
     notes = stage_scene(document, find_stage(document, 2)).notes
     assert len(notes) == 6
     for word in (
@@ -139,27 +139,27 @@ def test_what_is_assumed_is_said():
 
 @pytest.mark.parametrize(("wanted", "number"), [("2", 2), (2, 2), (37, 2), ("id:6", 1), ("55", 3)])
 def test_a_stage_is_found_by_number_or_id(wanted, number):
-    assert find_stage(read_rexs(SEW), wanted).number == number
+    assert find_stage(read_document(SEW), wanted).number == number
 
 
 @pytest.mark.parametrize("wanted", [None, "4", "id:1", "first"])
 def test_no_such_stage(wanted):
     with pytest.raises(InputError, match=r"1 \(id 6\), 2 \(id 37\), 3 \(id 55\)"):
-        load_rexs(SEW, wanted)
+        read_rexs(SEW, wanted)
 
 
 def test_a_packed_file_is_the_same(tmp_path):
     packed = tmp_path / "gearbox.rexsz"
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.write(SEW, SEW.name)
-    assert load_rexs(packed, 3).pair == load_rexs(SEW, 3).pair
+    assert read_rexs(packed, 3).pair == read_rexs(SEW, 3).pair
 
 
 # -- everything a file may give ----------------------------------------------------------------------------------------
 
 
 def test_a_full_stage_is_read_from_gear_flanks_tools_and_material(tmp_path):
-    scene = load_rexs(write(tmp_path, MODEL))
+    scene = read_rexs(write(tmp_path, MODEL))
     pair, (pinion, wheel) = scene.pair, scene.pair.gears
     assert scene.load.torque == 150.0  # the first load case
     assert pair.face_width == 30.0
@@ -172,7 +172,7 @@ def test_a_full_stage_is_read_from_gear_flanks_tools_and_material(tmp_path):
 
 
 def test_notes_say_what_is_derived(tmp_path):
-    document = read_rexs(write(tmp_path, MODEL))
+    document = read_document(write(tmp_path, MODEL))
     notes = stage_scene(document, find_stage(document, 1)).notes
     assert any("profile shift of component 12 derived" in note for note in notes)
     assert not any("material" in note for note in notes)
@@ -181,7 +181,7 @@ def test_notes_say_what_is_derived(tmp_path):
 def test_real_backlash_is_kept(tmp_path):
     wheel = '<attribute id="normal_pressure_angle" unit="deg">20</attribute>\n      <attribute id="tip_d'
     text = change(wheel, '<attribute id="addendum_modification" unit="mm">0.0</attribute>\n      ' + wheel)
-    pair = load_rexs(write(tmp_path, text)).pair
+    pair = read_rexs(write(tmp_path, text)).pair
     assert pair.profile_shifts == (0.2, 0.0)
     assert 0.02 < pair.actual_backlash < 0.5
 
@@ -190,17 +190,17 @@ def test_shifts_that_overlap_by_more_than_rounding_are_refused(tmp_path):
     wheel = '<attribute id="normal_pressure_angle" unit="deg">20</attribute>\n      <attribute id="tip_d'
     text = change(wheel, '<attribute id="addendum_modification" unit="mm">0.6</attribute>\n      ' + wheel)
     with pytest.raises(InputError, match="teeth overlap"):
-        load_rexs(write(tmp_path, text))
+        read_rexs(write(tmp_path, text))
 
 
 @pytest.mark.parametrize("version", VERSIONS)
 def test_versions(tmp_path, version):
-    assert load_rexs(write(tmp_path, change('version="1.6"', f'version="{version}"'))).pair.pinion.teeth == 20
+    assert read_rexs(write(tmp_path, change('version="1.6"', f'version="{version}"'))).pair.pinion.teeth == 20
 
 
 def test_a_namespace_changes_nothing(tmp_path):
     text = change("<model ", '<model xmlns="urn:rexs" ')
-    assert load_rexs(write(tmp_path, text)) == load_rexs(write(tmp_path, MODEL))
+    assert read_rexs(write(tmp_path, text)) == read_rexs(write(tmp_path, MODEL))
 
 
 UNITS = {
@@ -219,7 +219,7 @@ UNITS = {
 
 @pytest.mark.parametrize(("old", "new"), UNITS.values(), ids=UNITS.keys())
 def test_units_are_honoured(tmp_path, old, new):
-    scene, expected = (load_rexs(write(tmp_path, text)) for text in (change(old, new), MODEL))
+    scene, expected = (read_rexs(write(tmp_path, text)) for text in (change(old, new), MODEL))
     # conversion rounds
     assert scene.load.torque == pytest.approx(expected.load.torque, rel=1e-15)
     for name in ("normal_module", "centre_distance", "helix_angle", "pressure_angle", "face_width"):
@@ -243,11 +243,11 @@ def test_a_shaft_thicker_than_the_root_is_no_bore(tmp_path):
         text,
     )
     # a cone: a quarter of the way
-    assert load_rexs(write(tmp_path, text)).pair.pinion.bore_diameter == 32.5
+    assert read_rexs(write(tmp_path, text)).pair.pinion.bore_diameter == 32.5
     thick = change('_begin" unit="mm">30<', '_begin" unit="mm">62<', text)
-    assert load_rexs(write(tmp_path, thick)).pair.pinion.bore_diameter is None
+    assert read_rexs(write(tmp_path, thick)).pair.pinion.bore_diameter is None
     beside = change('unit="mm">20</attribute>', 'unit="mm">31</attribute>', text)
-    assert load_rexs(write(tmp_path, beside)).pair.pinion.bore_diameter is None
+    assert read_rexs(write(tmp_path, beside)).pair.pinion.bore_diameter is None
 
 
 # -- torque ------------------------------------------------------------------------------------------------------------
@@ -255,22 +255,22 @@ def test_a_shaft_thicker_than_the_root_is_no_bore(tmp_path):
 
 def test_torque_of_a_load_case_and_power_that_flows_out(tmp_path):
     path = write(tmp_path, MODEL)
-    driven = load_rexs(path, load_case=8)
+    driven = read_rexs(path, load_case=8)
     # −60 N·m at +1000/min takes power out: the other gear drives, with the torque of the ratio
     assert (driven.pair.pinion.teeth, driven.pair.wheel.teeth) == (44, 20)
     assert driven.load.torque == pytest.approx(60 * 44 / 20, rel=1e-15)
-    assert load_rexs(path, torque=42.0).load.torque == 42.0
+    assert read_rexs(path, torque=42.0).load.torque == 42.0
     with pytest.raises(InputError, match="load cases in this file: 7, 8"):
-        load_rexs(path, load_case=1)
-    assert load_rexs(write(tmp_path, without_load_cases())).load.torque == 100.0
+        read_rexs(path, load_case=1)
+    assert read_rexs(write(tmp_path, without_load_cases())).load.torque == 100.0
 
 
 def test_torque_that_is_not_in_the_file_must_be_given(tmp_path):
     text = change('<attribute id="torque_around_u_axis" unit="N m">100</attribute>', "", without_load_cases())
     path = write(tmp_path, text)
     with pytest.raises(InputError, match=r"component 10\.torque = missing.*--torque"):
-        load_rexs(path)
-    assert load_rexs(path, torque=5.0).load.torque == 5.0
+        read_rexs(path)
+    assert read_rexs(path, torque=5.0).load.torque == 5.0
 
 
 def test_torque_is_not_guessed_where_a_shaft_branches(tmp_path):
@@ -281,7 +281,7 @@ def test_torque_is_not_guessed_where_a_shaft_branches(tmp_path):
     text = change('<component id="10"', '<component id="4" type="external_load"><attribute id="transmits_torque" '
                   'unit="">true</attribute></component>\n<component id="10"', text)  # fmt: skip
     with pytest.raises(InputError, match="torque"):
-        load_rexs(write(tmp_path, text))
+        read_rexs(write(tmp_path, text))
 
 
 # -- what must be refused ----------------------------------------------------------------------------------------------
@@ -338,7 +338,7 @@ FAULTS = {
 def test_faults_are_one_line_naming_file_component_and_attribute(tmp_path, old, new, says):
     path = write(tmp_path, change(old, new))
     with pytest.raises(InputError) as fault:
-        load_rexs(path)
+        read_rexs(path)
     assert str(fault.value).startswith(f"{path}: ")
     assert says in str(fault.value)
     assert "\n" not in str(fault.value)
@@ -351,7 +351,7 @@ def test_billion_laughs_are_refused_in_any_encoding(tmp_path, encoding):
     path = tmp_path / "laughs.rexs"
     path.write_bytes(text.encode(encoding))
     with pytest.raises(InputError, match="document type"):
-        read_rexs(path)
+        read_document(path)
 
 
 def packed(path, members, method=zipfile.ZIP_DEFLATED):
@@ -365,15 +365,15 @@ def test_zip_bombs_are_refused_before_they_unpack(tmp_path):
     path = packed(tmp_path / "bomb.rexsz", {"bomb.rexs": b"<model>" + b" " * 30_000_000})
     assert path.stat().st_size < 100_000
     with pytest.raises(InputError, match=r"unpacks from \d+ to 30000007 bytes"):
-        read_rexs(path)
+        read_document(path)
 
 
 def test_size_is_limited_while_unpacking(tmp_path, monkeypatch):
     monkeypatch.setattr(rexs_document, "LARGEST", 1000)
     with pytest.raises(InputError, match="1000 bytes"):
-        read_rexs(write(tmp_path, MODEL))
+        read_document(write(tmp_path, MODEL))
     with pytest.raises(InputError, match="1000 bytes"):
-        read_rexs(packed(tmp_path / "large.rexsz", {"m.rexs": MODEL}))
+        read_document(packed(tmp_path / "large.rexsz", {"m.rexs": MODEL}))
     # whatever a header says of the size
     with pytest.raises(InputError, match="more than 1000 bytes"):
         rexs_document.parse_xml(io.BytesIO(MODEL.encode()))
@@ -385,14 +385,14 @@ def test_size_is_limited_while_unpacking(tmp_path, monkeypatch):
 )
 def test_a_packed_file_holds_one_model(tmp_path, members, says):
     with pytest.raises(InputError, match=says):
-        read_rexs(packed(tmp_path / "model.rexsz", members))
+        read_document(packed(tmp_path / "model.rexsz", members))
 
 
 def test_files_that_cannot_be_read(tmp_path):
     with pytest.raises(InputError, match="no such file"):
-        read_rexs(tmp_path / "none.rexs")
+        read_document(tmp_path / "none.rexs")
     with pytest.raises(InputError, match="damaged ZIP file"):
-        read_rexs(write(tmp_path, MODEL, "model.rexsz"))
+        read_document(write(tmp_path, MODEL, "model.rexsz"))
 
 
 def test_damaged_files_end_in_one_line(tmp_path):
@@ -405,7 +405,7 @@ def test_damaged_files_end_in_one_line(tmp_path):
         start, end = places[rng.integers(len(places))]
         path = write(tmp_path, MODEL[:start] + words[rng.integers(len(words))] + MODEL[end:])
         try:
-            load_rexs(path)
+            read_rexs(path)
         except InputError as error:
             messages.append(str(error))
     assert all(message.startswith(str(path)) and "\n" not in message for message in messages)

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from gearbench.errors import InputError
-from gearbench.exchange.rexs import load_rexs, stages
-from gearbench.exchange.rexs_document import is_rexs, read_rexs
+from gearbench.exchange.rexs import read_rexs, stages
+from gearbench.exchange.rexs_document import is_rexs, read_document
 from gearbench.exchange.rexs_json import MOST_COMMAS
 from gearbench.exchange.rexs_results import write_results
 from gearbench.exchange.rexs_system import system_scene
@@ -117,7 +117,7 @@ def test_a_gearbox_is_the_same_in_both_forms(tmp_path, name, coded):
     else:
         path.write_text(text, encoding="utf-8-sig")  # with the mark that the standard asks for
     assert is_rexs(path)
-    xml, document = read_rexs(SEW), read_rexs(path)
+    xml, document = read_document(SEW), read_document(path)
     assert [stage.component.id for stage in stages(document)] == [stage.component.id for stage in stages(xml)]
     for stage in (1, 2, 3):
         assert scene_text(document, stage) == scene_text(xml, stage)
@@ -125,19 +125,19 @@ def test_a_gearbox_is_the_same_in_both_forms(tmp_path, name, coded):
 
 def test_load_cases_come_from_the_spectrum(tmp_path):
     path = written(tmp_path, converted(STAGE))
-    assert list(read_rexs(path).load_cases) == [7, 8]
+    assert list(read_document(path).load_cases) == [7, 8]
     for case in (7, 8):
-        assert load_rexs(path, load_case=case).load == load_rexs(STAGE, load_case=case).load
+        assert read_rexs(path, load_case=case).load == read_rexs(STAGE, load_case=case).load
     several = converted(STAGE)
     several["model"]["load_spectrum"] = [several["model"]["load_spectrum"], {"id": 2, "load_cases": [{"id": 9}]}]
-    assert list(read_rexs(written(tmp_path, several)).load_cases) == [7, 8]
+    assert list(read_document(written(tmp_path, several)).load_cases) == [7, 8]
 
 
 def test_results_of_a_stage_go_into_the_xml_form(tmp_path):
     path = written(tmp_path, converted(STAGE))
-    document = read_rexs(path)
-    dataset = simulate(replace(load_rexs(path), resolution=Resolution(positions=8, segments=4)))
-    again = read_rexs(write_results(document, stages(document)[0], dataset, tmp_path / "out.rexs"))
+    document = read_document(path)
+    dataset = simulate(replace(read_rexs(path), resolution=Resolution(positions=8, segments=4)))
+    again = read_document(write_results(document, stages(document)[0], dataset, tmp_path / "out.rexs"))
     (stage,) = stages(again)
     kept = {a.get("id") for a in stage.component.element}
     assert {"center_distance", "meshing_stiffness_characteristic"} <= kept
@@ -178,7 +178,7 @@ def changed(change):
 def test_faults_are_one_line(tmp_path, model, says):
     path = written(tmp_path, model)
     with pytest.raises(InputError) as fault:
-        load_rexs(path)
+        read_rexs(path)
     assert says in str(fault.value)
     assert str(fault.value).startswith(str(path))
     assert "\n" not in str(fault.value)
@@ -191,4 +191,4 @@ def test_a_coded_array_of_another_kind_is_named(tmp_path):
             if "floating_point_array_coded" in attribute:
                 attribute["floating_point_array_coded"]["code"] = "float16"
     with pytest.raises(InputError, match="must be three lengths"):
-        system_scene(read_rexs(written(tmp_path, model)), 1)
+        system_scene(read_document(written(tmp_path, model)), 1)

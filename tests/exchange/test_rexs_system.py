@@ -6,7 +6,7 @@ from numpy.testing import assert_allclose
 
 from gearbench.dynamics.analysis import response
 from gearbench.errors import InputError
-from gearbench.exchange.rexs_document import read_rexs
+from gearbench.exchange.rexs_document import read_document
 from gearbench.exchange.rexs_system import system_scene
 from tests.support.paths import DATA
 
@@ -15,7 +15,7 @@ SEW = DATA / "sew_3_stage_cylindrical_gearbox_1.0.rexs"
 
 @pytest.mark.parametrize("stage", [1, 2, 3])
 def test_stage_stands_on_the_shafts_of_the_file(stage):
-    scene, notes = system_scene(read_rexs(SEW), stage)
+    scene, notes = system_scene(read_document(SEW), stage)
     box = scene.gearbox
     assert [len(shaft.bearings) for shaft in scene.system.shafts] in ([2, 2, 3, 2], [2, 3, 2, 2], [3, 2, 2, 2])
     assert sum("catalogue" in note for note in notes) == 9
@@ -33,7 +33,7 @@ def test_stage_stands_on_the_shafts_of_the_file(stage):
 
 
 def test_shaft_of_the_file_section_by_section():
-    scene, _ = system_scene(read_rexs(SEW), 1)
+    scene, _ = system_scene(read_document(SEW), 1)
     shaft = next(s for s in scene.system.shafts if s.name.startswith("ANW"))
     assert len(shaft.sections) == 12
     assert shaft.length == pytest.approx(164.5)
@@ -45,7 +45,7 @@ def test_shaft_of_the_file_section_by_section():
 
 
 def test_mesh_frequencies_follow_the_ratios():
-    scene, _ = system_scene(read_rexs(SEW), 1)
+    scene, _ = system_scene(read_document(SEW), 1)
     data = response(scene, speed=1400.0, harmonics=3)
     f1 = 1400 / 60 * 23
     f2 = 1400 / 60 * 23 / 67 * 13
@@ -57,7 +57,7 @@ def test_mesh_frequencies_follow_the_ratios():
 @pytest.mark.parametrize("stage", [1, *(pytest.param(n, marks=pytest.mark.slow) for n in (2, 3))])
 def test_each_stage_answers_over_speed(stage):
     """Forces of all three meshes on all bearings; the mean force of each is its torque over the base radius."""
-    scene, _ = system_scene(read_rexs(SEW), stage)
+    scene, _ = system_scene(read_document(SEW), stage)
     data = response(scene, speed=[300.0, 900.0], harmonics=3)
     assert data.sizes["mesh"] == 3
     assert np.isfinite(data["bearing_force_amplitude"]).all()
@@ -71,4 +71,4 @@ def test_bearing_of_unknown_kind_is_named(tmp_path):
     path = tmp_path / "odd.rexs"
     path.write_text(text)
     with pytest.raises(InputError, match=r"odd\.rexs: component 50\.bearing_type = magnetic_bearing: must be one of"):
-        system_scene(read_rexs(path), 1)
+        system_scene(read_document(path), 1)

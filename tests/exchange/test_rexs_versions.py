@@ -10,8 +10,8 @@ from dataclasses import replace
 import pytest
 
 from gearbench.errors import InputError
-from gearbench.exchange.rexs import load_rexs
-from gearbench.exchange.rexs_document import is_rexs, read_rexs
+from gearbench.exchange.rexs import read_rexs
+from gearbench.exchange.rexs_document import is_rexs, read_document
 from tests.support.paths import DATA
 
 #: One stage in the dialect of REXS 1.6.
@@ -20,7 +20,7 @@ MODEL = (DATA / "stage_1.6.rexs").read_text(encoding="utf-8")
 
 def load(path):
     """Its scene, without the name, which is that of the file."""
-    return replace(load_rexs(path), name="")
+    return replace(read_rexs(path), name="")
 
 
 EXPECTED = load(DATA / "stage_1.6.rexs")
@@ -122,7 +122,7 @@ DIALECTS = {
 def test_a_stage_is_the_same_in_every_version(tmp_path, name):
     path = tmp_path / "model.rexs"
     path.write_text(DIALECTS[name], encoding="utf-8")
-    assert read_rexs(path).version == name[:3]
+    assert read_document(path).version == name[:3]
     scene = load(path)
     assert scene == EXPECTED
     # not by what is assumed where the tool is not found: 1.25 and 0.38
@@ -133,7 +133,7 @@ def test_a_stage_is_the_same_in_every_version(tmp_path, name):
 def test_load_cases_are_those_of_the_first_spectrum(tmp_path):
     path = tmp_path / "model.rexs"
     path.write_text(DIALECTS["1.5"], encoding="utf-8")
-    assert list(read_rexs(path).load_cases) == [7, 8]
+    assert list(read_document(path).load_cases) == [7, 8]
 
 
 def test_a_byte_order_mark_is_no_part_of_the_text(tmp_path):
@@ -146,7 +146,7 @@ def test_a_byte_order_mark_is_no_part_of_the_text(tmp_path):
 def test_names_of_the_xml_form(tmp_path, name):
     (tmp_path / name).write_text(MODEL, encoding="utf-8")
     assert is_rexs(name)
-    assert load_rexs(tmp_path / name).pair.pinion.teeth == 20
+    assert read_rexs(tmp_path / name).pair.pinion.teeth == 20
 
 
 @pytest.mark.parametrize("name", ["model.rexsz", "model.rexs.zip"])
@@ -164,7 +164,7 @@ def test_two_models_in_one_packed_file_are_refused(tmp_path):
         for name in ("a.rexs", "b.rexs.xml", "c.gde"):
             archive.writestr(name, MODEL)
     with pytest.raises(InputError, match=r"holds a\.rexs, b\.rexs\.xml: .*one \.rexs file"):
-        read_rexs(tmp_path / "two.rexsz")
+        read_document(tmp_path / "two.rexsz")
 
 
 def test_tools_that_do_not_agree_are_named(tmp_path):
@@ -178,7 +178,7 @@ def test_tools_that_do_not_agree_are_named(tmp_path):
     text = replaced(until_1_2("1.2"), ("  </components>\n", second), ("  </relations>\n", another))
     (tmp_path / "model.rexs").write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=r"component 31\.addendum_coefficient_reference_profile|component 32"):
-        load_rexs(tmp_path / "model.rexs")
+        read_rexs(tmp_path / "model.rexs")
 
 
 @pytest.mark.parametrize("version", ["0.9", "1.8", "2.0.0", "DEV", ""])
@@ -186,4 +186,4 @@ def test_other_versions_are_refused(tmp_path, version):
     path = tmp_path / "model.rexs"
     path.write_text(replaced(MODEL, ('version="1.6"', f'version="{version}"')), encoding="utf-8")
     with pytest.raises(InputError, match=r"must be one of 1\.0, 1\.1"):
-        read_rexs(path)
+        read_document(path)

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gearbench import load_study, optimise
+from gearbench import optimise, read_study
 from gearbench.errors import InputError
 from gearbench.optimisation.archive import Archive
 from gearbench.optimisation.dataset import read_designs
@@ -33,7 +33,7 @@ EXAMPLE = EXAMPLES / "optimise_small.toml"
 
 
 def with_a_real_variable() -> OptimisationStudy:
-    tables = load_study(EXAMPLE).to_mapping()
+    tables = read_study(EXAMPLE).to_mapping()
     tables["variables"]["width"] = {"paths": ["pair.face_width"], "min": 5.0, "max": 9.0}
     return parse_study(tables)
 

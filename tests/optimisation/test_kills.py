@@ -22,7 +22,7 @@ import psutil
 import pytest
 import xarray as xr
 
-from gearbench import load_study, optimise
+from gearbench import optimise, read_study
 from gearbench.optimisation.study import Algorithm, OptimisationStudy, Robustness
 from gearbench.optimisation.workers import AFTER
 from gearbench.results.netcdf import load
@@ -31,7 +31,7 @@ from tests.support.dask_processes import dask, scheduler
 from tests.support.paths import ROOT
 
 STUDY = replace(
-    load_study(ROOT / "examples" / "optimise_small.toml"),
+    read_study(ROOT / "examples" / "optimise_small.toml"),
     algorithm=Algorithm(population=8, generations=6, seed=2),
     robustness=Robustness(samples=8),
 )
@@ -43,11 +43,11 @@ WAITING = "; waiting up to 10 min\n"
 
 NURSERY = """
 import functools, os, random, sys, time
-from gearbench import load_study, optimise
+from gearbench import read_study, optimise
 from gearbench.cli import main
 from gearbench.optimisation import run, workers
 
-study = load_study(sys.argv[1])
+study = read_study(sys.argv[1])
 run.open_workers = functools.partial(workers.open_workers, after=float(sys.argv[2]))
 optimise(study, threads=1)
 

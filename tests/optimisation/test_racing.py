@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gearbench import load_study, optimise
+from gearbench import optimise, read_study
 from gearbench.optimisation.constraints import ROUGH, constrained, decided
 from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.front import hypervolume, non_dominated
@@ -134,7 +134,7 @@ def test_what_a_stopped_design_is_taken_to_have_is_dominated(names):
 
 # -- a study -----------------------------------------------------------------------------------------------------------
 STUDY = replace(
-    load_study(EXAMPLES / "optimise_small.toml"),
+    read_study(EXAMPLES / "optimise_small.toml"),
     algorithm=Algorithm(population=12, generations=8, seed=2),
     robustness=Robustness(samples=512, racing=True),
 )

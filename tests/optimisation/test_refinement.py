@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gearbench import load_study, optimise
+from gearbench import optimise, read_study
 from gearbench.errors import InputError
 from gearbench.optimisation import refinement
 from gearbench.optimisation.designs import Designs
@@ -16,7 +16,7 @@ from gearbench.optimisation.variables import Variable
 from tests.support.paths import STUDY
 
 NAMES = ("mesh_stiffness_rms_mean", "transmission_error_rms_mean")
-SMALL = load_study(STUDY)
+SMALL = read_study(STUDY)
 
 
 def plane() -> OptimisationStudy:

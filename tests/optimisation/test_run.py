@@ -15,7 +15,7 @@ import pytest
 import xarray as xr
 
 import gearbench
-from gearbench import design_scene, load_study, optimise
+from gearbench import design_scene, optimise, read_study
 from gearbench.errors import InputError
 from gearbench.optimisation.archive import Archive
 from gearbench.optimisation.front import non_dominated
@@ -26,7 +26,7 @@ from tests.support.paths import EXAMPLES
 
 EXAMPLE = EXAMPLES / "optimise_small.toml"
 STUDY = replace(
-    load_study(EXAMPLE),
+    read_study(EXAMPLE),
     algorithm=Algorithm(population=8, generations=6, seed=2),
     robustness=Robustness(samples=8),
 )
@@ -220,10 +220,10 @@ def test_a_folder_holds_one_run_at_a_time(tmp_path):
 
 TWO = """
 import sys, time
-from gearbench import load_study
+from gearbench import read_study
 from gearbench.errors import InputError
 from gearbench.optimisation.store import Store
-study, at = load_study(sys.argv[1]), float(sys.argv[2])
+study, at = read_study(sys.argv[1]), float(sys.argv[2])
 for folder in sys.argv[3:]:
     at += 0.3
     time.sleep(max(at - time.time(), 0))

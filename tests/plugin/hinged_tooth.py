@@ -9,8 +9,8 @@ import numpy as np
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench import ComplianceEffect, ContactLines, Effect, LowRank
-from gearbench.schema import STRICT
+from gearbench import ContactLines
+from gearbench.plugin import STRICT, ComplianceEffect, Effect, LowRank
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)

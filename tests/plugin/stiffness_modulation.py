@@ -2,7 +2,7 @@
 
 from numpy.typing import NDArray
 
-from gearbench import MeshCycle, Quantity, Response
+from gearbench.plugin import MeshCycle, Metric, Quantity
 
 
 def modulation(cycle: MeshCycle) -> NDArray:
@@ -11,7 +11,7 @@ def modulation(cycle: MeshCycle) -> NDArray:
     return 100 * (most - least) / (most + least)
 
 
-MODULATION = Response(
+MODULATION = Metric(
     name="mesh_stiffness_modulation",
     quantity=Quantity("%", "mod k", "modulation of the mesh stiffness"),
     reduce=modulation,

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench import ContactLines, Effect, GapEffect, InputError, Pair
-from gearbench.schema import STRICT
+from gearbench import ContactLines, InputError, Pair
+from gearbench.plugin import STRICT, Effect, GapEffect
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)

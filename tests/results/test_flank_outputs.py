@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 from numpy.testing import assert_allclose
 
-from gearbench import load, load_scene, save, simulate, sweep
+from gearbench import open_result, read_scene, save, simulate, sweep
 from gearbench.errors import InputError
 from gearbench.results.flank import BLOK
 from gearbench.results.outputs import OUTPUTS
@@ -149,7 +149,7 @@ def test_loaded_contact_ratio():
 
 
 def test_largest_pressure_is_that_of_the_segments_and_root_stress_that_of_the_norm():
-    made = load_scene(ROOT / "examples" / "case2.toml")
+    made = read_scene(ROOT / "examples" / "case2.toml")
     found = simulate(made, outputs=["flank_pressure", "flank_pressure_max", "root_stress"])
     assert float(found["flank_pressure_max"]) == found["flank_pressure"].values.max()
     from gearbench.strength.rating import root_stress
@@ -177,7 +177,7 @@ def test_dataset_of_an_earlier_version_is_read_and_said_to_be_one(tmp_path, capl
             for gear in ("pinion", "wheel")}  # fmt: skip
     before = now.drop_vars(["root_stress", "specific_sliding", "gear"]).assign(each)
     save(before, tmp_path / "before.nc")
-    found = load(tmp_path / "before.nc")
+    found = open_result(tmp_path / "before.nc")
     assert "earlier version" in caplog.text
     xr.testing.assert_identical(found[sorted(map(str, found))], now[sorted(map(str, now))])
 

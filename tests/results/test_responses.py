@@ -19,7 +19,7 @@ from gearbench.results.cycle import coefficients
 from gearbench.results.netcdf import save
 from gearbench.results.outputs import DEFAULT_OUTPUTS
 from gearbench.results.quantities import KEYS, QUANTITIES, Quantity
-from gearbench.results.responses import Response, quantity, register, response, responses, split_statistic
+from gearbench.results.responses import Metric, quantity, register, response, responses, split_statistic
 from gearbench.robustness.run import robust
 from gearbench.scene_file import load_scene
 from gearbench.simulation import simulate
@@ -28,7 +28,7 @@ from tests.support.paths import EXAMPLES
 
 STUDY = tomllib.loads((EXAMPLES / "optimise_small.toml").read_text(encoding="utf-8")) | {"robustness": {"samples": 16}}
 GOOD = (2, 10, 4, 2, 3, 3)
-SOFTEST = Response(
+SOFTEST = Metric(
     name="mesh_stiffness_least",
     quantity=Quantity("N/µm", "min k", "least mesh stiffness"),
     reduce=lambda cycle: cycle.mesh_stiffness.min(axis=-1),
@@ -90,11 +90,11 @@ def test_responses_of_other_packages_come_by_entry_point(monkeypatch):
 
 def test_faults_of_declarations_and_names_are_named(scene):
     with pytest.raises(InputError, match="lower-case identifier"):
-        Response(name="Peak", quantity=SOFTEST.quantity, reduce=SOFTEST.reduce)
+        Metric(name="Peak", quantity=SOFTEST.quantity, reduce=SOFTEST.reduce)
     with pytest.raises(InputError, match="another quantity"):
-        Response(name="load_share", quantity=SOFTEST.quantity, reduce=SOFTEST.reduce)
+        Metric(name="load_share", quantity=SOFTEST.quantity, reduce=SOFTEST.reduce)
     with pytest.raises(InputError, match="declared already"):
-        register(Response(name="mesh_stiffness_rms", quantity=SOFTEST.quantity, reduce=SOFTEST.reduce))
+        register(Metric(name="mesh_stiffness_rms", quantity=SOFTEST.quantity, reduce=SOFTEST.reduce))
     meant = "mesh_stifness_rms: did you mean mesh_stiffness_rms[?] allowed: "
     with pytest.raises(InputError, match=f"outputs = {meant}transmission_error, "):
         simulate(scene, outputs=["mesh_stifness_rms"])

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gearbench import hunting_cycle, load_scene, robust, simulate
+from gearbench import hunting_cycle, read_scene, robust, simulate
 from gearbench.effects.manufacturing_errors import ErrorKind, ManufacturingErrors
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.tip_relief import TipRelief
@@ -23,7 +23,7 @@ VARIANTS = ("neither", "relief", "off the line", "both")
 
 
 def made(path: Path, variant: str, resolution: Resolution) -> Scene:
-    scene = load_scene(path)
+    scene = read_scene(path)
     kept = [e for e in scene.effects if e.name not in ("tip_relief", "off_line_contact", "manufacturing_errors")]
     m = scene.pair.normal_module
     if variant in ("relief", "both"):
@@ -72,7 +72,7 @@ def test_orders_without_errors_are_those_of_simulate(found, variant):
 @pytest.mark.parametrize("variant", VARIANTS)
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_orders_of_all_examples_without_errors_are_those_of_simulate(path, variant, found):
-    if found is of_hunting and load_scene(path).has_shafts:
+    if found is of_hunting and read_scene(path).has_shafts:
         pytest.skip("hunting cycles are of gears without shafts")
     # births within panels of reliefs that the load does not move miss most: osu_50, 2.7 % of the stiffness
     assert_same_orders(path, variant, found, Resolution(gauss_points=24, segments=60), 0.03)

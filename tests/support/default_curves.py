@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench import load_scene
+from gearbench import read_scene
 from gearbench.contact import transitions
 from gearbench.contact.assemble import scene_lines
 from gearbench.contact.gaps import flank_separation, gap_kinks
@@ -54,7 +54,7 @@ EXAMPLES = EXAMPLES / "gears"
 
 def drawn_scenes(folder: Path, seed: int) -> Iterator[tuple[str, Scene]]:
     """(name, scene): nine variants of pairs in use and of those drawn by ``seed``; grids are files in ``folder``."""
-    pairs = [(path.stem, load_scene(path).without("off_line_contact")) for path in sorted(EXAMPLES.glob("*.toml"))]
+    pairs = [(path.stem, read_scene(path).without("off_line_contact")) for path in sorted(EXAMPLES.glob("*.toml"))]
     for i, scene in enumerate(islice(draw(in_use, seed), DRAWN)):
         bending, hertz = scene.effects
         pairs.append((f"drawn_{i}", replace(scene, effects=(bending, GearBody(), hertz))))

@@ -9,17 +9,17 @@ import pytest
 import xarray as xr
 
 import gearbench.contact.assemble
-from gearbench import load_scene, robust, simulate, sweep
+from gearbench import read_scene, robust, simulate, sweep
 from gearbench.contact.loads import under
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.problem import ContactProblem
 from gearbench.errors import InputError
 from gearbench.results.outputs import DEFAULT_OUTPUTS
+from gearbench.results.points import Point, beside
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.scene_file import parse_scene
 from gearbench.solution import dataset, solve_scene
 from gearbench.sweeps import loads, run
-from gearbench.sweeps.dataset import Point, beside
 from gearbench.sweeps.ranges import parse_range, parse_setting
 from tests.support.paths import ROOT
 
@@ -31,7 +31,7 @@ HOW = {"newton_steps", "equilibrium_residual", "complementarity_residual", "mini
 
 
 def example(name: str = "case2") -> Scene:
-    return load_scene(ROOT / "examples" / f"{name}.toml")
+    return read_scene(ROOT / "examples" / f"{name}.toml")
 
 
 def with_tables(scene: Scene, **effects: dict) -> Scene:
@@ -82,7 +82,7 @@ def test_torques_equal_single_runs(scene):
 @pytest.mark.parametrize("off_line", [False, True], ids=["on the line", "off the line"])
 def test_many_torques_of_wide_helical_pairs_on_their_bodies_equal_single_runs(off_line):
     """Each begins from the solutions before it, on cells and on patches; flanks part, and lines get new patches."""
-    scene = load_scene(ROOT / "examples" / "gears" / "large_wheel.toml")
+    scene = read_scene(ROOT / "examples" / "gears" / "large_wheel.toml")
     scene = scene if off_line else scene.without("off_line_contact")
     scene = replace(scene, resolution=Resolution(positions=24))
     torques = scene.load.torque * np.linspace(0.1, 1.6, 4 if off_line else 9)
@@ -95,7 +95,7 @@ def test_many_torques_of_wide_helical_pairs_on_their_bodies_equal_single_runs(of
 @pytest.mark.parametrize(("name", "off_line"), [("nasa_28", False), ("fzg_c", True)])
 def test_a_point_of_a_sweep_is_the_simulation_of_it(name, off_line):
     """Panels end where its own load changes the contact: harmonics were off by up to 30 % on phases of all loads."""
-    scene = load_scene(ROOT / "examples" / "gears" / f"{name}.toml")
+    scene = read_scene(ROOT / "examples" / "gears" / f"{name}.toml")
     scene = scene if off_line else scene.without("off_line_contact")
     torques = [0.5 * scene.load.torque, scene.load.torque]
     found = sweep(scene, torque=torques)

@@ -199,7 +199,7 @@ def test_scene_without_system_imports_none_of_it():
     import sys
 
     code = (
-        "import sys, gearbench; gearbench.simulate(gearbench.load_scene('examples/sc.toml'));"
+        "import sys, gearbench; gearbench.simulate(gearbench.read_scene('examples/sc.toml'));"
         "print([m for m in sys.modules if m.startswith(('gearbench.system', 'gearbench.dynamics'))])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

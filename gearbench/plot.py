@@ -1,0 +1,52 @@
+"""Plots of results: each draws on the given axes, or on new ones, and returns them; ``draw_…`` write PNG files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gearbench.dynamics.figures import draw_response
+from gearbench.geometry.pair import Pair
+from gearbench.hunting import draw_side_bands, side_bands
+from gearbench.plotting import (
+    contributions,
+    density,
+    draw_robust,
+    draw_simulation,
+    load_distribution,
+    load_map,
+    order_spectrum,
+    over_two_periods,
+)
+from gearbench.sweeps.figures import draw_sweep, harris_map, orders_over_torque, peak_to_peak_over_torque
+from gearbench.sweeps.relieve import draw_relief
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = [
+    "contributions",
+    "density",
+    "draw_relief",
+    "draw_response",
+    "draw_robust",
+    "draw_side_bands",
+    "draw_simulation",
+    "draw_sweep",
+    "harris_map",
+    "load_distribution",
+    "load_map",
+    "order_spectrum",
+    "orders_over_torque",
+    "over_two_periods",
+    "peak_to_peak_over_torque",
+    "side_bands",
+    "write_loaded_tooth",
+]
+
+
+def write_loaded_tooth(pair: Pair, dataset: xr.Dataset, path: str | Path, **options: Any) -> None:
+    """Write one tooth under its load for ParaView, as ``fem_reference.export.write_loaded_tooth`` (extra ``fem``)."""
+    from fem_reference.export import write_loaded_tooth as write
+
+    write(pair, dataset, path, **options)

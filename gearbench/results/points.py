@@ -1,0 +1,107 @@
+"""Results side by side along a new dimension: of the points of a sweep, of the meshes of a train."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: Dimensions and values of an array.
+Column: TypeAlias = tuple[tuple[str, ...], NDArray]
+#: Dimensions and values by name.
+Columns: TypeAlias = dict[str, Column]
+#: Dimensions that are aligned by labels, and the coordinates that hold these; all others count from 0 at every point.
+_LABELS = {"pair": "pair_index", "error_name": "error_name", "gear": "gear"}
+
+
+@dataclass(frozen=True)
+class Point:
+    """Coordinates and variables of the Dataset of one point, or of several."""
+
+    coords: Columns
+    variables: Columns
+
+    @cached_property
+    def sizes(self) -> dict[str, int]:
+        """Length of each dimension."""
+        both = (*self.coords.values(), *self.variables.values())
+        return {d: n for dims, values in both for d, n in zip(dims, np.shape(values), strict=True)}
+
+
+def of_each_load(coords: Columns, variables: Columns, loads: tuple[int, ...]) -> Iterator[Point]:
+    """Points of arrays that have the ``loads`` before their dimensions; those that lack them are the same for all."""
+    if not loads:
+        yield Point(coords, variables)
+        return
+    for i in range(*loads):
+        own = {name: (dims, x[i] if np.ndim(x) > len(dims) else x) for name, (dims, x) in variables.items()}
+        yield Point(coords, own)
+
+
+def beside(parts: Sequence[Point | None], dim: str) -> Point:
+    """The ``parts`` along a new first dimension, NaN where one is not there or is shorter than others.
+
+    Coordinates that are the same in all parts stay as they are.
+    """
+    known = [part for part in parts if part is not None]
+    labels = {d: _union([part.coords[name][1] for part in known if name in part.coords]) for d, name in _LABELS.items()}
+    sizes: dict[str, int] = {}
+    for part in known:
+        sizes |= {d: max(n, sizes.get(d, 0)) for d, n in part.sizes.items()}
+    sizes |= {d: len(found) for d, found in labels.items() if found.size}
+    places = [_places(part, labels) if part else {} for part in parts]
+
+    def joined(own: Sequence[Column | None]) -> Column:
+        """Dimensions and values of one variable over all points; NaN where a point does not have it."""
+        arrays = sorted((each for each in own if each is not None), key=lambda each: -len(each[0]))
+        dims = list(dict.fromkeys(d for each in arrays for d in each[0]))
+        full = tuple(sizes[d] for d in dims)
+        whole = len(arrays) == len(parts) and all((d, np.shape(x)) == (tuple(dims), full) for d, x in arrays)
+        if whole and "error_name" not in dims:  # nothing to align
+            return (dim, *dims), np.stack([each[1] for each in own if each is not None])
+        found = np.full((len(parts), *full), np.nan)
+        for i, (place, each) in enumerate(zip(places, own, strict=True)):
+            if each is not None:
+                there: dict[str, Any] = {d: place[d] if d in each[0] else np.arange(sizes[d]) for d in dims}
+                shape = [len(there[d]) if d in each[0] else 1 for d in dims]
+                order = [each[0].index(d) for d in dims if d in each[0]]
+                found[np.ix_([i], *there.values())] = np.transpose(each[1], order).reshape(1, *shape)
+        kind = np.result_type(*(values for _, values in arrays))
+        return (dim, *dims), found.astype(kind) if kind.kind in "iub" and np.isfinite(found).all() else found
+
+    def columns(table: str) -> dict[str, list[Column | None]]:
+        names = dict.fromkeys(name for part in known for name in getattr(part, table))
+        return {name: [getattr(part, table).get(name) if part else None for part in parts] for name in names}
+
+    coords: Columns = {name: ((d,), labels[d]) for d, name in _LABELS.items() if labels[d].size}
+    for name, own in columns("coords").items():
+        if name not in coords:
+            first, *others = (each for each in own if each is not None)
+            coords[name] = first if all(_same(each, first) for each in others) else joined(own)
+    return Point(coords, {name: joined(own) for name, own in columns("variables").items()})
+
+
+def _union(labels: Sequence[NDArray]) -> NDArray:
+    """Labels of all points: numbers ascending, names as they come."""
+    every = list(dict.fromkeys(label for own in labels for label in own.tolist()))
+    return np.array(every if every and isinstance(every[0], str) else sorted(every))
+
+
+def _places(part: Point, labels: Mapping[str, NDArray]) -> dict[str, NDArray]:
+    """Positions of the items of each dimension of a point among those of all points."""
+    found = {d: np.arange(n) for d, n in part.sizes.items()}
+    for d, name in _LABELS.items():
+        if name in part.coords:
+            at = {label: i for i, label in enumerate(labels[d].tolist())}
+            found[d] = np.array([at[label] for label in part.coords[name][1].tolist()], dtype=int)
+    return found
+
+
+def _same(one: Column, other: Column) -> bool:
+    """Whether two coordinates are the same."""
+    numbers = one[1].dtype.kind == "f"
+    return one[0] == other[0] and (one[1] is other[1] or np.array_equal(one[1], other[1], equal_nan=numbers))

@@ -1,0 +1,198 @@
+"""Trains whose meshes are one contact problem: parallel paths, floating gears, yielding pins (M2 of docs/theory.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.equilibrium import Balance, MeshAt, Statics, balance
+from gearbench.contact.panels import CLOSE, LONGEST, panel_ends
+from gearbench.contact.phases import gauss_phases, uniform_phases
+from gearbench.contact.transitions import CLOSER, GAUSS_POINTS, transitions
+from gearbench.errors import InputError
+from gearbench.geometry.action import ContactLines
+from gearbench.geometry.linkage import Linkage
+from gearbench.results.cycle import Phases
+from gearbench.results.solved import Solved
+from gearbench.scene import Load, Resolution, Scene
+from gearbench.schema import changed
+from gearbench.threads import single_threaded_blas
+
+#: Load of a mesh over that its contact lines were made for, from which they are made once more, and how often.
+HEAVIER, ROUNDS = 1.2, 4
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SolvedTrain:
+    """A train solved over one cycle of its mesh frequency.
+
+    Parameters
+    ----------
+    scene
+        Gears, meshes, load.
+    linkage
+        How the meshes hang together.
+    phases
+        Phases of the first mesh.
+    meshes
+        Each mesh under the force that it has at each position, by its name.
+    contacts
+        Contact of each mesh at its phases.
+    own
+        What they hang together by.
+    balance
+        Forces and motions.
+    even
+        Force of each mesh where all paths share alike, (mesh,) [N].
+    """
+
+    scene: Scene
+    linkage: Linkage
+    phases: Phases
+    meshes: Mapping[str, Solved]
+    contacts: tuple[MeshAt, ...]
+    own: Statics
+    balance: Balance
+    even: NDArray
+
+    def statics(self, more: NDArray) -> Statics:
+        """What they hang together by, with ``more`` approach of each mesh, (…, mesh) [mm]."""
+        return replace(self.own, offset=self.own.offset + more)
+
+    @property
+    def input_turn(self) -> NDArray:
+        """Angle by which the shaft that torque enters turns more than stiff gears without errors, (position,) [rad]."""
+        return self.input_sense * self.balance.motion[:, self.linkage.input]
+
+    @property
+    def input_sense(self) -> float:
+        """Sense in which torque turns that shaft."""
+        return float(np.sign(self.linkage.force(1.0)[self.linkage.input]))
+
+    @property
+    def radius(self) -> float:
+        """Base radius of the driver of the first mesh [mm]."""
+        return self.linkage.train.meshes[0].pair.gears[0].base_radius
+
+    @cached_property
+    def input_stiffness(self) -> NDArray:
+        """Torque on that shaft over the angle, (position,) [N·mm/rad]."""
+        B, k = self.linkage.rows, self.balance.stiffness
+        whole = self.linkage.stiffness + np.einsum("mi,pm,mj->pij", B, k, B)
+        return 1 / np.linalg.pinv(whole, hermitian=True)[:, self.linkage.input, self.linkage.input]
+
+    @property
+    def ratios(self) -> NDArray:
+        """Angle of each member that the error of the train makes where all other ends are held, (member,) [–].
+
+        Over that of the input; 0 of members between.
+        """
+        rates = self.linkage.rates
+        found = {name: abs(rates[name]) for name in self.linkage.ends}
+        if self.linkage.carrier is not None:  # θ_s − θ_c = i (θ_r − θ_c)
+            ratio = rates[self.linkage.ends[1]]
+            found[self.linkage.carrier] = abs(ratio / (1 - ratio))
+        return np.array([found.get(name, 0.0) for name in self.linkage.bodies])
+
+
+def check_train(scene: Scene) -> None:
+    """Refuse trains that cannot be one contact problem.
+
+    Raises
+    ------
+    InputError
+        Naming what does not fit.
+    """
+    train = scene.geometry
+    rates = {mesh.name: train.mesh_rate(mesh.name) for mesh in train.meshes}
+    first = next(iter(rates.values()))
+    for name, rate in rates.items():
+        if not np.isclose(rate, first, rtol=1e-12):
+            allowed = f"must be that of the first, {first:g} z n, where paths are parallel"
+            raise InputError("meshes", f"mesh frequency of {name}, {rate:g} z n", allowed)
+    train.check_assembly(coast=scene.load.coast)
+    assert scene.train is not None
+    scene.train.linkage(train).check()
+
+
+@single_threaded_blas()
+def solve_train(scene: Scene) -> SolvedTrain:
+    """Contact of all meshes of a ``coupled`` scene, at phases that suit all of them.
+
+    Raises
+    ------
+    InputError, ConvergenceError
+        As ``simulate``.
+    """
+    check_train(scene)
+    assert scene.train is not None
+    coast = scene.load.coast
+    train, scenes = scene.geometry, scene.meshes
+    linkage = scene.train.linkage(train, coast=coast)
+    shift = train.phases(coast=coast)
+    phases = _phases(scenes, shift)
+    even = np.array([own.F_bt for own in scenes.values()])
+    f = linkage.force(scene.load.torque)
+    statics = Statics(rows=linkage.rows, stiffness=linkage.stiffness, force=f, offset=scene.train.offset(linkage))
+    at, found = _balanced(scenes, shift, phases, statics)
+    for _ in range(ROUNDS):
+        heavy = found.force.max(axis=0) / [mesh.nominal for _, mesh in at.values()]
+        # off the line of action the load decides how far contact lines reach
+        far = [own.effect("off_line_contact") is not None for own in scenes.values()]
+        if not np.any(far & (heavy > HEAVIER)):
+            break
+        share = np.where(heavy > HEAVIER, heavy, 1.0)
+        scenes = {name: _under(own, by) for (name, own), by in zip(scenes.items(), share, strict=True)}
+        at, found = _balanced(scenes, shift, phases, statics)
+    meshes = {
+        name: Solved(
+            scene=scenes[name], lines=lines, weight=phases.weight, problem=mesh.problem, solution=own, at=phases
+        )
+        for (name, (lines, mesh)), own in zip(at.items(), found.solutions, strict=True)
+    }
+    parts = {"meshes": meshes, "contacts": tuple(mesh for _, mesh in at.values()), "own": statics, "balance": found}
+    return SolvedTrain(scene=scene, linkage=linkage, phases=phases, even=even, **parts)
+
+
+def _balanced(
+    scenes: Mapping[str, Scene], shift: Mapping[str, float], phases: Phases, statics: Statics
+) -> tuple[dict[str, tuple[ContactLines, MeshAt]], Balance]:
+    """Contact of each mesh by its name, and the balance of all of them."""
+    at = {name: _mesh(own, (phases.phase + shift[name]) % 1.0) for name, own in scenes.items()}
+    return at, balance([mesh for _, mesh in at.values()], statics)
+
+
+def _under(scene: Scene, share: float) -> Scene:
+    return scene if share == 1.0 else changed(scene, load=Load(torque=share * scene.load.torque))
+
+
+def _phases(scenes: Mapping[str, Scene], shift: Mapping[str, float]) -> Phases:
+    """Phases of the first mesh, on panels between the changes of contact of all of them."""
+    first, *_ = scenes.values()
+    resolution = first.resolution
+    if resolution.accuracy is not None:
+        raise InputError("resolution.accuracy", resolution.accuracy, "is for one mesh: here give segments")
+    if resolution.positions is not None:
+        phase, weight = uniform_phases(resolution.positions)
+        return Phases(phase=phase, weight=weight, size=None)
+    size = resolution.gauss_points or GAUSS_POINTS
+    exact = size > GAUSS_POINTS
+    changes = []
+    for name, scene in scenes.items():
+        own = transitions(changed(scene, resolution=Resolution()), exact=exact)
+        changes += [each._replace(phase=(each.phase - shift[name]) % 1.0 % 1.0) for each in own]
+    longest = LONGEST if first.pair.meshing.overlap_ratio else 1.0
+    phase, weight = gauss_phases(panel_ends(changes, longest, CLOSER if exact else CLOSE), size)
+    return Phases(phase=phase, weight=weight, size=size)
+
+
+def _mesh(scene: Scene, phase: NDArray) -> tuple[ContactLines, MeshAt]:
+    """Contact of a mesh by itself at its own phases."""
+    lines = scene_lines(scene, phase)
+    cos_b = float(np.cos(scene.pair.meshing.beta_b))
+    return lines, MeshAt(problem=assemble(scene, lines), nominal=scene.F_bt, cos_b=cos_b)

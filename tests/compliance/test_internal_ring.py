@@ -1,0 +1,84 @@
+"""Rings of internal gears: closed forms of the annulus held outside, statics, limits."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from gearbench.compliance.gear_body import ToothedRing
+from gearbench.compliance.ring import LAYER
+from gearbench.compliance.solid_tooth import SolidTooth
+from gearbench.geometry.gear import Gear
+from tests.compliance.test_ring import R_O, annulus, ring
+from tests.support.toothed_rings import NU, E
+
+
+@pytest.mark.parametrize("outside", [44.0, 60.0, 100.0])
+@pytest.mark.parametrize("n", [0, 1, 2, 3, 5, 10])
+def test_harmonics_of_the_annulus_held_outside(n, outside):
+    """Tractions on its inner rim are minus its stresses; the teeth see e_θ and e_R the other way round."""
+    found = ring((24, 1), inner_radius=-outside, radius=-R_O).harmonics(np.array([n]))[0, :2, :2] * R_O
+    turned = np.diag([1.0, -1.0])
+    exact = -turned @ annulus(n, NU, outside) @ turned
+    whole = n == 0 or math.log(outside / R_O) < LAYER / n  # else what the layer of a high harmonic leaves out
+    assert_allclose(found, exact, rtol=0, atol=(1e-9 if whole else 1e-4) * np.abs(found).max())
+    assert np.linalg.eigvalsh(found).min() > 0
+
+
+@pytest.mark.parametrize("outside", [1.05, 1.5, 3.0])
+def test_six_functions_are_enough_for_any_ring(outside):
+    n = np.array([0, 1, 2, 3, 5, 8, 12, 20, 40])
+    found = ring((6, 1), inner_radius=-outside * R_O, radius=-R_O).harmonics(n)[:, :2, :2] * R_O
+    turned = np.diag([1.0, -1.0])
+    for k, harmonic in zip(n, found, strict=True):
+        exact = -turned @ annulus(int(k), NU, outside * R_O) @ turned
+        assert_allclose(harmonic, exact, rtol=0, atol=1e-3 * np.abs(exact).max())
+
+
+def gear(teeth: int, helix: float = 0.0, width: float = 12.0) -> Gear:
+    return Gear(
+        teeth=-teeth, normal_module=2.0, pressure_angle=20.0, helix_angle=helix, face_width=width,
+        profile_shift=0.0, addendum=0.8, dedendum=1.25, fillet_radius=0.2, blank="pinion_cutter",
+    )  # fmt: skip
+
+
+def body(g: Gear, outside: float, order=(4, 4, 4), along: int = 6, nu: float = NU) -> ToothedRing:
+    tooth = SolidTooth(gear=g, E=E, nu=nu, order=order, rooted=True)
+    return ToothedRing(tooth=tooth, bore_radius=-outside, order=along)
+
+
+@pytest.mark.slow
+def test_equal_loads_on_all_teeth_turn_and_widen_the_rim():
+    """Between two outsides: what the metal between them yields to the torque, and to the radial part of the loads.
+
+    Closed forms of the annulus; ν = 0, so that the width does not matter, and teeth too small for their roots to widen.
+    """
+    g = gear(1201)
+    z, r, b, mu = -g.teeth, g.root_radius, g.face_width, E / 2
+    found = []
+    for outside in (1.6, 3.0):
+        block = body(g, outside * abs(r), (4, 4, 4), 10, 0.0).blocks(z // 2)
+        found.append(block.sum(axis=0)[0, 0] / (b * (g.tip_radius - g.form_radius)))
+    turn = z * abs(g.base_radius) / (4 * math.pi * mu * b * r**2) * (1 / 1.6**2 - 1 / 3.0**2)
+    R = np.linspace(g.form_radius, g.tip_radius, 2001)
+    radial = float(np.mean(np.sqrt(1 - (g.base_radius / R) ** 2)))
+    near, far = (-annulus(0, 0.0, outside * R_O)[1, 1] / R_O for outside in (1.6, 3.0))
+    exact = abs(g.base_radius) * turn + z * radial**2 * (far - near) / (2 * math.pi * b)
+    assert found[1] - found[0] == pytest.approx(exact, rel=2e-3)
+
+
+@pytest.mark.parametrize("helix", [0.0, 25.0])
+def test_all_teeth_together_are_symmetric_and_positive_and_thin_rings_are_clamps(helix):
+    g = gear(36 if helix else 41, helix)
+    z = -g.teeth
+    C = body(g, 1.1 * abs(g.root_radius)).blocks(z)
+    for d in range(z + 1):
+        assert_allclose(C[z + d], C[z - d].T, rtol=0, atol=1e-15 * np.abs(C).max())
+    whole = np.block([[C[z + i - j] for j in range(z)] for i in range(z)])
+    value = np.linalg.eigvalsh(whole)
+    assert value[0] > -1e-12 * value[-1]
+    thin = [np.linalg.norm(body(g, (1 + h) * abs(g.root_radius)).blocks(0)) for h in (1e-3, 1e-4, 1e-5)]
+    assert_allclose(np.diff(np.log(thin)) / math.log(0.1), 1.0, atol=0.06)

@@ -1,0 +1,139 @@
+"""Trains whose meshes are one contact problem: limits in which the answer is known, and invariants."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from gearbench import simulate, sweep
+from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.equilibrium import MeshAt, Statics, balance
+from gearbench.contact.patches import solve_patches
+from gearbench.errors import InputError
+from gearbench.results.origin import by_itself
+from gearbench.scene_file import parse_scene
+from gearbench.trains.solve import solve_train
+
+GEAR = {"normal_module": 2.0, "face_width": 20.0}
+
+
+def tables(angles, torque=60.0, teeth=(21, 43), helix=0.0, **more):
+    """A sun that drives a second one on its axis, of as many teeth unless told, through idlers at ``angles`` [°]."""
+    sun, idler, *other = teeth
+    distance = (sun + idler) / math.cos(math.radians(helix)) + 0.4
+    own = {**GEAR, "helix_angle": helix}
+    gears = {name: {**own, "teeth": sun, "profile_shift": 0.2} for name in ("sun", "out")}
+    if other:
+        gears["out"] = {**own, "teeth": other[0]}
+    gears |= {f"idler {n}": {**own, "teeth": idler} for n in range(len(angles))}
+    way = [
+        {"driver": "sun", "driven": f"idler {n}", "centre_distance": distance, "direction": angle}
+        for n, angle in enumerate(angles)
+    ]
+    back = [
+        {"driver": f"idler {n}", "driven": "out", "centre_distance": distance, "direction": (angle + 180.0) % 360.0}
+        for n, angle in enumerate(angles)
+    ]
+    effects = {"tooth_bending": {}, "hertz": {}}
+    return {"gears": gears, "meshes": way + back, "load": {"torque": torque}, "effects": effects} | more
+
+
+def solved(*args, **kwargs):
+    """Forces (position, mesh) and angle of the sun (position,) of the train of ``tables``."""
+    found = solve_train(parse_scene(tables(*args, **kwargs)))
+    return found.balance.force, found.input_turn
+
+
+@pytest.mark.parametrize("extra", [{}, {"crowning": {"amount": 5.0}}])
+def test_one_mesh_is_the_pair_to_the_bit(extra):
+    gears = {"pinion": {"teeth": 19}, "wheel": {"teeth": 31}}
+    scene = parse_scene(
+        {"pair": {**GEAR, "helix_angle": 17.0, "centre_distance": 52.7, **gears}, "load": {"torque": 50.0}}
+        | {"effects": {"tooth_bending": {}, "hertz": {}, **extra}}
+    )
+    problem = assemble(scene, scene_lines(scene, np.linspace(0, 1, 8, endpoint=False)))
+    cos_b, one = math.cos(scene.pair.meshing.beta_b), np.ones((1, 1))
+    mesh = MeshAt(problem=problem, nominal=scene.F_bt, cos_b=cos_b)
+    statics = Statics(rows=one, stiffness=0 * one, force=np.array([scene.F_bt]), offset=np.zeros(1))
+    found, own = balance([mesh], statics), solve_patches(problem)
+    for name in ("force", "approach", "stiffness"):
+        np.testing.assert_array_equal(getattr(found.solutions[0], name), getattr(own, name))
+    assert_allclose(found.motion[:, 0], own.approach / cos_b, rtol=1e-12)
+
+
+def test_a_chain_is_two_springs_in_series():
+    # both idlers of the other tests in a row: torques follow from the balance, and no mesh knows of the other
+    scene = parse_scene(tables([10.0]))
+    whole = solve_train(scene)
+    k, found = np.zeros((2, len(whole.phases.phase))), 0.0
+    for n, own in enumerate(whole.meshes.values()):
+        assert_allclose(whole.balance.force[:, n], scene.meshes[list(scene.meshes)[n]].F_bt, rtol=1e-12)
+        alone = own.problem
+        solution = solve_patches(alone)
+        found, k[n] = found + solution.approach, solution.stiffness
+    r_b = whole.radius
+    assert_allclose(whole.input_turn * r_b, found, rtol=1e-12)
+    assert_allclose(whole.input_stiffness / r_b**2, 1 / (1 / k).sum(axis=0), rtol=1e-9)
+
+
+@pytest.mark.parametrize("helix", [0.0, 20.0])
+def test_idlers_in_phase_are_one_idler_under_its_part_of_the_torque(helix):
+    one, turn = solved([15.0], 20.0, helix=helix)
+    three, turns = solved([15.0, 135.0, 255.0], 60.0, helix=helix)
+    assert_allclose(three, np.repeat(one, 3, axis=1), rtol=1e-10)
+    assert_allclose(turns, turn, rtol=1e-10)
+
+
+def test_order_and_turning_of_the_idlers_change_nothing():
+    angles = [0.0, 90.0, 180.0, 270.0]  # 21 teeth: phases of 0, ¾, ½, ¼
+    force, turn = solved(angles)
+    assert np.ptp(force[:, :4]) > 0.1 * force.mean()
+    # the first mesh is that of the first idler: phases begin with it whatever the others are called
+    swapped, same = solved([0.0, 270.0, 90.0, 180.0])
+    assert_allclose(same, turn, rtol=1e-10)
+    assert_allclose(swapped[:, [0, 2, 3, 1]], force[:, :4], rtol=1e-9)
+    turned, same = solved([angle + 37.0 for angle in angles])
+    assert_allclose(same, turn, rtol=1e-10)
+    assert_allclose(turned, force, rtol=1e-10)
+
+
+def test_phasing_cancels_what_the_rule_says():
+    # k = l z N⁻¹: 0 torsion, 1 and N − 1 a radial force, else nothing
+    whole = simulate(parse_scene(tables([0.0, 90.0, 180.0, 270.0])), outputs=["transmission_error"])
+    radial = np.hypot(*whole["member_force_amplitude"].sel(member="sun").values)
+    assert_allclose(radial[[1, 3, 5, 7]] / radial.max(), 0.0, atol=1e-10)
+    assert (radial[[0, 2]] / radial.max() > 0.1).all()
+    error = whole["train_transmission_error_amplitude"].values
+    assert_allclose(error[[0, 1, 2, 4, 5, 6]] / error.max(), 0.0, atol=1e-10)
+
+
+def test_the_dataset_holds_each_mesh_and_what_they_have_in_common():
+    scene = parse_scene(tables([0.0, 90.0, 180.0, 270.0], resolution={"positions": 8}))
+    whole = simulate(scene, outputs=["transmission_error", "line_load"])
+    assert whole["load_sharing"].dims == ("mesh", "position")
+    assert_allclose(whole["load_sharing"].values[:4].mean(axis=0), 1.0, rtol=1e-9)
+    assert float(whole["mesh_load_factor"]) == whole["load_sharing"].values.max()
+    # torque in, torque out: both turn the same way
+    torque = whole["member_torque"]
+    assert_allclose(torque.sel(member="sun").values, -60.0, rtol=1e-9)
+    assert_allclose(torque.sel(member="out").values, 60.0, rtol=1e-9)
+    assert_allclose(torque.sel(member=["idler 0", "idler 3"]).values, 0.0, atol=1e-7)
+    own = by_itself(whole, "idler 1 to out")
+    total = (own["line_load"] * own["segment_length"]).sum(("pair", "segment"))
+    assert_allclose(total, whole["mesh_load"].sel(mesh="idler 1 to out"), rtol=1e-9)
+    swept = sweep(scene, torque=[30.0, 60.0], outputs=["transmission_error"])
+    assert swept["load_sharing"].dims == ("torque", "mesh", "position")
+    assert_allclose(swept["load_sharing"].values[1], whole["load_sharing"].values, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"teeth": (21, 43, 22)}, "gears = .*: does not assemble: in idler 1 to out"),
+        ({"resolution": {"accuracy": 0.01}}, "is for one mesh"),
+    ],
+)
+def test_faults_are_one_line(change, words):
+    with pytest.raises(InputError, match=words):
+        simulate(parse_scene(tables(**{"angles": [0.0, 180.0]} | change)))
