@@ -145,7 +145,7 @@ def levels(body: Body, accuracy: float, order: tuple[int, int] | None = None) ->
 
 
 def _smaller(body: Body) -> str:
-    """What to compute where a body does not fit at any accuracy."""
+    """Advice for a body that does not fit into memory at any accuracy."""
     return "take a narrower face width" if body.bore_radius is None else "compare without effects.gear_body"
 
 

@@ -98,7 +98,7 @@ class Body:
 
     @property
     def axis_breaks(self) -> tuple[float, ...]:
-        """Where along the face width the body changes: at its ends and at the faces of the web [mm]."""
+        """Positions along the face width at which the body changes: its ends and the faces of the web [mm]."""
         b = self.gear.face_width
         if self.web is None:
             return 0.0, b

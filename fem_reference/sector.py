@@ -134,7 +134,7 @@ def _foot(outline: Outline, side: int, end: float) -> Column:
 
 @dataclass(frozen=True, kw_only=True)
 class Grain:
-    """How a section is divided.
+    """Division of a section.
 
     Parameters
     ----------

@@ -75,7 +75,7 @@ class Operation:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Resolution:
-    """How finely the mesh cycle and the contact lines are resolved.
+    """Resolution of the mesh cycle and of the contact lines.
 
     Parameters
     ----------

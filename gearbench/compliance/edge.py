@@ -54,7 +54,7 @@ def held_by_polynomials(gear: Gear, count: int) -> NDArray:
 
 @lru_cache(maxsize=64)
 def _held_at(gear: Gear, count: int) -> NDArray:
-    """What the polynomials hold at a point itself, Σ φ_a φ_b ∬ φ_a W φ_b: a Legendre series in R, on −1 … 1."""
+    """Part that the polynomials hold at a point itself, Σ φ_a φ_b ∬ φ_a W φ_b: a Legendre series in R, on −1 … 1."""
     W = held_by_polynomials(gear, count)
     scale = np.sqrt((2 * np.arange(count) + 1) / (gear.tip_radius - gear.form_radius))
     return np.einsum("ab,abn->n", W * np.outer(scale, scale), _products(count))

@@ -302,7 +302,7 @@ def waves_computed(teeth: int) -> NDArray:
 
 
 def _abscissa(m: NDArray, teeth: int) -> NDArray:
-    """What splines between the waves run along: ln m of long ones."""
+    """Abscissa of the splines between waves: ln m for long waves."""
     return np.log(np.tan(math.pi * m / (2 * teeth)))
 
 

@@ -45,7 +45,7 @@ COUPLED_RANK = 12
 
 @dataclass(frozen=True, kw_only=True)
 class Precision:
-    """Where computing a sample ends.
+    """Tolerances at which a sample counts as solved.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ class Batch:
 
     @cached_property
     def gaps(self) -> Gaps:
-        """What the compiled solvers need whichever they are."""
+        """Arrays that all compiled solvers need."""
         from gearbench.contact._lane_kernels import Gaps
 
         return Gaps(self.count, self.ahead, self.gap, self.tilt, self.modes, self.tilts, self.laws)
@@ -206,7 +206,7 @@ class GapModes:
 
     @classmethod
     def on(cls, lines: ContactLines, modes: Callable[[ContactLines], NDArray], spread: NDArray) -> GapModes:
-        """Of ``modes`` (position, pair, segment, mode) [mm] at the nodes of lines, over their levers."""
+        """Gap modes from ``modes`` (position, pair, segment, mode) [mm] at the nodes of lines, over their levers."""
 
         def flat(each: ContactLines) -> NDArray:
             found = modes(each) / np.expand_dims(each.lever, -1)
@@ -348,17 +348,6 @@ def _order(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray,
     for t in range(positions):
         firsts[t, 1 : blocks[t] + 1] = np.cumsum(per_block[t][per_block[t] > 0])
     return order, np.argsort(per_block == 0, axis=1, kind="stable"), count, blocks, firsts
-
-
-def solve_batch(batch: Batch, draws: NDArray) -> BatchSolution:
-    """Solve every position for the errors ``draws`` − mean, (sample, error), on this thread."""
-    parts = [solve_one_chunk(batch, chunk) for chunk in chunks(draws)]
-    count = len(draws)
-    return BatchSolution(
-        approach=np.concatenate([part.approach for part in parts], axis=1)[:, :count],
-        stiffness=np.concatenate([part.stiffness for part in parts], axis=1)[:, :count],
-        rescued=sum(part.rescued for part in parts),
-    )
 
 
 def chunks(draws: NDArray) -> Iterator[NDArray]:

@@ -82,7 +82,7 @@ class Hertz(ComplianceEffect):
 
 
 def _edge(lines: ContactLines, index: int, rho: NDArray) -> tuple[NDArray, NDArray]:
-    """What a and h gain near the tip of one of the gears, (position, pair, segment) [mm²/N] (E4)."""
+    """Additions to a and h near the tip of a gear, (position, pair, segment) [mm²/N] (E4)."""
     from gearbench.compliance.edge import edge_distance, edge_softening
 
     touch, gear = lines.touch, lines.pair.gears[index]
@@ -96,7 +96,7 @@ def _edge(lines: ContactLines, index: int, rho: NDArray) -> tuple[NDArray, NDArr
 
 
 def _kinks(lines: ContactLines, index: int, rho: NDArray, c: float) -> Iterator[tuple[NDArray, NDArray, NDArray]]:
-    """Where a strip reaches a kink of the profile of one of the gears, and what a and h gain there (E5).
+    """Segments whose strip reaches a kink of a profile, and the additions to a and h there (E5).
 
     c = Σ 2(1−ν²)/(πE). Exact at two loads: half of what a line carries on the mean, and all of it on a single pair.
     """

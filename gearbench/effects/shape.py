@@ -215,7 +215,7 @@ class AmountOfGears(ShapeEffect):
 
 
 def each_gear(effect: object) -> dict[int, Any]:
-    """What an effect says of the pinion (0) and of the wheel (1), where it says something."""
+    """Values of an effect for the pinion (0) and the wheel (1), as far as given."""
     own = ((index, getattr(effect, name)) for index, name in enumerate(GEARS))
     return {index: value for index, value in own if value is not None}
 

@@ -1,4 +1,4 @@
-"""What will run for a scene or a study: parts, sizes and memory; nothing of a scene is solved."""
+"""Plan of a run: the parts, sizes and memory of a scene or a study, without solving anything."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Part:
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """What will run for a scene.
+    """Parts of the run of a scene, their sizes and memory.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class Plan:
 
 @dataclass(frozen=True, kw_only=True)
 class StudyPlan:
-    """What a search will cost, at most: designs that are no gears, or are asked for again, cost nothing.
+    """Upper bound of the cost of a search: invalid and repeated designs cost nothing.
 
     Parameters
     ----------

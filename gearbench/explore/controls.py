@@ -35,7 +35,7 @@ def sliders(scene: Scene) -> list[Slider]:
 
 
 def positions(scene: Scene) -> dict[str, dict[str, Any]]:
-    """Where the sliders stand for a scene: range, step and value; one that cannot be changed does not move."""
+    """Range, step and value of each slider for a scene; one that cannot be changed does not move."""
     settings = Settings.of(scene)
     height = min(gear.tooth_height for gear in scene.pair.gears)
     torque = math.copysign(round_up(abs(scene.load.torque)), scene.load.torque)

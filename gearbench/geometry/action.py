@@ -153,7 +153,7 @@ class ContactLines:
 
     @cached_property
     def touch(self) -> Touch | None:
-        """Where flanks touch first; None where contact is taken to lie on the line of action."""
+        """First contact of the flanks; None if contact is assumed on the line of action."""
         if self.separation is None:
             return None
         if self.pair.meshing.overlap_ratio > 0:

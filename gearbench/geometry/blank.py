@@ -57,7 +57,7 @@ class RootCurve(Protocol):
 
 
 class Blank(Protocol):
-    """What external, internal and other gears differ in."""
+    """Protocol for everything in which external, internal and other gears differ."""
 
     def root_radius(self, gear: Gear) -> float:
         """Radius r_f of the root circle [mm]."""
@@ -115,7 +115,7 @@ class RackCut:
         return eta < -gear.pitch_radius * math.sin(gear.alpha_t) ** 2
 
     def junction(self, gear: Gear) -> float:
-        """Where the rack's straight flank takes over, or where an undercut meets the involute."""
+        """Point where the rack's straight flank takes over, or where an undercut meets the involute."""
         end, undercut, curve = math.pi / 2 - gear.alpha_n, self.is_undercut(gear), gear.fillet
         if not (undercut or gear.protuberance):
             return end

@@ -342,7 +342,7 @@ class Pair:
 
     @cached_property
     def overhangs(self) -> tuple[Ends, Ends]:
-        """How far the face of each gear reaches beyond the common one, at y = 0 and at y = b [mm]."""
+        """Lengths by which each gear's face reaches beyond the common one, at y = 0 and at y = b [mm]."""
         return self.faces.overhangs
 
     def face_of(self, index: int | None) -> float:

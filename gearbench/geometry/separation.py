@@ -31,7 +31,7 @@ REACH = 0.45
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Touch:
-    """Where flanks touch first: what is asked for is read from the table of their separation.
+    """First contact of the flanks, read from the table of their separation.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ class Separation:
 
     @cached_property
     def _pieces(self) -> list[tuple[float, float, Curve]]:
-        """Where which curve is the lowest: from u to u."""
+        """Intervals of u in which one curve is the lowest."""
         curves = self.curves
         ends = np.unique([x for c in curves for x in (c.u[0], c.u[-1]) if self.low <= x <= self.high])
         # where one curve ends just before another begins, a corner may touch in between
@@ -240,7 +240,7 @@ class Separation:
 
     @cached_property
     def changes(self) -> tuple[float, ...]:
-        """As ``kinks``, each by itself: where a corner begins and ceases to touch [mm]."""
+        """Kinks one by one: the u at which a corner begins and ceases to touch [mm]."""
         room = 0.25 / REACH * (self.path[0] - self.low)
         return tuple(start for start, *_ in self._pieces[1:] if self.path[0] - room < start < self.path[1] + room)
 
@@ -281,7 +281,7 @@ class Separation:
         return min(float(self._table[:, 2].min()), 0.0)
 
     def __call__(self, u: NDArray) -> Touch:
-        """Where flanks touch first at the nominal coordinates u, and how far they are apart before."""
+        """First contact at the nominal coordinates u, and the separation before it."""
         start, width = self._columns[:2]
         u = np.asarray(u, dtype=float)
         row = np.clip(np.searchsorted(start, u, side="right") - 1, 0, len(start) - 1)

@@ -220,7 +220,7 @@ class TrainTables:
         return self.planetary is not None or ("system" not in self.tables and train.parallel)
 
     def linkage(self, train: Train, *, coast: bool = False) -> Linkage:
-        """How the meshes hang together."""
+        """Coupling of the meshes."""
         short = self.planetary
         return Linkage(train=train, coast=coast) if short is None else short.linkage(train, coast=coast)
 

@@ -59,7 +59,7 @@ def axial_force(scene: Scene) -> float:
 
 
 def modifications(scene: Scene) -> int:
-    """How many kinds of micro-geometry the flanks have."""
+    """Number of kinds of micro-geometry on the flanks."""
     return sum(scene.effect(name) is not None for name in MODIFICATIONS)
 
 

@@ -1,4 +1,4 @@
-"""What a result should not be trusted or built with: one line for each."""
+"""Warnings about a result, one line each."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]
 
 
 def _at_their_means(errors: Effect, pair: Pair) -> list[str]:
-    """That random errors act with their means, where these are not zero."""
+    """Warning that random errors act with their means, where these are not zero."""
     from gearbench.effects.manufacturing_errors import ManufacturingErrors
 
     assert isinstance(errors, ManufacturingErrors)
@@ -79,7 +79,7 @@ def _at_their_means(errors: Effect, pair: Pair) -> list[str]:
 
 
 def _unproven(pair: Pair) -> list[str]:
-    """What lies beyond the gears on which solid teeth on their ring were held against finite elements."""
+    """Warnings for gears outside the range in which solid teeth were compared with finite elements."""
     found, proof = [], "held against finite elements"
     if pair.helix_angle > STEEPEST:
         found.append(f"helix angle {pair.helix_angle:g}°: teeth on a ring were {proof} up to {STEEPEST:g}°")

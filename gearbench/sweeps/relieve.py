@@ -150,7 +150,7 @@ class _Search:
 
     @property
     def name(self) -> str:
-        """What is minimised."""
+        """Name of the minimised metric."""
         return "transmission_error_rms_mean" if self.samples else "transmission_error_peak_to_peak"
 
     def largest_values(self) -> NDArray:
