@@ -30,6 +30,8 @@ lint: $(STAMP)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright
+	$(BIN)/codespell
+	$(BIN)/proselint check README.md CONTRIBUTING.md CHANGELOG.md docs
 
 bench: $(STAMP)
 	$(BIN)/python -m pytest benchmarks --benchmark-only -o addopts="" -q
@@ -42,14 +44,14 @@ docs: $(STAMP)
 	$(BIN)/python -m sphinx -b html -W --keep-going -q -d out/doctrees docs out/site
 	@echo "open out/site/index.html"
 
-# The wheel, in an environment and a folder of its own: nothing of the sources is found there.
+# The sdist, and the wheel made from it, in an environment and a folder of its own: nothing of the sources is found there.
 wheel: $(STAMP)
 	@rm -rf out/wheel && mkdir -p out/wheel
-	@$(BIN)/python -m pip wheel --quiet --no-deps --wheel-dir out/wheel .
+	@$(BIN)/python -m build --outdir out/wheel .
 	@$(PYTHON) -m venv out/wheel/venv
 	@out/wheel/venv/bin/python -m pip install --quiet --disable-pip-version-check out/wheel/*.whl
 	@cp examples/case1.toml out/wheel
-	cd out/wheel && venv/bin/gearbench simulate case1.toml -o case1.nc
+	cd out/wheel && venv/bin/gearbench --version && venv/bin/gearbench simulate case1.toml -o case1.nc
 
 # Pages that are made from the code; tests/docs/test_tables.py holds them up to date.
 docs-tables: $(STAMP)

@@ -12,14 +12,21 @@ from pydantic import TypeAdapter
 
 from gearbench.schema import keys, parts
 
+#: Tables that a page has shown, and where.
+Shown = dict[type, str]
+
 
 def prose(owner: type) -> str:
     """Text of the docstring of ``owner`` before its parameters."""
     return _markdown(parts(owner)[0])
 
 
-def key_tables(owner: type) -> str:
-    """Tables of the keys of ``owner``, and of the tables below it; one line where it has none."""
+def key_tables(owner: type, shown: Shown | None = None, here: str = "above") -> str:
+    """Tables of the keys of ``owner``, and of the tables below it; one line where it has none.
+
+    A table that the page has already is named by where it is: ``shown`` holds these, and gains those shown ``here``.
+    """
+    shown = {} if shown is None else shown
     allowed = limits(owner) if keys(owner) else {}
     listed = [
         (key.name, key.meaning, _default(key.default), "a table" if key.table else allowed[key.name], key.table)
@@ -27,12 +34,20 @@ def key_tables(owner: type) -> str:
     ]
     if not listed:
         return "\nThis table has no keys.\n"
-    text, below = "\n| key | meaning | default | allowed |\n|---|---|---|---|\n", {}
+    text, below, before = "\n| key | meaning | default | allowed |\n|---|---|---|---|\n", {}, ""
     for (meaning, default, permitted, table), alike in groupby(listed, key=lambda row: row[1:]):
         names = ", ".join(f"`{row[0]}`" for row in alike)
-        text += f"| {names} | {_markdown(meaning)} | {default} | {permitted} |\n"
+        text += f"| {names} | {'as above' if meaning == before else _markdown(meaning)} | {default} | {permitted} |\n"
         below |= {table: None} if table is not None else {}
-    return text + "".join(f"\n{prose(table)} Its table:\n{key_tables(table)}" for table in below)
+        before = meaning
+    for table in below:
+        text += f"\n{prose(table)} "
+        if table in shown:
+            text += f"Its table: as {shown[table]}.\n"
+        else:
+            shown[table] = here
+            text += f"Its table:\n{key_tables(table, shown, here)}"
+    return text
 
 
 def limits(kind: type) -> dict[str, str]:

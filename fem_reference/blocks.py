@@ -8,8 +8,7 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from fem_reference.section import Body, on_tooth
-from gearbench.geometry.role import Side
+from fem_reference.section import Body, Side, on_tooth
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -34,10 +34,7 @@ SOURCES = (
     "compiled.py",
     "schema.py",
     "threads.py",
-    *(
-        f"geometry/{name}.py"
-        for name in ("blank", "fillet", "gear", "involute", "material", "rack", "role", "section", "web")
-    ),
+    *(f"geometry/{name}.py" for name in ("blank", "fillet", "gear", "involute", "material", "rack", "section", "web")),
     *(
         f"compliance/{name}.py"
         for name in ("_chain_kernels", "bases", "chain", "flank", "lapack", "local", "outline", "section", "solid")

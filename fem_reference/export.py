@@ -17,7 +17,6 @@ from fem_reference.tooth_mesh import Body, Cells, ToothMesh, tooth_mesh
 from gearbench.errors import InputError
 from gearbench.geometry.material import Material
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -63,7 +62,7 @@ def write_loaded_tooth(
     dataset: xr.Dataset,
     path: str | Path,
     *,
-    gear: Role = Role.PINION,
+    gear: int = 0,
     position: int | None = None,
     cells: Cells = CELLS,
 ) -> FlankSolution:
@@ -80,7 +79,7 @@ def write_loaded_tooth(
     path
         File to write, ``.vtu``.
     gear
-        Pinion or wheel.
+        0 the pinion, 1 the wheel.
     position
         Number of the position; the one with the largest force on a tooth where absent.
     cells
@@ -101,7 +100,7 @@ def write_loaded_tooth(
     return solution
 
 
-def line_load(pair: Pair, dataset: xr.Dataset, gear: Role, position: int | None, cells: Cells) -> LineLoad:
+def line_load(pair: Pair, dataset: xr.Dataset, gear: int, position: int | None, cells: Cells) -> LineLoad:
     """Load of the most loaded pair of teeth at a position, on the flank as it is meshed.
 
     Raises
@@ -117,9 +116,9 @@ def line_load(pair: Pair, dataset: xr.Dataset, gear: Role, position: int | None,
     tooth = int(force[position].sum(axis=1).argmax())
     u, y = (dataset[name].values[position, tooth] for name in ("path_position", "face_position"))
     body = pair.gears[gear]
-    radius = np.hypot(body.base_radius, u if gear == Role.PINION else pair.meshing.tangent_length - u)
+    radius = np.hypot(body.base_radius, pair.meshing.along_path(gear, u))
     across = y + pair.overhangs[gear][0]
-    if gear == Role.WHEEL:
+    if gear == 1:
         across = body.face_width - across  # meshed is the driving gear's flank
     order = np.argsort(across)
     width = dataset["segment_length"].values[position, tooth] * np.cos(pair.meshing.beta_b)

@@ -24,7 +24,6 @@ from gearbench.compliance.bases import gauss
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.material import Material
-from gearbench.geometry.role import Role
 
 #: Points on each edge of a quadrilateral, and along the axis for each polynomial of the loads.
 POINTS, STATIONS = 6, 1.0
@@ -55,9 +54,9 @@ class FilletStress:
         segment).
         """
         flank, pairs = self.flank, lines.shape[1]
-        role = Role(flank.driven)
-        R = lines.radii[role]
-        shapes = flank.shapes(np.where(lines.active[..., None], R - flank.gear.root_radius, 0.0), lines.own_y(role))
+        index = int(flank.driven)
+        R = lines.radii[index]
+        shapes = flank.shapes(np.where(lines.active[..., None], R - flank.gear.root_radius, 0.0), lines.own_y(index))
         weight = np.einsum("pks,pksa->pka", np.where(lines.active[..., None], force, 0.0), shapes)
         found = sum(
             np.einsum("sa,pa->ps", self._block(i - j), weight[:, j])[:, None] * (np.arange(pairs) == i)[:, None]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from enum import IntEnum
 from functools import cached_property
 from typing import Literal
 
@@ -16,8 +17,19 @@ from numpy.typing import ArrayLike, NDArray
 
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.gear import Gear
-from gearbench.geometry.role import Side
 from gearbench.geometry.web import Web
+
+
+class Side(IntEnum):
+    """The two flanks of a tooth, its tip up; the value is the sign of the angle θ from the tooth's centre line."""
+
+    LEFT = -1
+    RIGHT = 1
+
+    @property
+    def label(self) -> str:
+        """Name of its boundaries: left, right."""
+        return self.name.lower()
 
 
 class MeshingError(GearbenchError):

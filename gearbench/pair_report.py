@@ -13,8 +13,8 @@ import numpy as np
 
 from gearbench.errors import plain
 from gearbench.files import replacing
+from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.geometry.tooth_shapes import mesh
 from gearbench.html import head, picture, table
 from gearbench.plotting import BLUE, ORANGE, load_map, new_figure, order_spectrum, over_two_periods
@@ -70,7 +70,7 @@ def write_pair_report(
 def _rows(rows: Rows) -> str:
     width = max(len(row) for row in rows)
     cells = [[row[0], *row[1:-1], *[""] * (width - len(row)), row[-1]] for row in rows]
-    names = ["", *(role.label for role in Role), ""] if width == len(Role) + 2 else []
+    names = ["", *GEARS, ""] if width == 4 else []
     return table(names, [[escape(cell) for cell in row] for row in cells])
 
 
@@ -112,6 +112,6 @@ def _orders(dataset: xr.Dataset) -> Figure:
 
 def _maps(dataset: xr.Dataset) -> Figure:
     figure, (both,) = new_figure(1, 2, (10.5, 3.6))
-    for role, axes in zip(Role, both, strict=True):
-        load_map(dataset, role, axes).set_title(role.label, fontsize=10)
+    for index, axes in enumerate(both):
+        load_map(dataset, index, axes).set_title(GEARS[index], fontsize=10)
     return figure

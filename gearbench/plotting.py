@@ -13,8 +13,8 @@ from gearbench.effects.base import GapEffect
 from gearbench.effects.profile_relief import ProfileRelief
 from gearbench.errors import InputError, plain
 from gearbench.files import replacing
+from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.results.cycle import fourier, panels
 from gearbench.results.flank_map import over_flank
 from gearbench.results.origin import scene_of
@@ -157,7 +157,7 @@ def load_distribution(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
     return axes
 
 
-def load_map(dataset: xr.Dataset, role: Role, axes: Axes | None = None, *, scale: float | None = None) -> Axes:
+def load_map(dataset: xr.Dataset, gear: int, axes: Axes | None = None, *, scale: float | None = None) -> Axes:
     """Contact pressure on the flank of one gear over the mesh cycle: face width across, roll angle up.
 
     With the lines of tip, pitch circle and start of the active profile, and of every begin of a relief; diameters on
@@ -167,18 +167,18 @@ def load_map(dataset: xr.Dataset, role: Role, axes: Axes | None = None, *, scale
     _one_point(dataset, "line_load", "position", "pair", "segment")
     axes = _axes(axes, (6.0, 5.0))
     scene = scene_of(dataset)
-    pair, gear = scene.pair, scene.pair.gears[role]
+    pair, own = scene.pair, scene.pair.gears[gear]
     u, y, load, weight = _family(dataset)
     pressure = _pressure(pair, u, load)
     top = scale or _top_of_colours(pressure, weight)
     across, path, shown = _on_grid(pair, u, y, weight, pressure)
-    angle = np.degrees((path if role == Role.PINION else pair.meshing.tangent_length - path) / gear.base_radius)
-    tip = np.degrees(np.sqrt(gear.tip_radius**2 - gear.base_radius**2) / gear.base_radius)
+    angle = np.degrees(pair.meshing.along_path(gear, path) / own.base_radius)
+    tip = np.degrees(np.sqrt(own.tip_radius**2 - own.base_radius**2) / own.base_radius)
     flank = angle <= tip
     angle, shown = angle[flank], shown[flank]
     _coloured(axes, (across, angle, shown), "contact pressure p [MPa]", top, pressure.max(), pad=0.16)
-    for radius, name, style in _circles(scene, role):
-        at = float(np.degrees(np.sqrt(max(radius**2 - gear.base_radius**2, 0.0)) / gear.base_radius))
+    for radius, name, style in _circles(scene, gear):
+        at = float(np.degrees(np.sqrt(max(radius**2 - own.base_radius**2, 0.0)) / own.base_radius))
         axes.axhline(at, color="black" if style == "-" else "0.25", lw=1.0, ls=style)
         axes.annotate(
             f"{name} ⌀{2 * radius:.2f}", (1.01, at), xycoords=("axes fraction", "data"), va="center", fontsize=7
@@ -240,13 +240,13 @@ def _on_grid(pair: Pair, u: NDArray, y: NDArray, length: NDArray, values: NDArra
     return across, path, over_flank(u, y, length * np.cos(meshing.beta_b), values, path, across)
 
 
-def _circles(scene: Scene, role: Role) -> list[tuple[float, str, str]]:
+def _circles(scene: Scene, index: int) -> list[tuple[float, str, str]]:
     """Radii on a flank that are marked, with their names and line styles."""
-    pair, gear = scene.pair, scene.pair.gears[role]
+    pair, gear = scene.pair, scene.pair.gears[index]
     working = gear.base_radius / np.cos(pair.meshing.alpha_wt)
-    found = [(gear.tip_radius, "tip", "-"), (working, "pitch", "--"), (pair.meshing.active_radii[role][0], "SAP", "-")]
+    found = [(gear.tip_radius, "tip", "-"), (working, "pitch", "--"), (pair.meshing.active_radii[index][0], "SAP", "-")]
     reliefs = [effect for effect in scene.flank_effects if isinstance(effect, ProfileRelief)]
-    for begin in (m for effect in reliefs for m in effect.modifications(pair) if m.role == role):
+    for begin in (m for effect in reliefs for m in effect.modifications(pair) if m.gear == index):
         radius = begin.start if begin.along == "radius" else float(np.hypot(begin.start, gear.base_radius))
         found.append((radius, "relief", ":"))
     return found
@@ -339,8 +339,8 @@ def draw_simulation(dataset: xr.Dataset, folder: Path, *, scale: float | None = 
     written.append(write_figure(axes.get_figure(), folder / "load_distribution.png"))
 
     figure, both = plt.subplots(1, 2, figsize=(12.5, 5.0), layout="constrained")
-    for role, axis in zip(Role, both, strict=True):
-        load_map(dataset, role, axis, scale=scale).set_title(f"flank of the {role.label}")
+    for index, axis in enumerate(both):
+        load_map(dataset, index, axis, scale=scale).set_title(f"flank of the {GEARS[index]}")
     figure.suptitle(f"{name}\ncontact pressure over the mesh cycle, up to {_largest_pressure(dataset):.4g} MPa")
     written.append(write_figure(figure, folder / "load_maps.png"))
 

@@ -15,9 +15,9 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import ComplianceEffect, Effect, Effects, GapEffect
 from gearbench.errors import InputError
+from gearbench.geometry.names import GEARS, PAIR
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
-from gearbench.geometry.train import PAIR, Train
+from gearbench.geometry.train import Train
 from gearbench.geometry.train_tables import TrainTables
 from gearbench.loads import Load, WeightedLoad, greatest_load
 from gearbench.notebook import scene_html
@@ -170,7 +170,7 @@ class Scene:
     operation: Operation | None = None
     system: System | None = None
     further: tuple[Scene, ...] = ()
-    gear_names: tuple[str, str] = (Role.PINION.label, Role.WHEEL.label)
+    gear_names: tuple[str, str] = GEARS
     train: TrainTables | None = None
 
     def __post_init__(self) -> None:

@@ -11,8 +11,8 @@ from typing import Any
 from gearbench.effects.base import Effect
 from gearbench.effects.registry import EFFECTS, RENAMED, effect_class, effect_names
 from gearbench.errors import InputError, one_of
+from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.geometry.train_tables import PARTS, SHARED, TrainGear, TrainMesh, TrainTables
 from gearbench.keys import key_at, with_values
 from gearbench.loads import Load, WeightedLoad, greatest_load
@@ -158,11 +158,11 @@ def _of_pair(path: str, names: tuple[str, str]) -> str:
     name, *rest = below.split(".")
     if head != "gears" or name not in names or not rest:
         return path
-    role, table = Role(names.index(name)).label, "coast" if rest[0] == "coast" else "effects"
+    gear, table = GEARS[names.index(name)], "coast" if rest[0] == "coast" else "effects"
     rest = rest[table == "coast" :]
     if rest[0] in effect_names():
-        return ".".join([table, rest[0], role, *rest[1:]])
-    return ".".join(["pair", *([] if rest[0] in SHARED else [role]), *rest])
+        return ".".join([table, rest[0], gear, *rest[1:]])
+    return ".".join(["pair", *([] if rest[0] in SHARED else [gear]), *rest])
 
 
 def _effects(head: str, tables: Mapping[str, Any]) -> tuple[Effect, ...]:
@@ -217,7 +217,7 @@ def scene_key(path: str) -> Key | None:
         kind, rest = OF_TRAIN[head], rest[1:]
         effect, *below = rest[1:] if rest[:1] == ["coast"] else rest or [""]
         if head == "gears" and effect in effect_names():
-            kind, rest = effect_class(effect), [Role.PINION.label, *below]
+            kind, rest = effect_class(effect), [GEARS[0], *below]
     else:
         split = 1 if head in EFFECT_TABLES else 0
         try:

@@ -12,7 +12,6 @@ from numpy.testing import assert_allclose
 
 from gearbench import fourier, simulate, sweep
 from gearbench.errors import InputError
-from gearbench.geometry.role import Role
 from gearbench.library.garambois2017 import gear
 from gearbench.plot import (
     contributions,
@@ -46,7 +45,7 @@ def distances():
 
 def shifts(value):
     pair = SCENE.pair
-    return {role: replace(getattr(pair, role), profile_shift=value) for role in ("pinion", "wheel")}
+    return {gear: replace(getattr(pair, gear), profile_shift=value) for gear in ("pinion", "wheel")}
 
 
 @pytest.fixture
@@ -129,7 +128,7 @@ def test_many_points_are_thinned_and_both_ends_kept(axes):
 def test_figures_of_one_scene_ask_for_a_point_and_show_it(loads, distances, axes, tmp_path):
     for draw in (
         load_distribution,
-        lambda data: load_map(data, Role.PINION),
+        lambda data: load_map(data, 0),
         lambda data: draw_simulation(data, tmp_path),
     ):
         with pytest.raises(InputError, match=r"dataset = swept over torque: must be one point, e\.g\. dataset\.isel"):
@@ -138,7 +137,7 @@ def test_figures_of_one_scene_ask_for_a_point_and_show_it(loads, distances, axes
     scene = scene_of(one)
     assert (scene.pair.centre_distance, scene.load.torque) == (CENTRES[1], 10.0)
     load_distribution(one, axes)
-    load_map(one, Role.WHEEL)
+    load_map(one, 1)
     plt.close("all")
     assert scene_of(loads.sel(torque=20.0)) == replace(SCENE, load=Load(torque=20.0))
     assert scene_of(loads) == SCENE  # of all points, what they share
@@ -159,7 +158,7 @@ def test_the_face_width_runs_across_on_every_picture_of_a_flank(axes, monkeypatc
 
     data = simulate(SCENE)
     load_distribution(data, axes)
-    shown = [axes, load_map(data, Role.PINION)]
+    shown = [axes, load_map(data, 0)]
     monkeypatch.setattr(pictures, "write_figure", lambda figure, path: shown.append(figure.axes[0]))
     figures(compute(quick=True), tmp_path)
     assert len(shown) > 5

@@ -17,7 +17,6 @@ from gearbench.effects.registry import EFFECTS
 from gearbench.errors import InputError
 from gearbench.exchange.rexs import read_rexs
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.results.origin import scene_of
 from gearbench.results.outputs import OUTPUTS
 from gearbench.scene import Scene
@@ -58,12 +57,12 @@ def member(draw: np.random.Generator, m: float, b: float) -> dict[str, Any]:
     return chosen
 
 
-def measured(draw: np.random.Generator, pair: Pair, role: Role, folder: Path) -> str:
+def measured(draw: np.random.Generator, pair: Pair, index: int, folder: Path) -> str:
     """A file of a measured flank [µm], somewhat smaller than the flank."""
-    start, end = pair.meshing.active_radii[role]
-    radius, face = np.linspace(start, end, 5)[1:], np.linspace(0.0, pair.gears[role].face_width, 4)
+    start, end = pair.meshing.active_radii[index]
+    radius, face = np.linspace(start, end, 5)[1:], np.linspace(0.0, pair.gears[index].face_width, 4)
     rows = [["radius", *face], *([r, *line] for r, line in zip(radius, draw.uniform(0, 3, (4, 4)), strict=True))]
-    path = folder / f"{role.label}.csv"
+    path = folder / f"{GEARS[index]}.csv"
     path.write_text("\n".join(",".join(repr(float(v)) if v != "radius" else v for v in row) for row in rows))
     return str(path)
 
@@ -104,7 +103,7 @@ def effects(draw: np.random.Generator, scene: Scene, folder: Path) -> dict[str, 
             "centre_distance": {"amplitude": 15.0},
         },
         "off_line_contact": {},
-        "topography": {role.label: measured(draw, scene.pair, role, folder) for role in Role},
+        "topography": {GEARS[index]: measured(draw, scene.pair, index, folder) for index in (0, 1)},
     }  # fmt: skip
 
 
@@ -113,8 +112,8 @@ def drawn(name: str, seed: int, folder: Path) -> dict[str, Any]:
     draw, scene = np.random.default_rng([seed, NAMES.index(name)]), base(name)
     tables = scene.to_mapping()
     pair, m, b = tables["pair"], scene.pair.normal_module, scene.pair.face_width
-    for role in ("pinion", "wheel"):
-        pair[role] |= member(draw, m, b)
+    for gear in ("pinion", "wheel"):
+        pair[gear] |= member(draw, m, b)
     if "face_width" in pair["pinion"] and "face_width" in pair["wheel"]:
         pair["wheel"]["face_width"] = b
     if draw.random() < 0.6:
@@ -166,8 +165,8 @@ def written_read_solved_kept(tables: dict[str, Any], folder: Path) -> None:
     save(dataset, folder / "kept.nc")
     kept = open_result(folder / "kept.nc")
     xr.testing.assert_identical(kept.transmission_error, dataset.transmission_error)
-    for role in Role:  # nothing but the Dataset is left
-        (folder / f"{role.label}.csv").unlink()
+    for index in (0, 1):  # nothing but the Dataset is left
+        (folder / f"{GEARS[index]}.csv").unlink()
     assert scene_of(kept) == scene
 
 
@@ -192,7 +191,7 @@ def test_keys_at_random_on_bodies_under_loads_of_both_flanks(name, tmp_path):
 def test_keys_at_random_with_both_tips_rounded_and_contact_off_the_line(tmp_path):
     tables = drawn("e_drive_input", 4, tmp_path)
     assert "off_line_contact" in tables["effects"]
-    assert all("tip_rounding" in tables["pair"][role] for role in ("pinion", "wheel"))
+    assert all("tip_rounding" in tables["pair"][gear] for gear in ("pinion", "wheel"))
     written_read_solved_kept(tables, tmp_path)
 
 

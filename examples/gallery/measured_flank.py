@@ -31,6 +31,6 @@ figure.colorbar(drawn, ax=flank, label="material missing [µm]")
 flank.set(xlabel="position along the face width y [mm]", ylabel="radius [mm]")
 flank.set_title("measured flank of the pinion", fontsize=10)
 for axis, (title, result) in zip(maps, results.items(), strict=True):
-    load_map(result, 0, axis, scale=1800.0)
+    load_map(result, gear=0, axes=axis, scale=1800.0)
     axis.set_title(f"{title}\nSTE {float(result['transmission_error_peak_to_peak']):.2f} µm peak to peak", fontsize=10)
 figure.savefig("measured_flank.png", dpi=80)

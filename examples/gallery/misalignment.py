@@ -23,6 +23,6 @@ cases = {
 figure, axes = plt.subplots(1, 3, figsize=(13, 3.8), layout="constrained")
 for axis, (title, effects) in zip(axes, cases.items(), strict=True):
     result = simulate(replace(scene, effects=effects))
-    load_map(result, 0, axis, scale=1200.0)
+    load_map(result, gear=0, axes=axis, scale=1200.0)
     axis.set_title(f"{title}\nSTE {float(result['transmission_error_peak_to_peak']):.2f} µm peak to peak", fontsize=10)
 figure.savefig("misalignment.png", dpi=80)

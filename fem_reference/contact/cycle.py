@@ -22,8 +22,8 @@ from gearbench.contact.phases import uniform_phases
 from gearbench.effects.base import GapEffect
 from gearbench.effects.teeth import require_bores
 from gearbench.errors import InputError
+from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.results.cycle import HARMONICS, MICROMETRES, MeshCycle, Phases, coefficients
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import USUAL, described, response
@@ -137,9 +137,9 @@ def _check(scene: Scene, loads: Sequence[float], settings: Settings | SpatialSet
     if scene.pair.overhangs != ((0.0, 0.0), (0.0, 0.0)):
         raise InputError("pair", "faces that overhang", "contact finite elements have both gears equally wide")
     require_bores(scene.pair)
-    for role, member in zip(Role, scene.pair.members, strict=True):
+    for index, member in enumerate(scene.pair.members):
         if isinstance(settings, Settings) and member.rim_thickness is not None:
-            key, allowed = f"pair.{role.label}.rim_thickness", "plane strain knows no webs: leave it out"
+            key, allowed = f"pair.{GEARS[index]}.rim_thickness", "plane strain knows no webs: leave it out"
             raise InputError(key, member.rim_thickness, allowed)
     if not loads or not all(a < b for a, b in pairwise((0.0, *loads))):
         raise InputError("torques", list(loads), "must be positive and rise")

@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 
 from fem_reference.contact.mesh import GearMesh
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
+
+#: Sets of elements of both gears, and their surfaces.
+_SURFACES = ("PINION", "WHEEL")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +34,7 @@ def deck(
     steps: Sequence[Load],
     *,
     penalty: float,
-    slaves: Mapping[int, Role],
+    slaves: Mapping[int, int],
     large_displacements: bool = False,
     thickness: float = 1.0,
 ) -> str:
@@ -47,7 +49,7 @@ def deck(
     text = ["*NODE, NSET=ALL", *_nodes(meshes), f"{q}, 0., 0., 0."]
     count = 0
     surfaces: list[str] = []
-    for name, mesh, first in zip(("PINION", "WHEEL"), meshes, start, strict=True):
+    for name, mesh, first in zip(_SURFACES, meshes, start, strict=True):
         numbers = np.arange(mesh.triangles.shape[1]) + count + 1
         text.append(f"*ELEMENT, TYPE=CPE6, ELSET={name}")
         text += _rows(np.vstack([numbers, mesh.triangles + first + 1]))
@@ -57,14 +59,14 @@ def deck(
             surfaces += [f"{numbers[t]}, S{edge + 1}" for t, edge in edges]
         count += len(numbers)
     text += [f"*NSET, NSET=ROTATION\n{q}"]
-    for name, material in zip(("PINION", "WHEEL"), pair.materials, strict=True):
+    for name, material in zip(_SURFACES, pair.materials, strict=True):
         text.append(f"*MATERIAL, NAME=OF{name}\n*ELASTIC\n{material.E}, {material.nu}")
         text.append(f"*SOLID SECTION, ELSET={name}, MATERIAL=OF{name}\n{thickness}")
     text += surfaces
     text += ["*SURFACE INTERACTION, NAME=PENALTY\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR", f"{penalty:.8g}"]
     for k, slave in slaves.items():
         text.append("*CONTACT PAIR, INTERACTION=PENALTY, TYPE=SURFACE TO SURFACE")
-        text.append(f"{slave.name}{_letter(k)}, {slave.mate.name}{_letter(k)}")
+        text.append(f"{_SURFACES[slave]}{_letter(k)}, {_SURFACES[1 - slave]}{_letter(k)}")
     text += _rotation(meshes[0], q, pair.gears[0].base_radius)
     text += ["*BOUNDARY", "WHEELBORE, 1, 2", f"{q}, 2, 3"]
     for step in steps:
@@ -103,7 +105,7 @@ def _rotation(pinion: GearMesh, q: int, base_radius: float) -> list[str]:
     return text
 
 
-def _step(step: Load, q: int, large: bool, slaves: Mapping[int, Role]) -> list[str]:
+def _step(step: Load, q: int, large: bool, slaves: Mapping[int, int]) -> list[str]:
     text = [f"*STEP, INC=100{', NLGEOM' if large else ''}", "*STATIC", "1., 1., 1e-4, 1."]
     text += ["*BOUNDARY, OP=NEW", "WHEELBORE, 1, 2", f"{q}, 2, 3"]
     if step.rotation is not None:
@@ -112,5 +114,6 @@ def _step(step: Load, q: int, large: bool, slaves: Mapping[int, Role]) -> list[s
         text += ["*CLOAD, OP=NEW", f"{q}, 1, {step.force:.10g}"]
     text += ["*NODE PRINT, NSET=ROTATION", "U, RF"]
     for k, slave in slaves.items():
-        text += [f"*CONTACT PRINT, SLAVE={slave.name}{_letter(k)}, MASTER={slave.mate.name}{_letter(k)}", "CF"]
+        own, mate = (f"{_SURFACES[gear]}{_letter(k)}" for gear in (slave, 1 - slave))
+        text += [f"*CONTACT PRINT, SLAVE={own}, MASTER={mate}", "CF"]
     return [*text, "*END STEP"]

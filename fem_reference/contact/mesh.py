@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from fem_reference.contact.placement import Placement, Touch
 from fem_reference.plane import Patch, section_mesh
 from fem_reference.section import Body, on_tooth
-from gearbench.geometry.role import Role
 
 #: Teeth on the sector, where the gear has more.
 _TEETH = 7
@@ -79,7 +78,7 @@ def half_width(placement: Placement, touch: Touch, line_load: float) -> float:
 
 
 def gear_mesh(
-    placement: Placement, role: Role, touches: Sequence[Touch], line_loads: tuple[float, float], fineness: Fineness
+    placement: Placement, index: int, touches: Sequence[Touch], line_loads: tuple[float, float], fineness: Fineness
 ) -> GearMesh:
     """Mesh of one gear, modified flanks included.
 
@@ -92,14 +91,14 @@ def gear_mesh(
         If the section cannot be meshed.
     """
     pair = placement.pair
-    gear, bore = pair.gears[role], (pair.pinion, pair.wheel)[role].bore_diameter
+    gear, bore = pair.gears[index], (pair.pinion, pair.wheel)[index].bore_diameter
     assert bore is not None, "contact_cycle asks for bores"
     teeth = _TEETH if gear.teeth >= _TEETH + 2 else gear.teeth
     body = Body(gear=gear, bore_radius=bore / 2, teeth=teeth)
-    tooth = {touch.pair: placement.tooth(role, touch.pair) for touch in touches}
+    tooth = {touch.pair: placement.tooth(index, touch.pair) for touch in touches}
     patches = []
     for touch in touches:
-        R, (a, widest) = touch.radii[role], (half_width(placement, touch, load) for load in line_loads)
+        R, (a, widest) = touch.radii[index], (half_width(placement, touch, load) for load in line_loads)
         angle = float(gear.half_angle(min(R, gear.tip_radius))) + tooth[touch.pair] * body.pitch_angle
         x, y = R * math.sin(angle), R * math.cos(angle)
         patches.append(Patch(x=x, y=y, radius=2 * widest, size=fineness.contact * a))
@@ -111,10 +110,10 @@ def gear_mesh(
         there = [boundaries[name] for part in _TOUCHING if (name := on_tooth(part, d)) in boundaries]
         facets = np.concatenate(there)
         surfaces[k] = np.array([(mesh.f2t[0, f], edges_of[int(f)]) for f in facets])
-        _modify(placement, role, k, points)
+        _modify(placement, index, k, points)
     middle = mesh.dofs.facet_dofs[0][boundaries["bore"]]
     held = np.union1d(mesh.facets[:, boundaries["bore"]].ravel(), middle)
-    return GearMesh(points=placement.placed(role, points), triangles=triangles, bore=held, surfaces=surfaces)
+    return GearMesh(points=placement.placed(index, points), triangles=triangles, bore=held, surfaces=surfaces)
 
 
 def _triangles(mesh: object) -> tuple[NDArray, dict[int, int]]:
@@ -131,15 +130,15 @@ def _triangles(mesh: object) -> tuple[NDArray, dict[int, int]]:
     return np.vstack([corners, dofs.facet_dofs[0][facets]]), {f: i for f, i in number.items() if f in boundary}
 
 
-def _modify(placement: Placement, role: Role, k: int, points: NDArray) -> None:
+def _modify(placement: Placement, index: int, k: int, points: NDArray) -> None:
     """Turn the nodes of a tooth by the material that is missing on its flank: all on the flank, none on its middle.
 
     Elements at the flank may be smaller than what is missing there: moved alone, its nodes would turn them over.
     """
-    gear, profile = placement.pair.gears[role], placement.profiles[role]
+    gear, profile = placement.pair.gears[index], placement.profiles[index]
     R, theta = np.hypot(*points), np.arctan2(*points)
     on_profile = np.clip(R, gear.form_radius, gear.tip_radius)
-    centre = 2 * math.pi / gear.teeth * placement.tooth(role, k)
+    centre = 2 * math.pi / gear.teeth * placement.tooth(index, k)
     across = (theta - centre) / gear.half_angle(on_profile)
     up = np.clip((R - gear.root_radius) / (gear.form_radius - gear.root_radius), 0.0, 1.0)
     # the right half of this tooth, and not the next one

@@ -13,7 +13,6 @@ from fem_reference.contact.profile import Profile
 from fem_reference.contact.result import PhaseResult, joined, kept
 from gearbench.effects.base import GapEffect
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 
 #: Load increment for the stiffness.
 INCREMENT = 0.02
@@ -82,7 +81,7 @@ def _alike(torques: tuple[float, ...]) -> list[tuple[float, ...]]:
 def _solve(
     pair: Pair, gaps: tuple[GapEffect, ...], phase: float, torques: tuple[float, ...], settings: Settings, start: float
 ) -> PhaseResult:
-    profiles = (Profile(pair=pair, role=Role.PINION, effects=gaps), Profile(pair=pair, role=Role.WHEEL, effects=gaps))
+    profiles = (Profile(pair=pair, gear=0, effects=gaps), Profile(pair=pair, gear=1, effects=gaps))
     rest = Placement(pair=pair, phase=phase, profiles=profiles)
     r_b, b = pair.gears[0].base_radius, pair.meshing.face_width
     forces = [1e3 * torque / r_b for torque in torques]
@@ -93,8 +92,8 @@ def _solve(
     placement = replace(rest, advance=least + start * forces[0] / b * _GUESS)
     loads = (0.5 * forces[0] / b, 0.5 * forces[-1] / b)
     meshes = (
-        gear_mesh(placement, Role.PINION, near, loads, settings.fineness),
-        gear_mesh(placement, Role.WHEEL, near, loads, settings.fineness),
+        gear_mesh(placement, 0, near, loads, settings.fineness),
+        gear_mesh(placement, 1, near, loads, settings.fineness),
     )
     steps = [Load(force=factor * force) for force in forces for factor in (1.0, 1 + INCREMENT)]
     width = math.sqrt(4 * loads[0] * pair.normal_module * 3 / (math.pi * pair.contact_modulus))
@@ -102,7 +101,7 @@ def _solve(
     pairs = [touch.pair for touch in near]
     # the gear whose tip is nearer along the path of contact
     before = {k: placement.path_position(k) < (pair.meshing.path_start + pair.meshing.path_end) / 2 for k in pairs}
-    slaves = {k: Role.WHEEL if early else Role.PINION for k, early in before.items()}
+    slaves = {k: 1 if early else 0 for k, early in before.items()}
     text = deck(
         pair,
         meshes,

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from fem_reference.contact.profile import Profile
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 
 #: Points on each profile where the separation is looked for.
 _POINTS = 4000
@@ -83,20 +82,20 @@ class Placement:
             angles.append(rho / gear.base_radius - meshing.alpha_wt - at_base)
         return angles[0], angles[1]
 
-    def tooth(self, role: Role, k: int) -> int:
+    def tooth(self, index: int, k: int) -> int:
         """Number of the tooth of pair k on a gear, counted clockwise in its frame."""
-        return (k - self.central) * (1 if role == Role.PINION else -1)
+        return (k - self.central) * (1 if index == 0 else -1)
 
-    def placed(self, role: Role, xy: NDArray) -> NDArray:
+    def placed(self, index: int, xy: NDArray) -> NDArray:
         """Points (2, n) of a gear's own frame where the gears stand."""
-        angle = self._turn(role)
+        angle = self._turn(index)
         cos, sin = math.cos(angle), math.sin(angle)
         turned = np.array([[cos, sin], [-sin, cos]]) @ xy
-        return turned if role == Role.PINION else np.array([[0.0], [self.pair.meshing.centre_distance]]) - turned
+        return turned if index == 0 else np.array([[0.0], [self.pair.meshing.centre_distance]]) - turned
 
     def touch(self, k: int) -> Touch:
         """Where pair k touches first, by search over the whole profiles, tips included."""
-        on = [self._flank(role, k) for role in Role]
+        on = [self._flank(index, k) for index in (0, 1)]
         (r1, a1), (r2, a2) = (_polar(xy) for xy in on)
         order = np.argsort(r2)
         inside = (r1 >= r2.min()) & (r1 <= r2.max())
@@ -123,31 +122,31 @@ class Placement:
         last = math.ceil((meshing.path_end - self.path_position(0)) / meshing.base_pitch)
         return [self.touch(k) for k in range(first, last + 1)]
 
-    def outline(self, role: Role, k: int) -> tuple[NDArray, NDArray]:
+    def outline(self, index: int, k: int) -> tuple[NDArray, NDArray]:
         """Radii (n,) from the middle of the fillet of pair k to its tip, and the points of the flank there (2, n)."""
-        gear = self.pair.gears[role]
+        gear = self.pair.gears[index]
         R = np.linspace((gear.root_radius + gear.form_radius) / 2, gear.tip_radius, _POINTS)
-        return R, self._on_flank(role, k, R)
+        return R, self._on_flank(index, k, R)
 
-    def in_tooth(self, role: Role, k: int, vector: NDArray) -> NDArray:
+    def in_tooth(self, index: int, k: int, vector: NDArray) -> NDArray:
         """A vector (2,) in the frame of the tooth of pair k: the tooth on +y, its loaded flank at the right."""
-        angle = self._turn(role) + 2 * math.pi * self.tooth(role, k) / self.pair.gears[role].teeth
+        angle = self._turn(index) + 2 * math.pi * self.tooth(index, k) / self.pair.gears[index].teeth
         cos, sin = math.cos(angle), math.sin(angle)
-        return np.array([[cos, -sin], [sin, cos]]) @ vector * (1 if role == Role.PINION else -1)
+        return np.array([[cos, -sin], [sin, cos]]) @ vector * (1 if index == 0 else -1)
 
-    def _flank(self, role: Role, k: int) -> NDArray:
-        gear = self.pair.gears[role]
+    def _flank(self, index: int, k: int) -> NDArray:
+        gear = self.pair.gears[index]
         # from the form circle: the fillets are not meant to touch
-        return self._on_flank(role, k, np.linspace(gear.form_radius, gear.tip_radius, _POINTS))
+        return self._on_flank(index, k, np.linspace(gear.form_radius, gear.tip_radius, _POINTS))
 
-    def _on_flank(self, role: Role, k: int, R: NDArray) -> NDArray:
-        gear, d = self.pair.gears[role], self.tooth(role, k)
-        angle = self.profiles[role].angle(R, k) + 2 * math.pi * d / gear.teeth
-        return self.placed(role, np.array([R * np.sin(angle), R * np.cos(angle)]))
+    def _on_flank(self, index: int, k: int, R: NDArray) -> NDArray:
+        gear, d = self.pair.gears[index], self.tooth(index, k)
+        angle = self.profiles[index].angle(R, k) + 2 * math.pi * d / gear.teeth
+        return self.placed(index, np.array([R * np.sin(angle), R * np.cos(angle)]))
 
-    def _turn(self, role: Role) -> float:
-        ahead = self.advance / self.pair.gears[0].base_radius if role == Role.PINION else 0.0
-        return self.rotations[role] + ahead
+    def _turn(self, index: int) -> float:
+        ahead = self.advance / self.pair.gears[0].base_radius if index == 0 else 0.0
+        return self.rotations[index] + ahead
 
 
 def _polar(xy: NDArray) -> tuple[NDArray, NDArray]:

@@ -12,7 +12,6 @@ from gearbench.effects.base import GapEffect
 from gearbench.effects.profile_relief import ProfileRelief
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 
 #: Steps of the fixed point for the roll length: each gains a factor of its slope, some hundredths.
 _STEPS = 5
@@ -24,7 +23,7 @@ class Profile:
 
     Parameters
     ----------
-    pair, role
+    pair, index
         The pair, and which gear of it.
     effects
         Effects that take material away. One that does not say from which gear is cut from the pinion.
@@ -33,7 +32,7 @@ class Profile:
     """
 
     pair: Pair
-    role: Role
+    gear: int
     effects: tuple[GapEffect, ...]
     y: float | None = None
 
@@ -42,7 +41,7 @@ class Profile:
 
         R is where the flank is: the point of the involute that was moved there lies farther out (T1 of docs/theory.md).
         """
-        gear, own = self.pair.gears[self.role], self._own()
+        gear, own = self.pair.gears[self.gear], self._own()
         if not own:
             return np.zeros(len(R))
         length = np.sqrt(np.maximum(R**2 - gear.base_radius**2, 0.0))
@@ -53,7 +52,7 @@ class Profile:
 
     def _missing_at(self, roll: NDArray, own: list[GapEffect], k: int) -> NDArray:
         """The same at roll lengths of the involute."""
-        u = roll if self.role == Role.PINION else self.pair.meshing.tangent_length - roll
+        u = self.pair.meshing.along_path(self.gear, roll)
         lines = ContactLines(
             pair=self.pair,
             mesh_phase=np.zeros(1),
@@ -66,10 +65,10 @@ class Profile:
 
     def angle(self, R: NDArray, k: int) -> NDArray:
         """Angle [rad] of the flank from the middle of its tooth: e = r_b cos β_b Δψ."""
-        gear = self.pair.gears[self.role]
+        gear = self.pair.gears[self.gear]
         return gear.half_angle(R) - self.missing(R, k) / (gear.base_radius * math.cos(gear.beta_b))
 
     def _own(self) -> list[GapEffect]:
         reliefs = [each for each in self.effects if isinstance(each, ProfileRelief)]
-        rest = [each for each in self.effects if each not in reliefs] if self.role == Role.PINION else []
-        return [*rest, *(own for each in reliefs if (own := each.on(self.role)) is not None)]
+        rest = [each for each in self.effects if each not in reliefs] if self.gear == 0 else []
+        return [*rest, *(own for each in reliefs if (own := each.on(self.gear)) is not None)]

@@ -37,7 +37,6 @@ from gearbench.effects.teeth import meshed_body
 from gearbench.errors import GearbenchError
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 
 #: How often strips are laid anew at most.
 _LAYINGS = 5
@@ -70,9 +69,9 @@ class Bodies:
     flanks: tuple[FlankCompliance, FlankCompliance]
     pair: Pair
 
-    def block(self, role: Role, d: int) -> NDArray:
+    def block(self, index: int, d: int) -> NDArray:
         """B_d of the surface itself [mm/N], between the teeth of the pairs ``d`` ahead and the loaded one."""
-        flank, material = self.flanks[role], self.pair.materials[role]
+        flank, material = self.flanks[index], self.pair.materials[index]
         own = flank.block(d)
         if d:
             return own
@@ -81,7 +80,9 @@ class Bodies:
 
 def bodies_of(pair: Pair, accuracy: float) -> Bodies:
     """Both gears, from the cache where they were computed before."""
-    found = [cached_compliance(meshed_body(pair, role, on_body=True), pair.materials[role], accuracy) for role in Role]
+    found = [
+        cached_compliance(meshed_body(pair, index, on_body=True), pair.materials[index], accuracy) for index in (0, 1)
+    ]
     return Bodies(pair=pair, flanks=(found[0], replace(found[1], driven=True)))
 
 
@@ -150,16 +151,16 @@ def strip_compliance(strips: list[Strip], bodies: Bodies, fineness: Fineness) ->
     points = [strip.points for strip in strips]
     ends = np.cumsum([0, *(each.functions for each in points)])
     total = np.zeros((ends[-1], ends[-1]))
-    for role in Role:
+    for index in (0, 1):
         moments = []
         for i, (strip, at) in enumerate(zip(strips, points, strict=True)):
             own = slice(ends[i], ends[i + 1])
-            C, P, M = _condensed(bodies, role, strip, at, fineness)
+            C, P, M = _condensed(bodies, index, strip, at, fineness)
             total[own, own] += C - M.T @ P @ M
             moments.append(M)
         for i, left in enumerate(moments):
             for j, right in enumerate(moments):
-                block = bodies.block(role, strips[i].k - strips[j].k)
+                block = bodies.block(index, strips[i].k - strips[j].k)
                 total[ends[i] : ends[i + 1], ends[j] : ends[j + 1]] += left.T @ block @ right
     return total
 
@@ -199,39 +200,39 @@ def _line_load(strip: Strip, forces: NDArray) -> LineLoad:
 
 
 def _condensed(
-    bodies: Bodies, role: Role, strip: Strip, at: Points, fineness: Fineness
+    bodies: Bodies, index: int, strip: Strip, at: Points, fineness: Fineness
 ) -> tuple[NDArray, NDArray, NDArray]:
     """Fᵀ K⁻¹ F, P and M of a strip on one gear."""
-    pair, flank = bodies.pair, bodies.flanks[role]
-    gear, b = pair.gears[role], pair.meshing.face_width
-    y = at.y if role == Role.PINION else b - at.y
-    layers = strip.layers if role == Role.PINION else b - strip.layers[::-1]
-    bounds = _bounds(gear, role, strip)
+    pair, flank = bodies.pair, bodies.flanks[index]
+    gear, b = pair.gears[index], pair.meshing.face_width
+    y = at.y if index == 0 else b - at.y
+    layers = strip.layers if index == 0 else b - strip.layers[::-1]
+    bounds = _bounds(gear, index, strip)
     near = strip.half / fineness.strip * fineness.contact
     grading = Grading(near=near, far=fineness.size * pair.normal_module, growth=fineness.growth)
     tooth = FineTooth(gear=gear, layers=layers, strip=bounds, grading=grading)
     force = sp.csr_matrix(at.hats.multiply(at.weight[:, None]))
-    load = tooth.load(at.radii[role], y, tooth.normals(at.normals[role], y), force)
+    load = tooth.load(at.radii[index], y, tooth.normals(at.normals[index], y), force)
     smooth = _polynomial_load(tooth, flank.order)
-    whole = tooth.compliance(pair.materials[role], sp.csr_matrix(sp.hstack([load, smooth])))
+    whole = tooth.compliance(pair.materials[index], sp.csr_matrix(sp.hstack([load, smooth])))
     m = at.functions
-    moments = flank_polynomials(gear, flank.order, at.radii[role], y).T @ force
+    moments = flank_polynomials(gear, flank.order, at.radii[index], y).T @ force
     return whole[:m, :m], whole[m:, m:], np.asarray(moments)
 
 
-def _bounds(gear: Gear, role: Role, strip: Strip) -> NDArray:
+def _bounds(gear: Gear, index: int, strip: Strip) -> NDArray:
     """Radii between which the strip lies on a gear at the ends of its layers, along its own face, (2, layer + 1)."""
     near = np.flatnonzero(strip.near)
     found = []
     for i in near:
         section = strip.stations[i]
-        ends = [float(section.radius(role, np.array(x))) for x in section.window(strip.half)]
+        ends = [float(section.radius(index, np.array(x))) for x in section.window(strip.half)]
         found.append([min(ends), max(ends)])
     # where the flanks stay apart: as in the nearest section where they do not
-    index = np.arange(len(strip.layers))
-    bounds = np.stack([np.interp(index, near, each) for each in np.array(found).T])
+    layers = np.arange(len(strip.layers))
+    bounds = np.stack([np.interp(layers, near, each) for each in np.array(found).T])
     bounds = np.clip(bounds, gear.root_radius, gear.tip_radius)
-    return bounds if role == Role.PINION else bounds[:, ::-1]
+    return bounds if index == 0 else bounds[:, ::-1]
 
 
 def _polynomial_load(tooth: FineTooth, order: tuple[int, int]) -> sp.csr_matrix:

@@ -19,7 +19,6 @@ from fem_reference.contact.placement import Placement
 from fem_reference.contact.profile import Profile
 from gearbench.effects.base import GapEffect
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 
 #: Gauss points of a cell in x and in y.
 _POINTS = 3
@@ -67,45 +66,45 @@ class Slice:
         first, second = (np.interp(x, *pair) for pair in zip(self.x, self.height, strict=True))
         return self.gap * self.lever + first + second
 
-    def radius(self, role: Role, x: NDArray) -> NDArray:
+    def radius(self, index: int, x: NDArray) -> NDArray:
         """Radius on a gear at x [mm]."""
-        return np.interp(x, self.x[role], self.R[role])
+        return np.interp(x, self.x[index], self.R[index])
 
 
 def slice_at(pair: Pair, effects: tuple[GapEffect, ...], phase: float, k: int, y: float) -> Slice:
     """Section at y [mm] of tooth pair k at a mesh phase."""
     meshing = pair.meshing
     profiles = (
-        Profile(pair=pair, role=Role.PINION, effects=effects, y=y),
-        Profile(pair=pair, role=Role.WHEEL, effects=effects, y=y),
+        Profile(pair=pair, gear=0, effects=effects, y=y),
+        Profile(pair=pair, gear=1, effects=effects, y=y),
     )
     turned = phase + y * math.tan(meshing.beta_b) / meshing.base_pitch
     rest = Placement(pair=pair, phase=turned, profiles=profiles)
     touch = rest.touch(k)
     # the pinion turned until the flanks just touch
     met = replace(rest, advance=touch.gap if math.isfinite(touch.gap) else 0.0)
-    outlines = [met.outline(role, k) for role in Role]
+    outlines = [met.outline(index, k) for index in (0, 1)]
     at = [int(np.argmin(np.abs(R - radius))) for (R, _), radius in zip(outlines, touch.radii, strict=True)]
     # of the flank that is not at its edge
-    smooth = Role.WHEEL if at[0] >= len(outlines[0][0]) - 2 else Role.PINION
+    smooth = 1 if at[0] >= len(outlines[0][0]) - 2 else 0
     xy, i = outlines[smooth][1], min(max(at[smooth], 1), len(outlines[smooth][0]) - 2)
-    tangent = (xy[:, i + 1] - xy[:, i - 1]) * (1 if smooth == Role.PINION else -1)
+    tangent = (xy[:, i + 1] - xy[:, i - 1]) * (1 if smooth == 0 else -1)
     tangent /= np.hypot(*tangent)
     normal = np.array([tangent[1], -tangent[0]])  # out of the pinion
     R, xy = outlines[0]
     origin = np.array([np.interp(touch.radii[0], R, xy[0]), np.interp(touch.radii[0], R, xy[1])])
     x, height, radii = [], [], []
-    for role, (R, xy) in zip(Role, outlines, strict=True):
+    for index, (R, xy) in enumerate(outlines):
         away = xy - origin[:, None]
-        order = slice(None) if role == Role.PINION else slice(None, None, -1)
+        order = slice(None) if index == 0 else slice(None, None, -1)
         x.append((tangent @ away)[order])
-        height.append((normal @ away * (-1 if role == Role.PINION else 1))[order])
+        height.append((normal @ away * (-1 if index == 0 else 1))[order])
         radii.append(R[order])
     return Slice(
         gap=touch.gap,
         lever=float(abs(origin[0] * normal[1] - origin[1] * normal[0])) / pair.gears[0].base_radius,
         radii=touch.radii,
-        normals=np.stack([met.in_tooth(Role.PINION, k, -normal), met.in_tooth(Role.WHEEL, k, normal)]),
+        normals=np.stack([met.in_tooth(0, k, -normal), met.in_tooth(1, k, normal)]),
         x=(x[0], x[1]),
         height=(height[0], height[1]),
         R=(radii[0], radii[1]),
@@ -235,7 +234,7 @@ class Strip:
             x=np.concatenate([*x, []]),
             y=np.array([*y, 0.0])[which],
             weight=np.concatenate([*weight, []]),
-            radii=np.stack([np.concatenate([*(s.radius(role, at) for s, at in pairs), []]) for role in Role]),
+            radii=np.stack([np.concatenate([*(s.radius(index, at) for s, at in pairs), []]) for index in (0, 1)]),
             normals=np.stack([s.normals for s in sections], axis=1)[:, which] if found else np.zeros((2, 0, 2)),
             lever=np.array([*(s.lever for s in sections), 0.0])[which],
             gap=np.concatenate([*(s.separation(at) for s, at in pairs), []]),

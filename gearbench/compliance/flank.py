@@ -18,7 +18,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from gearbench.compliance.local import flank_functions
 from gearbench.geometry.gear import Gear
-from gearbench.geometry.role import Role
 from gearbench.threads import lazy
 
 if TYPE_CHECKING:
@@ -238,7 +237,7 @@ def _positive_root(matrix: NDArray, tolerance: float) -> NDArray:
 
 def flank_factor(flanks: Sequence[FlankCompliance], lines: ContactLines) -> NDArray:
     """Ψ of the flanks of pinion and wheel side by side, each by itself, (position, pair, segment, rank) [√(mm/N)]."""
-    both = [_times(_on_lines(flanks[role], lines, role), flanks[role].root(1, NEGLIGIBLE)[0]) for role in Role]
+    both = [_times(_on_lines(flanks[index], lines, index), flanks[index].root(1, NEGLIGIBLE)[0]) for index in (0, 1)]
     factor = np.zeros((*lines.shape, sum(values.shape[2] for values in both)))
     column = 0
     for values in both:
@@ -262,7 +261,7 @@ def flank_matrix(flanks: Sequence[FlankCompliance], lines: ContactLines) -> NDAr
 def _fill(H: NDArray, flanks: Sequence[FlankCompliance], lines: ContactLines) -> None:
     """``flank_matrix`` of a few positions, into zeros."""
     positions, pairs, _ = lines.shape
-    both_gears = [_felt(flanks[role], lines, role) for role in Role]
+    both_gears = [_felt(flanks[index], lines, index) for index in (0, 1)]
     number = np.cumsum(lines.active.T.ravel()).reshape(pairs, positions) - 1
     for i in range(pairs):
         for j in range(i + 1):
@@ -279,12 +278,12 @@ def _fill(H: NDArray, flanks: Sequence[FlankCompliance], lines: ContactLines) ->
                 H[both, j, :, i] = np.swapaxes(block, 1, 2)
 
 
-def _felt(flank: FlankCompliance, lines: ContactLines, role: Role) -> tuple[NDArray, NDArray, NDArray]:
+def _felt(flank: FlankCompliance, lines: ContactLines, index: int) -> tuple[NDArray, NDArray, NDArray]:
     """Directions X (line, segment, k) felt through other teeth on the lines, and C (pair, k, pair, k) between them.
 
     And Ψ (line, segment, rank) of the same tooth.
     """
-    shapes, pairs = _on_lines(flank, lines, role), lines.shape[1]
+    shapes, pairs = _on_lines(flank, lines, index), lines.shape[1]
     tolerance = NEGLIGIBLE if flank.own is None else NEGLIGIBLE_SHARED
     basis, matrix = flank.between(pairs, tolerance)
     X = _times(shapes, basis)
@@ -305,11 +304,11 @@ def _run(rows: NDArray) -> slice | NDArray:
     return slice(rows[0], rows[-1] + 1) if rows[-1] - rows[0] == rows.size - 1 else rows
 
 
-def _on_lines(flank: FlankCompliance, lines: ContactLines, role: Role) -> NDArray:
+def _on_lines(flank: FlankCompliance, lines: ContactLines, index: int) -> NDArray:
     """Flank polynomials of a gear on the lines that exist, (line, segment, p·q).
 
     Lines of a pair follow one another.
     """
     there = lines.active.T
-    height = lines.radii[role].swapaxes(0, 1)[there] - flank.gear.root_radius
-    return flank.shapes(height, lines.own_y(role).swapaxes(0, 1)[there])
+    height = lines.radii[index].swapaxes(0, 1)[there] - flank.gear.root_radius
+    return flank.shapes(height, lines.own_y(index).swapaxes(0, 1)[there])

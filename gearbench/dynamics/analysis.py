@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gearbench.dynamics import waves
-from gearbench.dynamics.balance import solve
 from gearbench.dynamics.model import Group, Model
 from gearbench.dynamics.size import bearings, require_each, speed_memory
 from gearbench.dynamics.stability import is_proven, multipliers
+from gearbench.dynamics.steady import MOST as MOST_COMBINATIONS
+from gearbench.dynamics.steady import SETTLED, steady
 from gearbench.errors import InputError
 from gearbench.hunting import unlike
 from gearbench.results.origin import keeping
@@ -33,10 +34,12 @@ _LOG = logging.getLogger(__name__)
 HARMONICS, MOST = 10, 200
 #: Multipliers beyond 1 by this much are rounding.
 GROWTH = 1e-6
+#: Why there is none.
+GROWS = "parametric instability: no steady linear response"
 #: Modes with a smaller share in the compliance at the meshes are not looked for in the notes.
 NOTED = 0.02
 
-Variables = dict[str, tuple[tuple[str, ...], NDArray]]
+Variables = dict[str, tuple[tuple[str, ...], Any]]
 
 
 @single_threaded_blas()
@@ -70,7 +73,8 @@ def response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS) -> x
     speeds = check_speeds(speed)
     check_harmonics(harmonics)
     model = Model(scene=scene)
-    each = speed_memory(harmonics, len(model.names), bearings(scene))
+    most = harmonics + (MOST_COMBINATIONS if len(model.groups) > 1 else 0)
+    each = speed_memory(most, len(model.names), bearings(scene))
     require_each(each, len(speeds), "speed", f"{harmonics} orders")
     variables = over_speed(model, speeds, harmonics)
     variables |= modal_variables(model, speeds, harmonics)
@@ -102,46 +106,57 @@ def check_harmonics(harmonics: int) -> None:
 
 def over_speed(model: Model, speeds: NDArray, harmonics: int) -> Variables:
     """Variables of the Dataset that depend on speed."""
-    meshes, bearings = len(model.names), len(model.mechanics.bearing_names)
-    te, stability = np.zeros((len(speeds), meshes, harmonics), complex), np.full((len(speeds), meshes), np.nan)
-    # by the mesh that excites, the first of those of its frequency
-    force = np.zeros((len(speeds), meshes, meshes, harmonics), complex)
-    shaken = np.zeros((len(speeds), meshes, bearings, 3, harmonics), complex)
+    rows, found = np.arange(len(model.stiffness)), steady(model, speeds, harmonics)
+    index, push = found.index[1:], np.moveaxis(found.push, 1, 2)[:, 1:]
+    te, motion, shaken = model.modes.everywhere(found.omega[:, 1:], push, rows)
+    force = (push + motion @ model.stiffness.T)[..., :: len(rows) // len(model.names)]
+    stability = np.full((len(speeds), len(model.names)), np.nan)
     for group in model.groups:
-        mine, first = group.meshes, group.meshes[0]
-        own_te, force[:, first], shaken[:, first] = group_response(model, group, speeds, harmonics)
-        te[:, mine] = own_te[:, mine]
-        stability[:, mine] = growth(model, group, speeds, harmonics)[:, None]
+        stability[:, group.meshes] = growth(model, group, speeds, harmonics)[:, None]
     # where it grows there is no steady response to speak of
-    grows = stability > 1 + GROWTH
-    te[grows], shaken[grows] = np.nan, np.nan
-    force[grows.any(axis=1)] = np.nan
-    source = model.source
-    own = force[:, source, np.arange(meshes)]
-    # fluctuations of unlike frequencies add up as if their extremes met, which in time they nearly do
-    over_time = waves.curve(waves.with_mean(force), waves.points(harmonics))
-    highest, lowest = over_time.max(axis=-1).sum(axis=1), over_time.min(axis=-1).sum(axis=1)
-    mean, dims = model.force, ("speed", "mesh", "harmonic")
+    grows = (stability > 1 + GROWTH).any(axis=1)
+    te[grows], force[grows], shaken[grows] = np.nan, np.nan, np.nan
+    te, force, shaken = (np.moveaxis(values, 1, -1) for values in (te, force, shaken))
+    mean, many = model.force, waves.points(harmonics)
+    peak, least = (sign * waves.highest(sign * force, index, many) for sign in (1, -1))
+    own, dims = _of_own_frequency(model, harmonics), ("speed", "mesh", "harmonic")
+    alone = np.arange(len(model.names))[:, None]
+    te_own, force_own = te[:, alone, own], force[:, alone, own]
     variables: Variables = {
-        "dynamic_transmission_error_amplitude": (dims, 2e3 * np.abs(te)),
-        "dynamic_transmission_error_phase": (dims, np.angle(te)),
+        "dynamic_transmission_error_amplitude": (dims, 2e3 * np.abs(te_own)),
+        "dynamic_transmission_error_phase": (dims, np.angle(te_own)),
         "dynamic_transmission_error_rms": (dims[:2], 1e3 * waves.rms(waves.with_mean(te))),
-        "mesh_force_amplitude": (dims, 2 * np.abs(own)),
-        "mesh_force_phase": (dims, np.angle(own)),
-        "mesh_force_rms": (dims[:2], np.sqrt((waves.rms(waves.with_mean(force)) ** 2).sum(axis=1))),
+        "mesh_force_amplitude": (dims, 2 * np.abs(force_own)),
+        "mesh_force_phase": (dims, np.angle(force_own)),
+        "mesh_force_rms": (dims[:2], waves.rms(waves.with_mean(force))),
         "mean_force": (("mesh",), mean),
-        "dynamic_factor": (dims[:2], 1 + highest / mean),
-        "contact_kept": (dims[:2], ~(mean + lowest <= 0)),
+        "dynamic_factor": (dims[:2], 1 + peak / mean),
+        "contact_kept": (dims[:2], ~(mean + least <= 0)),
         "floquet_multiplier": (dims[:2], stability),
     }
     if len(model.groups) > 1:
-        by_source = ("speed", "source", "mesh", "harmonic")
-        variables["mesh_force_by_source_amplitude"] = (by_source, 2 * np.abs(force))
-    if bearings:
+        single = len(model.groups) * harmonics
+        of = [model.names[group.meshes[0]] for group in model.groups]
+        by_source = np.where(model.is_source[:, None, None], np.moveaxis(force[..., own], 2, 1), 0.0)
+        variables |= {
+            "mesh_force_by_source_amplitude": (("speed", "source", "mesh", "harmonic"), 2 * np.abs(by_source)),
+            "mesh_force_combination_amplitude": (("speed", "mesh", "combination"), 2 * np.abs(force[..., single:])),
+            "combination": (("combination",), [_combination(of, each) for each in index[single:]]),
+            "combination_residual": (("speed",), found.residual),
+            "combination_frequency": (("speed", "combination"), np.abs(found.omega[:, 1 + single :]) / (2 * np.pi)),
+        }
+    if model.mechanics.bearing_names:
         dims = ("speed", "mesh", "bearing", "direction", "harmonic")
-        variables["bearing_force_amplitude"] = (dims, 2 * np.abs(shaken))
-        variables["bearing_force_phase"] = (dims, np.angle(shaken))
+        by_source = np.where(model.is_source[:, None, None, None], np.moveaxis(shaken[..., own], 3, 1), 0.0)
+        variables["bearing_force_amplitude"] = (dims, 2 * np.abs(by_source))
+        variables["bearing_force_phase"] = (dims, np.angle(by_source))
     return variables
+
+
+def _combination(names: Sequence[str], index: NDArray) -> str:
+    """A combination in words: "2 × pair − 1 × second"."""
+    (a, b), (n, m) = (names[int(g)] for g in np.flatnonzero(index)), index[index != 0]
+    return f"{n} × {a} {'+' if m > 0 else '−'} {abs(m)} × {b}"
 
 
 def growth(model: Model, group: Group, speeds: NDArray, harmonics: int) -> NDArray:
@@ -154,24 +169,12 @@ def growth(model: Model, group: Group, speeds: NDArray, harmonics: int) -> NDArr
     return multipliers(model.modes, rows, model.omega(group, speeds), stiffness[None])
 
 
-def group_response(model: Model, group: Group, speeds: NDArray, harmonics: int) -> tuple[NDArray, NDArray, NDArray]:
-    """Orders 1 … H of what a group of meshes excites everywhere.
-
-    Transmission errors (speed, mesh, harmonic) [mm], forces of all meshes (speed, mesh, harmonic) and on the bearings
-    (speed, bearing, 3, harmonic) [N].
-    """
-    rows = model.rows_of(group.meshes)
-    inside = model.stiffness[np.ix_(rows, rows)]
-    excitation, h = model.excitation(group, harmonics), model.receptances(group, speeds, harmonics)
-    x, f = solve(excitation, h, inside)
-    # the springs K̄ are in the modes already
-    push = (f - inside @ x)[..., 1:]
-    omega = model.omega(group, speeds)[:, None] * np.arange(1, harmonics + 1)
-    te, motion, bearing = (np.einsum("snir,srn->sin", reach, push) for reach in model.modes.everywhere(omega, rows))
-    forces = -model.stiffness @ motion
-    forces[:, rows] = f[..., 1:]
-    each = len(forces[0]) // len(model.names)
-    return -te, forces[:, ::each], bearing.reshape(len(speeds), -1, 3, harmonics)
+def _of_own_frequency(model: Model, harmonics: int) -> NDArray:
+    """Where the orders of each mesh's own frequency stand among all but order zero, (mesh, harmonic)."""
+    group = np.empty(len(model.names), dtype=int)
+    for number, each in enumerate(model.groups):
+        group[each.meshes] = number
+    return harmonics * group[:, None] + np.arange(harmonics)
 
 
 def modal_variables(model: Model, speeds: NDArray, harmonics: int) -> Variables:
@@ -197,11 +200,13 @@ def notes(model: Model, speeds: NDArray, harmonics: int, variables: Variables) -
     if unlike(model.scene):
         lines.append("teeth differ from one another: one mesh cycle stands for all, side bands need a revolution")
     if len(model.groups) > 1:
-        lines.append("meshes of unlike frequencies: peaks of the force are those of all frequencies added up")
+        lines.append("meshes of unlike frequencies: peaks of the force are those of all phases they can meet in")
+        if (left := variables["combination_residual"][1] > SETTLED).any():
+            lines.append(f"meshes of unlike frequencies: no balance was found at {spans(speeds, left)} 1/min")
     kept, growth = variables["contact_kept"][1], variables["floquet_multiplier"][1]
     for mesh, name in enumerate(model.names):
         for where, text in (
-            (growth[:, mesh] > 1 + GROWTH, "parametric instability: no steady linear response"),
+            (growth[:, mesh] > 1 + GROWTH, GROWS),
             (~kept[:, mesh], "flanks part: the linear response is no longer theirs, see nonlinear"),
         ):
             if where.any():
@@ -253,4 +258,6 @@ def _dataset(
     attrs = provenance(model.scene, wall_time=time.perf_counter() - start) | {"notes": "\n".join(lines)}
     for line in lines:
         _LOG.info("%s", line)
-    return keeping(xr.Dataset(described(variables), coords=described(coords), attrs=attrs), model.scene)
+    proven = {name: variables.pop(name) for name in ("floquet_multiplier",)}
+    found = described(variables, GROWS) | described(proven, "stability is proven without it, at any speed")
+    return keeping(xr.Dataset(found, coords=described(coords), attrs=attrs), model.scene)

@@ -33,17 +33,27 @@ class Excitation:
     force: NDArray
 
 
-def convolution(stiffness: NDArray) -> NDArray:
-    """Real matrix (…, 2H+1, 2H+1) of the product with a function of orders k̂ (…, 2H+1), cut at order H (D6)."""
-    H = (stiffness.shape[-1] - 1) // 2
-    n, m = np.arange(H + 1)[:, None], np.arange(1, H + 1)
-    # k̂_{n−m} for negative orders is the conjugate
-    lower = np.where(n >= m, stiffness[..., np.abs(n - m)], np.conj(stiffness[..., np.abs(n - m)]))
-    upper = stiffness[..., n + m]
-    K = np.empty((*stiffness.shape[:-1], H + 1, 2 * H + 1), dtype=complex)
-    K[..., 0] = stiffness[..., : H + 1]
-    K[..., 1::2], K[..., 2::2] = lower + upper, 1j * (lower - upper)
+def convolution(stiffness: NDArray, index: NDArray | None = None, along: int = 0) -> NDArray:
+    """Real matrix (…, 2S−1, 2S−1) of the product with a function of orders k̂ (…, 2H+1), cut at the S orders kept (D6).
+
+    Orders are 0 … H, or where several frequencies meet, ``index`` (S, frequency), multiples of each: the first is zero,
+    of the others either one or its negative is listed; k̂ has the frequency number ``along``.
+    """
+    at = np.arange((stiffness.shape[-1] + 1) // 2)[:, None] if index is None else index
+    lower, upper = (_between(stiffness, at[:, None] + sign * at, along) for sign in (-1, 1))
+    K = np.empty((*lower.shape[:-1], 2 * len(at) - 1), dtype=complex)
+    K[..., 0] = lower[..., 0]
+    K[..., 1::2], K[..., 2::2] = (lower + upper)[..., 1:], 1j * (lower - upper)[..., 1:]
     return _real_rows(K, axis=-2)
+
+
+def _between(stiffness: NDArray, difference: NDArray, along: int) -> NDArray:
+    """k̂ (…, S, S) that leads from order to order, by their ``difference`` (S, S, frequency)."""
+    n, last = difference[..., along], stiffness.shape[-1] - 1
+    values = stiffness[..., np.minimum(np.abs(n), last)]
+    reached = (np.abs(n) <= last) & (np.delete(difference, along, axis=-1) == 0).all(axis=-1)
+    # k̂ of negative orders is the conjugate
+    return np.where(reached, np.where(n >= 0, values, np.conj(values)), 0.0)
 
 
 def _real_rows(values: NDArray, axis: int = -1) -> NDArray:

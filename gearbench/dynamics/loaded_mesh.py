@@ -17,7 +17,7 @@ from gearbench.effects.base import Effect
 from gearbench.effects.shafts import mesh_spread
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.train import PAIR
+from gearbench.geometry.names import PAIR
 from gearbench.results.cycle import MICROMETRES, MeshCycle, Phases, fourier_matrix
 from gearbench.results.solved import Solved
 from gearbench.scene import Scene

@@ -119,12 +119,9 @@ class Model:
         return (each * np.asarray(meshes)[:, None] + np.arange(each)).ravel()
 
     @cached_property
-    def source(self) -> NDArray:
-        """The first mesh of the same frequency, of each mesh (mesh,)."""
-        first = np.empty(len(self.names), dtype=int)
-        for group in self.groups:
-            first[group.meshes] = group.meshes[0]
-        return first
+    def is_source(self) -> NDArray:
+        """Whether a mesh is the first of its frequency (mesh,)."""
+        return np.isin(np.arange(len(self.names)), [group.meshes[0] for group in self.groups])
 
     def excitation(self, group: Group, harmonics: int) -> Excitation:
         """What excites the meshes of a group, each at its phase: ŷ_n e^{2πinφ}."""

@@ -81,15 +81,26 @@ class Modes:
         """ĥ_c: motion in each of the ``rows`` of meshes, its sign turned, per force in each, (…, row, row) [mm/N]."""
         return self._between(self.mesh[rows], self.mesh[rows], omega)
 
-    def everywhere(self, omega: NDArray, rows: NDArray) -> tuple[NDArray, NDArray, NDArray]:
-        """Transmission errors and motions of all meshes, their signs turned, and forces on the bearings.
+    def everywhere(self, omega: NDArray, push: NDArray, rows: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+        """Transmission errors (…, mesh), motions of all meshes (…, row) and forces on the bearings (…, bearing, 3).
 
-        (…, mesh, row), (…, all rows, row) and (…, bearing·3, row) per force in each of the ``rows`` of meshes.
+        They answer forces ``push`` (…, row) in the ``rows`` of meshes at the frequencies ``omega`` (…,).
         """
-        bearing = self.bearing.reshape(-1, len(self.frequency))
-        found = self._between(np.concatenate([self.spin, self.mesh, bearing]), self.mesh[rows], omega)
-        spin, mesh, bearing = np.split(found, np.cumsum([len(self.spin), len(self.mesh)]), axis=-2)
-        return spin, mesh, bearing
+        out = np.concatenate([-self.spin, -self.mesh, self.bearing.reshape(-1, len(self.frequency))]).T
+        w, forces = omega.ravel(), push.reshape(-1, len(rows))
+        found = np.empty((len(w), out.shape[1]), dtype=complex)
+        for here in in_blocks(len(w), len(self.frequency)):
+            real, imaginary = self._dynamic(w[here])
+            g, load = real + 1j * imaginary, forces[here] @ self.mesh[rows]
+            dampers, constants = self.dampers
+            if len(constants):
+                damping = (1j * w[here, None] * constants)[..., None]
+                joined = np.eye(len(constants)) + damping * _summed(dampers, (real, imaginary), dampers)
+                load = load - np.linalg.solve(joined, damping * ((g * load) @ dampers.T)[..., None])[..., 0] @ dampers
+            q = g * load
+            found[here] = q.real @ out + 1j * (q.imag @ out)
+        te, motion, bearing = np.split(found.reshape(*omega.shape, -1), np.cumsum([len(self.spin), len(self.mesh)]), -1)
+        return te, motion, bearing.reshape(*omega.shape, -1, 3)
 
     @property
     def participation(self) -> NDArray:

@@ -173,19 +173,17 @@ def _over_speed(
     mesh, order = group.meshes[0], np.arange(1, len(excitation.error)) / excitation.cycles
     mean, force = float(model.stiffness[mesh, mesh]), float(model.force[mesh])
     bearings = len(model.mechanics.bearing_names) if excitation.cycles <= _LONG else 0
-    require_each(speed_memory(len(order), 1, bearings, motions=1), len(speeds), "speed", f"{len(order)} orders")
+    require_each(speed_memory(len(order), 1, bearings), len(speeds), "speed", f"{len(order)} orders")
     te, forces = (np.zeros((len(speeds), len(order) + 1), dtype=complex) for _ in range(2))
     shaken = np.empty((len(speeds), bearings, 3, len(order)), dtype=complex)
     for k, omega in enumerate(model.omega(group, speeds)):
         h = model.modes.at_meshes(omega * np.append(0.0, order), group.meshes)[:, 0, 0]
         x, forces[k] = side_bands(excitation, h, mean, force)
-        spin, _, bearing = (
-            reach[..., 0].T * (forces[k] - mean * x)[1:]
-            for reach in model.modes.everywhere(omega * order, group.meshes)
-        )
-        te[k, 1:] = -spin[mesh]
+        push = (forces[k] - mean * x)[1:, None]
+        spins, _, bearing = model.modes.everywhere(omega * order, push, group.meshes)
+        te[k, 1:] = spins[:, mesh]
         if bearings:
-            shaken[k] = bearing.reshape(bearings, 3, -1)
+            shaken[k] = np.moveaxis(bearing, 0, -1)
     over_time = waves.curve(forces, excitation.cycles * waves.points(excitation.harmonics))
     dims = ("speed", "mesh")
     variables = {

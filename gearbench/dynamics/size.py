@@ -10,8 +10,8 @@ from gearbench.scene import Scene
 #: Numbers of an array that is made in one go.
 BLOCK = 200_000
 #: Numbers that are kept at the same time, at most, for each mesh, speed and order: curves over time; or the variables,
-#: and those of each bearing and motion of the mesh. Measured, with a tenth in reserve.
-OF_CURVES, OF_VARIABLES, OF_BEARING = 42.0, 42.0, 12.0
+#: and those of each bearing. Measured, with a tenth in reserve.
+OF_CURVES, OF_VARIABLES, OF_BEARING = 48.0, 42.0, 7.0
 #: The same for each speed and step of the period with loss of contact, its two sweeps together.
 OF_STEP = 37.0
 #: And of scattered samples, for each order and for each speed of a block.
@@ -30,9 +30,9 @@ def bearings(scene: Scene) -> int:
     return 0 if scene.system is None else sum(len(shaft.bearings) for shaft in scene.system.shafts)
 
 
-def speed_memory(orders: int, meshes: int, bearings: int, motions: int = 3) -> float:
-    """Memory [bytes] that a speed takes in a linear response of so many orders, and motions of each mesh."""
-    return _NUMBER * meshes * (orders + 1) * max(OF_CURVES, OF_VARIABLES + OF_BEARING * motions * bearings)
+def speed_memory(orders: int, meshes: int, bearings: int) -> float:
+    """Memory [bytes] that a speed takes in a linear response of so many orders."""
+    return _NUMBER * meshes * (orders + 1) * max(OF_CURVES, OF_VARIABLES + OF_BEARING * bearings)
 
 
 def nonlinear_memory(steps: int) -> float:

@@ -36,3 +36,35 @@ def amplitude(orders: NDArray) -> NDArray:
 def phase(orders: NDArray) -> NDArray:
     """Phases (…, H) [rad] of orders 1 … H: y = Σ amplitude · cos(nωt + phase)."""
     return np.angle(orders[..., 1:])
+
+
+def highest(orders: NDArray, index: NDArray, points: int) -> NDArray:
+    """Largest value (…,) of Σ ŷ_s e^{i s·φ} over all phases φ of frequencies that have no common period.
+
+    Frequency by frequency to the highest point, from where the highest points of each by itself meet: what two make
+    together is small beside these.
+
+    Parameters
+    ----------
+    orders
+        ŷ_s without the mean (…, order), those of a negative s left out.
+    index
+        s, multiples of the frequencies (order, frequency).
+    points
+        Points of a period.
+    """
+    *shape, frequencies = *orders.shape[:-1], index.shape[1]
+    phase = np.zeros((*shape, frequencies))
+    alone = np.count_nonzero(index, axis=1) == 1
+    for first in (True, False) if frequencies > 1 else (True,):
+        for along in range(frequencies):
+            here = np.flatnonzero((index[:, along] != 0) & (alone | (not first)))
+            n, others = index[here, along], np.delete(index[here], along, axis=1)
+            turned = orders[..., here] * np.exp(1j * np.delete(phase, along, axis=-1) @ others.T)
+            turned = np.where(n > 0, turned, np.conj(turned))
+            own = np.zeros((*shape, np.abs(n).max(initial=0) + 1), dtype=complex)
+            for k, order in enumerate(np.abs(n)):
+                own[..., order] += turned[..., k]
+            at = curve(own, points).argmax(axis=-1)
+            phase[..., along] = 2 * np.pi * at / points
+    return 2 * np.real(orders * np.exp(1j * (phase @ index.T))).sum(axis=-1)

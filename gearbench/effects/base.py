@@ -18,7 +18,6 @@ from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.profile import Modification
-from gearbench.geometry.role import Role
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -175,7 +174,7 @@ class ToothCompliance(ComplianceEffect):
     """An effect that adds smooth compliance to a tooth: a deflection that spreads over the whole flank."""
 
     @abstractmethod
-    def tooth_factor(self, pair: Pair, role: Role, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
+    def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
         """Ψ (…, rank) [√(mm/N)] of a tooth of one of the gears by itself.
 
         A unit normal force at point b of its flank deflects point a by Ψ(a)·Ψ(b); ``height`` above the root circle,
@@ -185,7 +184,7 @@ class ToothCompliance(ComplianceEffect):
     def both_teeth(self, lines: ContactLines, beside: Effects) -> LowRank:
         """Factor of the teeth of pinion and wheel side by side, each by itself, (position, pair, segment, rank)."""
         heights = [radius - gear.root_radius for gear, radius in zip(lines.pair.gears, lines.radii, strict=True)]
-        parts = [self.tooth_factor(lines.pair, role, heights[role], lines.own_y(role), beside) for role in Role]
+        parts = [self.tooth_factor(lines.pair, index, heights[index], lines.own_y(index), beside) for index in (0, 1)]
         return LowRank(factor=np.concatenate(parts, axis=-1))
 
 

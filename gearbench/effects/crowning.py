@@ -11,7 +11,6 @@ from pydantic.dataclasses import dataclass
 from gearbench.effects.over_face import OverFace
 from gearbench.effects.shape import Amount, Ramp, Shape, one_or_each
 from gearbench.errors import InputError
-from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 Highest = Annotated[float, Field(ge=0.0, le=20000.0)]
@@ -40,16 +39,16 @@ class OneCrowning:
         if self.highest is not None and self.highest > b:
             raise InputError("highest", self.highest, f"must be at most the face width, {b:.4g} mm")
 
-    def shapes(self, role: Role | None, b: float) -> list[Shape]:
+    def shapes(self, index: int | None, b: float) -> list[Shape]:
         """One parabola over a face of the width b [mm], or half parabolas on both sides of the highest point."""
         first = self.amount if self.amount_at_0 is None else self.amount_at_0
         top = b / 2 if self.highest is None else self.highest
         whole = Ramp(along="face", start=top, length=top or b, power=2)
         if first == self.amount and top == b / 2:
-            return [Shape(role=role, amount=self.amount, factors=(whole,))]
+            return [Shape(gear=index, amount=self.amount, factors=(whole,))]
         sides = ((first, -top), (self.amount, b - top))
         return [
-            Shape(role=role, amount=x, factors=(replace(whole, length=length, one_sided=True, kinked=False),))
+            Shape(gear=index, amount=x, factors=(replace(whole, length=length, one_sided=True, kinked=False),))
             for x, length in sides
             if length  # a side without width has no point on it
         ]

@@ -12,10 +12,9 @@ import numpy as np
 from pydantic import Field
 from pydantic.dataclasses import dataclass
 
-from gearbench.effects.shape import Amount, Points, Ramp, Shape, ShapeEffect
+from gearbench.effects.shape import Amount, Points, Ramp, Shape, ShapeEffect, each_gear
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 Coordinates = Annotated[tuple[Annotated[float, Field(ge=-20000.0, le=20000.0)], ...], Field(max_length=10000)]
@@ -58,14 +57,14 @@ class FlankCurve:
         if not np.all(np.diff(at) > 0):
             raise InputError("at", list(at), "must increase")
 
-    def shapes(self, role: Role, extent: Ramp) -> Iterator[Shape]:
+    def shapes(self, index: int, extent: Ramp) -> Iterator[Shape]:
         """Shapes on a gear, whose polynomials are of t over an ``extent``."""
         if self.at is not None and self.deviation is not None:
             along = "face" if extent.along == "face" else "roll"
-            yield Shape(role=role, factors=(Points(along=along, at=self.at, values=self.deviation),))
+            yield Shape(gear=index, factors=(Points(along=along, at=self.at, values=self.deviation),))
         for power, c in enumerate(self.polynomial or (), start=1):
             if c:
-                yield Shape(role=role, amount=c, factors=(replace(extent, power=power),))
+                yield Shape(gear=index, amount=c, factors=(replace(extent, power=power),))
 
 
 @plain_dataclass(frozen=True)
@@ -80,14 +79,14 @@ class CurvesOfGears(ShapeEffect):
             raise InputError("pinion", "missing", "a curve is required, here or for the wheel")
 
     @property
-    def curves(self) -> dict[Role, FlankCurve]:
+    def curves(self) -> dict[int, FlankCurve]:
         """The curve of each gear that has one."""
-        return {role: curve for role in Role if (curve := getattr(self, role.label)) is not None}
+        return each_gear(self)
 
     @abstractmethod
-    def extent(self, pair: Pair, role: Role) -> Ramp:
+    def extent(self, pair: Pair, index: int) -> Ramp:
         """t of the polynomials of a gear."""
 
     def shapes(self, pair: Pair) -> list[Shape]:
         """The terms of polynomials, and the lines through points."""
-        return [each for role, curve in self.curves.items() for each in curve.shapes(role, self.extent(pair, role))]
+        return [each for index, curve in self.curves.items() for each in curve.shapes(index, self.extent(pair, index))]

@@ -10,7 +10,6 @@ from pydantic.dataclasses import dataclass
 from gearbench.effects.over_face import OverFace
 from gearbench.effects.shape import Amount, Extent, Form, Shape, one_or_each, relief
 from gearbench.errors import InputError
-from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 _ENDS = ("at_0", "at_b")
@@ -78,13 +77,13 @@ class OneFace:
             allowed = f"both together must be at most the face width, {b:.4g} mm"
             raise InputError(f"{name}.length", max(lengths), allowed)
 
-    def shapes(self, role: Role | None, b: float) -> list[Shape]:
+    def shapes(self, index: int | None, b: float) -> list[Shape]:
         """The reliefs of a face of the width b [mm] that take something away."""
         found = []
         for end, edge, inwards in zip(self.ends, (0.0, b), (1, -1), strict=True):
             if end is not None and end.amount and end.length:
                 ramp = relief("face", edge, edge + inwards * end.length, end.amount, end.shape)
-                found.append(Shape(role=role, amount=end.amount, factors=(ramp,)))
+                found.append(Shape(gear=index, amount=end.amount, factors=(ramp,)))
         return found
 
 

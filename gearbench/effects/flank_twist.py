@@ -9,7 +9,6 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.effects.shape import AmountOfGears, Ramp, face_slope, slope
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 
@@ -33,7 +32,7 @@ class FlankTwist(AmountOfGears):
     use: ClassVar[str] = "The twist that generating grinding leaves on a crowned helical flank, or a wanted bias."
     example: ClassVar[dict[str, Any]] = {"pinion": 6.0}
 
-    def factors(self, pair: Pair, role: Role) -> tuple[Ramp, ...]:
+    def factors(self, pair: Pair, index: int) -> tuple[Ramp, ...]:
         """(y/b − ½) and (t − ½)."""
-        along, over = slope(pair, role), face_slope(pair, role)
+        along, over = slope(pair, index), face_slope(pair, index)
         return tuple(replace(ramp, start=ramp.start + ramp.length / 2) for ramp in (over, along))

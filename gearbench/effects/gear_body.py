@@ -13,7 +13,6 @@ from gearbench.effects.teeth import own_web, require_bores, ring_flank, tooth_am
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 
@@ -51,7 +50,7 @@ class GearBody(ToothCompliance):
 
     def check(self, pair: Pair, beside: Effects) -> None:
         """Refuse gears without bore, for the closed form gears outside its range, keys that finite elements ignore."""
-        bores, webs = require_bores(pair), [own_web(pair, role, False) for role in Role]
+        bores, webs = require_bores(pair), [own_web(pair, index, False) for index in (0, 1)]
         if _meshed(beside) and self != GearBody():
             key, value = ("coupled", False) if self.model == "ring" else ("model", self.model)
             raise InputError(key, value, "belongs to a plate or solid tooth: finite elements mesh the whole body")
@@ -80,19 +79,19 @@ class GearBody(ToothCompliance):
             return None
         neighbours = lines.shape[1] - 1 if self.coupled else 0
         order = _joint_order(beside)
-        pinion, wheel = (ring_flank(lines.pair, role, order, neighbours, lines.coast) for role in Role)
+        pinion, wheel = (ring_flank(lines.pair, index, order, neighbours, lines.coast) for index in (0, 1))
         return Flanks(both=(pinion, wheel), coupled=self.coupled)
 
-    def tooth_factor(self, pair: Pair, role: Role, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
+    def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
         """Ψ of one tooth by itself; of rank 0 beside finite elements, which contain the body."""
         if _meshed(beside):
             return np.empty((*np.broadcast_shapes(np.shape(height), np.shape(y)), 0))
         if self.model == "ring":
-            return ring_flank(pair, role, _joint_order(beside), 0).factor(height, y)
+            return ring_flank(pair, index, _joint_order(beside), 0).factor(height, y)
         from gearbench.compliance.sainsot_velex import foundation_factor
 
-        gear, bore = pair.gears[role], require_bores(pair)[role]
-        return foundation_factor(gear, pair.materials[role].E, bore / 2, gear.root_radius + height)[..., None]
+        gear, bore = pair.gears[index], require_bores(pair)[index]
+        return foundation_factor(gear, pair.materials[index].E, bore / 2, gear.root_radius + height)[..., None]
 
 
 def _meshed(beside: Effects) -> bool:

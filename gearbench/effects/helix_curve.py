@@ -9,7 +9,6 @@ from pydantic.dataclasses import dataclass
 from gearbench.effects.curves import CurvesOfGears
 from gearbench.effects.shape import Ramp, face_slope
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 
@@ -31,6 +30,6 @@ class HelixCurve(CurvesOfGears):
     use: ClassVar[str] = "Where the helix is given as a polynomial or as a trace."
     example: ClassVar[dict[str, Any]] = {"pinion": {"at": [0.0, 6.0, 18.0, 24.0], "deviation": [5.0, 0.0, 0.0, 3.0]}}
 
-    def extent(self, pair: Pair, role: Role) -> Ramp:
+    def extent(self, pair: Pair, index: int) -> Ramp:
         """y/b over the face of the gear."""
-        return face_slope(pair, role)
+        return face_slope(pair, index)

@@ -8,7 +8,6 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.effects.shape import AmountOfGears, Ramp, face_slope
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 
@@ -28,6 +27,6 @@ class HelixSlope(AmountOfGears):
     use: ClassVar[str] = "A known deviation of the helix, or a deliberate correction."
     example: ClassVar[dict[str, Any]] = {"pinion": 5.0}
 
-    def factors(self, pair: Pair, role: Role) -> tuple[Ramp, ...]:
+    def factors(self, pair: Pair, index: int) -> tuple[Ramp, ...]:
         """y/b over the face of the gear."""
-        return (face_slope(pair, role),)
+        return (face_slope(pair, index),)

@@ -13,7 +13,6 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import ComplianceEffect, Effects, LineLaw
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 #: Polynomials of R in the compliance of solid teeth, unless a scene asks for a low order.
@@ -73,30 +72,30 @@ class Hertz(ComplianceEffect):
             a += c_i * (0.5 * np.log(2 * t**2 / (c * rho)) - nu / (2 * (1 - nu)))
         h = np.full(lines.shape, c / 2)
         if lines.touch is not None:
-            for role in Role:
-                softer = _edge(lines, role, rho)
+            for index in (0, 1):
+                softer = _edge(lines, index, rho)
                 a, h = a + softer[0], h + softer[1]
-                for near, of_level, of_slope in _kinks(lines, role, rho, c):
+                for near, of_level, of_slope in _kinks(lines, index, rho, c):
                     a[near] += of_level
                     h[near] += of_slope
         return LineLaw(a=a, h=h)
 
 
-def _edge(lines: ContactLines, role: Role, rho: NDArray) -> tuple[NDArray, NDArray]:
+def _edge(lines: ContactLines, index: int, rho: NDArray) -> tuple[NDArray, NDArray]:
     """What a and h gain near the tip of one of the gears, (position, pair, segment) [mm²/N] (E4)."""
     from gearbench.compliance.edge import edge_distance, edge_softening
 
-    touch, gear = lines.touch, lines.pair.gears[role]
+    touch, gear = lines.touch, lines.pair.gears[index]
     assert touch is not None
     c = [1 / (math.pi * material.plane_strain_modulus) for material in lines.pair.materials]
-    roll = touch.rolls[role]
+    roll = touch.rolls[index]
     # corners where a relief begins are all but flat; gaps in the normal plane are cos β_b times the transverse ones
-    tilt = np.where((touch.edge == role) & (edge_distance(gear, roll) < 1e-6 * gear.tip_radius), touch.tilt, 0.0)
+    tilt = np.where((touch.edge == index) & (edge_distance(gear, roll) < 1e-6 * gear.tip_radius), touch.tilt, 0.0)
     tilt = tilt * math.cos(gear.beta_b)
-    return edge_softening(gear, c[role], sum(c) / 2, FLANK_POLYNOMIALS, roll, tilt, rho, lines.typical_load)
+    return edge_softening(gear, c[index], sum(c) / 2, FLANK_POLYNOMIALS, roll, tilt, rho, lines.typical_load)
 
 
-def _kinks(lines: ContactLines, role: Role, rho: NDArray, c: float) -> Iterator[tuple[NDArray, NDArray, NDArray]]:
+def _kinks(lines: ContactLines, index: int, rho: NDArray, c: float) -> Iterator[tuple[NDArray, NDArray, NDArray]]:
     """Where a strip reaches a kink of the profile of one of the gears, and what a and h gain there (E5).
 
     c = Σ 2(1−ν²)/(πE). Exact at two loads: half of what a line carries on the mean, and all of it on a single pair.
@@ -106,7 +105,7 @@ def _kinks(lines: ContactLines, role: Role, rho: NDArray, c: float) -> Iterator[
     touch, separation, meshing = lines.touch, lines.separation, lines.pair.meshing
     assert touch is not None
     assert separation is not None
-    profile, mean, roll = separation.plane.profiles[role], c / 4, touch.rolls[role]
+    profile, mean, roll = separation.plane.profiles[index], c / 4, touch.rolls[index]
     more = 2 * max(meshing.transverse_contact_ratio, 1.0)
     # the same length in both planes: the profile is square to the line of contact
     half_width = np.sqrt(8 * mean * rho * lines.typical_load)
@@ -115,7 +114,7 @@ def _kinks(lines: ContactLines, role: Role, rho: NDArray, c: float) -> Iterator[
         near = np.abs(along) < math.sqrt(more) * half_width
         along, unit, normal = along[near], half_width[near], rho[near] * math.cos(meshing.beta_b)
         behind, tilt = normal * rise, normal * touch.tilt[near]
-        corner = (touch.edge[near] == role) & (np.abs(along) < 1e-9 * profile.base_radius)
+        corner = (touch.edge[near] == index) & (np.abs(along) < 1e-9 * profile.base_radius)
         vertex = np.where(corner, behind - tilt, np.where(along < 0, along, along + behind))
         widths = (unit, math.sqrt(more) * unit)
         low, high = (mean * kink_softening(vertex / width, behind / width) for width in widths)

@@ -20,8 +20,8 @@ from gearbench.effects.shape import Along, Gears, Range, Shape, barrel, chosen, 
 from gearbench.effects.varied import Eccentricity, RunOut, Scatter, Variable, VariedKey
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, pair_indices
+from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 from gearbench.tolerances import Edition, FlankTolerances, gear_tolerances, shaft_parallelism
 
@@ -183,12 +183,12 @@ class ManufacturingErrors(GapEffect):
             if keys.count(key) > 1:
                 raise InputError("varied", key, "given twice: each key at most once")
         for name in kinds:
-            if getattr(self, name).amplitude is None and None in map(self.class_of, Role):
+            if getattr(self, name).amplitude is None and None in map(self.class_of, (0, 1)):
                 raise InputError(f"{name}.amplitude", "missing", "is required where iso_class is not given")
 
-    def class_of(self, role: Role) -> int | None:
+    def class_of(self, index: int) -> int | None:
         """ISO class of a gear."""
-        own = (self.pinion_iso_class, self.wheel_iso_class)[role]
+        own = (self.pinion_iso_class, self.wheel_iso_class)[index]
         return self.iso_class if own is None else own
 
     def check(self, pair: Pair, beside: Effects) -> None:
@@ -213,28 +213,28 @@ class ManufacturingErrors(GapEffect):
             kind: ErrorKind | None = getattr(this, name)
             if kind is None:
                 continue
-            gears = (Role.PINION,) if name in _OF_AXES else chosen(kind.gear)
+            gears = (0,) if name in _OF_AXES else chosen(kind.gear)
             for gear in gears:
                 amplitude = kind.amplitude
                 if amplitude is None:
                     amplitude = this.class_amplitude(kind.tolerance or name, pair, gear)
                 shape = this._shape(name, pair, gear)
-                label = name if name in _OF_AXES else f"{name}_{gear.label}"
+                label = name if name in _OF_AXES else f"{name}_{GEARS[gear]}"
                 teeth = (None,) if kind.drawn == "gear" or name in _OF_AXES else tuple(pair_indices(pair).tolist())
                 for tooth in teeth:
                     full = label if tooth is None else f"{label}_tooth{tooth:+d}"
                     modes.append(ErrorMode(full, amplitude, kind.distribution, kind.sign, shape, tooth, kind.cost))
         return tuple(modes)
 
-    def class_amplitude(self, tolerance: str, pair: Pair, role: Role) -> float:
+    def class_amplitude(self, tolerance: str, pair: Pair, index: int) -> float:
         """Amplitude [µm] of the ISO class."""
         if tolerance not in _OF_AXES:
-            return getattr(self._flank(pair, role), tolerance)
-        largest = max(self._flank(pair, i).helix_total for i in Role)
+            return getattr(self._flank(pair, index), tolerance)
+        largest = max(self._flank(pair, i).helix_total for i in (0, 1))
         return getattr(shaft_parallelism(largest, pair.meshing.face_width), tolerance)
 
-    def _flank(self, pair: Pair, role: Role) -> FlankTolerances:
-        return gear_tolerances(pair.gears[role], self.class_of(role) or 0, self.edition, self.rounded)
+    def _flank(self, pair: Pair, index: int) -> FlankTolerances:
+        return gear_tolerances(pair.gears[index], self.class_of(index) or 0, self.edition, self.rounded)
 
     def modes(self, lines: ContactLines) -> NDArray:
         """Gap of 1 µm of each error, (position, pair, segment, error) [mm]."""
@@ -256,9 +256,9 @@ class ManufacturingErrors(GapEffect):
             ends = (pair.centre_distance_lower, pair.centre_distance_upper)
             found.append(self.centre_distance.variable("centre_distance", ends))
         if self.tooth_thickness is not None:
-            for role, member in zip(Role, pair.members, strict=True):
+            for index, member in enumerate(pair.members):
                 ends = (0.0, 0.0) if member.thickness is None else (member.thickness.lower, member.thickness.upper)
-                found.append(self.tooth_thickness.variable(f"tooth_thickness_{role.label}", ends))
+                found.append(self.tooth_thickness.variable(f"tooth_thickness_{GEARS[index]}", ends))
         return tuple(found)
 
     def variables(self, pair: Pair) -> tuple[ErrorMode | Variable, ...]:
@@ -308,7 +308,7 @@ class ManufacturingErrors(GapEffect):
             total = total + each.modes(lines)[..., 0] * each.amplitude * DISTRIBUTIONS[each.distribution].mean
         return total
 
-    def _shape(self, name: str, pair: Pair, role: Role) -> Callable[[ContactLines], NDArray]:
+    def _shape(self, name: str, pair: Pair, index: int) -> Callable[[ContactLines], NDArray]:
         """Gap of 1 µm of an error: of the axes; from 0 to 1 along the profile or over the face; or a barrel over it.
 
         A constant added to a shape moves the mean transmission error and nothing else.
@@ -316,8 +316,8 @@ class ManufacturingErrors(GapEffect):
         if name in _OF_AXES:
             return partial(opening, **({"inclination": 0.0, "deviation": 0.0} | {name: 1.0}))
         profile = name.startswith("profile")
-        ramp = slope(pair, role, self.along, self.profile_range) if profile else face_slope(pair, role)
-        return Shape(role=role, factors=(barrel(ramp) if name.endswith("form") else ramp,)).gap
+        ramp = slope(pair, index, self.along, self.profile_range) if profile else face_slope(pair, index)
+        return Shape(gear=index, factors=(barrel(ramp) if name.endswith("form") else ramp,)).gap
 
 
 def _amounts(key: VariedKey, modes: int, values: NDArray) -> NDArray:

@@ -8,7 +8,6 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.effects.shape import AmountOfGears, Ramp, barrel, slope
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 
@@ -30,6 +29,6 @@ class ProfileCrowning(AmountOfGears):
     use: ClassVar[str] = "Where tip and root are to be relieved without a kink."
     example: ClassVar[dict[str, Any]] = {"pinion": 4.0, "wheel": 4.0}
 
-    def factors(self, pair: Pair, role: Role) -> tuple[Ramp, ...]:
+    def factors(self, pair: Pair, index: int) -> tuple[Ramp, ...]:
         """(2t − 1)² over the roll length of the active profile."""
-        return (barrel(slope(pair, role)),)
+        return (barrel(slope(pair, index)),)

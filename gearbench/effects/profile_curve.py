@@ -10,8 +10,8 @@ from gearbench.effects.base import Effects
 from gearbench.effects.curves import CurvesOfGears
 from gearbench.effects.shape import Ramp, slope
 from gearbench.errors import InputError
+from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 
@@ -36,13 +36,13 @@ class ProfileCurve(CurvesOfGears):
 
     def check(self, pair: Pair, beside: Effects) -> None:
         """Refuse points that miss more than half of the active profile: most likely they are of another gear."""
-        for role, curve in self.curves.items():
-            low, high = pair.meshing.active_rolls[role]
+        for index, curve in self.curves.items():
+            low, high = pair.meshing.active_rolls[index]
             if curve.at is not None and min(high, curve.at[-1]) - max(low, curve.at[0]) < (high - low) / 2:
                 span = f"{curve.at[0]:g} to {curve.at[-1]:g} mm"
                 allowed = f"must cover half of the active profile, roll lengths of {low:.5g} to {high:.5g} mm"
-                raise InputError(f"{role.label}.at", span, allowed)
+                raise InputError(f"{GEARS[index]}.at", span, allowed)
 
-    def extent(self, pair: Pair, role: Role) -> Ramp:
+    def extent(self, pair: Pair, index: int) -> Ramp:
         """t over the roll length of the active profile."""
-        return slope(pair, role)
+        return slope(pair, index)

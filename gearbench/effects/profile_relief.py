@@ -21,13 +21,14 @@ from gearbench.effects.shape import (
     Shape,
     ShapeEffect,
     chosen,
+    each_gear,
     one_or_each,
     relief,
     roll,
 )
 from gearbench.errors import InputError
+from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 _STARTS = ("length", "start_diameter", "start_roll_length", "start_roll_angle")
@@ -88,46 +89,46 @@ class ProfileRelief(ShapeEffect):
 
     def __post_init__(self) -> None:
         one_or_each(self, ("amount", "length"))
-        own = [role.label for role in Role if getattr(self, role.label) is not None]
+        own = list(each_gear(self))
         if own and self.gear != "both":
-            raise InputError("gear", self.gear, f"conflicts with the table {own[0]}: give one of the two")
+            raise InputError("gear", self.gear, f"conflicts with the table {GEARS[own[0]]}: give one of the two")
 
     @abstractmethod
-    def edge(self, pair: Pair, role: Role) -> float:
+    def edge(self, pair: Pair, index: int) -> float:
         """Radius of the relieved end [mm]."""
 
-    def tables(self) -> dict[Role, Relief]:
+    def tables(self) -> dict[int, Relief]:
         """The relief of each gear that has one."""
         if self.amount is not None and self.length is not None:
             same = Relief(amount=self.amount, length=self.length, shape=self.shape)
             return dict.fromkeys(chosen(self.gear), same)
-        return {role: table for role in Role if (table := getattr(self, role.label)) is not None}
+        return each_gear(self)
 
-    def on(self, role: Role) -> ProfileRelief | None:
+    def on(self, index: int) -> ProfileRelief | None:
         """The relief of one of the gears alone, None where that has none."""
-        table = self.tables().get(role)
-        rest = {"amount": None, "length": None, "shape": "linear", "gear": "both", role.mate.label: None}
-        return None if table is None else replace(self, **rest, **{role.label: table})
+        table = self.tables().get(index)
+        rest = {"amount": None, "length": None, "shape": "linear", "gear": "both", GEARS[1 - index]: None}
+        return None if table is None else replace(self, **rest, **{GEARS[index]: table})
 
     def shapes(self, pair: Pair) -> list[Shape]:
         """The reliefs that take something away."""
         found = []
-        for role, table in self.tables().items():
-            edge, start = self.edge(pair, role), self.start(pair, role, table)
+        for index, table in self.tables().items():
+            edge, start = self.edge(pair, index), self.start(pair, index, table)
             by_roll = table.start_roll_length is not None or table.start_roll_angle is not None
             along = table.along or ("roll" if by_roll else "radius")
             if along == "roll":
-                edge, start = (roll(pair.gears[role], radius) for radius in (edge, start))
+                edge, start = (roll(pair.gears[index], radius) for radius in (edge, start))
             if table.amount != 0 and edge != start:
                 ramp = relief(along, edge, start, table.amount, table.shape)
-                found.append(Shape(role=role, amount=table.amount, factors=(ramp,)))
+                found.append(Shape(gear=index, amount=table.amount, factors=(ramp,)))
         return found
 
-    def start(self, pair: Pair, role: Role, table: Relief) -> float:
+    def start(self, pair: Pair, index: int, table: Relief) -> float:
         """Radius at which the relief begins [mm]."""
-        r_b = pair.gears[role].base_radius
+        r_b = pair.gears[index].base_radius
         if table.length is not None:
-            return self.edge(pair, role) - self.side * table.length
+            return self.edge(pair, index) - self.side * table.length
         if table.start_diameter is not None:
             return table.start_diameter / 2
         if table.start_roll_length is not None:
@@ -136,20 +137,20 @@ class ProfileRelief(ShapeEffect):
 
     def check(self, pair: Pair, beside: Effects) -> None:
         """Refuse a relief that does not fit the tooth."""
-        for role, table in self.tables().items():
-            edge, (low, high) = self.edge(pair, role), self.limits(pair, role)
-            key = "" if self.amount is not None else f"{role.label}."
-            start = self.start(pair, role, table)
+        for index, table in self.tables().items():
+            edge, (low, high) = self.edge(pair, index), self.limits(pair, index)
+            key = "" if self.amount is not None else f"{GEARS[index]}."
+            start = self.start(pair, index, table)
             if table.length is not None:
                 longest = edge - low if self.side > 0 else high - edge
                 if table.length > longest:
                     reach = f"must be at most {self.reach}, {longest:.4g} mm"
                     raise InputError(f"{key}length", table.length, reach)
-                if table.along == "roll" and start < pair.gears[role].base_radius:
+                if table.along == "roll" and start < pair.gears[index].base_radius:
                     raise InputError(f"{key}along", "roll", "begins below the base circle: no roll length there")
                 continue
             name = next(name for name in _STARTS if getattr(table, name) is not None)
-            low, high = max(low, pair.gears[role].base_radius), high
+            low, high = max(low, pair.gears[index].base_radius), high
             if not low <= start <= high:
                 allowed = f"must lie on the tooth, at a diameter of {2 * low:.6g} to {2 * high:.6g} mm"
                 raise InputError(f"{key}{name}", getattr(table, name), f"{allowed}, not {2 * start:.6g} mm")
@@ -158,5 +159,5 @@ class ProfileRelief(ShapeEffect):
     reach: ClassVar[str]
 
     @abstractmethod
-    def limits(self, pair: Pair, role: Role) -> tuple[float, float]:
+    def limits(self, pair: Pair, index: int) -> tuple[float, float]:
         """Radii [mm] between which a relief may begin."""

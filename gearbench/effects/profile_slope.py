@@ -8,7 +8,6 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.effects.shape import AmountOfGears, Ramp, slope
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 
@@ -31,6 +30,6 @@ class ProfileSlope(AmountOfGears):
     use: ClassVar[str] = "A known deviation of the pressure angle, or a deliberate one."
     example: ClassVar[dict[str, Any]] = {"pinion": 2.0, "wheel": -3.0}
 
-    def factors(self, pair: Pair, role: Role) -> tuple[Ramp, ...]:
+    def factors(self, pair: Pair, index: int) -> tuple[Ramp, ...]:
         """t over the roll length of the active profile."""
-        return (slope(pair, role),)
+        return (slope(pair, index),)

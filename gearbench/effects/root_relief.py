@@ -8,7 +8,6 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.effects.profile_relief import ProfileRelief
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 
@@ -40,10 +39,10 @@ class RootRelief(ProfileRelief):
     side: ClassVar[int] = -1
     reach: ClassVar[str] = "the active profile"
 
-    def edge(self, pair: Pair, role: Role) -> float:
+    def edge(self, pair: Pair, index: int) -> float:
         """r_SAP [mm]."""
-        return pair.meshing.active_radii[role][0]
+        return pair.meshing.active_radii[index][0]
 
-    def limits(self, pair: Pair, role: Role) -> tuple[float, float]:
+    def limits(self, pair: Pair, index: int) -> tuple[float, float]:
         """The active profile [mm]."""
-        return pair.meshing.active_radii[role]
+        return pair.meshing.active_radii[index]

@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from gearbench.effects.base import ComplianceEffect, Effect, Effects, GapEffect, LowRank
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.role import Role
-from gearbench.geometry.train import PAIR
+from gearbench.geometry.names import PAIR
 from gearbench.system.gearbox import FACE_POINTS, Gearbox
 from gearbench.system.mechanics import shafts_at_rest
 from gearbench.system.shaft_model import ShaftModel
@@ -32,13 +31,13 @@ class SeatedGear:
     """A gear of the scene's own pair on its shaft: the shaft at rest, and the rows that its flank reads."""
 
     box: Gearbox
-    role: Role
+    gear: int
     settled: Settled
 
     @property
     def number(self) -> int:
         """Number of its shaft."""
-        return self.box.seats[(PAIR, self.role)][0]
+        return self.box.seats[(PAIR, self.gear)][0]
 
     @property
     def model(self) -> ShaftModel:
@@ -48,13 +47,13 @@ class SeatedGear:
     @property
     def nodes(self) -> NDArray:
         """Nodes of the shaft under its face."""
-        return self.box.face_nodes(PAIR, self.role, self.model)
+        return self.box.face_nodes(PAIR, self.gear, self.model)
 
     def rows(self, lines: ContactLines) -> NDArray:
         """Motions of all nodes → deflection normal to the flank, (position, pair, segment, size)."""
         frame = self.box.frames[PAIR]
-        wrench = math.cos(frame.pair.meshing.beta_b) * frame.wrench(self.role, lines.u)
-        return self.model.rows(frame.position(self.role, lines.y), wrench)
+        wrench = math.cos(frame.pair.meshing.beta_b) * frame.wrench(self.gear, lines.u)
+        return self.model.rows(frame.position(self.gear, lines.y), wrench)
 
     @property
     def here(self) -> NDArray:
@@ -64,7 +63,7 @@ class SeatedGear:
     @property
     def spin(self) -> NDArray:
         """Compliance of the spin of the nodes under the face."""
-        return twist(self.model, self.nodes, self.box.torque_from(PAIR, self.role))
+        return twist(self.model, self.nodes, self.box.torque_from(PAIR, self.gear))
 
     def motion(self, of: NDArray) -> NDArray:
         """Its shaft's part (size,) of the motion or load of all that is settled together."""
@@ -122,7 +121,7 @@ def mesh_spread(gears: tuple[SeatedGear, SeatedGear], stiffness: NDArray) -> tup
     pair, (η, weight) = box.pairs[PAIR], FACE_POINTS
     H = np.zeros((len(η), len(η)))
     for these in _together(gears):
-        psi = factor(these, [box.face_rows(PAIR, gear.role, gear.model) for gear in these])
+        psi = factor(these, [box.face_rows(PAIR, gear.gear, gear.model) for gear in these])
         H += psi @ psi.T
     R = legvander(η, stiffness.shape[-1] - 1)
     E = min(material.E for material in pair.materials)
@@ -224,12 +223,12 @@ def system_effects(box: Gearbox, own: tuple[NDArray, NDArray] | None = None) -> 
         If the shafts and pairs do not fit, or the bearings do not hold a shaft.
     """
     settled = shafts_at_rest(box, own)
-    pinion, wheel = (SeatedGear(box=box, role=role, settled=settled[box.seats[(PAIR, role)][0]]) for role in Role)
+    pinion, wheel = (SeatedGear(box=box, gear=index, settled=settled[box.seats[(PAIR, index)][0]]) for index in (0, 1))
     effects: tuple[Effect, ...] = (Shafts(gears=(pinion, wheel)),)
     shafts = [model.shaft for gear in (pinion, wheel) for model in gear.settled.structure.shafts.values()]
     linear = all(bearing.is_linear for shaft in shafts for bearing in shaft.bearings)
     theirs = {pinion.number, wheel.number} == {n for g in (pinion, wheel) for n in g.settled.structure.shafts}
     if linear and theirs and all(len(shaft.gears) == 1 and not shaft.loads for shaft in shafts):
         return effects
-    loads = own or tuple(box.force(PAIR) * box.wrench(PAIR, gear.role, gear.model) for gear in (pinion, wheel))
+    loads = own or tuple(box.force(PAIR) * box.wrench(PAIR, gear.gear, gear.model) for gear in (pinion, wheel))
     return (*effects, ShaftMotion(gears=(pinion, wheel), motions=_rest((pinion, wheel), (loads[0], loads[1]))))

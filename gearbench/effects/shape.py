@@ -10,7 +10,7 @@ import math
 from abc import abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, is_dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +20,9 @@ from gearbench.effects.base import GapEffect
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.gear import Gear
+from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.profile import Modification
-from gearbench.geometry.role import Role
 
 #: Coordinate along the profile: the roll length, as profiles are measured, or the radius.
 Along = Literal["roll", "radius"]
@@ -117,15 +117,15 @@ class Shape:
 
     Parameters
     ----------
-    role
-        The gear it is on; None: both together, over the face that they have in common.
+    gear
+        The gear it is on, 0 or 1; None: both together, over the face that they have in common.
     amount
         [µm].
     factors
         Of one coordinate each.
     """
 
-    role: Role | None
+    gear: int | None
     amount: float = 1.0
     factors: tuple[Ramp | Points, ...]
 
@@ -133,16 +133,16 @@ class Shape:
         """Gap [mm], (position, pair, segment)."""
         total = np.full(lines.shape, MICROMETRE * self.amount)
         for factor in self.factors:
-            total *= factor(_coordinate(lines, self.role, factor.along))
+            total *= factor(_coordinate(lines, self.gear, factor.along))
         return total
 
     def modification(self, pair: Pair) -> Modification | None:
         """The shape as a modification of the profile alone; None where it is none."""
         (factor, *more) = self.factors
-        if self.role is None or more or isinstance(factor, Points) or factor.along == "face":
+        if self.gear is None or more or isinstance(factor, Points) or factor.along == "face":
             return None
         return Modification(
-            role=self.role,
+            gear=self.gear,
             amount=self.amount * MICROMETRE / math.cos(pair.meshing.beta_b),
             start=factor.start,
             length=factor.length,
@@ -153,10 +153,10 @@ class Shape:
         )
 
 
-def _coordinate(lines: ContactLines, role: Role | None, along: str) -> NDArray:
-    if role is None:
+def _coordinate(lines: ContactLines, index: int | None, along: str) -> NDArray:
+    if index is None:
         return lines.face
-    return lines.own_face(role) if along == "face" else (lines.radii if along == "radius" else lines.rolls)[role]
+    return lines.own_face(index) if along == "face" else (lines.radii if along == "radius" else lines.rolls)[index]
 
 
 @dataclass(frozen=True)
@@ -179,22 +179,22 @@ class ShapeEffect(GapEffect):
     def kinks(self, pair: Pair) -> tuple[float, ...]:
         """Positions u [mm] on the path of contact where shapes have a kink."""
         found = []
-        for role, factor in self._factors(pair):
-            if role is not None and factor.along != "face":
-                rolls = [x if factor.along == "roll" else roll(pair.gears[role], x) for x in factor.kinks]
-                found += rolls if role == Role.PINION else [pair.meshing.tangent_length - x for x in rolls]
+        for index, factor in self._factors(pair):
+            if index is not None and factor.along != "face":
+                rolls = (x if factor.along == "roll" else roll(pair.gears[index], x) for x in factor.kinks)
+                found += [pair.meshing.along_path(index, x) for x in rolls]
         return tuple(found)
 
     def face_kinks(self, pair: Pair) -> tuple[float, ...]:
         """Positions y [mm] on the common face where shapes have a kink."""
         found: list[float] = []
-        for role, factor in self._factors(pair):
+        for index, factor in self._factors(pair):
             if factor.along == "face":
-                found += [y - (0.0 if role is None else pair.overhangs[role][0]) for y in factor.kinks]
+                found += [y - (0.0 if index is None else pair.overhangs[index][0]) for y in factor.kinks]
         return tuple(y for y in found if 0 < y < pair.meshing.face_width)
 
-    def _factors(self, pair: Pair) -> Iterable[tuple[Role | None, Ramp | Points]]:
-        return ((shape.role, factor) for shape in self.shapes(pair) for factor in shape.factors)
+    def _factors(self, pair: Pair) -> Iterable[tuple[int | None, Ramp | Points]]:
+        return ((shape.gear, factor) for shape in self.shapes(pair) for factor in shape.factors)
 
 
 @dataclass(frozen=True)
@@ -205,13 +205,19 @@ class AmountOfGears(ShapeEffect):
     wheel: Amount = 0.0
 
     @abstractmethod
-    def factors(self, pair: Pair, role: Role) -> tuple[Ramp, ...]:
+    def factors(self, pair: Pair, index: int) -> tuple[Ramp, ...]:
         """The shape on one of the gears."""
 
     def shapes(self, pair: Pair) -> list[Shape]:
         """The shape of each gear that has an amount."""
-        amounts = zip(Role, (self.pinion, self.wheel), strict=True)
-        return [Shape(role=role, amount=x, factors=self.factors(pair, role)) for role, x in amounts if x]
+        amounts = each_gear(self).items()
+        return [Shape(gear=index, amount=x, factors=self.factors(pair, index)) for index, x in amounts if x]
+
+
+def each_gear(effect: object) -> dict[int, Any]:
+    """What an effect says of the pinion (0) and of the wheel (1), where it says something."""
+    own = ((index, getattr(effect, name)) for index, name in enumerate(GEARS))
+    return {index: value for index, value in own if value is not None}
 
 
 def roll(gear: Gear, radius: float) -> float:
@@ -219,11 +225,11 @@ def roll(gear: Gear, radius: float) -> float:
     return math.sqrt(max(radius**2 - gear.base_radius**2, 0.0))
 
 
-def slope(pair: Pair, role: Role, along: Along = "roll", span: Range = "active") -> Ramp:
+def slope(pair: Pair, index: int, along: Along = "roll", span: Range = "active") -> Ramp:
     """Ramp from 0 at the root side of a profile to 1 at its tip side."""
-    gear = pair.gears[role]
+    gear = pair.gears[index]
     ends = {
-        "active": pair.meshing.active_radii[role],
+        "active": pair.meshing.active_radii[index],
         "involute": (gear.form_radius, gear.tip_radius),
         "tooth": (gear.root_radius, gear.tip_radius),
     }[span]
@@ -231,9 +237,9 @@ def slope(pair: Pair, role: Role, along: Along = "roll", span: Range = "active")
     return Ramp(along=along, start=start, length=end - start)
 
 
-def face_slope(pair: Pair, role: Role | None) -> Ramp:
+def face_slope(pair: Pair, index: int | None) -> Ramp:
     """Ramp from 0 at y = 0 to 1 at the other end of a face."""
-    return Ramp(along="face", start=0.0, length=pair.face_of(role))
+    return Ramp(along="face", start=0.0, length=pair.face_of(index))
 
 
 def barrel(ramp: Ramp) -> Ramp:
@@ -261,7 +267,7 @@ def opening(lines: ContactLines, inclination: float, deviation: float) -> NDArra
 
 
 def one_or_each(
-    effect: object, required: Sequence[str], more: Sequence[str] = (), names: Sequence[str] = ("pinion", "wheel")
+    effect: object, required: Sequence[str], more: Sequence[str] = (), names: Sequence[str] = GEARS
 ) -> None:
     """Refuse keys of the whole beside tables ``names`` of its parts, and the lack of both.
 
@@ -282,6 +288,6 @@ def one_or_each(
             raise InputError(name, "missing", f"is required, or a table {' or '.join(names)}")
 
 
-def chosen(gears: Gears) -> tuple[Role, ...]:
+def chosen(gears: Gears) -> tuple[int, ...]:
     """The gears meant."""
-    return {"both": tuple(Role), "pinion": (Role.PINION,), "wheel": (Role.WHEEL,)}[gears]
+    return {"both": (0, 1), "pinion": (0,), "wheel": (1,)}[gears]

@@ -14,8 +14,8 @@ from gearbench.errors import InputError
 from gearbench.geometry.blank import blank_of
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
+from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.geometry.web import Web, make_web
 
 if TYPE_CHECKING:
@@ -97,16 +97,16 @@ def solid_tooth(gear: Gear, material: Material, order: tuple[int, int, int] | No
 
 
 @lru_cache(maxsize=256)
-def solid_flank(pair: Pair, role: Role, order: tuple[int, int, int] | None, rooted: bool) -> FlankCompliance:
+def solid_flank(pair: Pair, index: int, order: tuple[int, int, int] | None, rooted: bool) -> FlankCompliance:
     """Compliance of the solid teeth of pinion (k = 0) or wheel (k = 1)."""
-    flank = solid_tooth(pair.gears[role], pair.materials[role], order, rooted).flank
-    return replace(flank, driven=role == Role.WHEEL)
+    flank = solid_tooth(pair.gears[index], pair.materials[index], order, rooted).flank
+    return replace(flank, driven=index == 1)
 
 
-def toothed_ring(pair: Pair, role: Role, order: tuple[int, int, int] | None, coast: bool = False) -> ToothedRing:
+def toothed_ring(pair: Pair, index: int, order: tuple[int, int, int] | None, coast: bool = False) -> ToothedRing:
     """Body of pinion (k = 0) or wheel (k = 1) as a ring, or rim, web and hub, with solid teeth, as if it drove."""
-    web = own_web(pair, role, coast)
-    return _toothed_ring(pair.gears[role], pair.materials[role], order, require_bores(pair)[role] / 2, web)
+    web = own_web(pair, index, coast)
+    return _toothed_ring(pair.gears[index], pair.materials[index], order, require_bores(pair)[index] / 2, web)
 
 
 @lru_cache(maxsize=256)
@@ -120,7 +120,7 @@ def _toothed_ring(
 
 @lru_cache(maxsize=256)
 def ring_flank(
-    pair: Pair, role: Role, order: tuple[int, int, int] | None, neighbours: int, coast: bool = False
+    pair: Pair, index: int, order: tuple[int, int, int] | None, neighbours: int, coast: bool = False
 ) -> FlankCompliance:
     """Compliance that the body of pinion (k = 0) or wheel (k = 1) adds, see ``ToothedRing.flank``.
 
@@ -130,12 +130,14 @@ def ring_flank(
         If the body yields so much more than its teeth that rounding rules.
     """
     # faces that are alike look alike from the coast flanks
-    web = own_web(pair, role, False)
-    coast = coast and web is not None and web != web.mirrored(pair.gears[role].face_width)
+    web = own_web(pair, index, False)
+    coast = coast and web is not None and web != web.mirrored(pair.gears[index].face_width)
     try:
-        return replace(toothed_ring(pair, role, order, coast).flank(neighbours), driven=role == Role.WHEEL)
+        return replace(toothed_ring(pair, index, order, coast).flank(neighbours), driven=index == 1)
     except np.linalg.LinAlgError:
-        allowed = f"body of the {role.label} too soft beside its teeth for double precision: bore, rim or web too thin"
+        allowed = (
+            f"body of the {GEARS[index]} too soft beside its teeth for double precision: bore, rim or web too thin"
+        )
         raise InputError("effects.gear_body.model", "ring", allowed) from None
 
 
@@ -156,7 +158,7 @@ def forget_fast_teeth() -> None:
         kept.cache_clear()
 
 
-def meshed_body(pair: Pair, role: Role, *, on_body: bool, coast: bool = False) -> Body:
+def meshed_body(pair: Pair, index: int, *, on_body: bool, coast: bool = False) -> Body:
     """Part of pinion (k = 0) or wheel (k = 1) that is meshed: a clamped tooth, or the gear on its bore.
 
     Plain meshes (``fem_reference.mesh_family``) have teeth on a sector only: those in contact at a time, and one more
@@ -164,29 +166,29 @@ def meshed_body(pair: Pair, role: Role, *, on_body: bool, coast: bool = False) -
     """
     from fem_reference.section import Body
 
-    gear = pair.gears[role]
+    gear = pair.gears[index]
     if not on_body:
         return Body(gear=gear)
     wanted = 3 + 2 * int(np.ceil((pair.meshing.transverse_contact_ratio + pair.meshing.overlap_ratio) / 2))
     most = gear.teeth - 2 - (gear.teeth + 1) % 2
-    web = own_web(pair, role, coast)
-    return Body(gear=gear, bore_radius=require_bores(pair)[role] / 2, web=web, teeth=min(wanted, most))
+    web = own_web(pair, index, coast)
+    return Body(gear=gear, bore_radius=require_bores(pair)[index] / 2, web=web, teeth=min(wanted, most))
 
 
-def own_web(pair: Pair, role: Role, coast: bool) -> Web | None:
+def own_web(pair: Pair, index: int, coast: bool) -> Web | None:
     """Web of pinion (k = 0) or wheel (k = 1), seen as on a driving gear; None where the body is as wide as the face.
 
     A driven gear is seen in a mirror, and so are the ``coast`` flanks.
     """
-    member, gear = pair.members[role], pair.gears[role]
+    member, gear = pair.members[index], pair.gears[index]
     if member.rim_thickness is None or member.web_thickness is None:
         return None
-    bore = require_bores(pair)[role]
+    bore = require_bores(pair)[index]
     try:
         web = make_web(gear, bore, member.rim_thickness, member.web_thickness, member.web_offset, member.hub_diameter)
     except InputError as error:
-        raise InputError("", f"pair.{role.label}.{error.key} = {error.value:.6g}", error.allowed) from None
-    return web.mirrored(gear.face_width) if (role == Role.WHEEL) != coast else web
+        raise InputError("", f"pair.{GEARS[index]}.{error.key} = {error.value:.6g}", error.allowed) from None
+    return web.mirrored(gear.face_width) if (index == 1) != coast else web
 
 
 def require_bores(pair: Pair) -> tuple[float, float]:

@@ -8,7 +8,6 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.effects.profile_relief import ProfileRelief
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 
@@ -40,10 +39,10 @@ class TipRelief(ProfileRelief):
     side: ClassVar[int] = 1
     reach: ClassVar[str] = "the tooth height"
 
-    def edge(self, pair: Pair, role: Role) -> float:
+    def edge(self, pair: Pair, index: int) -> float:
         """r_a [mm]."""
-        return pair.gears[role].tip_radius
+        return pair.gears[index].tip_radius
 
-    def limits(self, pair: Pair, role: Role) -> tuple[float, float]:
+    def limits(self, pair: Pair, index: int) -> tuple[float, float]:
         """The whole tooth [mm]."""
-        return pair.gears[role].root_radius, pair.gears[role].tip_radius
+        return pair.gears[index].root_radius, pair.gears[index].tip_radius

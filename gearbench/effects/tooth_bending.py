@@ -17,7 +17,6 @@ from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 if TYPE_CHECKING:
@@ -116,7 +115,7 @@ class ToothBending(Tooth):
         from fem_reference.cache import entry
         from fem_reference.refinement import levels
 
-        bodies = [(self.body(pair, role, beside), pair.materials[role]) for role in Role]
+        bodies = [(self.body(pair, index, beside), pair.materials[index]) for index in (0, 1)]
         missing = [body for body, material in bodies if not entry(body, material, self.accuracy).exists()]
         return [level for body in missing for level in levels(body, self.accuracy)]
 
@@ -129,35 +128,35 @@ class ToothBending(Tooth):
         """Compliance of both flanks, but of plates."""
         if self.model == "plate":
             return None
-        pinion, wheel = (self.flank(lines.pair, role, beside, lines.coast) for role in Role)
+        pinion, wheel = (self.flank(lines.pair, index, beside, lines.coast) for index in (0, 1))
         return Flanks(both=(pinion, wheel), coupled=self.meshed and _on_body(beside))
 
-    def tooth_factor(self, pair: Pair, role: Role, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
+    def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
         """Ψ of one tooth; see ``ToothCompliance``."""
         if self.model != "plate":
-            return self.flank(pair, role, beside).factor(height, y)
-        gear = pair.gears[role]
-        factor = plate_tooth(gear, pair.materials[role], self.order, self.fillet).factor(height, y)
+            return self.flank(pair, index, beside).factor(height, y)
+        gear = pair.gears[index]
+        factor = plate_tooth(gear, pair.materials[index], self.order, self.fillet).factor(height, y)
         if self.load == "full":
             return factor
         return factor * normal_component(gear, height + gear.root_radius)[..., None]
 
-    def flank(self, pair: Pair, role: Role, beside: Effects, coast: bool = False) -> FlankCompliance:
+    def flank(self, pair: Pair, index: int, beside: Effects, coast: bool = False) -> FlankCompliance:
         """Compliance of the flank of pinion (k = 0) or wheel (k = 1), as a solid or by finite elements.
 
         ``coast``: of its coast flank, which differs where a web lies out of the middle.
         """
         if self.model == "solid":
             rooted = getattr(beside.get("gear_body"), "model", None) == "ring"
-            return solid_flank(pair, role, self.solid_order, rooted)
+            return solid_flank(pair, index, self.solid_order, rooted)
         return replace(
-            meshed_flank(self.body(pair, role, beside, coast), pair.materials[role], self.accuracy),
-            driven=role == Role.WHEEL,
+            meshed_flank(self.body(pair, index, beside, coast), pair.materials[index], self.accuracy),
+            driven=index == 1,
         )
 
-    def body(self, pair: Pair, role: Role, beside: Effects, coast: bool = False) -> Body:
+    def body(self, pair: Pair, index: int, beside: Effects, coast: bool = False) -> Body:
         """Part of pinion (k = 0) or wheel (k = 1) that finite elements mesh, seen from the flank that is loaded."""
-        return meshed_body(pair, role, on_body=_on_body(beside), coast=coast)
+        return meshed_body(pair, index, on_body=_on_body(beside), coast=coast)
 
 
 def tooth_bending(effects: Effects, model: str) -> ToothBending | None:

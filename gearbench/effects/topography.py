@@ -17,7 +17,6 @@ from gearbench.effects.shape import MICROMETRE
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.named_files import content
 from gearbench.schema import STRICT
 
@@ -102,9 +101,9 @@ class Topography(GapEffect):
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap [mm], (position, pair, segment)."""
         total = np.zeros(lines.shape)
-        for role, gear, radius, grid in zip(Role, lines.pair.gears, lines.radii, self.grids, strict=True):
+        for index, (gear, radius, grid) in enumerate(zip(lines.pair.gears, lines.radii, self.grids, strict=True)):
             if grid is not None:
-                total += grid.at(gear, radius, lines.own_face(role))
+                total += grid.at(gear, radius, lines.own_face(index))
         return (MICROMETRE if self.positive == "missing" else -MICROMETRE) * total
 
     def kept(self) -> dict[str, xr.DataArray]:
@@ -137,9 +136,9 @@ class Topography(GapEffect):
     def kinks(self, pair: Pair) -> tuple[float, ...]:
         """Positions u [mm] of the rows of a coarse grid; the kinks of a fine one are too many to integrate between."""
         positions: list[float] = []
-        for role, gear, grid in zip(Role, pair.gears, self.grids, strict=True):
+        for index, (gear, grid) in enumerate(zip(pair.gears, self.grids, strict=True)):
             if grid is not None and len(grid.coordinate) <= _MOST_KINKS:
-                positions += [pair.meshing.path_coordinate(role, float(radius)) for radius in grid.radii(gear)]
+                positions += [pair.meshing.path_coordinate(index, float(radius)) for radius in grid.radii(gear)]
         return tuple(u for u in positions if pair.meshing.path_start < u < pair.meshing.path_end)
 
     def face_kinks(self, pair: Pair) -> tuple[float, ...]:
@@ -147,9 +146,9 @@ class Topography(GapEffect):
         if pair.meshing.overlap_ratio:
             return ()
         found: set[float] = set()
-        for role, grid in zip(Role, self.grids, strict=True):
+        for index, grid in enumerate(self.grids):
             if grid is not None and len(grid.face) <= _MOST_KINKS:
-                found |= {float(y) - pair.overhangs[role][0] for y in grid.face}
+                found |= {float(y) - pair.overhangs[index][0] for y in grid.face}
         return tuple(sorted(y for y in found if 0 < y < pair.meshing.face_width))
 
 

@@ -16,8 +16,8 @@ from gearbench.effects.distributions import Distribution
 from gearbench.effects.shape import Gears
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
+from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.keys import value_at, with_values
 from gearbench.schema import STRICT
 
@@ -152,7 +152,7 @@ class Eccentricity:
     """Run-out or wobble of a gear: its amplitude F_r [µm], and the angle at which the mesh cycle meets it, any [°]."""
 
     name: str
-    gear: Role
+    gear: int
     amplitude: float
     distribution: Distribution
     over_face: Literal["even", "tilting"]
@@ -160,7 +160,7 @@ class Eccentricity:
     @property
     def variables(self) -> tuple[Variable, Variable]:
         """Amplitude and phase."""
-        label = f"{self.name}_{self.gear.label}"
+        label = f"{self.name}_{GEARS[self.gear]}"
         phase = Variable(f"{label}_phase", 180.0, "uniform_two_sided", cost=math.inf)
         return Variable(label, self.amplitude, self.distribution), phase
 
@@ -168,7 +168,7 @@ class Eccentricity:
         """Gap of F_r = 1 µm at the phases 0° and 90°, (position, pair, segment, 2) [mm]."""
         from gearbench.effects.waviness import Wave, Waviness
 
-        wave = Waviness(**{self.gear.label: (Wave(order=1, amplitude=0.5, over_face=self.over_face),)})
+        wave = Waviness(**{GEARS[self.gear]: (Wave(order=1, amplitude=0.5, over_face=self.over_face),)})
         return 0.5 * wave.turning(lines, np.zeros(1, dtype=int)).modes
 
     @staticmethod

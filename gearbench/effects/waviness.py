@@ -15,7 +15,6 @@ from gearbench.effects.base import GapEffect, Turning
 from gearbench.effects.shape import MICROMETRE
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.role import Role
 from gearbench.schema import STRICT
 
 
@@ -72,8 +71,8 @@ class Waviness(GapEffect):
         if not self.pinion and not self.wheel:
             raise InputError("pinion", "missing", "a wave is required, here or for the wheel")
 
-    def _waves(self) -> Iterator[tuple[Role, Wave]]:
-        return ((role, wave) for role in Role for wave in getattr(self, role.label))
+    def _waves(self) -> Iterator[tuple[int, Wave]]:
+        return ((index, wave) for index, waves in enumerate((self.pinion, self.wheel)) for wave in waves)
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap of the mesh cycle 0, (position, pair, segment) [mm]."""
@@ -84,12 +83,12 @@ class Waviness(GapEffect):
         """Two modes a wave: sin(x + ψ) = sin x cos ψ + cos x sin ψ, x of the mesh cycle and ψ of the revolution."""
         modes, amounts = [], []
         sign = -1 if lines.coast else 1  # the mirror image of the coast flanks turns the other way round
-        for role, wave in self._waves():
-            rate = 2 * math.pi * wave.order / lines.pair.gears[role].teeth
+        for index, wave in self._waves():
+            rate = 2 * math.pi * wave.order / lines.pair.gears[index].teeth
             x = (sign * rate * lines.mesh_phase + math.radians(wave.phase))[:, None, None]
             face = np.ones(lines.shape)
             if wave.over_face == "tilting":
-                face = 2 * lines.own_face(role) / lines.pair.gears[role].face_width - 1
+                face = 2 * lines.own_face(index) / lines.pair.gears[index].face_width - 1
             modes += [np.sin(x) * face, np.cos(x) * face]
             psi = sign * rate * cycles
             amounts += [wave.amplitude * np.cos(psi), wave.amplitude * np.sin(psi)]

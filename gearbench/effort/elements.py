@@ -27,7 +27,6 @@ from gearbench.effort.clock import Cost, medians, most_megabytes, timed
 from gearbench.effort.curves import Curve, Point, run
 from gearbench.errors import GearbenchError
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.role import Role
 from gearbench.scene import Scene
 from gearbench.solution import cycle_values
 from gearbench.validation.reference import finite_elements, meshed_flanks
@@ -246,4 +245,4 @@ def _with_flanks(scene: Scene, flanks: Sequence[FlankCompliance]) -> Scene:
 
 
 def _bodies(scene: Scene) -> list[Body]:
-    return [finite_elements(scene).body(scene.pair, role, scene.effects_by_name) for role in Role]
+    return [finite_elements(scene).body(scene.pair, index, scene.effects_by_name) for index in (0, 1)]

@@ -18,7 +18,7 @@ from gearbench.exchange.rexs_document import Component, RexsDocument, children, 
 from gearbench.exchange.rexs_gear import read_gear, read_material
 from gearbench.exchange.rexs_torque import check_case, drives
 from gearbench.exchange.rexs_units import LENGTH, SPEED, Dimension
-from gearbench.geometry.train import PAIR
+from gearbench.geometry.names import PAIR
 from gearbench.scene import Scene
 from gearbench.schema import read
 from gearbench.system.schema import System

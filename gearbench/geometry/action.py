@@ -20,7 +20,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.quadrature import gauss
-from gearbench.geometry.role import Role
 from gearbench.geometry.separation import Separation, Touch
 
 #: Segments that a panel has at least, where there are enough of them.
@@ -82,13 +81,13 @@ class ContactLines:
         """Position along the face width as the gears have it: y, or b − y of the coast flanks [mm]."""
         return self.pair.meshing.face_width - self.y if self.coast else self.y
 
-    def own_y(self, role: Role) -> NDArray:
+    def own_y(self, index: int) -> NDArray:
         """y along the whole face of one of the gears: counted from the end of that face, not of the common one [mm]."""
-        return self.y + self.pair.overhangs[role][1 if self.coast else 0]
+        return self.y + self.pair.overhangs[index][1 if self.coast else 0]
 
-    def own_face(self, role: Role) -> NDArray:
+    def own_face(self, index: int) -> NDArray:
         """``face`` along the whole face of one of the gears [mm]."""
-        return self.face + self.pair.overhangs[role][0]
+        return self.face + self.pair.overhangs[index][0]
 
     @property
     def shape(self) -> tuple[int, int, int]:

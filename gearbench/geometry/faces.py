@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from gearbench.errors import InputError
-from gearbench.geometry.role import Role
+from gearbench.geometry.names import GEARS
 
 #: Face widths over the normal module.
 WIDTHS = (0.05, 500.0)
@@ -34,7 +34,7 @@ class Faces:
     def check(self, module: float) -> None:
         """Refuse, with an ``InputError``, widths that are none for this normal module [mm], and faces side by side."""
         low, high = WIDTHS
-        named = {f"{role.label}.face_width": self.own[role] for role in Role}
+        named = {f"{name}.face_width": own for name, own in zip(GEARS, self.own, strict=True)}
         for key, width in {"face_width": self.width, **named}.items():
             if width is not None and not low <= width / module <= high:
                 allowed = f"must be {low:g} to {high:g} normal modules ({module:g} mm); lengths are in mm"
@@ -42,8 +42,10 @@ class Faces:
         if None not in self.own and self.width not in self.own:
             raise InputError("face_width", self.width, "must be that of one gear: both have their own")
         if self.common[1] - self.common[0] < low * module:
-            role = max(Role, key=lambda role: abs(self.offsets[role]))
-            raise InputError(f"{role.label}.axial_offset", self.offsets[role], "the faces of the gears do not overlap")
+            index = max((0, 1), key=lambda index: abs(self.offsets[index]))
+            raise InputError(
+                f"{GEARS[index]}.axial_offset", self.offsets[index], "the faces of the gears do not overlap"
+            )
 
     @property
     def widths(self) -> tuple[float, float]:

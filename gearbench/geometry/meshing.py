@@ -6,14 +6,16 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.involute import inv
-from gearbench.geometry.role import Role
 from gearbench.geometry.section import TransverseSection
+
+Length = TypeVar("Length", float, NDArray)
 
 
 def working_pressure_angle(sections: Iterable[TransverseSection], centre_distance: float) -> float:
@@ -109,10 +111,13 @@ class Meshing:
         at_pinion, at_wheel = (self.tangent_length - t < f - room for t, f in zip(tips, forms, strict=True))
         return at_pinion, at_wheel
 
-    def path_coordinate(self, role: Role, radius: float) -> float:
+    def path_coordinate(self, index: int, radius: float) -> float:
         """Position u [mm] on the path of contact of radius R [mm] on one of the gears, at least its base radius."""
-        rho = _curvature(self.gears[role], radius)
-        return rho if role == Role.PINION else self.tangent_length - rho
+        return self.along_path(index, _curvature(self.gears[index], radius))
+
+    def along_path(self, index: int, roll: Length) -> Length:
+        """Position u [mm] on the path of contact of a roll length of one of the gears; and the other way round."""
+        return roll if index == 0 else self.tangent_length - roll
 
     def radii(self, u: NDArray) -> tuple[NDArray, NDArray]:
         """Radii R [mm] on pinion and wheel of the points u [mm] of the path of contact."""

@@ -17,8 +17,8 @@ from gearbench.geometry.faces import Ends, Faces
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
 from gearbench.geometry.meshing import Meshing, profile_shift_sum
+from gearbench.geometry.names import GEARS
 from gearbench.geometry.rack import STANDARD_FILLET_RADIUS, full_fillet_radius
-from gearbench.geometry.role import Role
 from gearbench.geometry.section import TransverseSection
 from gearbench.geometry.shifts import backlash, generating_shifts, given_shift
 from gearbench.geometry.temperature import Temperatures, strain
@@ -188,8 +188,8 @@ class Pair:
     def __post_init__(self) -> None:
         self.faces.check(self.normal_module)
         self._check_centre_distance()
-        for role in Role:
-            self._check_clearance(role)
+        for index in (0, 1):
+            self._check_clearance(index)
         if self.meshing.path_end <= self.meshing.path_start:
             raise InputError("centre_distance", self.centre_distance, "no contact: the tip circles do not overlap")
         if self.meshing.total_contact_ratio < 1:
@@ -212,13 +212,13 @@ class Pair:
             tight = f"teeth overlap by {-self.actual_backlash:.4g} mm: reduce a profile shift or raise the distance"
             raise InputError("centre_distance", self.centre_distance, tight)
 
-    def _check_clearance(self, role: Role) -> None:
-        clearance = self.meshing.tip_clearances[role]
+    def _check_clearance(self, index: int) -> None:
+        clearance = self.meshing.tip_clearances[index]
         # coefficients are usually given to three decimals: that much overlap is rounding, not interference
         if clearance < -0.002 * self.normal_module:
             allowed = f"tip runs {-clearance:.4g} mm into the root of its mate: reduce it or raise the distance"
-            name = "addendum" if self.members[role].tip_diameter is None else "tip_diameter"
-            raise InputError(f"{role.label}.{name}", getattr(self.members[role], name), allowed)
+            name = "addendum" if self.members[index].tip_diameter is None else "tip_diameter"
+            raise InputError(f"{GEARS[index]}.{name}", getattr(self.members[index], name), allowed)
 
     @property
     def members(self) -> tuple[Member, Member]:
@@ -243,8 +243,8 @@ class Pair:
     @cached_property
     def _given_shifts(self) -> tuple[float | None, float | None]:
         one, two = (
-            given_shift(self.sections[role], role, member.profile_shift, member.thickness)
-            for role, member in zip(Role, self.members, strict=True)
+            given_shift(self.sections[index], index, member.profile_shift, member.thickness)
+            for index, member in enumerate(self.members)
         )
         return one, two
 
@@ -284,9 +284,9 @@ class Pair:
         """How far the face of each gear reaches beyond the common one, at y = 0 and at y = b [mm]."""
         return self.faces.overhangs
 
-    def face_of(self, role: Role | None) -> float:
+    def face_of(self, index: int | None) -> float:
         """Face width of a gear; None: of the common face [mm]."""
-        return self.meshing.face_width if role is None else self.gears[role].face_width
+        return self.meshing.face_width if index is None else self.gears[index].face_width
 
     @property
     def materials(self) -> tuple[Material, Material]:
@@ -351,18 +351,18 @@ class Pair:
     @cached_property
     def gears(self) -> tuple[Gear, Gear]:
         """The two gears, pinion first."""
-        return self._gear(Role.PINION), self._gear(Role.WHEEL)
+        return self._gear(0), self._gear(1)
 
-    def _addendum(self, role: Role) -> float:
+    def _addendum(self, index: int) -> float:
         """h_a* above the line x_E, of the tip diameter where that is given [normal modules]."""
-        member = self.members[role]
+        member = self.members[index]
         if member.tip_diameter is None:
-            return member.addendum + self.profile_shifts[role] - self.generating_shifts[role]
-        height = member.tip_diameter / 2 - self.sections[role].pitch_radius
-        return height / self.normal_module - self.generating_shifts[role]
+            return member.addendum + self.profile_shifts[index] - self.generating_shifts[index]
+        height = member.tip_diameter / 2 - self.sections[index].pitch_radius
+        return height / self.normal_module - self.generating_shifts[index]
 
-    def _gear(self, role: Role) -> Gear:
-        member = self.members[role]
+    def _gear(self, index: int) -> Gear:
+        member = self.members[index]
         fillet = member.fillet_radius
         if fillet is None:
             fullest = full_fillet_radius(
@@ -375,9 +375,9 @@ class Pair:
                 normal_module=self.normal_module,
                 pressure_angle=self.pressure_angle,
                 helix_angle=self.helix_angle,
-                face_width=self.faces.widths[role],
-                profile_shift=self.generating_shifts[role],
-                addendum=self._addendum(role),
+                face_width=self.faces.widths[index],
+                profile_shift=self.generating_shifts[index],
+                addendum=self._addendum(index),
                 dedendum=member.dedendum,
                 fillet_radius=fillet,
                 tip_rounding=member.tip_rounding or 0.0,
@@ -386,12 +386,12 @@ class Pair:
                 blank=member.blank,
             )
         except InputError as error:
-            shift = self.profile_shifts[role]
-            if self._given_shifts[role] is None and abs(shift) > LARGEST_SHIFT:
+            shift = self.profile_shifts[index]
+            if self._given_shifts[index] is None and abs(shift) > LARGEST_SHIFT:
                 plain = sum(section.pitch_radius for section in self.sections)
                 asked = f"asks for a profile shift of {shift:.3g}: teeth without shift need {plain:.6g} mm"
                 raise InputError("centre_distance", self.centre_distance, asked) from None
-            raise error.within(role.label) from None
+            raise error.within(GEARS[index]) from None
 
     @cached_property
     def meshing(self) -> Meshing:

@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.geometry.gear import Gear
-from gearbench.geometry.role import Role
 
 #: e, e′ and e″ [mm, –, 1/mm] at roll lengths [mm].
 Deviation = tuple[NDArray, NDArray, NDArray]
@@ -30,8 +29,8 @@ class Modification:
 
     Parameters
     ----------
-    role
-        The gear it is on.
+    gear
+        The gear it is on: 0 the driver, 1 the driven one.
     amount
         [mm].
     start, length
@@ -46,7 +45,7 @@ class Modification:
         Whether there is none where t < 0.
     """
 
-    role: Role
+    gear: int
     amount: float
     start: float
     length: float

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.profile import Modification, Profile, profile
-from gearbench.geometry.role import Role
 from gearbench.geometry.touching import Curve, Plane
 
 #: Nodes on a base pitch: cubic Hermite polynomials between them are good to 1e-10 mm and better.
@@ -329,7 +328,7 @@ def hermite_slope(c: Curve, u: NDArray) -> NDArray:
 @lru_cache(maxsize=128)
 def separation(pair: Pair, modifications: tuple[Modification, ...] = ()) -> Separation:
     """Separation of the flanks of ``pair`` with the ``modifications`` of their profiles."""
-    first, second = (profile(pair.gears[role], tuple(m for m in modifications if m.role == role)) for role in Role)
+    first, second = (profile(pair.gears[index], tuple(m for m in modifications if m.gear == index)) for index in (0, 1))
     reach = REACH * pair.meshing.base_pitch
     return Separation(
         plane=Plane(profiles=(first, second), tangent_length=pair.meshing.tangent_length),

@@ -6,7 +6,7 @@ import math
 
 from gearbench.errors import InputError
 from gearbench.geometry.meshing import profile_shift_sum
-from gearbench.geometry.role import Role
+from gearbench.geometry.names import GEARS
 from gearbench.geometry.section import TransverseSection
 from gearbench.geometry.thickness import Thickness
 
@@ -15,12 +15,12 @@ Thicknesses = tuple[Thickness | None, Thickness | None]
 
 
 def given_shift(
-    section: TransverseSection, role: Role, given: float | None, thickness: Thickness | None
+    section: TransverseSection, index: int, given: float | None, thickness: Thickness | None
 ) -> float | None:
     """x that is given, or that follows from a size of the teeth; None where neither is [normal modules]."""
     if given is not None or thickness is None or not thickness.is_measured:
         return given
-    return _of_thickness(section, role, thickness, 0.0, 0.0)
+    return _of_thickness(section, index, thickness, 0.0, 0.0)
 
 
 def generating_shifts(
@@ -34,19 +34,19 @@ def generating_shifts(
         If no tooth has such a size.
     """
     found = []
-    for role, x, thickness, deviation in zip(Role, shifts, thicknesses, deviations, strict=True):
-        own = x if thickness is None else _of_thickness(sections[role], role, thickness, x, deviation)
+    for index, (x, thickness, deviation) in enumerate(zip(shifts, thicknesses, deviations, strict=True)):
+        own = x if thickness is None else _of_thickness(sections[index], index, thickness, x, deviation)
         found.append(own)
     return found[0], found[1]
 
 
 def _of_thickness(
-    section: TransverseSection, role: Role, thickness: Thickness, nominal: float, deviation: float
+    section: TransverseSection, index: int, thickness: Thickness, nominal: float, deviation: float
 ) -> float:
     try:
         return thickness.shift(section, nominal, deviation)
     except InputError as error:
-        raise error.within(f"{role.label}.thickness") from None
+        raise error.within(f"{GEARS[index]}.thickness") from None
 
 
 def backlash(sections: Sections, shifts: tuple[float, float], distance: float) -> float:

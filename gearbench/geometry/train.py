@@ -16,10 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError
+from gearbench.geometry.names import PAIR
 from gearbench.geometry.pair import Pair
 
-#: Name of the mesh of a pair.
-PAIR = "pair"
 #: Axes may stand this part of the centre distance farther from each other, or nearer.
 _AXES = 1e-4
 #: Teeth of a gear may stand this far beside the gaps of one of its mates [pitches].

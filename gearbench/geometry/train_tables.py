@@ -11,10 +11,10 @@ from pydantic.dataclasses import dataclass as table
 
 from gearbench.errors import InputError, one_of
 from gearbench.geometry.linkage import Linkage
+from gearbench.geometry.names import GEARS, PAIR
 from gearbench.geometry.pair import Length, Member, Pair
-from gearbench.geometry.role import Role
 from gearbench.geometry.thickness import Deviation
-from gearbench.geometry.train import PAIR, Mesh, Train
+from gearbench.geometry.train import Mesh, Train
 from gearbench.schema import STRICT, as_table, given, read
 
 #: Keys that both gears of a mesh have alike: of the pair, where there are no names.
@@ -145,13 +145,13 @@ class TrainTables:
                     raise InputError(f"gears.{names[1]}.{key}", getattr(both[1], key), allowed)
             own = {key: getattr(both[0], key) for key in (*SHARED, "face_width")}
             own |= {key: value for key, value in given(mesh).items() if key in OF_PAIR}
-            for role, name, gear in zip(Role, names, both, strict=True):
+            for label, name, gear in zip(GEARS, names, both, strict=True):
                 known = {"profile_shift": shifts[name]} if name in shifts else {}
                 kept = {key: value for key, value in given(gear).items() if key not in (*SHARED, "shaft")}
-                own[role.label] = known | kept
-            own[Role.PINION.label].pop("face_width")
-            if own["face_width"] == own[Role.WHEEL.label]["face_width"]:
-                own[Role.WHEEL.label].pop("face_width")
+                own[label] = known | kept
+            own["pinion"].pop("face_width")
+            if own["face_width"] == own["wheel"]["face_width"]:
+                own["wheel"].pop("face_width")
             try:
                 found[mesh.label] = pair = read(Pair, own, "pair")
             except InputError as error:
@@ -165,7 +165,7 @@ class TrainTables:
         found = {name: dict(each) for side in sides for name, each in self.tables.get(side, {}).items()}
         known = {each.name for each in fields(TrainGear)}
         mesh = self.meshes[number]
-        for role, gear in zip(Role, (mesh.driver, mesh.driven), strict=True):
+        for label, gear in zip(GEARS, (mesh.driver, mesh.driven), strict=True):
             drive = {k: v for k, v in self.tables["gears"][gear].items() if k not in known and k != "coast"}
             other = as_table(f"gears.{gear}.coast", self.tables["gears"][gear].get("coast", {}))
             if alone := other.keys() - drive.keys():
@@ -173,9 +173,9 @@ class TrainTables:
                 raise InputError(f"gears.{gear}.coast.{min(alone)}", "given", allowed)
             for name, value in {**drive, **(other if coast else {})}.items():
                 common = found.setdefault(name, {})
-                if common.keys() - {each.label for each in Role}:
+                if common.keys() - set(GEARS):
                     raise InputError(f"gears.{gear}.{name}", "given", f"conflicts with effects.{name} of both gears")
-                common[role.label] = value
+                common[label] = value
         return found
 
     def train(self, pairs: Mapping[str, Pair]) -> Train:
@@ -226,8 +226,8 @@ class TrainTables:
         first, hand = self.meshes[0].label, table.get("hand", "right")
         seats: dict[str, list[dict[str, Any]]] = {}
         for mesh in self.meshes:
-            for role, gear in zip(Role, (mesh.driver, mesh.driven), strict=True):
-                own = {"gear": role.label, "mesh": PAIR if mesh.label == first else mesh.label, "name": gear}
+            for label, gear in zip(GEARS, (mesh.driver, mesh.driven), strict=True):
+                own = {"gear": label, "mesh": PAIR if mesh.label == first else mesh.label, "name": gear}
                 seats.setdefault(gear, []).append(own)
         shafts = []
         for shaft in table.get("shafts", ()):
@@ -255,7 +255,7 @@ class TrainTables:
         """An error in the tables of a mesh as a pair, by the keys of the file."""
         mesh = self.meshes[number]
         head, _, rest = error.key.partition(".")
-        names = dict(zip((role.label for role in Role), (mesh.driver, mesh.driven), strict=True))
+        names = dict(zip(GEARS, (mesh.driver, mesh.driven), strict=True))
         parts = rest.split(".")
         key = error.key
         if head == "pair" and parts[0] in names:

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import GearbenchError, InputError
-from gearbench.geometry.role import Role
 from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.front import non_dominated
 from gearbench.optimisation.problem import Evaluation, macro_geometry
@@ -147,8 +146,8 @@ def _prepare(
     for i, pair in enumerate(pairs, start=1):
         progress(f"finite elements of macro-geometry {i} of {len(first)}")
         with suppress(GearbenchError):  # the design is then reported with this reason
-            for role in Role:
-                reference.flank(pair, role, beside)
+            for index in (0, 1):
+                reference.flank(pair, index, beside)
     return len(first)
 
 

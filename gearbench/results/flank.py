@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError
-from gearbench.geometry.role import Role
 from gearbench.results.solved import Solved
 from gearbench.scene import Operation
 from gearbench.strength.bending import RootBending
@@ -35,7 +34,7 @@ def pressure(solved: Solved) -> NDArray:
 
 def root_stress(solved: Solved) -> NDArray:
     """Nominal root stress of each gear, ISO 6336-3:2019 method B, (…, gear) [MPa]."""
-    each = [RootBending(pair=solved.scene.pair, role=role).stress(1.0) for role in Role]
+    each = [RootBending(pair=solved.scene.pair, gear=index).stress(1.0) for index in (0, 1)]
     return np.multiply.outer(_torque(solved), each)
 
 
@@ -45,14 +44,14 @@ def loaded_root_stress(solved: Solved) -> NDArray:
     Y_F and Y_S of ISO 6336-3:2019 at the height of each segment's load, on the virtual spur tooth; along the face the
     root has the mean over what lies within a tooth height, which is an assumption of ours and no part of the norm.
     """
-    return np.stack([_loaded_root_stress(solved, role) for role in Role], axis=-1)
+    return np.stack([_loaded_root_stress(solved, index) for index in (0, 1)], axis=-1)
 
 
-def _loaded_root_stress(solved: Solved, role: Role) -> NDArray:
+def _loaded_root_stress(solved: Solved, index: int) -> NDArray:
     pair, lines = solved.scene.pair, solved.lines
-    gear, b = pair.gears[role], pair.meshing.face_width
-    bending = RootBending(pair=pair, role=role)
-    radius = np.where(lines.length > 0, np.hypot(gear.base_radius, lines.rolls[role]), gear.tip_radius)
+    gear, b = pair.gears[index], pair.meshing.face_width
+    bending = RootBending(pair=pair, gear=index)
+    radius = np.where(lines.length > 0, np.hypot(gear.base_radius, lines.rolls[index]), gear.tip_radius)
     # F_t = F_bn cos α_n cos β of each segment
     tangential = solved.solution.force / lines.lever * math.cos(gear.alpha_n) * math.cos(gear.beta)
     moment, end = tangential * bending.loaded(radius), _ends(solved)

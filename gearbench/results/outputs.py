@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError, one_of
-from gearbench.geometry.role import Role
+from gearbench.geometry.names import GEARS
 from gearbench.results import flank
 from gearbench.results.cycle import ACROSS, ALONG, CUT, LOCATED, MeshCycle, coefficients, noise_floor
 from gearbench.results.responses import USUAL, is_response, response, responses
@@ -50,7 +50,12 @@ OUTPUTS: Mapping[str, tuple[tuple[str, ...], Callable[[Solved], NDArray]]] = Map
 
 #: Names of earlier versions, of the pinion or the wheel → the output over both, and which of them.
 EARLIER: Mapping[str, tuple[str, int]] = MappingProxyType(
-    {f"{name}_{role.label}": (name, role) for name, (dims, _) in OUTPUTS.items() if "gear" in dims for role in Role}
+    {
+        f"{name}_{GEARS[index]}": (name, index)
+        for name, (dims, _) in OUTPUTS.items()
+        if "gear" in dims
+        for index in (0, 1)
+    }
 )
 #: Outputs of ``simulate`` unless told otherwise.
 DEFAULT_OUTPUTS = (

@@ -177,6 +177,11 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "mesh_force_by_source_amplitude": Quantity(
                 "N", "f_n", "amplitude of a mesh force order of the frequency of the mesh that excites it"
             ),
+            "mesh_force_combination_amplitude": Quantity(
+                "N", "f_nm", "amplitude of the mesh force at a combination of orders of two mesh frequencies"
+            ),
+            "combination_residual": Quantity("1", "–", "residual of the balance of all mesh frequencies"),
+            "combination_frequency": Quantity("Hz", "|n f_1 + m f_2|", "frequency of a combination"),
             "mesh_force_phase": Quantity("rad", "arg f_n", "phase of a mesh force order"),
             "mesh_force_rms": Quantity("N", "RMS f", "RMS of the fluctuating mesh force, of all mesh frequencies"),
             "mean_force": Quantity("N", "F_bt", "mean mesh force along the line of action"),
@@ -188,7 +193,7 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
                 "N", "σ RMS f", "standard deviation of the RMS of the mesh force over samples"
             ),
             "mesh_force_rms_max": Quantity("N", "max RMS f", "largest RMS of the mesh force of all error samples"),
-            "dynamic_factor": Quantity("1", "max f/F_bt", "largest over mean mesh force"),
+            "dynamic_factor": Quantity("1", "max f/F_bt", "largest over mean mesh force, frequencies in any phase"),
             "contact_kept": Quantity("1", "f > 0", "whether the flanks never part"),
             "floquet_multiplier": Quantity(
                 "1",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearbench.effects.tooth_bending import tooth_bending
-from gearbench.geometry.role import Role
+from gearbench.geometry.names import GEARS
 from gearbench.results.provenance import support
 from gearbench.scene import Scene
 
@@ -47,14 +47,14 @@ def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]
         found += _unproven(pair)
     if (errors := scene.effect("manufacturing_errors")) is not None:
         found += _at_their_means(errors, pair)
-    for role in Role:
-        gear = pair.gears[role]
+    for index in (0, 1):
+        gear = pair.gears[index]
         tip = float(gear.normal_thickness(gear.tip_radius))
         if tip < LEAST_TIP * pair.normal_module:
-            found.append(f"pointed tip of the {role.label}: s_an = {tip:.3g} mm is below {LEAST_TIP} m_n")
-        if pair.meshing.has_interference[role]:
-            mate = role.mate.label
-            found.append(f"interference: the tip of the {mate} reaches below the form circle of the {role.label}")
+            found.append(f"pointed tip of the {GEARS[index]}: s_an = {tip:.3g} mm is below {LEAST_TIP} m_n")
+        if pair.meshing.has_interference[index]:
+            mate = GEARS[1 - index]
+            found.append(f"interference: the tip of the {mate} reaches below the form circle of the {GEARS[index]}")
     if dataset is None:
         return tuple(found)
     if "flank_pressure_max" in dataset and (p := float(dataset["flank_pressure_max"].max())) > HARDENED:
@@ -82,13 +82,11 @@ def _unproven(pair: Pair) -> list[str]:
     if (overlap := pair.meshing.overlap_ratio) > MOST_OVERLAP:
         off = f"peak-to-peak values of teeth on a ring were up to 4 % off finite elements above {MOST_OVERLAP:g}"
         found.append(f"overlap ratio {overlap:.3g}: {off}")
-    for role, member, gear in zip(Role, pair.members, pair.gears, strict=True):
+    for name, member, gear in zip(GEARS, pair.members, pair.gears, strict=True):
         wide = gear.face_width / gear.normal_module
         if wide > WIDEST:
-            found.append(f"face of the {role.label} {wide:.3g} m_n wide: teeth on a ring were {proof} up to {WIDEST:g}")
+            found.append(f"face of the {name} {wide:.3g} m_n wide: teeth on a ring were {proof} up to {WIDEST:g}")
         rim = (member.rim_thickness or gear.root_radius - (member.bore_diameter or 0.0) / 2) / gear.normal_module
         if rim < THINNEST_RIM:
-            found.append(
-                f"rim of the {role.label} {rim:.3g} m_n thick: teeth on a ring were {proof} from {THINNEST_RIM}"
-            )
+            found.append(f"rim of the {name} {rim:.3g} m_n thick: teeth on a ring were {proof} from {THINNEST_RIM}")
     return found

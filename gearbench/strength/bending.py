@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.strength.section import VirtualTooth
 
 #: Y_S is fitted for notch parameters in this range; outside it the norm takes the nearer end.
@@ -30,8 +29,8 @@ class RootBending:
     ----------
     pair
         The gear pair.
-    role
-        Pinion or wheel.
+    gear
+        0 the driver, 1 the driven gear.
     load_at
         "single_contact": method B, load at the outer point of single pair contact of the virtual spur gear (for
         ε_αn ≥ 2 the same formula gives the inner point of triple contact, as in the norm); "tip": method C, load at
@@ -39,13 +38,13 @@ class RootBending:
     """
 
     pair: Pair
-    role: Role
+    gear: int
     load_at: Literal["single_contact", "tip"] = "single_contact"
 
     @cached_property
     def tooth(self) -> VirtualTooth:
         """The virtual spur tooth."""
-        return VirtualTooth(gear=self.pair.gears[self.role])
+        return VirtualTooth(gear=self.pair.gears[self.gear])
 
     @cached_property
     def virtual_contact_ratio(self) -> float:
@@ -127,7 +126,7 @@ class RootBending:
 
         The norm advises against s_R ≤ 0.5 h_t; the formula is continued there.
         """
-        member, gear = self.pair.members[self.role], self.tooth.gear
+        member, gear = self.pair.members[self.gear], self.tooth.gear
         if member.bore_diameter is None:
             return 1.0
         rim = member.rim_thickness or gear.root_radius - member.bore_diameter / 2

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.scene import Scene
 from gearbench.strength.bending import RootBending
 
@@ -28,7 +27,7 @@ GEOMETRIC: Mapping[str, Callable[[Pair], float]] = MappingProxyType(
 
 def root_stress(scene: Scene) -> tuple[float, float]:
     """Nominal root stress of pinion and wheel, ISO 6336-3:2019 method B [MPa]."""
-    pinion, wheel = (RootBending(pair=scene.pair, role=role).stress(abs(scene.load.torque)) for role in Role)
+    pinion, wheel = (RootBending(pair=scene.pair, gear=index).stress(abs(scene.load.torque)) for index in (0, 1))
     return pinion, wheel
 
 

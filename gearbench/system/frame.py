@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,7 +62,7 @@ class MeshFrame:
         alpha = self.pair.meshing.alpha_wt
         return math.sin(alpha) * x + math.cos(alpha) * y
 
-    def wrench(self, role: Role, u: ArrayLike) -> NDArray:
+    def wrench(self, index: int, u: ArrayLike) -> NDArray:
         """Force and moment (…, 6) about the axis of one of the gears, its section moving with the flank.
 
         Per unit of transverse force, at the contact point u on the path of contact; signs as on the wheel for the
@@ -73,15 +72,15 @@ class MeshFrame:
         alpha, r_b = self.pair.meshing.alpha_wt, self.pair.gears[0].base_radius
         foot = r_b * (math.cos(alpha) * x - math.sin(alpha) * y)
         point = foot + np.asarray(u, dtype=float)[..., None] * self._line
-        if role == Role.WHEEL:
+        if index == 1:
             point = point - self.pair.meshing.centre_distance * x
         n = self.direction
         px, py = point[..., 0], point[..., 1]
         moment = np.stack([py * n[2], -px * n[2], px * n[1] - py * n[0]], axis=-1)
         both = np.concatenate([np.broadcast_to(n, moment.shape), moment], axis=-1)
-        return both if role == Role.WHEEL else -both
+        return both if index == 1 else -both
 
-    def position(self, role: Role, y: ArrayLike) -> NDArray:
+    def position(self, index: int, y: ArrayLike) -> NDArray:
         """Position on the shaft of one of the gears [mm] of the face coordinate y [mm]."""
-        own = np.asarray(y, dtype=float) + self.pair.overhangs[role][int(self.coast)]
-        return self.middle[role] + self.along * (own - self.pair.gears[role].face_width / 2)
+        own = np.asarray(y, dtype=float) + self.pair.overhangs[index][int(self.coast)]
+        return self.middle[index] + self.along * (own - self.pair.gears[index].face_width / 2)

@@ -9,9 +9,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.geometry.names import GEARS, PAIR
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
-from gearbench.geometry.train import PAIR, Mesh, Train
+from gearbench.geometry.train import Mesh, Train
 from gearbench.system.frame import MeshFrame
 from gearbench.system.schema import Hand, Seat, System
 from gearbench.system.schema import Mesh as Further
@@ -54,10 +54,10 @@ class Gearbox:
         return tuple(self.pairs)
 
     @cached_property
-    def seats(self) -> dict[tuple[str, Role], tuple[int, Seat]]:
+    def seats(self) -> dict[tuple[str, int], tuple[int, Seat]]:
         """(mesh, gear) → number of its shaft, and its seat there."""
         return {
-            (seat.mesh, Role[seat.gear.upper()]): (number, seat)
+            (seat.mesh, GEARS.index(seat.gear)): (number, seat)
             for number, shaft in enumerate(self.system.shafts)
             for seat in shaft.gears
         }
@@ -66,15 +66,15 @@ class Gearbox:
     def train(self) -> Train:
         """Gears and meshes; without names, one number of teeth at one position of a shaft is one gear."""
         gears, given = {}, {item.name: item.phase for item in self.system.meshes}
-        for (mesh, role), (number, seat) in self.seats.items():
-            body = self.pairs[mesh].gears[role]
+        for (mesh, index), (number, seat) in self.seats.items():
+            body = self.pairs[mesh].gears[index]
             alike = f"gear of {body.teeth} teeth on {self._name(number)} at {seat.position:g} mm"
-            gears[mesh, role] = seat.name or alike, number
+            gears[mesh, index] = seat.name or alike, number
         meshes = (
             Mesh(
                 name=mesh,
-                driver=gears[mesh, Role.PINION][0],
-                driven=gears[mesh, Role.WHEEL][0],
+                driver=gears[mesh, 0][0],
+                driven=gears[mesh, 1][0],
                 pair=pair,
                 phase=given.get(mesh),
             )
@@ -111,7 +111,7 @@ class Gearbox:
                 across=(float(x), float(y)),
                 turn=-self.train.turn(mesh) if self.coast else self.train.turn(mesh),
                 hand=1 if hands[mesh] == "right" else -1,
-                middle=(self.seats[(mesh, Role.PINION)][1].position, self.seats[(mesh, Role.WHEEL)][1].position),
+                middle=(self.seats[(mesh, 0)][1].position, self.seats[(mesh, 1)][1].position),
                 coast=self.coast,
             )
         return frames
@@ -123,7 +123,7 @@ class Gearbox:
         for shaft in self.system.shafts:
             faces = []
             for seat in shaft.gears:
-                b = self.pairs[seat.mesh].gears[Role[seat.gear.upper()]].face_width
+                b = self.pairs[seat.mesh].gears[GEARS.index(seat.gear)].face_width
                 faces.append(Face(start=seat.position - b / 2, end=seat.position + b / 2, diameter=seat.diameter))
             joints = (joint for body in self.system.bodies for joint in body.joints)
             here = tuple(joint.position for joint in joints if joint.shaft == shaft.name)
@@ -175,37 +175,39 @@ class Gearbox:
         """Mesh phase of each mesh when that of the scene's own pair is zero [mesh periods] (D8)."""
         return self.train.phases(coast=self.coast)
 
-    def face_rows(self, mesh: str, role: Role, model: ShaftModel) -> NDArray:
+    def face_rows(self, mesh: str, index: int, model: ShaftModel) -> NDArray:
         """Rows (point, size) of the model's motions: work of a unit force at each of the points of the face (W8)."""
         frame, η = self.frames[mesh], FACE_POINTS[0]
         y = frame.pair.meshing.face_width * (η + 1) / 2
-        return model.rows(frame.position(role, y), frame.wrench(role, np.full(len(y), frame.pair.meshing.pitch_point)))
+        return model.rows(
+            frame.position(index, y), frame.wrench(index, np.full(len(y), frame.pair.meshing.pitch_point))
+        )
 
-    def wrench(self, mesh: str, role: Role, model: ShaftModel) -> NDArray:
+    def wrench(self, mesh: str, index: int, model: ShaftModel) -> NDArray:
         """Row (size,) of the model's motions: work of a unit transverse force spread evenly over the face."""
-        return FACE_POINTS[1] / 2 @ self.face_rows(mesh, role, model)
+        return FACE_POINTS[1] / 2 @ self.face_rows(mesh, index, model)
 
-    def torque_from(self, mesh: str, role: Role) -> float:
+    def torque_from(self, mesh: str, index: int) -> float:
         """Position on its shaft where the torque of a gear comes from or goes to [mm]."""
-        number, own = self.seats[(mesh, role)]
+        number, own = self.seats[(mesh, index)]
         shaft = self.system.shafts[number]
         if shaft.coupling is not None:
             return shaft.coupling.position
         others = [seat.position for seat in shaft.gears if seat is not own]
         return float(np.mean(others)) if others else 0.0
 
-    def face_nodes(self, mesh: str, role: Role, model: ShaftModel) -> NDArray:
+    def face_nodes(self, mesh: str, index: int, model: ShaftModel) -> NDArray:
         """Nodes of the model under the face of a gear."""
-        half = self.pairs[mesh].gears[role].face_width / 2
-        first, last = (model.node(self.seats[(mesh, role)][1].position + s * half) for s in (-1, 1))
+        half = self.pairs[mesh].gears[index].face_width / 2
+        first, last = (model.node(self.seats[(mesh, index)][1].position + s * half) for s in (-1, 1))
         return np.arange(first, last + 1)
 
-    def spin(self, mesh: str, role: Role, model: ShaftModel) -> NDArray:
+    def spin(self, mesh: str, index: int, model: ShaftModel) -> NDArray:
         """Row (size,) of the model's motions: what the spin of a gear adds to the transmission error.
 
         It is that of the section of its face where its torque enters.
         """
-        nodes, frame, row = self.face_nodes(mesh, role, model), self.frames[mesh], np.zeros(model.size)
-        at = nodes[np.argmin(np.abs(model.nodes[nodes] - self.torque_from(mesh, role)))]
-        row[6 * at + 5] = frame.wrench(role, frame.pair.meshing.pitch_point)[5]
+        nodes, frame, row = self.face_nodes(mesh, index, model), self.frames[mesh], np.zeros(model.size)
+        at = nodes[np.argmin(np.abs(model.nodes[nodes] - self.torque_from(mesh, index)))]
+        row[6 * at + 5] = frame.wrench(index, frame.pair.meshing.pitch_point)[5]
         return row

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.errors import InputError
+from gearbench.geometry.names import PAIR
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
-from gearbench.geometry.train import PAIR
 from gearbench.system.gearbox import Gearbox
 from gearbench.system.schema import Disc, Seat, System
 from gearbench.system.shaft_model import DENSITY, DYNAMIC_ELEMENTS, INERTIA, METRE, ShaftModel, add_disc
@@ -89,12 +88,12 @@ def shafts_at_rest(box: Gearbox, own: tuple[NDArray, NDArray] | None = None) -> 
         for number, model in structure.shafts.items():
             here = structure.motions(number)
             load[here] = external_load(model)
-            for (name, role), (seat, _) in box.seats.items():
+            for (name, index), (seat, _) in box.seats.items():
                 if seat == number:
                     load[here] += (
-                        own[role]
+                        own[index]
                         if own is not None and name == PAIR
-                        else box.force(name) * box.wrench(name, role, model)
+                        else box.force(name) * box.wrench(name, index, model)
                     )
         settled |= dict.fromkeys(structure.shafts, Settled(structure=structure, load=load))
     return tuple(settled[number] for number in range(len(box.models)))
@@ -130,10 +129,10 @@ def mechanics(box: Gearbox, settled: tuple[Settled, ...], spread: Sequence[NDArr
         M[spin, spin] += coupling.inertia * INERTIA
     mesh, spin = np.zeros((len(box.names), len(spread[0]), n)), np.zeros((len(box.names), n))
     for k, name in enumerate(box.names):
-        for role in Role:
-            number = box.seats[(name, role)][0]
-            mesh[k, :, whole.motions(number)] += spread[k] @ box.face_rows(name, role, models[number])
-            spin[k, whole.motions(number)] += box.spin(name, role, models[number])
+        for index in (0, 1):
+            number = box.seats[(name, index)][0]
+            mesh[k, :, whole.motions(number)] += spread[k] @ box.face_rows(name, index, models[number])
+            spin[k, whole.motions(number)] += box.spin(name, index, models[number])
     found = Mechanics(
         mass=M,
         stiffness=K,
@@ -195,14 +194,14 @@ def _without_massless(found: Mechanics, whole: Structure) -> Mechanics:
 def _mass(box: Gearbox, number: int, model: ShaftModel) -> NDArray:
     """Mass of a shaft with its gears, each gear once even if it meshes twice."""
     M, seen = model.mass.copy(), set()
-    for (mesh, role), (here, seat) in box.seats.items():
-        gear = box.train[mesh].gears[role]
+    for (mesh, index), (here, seat) in box.seats.items():
+        gear = box.train[mesh].gears[index]
         if here == number and gear not in seen:
             seen.add(gear)
-            nodes = box.face_nodes(mesh, role, model)
+            nodes = box.face_nodes(mesh, index, model)
             z = model.nodes[nodes] - model.nodes[nodes].mean()
             share = np.convolve(np.diff(z), [0.5, 0.5]) / np.ptp(z)
-            disc = _gear_disc(box.pairs, mesh, role, seat, model)
+            disc = _gear_disc(box.pairs, mesh, index, seat, model)
             # the body moves with the sections of the shaft under it: its slices tilt, and move, as they do
             across = max(disc.transverse_inertia - disc.mass * (share @ z**2) / METRE**2, 0.0)
             for node, part in zip(nodes, share, strict=True):
@@ -214,8 +213,8 @@ def _mass(box: Gearbox, number: int, model: ShaftModel) -> NDArray:
     return M
 
 
-def _gear_disc(pairs: Mapping[str, Pair], mesh: str, role: Role, seat: Seat, model: ShaftModel) -> Disc:
-    body = pairs[mesh].gears[role]
+def _gear_disc(pairs: Mapping[str, Pair], mesh: str, index: int, seat: Seat, model: ShaftModel) -> Disc:
+    body = pairs[mesh].gears[index]
     at = int(np.clip(np.searchsorted(model.nodes, seat.position) - 1, 0, len(model.beams) - 1))
     hole = min(model.beams[at].diameter[1] / 2, body.pitch_radius)
     m, axial, across = steel_disc(body.pitch_radius, hole, body.face_width)

@@ -9,7 +9,7 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.errors import InputError, one_of
 from gearbench.geometry.material import Material
-from gearbench.geometry.train import PAIR
+from gearbench.geometry.names import PAIR
 from gearbench.schema import STRICT
 from gearbench.system.bearing import Bearing
 from gearbench.system.body import Body

@@ -13,7 +13,7 @@ import numpy as np
 from gearbench.contact.assemble import mesh_phases, scene_lines
 from gearbench.effort.clock import timed, times, unseen
 from gearbench.errors import GearbenchError, InputError
-from gearbench.geometry.role import Role
+from gearbench.geometry.names import GEARS
 from gearbench.results.provenance import provenance, run_provenance
 from gearbench.results.responses import described
 from gearbench.scene import Scene
@@ -31,7 +31,7 @@ T = TypeVar("T")
 
 #: Timed runs; medians count.
 REPEATS = 5
-MODELS, GEARS = ("fast", "reference"), ("pinion", "wheel")
+MODELS = ("fast", "reference")
 
 
 def compare(scene: Scene, accuracy: float | None = None) -> xr.Dataset:
@@ -66,7 +66,7 @@ def compare(scene: Scene, accuracy: float | None = None) -> xr.Dataset:
         name: (("model", *fast_run[name].dims), np.array([fast_run[name].values, judged.cycle[name].values]))
         for name in (*CURVES, "load_share")
     }
-    grids = [flank_grid(scene.pair, role, LOADS) for role in Role]
+    grids = [flank_grid(scene.pair, index, LOADS) for index in (0, 1)]
     coords: dict[str, tuple] = {
         "model": ("model", list(MODELS)),
         "gear": ("gear", list(GEARS)),

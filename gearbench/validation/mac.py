@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from gearbench.contact.assemble import mesh_phases, scene_lines
 from gearbench.geometry.action import ContactLines
+from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.scene import Scene
 from gearbench.validation.reference import smooth_effects
 
@@ -47,23 +47,23 @@ class FlankGrid:
         return height.ravel(), y.ravel()
 
 
-def flank_grid(pair: Pair, role: Role, cells: tuple[int, int]) -> FlankGrid:
+def flank_grid(pair: Pair, index: int, cells: tuple[int, int]) -> FlankGrid:
     """Middles of ``cells`` (along height, along face width) on the active flank of a gear."""
-    low, high = pair.meshing.active_radii[role]
+    low, high = pair.meshing.active_radii[index]
     up, across = ((np.arange(n) + 0.5) / n for n in cells)
-    return FlankGrid(radius=low + (high - low) * up, y=pair.gears[role].face_width * across)
+    return FlankGrid(radius=low + (high - low) * up, y=pair.gears[index].face_width * across)
 
 
-def tooth_factor(scene: Scene, role: Role, height: NDArray, y: NDArray) -> NDArray:
+def tooth_factor(scene: Scene, index: int, height: NDArray, y: NDArray) -> NDArray:
     """Ψ (…, rank) [√(mm/N)] of all smooth compliances of ``scene`` on one tooth of a gear, by itself."""
     pair = coast_view(scene.pair) if scene.load.coast else scene.pair
-    parts = [effect.tooth_factor(pair, role, height, y, scene.effects_by_name) for effect in smooth_effects(scene)]
+    parts = [effect.tooth_factor(pair, index, height, y, scene.effects_by_name) for effect in smooth_effects(scene)]
     return np.concatenate(parts, axis=-1)
 
 
 def coast_view(pair: Pair) -> Pair:
     """The pair as its coast flanks see it, in a mirror: webs lie towards the other face."""
-    offsets = {role.label: member.web_offset for role, member in zip(Role, pair.members, strict=True)}
+    offsets = {GEARS[index]: member.web_offset for index, member in enumerate(pair.members)}
     if not any(offsets.values()):
         return pair
     return replace(
@@ -71,32 +71,32 @@ def coast_view(pair: Pair) -> Pair:
     )
 
 
-def deflection_shapes(scene: Scene, role: Role) -> NDArray:
+def deflection_shapes(scene: Scene, index: int) -> NDArray:
     """Deflections [mm/N] of one tooth of a gear at the response points, under unit loads: (response, load)."""
-    load = tooth_factor(scene, role, *flank_grid(scene.pair, role, LOADS).points(scene.pair.gears[role].root_radius))
-    return response_factor(scene, role) @ load.T
+    load = tooth_factor(scene, index, *flank_grid(scene.pair, index, LOADS).points(scene.pair.gears[index].root_radius))
+    return response_factor(scene, index) @ load.T
 
 
-def response_factor(scene: Scene, role: Role) -> NDArray:
+def response_factor(scene: Scene, index: int) -> NDArray:
     """Ψ (response, rank) at the response points of a gear."""
     return tooth_factor(
-        scene, role, *flank_grid(scene.pair, role, RESPONSES).points(scene.pair.gears[role].root_radius)
+        scene, index, *flank_grid(scene.pair, index, RESPONSES).points(scene.pair.gears[index].root_radius)
     )
 
 
-def line_shapes(scene: Scene, role: Role, lines: ContactLines) -> NDArray:
+def line_shapes(scene: Scene, index: int, lines: ContactLines) -> NDArray:
     """The same under unit loads, spread evenly over one contact line each: (response, line), lines in contact only."""
-    height = lines.radii[role][lines.active] - scene.pair.gears[role].root_radius
+    height = lines.radii[index][lines.active] - scene.pair.gears[index].root_radius
     share = lines.length[lines.active] / lines.length[lines.active].sum(axis=1, keepdims=True)
-    load = np.einsum("ls,lsr->lr", share, tooth_factor(scene, role, height, lines.own_y(role)[lines.active]))
-    return response_factor(scene, role) @ load.T
+    load = np.einsum("ls,lsr->lr", share, tooth_factor(scene, index, height, lines.own_y(index)[lines.active]))
+    return response_factor(scene, index) @ load.T
 
 
-def line_mac(fast: Scene, reference: Scene, role: Role) -> tuple[float, float]:
+def line_mac(fast: Scene, reference: Scene, index: int) -> tuple[float, float]:
     """Worst and mean MAC of the shapes under the contact lines of a mesh cycle; the mean weighted with their length."""
     phase, weight = mesh_phases(fast)
     lines = scene_lines(fast, phase)
-    found = mac(*(line_shapes(scene, role, lines) for scene in (fast, reference)))
+    found = mac(*(line_shapes(scene, index, lines) for scene in (fast, reference)))
     return float(found.min()), float(
         np.average(found, weights=(weight[:, None] * lines.length.sum(axis=2))[lines.active])
     )
@@ -122,12 +122,12 @@ class ShapeComparison:
     compliance_ratio: float
 
 
-def compare_shapes(fast: Scene, reference: Scene, role: Role) -> ShapeComparison:
+def compare_shapes(fast: Scene, reference: Scene, index: int) -> ShapeComparison:
     """Compare the deflection shapes of pinion (k = 0) or wheel (k = 1) of two scenes with the same pair."""
-    a, b = deflection_shapes(fast, role), deflection_shapes(reference, role)
+    a, b = deflection_shapes(fast, index), deflection_shapes(reference, index)
     ratio = np.linalg.norm(a, axis=0) / np.linalg.norm(b, axis=0)
     return ShapeComparison(
-        loads=flank_grid(fast.pair, role, LOADS),
+        loads=flank_grid(fast.pair, index, LOADS),
         mac=mac(a, b).reshape(LOADS),
         norm_ratio=ratio.reshape(LOADS),
         compliance_ratio=float(np.linalg.norm(a) / np.linalg.norm(b)),

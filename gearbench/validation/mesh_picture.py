@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gearbench.geometry.role import Role
 from gearbench.scene_file import parse_scene
 from gearbench.validation.reference import finite_elements
 
@@ -52,11 +51,11 @@ def mesh_figure(dataset: xr.Dataset) -> Figure:
 
     reference = parse_scene(tomllib.loads(dataset.attrs["reference_scene"]))
     figure = Figure(figsize=(9.5, 4.8))
-    for role, name in zip(Role, dataset["gear"].values, strict=True):
-        found = dataset.isel(gear=int(role))
-        body = finite_elements(reference).body(reference.pair, role, reference.effects_by_name)
+    for index, name in enumerate(dataset["gear"].values):
+        found = dataset.isel(gear=index)
+        body = finite_elements(reference).body(reference.pair, index, reference.effects_by_name)
         section = Section(body=body, grain=Grain(degree=2))  # the quadrilaterals are those of every level
-        axes = figure.add_subplot(1, 2, role + 1)
+        axes = figure.add_subplot(1, 2, index + 1)
         draw_section(section, axes)
         axes.tick_params(axis="x", rotation=90)  # a sector may be narrower than its numbers
         unknowns, error = int(found["reference_unknowns"]), float(found["reference_error"])

@@ -16,7 +16,6 @@ from gearbench.effects.tooth_bending import ToothBending, tooth_bending
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.scene import Scene
 
 
@@ -71,7 +70,7 @@ def reference_memory(reference: Scene, positions: int) -> float:
 def meshed_flanks(reference: Scene) -> tuple[FlankCompliance, FlankCompliance]:
     """Compliances of the flanks of pinion and wheel of a reference that carry its load."""
     tooth, beside, coast = finite_elements(reference), reference.effects_by_name, reference.load.coast
-    pinion, wheel = (tooth.flank(reference.pair, role, beside, coast) for role in Role)
+    pinion, wheel = (tooth.flank(reference.pair, index, beside, coast) for index in (0, 1))
     return pinion, wheel
 
 
@@ -105,9 +104,9 @@ class SolvedTeeth(Tooth):
         """Factor of both teeth side by side, or the matrix of all pairs where the gears are on their bodies."""
         return Flanks(both=self.both, coupled=GearBody.name in beside).on(lines)
 
-    def tooth_factor(self, pair: Pair, role: Role, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
+    def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
         """Ψ of one tooth; see ``ToothCompliance``."""
-        return self.both[role].factor(height, y)
+        return self.both[index].factor(height, y)
 
 
 def solved_reference(reference: Scene) -> Scene:

@@ -18,7 +18,6 @@ from gearbench.effects.gear_body import GearBody
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.files import is_sealed, seal, unseal, write_bytes
-from gearbench.geometry.role import Role
 from gearbench.scene import Scene
 from gearbench.simulation import simulate
 from gearbench.solution import dataset, solve_scene
@@ -123,7 +122,7 @@ def _model_errors(
     errors = cycle_errors(cycle, exact[1])
     errors |= error_bars(errors, cycle_errors(cycle, again[1]))
     worst, bare = (
-        min(float(compare_shapes(fast, each, role).mac.min()) for role in Role) for each, _ in (exact, again)
+        min(float(compare_shapes(fast, each, index).mac.min()) for index in (0, 1)) for each, _ in (exact, again)
     )
     more = {"mac": worst, "mac_bar": abs(worst - bare), "seconds": compliance_seconds(fast, 1)}
     return {name: more[name] if name in more else float(errors[name][1]) for name in names}

@@ -17,7 +17,6 @@ from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.geometry.pair import Member, Pair
-from gearbench.geometry.role import Role
 from gearbench.scene import Load
 
 #: 4 (ln 2 + ½): Hertz's approach in half-widths and c₁q.
@@ -94,12 +93,12 @@ def test_law_at_the_start_of_a_relief_is_that_of_the_real_flanks(gear: str, heli
     touch, q = lines.touch, lines.typical_load
     assert touch is not None
     assert lines.separation is not None
-    cos_b, role = math.cos(pair.meshing.beta_b), Role.PINION if gear == "pinion" else Role.WHEEL
-    ((start, _),) = lines.separation.plane.profiles[role].kinks
+    cos_b, index = math.cos(pair.meshing.beta_b), 0 if gear == "pinion" else 1
+    ((start, _),) = lines.separation.plane.profiles[index].kinks
     c = sum(1 / (math.pi * material.plane_strain_modulus) for material in pair.materials) / 2
     rho = lines.curvature_radius
     half_width = np.sqrt(8 * c * rho * q)
-    away = (touch.rolls[role] ** 2 - start**2) / (2 * pair.gears[role].base_radius) / half_width
+    away = (touch.rolls[index] ** 2 - start**2) / (2 * pair.gears[index].base_radius) / half_width
     near = (np.abs(away) < 0.8) & (lines.length > 0)
     assert near.sum() > 4
     law = Hertz().compliance(lines, {})

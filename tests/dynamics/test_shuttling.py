@@ -104,7 +104,7 @@ def test_bearing_forces_are_those_of_many_slices(helix):
     # rigid teeth of rigid slices have no error: all that moves them is that k varies under the mean force
     wave = np.exp(-2j * np.pi * np.outer(np.arange(2 * H + 1), tau)) / len(tau)
     gears = model.cycles[0].on_shafts.gears
-    psi = [factor((gear,), [box.face_rows("pair", gear.role, gear.model)]) for gear in gears]
+    psi = [factor((gear,), [box.face_rows("pair", gear.gear, gear.model)]) for gear in gears]
     C = sum(part @ part.T for part in psi)
     force = np.array([np.linalg.solve(C + np.diag(1 / each), np.ones(len(η))) for each in k])
     force *= scene.F_bt / force.sum(axis=1, keepdims=True)
@@ -117,8 +117,8 @@ def test_bearing_forces_are_those_of_many_slices(helix):
     )
     x, f = solve(drive, h, mean)
     omega = 2 * np.pi / 60 * scene.pair.pinion.teeth * speeds[:, None] * np.arange(1, H + 1)
-    reach = found.everywhere(omega, rows)[2]
-    felt = np.einsum("snbr,srn->sbn", reach, (f - mean @ x)[..., 1:]).reshape(len(speeds), -1, 3, H)
+    push = np.moveaxis((f - mean @ x)[..., 1:], 1, -1)
+    felt = np.moveaxis(found.everywhere(omega, push, rows)[2], 1, -1)
     ours = data["bearing_force_amplitude"].values[:, 0, :, :2]
     theirs = 2 * np.abs(felt[:, :, :2])
     for name, one, other in zip(data["bearing"].values, *(np.sqrt((v**2).sum(axis=(0, 2, 3))) for v in (ours, theirs)), strict=True):  # fmt: skip  # noqa: E501

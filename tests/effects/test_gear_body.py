@@ -24,7 +24,6 @@ from gearbench.effects.teeth import ring_flank, toothed_ring
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
-from gearbench.geometry.role import Role
 from gearbench.scene import Scene
 from gearbench.scene_file import load_scene, parse_scene
 from gearbench.simulation import simulate
@@ -185,9 +184,9 @@ def test_directions_left_out_are_not_felt(kind, monkeypatch):
     monkeypatch.setattr("gearbench.compliance.flank.NEGLIGIBLE", 0.0)
     whole, all_coupled = pair_blocks(OWN.compliance(at, {}), at), simulate(scene(kind, "coupled"))
     most = np.zeros(at.shape)
-    for role in Role:
-        flank = ring_flank(at.pair, role, None, 0)
-        shapes = flank.shapes(at.radii[role] - flank.gear.root_radius, at.y)
+    for index in (0, 1):
+        flank = ring_flank(at.pair, index, None, 0)
+        shapes = flank.shapes(at.radii[index] - flank.gear.root_radius, at.y)
         most += NEGLIGIBLE * np.linalg.eigvalsh(flank.block(0))[-1] * np.sum(shapes**2, axis=-1)
     for p, k in np.argwhere(at.active):
         missing = (whole - kept)[p, k, :, k]
@@ -247,7 +246,7 @@ def test_order_is_that_of_the_tooth(kind):
     assert toothed_ring(at.pair, 0, (3, 3, 3)).tooth.order == (3, 3, 3)
     assert toothed_ring(at.pair, 0, (3, 3, 3)).bore_radius == pytest.approx(15.0)
     assert toothed_ring(at.pair, 1, None).bore_radius == pytest.approx(20.0)
-    assert [ring_flank(at.pair, role, None, 0).driven for role in Role] == [False, True]
+    assert [ring_flank(at.pair, index, None, 0).driven for index in (0, 1)] == [False, True]
     assert toothed_ring(at.pair, 0, None).tooth.gear == pinion
 
 

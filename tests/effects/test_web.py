@@ -14,7 +14,6 @@ from gearbench.effects.teeth import own_web
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Member, Pair
-from gearbench.geometry.role import Role
 from gearbench.geometry.web import make_web
 from gearbench.results.provenance import support
 from gearbench.results.warnings import warnings
@@ -77,13 +76,13 @@ def test_the_closed_form_knows_no_webs():
 def test_an_offset_web_keeps_its_end_of_the_face():
     """The driven gear, and the coast flanks, are seen in a mirror."""
     pair = webbed(3.0).pair
-    on_wheel = [own_web(pair, Role.WHEEL, coast) for coast in (False, True)]
+    on_wheel = [own_web(pair, 1, coast) for coast in (False, True)]
     assert on_wheel[1] is not None
     assert on_wheel[0] == on_wheel[1].mirrored(14.0)
     assert (on_wheel[1].start, on_wheel[1].stop) == (8.0, 12.0)
-    driving = own_web(pair.swapped(), Role.PINION, False)
+    driving = own_web(pair.swapped(), 0, False)
     assert driving == on_wheel[1]
-    assert own_web(pair, Role.PINION, False) is None
+    assert own_web(pair, 0, False) is None
     with pytest.raises(InputError, match="hub_diameter"):
         make_web(standard_gear(20), 8.0, 2.0, 0.5, 0.0, 6.0)
 

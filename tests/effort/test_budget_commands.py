@@ -92,7 +92,7 @@ def test_memory_of_a_response(scene, harmonics):
 def test_memory_of_a_revolution(system):
     scene = spur_scene(system, effects=WAVY, **COARSE)
     each = grows(lambda n: revolution_response(scene, speed=SPEEDS(n), harmonics=4), 20, 60)  # of 200 mesh cycles
-    assert each < speed_memory(4 * 200, 1, bearings(scene), motions=1) < 2 * each
+    assert each < speed_memory(4 * 200, 1, bearings(scene)) < 2 * each
 
 
 def test_memory_of_a_response_with_loss_of_contact():

@@ -20,7 +20,6 @@ from gearbench.effects.base import GapEffect
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Member, Pair
-from gearbench.geometry.role import Role
 from studies.s08_contact.data import scene
 
 PAIR = Pair(
@@ -41,7 +40,7 @@ SHIFTED = Pair(
 
 
 def placed(pair: Pair, phase: float, *gaps: GapEffect) -> Placement:
-    pinion, wheel = (Profile(pair=pair, role=role, effects=gaps) for role in Role)
+    pinion, wheel = (Profile(pair=pair, gear=index, effects=gaps) for index in (0, 1))
     return Placement(pair=pair, phase=phase, profiles=(pinion, wheel))
 
 
@@ -90,7 +89,7 @@ def test_mesh_lies_on_the_flank_that_was_made(phase, contact):
     relief = TipRelief(amount=20.0, length=1.0)
     placement = placed(PAIR, phase, relief)
     touches = [touch for touch in placement.touches() if touch.gap < 0.05]
-    mesh = gear_mesh(placement, Role.PINION, touches, (100.0, 100.0), Fineness(contact=contact, size=0.5, growth=0.6))
+    mesh = gear_mesh(placement, 0, touches, (100.0, 100.0), Fineness(contact=contact, size=0.5, growth=0.6))
     x, y = mesh.points[:, mesh.triangles[:3]]
     assert np.all((x[1] - x[0]) * (y[2] - y[0]) > (x[2] - x[0]) * (y[1] - y[0]))
     start, end = mesh.points[:, mesh.triangles[[0, 1, 2]]], mesh.points[:, mesh.triangles[[1, 2, 0]]]
@@ -102,7 +101,7 @@ def test_mesh_lies_on_the_flank_that_was_made(phase, contact):
         nodes = np.unique([mesh.triangles[e, t], mesh.triangles[(e + 1) % 3, t], mesh.triangles[3 + e, t]])
         R, angle = np.hypot(*mesh.points[:, nodes]), np.arctan2(*mesh.points[:, nodes])
         on_flank = (gear.form_radius + 1e-6 < R) & (gear.tip_radius - 1e-6 > R)
-        centre = placement.rotations[0] + 2 * np.pi / gear.teeth * placement.tooth(Role.PINION, k)
+        centre = placement.rotations[0] + 2 * np.pi / gear.teeth * placement.tooth(0, k)
         made = profile.angle(R[on_flank], k)
         np.testing.assert_allclose(angle[on_flank] - centre, made, atol=1e-9)
         assert on_flank.sum() > 10
@@ -113,9 +112,9 @@ def test_bore_of_the_pinion_turns_as_one_body():
     placement = placed(PAIR, 0.3)
     touches = [touch for touch in placement.touches() if touch.gap < 0.05]
     coarse = Fineness(contact=2.0, size=0.8, growth=0.8)
-    pinion, wheel = (gear_mesh(placement, role, touches, (100.0, 100.0), coarse) for role in Role)
+    pinion, wheel = (gear_mesh(placement, index, touches, (100.0, 100.0), coarse) for index in (0, 1))
     lines = deck(
-        PAIR, (pinion, wheel), [Load(force=1.0)], penalty=1e6, slaves=dict.fromkeys(pinion.surfaces, Role.PINION)
+        PAIR, (pinion, wheel), [Load(force=1.0)], penalty=1e6, slaves=dict.fromkeys(pinion.surfaces, 0)
     ).splitlines()
     q = pinion.points.shape[1] + wheel.points.shape[1] + 1
     moved = np.zeros((2, pinion.points.shape[1]))
@@ -194,7 +193,7 @@ def test_elements_suit_each_load_they_carry(monkeypatch, tmp_path):
 
     placement = placed(PAIR, 0.3)
     a, wide = (half_width(placement, placement.touch(0), q) for q in (10.0, 40.0))
-    mesh = gear_mesh(placement, Role.PINION, placement.touches()[:1], (10.0, 40.0), Settings().fineness)
+    mesh = gear_mesh(placement, 0, placement.touches()[:1], (10.0, 40.0), Settings().fineness)
     k = next(iter(mesh.surfaces))
     ends = np.array([[mesh.triangles[(edge + i) % 3, t] for i in range(2)] for t, edge in mesh.surfaces[k]])
     middle = mesh.points[:, ends].mean(axis=2)

@@ -55,10 +55,10 @@ def test_conjugate_flanks_part_like_a_parabola(y):
     np.testing.assert_allclose(section.separation(x), x**2 / (2 * rho), atol=0.012 * 0.1**2 / (2 * rho))
     assert section.lever == pytest.approx(1, abs=1e-4)
     # the normals are those of the flank
-    for role, gear in enumerate(HELICAL.gears):
-        R = np.array([section.radii[role]])
+    for index, gear in enumerate(HELICAL.gears):
+        R = np.array([section.radii[index]])
         own = Flank(gear).normal(R, np.zeros(1))[0, :2] / math.cos(gear.beta_b)
-        np.testing.assert_allclose(section.normals[role], own, atol=2e-4)
+        np.testing.assert_allclose(section.normals[index], own, atol=2e-4)
 
 
 @pytest.mark.parametrize("share", [-0.2, 0.3, 0.95, 1.15])

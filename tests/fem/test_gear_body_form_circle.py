@@ -12,7 +12,6 @@ from fem_reference.refinement import refined_compliance
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.effects import tooth_bending
 from gearbench.effects.teeth import meshed_body, meshed_flank, ring_flank, solid_flank
-from gearbench.geometry.role import Role
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from gearbench.simulation import simulate
@@ -39,10 +38,9 @@ def parts() -> tuple[FlankCompliance, NDArray, NDArray, NDArray]:
     """Finite elements on the body; the clamped tooth of finite elements, and of the solid; the ring (13, 25, 25)."""
     pair = gear().pair
     whole, clamped = (
-        meshed_flank(meshed_body(pair, Role.PINION, on_body=on_body), pair.materials[0], 0.002)
-        for on_body in (True, False)
+        meshed_flank(meshed_body(pair, 0, on_body=on_body), pair.materials[0], 0.002) for on_body in (True, False)
     )
-    solid, ring = solid_flank(pair, Role.PINION, None, True), ring_flank(pair, Role.PINION, None, 6)
+    solid, ring = solid_flank(pair, 0, None, True), ring_flank(pair, 0, None, 6)
     return whole, clamped.block(0), solid.block(0), ring.blocks
 
 
@@ -90,7 +88,7 @@ def test_more_polynomials_on_the_flank_change_nothing(monkeypatch):
     pair = gear().pair
     found = []
     for number, order in enumerate([(5, 5), (6, 5)]):
-        flank = refined_compliance(meshed_body(pair, Role.PINION, on_body=True), pair.materials[0], 0.002, order)
+        flank = refined_compliance(meshed_body(pair, 0, on_body=True), pair.materials[0], 0.002, order)
         monkeypatch.setattr(tooth_bending, "meshed_flank", lambda *_, flank=flank: flank)
         scene = gear(model="finite_elements", accuracy=0.003 + number * 1e-5)
         found.append(float(simulate(scene, outputs=("mesh_stiffness_rms",)).mesh_stiffness_rms))

@@ -16,7 +16,6 @@ from fem_reference.plane import Strip, solve_strip
 from fem_reference.section import Body
 from fem_reference.stress import plane_root_stress, surface_stress
 from gearbench.geometry.pair import Member, Pair
-from gearbench.geometry.role import Role
 from gearbench.strength.bending import RootBending
 
 PAIR = Pair(
@@ -62,7 +61,7 @@ def test_hoop_stress_at_a_bore_converges_with_the_order_of_the_strains(steel):
 
 def root_factor(pair: Pair, member: Literal[0, 1], body: Body, material, size: float = 0.06) -> float:
     """σ_F / (F_t / (b m)) of method B's load by plane strain."""
-    bending = RootBending(pair=pair, role=member)
+    bending = RootBending(pair=pair, gear=member)
     strip = Strip(radius=bending.load_radius, half_width=0.05 * pair.normal_module)
     per_line_load = plane_root_stress(solve_strip(body, material, strip, size=size), material)
     return per_line_load * pair.normal_module / math.cos(math.radians(pair.pressure_angle))
@@ -87,6 +86,6 @@ def test_norm_is_within_a_few_percent_of_the_peak(teeth, shift, steel):
     )  # fmt: skip
     gear = pair.gears[0]
     found = root_factor(pair, 0, Body(gear=gear, bore_radius=gear.root_radius - 4, teeth=5), steel)
-    bending = RootBending(pair=pair, role=Role.PINION)
+    bending = RootBending(pair=pair, gear=0)
     # asked for: 15 %; the norm's notch factor is a fit to photoelastic and boundary-element results
     assert found == pytest.approx(bending.form_factor * bending.stress_correction, rel=0.06)

@@ -12,7 +12,6 @@ from fem_reference.mesh_family import plain_compliance
 from fem_reference.refinement import refined_compliance
 from gearbench import read_scene
 from gearbench.effects.teeth import meshed_body
-from gearbench.geometry.role import Role
 from tests.support.paths import EXAMPLES
 
 GEARS = EXAMPLES / "gears"
@@ -32,7 +31,7 @@ ORDER = (4, 5)
 def test_both_routes_agree_on_gears_in_use(name, meshes):
     """Two spur pinions, one of them on a rim of 1.6 modules, and two helical ones 14 and 15 modules wide."""
     pair = read_scene(GEARS / f"{name}.toml").pair
-    body, material = meshed_body(pair, Role.PINION, on_body=True), pair.materials[Role.PINION]
+    body, material = meshed_body(pair, 0, on_body=True), pair.materials[0]
     found = refined_compliance(body, material, 0.002, ORDER)
     plain = plain_compliance(body, material, meshes, ORDER)
     n, m = found.neighbours, plain.neighbours

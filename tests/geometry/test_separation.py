@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Member, Pair
 from gearbench.geometry.profile import Modification, profile
-from gearbench.geometry.role import Role
 from gearbench.geometry.separation import REACH, Separation, separation
 from tests.support.touching_surfaces import first_touch
 
@@ -24,8 +23,8 @@ def standard(**changes: float) -> Pair:
 def relieved(pair: Pair, amount: float, length: float, power: int = 1) -> tuple[Modification, ...]:
     """Tip relief of both gears [mm]."""
     return tuple(
-        Modification(role=role, amount=amount, start=gear.tip_radius - length, length=length, power=power)
-        for role, gear in zip(Role, pair.gears, strict=True)
+        Modification(gear=index, amount=amount, start=gear.tip_radius - length, length=length, power=power)
+        for index, gear in enumerate(pair.gears)
     )
 
 
@@ -54,21 +53,21 @@ def random_pair(rng: np.random.Generator, rounded: bool = False) -> Pair:
 def random_modifications(pair: Pair, rng: np.random.Generator, powers: int = 1) -> tuple[Modification, ...]:
     """Relief of tips and roots, linear and parabolic, material in excess too, and profile curves up to ``powers``."""
     found, m = [], pair.normal_module
-    for role, gear in zip(Role, pair.gears, strict=True):
-        start, end = pair.meshing.active_radii[role]
+    for index, gear in enumerate(pair.gears):
+        start, end = pair.meshing.active_radii[index]
         height, power = end - start, int(rng.integers(1, 3))
         if rng.random() < 0.6:
             length, amount = rng.uniform(0.1, 0.5) * height, rng.uniform(-1e-3, 5e-3) * m
             tip = gear.tip_radius - length
-            found.append(Modification(role=role, amount=amount, start=tip, length=length, power=power))
+            found.append(Modification(gear=index, amount=amount, start=tip, length=length, power=power))
         if rng.random() < 0.4:
             length, amount = rng.uniform(0.1, 0.4) * height, rng.uniform(-1e-3, 4e-3) * m
-            found.append(Modification(role=role, amount=amount, start=start + length, length=-length, power=power))
+            found.append(Modification(gear=index, amount=amount, start=start + length, length=-length, power=power))
         if rng.random() < 0.4:
             low, high = (math.sqrt(r**2 - gear.base_radius**2) for r in (start, end))
             for power in range(1, powers + 1):
                 amount, whole = rng.uniform(-3e-3, 3e-3) * m, {"along": "roll", "one_sided": False, "power": power}
-                found.append(Modification(role=role, amount=amount, start=low, length=high - low, **whole))
+                found.append(Modification(gear=index, amount=amount, start=low, length=high - low, **whole))
     return tuple(found)
 
 
@@ -142,8 +141,8 @@ def test_linear_relief_lowers_the_gap_by_the_square_of_its_slope() -> None:
     """
     pair = standard()
     start, length, amount = 26.2, 0.8, 5e-3
-    flanks = separation(pair, (Modification(role=Role.PINION, amount=amount, start=start, length=length),))
-    u = pair.meshing.path_coordinate(Role.PINION, 26.7)
+    flanks = separation(pair, (Modification(gear=0, amount=amount, start=start, length=length),))
+    u = pair.meshing.path_coordinate(0, 26.7)
     R, r_b, T = 26.7, pair.gears[0].base_radius, pair.meshing.tangent_length
     e = amount * (R - start) / length * (1 + amount / length * u / R / 2)
     # along the flank ds = ℓ dℓ/r_b, dR = (r_b/R) ds
@@ -155,9 +154,7 @@ def test_separation_is_symmetric_under_exchange_of_the_gears() -> None:
     """With pinion and wheel exchanged u counts from the other end."""
     pair = standard(addendum=1.1)
     modifications = relieved(pair, 0.01, 0.7)[:1]
-    mirrored = tuple(
-        Modification(role=Role.WHEEL, amount=m.amount, start=m.start, length=m.length) for m in modifications
-    )
+    mirrored = tuple(Modification(gear=1, amount=m.amount, start=m.start, length=m.length) for m in modifications)
     flanks, other = separation(pair, modifications), separation(pair.swapped(), mirrored)
     u = np.linspace(flanks.low + 0.1, flanks.high - 0.1, 301)
     one, two = flanks(u), other(pair.meshing.tangent_length - u)

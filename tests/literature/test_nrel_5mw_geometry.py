@@ -66,7 +66,7 @@ def test_root_stress_factors_of_iso_6336_3_of_2006():
 
     The program takes the lever from the root of the generating shift x_E: h_F is 0.03 mm longer.
     """
-    bending = [RootBending(pair=pair(), role=role) for role in (0, 1)]
+    bending = [RootBending(pair=pair(), gear=index) for index in (0, 1)]
     lever = [b.tooth.lever(b.load_radius)[0] for b in bending]
     of_2006 = [b.stress(40953.0) / b.load_distribution_factor * math.cos(math.radians(10.0)) ** 3 for b in bending]
     for found, printed, half in (

@@ -20,7 +20,6 @@ from gearbench.dynamics import waves
 from gearbench.dynamics.balance import Excitation, receptances, solve
 from gearbench.dynamics.modes import modes
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.role import Role
 from gearbench.schema import read
 from gearbench.system.frame import MeshFrame
 from gearbench.system.mechanics import Mechanics
@@ -99,7 +98,7 @@ def test_involutes_part_once(apart):
     table = {"normal_module": 10.0, "face_width": 30.0, "centre_distance": 200.0}
     pair = read(Pair, table | {"pinion": {"teeth": 20}, "wheel": {"teeth": 20}})
     frame = MeshFrame(pair=pair, across=(1.0, 0.0), turn=1, hand=1, middle=(0.0, 0.0))
-    way = apart * frame.wrench(Role.WHEEL, pair.meshing.pitch_point)[0]
+    way = apart * frame.wrench(1, pair.meshing.pitch_point)[0]
     assert_allclose(way, apart * np.sin(ALPHA), rtol=1e-12)
     # backlash of involutes along the line of action, 2 r_b (inv α′ − inv α) on either side
     inv = lambda angle: np.tan(angle) - angle  # noqa: E731

@@ -5,7 +5,6 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gearbench import read_scene, simulate
-from gearbench.geometry.role import Role
 from gearbench.plot import load_map
 from gearbench.results.flank_map import over_flank
 from tests.support.paths import EXAMPLES
@@ -66,8 +65,8 @@ def test_the_map_is_the_pressure_of_the_segments_on_either_gear():
     scene = read_scene(EXAMPLES / "gears" / "osu_50.toml").without("off_line_contact")
     dataset = simulate(scene, outputs=("line_load", "flank_pressure"))
     pair = scene.pair
-    for role in Role:
-        drawn = load_map(dataset, role, scale=700.0).collections[0]
+    for index in (0, 1):
+        drawn = load_map(dataset, index, scale=700.0).collections[0]
         shown = np.asarray(drawn.get_array()).reshape(300, 300)
         path = np.linspace(pair.meshing.path_start, pair.meshing.path_end, 300)
         middle = shown[:, 150]

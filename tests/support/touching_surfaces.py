@@ -74,7 +74,7 @@ def first_touch(pair: Pair, modifications: tuple[Modification, ...], v: float) -
 
     Infinite where no point of the pinion's flank meets the wheel's.
     """
-    own, mate = (Flank(g, tuple(m for m in modifications if m.role == k)) for k, g in enumerate(pair.gears))
+    own, mate = (Flank(g, tuple(m for m in modifications if m.gear == k)) for k, g in enumerate(pair.gears))
     T, (r_1, r_2) = pair.meshing.tangent_length, (g.base_radius for g in pair.gears)
     low, high = own.range()
     least, most = mate.range()

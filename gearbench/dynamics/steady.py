@@ -1,0 +1,157 @@
+"""Steady motion of all meshes: the orders of each mesh frequency, and what the orders of two make of each other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.dynamics.balance import convolution, orders, real, solve
+from gearbench.dynamics.model import Model
+
+#: Combinations kept: those that reach this share of the largest order of a mesh force at one of the speeds looked at,
+#: the most of them, and the speeds.
+SMALL, MOST, LOOKED = 1e-2, 80, 25
+#: Residual over the excitation at which all are in balance, and the steps it may take.
+SETTLED, STEPS = 1e-2, 12
+
+
+@dataclass(frozen=True, kw_only=True)
+class Steady:
+    """What moves the modes at each speed.
+
+    Parameters
+    ----------
+    index
+        Multiples of the mesh frequencies (order, frequency): zero first, then orders 1 … H of each, then combinations.
+        Their negatives are the conjugates.
+    omega
+        Frequency of each (speed, order) [rad/s], of either sign.
+    push
+        Mesh forces less those of the mean stiffnesses (speed, row, order) [N].
+    residual
+        What is left of the balance at each speed, over the excitation (speed,).
+    """
+
+    index: NDArray
+    omega: NDArray
+    push: NDArray
+    residual: NDArray
+
+
+def steady(model: Model, speeds: NDArray, harmonics: int) -> Steady:
+    """Balance of all meshes: each frequency by itself (D5), then, where there are several, all together.
+
+    The stiffness of a mesh varies for the motions that others excite, too: orders n of one frequency and m of another
+    make combinations n ω_1 ± m ω_2.
+    """
+    groups, H = model.groups, harmonics
+    index = np.zeros((1 + len(groups) * H, len(groups)), dtype=int)
+    push = np.zeros((len(speeds), len(model.stiffness), len(index)), dtype=complex)
+    # motions at rest, and what these take besides the mean stiffness; order zero holds the mean
+    rest, drive = np.zeros((2, *push.shape[1:]), dtype=complex)
+    for g, group in enumerate(groups):
+        rows, here = model.rows_of(group.meshes), slice(1 + g * H, 1 + (g + 1) * H)
+        excitation, inside = model.excitation(group, H), model.stiffness[np.ix_(rows, rows)]
+        x, f = solve(excitation, model.receptances(group, speeds, H), inside)
+        at_rest = excitation.force - inside @ excitation.motion
+        index[here, g] = np.arange(1, H + 1)
+        rest[rows, here], drive[rows, here] = excitation.motion[:, 1:], at_rest[:, 1:]
+        push[:, rows, here], push[:, rows, 0] = (f - inside @ x)[..., 1:], (f - inside @ x - at_rest)[..., 0]
+    omega = _frequencies(model, speeds) @ index.T
+    found = Steady(index=index, omega=omega, push=push, residual=np.zeros(len(speeds)))
+    return found if len(groups) == 1 else _together(model, speeds, found, rest, drive)
+
+
+def _together(model: Model, speeds: NDArray, alone: Steady, rest: NDArray, drive: NDArray) -> Steady:
+    """The balance y + ĥ V y = −x_s − ĥ p_s of all orders at once, V y = (K − K̄) y; from what each frequency excites.
+
+    By conjugate residuals: a few steps, since the meshes of one frequency are in balance already.
+    """
+    every, H = np.arange(len(model.stiffness)), int(alone.index.max())
+    x = -_moved(model.modes.at_meshes(alone.omega, every), alone.push)
+    index = np.concatenate([alone.index, _combinations(model, alone, x)])
+    omega = _frequencies(model, speeds) @ index.T
+    more = [(0, 0), (0, len(index) - len(alone.index))]
+    rest, drive = np.pad(rest, more), np.pad(drive, more)
+    h, pushed = model.modes.at_meshes(omega, every), _pushed(model, index, H)
+    y = np.pad(x, [(0, 0), *more]) - rest
+    left = -rest - _moved(h, drive + pushed(y)) - y
+    whole, tried = np.sqrt(_product(model, y, y)), []
+    for _ in range(STEPS):
+        if (np.sqrt(_product(model, left, left)) <= SETTLED * whole).all():
+            break
+        step = left
+        answer = step + _moved(h, pushed(step))
+        for before, of in tried:
+            share = _product(model, of, answer) / _product(model, of, of)
+            step, answer = step - share * before, answer - share * of
+        share = _product(model, answer, left) / _product(model, answer, answer)
+        y, left = y + share * step, left - share * answer
+        tried.append((step, answer))
+    residual = np.sqrt(_product(model, left, left)) / whole
+    return Steady(index=index, omega=omega, push=drive + pushed(y), residual=residual.ravel())
+
+
+def _frequencies(model: Model, speeds: NDArray) -> NDArray:
+    return np.stack([model.omega(group, speeds) for group in model.groups], axis=-1)
+
+
+def _moved(h: NDArray, push: NDArray) -> NDArray:
+    """ĥ p (speed, row, order)."""
+    return np.einsum("snij,sjn->sin", h, push, optimize=True)
+
+
+def _product(model: Model, a: NDArray, b: NDArray) -> NDArray:
+    """Energy of two motions in the mean stiffnesses (speed, 1, 1)."""
+    return np.einsum("sin,i,sin->s", a.conj(), np.diag(model.stiffness), b).real[:, None, None]
+
+
+def _pushed(model: Model, index: NDArray, harmonics: int) -> Callable[[NDArray], NDArray]:
+    """V of the orders kept: from y to (K − K̄) y, both (speed, row, order)."""
+    parts, N = [], 2 * len(index) - 1
+    for g, group in enumerate(model.groups):
+        rows = model.rows_of(group.meshes)
+        K = convolution(model.excitation(group, harmonics).stiffness, index, g)
+        K -= model.stiffness[np.ix_(rows, rows)][..., None, None] * np.eye(N)
+        parts.append((rows, np.moveaxis(K, 2, 1).reshape(len(rows) * N, -1).T))
+
+    def apply(y: NDArray) -> NDArray:
+        out = np.empty_like(y)
+        for rows, V in parts:
+            out[:, rows] = orders((real(y[:, rows]).reshape(len(y), -1) @ V).reshape(len(y), len(rows), N))
+        return out
+
+    return apply
+
+
+def _combinations(model: Model, alone: Steady, x: NDArray) -> NDArray:
+    """Combinations of two orders (combination, frequency) whose force is largest, at some of the speeds.
+
+    The stiffness of a mesh pushes them by orders of the other frequency in its motions x (speed, row, order).
+    """
+    some = np.unique(np.linspace(0, len(x) - 1, LOOKED).round().astype(int))
+    x, H, G = x[some], int(alone.index.max()), len(model.groups)
+    first = np.arange(len(model.names)) * (len(model.stiffness) // len(model.names))
+    largest = np.abs(alone.push[some] + np.einsum("ij,sjn->sin", model.stiffness, x))[:, first].max(axis=(1, 2))
+    rates, k = alone.omega[some][:, 1 : 1 + G * H : H], np.diag(model.stiffness)[first]
+    n, m = (part.ravel() for part in np.meshgrid(np.arange(1, H + 1), np.r_[-H:0, 1 : H + 1], indexing="ij"))
+    found, sizes = [], []
+    for a, b in combinations(range(G), 2):
+        index = np.zeros((len(n), G), dtype=int)
+        index[:, a], index[:, b] = n, m
+        push = np.zeros((len(some), len(first), len(n)))
+        for own, order, other, of in ((a, n, b, np.abs(m)), (b, np.abs(m), a, n)):
+            group = model.groups[own]
+            K = np.abs(model.excitation(group, H).stiffness[:: len(x[0]) // len(first), :, order])
+            push[:, group.meshes] = np.einsum("ijc,sjc->sic", K, np.abs(x[:, model.rows_of(group.meshes)])[..., H * other + of])  # fmt: skip  # noqa: E501
+        # it meets the modes, as any order does
+        h = model.modes.at_meshes(rates @ index.T, first)
+        force = np.abs((np.eye(len(first)) - k[:, None] * h) @ np.moveaxis(push, 1, 2)[..., None])[..., 0]
+        found.append(index)
+        sizes.append((force.max(axis=-1) / largest[:, None]).max(axis=0))
+    index, size = np.concatenate(found), np.concatenate(sizes)
+    return index[[c for c in np.argsort(-size)[:MOST] if size[c] > SMALL]]
