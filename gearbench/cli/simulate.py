@@ -125,28 +125,6 @@ def _draw(scene: Scene, dataset: xr.Dataset, folder: Path, scale: float | None) 
     return written
 
 
-def _draw(scene: Scene, dataset: xr.Dataset, folder: Path, scale: float | None) -> list[Path]:
-    """Write the figures of a result."""
-    from gearbench.results.origin import by_itself
-
-    if scene.loads:
-        from gearbench.sweeps.figures import draw_sweep
-
-        return draw_sweep(dataset, folder)
-    if scene.coupled:
-        from gearbench.trains.figures import draw_train
-
-        return draw_train(dataset, folder)
-    from gearbench.plotting import draw_simulation
-
-    written = []
-    for name in scene.meshes:
-        there = folder if scene.train is None else folder / name.replace(" ", "_")
-        there.mkdir(exist_ok=True)
-        written += draw_simulation(by_itself(dataset, name), there, scale=scale)
-    return written
-
-
 def _notes(scene: Scene) -> list[str]:
     """Notes on conventions and models that the numbers depend on."""
     found = []
