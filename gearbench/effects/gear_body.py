@@ -21,7 +21,7 @@ class GearBody(ToothCompliance):
     """Elastic gear bodies, held at their bores, below the teeth. Needs ``bore_diameter`` of both gears.
 
     They are as wide as the face, or a rim on a web (``rim_thickness`` and ``web_thickness`` of the gear). That of an
-    internal gear is held all around at its ``outer_diameter``.
+    internal gear is held all around at its ``outer_diameter``, or on the springs of its ``support``.
 
     Beside a tooth of finite elements the body is of finite elements too, and has no keys of its own.
 

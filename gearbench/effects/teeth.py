@@ -105,17 +105,22 @@ def solid_flank(pair: Pair, index: int, order: tuple[int, int, int] | None, root
 
 def toothed_ring(pair: Pair, index: int, order: tuple[int, int, int] | None, coast: bool = False) -> ToothedRing:
     """Body of pinion (k = 0) or wheel (k = 1) as a ring, or rim, web and hub, with solid teeth, as if it drove."""
-    web = own_web(pair, index, coast)
-    return _toothed_ring(pair.gears[index], pair.materials[index], order, require_bores(pair)[index] / 2, web)
+    held = require_bores(pair)[index] / 2, own_support(pair, index)
+    return _toothed_ring(pair.gears[index], pair.materials[index], order, held, own_web(pair, index, coast))
 
 
 @lru_cache(maxsize=256)
 def _toothed_ring(
-    gear: Gear, material: Material, order: tuple[int, int, int] | None, bore_radius: float, web: Web | None
+    gear: Gear,
+    material: Material,
+    order: tuple[int, int, int] | None,
+    held: tuple[float, tuple[float, float] | None],
+    web: Web | None,
 ) -> ToothedRing:
     from gearbench.compliance.gear_body import ToothedRing
 
-    return ToothedRing(tooth=solid_tooth(gear, material, order, True), bore_radius=bore_radius, web=web)
+    tooth = solid_tooth(gear, material, order, True)
+    return ToothedRing(tooth=tooth, bore_radius=held[0], web=web, support=held[1])
 
 
 @lru_cache(maxsize=256)
@@ -167,15 +172,19 @@ def meshed_body(pair: Pair, index: int, *, on_body: bool, coast: bool = False) -
     from fem_reference.section import Body
 
     gear = pair.gears[index]
-    if gear.teeth < 0:
-        allowed = "finite elements are of external gears so far: take solid teeth and a ring as body"
-        raise InputError(f"pair.{GEARS[index]}.teeth", gear.teeth, allowed)
     if not on_body:
         return Body(gear=gear)
     wanted = 3 + 2 * int(np.ceil((pair.meshing.transverse_contact_ratio + pair.meshing.overlap_ratio) / 2))
-    most = gear.teeth - 2 - (gear.teeth + 1) % 2
+    most = abs(gear.teeth) - 2 - (abs(gear.teeth) + 1) % 2
     web = own_web(pair, index, coast)
-    return Body(gear=gear, bore_radius=require_bores(pair)[index] / 2, web=web, teeth=min(wanted, most))
+    bore, support = require_bores(pair)[index] / 2, own_support(pair, index)
+    return Body(gear=gear, bore_radius=bore, web=web, teeth=min(wanted, most), support=support)
+
+
+def own_support(pair: Pair, index: int) -> tuple[float, float] | None:
+    """Stiffness of the springs that hold a body, radial and along the edge [N/mm³]; None where it is held firmly."""
+    support = pair.members[index].support
+    return None if support is None else support.per_area(pair.gears[index].face_width)
 
 
 def own_web(pair: Pair, index: int, coast: bool) -> Web | None:

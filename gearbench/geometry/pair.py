@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import is_dataclass, replace
 from functools import cached_property
 from typing import Annotated, Any
 
@@ -23,6 +23,7 @@ from gearbench.geometry.rack import STANDARD_FILLET_RADIUS, full_fillet_radius
 from gearbench.geometry.ring_conditions import tip_room
 from gearbench.geometry.section import TransverseSection
 from gearbench.geometry.shifts import backlash, generating_shifts, given_shift
+from gearbench.geometry.support import Support
 from gearbench.geometry.temperature import Temperatures, strain
 from gearbench.geometry.thickness import Deviation, Thickness
 from gearbench.notebook import pair_html
@@ -47,7 +48,7 @@ def _teeth(count: Any) -> Any:
 
 #: Keys that only external or only internal gears have.
 _EXTERNAL = ("bore_diameter", "rim_thickness", "protuberance", "grinding_stock")
-_INTERNAL = ("outer_diameter", "cutter")
+_INTERNAL = ("outer_diameter", "support", "cutter")
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -74,6 +75,8 @@ class Member:
     bore_diameter, outer_diameter
         Bore of the body of an external gear, outside of an internal one, where it is held [mm]; only models of the
         body ask for it.
+    support
+        Springs that the outside of an internal gear is held by; held firmly where they are absent.
     rim_thickness, web_thickness, web_offset, hub_diameter
         Body of a rim below the root circle, a web b_s wide along the axis, its middle ``web_offset`` towards y = b from
         that of the face, and a hub, without which the web reaches down to the bore [mm]; rim and hub are as wide as the
@@ -108,6 +111,7 @@ class Member:
     cutter: Cutter | None = None
     bore_diameter: Length | None = None
     outer_diameter: Length | None = None
+    support: Support | None = None
     rim_thickness: Length | None = None
     web_thickness: Length | None = None
     web_offset: Annotated[float, Field(ge=-20000.0, le=20000.0)] = 0.0
@@ -130,7 +134,8 @@ class Member:
         kind, foreign = ("an internal", _EXTERNAL) if self.teeth < 0 else ("an external", _INTERNAL)
         for key in foreign:
             if (value := getattr(self, key)) is not None:
-                raise InputError(key, getattr(value, "teeth", value), f"means nothing on {kind} gear")
+                shown = "given" if is_dataclass(value) else value
+                raise InputError(key, shown, f"means nothing on {kind} gear")
         if self.tip_rounding is not None and self.tip_chamfer is not None:
             raise InputError("tip_chamfer", self.tip_chamfer, "conflicts with tip_rounding: give one of the two")
         stock = self.grinding_stock
