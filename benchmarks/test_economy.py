@@ -1,4 +1,4 @@
-"""What each effect costs, alone and beside the others, and what the machinery of effects costs: next to nothing."""
+"""Cost of each effect, alone and beside the others, and of the machinery of effects: next to nothing."""
 
 import gc
 import math
@@ -127,7 +127,7 @@ def test_the_time_of_a_dropped_compliance_is_gone(benchmark, name):
 
 
 def by_hand() -> ContactSolution:
-    """What a scene with nothing but Weber–Banaschek's law comes to, written for this one case."""
+    """Result of a scene with Weber–Banaschek's law alone, written for this one case."""
     pair, force = BORED, BASE.F_bn
     tau = (np.arange(64) + 0.5) / 64
     lines = contact_lines(pair, tau, 15)

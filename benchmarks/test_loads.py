@@ -1,4 +1,4 @@
-"""What a sweep of twenty torques, and contact off the line of action, cost on the twelve gears: ratios of one run."""
+"""Cost of a sweep of twenty torques, and of contact off the line of action, on the twelve gears: ratios of one run."""
 
 import itertools
 import math

@@ -1,4 +1,4 @@
-"""What ``gearbench plan`` predicts against what is then measured: time and memory within a factor of two.
+"""Predictions of ``gearbench plan`` against measurements: time and memory within a factor of two.
 
 And that no plan takes longer than two seconds.
 

@@ -52,6 +52,10 @@ it, may hold. Sizes and symbols are those of ISO 21771; tooth thickness (G13 to 
 DIN 3960, tools with protuberance (G12) as in ISO 6336-3, temperatures (G16), edges of the tip (G17).
 What is not given is not there: no deviation, no stock, one material, 20 °C.
 
+An internal gear has a negative number of teeth, `teeth = -99`, and is cut by a pinion-type cutter (G18); its body is
+held all around at `outer_diameter`, firmly or by the springs of `support`. Shafts (`[system]`), contact by finite
+elements and root stress are of external gears so far.
+
 ```toml
 [pair]
 normal_module = 3.0
@@ -94,6 +98,7 @@ lower = -80.0
 def scene() -> str:
     """The tables of a scene beside pair, effects and system."""
     from docs.keys import key_tables, prose
+    from gearbench.geometry.planetary import Planetary
     from gearbench.geometry.train_tables import TrainGear, TrainMesh
     from gearbench.loads import Load, WeightedLoad
 
@@ -107,6 +112,7 @@ that adds compliance may be left out, and what is left out is not there.
 | `name` | free text, in titles and summaries |
 | `[pair]` | both gears: [The pair](pair.md) |
 | `[gears.NAME]`, `[[meshes]]` | in place of a pair: gears by name, and who drives whom |
+| `[planetary]` | in place of a pair: sun, planets and ring |
 | `[load]`, or `[[loads]]` | one torque, or several with weights |
 | `[effects.…]` | what is simulated: [Effects](effects.md) |
 | `[coast.…]` | shapes of the coast flanks, in place of those of the same name |
@@ -164,6 +170,39 @@ with others, and the keys of a gear of [the pair](pair.md).
 {prose(TrainMesh)}
 
 {key_tables(TrainMesh)}
+## Planetary sets
+
+{prose(Planetary)}
+
+```toml
+[planetary]
+normal_module = 2.0
+face_width = 25.0
+centre_distance = 66.0
+planets = 4
+floating = ["sun"]
+pin_stiffness = 300.0
+pin_tangential = [10.0, 0.0, 0.0, 0.0]
+[planetary.sun]
+teeth = 36
+[planetary.planet]
+teeth = 30
+[planetary.planet.tip_relief]
+amount = 8.0
+length = 0.6
+[planetary.ring]
+teeth = -96
+[planetary.scatter]
+pin_tangential = 15.0
+sun_run_out = 10.0
+```
+
+All meshes are one contact problem. `simulate` gives `load_sharing` of each mesh, `mesh_load_factor` K_γ, the
+`train_transmission_error`, motions of what floats, forces and torques on every member and their harmonics; `robust` the
+same numbers over the errors of `[planetary.scatter]`; `sweep` takes keys of all of these tables. Ring and planets are
+stiff between their meshes.
+
+{key_tables(Planetary)}
 ## Several loads
 
 A spectrum: `simulate`, `sweep`, `robust` and `optimise` compute every load; each response has its mean over the loads,

@@ -1,119 +1,127 @@
-"""A first look: single pairs, a robust gear and a small optimisation, from input to numbers, netCDF files and plots."""
+"""A first look in under a minute: five examples, each with its picture and one sentence that says what it shows."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbench.cli.summary import pair_line, print_table, result_rows
-from gearbench.doctor import is_first_run
-from gearbench.library.garambois2017 import case, gear
-from gearbench.plotting import BLUE, draw_robust, draw_simulation, new_figure, write_figure
-from gearbench.results.netcdf import save
-from gearbench.robustness.run import robust
-from gearbench.simulation import simulate
-from studies.s06_paper_fronts.search import study
+from gearbench import ToothBending, optimise, read_scene, read_study, robust, save, simulate, validate
+from gearbench.plot import density, load_map
 
 if TYPE_CHECKING:
     import xarray as xr
 
+EXAMPLES = Path(__file__).parent
+#: Samples of the robust gear.
+SAMPLES = 1000
+
 
 def main(folder: Path) -> None:
-    """Run the demonstration and leave its files in ``folder``."""
-    written = []
-    if is_first_run():
-        tell("first run: the solver is compiled, once after an installation; half a minute")
-    for name, scene in (("case1", case(1)), ("sc", gear("SC").scene())):
-        target = folder / name
-        target.mkdir(parents=True, exist_ok=True)
-        tell(f"simulating {name}")
-        dataset = simulate(scene)
-        print_table(pair_line(scene), result_rows(dataset))
-        (target / "scene.toml").write_text(scene.to_toml(), encoding="utf-8")
-        written += [save(dataset, target / f"{name}.nc"), *draw_simulation(dataset, target)]
-    scene = gear("55").scene(errors=True)
-    target = folder / "gear55_robust"
-    target.mkdir(parents=True, exist_ok=True)
-    tell("1000 error samples of gear 55")
-    dataset = robust(scene, samples=1000)
-    print_table(f"{pair_line(scene)}, 1000 error samples", result_rows(dataset))
-    written += [save(dataset, target / "gear55_robust.nc"), *draw_robust(dataset, target)]
-    written += optimised(folder / "optimisation")
-    print(f"\nwrote, below {folder}:")
-    for path in written:
-        print(f"  {path.relative_to(folder)}")
+    """Run the five examples and leave pictures and Datasets in ``folder``."""
+    from matplotlib import pyplot as plt
+
+    folder.mkdir(parents=True, exist_ok=True)
+    print("The first run after an installation compiles the solver: half a minute more.", flush=True)
+    for number, (name, sentence, dataset) in enumerate(examples(), 1):
+        picture = folder / f"{number}_{name}.png"
+        plt.savefig(picture, dpi=110)
+        plt.close()
+        save(dataset, picture.with_suffix(".nc"))
+        print(f"\n{number}. {sentence}\n   {picture}, {picture.with_suffix('.nc').name}", flush=True)
 
 
-def tell(line: str) -> None:
-    """Say at once what is happening."""
-    print(line, file=sys.stderr, flush=True)
+def examples() -> Iterator[tuple[str, str, xr.Dataset]]:
+    """Name, sentence and Dataset of each example; its picture is the current figure."""
+    compared = against_finite_elements()
+    for index, name in enumerate(("plate", "solid")):
+        yield name, *judged(compared.isel(scene=index), name)
+    yield "electric_axle", *load_on_the_flank()
+    yield "robust_gear", *scatter()
+    yield "search", *front()
 
 
-def optimised(target: Path) -> list[Path]:
-    """A small search for quiet gears of the paper's reverse gear, cut by its third tool, with few error samples."""
-    from gearbench import optimise
-    from gearbench.optimisation.listing import markdown_text
-    from gearbench.optimisation.select import open_designs, select
-    from gearbench.optimisation.study import Algorithm, Robustness
-
-    target.mkdir(parents=True, exist_ok=True)
-    small = replace(study(3), algorithm=Algorithm(population=40, generations=15), robustness=Robustness(samples=64))
-    described = target / "study.toml"
-    described.write_text(small.to_toml(), encoding="utf-8")
-    tell("a search over 15 generations of 40 gears: about a minute")
-    dataset = optimise(small)
-    path = save(dataset, target / "front.nc")
-    print_front(dataset)
-    listed = target / "front.md"
-    listed.write_text(markdown_text(select(open_designs(path)), top=20), encoding="utf-8")
-    return [described, path, listed, draw_front(dataset, target / "front.png")]
+def against_finite_elements() -> xr.Dataset:
+    """The paper's pair 1 on the paper's plate and on solid teeth, and on finite elements of the same teeth."""
+    plate = read_scene(EXAMPLES / "case1.toml")
+    effects = tuple(ToothBending(model="solid") if e.name == "tooth_bending" else e for e in plate.effects)
+    return validate([plate, replace(plate, name="case 1, solid", effects=effects)], accuracy=0.01)
 
 
-def front(dataset: xr.Dataset) -> xr.Dataset:
-    """The designs that no other dominates, by their m_k."""
-    found = dataset.isel(design=np.flatnonzero(dataset["on_front"].values))
-    return found.isel(design=np.argsort(found["objective"].values[:, 0], kind="stable"))
+def judged(one: xr.Dataset, teeth: str) -> tuple[str, xr.Dataset]:
+    """Transmission error of one tooth model beside that of finite elements."""
+    from matplotlib import pyplot as plt
 
-
-def print_front(dataset: xr.Dataset) -> None:
-    """A short table: what was searched, and six gears from one end of the front to the other."""
-    found = front(dataset)
-    title = (
-        f"\nsmall optimisation: {dataset.sizes['design']} gears evaluated in {dataset.attrs['wall_time_s']:.0f} s, "
-        f"{int(dataset['feasible'].sum())} feasible, {found.sizes['design']} on the front"
+    _, axes = plt.subplots(figsize=(7, 4), layout="constrained")
+    for model, label in (("fast", teeth), ("reference", "finite elements")):
+        own = one.sel(model=model)
+        axes.plot(own["mesh_phase"], own["transmission_error"], label=label)
+    axes.set(xlabel="mesh phase", ylabel="static transmission error [µm]", title=f"Pair 1 of the paper: {teeth}")
+    axes.legend()
+    error = {
+        f"{kind} {symbol}": float(one[f"{name}_{key}_error"])
+        for name, symbol in (("transmission_error", "STE"), ("mesh_stiffness", "k"))
+        for key, kind in (("mean", "mean"), ("peak_to_peak", "peak-to-peak"))
+    }
+    listed = ", ".join(f"{what} {value:+.1f} %" for what, value in error.items())
+    fast, reference = one["compliance_seconds"].values
+    return (
+        f"The {teeth} against finite elements: {listed}; MAC of the deflection shapes at least "
+        f"{float(one['mac_worst'].min()):.3f}; {fast:.2g} s instead of {reference:.2g} s for the teeth.",
+        one,
     )
-    numbers = np.unique(np.linspace(0, found.sizes["design"] - 1, 6).round().astype(int))
-    rows = []
-    for number in numbers:
-        gear_found = found.isel(design=number)
-        k, ste = gear_found["objective"].values
-        name = f"z {int(gear_found['teeth'])}, β {float(gear_found['helix_angle']):g}°"
-        crowning, relief = (float(gear_found[v]) for v in ("crowning", "relief"))
-        rows.append((f"{name}, crowning {crowning:g} µm, tip relief {relief:g} µm", f"{k:.2f} / {ste:.3f}", "% / µm"))
-    print_table(f"{title}\nm_k / m_ste, mean RMS of mesh stiffness and transmission error over the error samples", rows)
 
 
-def draw_front(dataset: xr.Dataset, path: Path) -> Path:
-    """Picture of all feasible gears and their front."""
-    feasible = dataset["objective"].values[dataset["feasible"].values == 1]
-    best = front(dataset)["objective"].values
-    figure, ((axis,),) = new_figure(1, 1, (8.0, 5.2))
-    axis.plot(*feasible.T, "o", color="0.75", ms=4, label=f"{len(feasible)} feasible gears")
-    axis.step(*best.T, where="post", color=BLUE, lw=1)
-    axis.plot(*best.T, "o", color=BLUE, ms=6, label=f"front, {len(best)} gears")
-    axis.set(xlabel="m$_k$, mean RMS of mesh stiffness [%]", ylabel="m$_{ste}$, mean RMS of transmission error [µm]")
-    axis.set_ylim(bottom=0)
-    axis.grid(alpha=0.3)
-    axis.legend(loc="upper right", frameon=False)
-    axis.set_title(
-        f"Transmission error down from {best[0, 1]:.2f} to {best[-1, 1]:.2f} µm: "
-        f"stiffness fluctuation up from {best[0, 0]:.1f} to {best[-1, 0]:.1f} %"
+def load_on_the_flank() -> tuple[str, xr.Dataset]:
+    """Contact pressure on the flank of an electric axle's input stage, tips included."""
+    result = simulate(
+        read_scene(EXAMPLES / "gears" / "e_drive_input.toml"), outputs=["line_load", "flank_pressure_max"]
     )
-    return write_figure(figure, path)
+    load_map(result, 0)
+    return (
+        "An electric axle's input stage, contact off the line of action included: the largest pressure is "
+        f"{float(result['flank_pressure_max']):.0f} MPa, and crowning keeps the load away from the ends of the face.",
+        result,
+    )
+
+
+def scatter() -> tuple[str, xr.Dataset]:
+    """Transmission error of gear 55 of the paper over random errors of class 6."""
+    result = robust(read_scene(EXAMPLES / "gear55_robust.toml"), samples=SAMPLES)
+    density(result, "transmission_error_rms")
+    mean, std = (float(result[f"transmission_error_rms_{statistic}"]) for statistic in ("mean", "std"))
+    perfect = float(simulate(read_scene(EXAMPLES / "gear55_robust.toml"))["transmission_error_rms"])
+    return (
+        f"Gear 55 of the paper with {SAMPLES} samples of its errors: the RMS of its transmission error is "
+        f"{mean:.2f} ± {std:.2f} µm, {perfect:.2f} µm with every error at its mean.",
+        result,
+    )
+
+
+def front() -> tuple[str, xr.Dataset]:
+    """A small search, its front as a Dataset."""
+    from matplotlib import pyplot as plt
+
+    result = optimise(read_study(EXAMPLES / "optimise_small.toml"))
+    feasible = result["objective"].values[result["feasible"].values == 1]
+    best = result["objective"].values[result["on_front"].values == 1]
+    best = best[np.argsort(best[:, 0])]
+    _, axes = plt.subplots(figsize=(7, 4), layout="constrained")
+    axes.plot(*feasible.T, "o", color="0.75", label=f"{len(feasible)} feasible gears")
+    axes.step(*best.T, where="post", marker="o", label=f"front, {len(best)} gears")
+    axes.set(xlabel="mean RMS of the mesh stiffness [%]", ylabel="mean RMS of the transmission error [µm]")
+    axes.set_title("Small search on the paper's reverse gear")
+    axes.legend()
+    return (
+        f"A search over {result.sizes['design']} gears: along the front the transmission error falls from "
+        f"{best[0, 1]:.2f} to {best[-1, 1]:.2f} µm while the stiffness fluctuation rises from {best[0, 0]:.1f} to "
+        f"{best[-1, 0]:.1f} %.",
+        result,
+    )
 
 
 if __name__ == "__main__":

@@ -51,7 +51,7 @@ def interior_points(space: Space, position: NDArray, candidates: int = 24) -> Po
 
 
 def _outside(X: NDArray, *, simplex: bool) -> NDArray:
-    """How far reference points (point, dim) lie outside their cell."""
+    """Distance of reference points (point, dim) from their cell, 0 inside."""
     over = (X.sum(axis=1) - 1 if simplex else (X - 1).max(axis=1)) * 1.0
     return np.nan_to_num(np.maximum(np.maximum(over, (-X).max(axis=1)), 0.0), nan=np.inf)
 

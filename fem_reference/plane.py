@@ -128,7 +128,7 @@ def plane_mesh(body: Body, strip: Strip, size: float) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class Patch:
-    """Where the triangles are to be fine: within ``radius`` of a point (x, y), of edge length ``size`` [mm]."""
+    """Patch of fine triangles: within ``radius`` of a point (x, y), of edge length ``size`` [mm]."""
 
     x: float
     y: float

@@ -64,7 +64,7 @@ def memory_limit() -> float:
 
 
 def _of_process() -> list[float]:
-    """What the limit of address space leaves, where there is one."""
+    """Memory that the limit of the address space leaves, if there is one."""
     import resource
 
     most, _ = resource.getrlimit(resource.RLIMIT_AS)

@@ -1,4 +1,4 @@
-"""How loops are compiled, so that every process gets the same bits.
+"""Compilation of loops with the same bits in every process.
 
 A function that is compiled into another one as a symbol of its own has two forms: by itself, and as a copy in the code
 of its caller, optimised together with that. Sums in any order differ between them in the last digits. The process that

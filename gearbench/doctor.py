@@ -105,7 +105,7 @@ def _calculix() -> Finding:
 
 
 def _kernel_folder() -> Path:
-    """Where numba keeps compiled kernels."""
+    """Folder in which numba keeps compiled kernels."""
     return Path(os.environ.get("NUMBA_CACHE_DIR") or Path(__file__).parent / "contact" / "__pycache__")
 
 
@@ -115,7 +115,7 @@ def is_first_run() -> bool:
 
 
 def _kernel_cache() -> Finding:
-    """Where numba keeps compiled kernels, and whether it can write there."""
+    """Folder of numba's compiled kernels, and whether numba can write there."""
     folder = _kernel_folder()
     existing = next(parent for parent in (folder, *folder.parents) if parent.exists())
     remedy = "set NUMBA_CACHE_DIR to a writable folder, or every run compiles anew"

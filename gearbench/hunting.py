@@ -88,7 +88,7 @@ def hunting_cycle(scene: Scene, *, orders: float = ORDERS, threads: int = 1) -> 
         f"{name}_order_amplitude": (("mesh_order",), 2 * np.abs(order_coefficients(cycle.phases, values, len(order))))
         for name, values in curves.items()
     }
-    z_1, z_2 = (gear.teeth for gear in scene.pair.gears)
+    z_1, z_2 = (abs(gear.teeth) for gear in scene.pair.gears)
     coords = {name: ("position", values) for name, values in cycle.phases.coordinates.items()}
     coords |= {"cycle": ("cycle", np.arange(count)), "mesh_order": ("mesh_order", order)}
     coords |= {"pinion_order": ("mesh_order", order * z_1), "wheel_order": ("mesh_order", order * z_2)}
@@ -98,7 +98,7 @@ def hunting_cycle(scene: Scene, *, orders: float = ORDERS, threads: int = 1) -> 
 
 
 def _known_orders(phases: Phases, cycles: int, orders: float) -> int:
-    """How many multiples of 1/``cycles`` the ``orders`` have; of uniform phases those below half their number."""
+    """Number of multiples of 1/``cycles`` up to ``orders``; with uniform phases those below half their number."""
     if not orders * cycles + 1e-9 >= 1:
         raise InputError("orders", orders, f"must be at least {1 / cycles:.3g}: {cycles} mesh cycles until all repeats")
     known = math.floor(orders * cycles + 1e-9)

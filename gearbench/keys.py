@@ -76,7 +76,7 @@ def with_values(
         below.setdefault(name, {})[rest] = value
 
     def new(old: Any, name: str, kind: type | None) -> Any:
-        """What takes the place of the item or field ``old``."""
+        """Replacement of the item or field ``old``."""
         own, here = below[name], f"{at}.{name}".strip(".")
         if "" in own:
             return own[""]

@@ -75,7 +75,7 @@ class Operation:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Resolution:
-    """How finely the mesh cycle and the contact lines are resolved.
+    """Resolution of the mesh cycle and of the contact lines.
 
     Parameters
     ----------
@@ -181,6 +181,8 @@ class Scene:
         for name in names:
             if names.count(name) > 1:
                 raise InputError(f"effects.{name}", "given twice", "each effect at most once")
+        if self.system is not None and any(scene.pair.is_internal for scene in (self, *self.further)):
+            raise InputError("system", "given", "is for external pairs so far: leave it out of a scene with a ring")
         for effect in self.effects:
             for other, reason in effect.requires.items():
                 if other not in names:
@@ -287,7 +289,8 @@ class Scene:
             If it has several.
         """
         if self.train is not None and self.system is None:
-            raise InputError("meshes", f"{len(self.meshes)} meshes", "are for simulate and sweep: here give one")
+            allowed = "are for simulate and sweep, planetary sets for robust too: here give one"
+            raise InputError("meshes", f"{len(self.meshes)} meshes", allowed)
         return self
 
     @cached_property
@@ -309,7 +312,7 @@ class Scene:
         train = self.geometry
         found, torques = {}, self.train.shares(train)
         for mesh, scene in zip(train.meshes, (self, *self.further), strict=True):
-            rate = abs(float(train.rates[train.shaft(mesh.driver)]))
+            rate = train.own_rate(mesh.name)
             found[mesh.name] = changed(
                 scene,
                 name=f"{self.name}: {mesh.name}".removeprefix(": "),
@@ -434,7 +437,7 @@ class Scene:
         tables.pop("further", None)
         if self.train is not None:
             own = {key: tables[key] for key in tables.keys() - {"pair", "effects", "coast", "gear_names", "train"}}
-            return {**own, **{key: each for key, each in self.train.tables.items() if each}}
+            return {**own, **{key: each for key, each in self.train.written.items() if each}}
         if self.loads:
             del tables["load"]
         for name in ("effects", "coast"):

@@ -13,6 +13,7 @@ from gearbench.effects.registry import EFFECTS, RENAMED, effect_class, effect_na
 from gearbench.errors import InputError, one_of
 from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.planetary import MEMBERS, Planetary
 from gearbench.geometry.train_tables import PARTS, SHARED, TrainGear, TrainMesh, TrainTables
 from gearbench.keys import key_at, with_values
 from gearbench.loads import Load, WeightedLoad, greatest_load
@@ -25,7 +26,7 @@ _LOG = logging.getLogger(__name__)
 #: Tables of a scene beside those of its effects.
 TABLES: dict[str, type] = {"pair": Pair, "load": Load, "operation": Operation, "resolution": Resolution}
 #: Tables by name, and lists of tables, in place of the table "pair".
-OF_TRAIN: dict[str, type] = {"gears": TrainGear, "meshes": TrainMesh}
+OF_TRAIN: dict[str, type] = {"gears": TrainGear, "meshes": TrainMesh, "planetary": Planetary}
 #: Tables of the effects: of all, and of those that are others on the coast flanks.
 EFFECT_TABLES = ("effects", "coast")
 #: Keys that a scene file may have at its top.
@@ -70,7 +71,7 @@ def parse_scene(tables: Mapping[str, Any]) -> Scene:
     InputError
         Naming key, value and the values allowed.
     """
-    if "gears" in tables or "meshes" in tables:
+    if not tables.keys().isdisjoint(OF_TRAIN):
         return _train(tables)
     parts = dict(tables)
     for key in parts:
@@ -98,6 +99,8 @@ def _train(tables: Mapping[str, Any]) -> Scene:
     train = TrainTables.of(tables, effect_names())
     rest = {name: table for name, table in tables.items() if name not in PARTS}
     pairs = train.pairs()
+    if train.planetary is not None:
+        train.planetary.check(pairs[train.meshes[0].label].gears[1].tip_radius)
     geometry, scenes = train.train(pairs), []
     coast, torques = train.coast(geometry), train.shares(geometry)
     for number, (name, pair) in enumerate(pairs.items()):
@@ -213,7 +216,11 @@ def scene_key(path: str) -> Key | None:
         Naming the keys that are allowed, where the table is known but not the key.
     """
     head, *rest = path.split(".")
-    if head in OF_TRAIN:
+    if head == "planetary" and rest[:1] and rest[0] in MEMBERS:
+        head = "gears"
+    if head == "planetary":
+        kind = Planetary
+    elif head in OF_TRAIN:
         kind, rest = OF_TRAIN[head], rest[1:]
         effect, *below = rest[1:] if rest[:1] == ["coast"] else rest or [""]
         if head == "gears" and effect in effect_names():

@@ -69,7 +69,7 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
     start = time.perf_counter()
     check_outputs(tuple(outputs))
     if scene.coupled and not scene.loads:
-        from gearbench.trains import train_dataset
+        from gearbench.trains.dataset import train_dataset
 
         return train_dataset(scene, outputs)
     if scene.loads or scene.train is not None:

@@ -49,7 +49,7 @@ def solve_scene(scene: Scene) -> Solved:
 
 @single_threaded_blas()
 def solve_lines(scene: Scene, lines: ContactLines, weight: NDArray, size: int | None = None) -> Solved:
-    """As ``solve_scene``, on the contact lines and with the weights of their positions given, (position,).
+    """Solve a scene on given contact lines with the weights of their positions (position,), see ``solve_scene``.
 
     ``size`` is the number of Gauss points on each panel, where that is not the scene's.
     """

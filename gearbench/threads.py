@@ -47,7 +47,7 @@ def single_threaded_blas() -> Iterator[None]:
 
 @lru_cache(maxsize=1)
 def _libraries() -> ThreadpoolController:
-    """Those of NumPy and SciPy, found once: to look for them takes a millisecond."""
+    """Thread pools of NumPy and SciPy, cached: looking for them takes a millisecond."""
     import scipy.linalg.cython_blas  # noqa: F401, loads the library that compiled kernels call, after that of NumPy
     from threadpoolctl import ThreadpoolController
 

@@ -120,11 +120,11 @@ def gear_tolerances(gear: Gear, iso_class: int, edition: Edition = "2013", round
     """Return the flank tolerances [µm] of a gear; see `flank_tolerances`, which also states the errors raised."""
     return flank_tolerances(
         normal_module=gear.normal_module,
-        reference_diameter=2 * gear.pitch_radius,
+        reference_diameter=2 * abs(gear.pitch_radius),
         face_width=gear.face_width,
         iso_class=iso_class,
         edition=edition,
-        teeth=gear.teeth,
+        teeth=abs(gear.teeth),
         helix_angle=gear.helix_angle,
         rounded=rounded,
     )

@@ -22,7 +22,7 @@ API = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
 DOCUMENTED = set(re.findall(r"^\.\. auto\w+:: (\S+)$", API, flags=re.MULTILINE))
 PUBLIC = {"gearbench": gearbench.__all__, "gearbench.plot": plot.__all__, "gearbench.plugin": plugin.__all__}
 #: Programs that readers copy: those of the pages, of README, and examples.
-SHOWN = [*(ROOT / "docs").glob("*.md"), ROOT / "README.md", *(ROOT / "examples").rglob("*_*.py")]
+SHOWN = [*(ROOT / "docs").glob("*.md"), ROOT / "README.md", *(ROOT / "examples").rglob("*.py")]
 
 
 @pytest.mark.parametrize("module", PUBLIC)

@@ -13,7 +13,7 @@ from gearbench.contact.patches import solve_patches
 from gearbench.errors import InputError
 from gearbench.results.origin import by_itself
 from gearbench.scene_file import parse_scene
-from gearbench.trains import solve_train
+from gearbench.trains.solve import solve_train
 
 GEAR = {"normal_module": 2.0, "face_width": 20.0}
 

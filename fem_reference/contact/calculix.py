@@ -25,7 +25,7 @@ class ContactError(RuntimeError):
 
 @dataclass(frozen=True, kw_only=True)
 class StepResult:
-    """What one load step printed.
+    """Printed results of one load step.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ _GROWTH = 0.4
 
 @dataclass(frozen=True, kw_only=True)
 class Fineness:
-    """How fine strips and teeth are.
+    """Fineness of strips and teeth.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ class LineLoad:
 
 @dataclass(frozen=True, kw_only=True)
 class Laying:
-    """What strips are laid for.
+    """Load and approach that strips are laid for.
 
     Parameters
     ----------

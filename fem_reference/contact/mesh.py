@@ -21,7 +21,7 @@ _TOUCHING = ("right_fillet", "right_flank", "tip")
 
 @dataclass(frozen=True, kw_only=True)
 class Fineness:
-    """How fine the mesh is.
+    """Fineness of the mesh.
 
     Parameters
     ----------

@@ -26,7 +26,7 @@ _SPAN = 5.0
 
 @dataclass(frozen=True, kw_only=True)
 class Settings:
-    """How a phase is computed.
+    """Settings for the computation of a phase.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ _POINTS = 4000
 
 @dataclass(frozen=True, kw_only=True)
 class Touch:
-    """Where the flanks of a tooth pair come closest as the pinion alone turns.
+    """Point at which the flanks of a tooth pair come closest as the pinion alone turns.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ class Placement:
         return turned if index == 0 else np.array([[0.0], [self.pair.meshing.centre_distance]]) - turned
 
     def touch(self, k: int) -> Touch:
-        """Where pair k touches first, by search over the whole profiles, tips included."""
+        """First contact of pair k, by search over the whole profiles, tips included."""
         on = [self._flank(index, k) for index in (0, 1)]
         (r1, a1), (r2, a2) = (_polar(xy) for xy in on)
         order = np.argsort(r2)

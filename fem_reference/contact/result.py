@@ -1,4 +1,4 @@
-"""What a mesh phase by contact finite elements comes to, kept on disk."""
+"""Results of a mesh phase by contact finite elements, kept on disk."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ class StripError(GearbenchError):
 
 @dataclass(frozen=True, kw_only=True)
 class SpatialSettings:
-    """How a phase of gears of finite width is computed.
+    """Settings for the computation of a phase of gears of finite width.
 
     Parameters
     ----------

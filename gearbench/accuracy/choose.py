@@ -7,8 +7,8 @@ teeth: with them the order climbs, rung by rung, each dearer by a half and more,
 the last as a rule. The difference between the last two orders bounds the error of the higher one by the order of
 convergence that the singular root leaves. The last run is the result.
 
-The search ends where the finest teeth are expected to leave too much, where the next run is expected to take it beyond
-its time, or needs more memory than there may be, and says what it has reached.
+The search ends where the finest teeth are expected to leave too much, after its time,
+or where the next run needs more memory than there may be, and says what it has reached.
 """
 
 from __future__ import annotations
@@ -64,10 +64,8 @@ CHANCE = 1.4
 ROUNDS, MOST = 6, 3.0
 #: Segments and Gauss points are both raised where their contributions differ by less than this factor.
 ALIKE = 2.0
-#: Cost of a mesh phase in segments, beside those it has, and of a run, whatever its settings.
-PHASE_COST, RUN_COST = 4, 60
-#: Time that a search may take [s], and how the time of a run grows with its cost, at most.
-SEARCH_TIME, GROWTH = 300.0, 2.0
+#: Time after which a search begins no other run [s].
+SEARCH_TIME = 300.0
 #: Accuracies of finite elements that their meshes can be refined to, and the one they have by default.
 FE_RANGE, FE_DEFAULT = (1e-4, 0.1), 0.01
 
@@ -110,7 +108,7 @@ class Choice(Generic[R]):
 
     @property
     def attrs(self) -> dict[str, Any]:
-        """As attributes of a Dataset."""
+        """Attributes of a Dataset."""
         errors = zip(self.names, self.errors, strict=False)
         return {
             "accuracy_requested": self.requested,
@@ -252,7 +250,7 @@ class _Search(Generic[R]):
         return self._climbed(at, first.order, rest, budget)
 
     def _resolved(self, at: _At, budget: float) -> tuple[_At, NDArray, R]:
-        """As ``search``, by segments and Gauss points alone, the error that these leave."""
+        """Search over segments and Gauss points alone, for the error that these leave; see ``search``."""
         for _ in range(ROUNDS):
             answer = self._solve(at)
             errors = self.left * largest_errors(self(self._coarse(at)), self(at))
@@ -271,7 +269,7 @@ class _Search(Generic[R]):
         raise self._stopped(f"{ROUNDS} rounds do not suffice")
 
     def _climbed(self, lower: _At, order: int, rest: NDArray, budget: float) -> tuple[_At, NDArray, R]:
-        """As ``search``, by the order of solid teeth, from the answer with ``lower`` ones; ``rest`` are other errors.
+        """Search over the order of solid teeth, from the answer with ``lower`` orders; ``rest`` are other errors.
 
         Errors of the order, with which teeth are too stiff, and the rest have nothing to do with each other: their
         squares add up.
@@ -317,7 +315,7 @@ class _Search(Generic[R]):
         return self.values[at]
 
     def _solve(self, at: _At) -> R:
-        if self._expected(at) + sum(self.seconds.values()) > SEARCH_TIME:
+        if sum(self.seconds.values()) > SEARCH_TIME:
             raise self._stopped(f"{SEARCH_TIME:.0f} s do not suffice")
         start = time.perf_counter()
         try:
@@ -327,17 +325,6 @@ class _Search(Generic[R]):
         self.values[at] = self.numbers(answer)
         self.seconds[at] = time.perf_counter() - start
         return answer
-
-    def _expected(self, at: _At) -> float:
-        """Seconds of a run, from those of the dearest one so far; the first one prepares teeth and kernels."""
-        if len(self.seconds) < 2:
-            return 0.0
-        last = max(list(self.seconds)[1:], key=self._cost)
-        return self.seconds[last] * (self._cost(at) / self._cost(last)) ** GROWTH
-
-    def _cost(self, at: _At) -> float:
-        """Cost of a run: a fixed part, and every phase costs as much as a few segments by itself."""
-        return (RUN_COST + at.g * (PHASE_COST + at.n)) * (math.prod(self.orders[at.order]) if self.orders else 1)
 
     def _stopped(self, why: str) -> InputError:
         """The search has come to its end: why, and what it has reached."""

@@ -49,7 +49,7 @@ def check(files: Files, quiet: Quiet = False, verbose: Verbose = False, json: Js
 
 
 def describe(path: Path) -> str:
-    """What a file is, in words.
+    """Kind and contents of a file in words.
 
     Raises
     ------
@@ -106,7 +106,7 @@ def _result(path: Path) -> str:
 
 
 def _kind(dataset: xr.Dataset) -> str:
-    """What a Dataset of gearbench holds, by its attributes and dimensions."""
+    """Kind of a Dataset, from its attributes and dimensions."""
     from gearbench.optimisation.designs import Designs
 
     count = dict(dataset.sizes)

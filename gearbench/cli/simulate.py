@@ -17,6 +17,7 @@ from gearbench.cli.options import (
     Verbose,
     plot_folder,
     say,
+    to_file,
     with_accuracy,
 )
 from gearbench.cli.rexs import AnyFile, LoadCase, StageName, Torque, load_any
@@ -31,15 +32,14 @@ Also = Annotated[
     typer.Option("--also", metavar="NAME", help="One more output, e.g. flank_pressure; give it again for more."),
 ]
 Report = Annotated[
-    Path | None,
-    typer.Option("--report", metavar="FILE.html", help="Write drawing, data, curves, maps and warnings on one page."),
+    Path | None, to_file("FILE.html", "Write drawing, data, curves, maps and warnings on one page.", "--report")
 ]
 Scale = Annotated[
     float | None, typer.Option("--scale", metavar="MPA", min=1e-3, help="End of the colours of the load maps [MPa].")
 ]
 
-#: Outputs of the summary beside the usual ones.
-SHOWN = ("flank_pressure_max", "face_load_factor", "root_stress")
+#: Outputs of the summary beside the usual ones; the root stress of gears that racks have cut.
+SHOWN, ROOT_STRESS = ("flank_pressure_max", "face_load_factor"), "root_stress"
 
 
 def simulate(
@@ -65,7 +65,7 @@ def simulate(
     A stage of a REXS file: gearbench simulate gearbox.rexs --stage 2 -o stage2.nc
     """
     from gearbench.cli import summary
-    from gearbench.files import check_target
+    from gearbench.geometry.blank import RACK
     from gearbench.results.netcdf import save
     from gearbench.results.origin import by_itself
     from gearbench.results.outputs import DEFAULT_OUTPUTS
@@ -74,35 +74,25 @@ def simulate(
 
     loaded, notes = load_any(scene, stage, torque, load_case)
     notes = (*notes, *_notes(loaded))
-    for target in (output, report):
-        if target is not None:
-            check_target(target)
     if report is not None:
         loaded = loaded.one_load
     folder = plot_folder(plots)
-    asked = tuple(dict.fromkeys((*DEFAULT_OUTPUTS, *(also or ()), *SHOWN)))
+    by_rack = all(gear.blank == RACK for each in loaded.meshes.values() for gear in each.pair.gears)
+    shown = (*SHOWN, ROOT_STRESS) if by_rack else SHOWN
+    asked = tuple(dict.fromkeys((*DEFAULT_OUTPUTS, *(also or ()), *shown)))
     dataset = run(with_accuracy(loaded, accuracy), outputs=asked)
     each = {name: by_itself(dataset, name) for name in loaded.meshes}
     cautions = [*dict.fromkeys(line for name, own in each.items() for line in warnings(loaded.meshes[name], own))]
     written = [save(dataset, output)] if output is not None else []
-    if folder is not None and loaded.loads:
-        from gearbench.sweeps.figures import draw_sweep
-
-        written += draw_sweep(dataset, folder)
-    elif folder is not None:
-        from gearbench.plotting import draw_simulation
-
-        for name, own in each.items():
-            there = folder if loaded.train is None else folder / name.replace(" ", "_")
-            there.mkdir(exist_ok=True)
-            written += draw_simulation(own, there, scale=scale)
+    if folder is not None:
+        written += _draw(loaded, dataset, folder, scale)
     if report is not None:
         from gearbench.pair_report import write_pair_report
 
         tables = {"geometry": summary.geometry_rows(loaded), "over the mesh cycle": summary.result_rows(dataset)}
         written.append(write_pair_report(dataset, report, summary.pair_line(loaded), tables, cautions))
     if json:
-        more: dict[str, object] = {"files": [str(path) for path in written], "notes": [*cautions, *notes]}
+        more: dict[str, object] = {"files": written, "notes": [*cautions, *notes]}
         if loaded.train is not None:
             more["meshes"] = {name: summary.scalars(own) for name, own in each.items()}
         summary.print_json(loaded, dataset, **more)
@@ -111,6 +101,28 @@ def simulate(
         lines = (*(f"warning: {each}" for each in cautions), *(f"note: {note}" for note in notes))
         for line in (*summary.warnings(dataset), *lines, *(f"wrote {path}" for path in written)):
             say(line)
+
+
+def _draw(scene: Scene, dataset: xr.Dataset, folder: Path, scale: float | None) -> list[Path]:
+    """Write the figures of a result."""
+    from gearbench.results.origin import by_itself
+
+    if scene.loads:
+        from gearbench.sweeps.figures import draw_sweep
+
+        return draw_sweep(dataset, folder)
+    if scene.coupled:
+        from gearbench.trains.figures import draw_train
+
+        return draw_train(dataset, folder)
+    from gearbench.plotting import draw_simulation
+
+    written = []
+    for name in scene.meshes:
+        there = folder if scene.train is None else folder / name.replace(" ", "_")
+        there.mkdir(exist_ok=True)
+        written += draw_simulation(by_itself(dataset, name), there, scale=scale)
+    return written
 
 
 def _notes(scene: Scene) -> list[str]:
@@ -127,7 +139,7 @@ def _print(scene: Scene, dataset: xr.Dataset) -> None:
     """Geometry, then results."""
     from gearbench.cli import summary
 
-    for one in scene.meshes.values():
+    for one in {each.pair: each for each in scene.meshes.values()}.values():  # planets are alike
         summary.print_geometry(one)
     if scene.loads or scene.train is not None:
         summary.print_points(scene, dataset)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -43,16 +44,18 @@ def print_json(scene: Scene, dataset: xr.Dataset, **more: object) -> None:
 
 
 def print_mapping(mapping: Mapping[str, Any]) -> None:
-    """Print a mapping as JSON; numbers that are not finite as null, which JSON has no others for."""
-    print(json.dumps(_finite(mapping), indent=2, ensure_ascii=False, allow_nan=False))
+    """Print a mapping as JSON; files as text, numbers that are not finite as null, which JSON has no others for."""
+    print(json.dumps(_for_json(mapping), indent=2, ensure_ascii=False, allow_nan=False))
 
 
-def _finite(value: Any) -> Any:
+def _for_json(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
+    if isinstance(value, Path):
+        return str(value)
     if isinstance(value, Mapping):
-        return {key: _finite(item) for key, item in value.items()}
-    return [_finite(item) for item in value] if isinstance(value, list | tuple) else value
+        return {key: _for_json(item) for key, item in value.items()}
+    return [_for_json(item) for item in value] if isinstance(value, list | tuple) else value
 
 
 def pair_line(scene: Scene) -> str:
@@ -70,7 +73,7 @@ def pair_line(scene: Scene) -> str:
 def geometry_rows(scene: Scene) -> list[tuple[str, str, str, str]]:
     """Rows of the derived geometry: quantity, pinion, wheel, unit; one value where it is the pair's."""
     pair, m = scene.pair, scene.pair.meshing
-    body = [member.bore_diameter for member in pair.members]
+    body = [member.bore_diameter if member.teeth > 0 else member.outer_diameter for member in pair.members]
     both = (
         ("profile shift x", pair.profile_shifts, "1"),
         ("generating profile shift x_E", pair.generating_shifts, "1"),
@@ -86,7 +89,7 @@ def geometry_rows(scene: Scene) -> list[tuple[str, str, str, str]]:
     )
     rows = [(name, _number(first), _number(second), unit) for name, (first, second), unit in both]
     bores = ["–" if bore is None else f"{bore:.6g}" for bore in body]
-    rows.append(("bore", bores[0], bores[1], "mm"))
+    rows.append(("bore, outside of a ring" if pair.is_internal else "bore", bores[0], bores[1], "mm"))
     for name, value, unit in (
         ("working pressure angle", math.degrees(m.alpha_wt), "°"),
         ("gear ratio", pair.wheel.teeth / pair.pinion.teeth, "1"),
@@ -116,7 +119,7 @@ def _sliding(pair: Pair) -> list[float]:
     line = pair.meshing.centre_distance * math.sin(pair.meshing.alpha_wt)
     found = []
     for gear, mate, ends in zip(pair.gears, pair.gears[::-1], pair.meshing.active_radii, strict=True):
-        own = math.sqrt(max(ends[0] ** 2 - gear.base_radius**2, 0.0))
+        own = float(gear.roll_length(ends[0]))
         found.append(1 - (line - own) / own * gear.teeth / mate.teeth if own else -math.inf)
     return found
 

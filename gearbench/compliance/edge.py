@@ -35,7 +35,7 @@ def tip_angle(gear: Gear) -> float:
 def edge_distance(gear: Gear, roll: NDArray) -> NDArray:
     """Length [mm] of the flank from the roll length ℓ to its edge, that of a rounded tip before the rounding."""
     end = gear.tip_radius if gear.tip_rounding else gear.tip_form_radius
-    return np.maximum(end**2 - gear.base_radius**2 - roll**2, 0.0) / (2 * gear.base_radius)
+    return np.maximum((end**2 - gear.base_radius**2 - roll**2) / (2 * gear.base_radius), 0.0)
 
 
 @lru_cache(maxsize=64)
@@ -43,10 +43,10 @@ def held_by_polynomials(gear: Gear, count: int) -> NDArray:
     """∬ φ_a W φ_b dR dR₀ over c₁, (count, count): W (E1) in ``count`` polynomials of the flank."""
     r_b, angle = gear.base_radius, tip_angle(gear)
     low, high = gear.form_radius, gear.tip_radius
-    length = float(edge_distance(gear, np.array(math.sqrt(max(low**2 - r_b**2, 0.0)))))
+    length = float(edge_distance(gear, gear.roll_length(low)))
     t, weight = gauss(_POINTS)
     r = length * t**3
-    R = np.sqrt(gear.tip_form_radius**2 - 2 * r_b * r)
+    R = gear.sign * np.sqrt(gear.tip_form_radius**2 - 2 * r_b * r)
     functions = flank_functions(count, R, low, high) * (weight * length * 3 * t**2 * r_b / R)[:, None]
     W = spread_table(angle, np.log(r[:, None] / r)) - softness(angle) * (np.log(r)[:, None] + np.log(r))
     return functions.T @ W @ functions
@@ -54,7 +54,7 @@ def held_by_polynomials(gear: Gear, count: int) -> NDArray:
 
 @lru_cache(maxsize=64)
 def _held_at(gear: Gear, count: int) -> NDArray:
-    """What the polynomials hold at a point itself, Σ φ_a φ_b ∬ φ_a W φ_b: a Legendre series in R, on −1 … 1."""
+    """Part that the polynomials hold at a point itself, Σ φ_a φ_b ∬ φ_a W φ_b: a Legendre series in R, on −1 … 1."""
     W = held_by_polynomials(gear, count)
     scale = np.sqrt((2 * np.arange(count) + 1) / (gear.tip_radius - gear.form_radius))
     return np.einsum("ab,abn->n", W * np.outer(scale, scale), _products(count))
@@ -97,11 +97,11 @@ def edge_softening(
     angle = tip_angle(gear)
     B, r = softness(angle), edge_distance(gear, roll)
     low, high = gear.form_radius, gear.tip_radius
-    R = np.clip(np.sqrt(gear.base_radius**2 + roll**2), low, high)
+    R = np.clip(gear.radius_at(roll), low, high)
     held = legendre.legval((2 * R - low - high) / (high - low), _held_at(gear, count))
     if gear.tip_rounding:
         # the strip lies on the rounding: the edge is as far away as it would be without
-        return c * (-2 * B * np.log(np.maximum(r, 1e-6 * gear.tip_radius)) - held), np.zeros_like(r)
+        return c * (-2 * B * np.log(np.maximum(r, 1e-6 * abs(gear.tip_radius))) - held), np.zeros_like(r)
     half_width = np.sqrt(8 * mean * rho * line_load)
     offset = np.where(tilt > 0, rho * tilt, -r) / half_width
     value, slope = strip_softening(angle, offset)

@@ -50,17 +50,20 @@ class ToothedRing:
     tooth
         The tooth; its flank polynomials are used.
     bore_radius
-        Radius [mm] at which the body is held.
+        Radius [mm] at which the body is held; negative outside of an internal gear.
     web
         Rim, web and hub, seen as on a driving gear; None where the ring reaches down to the bore.
     order
         Number of functions along the radius of the ring; along the axis it has those of the tooth.
+    support
+        Stiffness of springs at ``bore_radius``, radial and along the edge [N/mm³]; None where the body is held firmly.
     """
 
     tooth: SolidTooth
     bore_radius: float
     web: Web | None = None
     order: int = 6
+    support: tuple[float, float] | None = None
 
     @property
     def axis_order(self) -> int:
@@ -97,6 +100,7 @@ class ToothedRing:
             E=self.tooth.E,
             nu=self.tooth.nu,
             order=(self.order, axis),
+            support=self.support,
         )
         if web is None:
             return ring
@@ -119,7 +123,7 @@ class ToothedRing:
         """
         gear = self.tooth.gear
         across, axis = self.tooth.order[0], self.axis_order
-        z, psi = gear.teeth, gear.root_half_angle
+        z, psi = abs(gear.teeth), abs(gear.root_half_angle)
         turns = math.ceil(FINEST / psi / z)
         m = waves_computed(z)
         n = m[:, None] + z * np.arange(-turns, turns + 1)
@@ -175,7 +179,7 @@ class ToothedRing:
 
     def blocks(self, neighbours: int) -> NDArray:
         """Deflection [mm/N] of the flank of tooth d = −n … n due to the body, loads on tooth 0 (R7): (d, p·q, p·q)."""
-        z = self.tooth.gear.teeth
+        z = abs(self.tooth.gear.teeth)
         m = np.arange(z // 2 + 1)
         # the real part of φ η M η̄ φᵀ is left: sines between the phases ±1 and ±i, cosines otherwise
         twice = np.where((m == 0) | (2 * m == z), 1.0, 2.0) / z
@@ -298,7 +302,7 @@ def waves_computed(teeth: int) -> NDArray:
 
 
 def _abscissa(m: NDArray, teeth: int) -> NDArray:
-    """What splines between the waves run along: ln m of long ones."""
+    """Abscissa of the splines between waves: ln m for long waves."""
     return np.log(np.tan(math.pi * m / (2 * teeth)))
 
 

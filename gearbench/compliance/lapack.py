@@ -69,13 +69,13 @@ def _routine(module: str, name: str, arguments: int) -> Callable[..., None]:
 
 @lru_cache(maxsize=1)
 def addresses() -> NDArray:
-    """Where ``POTRF`` and the other routines are, for compiled code to call."""
+    """Addresses of ``POTRF`` and the other routines, for compiled code."""
     lapack = [_address("cython_lapack", name) for name in ("dpotrf", "dtrtri")]
     return np.array(lapack + [_address("cython_blas", name) for name in ("dtrmm", "dgemm", "dsyrk", "dtrsm")])
 
 
 def _address(module: str, name: str) -> int:
-    """Where a routine is; SciPy gives it in a capsule named after its signature."""
+    """Address of a routine; SciPy gives it in a capsule named after its signature."""
     from importlib import import_module
 
     capsule = import_module(f"scipy.linalg.{module}").__pyx_capi__[name]

@@ -34,7 +34,7 @@ def tooth_outline(gear: Gear, points: int) -> Outline:
 def roll_angles(gear: Gear) -> tuple[float, float]:
     """t = tan α_R at the form circle and at the tip circle."""
     r_b = gear.base_radius
-    form, tip = (math.sqrt(max((R - r_b) * (R + r_b), 0.0)) / r_b for R in (gear.form_radius, gear.tip_radius))
+    form, tip = (math.sqrt(max((R - r_b) * (R + r_b), 0.0)) / abs(r_b) for R in (gear.form_radius, gear.tip_radius))
     return form, tip
 
 
@@ -49,10 +49,16 @@ def _fillet(gear: Gear, points: int) -> Outline:
 def _involute(gear: Gear, points: int) -> Iterator[Outline]:
     r_b = gear.base_radius
     form, tip = roll_angles(gear)
-    pointed = math.sqrt((gear.pointed_radius - r_b) * (gear.pointed_radius + r_b)) / r_b
+    if gear.pointed_radius is None:
+        t, weight = gauss(points, form, tip)
+        R = r_b * np.sqrt(1 + t**2)
+        psi = gear.involute_half_angle(R)
+        yield R - gear.root_radius, weight * r_b**2 * t / R, R * psi, psi - t
+        return
+    pointed = math.sqrt((gear.pointed_radius - r_b) * (gear.pointed_radius + r_b)) / abs(r_b)
     # away from the tip t_p − t = δ, where ψ = δ − (arctan t_p − arctan t) keeps its digits however thin the tooth is
     edges = [pointed - form]
-    while edges[-1] * (1 - _REACH) > pointed - tip > 0:
+    while edges[-1] / (pointed - tip or math.inf) * (1 - _REACH) > 1:
         edges.append(edges[-1] * (1 - _REACH))
     for high, low in pairwise([*edges, pointed - tip]):
         delta, weight = gauss(points, low, high)

@@ -1,4 +1,4 @@
-"""Gear body: a ring clamped at its bore, loaded by tractions on its rim, by Fourier series around and Ritz elsewhere.
+"""Gear body: a ring held at one edge, loaded by tractions on the other, by Fourier series around and Ritz elsewhere.
 
 The ring looks the same at every angle, so the harmonics e^{inθ} of its displacement do not see each other, not even in
 the coordinates θ, z that turn with the screw of a helical gear, where D = ∂_z − iκn stands for ∂_z. With the phases
@@ -9,7 +9,9 @@ all strains of a harmonic are real up to a common phase (R1 of docs/theory.md),
 
     ε_θθ = (V − nU)/R    ε_RR = V′    ε_zz = −dW    γ_θR ~ U′ − (U − nV)/R    γ_θz ~ dU + nW/R    γ_Rz ~ dV + W′
 
-and each harmonic is a small real system: (integrated Legendre along R, zero at the bore) × (Legendre along z). A
+where n counts the waves along the arc towards e_θ, so that n/R stays positive on the rim of an internal gear, whose R
+and c = 1/R are negative and which is held outside: its curvature terms change their signs against those of an external
+one. Each harmonic is a small real system: (integrated Legendre along R, zero at the bore) × (Legendre along z). A
 harmonic reaches about r/n below the rim, so that high ones are given a layer of that depth only (the functions vanish
 at its inner end: still a Rayleigh–Ritz bound). Between the harmonics computed, n ĉ_n is interpolated.
 """
@@ -17,7 +19,7 @@ at its inner end: still a Rayleigh–Ritz bound). Between the harmonics computed
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -42,7 +44,7 @@ class Ring:
     Parameters
     ----------
     inner_radius, radius, width
-        r_i, r_o and b [mm].
+        r_i, r_o and b [mm]. The radii of an internal gear are negative: r_i is its outside.
     screw
         κ, turn of the coordinates along the axis [rad/mm].
     E, nu
@@ -51,6 +53,8 @@ class Ring:
         Numbers of functions along R and along z.
     held
         Whether it is held at r_i. If not, one more function along R, the first, is 1 there and 0 at r_o.
+    support
+        Stiffness of springs that hold r_i, radial and along the edge [N/mm³]; None where it is held firmly.
     """
 
     inner_radius: float
@@ -61,6 +65,7 @@ class Ring:
     nu: float
     order: tuple[int, int]
     held: bool = True
+    support: tuple[float, float] | None = None
 
     def harmonics(self, n: NDArray) -> NDArray:
         """ĉ_n (harmonic, 3·q, 3·q) [mm²/N·1/mm]: amplitudes (U, V, W) × g_j/√b on the rim per unit traction × r_o⁻¹.
@@ -69,6 +74,8 @@ class Ring:
         """
         from gearbench.compliance._ring_kernels import condense
 
+        if self.support is not None:
+            return self._on_springs(np.asarray(n, dtype=float))
         n, rim = np.asarray(n, dtype=float), 3 * self.order[1]
         result = np.zeros((len(n), rim, rim))
         (along, edge), across = self._along(n), self._across(n)
@@ -78,6 +85,22 @@ class Ring:
             if not condense(along, seen, edge[-1], found, addresses()):
                 raise np.linalg.LinAlgError("the stiffness of a ring is not positive definite")
             result[:, mine[:, None], mine] = found
+        return result
+
+    def _on_springs(self, n: NDArray) -> NDArray:
+        """``harmonics`` where r_i moves on its springs; short ones do not reach so far."""
+        radial, along = self.support or (0.0, 0.0)
+        firm = replace(self, support=None)
+        result, reaching = firm.harmonics(n), n * abs(math.log(self.inner_radius / self.radius)) < 1.2 * LAYER
+        K, edge = replace(firm, held=False).stiffness(n[reaching])
+        q, size = self.order[1], 3 * self.order[1]
+        springs = np.repeat([along, radial, along], q) * abs(self.inner_radius)
+        K[:, np.arange(size), np.arange(size)] += springs
+        moved = np.zeros((K.shape[1], size))
+        moved[-size:] = edge[-1] * np.eye(size)
+        L = np.linalg.cholesky(K)
+        half = np.linalg.solve(L, np.broadcast_to(moved, (len(K), *moved.shape)))
+        result[reaching] = _transposed(half) @ half
         return result
 
     @property
@@ -103,6 +126,7 @@ class Ring:
     def _across(self, n: NDArray) -> NDArray:
         """Factors in z of the integrals of ``_along``, (harmonic, 8, 3·q, 3·q)."""
         lam, mu = lame(self.E, self.nu)
+        n = math.copysign(1.0, self.radius) * n
         B, A = self._axial(n)
         m, BT, q = n[:, None, None], _transposed(B), self.order[1]
         across = np.zeros((len(n), 8, 3, q, 3, q))
@@ -134,7 +158,10 @@ class Ring:
         edge = np.roll(height_functions(p, np.array(1.0))[0], -1)
         layer = np.full((len(n), 1), self.radius - self.inner_radius)
         if self.held:
-            layer = np.minimum(layer, LAYER * self.radius / np.maximum(n[:, None], 1e-9))
+            depth = LAYER / np.maximum(n[:, None], 1e-9)
+            if self.radius < 0:  # outwards a harmonic falls like R^−n, slower than it does inwards
+                depth = -np.expm1(np.minimum(1.2 * depth, 50.0))
+            layer = np.minimum(layer, self.radius * depth)
         else:
             f, df, edge = np.column_stack([w, f]), np.column_stack([-np.ones_like(w), df]), np.append(0.0, edge)
         # the solutions are powers of R: polynomials of ln R follow them down to bores of a twentieth of the rim
@@ -148,7 +175,7 @@ class Ring:
         f = np.broadcast_to(f, (len(n), *f.shape))
         # R falls as w grows, and so does 1 − w: ∂_R f = f′(1 − w) / slope
         df = df / slope[..., None]
-        dR = weight * slope
+        dR = math.copysign(1.0, self.radius) * weight * slope
         M, M1, M2 = (integral(f, f, factor) for factor in (dR * R, dR, dR / R))
         X, X1 = integral(f, df, dR * R), integral(f, df, dR)
         found = M, M1, M2, X, _transposed(X), X1, _transposed(X1), integral(df, df, dR * R)

@@ -1,4 +1,4 @@
-"""What compiled solvers of samples side by side share: their gaps, the contact law, and where they begin.
+"""Common parts of the compiled solvers of samples side by side: gaps, contact law, initial guess.
 
 Arrays end with the lane: one sample a lane, which sees no other.
 """

@@ -133,7 +133,7 @@ def _variation(
     flanks: Separation | None,
     span: tuple[float, float] | None,
 ) -> tuple[float, float]:
-    """By how much the gap varies along a line at most, and over all of them [mm], looked at on a few sparse ones."""
+    """Maximum gap variation along and across sampled contact lines [mm]."""
     phase = mirrored_phases(pair, TRIAL_PHASES)
     lines = contact_lines(pair, phase, TRIAL_SEGMENTS, kinks, face_kinks, coast=coast, separation=flanks, span=span)
     gap = sum_of_gaps(effects, lines)[lines.active]
@@ -224,13 +224,13 @@ def _look(scene: Scene, phase: NDArray, flanks: Separation | None, span: tuple[f
 
 
 def _widest_span(pair: Pair) -> tuple[float, float]:
-    """Where lines may reach while the deflection is not known, u [mm]."""
+    """Range of u [mm] that lines may reach while the deflection is unknown."""
     room = _REACH * pair.meshing.base_pitch
     return pair.meshing.path_start - room, pair.meshing.path_end + room
 
 
 def _reached(scene: Scene, flanks: Separation) -> tuple[float, float]:
-    """Where flanks may touch under the load of ``scene``, u [mm]."""
+    """Range of u [mm] in which flanks may touch under the load of ``scene``."""
     # of flanks with material in excess, what they are pressed together counts
     return flanks.reach(flanks.least + MARGIN * (greatest_deflection(scene, flanks) - flanks.least))
 

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from gearbench.contact._kernels import Arrays
     from gearbench.contact._lane_kernels import Gaps
 
+T = TypeVar("T")
+
 #: Newton steps after which a sample is handed to the solver with line search.
 NEWTON_LIMIT = 25
 #: How far the first guess of a position is extrapolated from the two before, in distances between them, at most.
@@ -43,7 +45,7 @@ COUPLED_RANK = 12
 
 @dataclass(frozen=True, kw_only=True)
 class Precision:
-    """Where computing a sample ends.
+    """Tolerances at which a sample counts as solved.
 
     Parameters
     ----------
@@ -146,7 +148,7 @@ class Batch:
 
     @cached_property
     def gaps(self) -> Gaps:
-        """What the compiled solvers need whichever they are."""
+        """Arrays that all compiled solvers need."""
         from gearbench.contact._lane_kernels import Gaps
 
         return Gaps(self.count, self.ahead, self.gap, self.tilt, self.modes, self.tilts, self.laws)
@@ -204,7 +206,7 @@ class GapModes:
 
     @classmethod
     def on(cls, lines: ContactLines, modes: Callable[[ContactLines], NDArray], spread: NDArray) -> GapModes:
-        """Of ``modes`` (position, pair, segment, mode) [mm] at the nodes of lines, over their levers."""
+        """Gap modes from ``modes`` (position, pair, segment, mode) [mm] at the nodes of lines, over their levers."""
 
         def flat(each: ContactLines) -> NDArray:
             found = modes(each) / np.expand_dims(each.lever, -1)
@@ -348,17 +350,6 @@ def _order(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray,
     return order, np.argsort(per_block == 0, axis=1, kind="stable"), count, blocks, firsts
 
 
-def solve_batch(batch: Batch, draws: NDArray) -> BatchSolution:
-    """Solve every position for the errors ``draws`` − mean, (sample, error), on this thread."""
-    parts = [solve_one_chunk(batch, chunk) for chunk in chunks(draws)]
-    count = len(draws)
-    return BatchSolution(
-        approach=np.concatenate([part.approach for part in parts], axis=1)[:, :count],
-        stiffness=np.concatenate([part.stiffness for part in parts], axis=1)[:, :count],
-        rescued=sum(part.rescued for part in parts),
-    )
-
-
 def chunks(draws: NDArray) -> Iterator[NDArray]:
     """``draws`` (sample, error) in chunks of the lanes of the kernel, the last one filled up by its last sample."""
     from gearbench.contact._lane_kernels import LANES
@@ -428,9 +419,7 @@ def _rescue(batch: Batch, t: int, draw: NDArray) -> tuple[float, float]:
     return float(delta[0] + least), float(stiffness[0])
 
 
-def on_threads(
-    work: Callable[[NDArray], BatchSolution], items: Iterable[NDArray], threads: int
-) -> Iterator[BatchSolution]:
+def on_threads(work: Callable[[NDArray], T], items: Iterable[NDArray], threads: int) -> Iterator[T]:
     """``work`` on each item in order, on ``threads`` threads; the kernels run outside Python's lock."""
     if threads == 1:
         yield from map(work, items)

@@ -82,7 +82,7 @@ class Balance:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Statics:
-    """What meshes hang together by: δ = B q + g, K q + Bᵀ F = f.
+    """Coupling of the meshes of a train: δ = B q + g, K q + Bᵀ F = f.
 
     Parameters
     ----------

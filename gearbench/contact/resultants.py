@@ -23,7 +23,7 @@ from gearbench.geometry.action import ContactLines
 
 @dataclass(frozen=True, kw_only=True)
 class Resultants:
-    """What the flanks do to their gears at each position, along the line of action in the transverse plane.
+    """Resultants of the flank forces at each position, along the line of action in the transverse plane.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def lever(lines: ContactLines) -> NDArray:
 def resultants(
     problem: ContactProblem, lines: ContactLines, solution: ContactSolution, guess: Guess, rows: int
 ) -> Resultants:
-    """As many ``rows`` of resultants of the ``solution`` of ``problem`` on ``lines``, ``guess`` where that ended.
+    """The first ``rows`` resultants of the ``solution`` of ``problem`` on ``lines``; ``guess`` is its last iterate.
 
     The loaded points yield by A = ΨΨᵀ + diag(dg/dP): ∂f/∂x = Rᵀ A⁻¹ R with R_ij = P_j(η_i) (W12).
     """

@@ -35,7 +35,7 @@ class ConvergenceError(GearbenchError):
 
 @dataclass(frozen=True, kw_only=True)
 class Guess:
-    """Where Newton's method begins; the arrays hold the solution afterwards.
+    """Initial guess of Newton's method; the arrays hold the solution afterwards.
 
     Parameters
     ----------

@@ -170,7 +170,7 @@ def growth(model: Model, group: Group, speeds: NDArray, harmonics: int) -> NDArr
 
 
 def _of_own_frequency(model: Model, harmonics: int) -> NDArray:
-    """Where the orders of each mesh's own frequency stand among all but order zero, (mesh, harmonic)."""
+    """Positions of the orders of each mesh's own frequency among all but order zero, (mesh, harmonic)."""
     group = np.empty(len(model.names), dtype=int)
     for number, each in enumerate(model.groups):
         group[each.meshes] = number
@@ -195,7 +195,7 @@ def modal_variables(model: Model, speeds: NDArray, harmonics: int) -> Variables:
 
 
 def notes(model: Model, speeds: NDArray, harmonics: int, variables: Variables) -> list[str]:
-    """What a reader of the result must know, one line each."""
+    """Notes for the reader of the result, one line each."""
     lines = []
     if unlike(model.scene):
         lines.append("teeth differ from one another: one mesh cycle stands for all, side bands need a revolution")

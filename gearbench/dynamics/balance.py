@@ -18,7 +18,7 @@ from gearbench.dynamics.size import in_blocks
 
 @dataclass(frozen=True, kw_only=True)
 class Excitation:
-    """What excites meshes of one mesh frequency.
+    """Excitation of meshes of one mesh frequency.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a housing makes of the forces at its bearings: motion or pressure at its points, by transfer functions."""
+"""Motion or pressure at points of a housing, from bearing forces and transfer functions."""
 
 from __future__ import annotations
 

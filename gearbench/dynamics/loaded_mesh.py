@@ -126,7 +126,7 @@ class LoadedMesh:
 
 
 def order_rows(phases: Phases, orders: int) -> NDArray:
-    """As ``LoadedMesh.waves``, of any phases."""
+    """Orders of rows at any phases, see ``LoadedMesh.waves``."""
     if phases.size is None and 2 * orders >= len(phases.phase):
         allowed = f"must be more than {2 * orders} for {orders} orders of the mesh frequency, or left out"
         raise InputError("resolution.positions", len(phases.phase), allowed)

@@ -41,7 +41,7 @@ class Group:
 
 @dataclass(frozen=True, kw_only=True)
 class Model:
-    """What ``response`` solves, at any speed.
+    """Model that ``response`` solves, at any speed.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ class Model:
         return np.isin(np.arange(len(self.names)), [group.meshes[0] for group in self.groups])
 
     def excitation(self, group: Group, harmonics: int) -> Excitation:
-        """What excites the meshes of a group, each at its phase: ŷ_n e^{2πinφ}."""
+        """Excitation of the meshes of a group, each at its phase: ŷ_n e^{2πinφ}."""
         each = len(self.stiffness) // len(self.cycles)
         count, n = each * len(group.meshes), np.arange(2 * harmonics + 1)
         stiffness = np.zeros((count, count, len(n)), dtype=complex)

@@ -73,7 +73,7 @@ class ForceOverSpeed:
 
     @cached_property
     def without_errors(self) -> float:
-        """That of the scene itself."""
+        """Force of the scene without errors."""
         one = self.model.cycles[0].cycle
         δ, k = one.transmission_error[None], one.mesh_stiffness[None]
         return float(self.of_cycles(MeshCycle(phases=one.phases, transmission_error=δ, mesh_stiffness=k))[0])

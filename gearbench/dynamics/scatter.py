@@ -181,7 +181,7 @@ def robust_response(
 
 
 def remarks(model: Model, group: Group, harmonics: int, speeds: NDArray, largest: NDArray) -> list[str]:
-    """What a reader of the scatter must know, one line each; ``largest`` RMS of all samples at each speed (speed,)."""
+    """Notes for the reader of the scatter, one line each; ``largest`` RMS of all samples at each speed (speed,)."""
     lines = []
     if (grows := growth(model, group, speeds, harmonics) > 1 + GROWTH).any():
         lines.append(f"parametric instability without scatter at {spans(speeds, grows)} 1/min: no steady response")

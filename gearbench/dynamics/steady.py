@@ -21,7 +21,7 @@ SETTLED, STEPS = 1e-2, 12
 
 @dataclass(frozen=True, kw_only=True)
 class Steady:
-    """What moves the modes at each speed.
+    """Excitation of the modes at each speed.
 
     Parameters
     ----------

@@ -49,7 +49,7 @@ class Expansion:
         return np.concatenate([part.modes for part in self.parts], axis=-1)
 
     def amounts(self, errors: NDArray) -> NDArray:
-        """How much of each mode the ``errors`` (sample, error) have more than the means, (sample, mode)."""
+        """Amount of each mode in the ``errors`` (sample, error) beyond their means, (sample, mode)."""
         found = [
             part.amounts(errors[:, part.columns]) - part.amounts(self.mean[None, part.columns]) for part in self.parts
         ]

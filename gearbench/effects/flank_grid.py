@@ -61,15 +61,16 @@ class FlankGrid:
 
     def coordinate_of(self, gear: Gear, radius: NDArray) -> NDArray:
         """The grid's coordinate of radius R [mm]."""
+        radius = np.abs(radius)
         if self.along == "roll_length":
-            return np.sqrt(np.maximum(radius**2 - gear.base_radius**2, 0.0))
+            return np.abs(gear.roll_length(radius))
         return radius if self.along == "radius" else 2 * radius
 
     def radii(self, gear: Gear) -> NDArray:
         """Radii R [mm] of the grid, (n,)."""
         if self.along == "roll_length":
-            return np.hypot(gear.base_radius, self.coordinate)
-        return self.coordinate if self.along == "radius" else self.coordinate / 2
+            return gear.radius_at(self.coordinate)
+        return gear.sign * (self.coordinate if self.along == "radius" else self.coordinate / 2)
 
     def to_array(self, name: str) -> xr.DataArray:
         """The grid as a variable of a Dataset, its dimensions called by ``name`` and what they count; [µm], [mm]."""

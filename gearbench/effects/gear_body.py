@@ -20,7 +20,8 @@ from gearbench.schema import STRICT
 class GearBody(ToothCompliance):
     """Elastic gear bodies, held at their bores, below the teeth. Needs ``bore_diameter`` of both gears.
 
-    They are as wide as the face, or a rim on a web (``rim_thickness`` and ``web_thickness`` of the gear).
+    They are as wide as the face, or a rim on a web (``rim_thickness`` and ``web_thickness`` of the gear). That of an
+    internal gear is held all around at its ``outer_diameter``, or on the springs of its ``support``.
 
     Beside a tooth of finite elements the body is of finite elements too, and has no keys of its own.
 
@@ -58,6 +59,8 @@ class GearBody(ToothCompliance):
         if order and order[0] < 2 and self.model == "ring":
             raise InputError("", f"effects.tooth_bending.order = {list(order)}", "a ring needs 2 across the thickness")
         if self.model == "sainsot_velex":
+            if pair.is_internal:
+                raise InputError("model", self.model, 'is of external gears: take model = "ring"')
             if any(web is not None for web in webs):
                 raise InputError("model", self.model, 'knows no webs (rim_thickness): take model = "ring"')
             from gearbench.compliance.sainsot_velex import shape_factors

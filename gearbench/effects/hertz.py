@@ -64,7 +64,7 @@ class Hertz(ComplianceEffect):
         if self.law == "yang_sun":
             return LineLaw(a=np.full(lines.shape, c), h=np.zeros(lines.shape))
         # at an interference point ρ = 0 and the logarithm is infinite: no segment centre sees less than this
-        rho = np.maximum(lines.curvature_radius, 1e-9 * lines.pair.meshing.tangent_length)
+        rho = np.maximum(lines.curvature_radius, 1e-9 * abs(lines.pair.meshing.tangent_length))
         a = np.zeros(lines.shape)
         for c_i, material, gear, radius in zip(each, materials, lines.pair.gears, lines.radii, strict=True):
             t, nu = gear.flank_depth(radius), material.nu
@@ -82,7 +82,7 @@ class Hertz(ComplianceEffect):
 
 
 def _edge(lines: ContactLines, index: int, rho: NDArray) -> tuple[NDArray, NDArray]:
-    """What a and h gain near the tip of one of the gears, (position, pair, segment) [mm²/N] (E4)."""
+    """Additions to a and h near the tip of a gear, (position, pair, segment) [mm²/N] (E4)."""
     from gearbench.compliance.edge import edge_distance, edge_softening
 
     touch, gear = lines.touch, lines.pair.gears[index]
@@ -90,13 +90,13 @@ def _edge(lines: ContactLines, index: int, rho: NDArray) -> tuple[NDArray, NDArr
     c = [1 / (math.pi * material.plane_strain_modulus) for material in lines.pair.materials]
     roll = touch.rolls[index]
     # corners where a relief begins are all but flat; gaps in the normal plane are cos β_b times the transverse ones
-    tilt = np.where((touch.edge == index) & (edge_distance(gear, roll) < 1e-6 * gear.tip_radius), touch.tilt, 0.0)
+    tilt = np.where((touch.edge == index) & (edge_distance(gear, roll) < 1e-6 * abs(gear.tip_radius)), touch.tilt, 0.0)
     tilt = tilt * math.cos(gear.beta_b)
     return edge_softening(gear, c[index], sum(c) / 2, FLANK_POLYNOMIALS, roll, tilt, rho, lines.typical_load)
 
 
 def _kinks(lines: ContactLines, index: int, rho: NDArray, c: float) -> Iterator[tuple[NDArray, NDArray, NDArray]]:
-    """Where a strip reaches a kink of the profile of one of the gears, and what a and h gain there (E5).
+    """Segments whose strip reaches a kink of a profile, and the additions to a and h there (E5).
 
     c = Σ 2(1−ν²)/(πE). Exact at two loads: half of what a line carries on the mean, and all of it on a single pair.
     """
@@ -114,7 +114,7 @@ def _kinks(lines: ContactLines, index: int, rho: NDArray, c: float) -> Iterator[
         near = np.abs(along) < math.sqrt(more) * half_width
         along, unit, normal = along[near], half_width[near], rho[near] * math.cos(meshing.beta_b)
         behind, tilt = normal * rise, normal * touch.tilt[near]
-        corner = (touch.edge[near] == index) & (np.abs(along) < 1e-9 * profile.base_radius)
+        corner = (touch.edge[near] == index) & (np.abs(along) < 1e-9 * abs(profile.base_radius))
         vertex = np.where(corner, behind - tilt, np.where(along < 0, along, along + behind))
         widths = (unit, math.sqrt(more) * unit)
         low, high = (mean * kink_softening(vertex / width, behind / width) for width in widths)

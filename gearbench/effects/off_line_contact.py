@@ -39,6 +39,6 @@ class OffLineContact(GapEffect):
     def gap(self, lines: ContactLines) -> NDArray:
         """Separation normal to the flank, (position, pair, segment) [mm]; of unmodified profiles on other lines."""
         touch = lines.touch or separation(lines.pair)(lines.u)
-        far = _APART * min(gear.base_radius for gear in lines.pair.gears)
+        far = _APART * min(abs(gear.base_radius) for gear in lines.pair.gears)
         # turned by dv a gear moves along the common normal by its lever arm times dv
         return np.minimum(touch.gap, far) * math.cos(lines.pair.meshing.beta_b) * touch.levers[0]

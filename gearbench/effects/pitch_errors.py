@@ -56,12 +56,11 @@ class PitchErrors(GapEffect):
             raise InputError("pinion", "missing", "deviations are required, here or for the wheel")
         for name, gear in zip(("pinion", "wheel"), pair.gears, strict=True):
             deviations, tooth = getattr(self, name), getattr(self, f"{name}_tooth")
-            if deviations is not None and len(deviations) != gear.teeth:
-                raise InputError(
-                    name, f"{len(deviations)} deviations", f"must be one for each of the {gear.teeth} teeth"
-                )
-            if tooth >= gear.teeth:
-                raise InputError(f"{name}_tooth", tooth, f"must be below {gear.teeth}, the number of teeth")
+            count = abs(gear.teeth)
+            if deviations is not None and len(deviations) != count:
+                raise InputError(name, f"{len(deviations)} deviations", f"must be one for each of the {count} teeth")
+            if tooth >= count:
+                raise InputError(f"{name}_tooth", tooth, f"must be below {count}, the number of teeth")
 
     def gap(self, lines: ContactLines) -> NDArray:
         """Gap of the first mesh cycle, (position, pair, segment) [mm]: f cos α_t cos β_b of both teeth."""

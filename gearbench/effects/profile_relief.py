@@ -126,14 +126,14 @@ class ProfileRelief(ShapeEffect):
 
     def start(self, pair: Pair, index: int, table: Relief) -> float:
         """Radius at which the relief begins [mm]."""
-        r_b = pair.gears[index].base_radius
+        gear = pair.gears[index]
         if table.length is not None:
             return self.edge(pair, index) - self.side * table.length
         if table.start_diameter is not None:
-            return table.start_diameter / 2
+            return math.copysign(table.start_diameter / 2, gear.teeth)
         if table.start_roll_length is not None:
-            return math.hypot(r_b, table.start_roll_length)
-        return r_b * math.hypot(1.0, math.radians(table.start_roll_angle or 0.0))
+            return float(gear.radius_at(table.start_roll_length))
+        return gear.base_radius * math.hypot(1.0, math.radians(table.start_roll_angle or 0.0))
 
     def check(self, pair: Pair, beside: Effects) -> None:
         """Refuse a relief that does not fit the tooth."""
@@ -146,11 +146,12 @@ class ProfileRelief(ShapeEffect):
                 if table.length > longest:
                     reach = f"must be at most {self.reach}, {longest:.4g} mm"
                     raise InputError(f"{key}length", table.length, reach)
-                if table.along == "roll" and start < pair.gears[index].base_radius:
+                if table.along == "roll" and abs(start) < abs(pair.gears[index].base_radius):
                     raise InputError(f"{key}along", "roll", "begins below the base circle: no roll length there")
                 continue
             name = next(name for name in _STARTS if getattr(table, name) is not None)
-            low, high = max(low, pair.gears[index].base_radius), high
+            if not pair.is_internal or low > 0:
+                low = max(low, pair.gears[index].base_radius)
             if not low <= start <= high:
                 allowed = f"must lie on the tooth, at a diameter of {2 * low:.6g} to {2 * high:.6g} mm"
                 raise InputError(f"{key}{name}", getattr(table, name), f"{allowed}, not {2 * start:.6g} mm")

@@ -215,14 +215,14 @@ class AmountOfGears(ShapeEffect):
 
 
 def each_gear(effect: object) -> dict[int, Any]:
-    """What an effect says of the pinion (0) and of the wheel (1), where it says something."""
+    """Values of an effect for the pinion (0) and the wheel (1), as far as given."""
     own = ((index, getattr(effect, name)) for index, name in enumerate(GEARS))
     return {index: value for index, value in own if value is not None}
 
 
 def roll(gear: Gear, radius: float) -> float:
     """Roll length at a radius [mm]; zero below the base circle."""
-    return math.sqrt(max(radius**2 - gear.base_radius**2, 0.0))
+    return float(gear.roll_length(radius))
 
 
 def slope(pair: Pair, index: int, along: Along = "roll", span: Range = "active") -> Ramp:
@@ -262,7 +262,9 @@ def opening(lines: ContactLines, inclination: float, deviation: float) -> NDArra
     # seen from the other flanks the wheel comes nearer where it receded
     across = -deviation if lines.coast else deviation
     normal = MICROMETRE * math.cos(lines.pair.meshing.beta_b)
-    opened = inclination * math.sin(alpha) + across * math.cos(alpha)
+    # axes of an internal pair that part bring its flanks together
+    apart = math.copysign(1.0, lines.pair.centre_distance) * inclination
+    opened = apart * math.sin(alpha) + across * math.cos(alpha)
     return normal * opened * lines.face / lines.pair.meshing.face_width
 
 

@@ -107,17 +107,22 @@ def solid_flank(pair: Pair, index: int, order: tuple[int, int, int] | None, root
 
 def toothed_ring(pair: Pair, index: int, order: tuple[int, int, int] | None, coast: bool = False) -> ToothedRing:
     """Body of pinion (k = 0) or wheel (k = 1) as a ring, or rim, web and hub, with solid teeth, as if it drove."""
-    web = own_web(pair, index, coast)
-    return _toothed_ring(pair.gears[index], pair.materials[index], order, require_bores(pair)[index] / 2, web)
+    held = require_bores(pair)[index] / 2, own_support(pair, index)
+    return _toothed_ring(pair.gears[index], pair.materials[index], order, held, own_web(pair, index, coast))
 
 
 @lru_cache(maxsize=256)
 def _toothed_ring(
-    gear: Gear, material: Material, order: tuple[int, int, int] | None, bore_radius: float, web: Web | None
+    gear: Gear,
+    material: Material,
+    order: tuple[int, int, int] | None,
+    held: tuple[float, tuple[float, float] | None],
+    web: Web | None,
 ) -> ToothedRing:
     from gearbench.compliance.gear_body import ToothedRing
 
-    return ToothedRing(tooth=solid_tooth(gear, material, order, True), bore_radius=bore_radius, web=web)
+    tooth = solid_tooth(gear, material, order, True)
+    return ToothedRing(tooth=tooth, bore_radius=held[0], web=web, support=held[1])
 
 
 @lru_cache(maxsize=256)
@@ -185,9 +190,16 @@ def meshed_body(pair: Pair, index: int, *, on_body: bool, coast: bool = False) -
     if not on_body:
         return Body(gear=gear)
     wanted = 3 + 2 * int(np.ceil((pair.meshing.transverse_contact_ratio + pair.meshing.overlap_ratio) / 2))
-    most = gear.teeth - 2 - (gear.teeth + 1) % 2
+    most = abs(gear.teeth) - 2 - (abs(gear.teeth) + 1) % 2
     web = own_web(pair, index, coast)
-    return Body(gear=gear, bore_radius=require_bores(pair)[index] / 2, web=web, teeth=min(wanted, most))
+    bore, support = require_bores(pair)[index] / 2, own_support(pair, index)
+    return Body(gear=gear, bore_radius=bore, web=web, teeth=min(wanted, most), support=support)
+
+
+def own_support(pair: Pair, index: int) -> tuple[float, float] | None:
+    """Stiffness of the springs that hold a body, radial and along the edge [N/mm³]; None where it is held firmly."""
+    support = pair.members[index].support
+    return None if support is None else support.per_area(pair.gears[index].face_width)
 
 
 def own_web(pair: Pair, index: int, coast: bool) -> Web | None:
@@ -207,7 +219,7 @@ def own_web(pair: Pair, index: int, coast: bool) -> Web | None:
 
 
 def require_bores(pair: Pair) -> tuple[float, float]:
-    """Bore diameters [mm] of pinion and wheel.
+    """Diameters [mm] at which pinion and wheel are held: their bores, negative the outside of an internal gear.
 
     Raises
     ------
@@ -216,10 +228,12 @@ def require_bores(pair: Pair) -> tuple[float, float]:
     """
     found = []
     for name, member, gear in zip(("pinion", "wheel"), (pair.pinion, pair.wheel), pair.gears, strict=True):
-        if member.bore_diameter is None:
-            raise InputError("", f"no pair.{name}.bore_diameter", "needs the bores of both gears")
+        key, needs = ("bore", "the bores of both gears") if gear.teeth > 0 else ("outer", "the outside of the ring")
+        diameter = member.bore_diameter if gear.teeth > 0 else member.outer_diameter
+        if diameter is None:
+            raise InputError("", f"no pair.{name}.{key}_diameter", f"needs {needs}")
         try:
-            found.append(2 * blank_of(gear.blank).support(gear, member.bore_diameter))
+            found.append(2 * blank_of(gear.blank).support(gear, diameter))
         except InputError as error:
             raise InputError("", f"pair.{name}.{error.key} = {error.value:.6g}", error.allowed) from None
     return found[0], found[1]

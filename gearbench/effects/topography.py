@@ -90,7 +90,7 @@ class Topography(GapEffect):
                 continue
             active = grid.coordinate_of(gear, np.array(ends))
             for axis, values, (low, high) in (
-                (grid.along, grid.coordinate, (float(active[0]), float(active[1]))),
+                (grid.along, grid.coordinate, (float(active.min()), float(active.max()))),
                 ("face position", grid.face, (before, before + pair.meshing.face_width)),
             ):
                 covered = min(high, values[-1]) - max(low, values[0])

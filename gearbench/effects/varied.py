@@ -87,7 +87,7 @@ class VariedKey:
         return changes
 
     def amounts(self, deviation: NDArray, modes: int) -> NDArray:
-        """How much of each of the ``modes`` a ``deviation`` (sample,) has, (sample, mode): straight between nodes."""
+        """Amount of each of the ``modes`` in a ``deviation`` (sample,), (sample, mode): linear between nodes."""
         if modes == 1:
             return deviation[:, None]
         known = np.insert(np.eye(len(NODES)), len(NODES) // 2, 0.0, axis=0)
@@ -173,6 +173,6 @@ class Eccentricity:
 
     @staticmethod
     def amounts(values: NDArray) -> NDArray:
-        """How much of each mode F_r and phase (sample, 2) have, (sample, 2)."""
+        """Amounts of both modes for F_r and phase (sample, 2), (sample, 2)."""
         angle = np.radians(values[:, 1])
         return values[:, :1] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)

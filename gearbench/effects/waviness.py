@@ -84,7 +84,7 @@ class Waviness(GapEffect):
         modes, amounts = [], []
         sign = -1 if lines.coast else 1  # the mirror image of the coast flanks turns the other way round
         for index, wave in self._waves():
-            rate = 2 * math.pi * wave.order / lines.pair.gears[index].teeth
+            rate = 2 * math.pi * wave.order / abs(lines.pair.gears[index].teeth)
             x = (sign * rate * lines.mesh_phase + math.radians(wave.phase))[:, None, None]
             face = np.ones(lines.shape)
             if wave.over_face == "tilting":

@@ -62,7 +62,7 @@ def draw_cost(dataset: xr.Dataset, folder: Path) -> list[Path]:
 
 
 def finding(dataset: xr.Dataset, error: float = 0.01) -> str:
-    """How much quicker Gauss panels reach an error than uniform phases do."""
+    """Factor by which Gauss panels reach an error faster than uniform phases."""
     needed = {knob: cheapest(dataset, knob, error) for knob in ("gauss_points", "positions")}
     gauss, uniform = (f"{1e3 * t:.2g} ms" if t is not None else "no level" for t in needed.values())
     return f"{100 * error:g} % takes {gauss} with Gauss panels, {uniform} with uniform phases"

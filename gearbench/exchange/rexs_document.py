@@ -46,7 +46,7 @@ class Component:
 
     @property
     def label(self) -> str:
-        """How messages name it."""
+        """Name in messages."""
         return f"component {self.id}"
 
 
@@ -133,7 +133,7 @@ class RexsDocument:
         return value * factor
 
     def require(self, component: Component, name: str, dimension: Dimension) -> float:
-        """As ``number``, for attributes that must be there; lengths must be positive.
+        """Number of a required attribute; lengths must be positive.
 
         Raises
         ------

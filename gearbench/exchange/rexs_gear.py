@@ -95,7 +95,7 @@ def read_gear(document: RexsDocument, component: Component) -> RexsGear:
 
 @dataclass(frozen=True)
 class _Source:
-    """Where a gear's attributes may stand: on itself, its left and right flank, the tools that made it.
+    """Components that hold a gear's attributes: the gear, its left and right flank, its tools.
 
     Flanks are ``flank_geometry`` up to REXS 1.2, ``cylindrical_gear_flank`` from 1.3 on; the relation is the same.
     """

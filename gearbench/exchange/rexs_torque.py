@@ -15,7 +15,7 @@ from gearbench.exchange.rexs_units import NUMBER, SPEED, TORQUE
 
 @dataclass(frozen=True)
 class Drive:
-    """Which gear of a stage drives, and the torque on it [N·m]."""
+    """Driving gear of a stage, and the torque on it [N·m]."""
 
     gear: int
     torque: float

@@ -18,7 +18,7 @@ Answers = Callable[[Any, Callable[[], bool]], Iterator[dict[str, Any]]]
 
 
 class Conversation:
-    """What the browser asks and what it is told.
+    """Messages between browser and server.
 
     The browser asks one question at a time, because every message costs both sides a turn, and gets one answer or
     several, the quick ones first. Computing happens on a thread beside the server. While it runs, a newer question

@@ -1,4 +1,4 @@
-"""What keeps strangers and hostile files out of the page: a token in its address, and a policy for its scripts."""
+"""Protection of the page: a token in its address, and a content security policy for its scripts."""
 
 from __future__ import annotations
 

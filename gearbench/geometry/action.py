@@ -153,7 +153,7 @@ class ContactLines:
 
     @cached_property
     def touch(self) -> Touch | None:
-        """Where flanks touch first; None where contact is taken to lie on the line of action."""
+        """First contact of the flanks; None if contact is assumed on the line of action."""
         if self.separation is None:
             return None
         if self.pair.meshing.overlap_ratio > 0:
@@ -175,7 +175,7 @@ class ContactLines:
             return self.pair.meshing.radii(self.u)
         # where material is missing the edge is an involute point from beyond the tip circle, even beyond pointed tips
         first, second = (
-            np.minimum(np.hypot(gear.base_radius, roll), gear.tip_radius)
+            np.minimum(gear.radius_at(roll), gear.tip_radius)
             for gear, roll in zip(self.pair.gears, self.rolls, strict=True)
         )
         return first, second

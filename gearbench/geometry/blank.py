@@ -1,7 +1,8 @@
 """A gear's blank: how its teeth are cut below the involute, and where its body is held.
 
-Everything else about a gear follows from its involute. An external gear cut by a rack is the blank "rack"; others are
-registered under a name of their own, or brought by other packages through entry points ``gearbench.blanks``.
+Everything else about a gear follows from its involute. An external gear cut by a rack is the blank "rack", an internal
+one cut by a pinion-type cutter "pinion_cutter"; others are registered under a name of their own, or brought by other
+packages through entry points ``gearbench.blanks``.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gearbench.errors import InputError, one_of
+from gearbench.geometry.cutter import PinionCut
 from gearbench.geometry.fillet import Fillet
 from gearbench.geometry.rack import Rack
 
@@ -29,7 +31,7 @@ LARGEST_BORE = 0.999
 class RootCurve(Protocol):
     """Right flank of a tooth below its involute, over a parameter φ from 0 at the root circle to ``phi_end``.
 
-    R, √(R² − r_f²) and the half tooth-thickness angle ψ are smooth in φ, and R grows with it.
+    R, √|R² − r_f²| and the half tooth-thickness angle ψ are smooth in φ, and R grows with it.
     """
 
     @property
@@ -55,7 +57,7 @@ class RootCurve(Protocol):
 
 
 class Blank(Protocol):
-    """What external, internal and other gears differ in."""
+    """Protocol for everything in which external, internal and other gears differ."""
 
     def root_radius(self, gear: Gear) -> float:
         """Radius r_f of the root circle [mm]."""
@@ -79,8 +81,8 @@ class Blank(Protocol):
         """Whether the cutter takes away part of the involute."""
         ...
 
-    def support(self, gear: Gear, bore_diameter: float) -> float:
-        """Radius at which the body is held [mm].
+    def support(self, gear: Gear, diameter: float) -> float:
+        """Radius at which a body is held whose bore, or whose outside, has this diameter [mm].
 
         Raises
         ------
@@ -113,7 +115,7 @@ class RackCut:
         return eta < -gear.pitch_radius * math.sin(gear.alpha_t) ** 2
 
     def junction(self, gear: Gear) -> float:
-        """Where the rack's straight flank takes over, or where an undercut meets the involute."""
+        """Point where the rack's straight flank takes over, or where an undercut meets the involute."""
         end, undercut, curve = math.pi / 2 - gear.alpha_n, self.is_undercut(gear), gear.fillet
         if not (undercut or gear.protuberance):
             return end
@@ -137,12 +139,12 @@ class RackCut:
             return low
         return float(root_scalar(excess, bracket=(low, end), method="brentq", xtol=1e-15).root)
 
-    def support(self, gear: Gear, bore_diameter: float) -> float:
+    def support(self, gear: Gear, diameter: float) -> float:
         """Radius of the bore [mm]."""
         most = LARGEST_BORE * 2 * gear.root_radius
-        if bore_diameter > most:
-            raise InputError("bore_diameter", bore_diameter, f"must be at most {most:.6g} (root circle)")
-        return bore_diameter / 2
+        if diameter > most:
+            raise InputError("bore_diameter", diameter, f"must be at most {most:.6g} (root circle)")
+        return diameter / 2
 
 
 def _rack(gear: Gear) -> Rack:
@@ -151,9 +153,9 @@ def _rack(gear: Gear) -> Rack:
     return Rack(module=m, alpha=gear.alpha_n, dedendum=h_f, fillet=rho, protuberance=s_pr)
 
 
-#: Name of the blank of gears that say nothing of it.
-RACK = "rack"
-_KNOWN: dict[str, Blank] = {RACK: RackCut()}
+#: Names of the blanks of external and internal gears that say nothing of it.
+RACK, CUTTER = "rack", "pinion_cutter"
+_KNOWN: dict[str, Blank] = {RACK: RackCut(), CUTTER: PinionCut()}
 
 
 def register(name: str, blank: Blank) -> None:

@@ -67,7 +67,7 @@ class Faces:
 
     @property
     def overhangs(self) -> tuple[Ends, Ends]:
-        """How far each face reaches beyond the common one, at y = 0 and at y = b [mm]."""
+        """Lengths by which each face reaches beyond the common one, at y = 0 and at y = b [mm]."""
         start, end = self.common
         first, second = ((start - low, high - end) for low, high in self.ends)
         return first, second

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from gearbench.errors import InputError
 from gearbench.geometry.blank import RACK, RootCurve, blank_of
+from gearbench.geometry.cutter import Cutter
 from gearbench.geometry.involute import inv, inverse_involute
 from gearbench.geometry.section import TransverseSection
 
@@ -20,12 +21,15 @@ THINNEST_NECK = 0.01
 
 @dataclass(frozen=True, kw_only=True)
 class Gear(TransverseSection):
-    """Involute gear, spur or helical. Source: ISO 21771.
+    """Involute gear, spur or helical, external or internal. Source: ISO 21771.
+
+    The number of teeth, all radii and half-angles ψ of an internal gear are negative; its R grows from root to tip too,
+    and arcs R ψ are positive. Seen with its tip up, (R sin θ, R cos θ) is a point of either gear.
 
     Parameters
     ----------
     teeth, normal_module, pressure_angle, helix_angle
-        Of its transverse section; z > 0.
+        Of its transverse section.
     face_width
         b [mm].
     profile_shift, addendum, dedendum, fillet_radius
@@ -34,6 +38,8 @@ class Gear(TransverseSection):
         Radius of the rounding, height of the chamfer (at 45° to the flank) of the tip edge [mm].
     protuberance
         s_pr = pr_P0 − q, by which the fillet is cut deeper than the flank [mm].
+    cutter
+        That cuts an internal gear; the one that ``standard_cutter`` finds where it is absent.
     blank
         Name of what it is cut from and by, see ``gearbench.geometry.blank``.
 
@@ -61,13 +67,19 @@ class Gear(TransverseSection):
     tip_rounding: float = 0.0
     tip_chamfer: float = 0.0
     protuberance: float = 0.0
+    cutter: Cutter | None = None
     blank: str = RACK
 
     def __post_init__(self) -> None:
-        if self.root_radius <= 0:
+        if self.teeth < 0 and self.tip_radius > self.base_radius:
+            below = (
+                f"tip circle {-2 * self.tip_radius:.6g} mm is inside of the base circle {-2 * self.base_radius:.6g} mm"
+            )
+            raise InputError("addendum", self.addendum, f"{below}: a smaller addendum or more teeth")
+        if self.root_radius * self.sign <= 0:
             raise InputError("dedendum", self.dedendum, f"root radius {self.root_radius:.4g} mm must be positive")
         _ = self.fillet  # refused where its cutter leaves no tooth
-        if self._half_angle_at_base <= 0:
+        if self.sign * self._half_angle_at_base <= 0 < self.sign:
             limit = -(math.pi / 2 + self.teeth * inv(self.alpha_t)) / (2 * math.tan(self.alpha_n))
             raise InputError("profile_shift", self.profile_shift, f"must be above {limit:.4g} (no tooth left)")
         if self.tip_radius <= self.form_radius:
@@ -76,7 +88,8 @@ class Gear(TransverseSection):
         if self.tip_form_radius <= self.form_radius:
             key = "tip_rounding" if self.tip_rounding else "tip_chamfer"
             raise InputError(key, getattr(self, key), "must leave some of the involute")
-        if self.involute_half_angle(self.tip_radius) <= 0:
+        if self.sign * self.involute_half_angle(self.tip_radius) <= 0:
+            assert self.pointed_radius is not None
             limit = (self.pointed_radius - self.pitch_radius) / self.normal_module - self.profile_shift
             raise InputError("addendum", self.addendum, f"pointed tip: must be below {limit:.4g}")
         if self.neck < THINNEST_NECK * self.normal_module:
@@ -92,9 +105,9 @@ class Gear(TransverseSection):
     def tip_form_radius(self) -> float:
         """Radius at which the involute ends: r_a, or where the rounding or the chamfer of the tip begins [mm] (G17)."""
         if self.tip_rounding:
-            inner = max(self.tip_radius - self.tip_rounding, self.base_radius)
             # the arc's centre lies on the tangent of the involute's last point, ρ below it
-            return math.hypot(math.sqrt(inner**2 - self.base_radius**2) + self.tip_rounding, self.base_radius)
+            inner = self.roll_length(self.tip_radius - self.tip_rounding)
+            return float(self.radius_at(inner + self.tip_rounding))
         return self.tip_radius - self.tip_chamfer
 
     @cached_property
@@ -125,7 +138,8 @@ class Gear(TransverseSection):
     @cached_property
     def form_radius(self) -> float:
         """Root form radius: junction of fillet and involute [mm]."""
-        return max(float(self.fillet.radius(self.fillet_end)), self.base_radius)
+        at_end = float(self.fillet.radius(self.fillet_end))
+        return at_end if self.teeth < 0 else max(at_end, self.base_radius)
 
     @cached_property
     def neck(self) -> float:
@@ -134,9 +148,10 @@ class Gear(TransverseSection):
         return float(np.min(2 * self.fillet.radius(phi) * self.fillet.half_angle(phi)))
 
     @cached_property
-    def pointed_radius(self) -> float:
-        """Radius at which the two flanks of a tooth meet [mm]."""
-        return self.base_radius / math.cos(inverse_involute(self._half_angle_at_base))
+    def pointed_radius(self) -> float | None:
+        """Radius at which the two flanks of a tooth meet [mm]; None where those of an internal gear do not."""
+        at_base = self._half_angle_at_base
+        return None if at_base < 0 else self.base_radius / math.cos(inverse_involute(at_base))
 
     @cached_property
     def _half_angle_at_base(self) -> float:
@@ -148,7 +163,7 @@ class Gear(TransverseSection):
         """Half tooth-thickness angle ψ [rad] of the involute at R [mm] (G5); below the base circle its value there."""
         radius = np.asarray(radius, dtype=float)
         r_b = self.base_radius
-        tan = np.sqrt(np.maximum((radius - r_b) * (radius + r_b), 0.0)) / r_b
+        tan = np.sqrt(np.maximum((radius - r_b) * (radius + r_b), 0.0)) / abs(r_b)
         return self._half_angle_at_base - (tan - np.arctan(tan))
 
     def load_angle(self, radius: ArrayLike) -> NDArray:
@@ -189,9 +204,8 @@ class Gear(TransverseSection):
     def flank_points(self, n_flank: int = 40, n_fillet: int = 20) -> NDArray:
         """Right flank from root circle to tip circle, tooth centre line on +y: (n_fillet + n_flank − 1, 2) [mm]."""
         phi = np.linspace(0.0, self.fillet_end, n_fillet)
-        r_b = self.base_radius
-        roll = [math.sqrt(max(r * r - r_b * r_b, 0.0)) for r in (self.form_radius, self.tip_radius)]
-        flank = np.hypot(r_b, np.linspace(roll[0], roll[1], n_flank)[1:])
+        roll = [float(self.roll_length(r)) for r in (self.form_radius, self.tip_radius)]
+        flank = self.radius_at(np.linspace(roll[0], roll[1], n_flank)[1:])
         radius = np.concatenate([self.fillet.radius(phi), flank])
         psi = np.concatenate([self.fillet.half_angle(phi), self.involute_half_angle(flank)])
         return np.column_stack([radius * np.sin(psi), radius * np.cos(psi)])

@@ -9,8 +9,8 @@ internal gear (M1 of docs/theory.md).
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -54,8 +54,8 @@ class Linkage:
         Its axes stand still: those of planets in the frame of their carrier.
     more
         Free motions beside the turning of the shafts: floating gears, yielding pins.
-    carrier
-        Name of the body that carries pins, where there is one.
+    carrier, carried
+        Name of the body that carries pins, where there is one, and of the shafts on them.
     coast
         Whether the torque on the first driver pushes against its sense of rotation.
 
@@ -68,6 +68,7 @@ class Linkage:
     train: Train
     more: tuple[Motion, ...] = ()
     carrier: str | None = None
+    carried: tuple[str, ...] = ()
     coast: bool = False
 
     @cached_property
@@ -89,6 +90,12 @@ class Linkage:
                 given = ", ".join(shafts) or "no shaft"
                 raise InputError("meshes", f"torque {what} at {given}", "must be one shaft, where paths are parallel")
         return found[0][0], found[1][0]
+
+    @cached_property
+    def rates(self) -> dict[str, float]:
+        """Speed of each shaft over that of the first driver where the axes stand still."""
+        still = replace(self.train, meshes=tuple(replace(m, carrier=None) for m in self.train.meshes), held=())
+        return {name: float(rate) for name, rate in still.rates.items()}
 
     @cached_property
     def motions(self) -> tuple[Motion, ...]:
@@ -158,7 +165,7 @@ class Linkage:
         F = np.linalg.lstsq(rows.T, f, rcond=None)[0]
         if not np.allclose(rows.T @ F, f, atol=1e-9 * np.abs(f).max()) or np.any(1e-9 * F.max() >= F):
             raise InputError("meshes", "torques do not balance", "each mesh's driver must drive its driven gear")
-        return F
+        return np.round(F / F.max(), 12) * F.max()  # paths that are alike have the same to the last digit
 
     def check(self) -> None:
         """Refuse motions that neither meshes nor springs hold.
@@ -178,12 +185,17 @@ class Linkage:
             raise InputError("gears", worst.name, "nothing holds it: neither its meshes nor a stiffness")
 
     def on_bodies(self, force: NDArray) -> NDArray:
-        """What meshes with the ``force`` (…, mesh) [N] do to each body, (…, body, 3) [N; N·mm]."""
-        return -np.einsum("...m,mba->...ba", force, self.of_bodies)
+        """Force and torque of meshes with the ``force`` (…, mesh) [N] on each body, (…, body, 3) [N; N·mm]."""
+        found = -np.einsum("...m,mba->...ba", force, self.of_bodies)
+        for name in self.carried:
+            own, (x, y) = found[..., self.bodies.index(name), :], self.train.places[name]
+            found[..., -1, :2] += own[..., :2]
+            found[..., -1, 2] += x * own[..., 1] - y * own[..., 0]
+        return found
 
-    def displaced(self, places: Mapping[str, Sequence[float]]) -> NDArray:
+    def displaced(self, places: Mapping[str, NDArray]) -> NDArray:
         """Approach of each mesh where bodies stand beside their places by (x, y) [mm], (mesh,)."""
         found = np.zeros(len(self.train.meshes))
         for name, place in places.items():
-            found += self.of_bodies[:, self.bodies.index(name), :2] @ np.asarray(place)
+            found += self.of_bodies[:, self.bodies.index(name), :2] @ place
         return found

@@ -88,28 +88,34 @@ class Meshing:
         return self.gears[0].base_radius * math.tan(self.alpha_wt)
 
     @cached_property
+    def tip_path(self) -> tuple[float, float]:
+        """u [mm] at which the wheel's tip would enter and the pinion's leave, if involutes reached so far."""
+        pinion, wheel = self.gears
+        enters = self.tangent_length - _curvature(wheel, wheel.tip_form_radius)
+        return enters, _curvature(pinion, pinion.tip_form_radius)
+
+    @cached_property
+    def _form_path(self) -> tuple[float, float]:
+        """u [mm] of the form circles of pinion and wheel."""
+        pinion, wheel = self.gears
+        return _curvature(pinion, pinion.form_radius), self.tangent_length - _curvature(wheel, wheel.form_radius)
+
+    @cached_property
     def path_start(self) -> float:
         """u_A [mm]: the wheel's tip enters, unless the pinion's involute (fillet, undercut) starts later."""
-        pinion, wheel = self.gears
-        tip = self.tangent_length - _curvature(wheel, wheel.tip_form_radius)
-        return max(tip, _curvature(pinion, pinion.form_radius))
+        return max(self.tip_path[0], self._form_path[0])
 
     @cached_property
     def path_end(self) -> float:
         """u_E [mm]: the pinion's tip leaves, unless the wheel's involute ends earlier."""
-        pinion, wheel = self.gears
-        form = self.tangent_length - _curvature(wheel, wheel.form_radius)
-        return min(_curvature(pinion, pinion.tip_form_radius), form)
+        return min(self.tip_path[1], self._form_path[1])
 
     @cached_property
     def has_interference(self) -> tuple[bool, bool]:
         """Whether the fillet of pinion, wheel is reached by the mate's tip (contact below the form circle)."""
-        pinion, wheel = self.gears
-        tips = (_curvature(wheel, wheel.tip_form_radius), _curvature(pinion, pinion.tip_form_radius))
-        forms = (_curvature(pinion, pinion.form_radius), _curvature(wheel, wheel.form_radius))
+        (enters, leaves), (first, last) = self.tip_path, self._form_path
         room = 1e-12 * abs(self.centre_distance)
-        at_pinion, at_wheel = (self.tangent_length - t < f - room for t, f in zip(tips, forms, strict=True))
-        return at_pinion, at_wheel
+        return enters < first - room, leaves > last + room
 
     def path_coordinate(self, index: int, radius: float) -> float:
         """Position u [mm] on the path of contact of radius R [mm] on one of the gears, at least its base radius."""
@@ -122,9 +128,7 @@ class Meshing:
     def radii(self, u: NDArray) -> tuple[NDArray, NDArray]:
         """Radii R [mm] on pinion and wheel of the points u [mm] of the path of contact."""
         pinion, wheel = self.gears
-        return np.hypot(pinion.base_radius, u), math.copysign(1, wheel.teeth) * np.hypot(
-            wheel.base_radius, self.tangent_length - u
-        )
+        return pinion.radius_at(u), wheel.radius_at(self.tangent_length - u)
 
     @property
     def active_radii(self) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -203,4 +207,4 @@ class Meshing:
 
 def _curvature(gear: Gear, radius: float) -> float:
     """Radius of curvature ρ = √(R² − r_b²) of the flank at R [mm], negative on an internal gear."""
-    return math.copysign(math.sqrt(max(radius**2 - gear.base_radius**2, 0.0)), gear.teeth)
+    return float(gear.roll_length(radius))

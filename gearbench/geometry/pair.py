@@ -1,9 +1,9 @@
-"""A pair of external involute gears at its working centre distance. Source: ISO 21771."""
+"""A pair of involute gears, the wheel external or internal, at its working centre distance. Source: ISO 21771."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import is_dataclass, replace
 from functools import cached_property
 from typing import Annotated, Any
 
@@ -12,15 +12,18 @@ from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.errors import InputError
-from gearbench.geometry.blank import RACK
+from gearbench.geometry.blank import CUTTER, RACK
+from gearbench.geometry.cutter import Cutter, standard_cutter, standard_rounding
 from gearbench.geometry.faces import Ends, Faces
 from gearbench.geometry.gear import Gear
 from gearbench.geometry.material import Material
 from gearbench.geometry.meshing import Meshing, profile_shift_sum
 from gearbench.geometry.names import GEARS
 from gearbench.geometry.rack import STANDARD_FILLET_RADIUS, full_fillet_radius
+from gearbench.geometry.ring_conditions import tip_room
 from gearbench.geometry.section import TransverseSection
 from gearbench.geometry.shifts import backlash, generating_shifts, given_shift
+from gearbench.geometry.support import Support
 from gearbench.geometry.temperature import Temperatures, strain
 from gearbench.geometry.thickness import Deviation, Thickness
 from gearbench.notebook import pair_html
@@ -32,14 +35,20 @@ ROUNDING = 1e-4
 LARGEST_SHIFT = 1.5
 
 Length = Annotated[float, Field(gt=0.0, le=20000.0)]
+Signed = Annotated[float, Field(ge=-20000.0, le=20000.0)]
 
 
-def _external(teeth: Any) -> Any:
-    """Take numpy's integers too; refuse the negative count of an internal gear, which ISO 21771 writes so."""
-    teeth = int(teeth) if isinstance(teeth, np.integer) else teeth
-    if isinstance(teeth, int) and teeth < 0:
-        raise InputError("", teeth, "internal gears are not there yet: must be at least 5")
-    return teeth
+def _teeth(count: Any) -> Any:
+    """Take numpy's integers too; refuse gears of fewer than 5 teeth, and rings of fewer than 15."""
+    count = int(count) if isinstance(count, np.integer) else count
+    if isinstance(count, int) and -15 < count < 5:
+        raise InputError("", count, "must be at least 5, or at most -15 of an internal gear")
+    return count
+
+
+#: Keys that only external or only internal gears have.
+_EXTERNAL = ("bore_diameter", "rim_thickness", "protuberance", "grinding_stock")
+_INTERNAL = ("outer_diameter", "support", "cutter")
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -49,18 +58,25 @@ class Member:
     Parameters
     ----------
     teeth
-        Number of teeth z.
+        Number of teeth z; negative of an internal gear (ISO 21771), whose diameters may be given with either sign.
     addendum, dedendum
-        h_a* and h_f* [normal modules].
-    tip_diameter
-        d_a, in place of the addendum, as on a drawing [mm].
+        h_a* and h_f* [normal modules]. Of an internal gear h_f* is the addendum of its cutter, above the cutter's
+        shifted reference line.
+    tip_diameter, root_diameter
+        d_a in place of the addendum, d_f in place of the dedendum, as on a drawing [mm].
     profile_shift
         x [normal modules]; derived from the centre distance where absent. Those of both gears may make the teeth
         overlap by 10⁻⁴ (1 mm + m_n), as shifts and a distance rounded to four decimals do.
     fillet_radius
-        Tip rounding ρ_f* of the generating rack [normal modules]; 0.38 or, where less fits, the full rounding.
-    bore_diameter
-        Bore of the gear body [mm]; only models of the body ask for it.
+        Tip rounding ρ_f* of the generating rack, or of the cutter of an internal gear in its transverse section
+        [normal modules]; 0.38, of a cutter 0.2, or, where less fits, the full rounding.
+    cutter
+        Pinion-type cutter of an internal gear; one with 20 teeth fewer, from 15 to 60, where it is absent.
+    bore_diameter, outer_diameter
+        Bore of the body of an external gear, outside of an internal one, where it is held [mm]; only models of the
+        body ask for it.
+    support
+        Springs that the outside of an internal gear is held by; held firmly where they are absent.
     rim_thickness, web_thickness, web_offset, hub_diameter
         Body of a rim below the root circle, a web b_s wide along the axis, its middle ``web_offset`` towards y = b from
         that of the face, and a hub, without which the web reaches down to the bore [mm]; rim and hub are as wide as the
@@ -81,16 +97,21 @@ class Member:
     material
         Of this gear, where it is another than that of the pair.
     blank
-        Name of what the gear is cut from and by, see ``gearbench.geometry.blank``: "rack", or that of another package.
+        Name of what the gear is cut from and by, see ``gearbench.geometry.blank``: "rack", "pinion_cutter" of an
+        internal gear, or that of another package.
     """
 
-    teeth: Annotated[int, Field(ge=5, le=2000), BeforeValidator(_external)]
+    teeth: Annotated[int, Field(ge=-2000, le=2000), BeforeValidator(_teeth)]
     addendum: Annotated[float, Field(gt=0.0, le=2.5)] = 1.0
     dedendum: Annotated[float, Field(gt=0.0, le=3.0)] = 1.25
-    tip_diameter: Length | None = None
+    tip_diameter: Signed | None = None
+    root_diameter: Signed | None = None
     profile_shift: Annotated[float, Field(ge=-3.0, le=3.0)] | None = None
     fillet_radius: Annotated[float, Field(ge=0.0, le=1.0)] | None = None
+    cutter: Cutter | None = None
     bore_diameter: Length | None = None
+    outer_diameter: Length | None = None
+    support: Support | None = None
     rim_thickness: Length | None = None
     web_thickness: Length | None = None
     web_offset: Annotated[float, Field(ge=-20000.0, le=20000.0)] = 0.0
@@ -103,11 +124,18 @@ class Member:
     protuberance: Annotated[float, Field(gt=0.0, le=20.0)] | None = None
     grinding_stock: Annotated[float, Field(gt=0.0, le=20.0)] | None = None
     material: Material | None = None
-    blank: str = RACK
+    blank: str | None = None
 
     def __post_init__(self) -> None:
         if self.tip_diameter is not None and self.addendum != 1.0:
             raise InputError("tip_diameter", self.tip_diameter, "conflicts with addendum: give one of the two")
+        if self.root_diameter is not None and self.dedendum != 1.25:
+            raise InputError("root_diameter", self.root_diameter, "conflicts with dedendum: give one of the two")
+        kind, foreign = ("an internal", _EXTERNAL) if self.teeth < 0 else ("an external", _INTERNAL)
+        for key in foreign:
+            if (value := getattr(self, key)) is not None:
+                shown = "given" if is_dataclass(value) else value
+                raise InputError(key, shown, f"means nothing on {kind} gear")
         if self.tip_rounding is not None and self.tip_chamfer is not None:
             raise InputError("tip_chamfer", self.tip_chamfer, "conflicts with tip_rounding: give one of the two")
         stock = self.grinding_stock
@@ -127,6 +155,11 @@ class Member:
                 raise InputError(name, value, "needs rim_thickness: the web lies below a rim")
 
     @property
+    def blank_name(self) -> str:
+        """Name of its blank."""
+        return self.blank or (CUTTER if self.teeth < 0 else RACK)
+
+    @property
     def depth_of_fillet(self) -> float:
         """pr_P0 − q, by which the fillet is cut deeper than the flank [mm]."""
         return (self.protuberance or 0.0) - (self.grinding_stock or 0.0)
@@ -134,7 +167,7 @@ class Member:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Pair:
-    """A pair of external gears, spur or helical.
+    """A pair of gears, spur or helical, one of which may be internal.
 
     The pinion drives. Their contact is described by ``meshing``.
 
@@ -142,14 +175,15 @@ class Pair:
     ----------
     normal_module, face_width, centre_distance
         m_n, face width b of both gears unless one has its own, and working centre distance a′ [mm]. Teeth touch where
-        both gears have them.
+        both gears have them. The centre distance of an internal pair may be given with either sign; here it is
+        negative.
     centre_distance_upper, centre_distance_lower
         Deviations of the centre distance [µm]; the pair is computed in their middle.
     pressure_angle, helix_angle
         α_n and β [°].
     backlash
-        Circumferential backlash j_wt at the working pitch circles, transverse [mm]; used to derive the profile shifts,
-        derived itself where both are given. Its default is 0.
+        Circumferential backlash j_wt at the working pitch circles, transverse [mm], by which teeth are thinned whose
+        profile shifts are derived; derived itself where both are given. Its default is 0.
     pinion, wheel
         The two gears. Profile shifts that are not given share equally the sum that the centre distance asks for.
     material
@@ -176,7 +210,7 @@ class Pair:
     pressure_angle: Annotated[float, Field(ge=5.0, le=40.0)] = 20.0
     helix_angle: Annotated[float, Field(ge=0.0, le=60.0)] = 0.0
     face_width: Length
-    centre_distance: Length
+    centre_distance: Signed
     centre_distance_upper: Deviation = 0.0
     centre_distance_lower: Deviation = 0.0
     backlash: Annotated[float, Field(ge=0.0)] | None = None
@@ -186,12 +220,25 @@ class Pair:
     temperature: Temperatures | None = None
 
     def __post_init__(self) -> None:
+        total = self.pinion.teeth + self.wheel.teeth
+        if min(self.pinion.teeth, self.wheel.teeth) < 0 and (self.pinion.teeth * self.wheel.teeth > 0 or total >= 0):
+            raise InputError("wheel.teeth", self.wheel.teeth, "a ring meshes with a gear of fewer teeth than its own")
+        if self.centre_distance == 0 or (total > 0 > self.centre_distance):
+            raise InputError("centre_distance", self.centre_distance, "must be greater than 0")
+        object.__setattr__(self, "centre_distance", math.copysign(self.centre_distance, total))
         self.faces.check(self.normal_module)
         self._check_centre_distance()
+        if self.is_internal and self.strains[0] != self.strains[1]:
+            allowed = "must grow an internal pair alike: other strains of its gears are not known here"
+            raise InputError("temperature.wheel", self.temperature and self.temperature.wheel, allowed)
         for index in (0, 1):
             self._check_clearance(index)
         if self.meshing.path_end <= self.meshing.path_start:
             raise InputError("centre_distance", self.centre_distance, "no contact: the tip circles do not overlap")
+        if self.is_internal and (room := tip_room(self)) < 0:
+            allowed = f"its tips foul those of the ring by {-room:.3g} mm off the path of contact: must have fewer"
+            pinion = min((0, 1), key=lambda index: abs(self.members[index].teeth))
+            raise InputError(f"{GEARS[pinion]}.teeth", self.members[pinion].teeth, allowed)
         if self.meshing.total_contact_ratio < 1:
             allowed = f"total contact ratio {self.meshing.total_contact_ratio:.4g} must be at least 1"
             raise InputError("centre_distance", self.centre_distance, allowed)
@@ -200,25 +247,33 @@ class Pair:
         if self.centre_distance_lower > self.centre_distance_upper:
             allowed = f"must be at most centre_distance_upper, {self.centre_distance_upper:g}"
             raise InputError("centre_distance_lower", self.centre_distance_lower, allowed)
-        lowest = sum(section.base_radius for section in self.sections)
-        if min(self.centre_distance, self.working_distance(self.centre_distance_lower)) <= lowest:
-            allowed = f"must exceed the sum of the base radii, {lowest:.6g} mm"
-            raise InputError("centre_distance", self.centre_distance, allowed)
+        lowest = abs(sum(section.base_radius for section in self.sections))
+        if min(abs(self.centre_distance), abs(self.working_distance(self.centre_distance_lower))) <= lowest:
+            name = "difference" if self.is_internal else "sum"
+            allowed = f"must exceed the {name} of the base radii, {lowest:.6g} mm"
+            raise InputError("centre_distance", abs(self.centre_distance), allowed)
         if self.backlash is not None and any(member.thickness is not None for member in self.members):
             raise InputError("backlash", self.backlash, "follows from the tooth thickness: leave out one of the two")
         if None not in self._given_shifts and self.backlash is not None:
             raise InputError("backlash", self.backlash, "follows from the profile shifts: leave out one of the three")
         if self.actual_backlash < -ROUNDING * (1.0 + self.normal_module):
-            tight = f"teeth overlap by {-self.actual_backlash:.4g} mm: reduce a profile shift or raise the distance"
+            way = "reduce" if self.is_internal else "raise"
+            tight = f"teeth overlap by {-self.actual_backlash:.4g} mm: reduce a profile shift or {way} the distance"
             raise InputError("centre_distance", self.centre_distance, tight)
 
     def _check_clearance(self, index: int) -> None:
         clearance = self.meshing.tip_clearances[index]
         # coefficients are usually given to three decimals: that much overlap is rounding, not interference
         if clearance < -0.002 * self.normal_module:
-            allowed = f"tip runs {-clearance:.4g} mm into the root of its mate: reduce it or raise the distance"
+            way = "" if self.is_internal else " or raise the distance"
+            allowed = f"tip runs {-clearance:.4g} mm into the root of its mate: reduce it{way}"
             name = "addendum" if self.members[index].tip_diameter is None else "tip_diameter"
             raise InputError(f"{GEARS[index]}.{name}", getattr(self.members[index], name), allowed)
+
+    @property
+    def is_internal(self) -> bool:
+        """Whether one of the gears is internal."""
+        return self.pinion.teeth * self.wheel.teeth < 0
 
     @property
     def members(self) -> tuple[Member, Member]:
@@ -250,8 +305,11 @@ class Pair:
 
     @cached_property
     def profile_shifts(self) -> tuple[float, float]:
-        """Profile shifts x_1, x_2 [normal modules], derived from the centre distance where not given (G3)."""
-        total = profile_shift_sum(self.sections, self.centre_distance, self.backlash or 0.0)
+        """Profile shifts x_1, x_2 [normal modules], derived from the centre distance where not given (G3).
+
+        Without the backlash: it thins teeth, tip circles stay.
+        """
+        total = profile_shift_sum(self.sections, self.centre_distance)
         x1, x2 = self._given_shifts
         if x1 is None and x2 is None:
             return total / 2, total / 2
@@ -260,13 +318,30 @@ class Pair:
         return x1, total - x1 if x2 is None else x2
 
     @cached_property
+    def _thinned_shifts(self) -> tuple[float, float]:
+        """Profile shifts of the flanks: those that are derived share what the backlash takes."""
+        x1, x2 = self.profile_shifts
+        if not self.backlash:
+            return x1, x2
+        thinner = profile_shift_sum(self.sections, self.centre_distance, self.backlash) - (x1 + x2)
+        derived = [x is None for x in self._given_shifts]
+        one, two = (x + thinner * own / sum(derived) for x, own in zip((x1, x2), derived, strict=True))
+        return one, two
+
+    @cached_property
     def generating_shifts(self) -> tuple[float, float]:
         """x_E1, x_E2 [normal modules] of teeth in the middle of their deviations: of flanks and roots."""
         return self._generating_shifts("middle")
 
     def _generating_shifts(self, at: str) -> tuple[float, float]:
-        one, two = (0.0 if member.thickness is None else getattr(member.thickness, at) for member in self.members)
-        return generating_shifts(self.sections, self.profile_shifts, self._thicknesses, (one, two))
+        def deviation(own: Thickness | None, section: TransverseSection) -> float:
+            if own is None:
+                return 0.0
+            thickest, thinnest = own.ends(section)
+            return {"upper": thickest, "lower": thinnest, "middle": own.middle}[at]
+
+        one, two = map(deviation, self._thicknesses, self.sections)
+        return generating_shifts(self.sections, self._thinned_shifts, self._thicknesses, (one, two))
 
     @property
     def _thicknesses(self) -> tuple[Thickness | None, Thickness | None]:
@@ -281,7 +356,7 @@ class Pair:
 
     @cached_property
     def overhangs(self) -> tuple[Ends, Ends]:
-        """How far the face of each gear reaches beyond the common one, at y = 0 and at y = b [mm]."""
+        """Lengths by which each gear's face reaches beyond the common one, at y = 0 and at y = b [mm]."""
         return self.faces.overhangs
 
     def face_of(self, index: int | None) -> float:
@@ -308,8 +383,11 @@ class Pair:
         return strain(self.temperature.pinion, one), strain(self.temperature.wheel, two)
 
     def working_distance(self, deviation: float) -> float:
-        """a′ with a ``deviation`` [µm] at the temperatures given, as gears that keep their sizes see it (G16) [mm]."""
-        distance = self.centre_distance + 1e-3 * deviation
+        """a′ with a ``deviation`` [µm] at the temperatures given, as gears that keep their sizes see it (G16) [mm].
+
+        A positive deviation moves the axes apart, whatever the sign of a′.
+        """
+        distance = self.centre_distance + math.copysign(1e-3, self.centre_distance) * deviation
         if self.temperature is None:
             return distance
         housing = strain(self.temperature.housing, self.temperature.housing_expansion)
@@ -327,7 +405,8 @@ class Pair:
     @property
     def backlash_limits(self) -> tuple[float, float]:
         """Least and greatest j_wt [mm] within the deviations of tooth thickness and centre distance."""
-        ends = (("upper", self.centre_distance_lower), ("lower", self.centre_distance_upper))
+        near, far = self.centre_distance_lower, self.centre_distance_upper
+        ends = (("upper", far), ("lower", near)) if self.is_internal else (("upper", near), ("lower", far))
         least, most = (
             backlash(self.sections, self._generating_shifts(at), self.working_distance(distance))
             for at, distance in ends
@@ -338,7 +417,7 @@ class Pair:
         """j_wt [mm] where thicknesses and centre distance lie that much [µm] beside the middle of their deviations."""
         known = tuple(Thickness() if own is None else own for own in self._thicknesses)
         one, two = (own.middle + more for own, more in zip(known, thickness, strict=True))
-        shifts = generating_shifts(self.sections, self.profile_shifts, (known[0], known[1]), (one, two))
+        shifts = generating_shifts(self.sections, self._thinned_shifts, (known[0], known[1]), (one, two))
         middle = (self.centre_distance_upper + self.centre_distance_lower) / 2
         return backlash(self.sections, shifts, self.working_distance(middle + distance))
 
@@ -358,19 +437,14 @@ class Pair:
         member = self.members[index]
         if member.tip_diameter is None:
             return member.addendum + self.profile_shifts[index] - self.generating_shifts[index]
-        height = member.tip_diameter / 2 - self.sections[index].pitch_radius
+        section = self.sections[index]
+        height = math.copysign(member.tip_diameter, section.teeth) / 2 - section.pitch_radius
         return height / self.normal_module - self.generating_shifts[index]
 
     def _gear(self, index: int) -> Gear:
         member = self.members[index]
-        fillet = member.fillet_radius
-        if fillet is None:
-            fullest = full_fillet_radius(
-                math.radians(self.pressure_angle), member.dedendum, member.depth_of_fillet / self.normal_module
-            )
-            fillet = max(0.0, min(STANDARD_FILLET_RADIUS, fullest))
         try:
-            return Gear(
+            found = Gear(
                 teeth=member.teeth,
                 normal_module=self.normal_module,
                 pressure_angle=self.pressure_angle,
@@ -379,12 +453,19 @@ class Pair:
                 profile_shift=self.generating_shifts[index],
                 addendum=self._addendum(index),
                 dedendum=member.dedendum,
-                fillet_radius=fillet,
+                fillet_radius=self._fillet_radius(index, member.dedendum),
                 tip_rounding=member.tip_rounding or 0.0,
                 tip_chamfer=member.tip_chamfer or 0.0,
                 protuberance=member.depth_of_fillet,
-                blank=member.blank,
+                cutter=self._cutter(index),
+                blank=member.blank_name,
             )
+            if member.root_diameter is None:
+                return found
+            # a dedendum deepens all roots alike
+            deeper = found.root_radius - math.copysign(member.root_diameter, member.teeth) / 2
+            dedendum = found.dedendum + deeper / self.normal_module
+            return replace(found, dedendum=dedendum, fillet_radius=self._fillet_radius(index, dedendum))
         except InputError as error:
             shift = self.profile_shifts[index]
             if self._given_shifts[index] is None and abs(shift) > LARGEST_SHIFT:
@@ -392,6 +473,21 @@ class Pair:
                 asked = f"asks for a profile shift of {shift:.3g}: teeth without shift need {plain:.6g} mm"
                 raise InputError("centre_distance", self.centre_distance, asked) from None
             raise error.within(GEARS[index]) from None
+
+    def _cutter(self, index: int) -> Cutter | None:
+        member = self.members[index]
+        return member.cutter or (standard_cutter(member.teeth) if member.teeth < 0 else None)
+
+    def _fillet_radius(self, index: int, dedendum: float) -> float:
+        """Rounding of the tool that is given, or the standard one as far as it fits [normal modules]."""
+        member, cutter = self.members[index], self._cutter(index)
+        if member.fillet_radius is not None:
+            return member.fillet_radius
+        if cutter is not None:
+            return standard_rounding(self.sections[index], cutter, dedendum)
+        depth = member.depth_of_fillet / self.normal_module
+        fullest = full_fillet_radius(math.radians(self.pressure_angle), dedendum, depth)
+        return max(0.0, min(STANDARD_FILLET_RADIUS, fullest))
 
     @cached_property
     def meshing(self) -> Meshing:

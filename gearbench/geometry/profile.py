@@ -2,7 +2,8 @@
 
 A point of the involute has the roll length ℓ: the length of the tangent from the base circle to it. Missing material
 e(ℓ) moves it along that tangent, so that the modified flank is the curve ℓ ↦ (ℓ − e, r_b) on tangents that turn by
-dℓ/r_b (T1 of docs/theory.md). Any flank can be written so: also the arc of a tip rounding.
+dℓ/r_b (T1 of docs/theory.md). Any flank can be written so: also the arc of a tip rounding. On an internal gear ℓ and
+r_b are negative; ℓ grows from root to tip there too.
 """
 
 from __future__ import annotations
@@ -58,11 +59,13 @@ class Modification:
         """Roll length where it begins; None where it has no begin."""
         if not self.one_sided:
             return None
-        return self.start if self.along == "roll" else math.sqrt(max(self.start**2 - base_radius**2, 0.0))
+        if self.along == "roll":
+            return self.start
+        return math.copysign(math.sqrt(max(self.start**2 - base_radius**2, 0.0)), base_radius)
 
     def is_on(self, roll: float, base_radius: float) -> bool:
         """Whether material is missing at a roll length."""
-        x = roll if self.along == "roll" else math.hypot(roll, base_radius)
+        x = roll if self.along == "roll" else math.copysign(math.hypot(roll, base_radius), base_radius)
         return not self.one_sided or (x - self.start) / self.length > 0
 
     def deviation(self, roll: NDArray, base_radius: float) -> Deviation:
@@ -70,7 +73,7 @@ class Modification:
         if self.along == "roll":
             x, dx, ddx = roll, np.ones_like(roll), np.zeros_like(roll)
         else:
-            x = np.hypot(roll, base_radius)
+            x = math.copysign(1.0, base_radius) * np.hypot(roll, base_radius)
             dx, ddx = roll / x, base_radius**2 / x**3
         t, dt, ddt = (x - self.start) / self.length, dx / self.length, ddx / self.length
         f, df, ddf = self._shape(t)
@@ -130,15 +133,15 @@ class Piece:
         Returns ε (its angle to the tangent), ρ (radius of curvature of the modified profile), its distances c along and
         d across itself from the centre to the point (T2), and their derivatives.
         """
-        r_b = self.base_radius
+        r_b, sign = self.base_radius, math.copysign(1.0, self.base_radius)
         e, de, dde = self.deviation(roll)
         length = roll - e
-        eps = np.arctan2(de * r_b, length)
+        eps = np.arctan2(sign * de * r_b, sign * length)
         squared = length**2 + (de * r_b) ** 2
         d_eps = r_b * (dde * length - de * (1 - de)) / np.maximum(squared, 1e-300)
         cos, sin = np.cos(eps), np.sin(eps)
         c, d = length * cos + r_b * sin, r_b * cos - length * sin
-        rho = np.sqrt(squared) / (1 + r_b * d_eps)
+        rho = sign * np.sqrt(squared) / (1 + r_b * d_eps)
         return eps, rho, c, d, (1 - de) * cos + d * d_eps, -(1 - de) * sin - c * d_eps
 
 
@@ -193,8 +196,7 @@ class Profile:
 def profile(gear: Gear, modifications: tuple[Modification, ...] = ()) -> Profile:
     """Profile of a flank of ``gear`` with the ``modifications`` on it (those meant for the other gear left out)."""
     r_b = gear.base_radius
-    low = math.sqrt(max(gear.form_radius**2 - r_b**2, 0.0))
-    tip = math.sqrt(gear.tip_form_radius**2 - r_b**2)
+    low, tip = (float(gear.roll_length(R)) for R in (gear.form_radius, gear.tip_form_radius))
     kinks = sorted({k for m in modifications if (k := m.kink(r_b)) is not None and low < k < tip})
     edges = [low, *kinks, tip]
     pieces = []
@@ -237,5 +239,5 @@ class _Arc:
     def end(self, tip_radius: float) -> float:
         """Roll length where it meets the tip circle."""
         r_b, inner = self.base_radius, self.start - self.radius
-        last = math.sqrt(tip_radius**2 - r_b**2)
+        last = math.copysign(math.sqrt(tip_radius**2 - r_b**2), r_b)
         return self.start + r_b * (math.atan2(r_b, inner) - math.atan2(r_b, last))

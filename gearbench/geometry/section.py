@@ -6,6 +6,9 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 
 @dataclass(frozen=True, kw_only=True)
 class TransverseSection:
@@ -60,6 +63,19 @@ class TransverseSection:
     def base_radius(self) -> float:
         """Base radius r_b = r cos α_t [mm]."""
         return self.pitch_radius * math.cos(self.alpha_t)
+
+    @property
+    def sign(self) -> float:
+        """1, or −1 of an internal gear."""
+        return math.copysign(1.0, self.teeth)
+
+    def roll_length(self, radius: ArrayLike) -> NDArray:
+        """Roll length ℓ = √(R² − r_b²) at R [mm], the flank's radius of curvature; negative on an internal gear."""
+        return self.sign * np.sqrt(np.maximum(np.square(radius) - self.base_radius**2, 0.0))
+
+    def radius_at(self, roll: ArrayLike) -> NDArray:
+        """R [mm] at a roll length [mm]."""
+        return self.sign * np.hypot(self.base_radius, roll)
 
     @property
     def base_pitch(self) -> float:

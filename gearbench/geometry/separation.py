@@ -31,7 +31,7 @@ REACH = 0.45
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Touch:
-    """Where flanks touch first: what is asked for is read from the table of their separation.
+    """First contact of the flanks, read from the table of their separation.
 
     Parameters
     ----------
@@ -156,11 +156,9 @@ class Separation:
         if curve is None:
             return None
         radius = np.full(len(nodes), np.nan)
-        radius[np.searchsorted(nodes, curve.node)] = np.maximum(curve.radii.min(axis=0), 1e-3 * self.step)
+        radius[np.searchsorted(nodes, curve.node)] = np.maximum(np.abs(curve.radii).min(axis=0), 1e-3 * self.step)
         least = np.minimum(radius[:-1], radius[1:])
-        parts = np.maximum(
-            (SHARP * self.plane.tangent_length / least) ** 1.5, (self.step**4 / least**3 / ERROR) ** 0.25
-        )
+        parts = np.maximum((SHARP * self.plane.size / least) ** 1.5, (self.step**4 / least**3 / ERROR) ** 0.25)
         if not np.nanmax(parts, initial=0.0) > 1:
             return curve
         parts = np.ceil(np.clip(parts, 1.0, FINER))
@@ -175,7 +173,7 @@ class Separation:
 
     @cached_property
     def _pieces(self) -> list[tuple[float, float, Curve]]:
-        """Where which curve is the lowest: from u to u."""
+        """Intervals of u in which one curve is the lowest."""
         curves = self.curves
         ends = np.unique([x for c in curves for x in (c.u[0], c.u[-1]) if self.low <= x <= self.high])
         # where one curve ends just before another begins, a corner may touch in between
@@ -185,7 +183,7 @@ class Separation:
         least = values.min(axis=0)
         # of curves that agree, a smooth contact goes before an edge, and one that goes on before one that ends
         order = np.array([c.edge >= 0 for c in curves])[:, None] * 1.0
-        near = values <= least + 1e-13 * self.plane.tangent_length
+        near = values <= least + 1e-13 * self.plane.size
         winner = np.argmin(np.where(near, order, np.inf), axis=0)
         winner = np.where(np.isfinite(least), winner, -1)
         pieces, start = [], grid[0]
@@ -204,7 +202,7 @@ class Separation:
         if a < 0 or b < 0:
             return high if a < 0 else low
         first, second = self.curves[a], self.curves[b]
-        room = 1e-13 * self.plane.tangent_length
+        room = 1e-13 * self.plane.size
         begin, end = second.u[:1], first.u[-1:]
         # where one begins or ends on the other, they only touch there
         if begin[0] > low and hermite(second, begin)[0] <= hermite(first, begin)[0] + room:
@@ -242,7 +240,7 @@ class Separation:
 
     @cached_property
     def changes(self) -> tuple[float, ...]:
-        """As ``kinks``, each by itself: where a corner begins and ceases to touch [mm]."""
+        """Kinks one by one: the u at which a corner begins and ceases to touch [mm]."""
         room = 0.25 / REACH * (self.path[0] - self.low)
         return tuple(start for start, *_ in self._pieces[1:] if self.path[0] - room < start < self.path[1] + room)
 
@@ -283,7 +281,7 @@ class Separation:
         return min(float(self._table[:, 2].min()), 0.0)
 
     def __call__(self, u: NDArray) -> Touch:
-        """Where flanks touch first at the nominal coordinates u, and how far they are apart before."""
+        """First contact at the nominal coordinates u, and the separation before it."""
         start, width = self._columns[:2]
         u = np.asarray(u, dtype=float)
         row = np.clip(np.searchsorted(start, u, side="right") - 1, 0, len(start) - 1)

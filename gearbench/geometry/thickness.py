@@ -33,8 +33,8 @@ class Thickness:
     span_teeth
         k.
     over_balls, over_pins
-        M_dK or M_dR, dimension over two balls or two pins of ``measuring_diameter`` [mm]. They differ where a helical
-        gear has an odd number of teeth.
+        M_dK or M_dR, dimension over two balls or two pins of ``measuring_diameter``, between them of an internal gear
+        [mm]. They differ where a helical gear has an odd number of teeth.
     measuring_diameter
         D_M, diameter of the balls or pins [mm].
     upper, lower
@@ -73,6 +73,11 @@ class Thickness:
         """Middle of the two deviations [µm]."""
         return (self.upper + self.lower) / 2
 
+    def ends(self, section: TransverseSection) -> tuple[float, float]:
+        """Deviations [µm] of the thickest and the thinnest tooth: a greater size between balls is a thinner tooth."""
+        turned = section.teeth < 0 and self._over is not None
+        return (self.lower, self.upper) if turned else (self.upper, self.lower)
+
     @property
     def _over(self) -> float | None:
         return self.over_balls if self.over_pins is None else self.over_pins
@@ -89,6 +94,8 @@ class Thickness:
         """
         m, alpha, change = section.normal_module, section.alpha_n, _MICROMETRE * deviation
         if self.span is not None and self.span_teeth is not None:
+            if section.teeth < 0:
+                raise InputError("span", self.span, "is of external gears: give over_balls, the size between balls")
             without = span(section, 0.0, self.span_teeth)
             return (self.span + change - without) / (2 * m * math.sin(alpha))
         if self._over is not None and self.measuring_diameter is not None:
@@ -97,9 +104,10 @@ class Thickness:
 
     def _shift_over(self, section: TransverseSection, size: float, diameter: float) -> float:
         key = "over_balls" if self.over_pins is None else "over_pins"
-        radius = (size - diameter) / 2 / _chord(section, pins=self.over_pins is not None)
-        if radius <= section.base_radius:
-            least = 2 * section.base_radius * _chord(section, pins=self.over_pins is not None) + diameter
+        chord = _chord(section, pins=self.over_pins is not None)
+        radius = (math.copysign(size, section.teeth) - diameter) / 2 / chord
+        if abs(radius) <= abs(section.base_radius):
+            least = abs(2 * section.base_radius * chord + diameter)
             raise InputError(key, size, f"must exceed {least:.6g} mm, where the balls touch at the base circle")
         z, m, alpha = section.teeth, section.normal_module, section.alpha_n
         # (G14) solved for x
@@ -124,7 +132,7 @@ def span(section: TransverseSection, shift: float, teeth: int) -> float:
 
 
 def over_balls(section: TransverseSection, shift: float, diameter: float, *, pins: bool = False) -> float:
-    """Dimension M_dK over two balls, or M_dR over two pins, of ``diameter`` D_M [mm] (G14).
+    """Dimension M_dK over two balls, or M_dR over two pins, of ``diameter`` D_M [mm] (G14); negative between them.
 
     Raises
     ------

@@ -76,6 +76,11 @@ class Plane:
     tangent_length: float
 
     @property
+    def size(self) -> float:
+        """Length that tolerances are measured by: T1T2, of an internal pair the longest roll length [mm]."""
+        return self.tangent_length if self.tangent_length > 0 else max(-p.low for p in self.profiles)
+
+    @property
     def _wheel_centre(self) -> tuple[float, float]:
         """O2 seen from O1: x along the line of action."""
         return self.tangent_length, self.profiles[0].base_radius + self.profiles[1].base_radius
@@ -83,7 +88,7 @@ class Plane:
     def corner_on_piece(self, k: int, roll: float, own: Piece, mate: Piece, v: NDArray) -> Curve | None:
         """A corner of gear k at the roll length ``roll`` on a piece of its mate's profile, at the rotations v of k."""
         r_b, r_m = own.base_radius, mate.base_radius
-        x, y = self._wheel_centre
+        (x, y), sign = self._wheel_centre, math.copysign(1.0, r_m)
         corner = np.array(roll)
         length = roll - float(own.deviation(corner)[0])
         eps_own, rho, *_ = own.normal(corner)
@@ -93,17 +98,17 @@ class Plane:
         own_x, own_y = length * cos - r_b * sin, length * sin + r_b * cos
         w_x, w_y = own_x - x, own_y - y
         squared = w_x**2 + w_y**2 - r_m**2
-        reached = (squared > 0) & (w_y < 0)
+        reached = (squared > 0) & (sign * w_y < 0)
         if not reached.any():
             return None
-        tangent = np.sqrt(np.where(reached, squared, 1.0))
+        tangent = sign * np.sqrt(np.where(reached, squared, 1.0))
         # a deviation moves the mate's point by little: of most pieces it is seen at once that they are elsewhere
         least, most = tangent[reached].min(), tangent[reached].max()
-        far = 1e-2 * self.tangent_length + 4 * float(np.abs(mate.deviation(np.array([mate.low, mate.high]))[0]).max())
+        far = 1e-2 * self.size + 4 * float(np.abs(mate.deviation(np.array([mate.low, mate.high]))[0]).max())
         if least > mate.high + far or most < mate.low - far:
             return None
         other = mate.at_tangent_length(tangent)
-        room = 1e-9 * self.tangent_length
+        room = 1e-9 * self.size
         keep = reached & (other >= mate.low - room) & (other <= mate.high + room)
         chi = np.arctan2(-r_m, -tangent) - np.arctan2(w_y, w_x)
         chi = (chi + math.pi) % (2 * math.pi) - math.pi
@@ -125,7 +130,8 @@ class Plane:
         if abs(cosine) > 1:
             return []
         turn = math.atan2(y, x) - math.atan2(own.base_radius, length)
-        return [roll - own.base_radius * (turn + sign * math.acos(cosine)) for sign in (-1, 1)]
+        angles = (turn + sign * math.acos(cosine) for sign in (-1, 1))
+        return [roll - own.base_radius * math.remainder(angle, 2 * math.pi) for angle in angles]
 
     def common_nodes(self, own: Piece, mate: Piece, step: float) -> NDArray:
         """Roll lengths of ``own`` at which two smooth pieces may touch, ends included, ``step`` apart at most."""
@@ -145,7 +151,7 @@ class Plane:
             for i in np.flatnonzero(excess[:-1] * excess[1:] < 0):
                 (a, b), (fa, fb) = few[i : i + 2], excess[i : i + 2]
                 for _ in range(12):  # secant: the function is all but linear
-                    if fa == fb or abs(b - a) < 1e-12 * self.tangent_length:
+                    if fa == fb or abs(b - a) < 1e-12 * self.size:
                         break
                     a, b, fa = b, b - fb * (b - a) / (fb - fa), fb
                     fb = float(self._partner(own, mate, np.array([b]))[0]) - end
@@ -163,11 +169,11 @@ class Plane:
         for _ in range(_STEPS):
             _, _, c2, d2, dc2, dd2 = mate.normal(other)
             across = d1 + d2
-            left = np.sqrt(np.maximum(x**2 + y**2 - across**2, 1e-6 * x**2))
+            left = math.copysign(1.0, x) * np.sqrt(np.maximum(x**2 + y**2 - across**2, 1e-6 * x**2))
             step = (c1 + c2 - left) / (dc2 + across * dd2 / left)
-            step = np.clip(np.where(np.isfinite(step), step, 0.0), -0.05 * x, 0.05 * x)
+            step = np.clip(np.where(np.isfinite(step), step, 0.0), -0.05 * self.size, 0.05 * self.size)
             other = other - step
-            if not np.any(np.abs(step) > 4e-16 * x):
+            if not np.any(np.abs(step) > 4e-16 * self.size):
                 break
         return other
 
@@ -179,7 +185,7 @@ class Plane:
         """
         T = self.tangent_length
         if own.is_involute and mate.is_involute:
-            room = 1e-12 * T
+            room = 1e-12 * self.size
             keep = (T - roll >= mate.low - room) & (T - roll <= mate.high + room)
             rolls = np.stack([roll, T - roll])
             return self._curve(k, roll, np.stack([rolls, rolls, np.ones_like(rolls), rolls]), keep)
@@ -187,8 +193,8 @@ class Plane:
         eps1, rho1, c1, d1, _, _ = own.normal(roll)
         other = self._partner(own, mate, roll)
         eps2, rho2, c2, d2, _, _ = mate.normal(other)
-        room = 1e-9 * T
-        keep = (np.abs(np.hypot(c1 + c2, d1 + d2) - math.hypot(x, y)) < 1e-12 * T) & (
+        room = 1e-9 * self.size
+        keep = (np.abs(np.hypot(c1 + c2, d1 + d2) - math.hypot(x, y)) < 1e-12 * self.size) & (
             (other >= mate.low - room) & (other <= mate.high + room)
         )
         theta = math.atan2(y, x) - np.arctan2(d1 + d2, c1 + c2)
@@ -216,10 +222,10 @@ class Plane:
             u, gap, slope, angle, keep, node = (x[::-1] for x in (u, gap, slope, angle, keep, node))
             rolls, levers, radii = rolls[:, ::-1], levers[:, ::-1], radii[:, ::-1]
         # where u runs back, the point touched is one of greatest separation, not of least
-        good = keep & np.isfinite(gap) & (np.diff(u, append=np.inf) > -1e-12 * self.tangent_length)
+        good = keep & np.isfinite(gap) & (np.diff(u, append=np.inf) > -1e-12 * self.size)
         runs = np.split(np.arange(len(u)), np.flatnonzero(np.diff(good)) + 1)
         rising = max((run for run in runs if good[run[0]]), key=len, default=runs[0][:0])
-        rising = rising[np.diff(u[rising], prepend=-np.inf) > 1e-12 * self.tangent_length]
+        rising = rising[np.diff(u[rising], prepend=-np.inf) > 1e-12 * self.size]
         if rising.size < 2:
             return None
         return Curve(

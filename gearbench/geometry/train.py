@@ -87,7 +87,7 @@ class Train:
     Parameters
     ----------
     meshes
-        All of them; the driver of the first turns with the speed 1.
+        All of them; the driver of the first turns with the speed 1, or where it is held its carrier with −1.
     shafts
         Gear → its shaft; gears that are not named have one of their own, of the same name.
     axes
@@ -139,7 +139,9 @@ class Train:
         """
         shafts = list(dict.fromkeys(self.shaft(gear) for gear in self.gears))
         shafts += [c for c in dict.fromkeys(m.carrier for m in self.meshes) if c is not None and c not in shafts]
-        rows = [self._row(shafts, {self.shaft(self.meshes[0].driver): 1}, 1)]
+        first, carrier = self.shaft(self.meshes[0].driver), self.meshes[0].carrier
+        # a driver that is held turns as fast against its carrier
+        rows = [self._row(shafts, {first: 1} if first not in self.held or carrier is None else {carrier: -1}, 1)]
         rows += [self._row(shafts, {name: 1}, 0) for name in self.held]
         for mesh in self.meshes:
             z = [gear.teeth for gear in mesh.pair.gears]
@@ -162,6 +164,10 @@ class Train:
         """Mesh frequency over the frequency of rotation of the first driver."""
         mesh = self[name]
         return abs(float(self._own_rate(mesh) * mesh.pair.gears[0].teeth))
+
+    def own_rate(self, name: str) -> float:
+        """Speed of the driver of a mesh as its carrier sees it, without its sense."""
+        return abs(float(self._own_rate(self[name])))
 
     def _own_rate(self, mesh: Mesh) -> Fraction:
         """Speed of the driver of a mesh as its carrier sees it."""
@@ -260,11 +266,16 @@ class Train:
         phases, known = self.phases(coast=coast), {}
         for mesh in self.meshes:
             for gear in mesh.gears if mesh.phase is None else ():
-                lead = phases[mesh.name] + mesh.lead(gear, self._towards(mesh, coast), coast=coast)
+                lead = self.leading(mesh.name, gear, phases[mesh.name], coast=coast)
                 off = (lead - known.setdefault(gear, lead) + 0.5) % 1.0 - 0.5
                 if abs(off) > _TEETH:
                     allowed = f"does not assemble: in {mesh.name} its teeth stand {off:+.3f} pitches beside the gaps"
                     raise InputError("gears", gear, allowed)
+
+    def leading(self, name: str, gear: str, phase: float, *, coast: bool = False) -> float:
+        """Angle of the leading flank of a gear at a phase of one of its meshes, see ``Mesh.lead`` [pitches]."""
+        mesh = self[name]
+        return phase + mesh.lead(gear, self._towards(mesh, coast), coast=coast)
 
     def _towards(self, mesh: Mesh, coast: bool) -> float:
         x, y = self.across(mesh.name)

@@ -6,6 +6,8 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Annotated, Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 from pydantic.dataclasses import dataclass as table
 
@@ -13,6 +15,7 @@ from gearbench.errors import InputError, one_of
 from gearbench.geometry.linkage import Linkage
 from gearbench.geometry.names import GEARS, PAIR
 from gearbench.geometry.pair import Length, Member, Pair
+from gearbench.geometry.planetary import CARRIER, PlanetarySet, expanded
 from gearbench.geometry.thickness import Deviation
 from gearbench.geometry.train import Mesh, Train
 from gearbench.schema import STRICT, as_table, given, read
@@ -98,6 +101,8 @@ class TrainTables:
         "gears", "meshes", "effects", "coast" and "system" as in a file.
     gears, meshes
         The first two as objects; effects of the flanks are left out.
+    planetary
+        The set that they are of, where the file has the short form.
     first
         Pair, effects, effects of the coast flanks and system of the scene, once they are known.
     """
@@ -106,10 +111,31 @@ class TrainTables:
     gears: Mapping[str, TrainGear] = field(hash=False)
     meshes: tuple[TrainMesh, ...]
     first: tuple[Any, ...] | None = field(default=None, compare=False)
+    planetary: PlanetarySet | None = None
+
+    @property
+    def written(self) -> dict[str, Any]:
+        """The tables as in a file."""
+        short = () if self.planetary is None else ("gears", "meshes")
+        return {key: table for key, table in self.tables.items() if key not in short}
 
     @classmethod
     def of(cls, tables: Mapping[str, Any], effects: Collection[str]) -> TrainTables:
         """Read the tables of a file, with the names of all ``effects``; raises ``InputError`` that names the key."""
+        short = None
+        if "planetary" in tables:
+            for key in ("gears", "meshes", "system"):
+                if key in tables:
+                    raise InputError(key, "given", "conflicts with planetary: give one of the two")
+            short, more = expanded(tables["planetary"])
+            tables = {**tables, **more}
+        try:
+            return cls._of(tables, effects, short)
+        except InputError as error:
+            raise error if short is None else in_set(error) from None
+
+    @classmethod
+    def _of(cls, tables: Mapping[str, Any], effects: Collection[str], short: PlanetarySet | None) -> TrainTables:
         found, listed = as_table("gears", tables.get("gears", {})), tables.get("meshes")
         if not isinstance(listed, list | tuple) or not listed:
             raise InputError("meshes", listed, "must be one or more tables: [[meshes]]")
@@ -127,7 +153,8 @@ class TrainTables:
                     raise InputError(f"meshes.{number}.{key}", gear, one_of(gear, gears))
         if idle := set(gears) - {gear for mesh in meshes for gear in (mesh.driver, mesh.driven)}:
             raise InputError(f"gears.{min(idle)}", "in no mesh", "must be the driver or the driven gear of one")
-        return cls(tables={k: v for k, v in tables.items() if k in PARTS}, gears=gears, meshes=meshes)
+        own = {k: v for k, v in tables.items() if k in PARTS}
+        return cls(tables=own, gears=gears, meshes=meshes, planetary=short)
 
     def pairs(self) -> dict[str, Pair]:
         """The gears of each mesh by its name. Profile shifts follow from the meshes in their order, where not given.
@@ -138,6 +165,9 @@ class TrainTables:
         found: dict[str, Pair] = {}
         for number, mesh in enumerate(self.meshes):
             names = (mesh.driver, mesh.driven)
+            if self.planetary is not None and number % self.planetary.keys.number:  # planets are alike
+                found[mesh.label] = found[self.meshes[number - 1].label]
+                continue
             both = [self.gears[name] for name in names]
             for key in SHARED:
                 if getattr(both[0], key) != getattr(both[1], key):
@@ -182,16 +212,24 @@ class TrainTables:
         """The train of the ``pairs`` of the meshes, by their names."""
         keys = ("driver", "driven", "direction", "phase")
         own = ((m.label, {key: getattr(m, key) for key in keys}) for m in self.meshes)
+        if self.planetary is not None:
+            carried = tuple(Mesh(name=name, pair=pairs[name], carrier=CARRIER, **each) for name, each in own)
+            return Train(meshes=carried, axes=self.planetary.axes, held=(self.planetary.keys.held,))
         meshes = tuple(Mesh(name=name, pair=pairs[name], **each) for name, each in own)
         return Train(meshes=meshes, shafts=self._shafts, axes=self._axes)
 
     def coupled(self, train: Train) -> bool:
-        """Whether its meshes are one contact problem: paths are parallel."""
-        return "system" not in self.tables and train.parallel
+        """Whether its meshes are one contact problem: it is a planetary set, or paths are parallel."""
+        return self.planetary is not None or ("system" not in self.tables and train.parallel)
 
     def linkage(self, train: Train, *, coast: bool = False) -> Linkage:
-        """How the meshes hang together."""
-        return Linkage(train=train, coast=coast)
+        """Coupling of the meshes."""
+        short = self.planetary
+        return Linkage(train=train, coast=coast) if short is None else short.linkage(train, coast=coast)
+
+    def offset(self, linkage: Linkage) -> NDArray:
+        """Approach that errors of the bodies add to each mesh, (mesh,) [mm]."""
+        return np.zeros(len(self.meshes)) if self.planetary is None else self.planetary.offset(linkage)
 
     def shares(self, train: Train) -> dict[str, float]:
         """Mesh → torque on its driver over that on the first; where paths are parallel as if they shared alike."""
@@ -267,8 +305,23 @@ class TrainTables:
         value = error.value
         for label, name in names.items():
             value = value.replace(f"pair.{label}.", f"gears.{name}.") if isinstance(value, str) else value
-        return InputError(key, value, error.allowed, error.file)
+        found = InputError(key, value, error.allowed, error.file)
+        return found if self.planetary is None else in_set(found)
+
+
+def in_set(error: InputError) -> InputError:
+    """An error in the gears and meshes that ``[planetary]`` stands for, by the keys of that table."""
+    head, _, rest = error.key.partition(".")
+    name, _, below = rest.partition(".")
+    name = "planet" if name.startswith("planet ") else name
+    if head == "gears" and name:
+        key = below if below in ("normal_module", "pressure_angle", "helix_angle") else f"{name}.{below}"
+    elif head == "meshes" and below:
+        key = below
+    else:
+        return error
+    return InputError(f"planetary.{key}", error.value, error.allowed, error.file)
 
 
 #: Tables that say what a train is, in place of the table "pair".
-PARTS = ("gears", "meshes", "effects", "coast", "system")
+PARTS = ("gears", "meshes", "planetary", "effects", "coast", "system")

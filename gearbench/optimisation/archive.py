@@ -66,7 +66,7 @@ class Archive:
         return np.array([self._number[self._key(design)] for design in designs], dtype="int64")
 
     def unknown(self, designs: Sequence[Design]) -> list[Design]:
-        """Those of ``designs`` that have no result yet, each different gear once."""
+        """Designs without a result, each different gear once."""
         found: dict[bytes, Design] = {}
         for design in designs:
             found.setdefault(self._key(design), design)

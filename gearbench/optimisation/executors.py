@@ -193,7 +193,7 @@ def _deaf() -> Iterator[None]:
 
 
 class _Context(SpawnContext):
-    """How worker processes are started, and which were."""
+    """Start method of worker processes, and the processes that it started."""
 
     def __init__(self) -> None:
         self.started: list[_Process] = []
@@ -333,7 +333,7 @@ def _wait_for_workers(client: Any, scheduler: str) -> None:
 # -- the same code -----------------------------------------------------------------------------------------------------
 @cache
 def identity() -> dict[str, str]:
-    """What this process computes with: versions of Python and packages, and the SHA-256 of the sources.
+    """Software of this process: versions of Python and packages, and the SHA-256 of the sources.
 
     Those are the ones of gearbench, of its finite elements, and of the effects that other packages bring.
     """

@@ -41,8 +41,9 @@ def mass(scene: Scene) -> float:
     pair, total = scene.pair, 0.0
     for gear, member, material in zip(pair.gears, pair.members, pair.materials, strict=True):
         _, weight, half_width, _ = tooth_outline(gear, POINTS)
-        body = math.pi * (gear.root_radius**2 - ((member.bore_diameter or 0.0) / 2) ** 2)
-        total += gear.face_width * (body + gear.teeth * 2 * float(weight @ half_width)) * material.density
+        held = (member.bore_diameter if gear.teeth > 0 else member.outer_diameter or 2 * abs(gear.root_radius)) or 0.0
+        body = math.pi * abs(gear.root_radius**2 - (held / 2) ** 2)
+        total += gear.face_width * (body + abs(gear.teeth) * 2 * float(weight @ half_width)) * material.density
     return 1e-6 * total
 
 
@@ -58,7 +59,7 @@ def axial_force(scene: Scene) -> float:
 
 
 def modifications(scene: Scene) -> int:
-    """How many kinds of micro-geometry the flanks have."""
+    """Number of kinds of micro-geometry on the flanks."""
     return sum(scene.effect(name) is not None for name in MODIFICATIONS)
 
 

@@ -292,7 +292,7 @@ def assignments(study: OptimisationStudy, design: Design) -> tuple[tuple[str, Va
 
 
 def gear_key(study: OptimisationStudy, design: Design) -> bytes:
-    """What a design stands for in 16 bytes: equal for designs that are the same gear, and for no others."""
+    """Key of 16 bytes, equal for designs that are the same gear and for no others."""
     same = tuple((path, float(v) if isinstance(v, int | float) else v) for path, v in assignments(study, design))
     return hashlib.blake2b(repr(same).encode(), digest_size=16).digest()
 
@@ -336,7 +336,7 @@ def _pair(text: str) -> Pair | InputError:
 
 
 def cost_of(study: OptimisationStudy, design: Design) -> float:
-    """What the values of a design's variables cost; those of an effect that it does without cost nothing."""
+    """Cost of the values of a design's variables; those of an absent effect cost nothing."""
     given = dict(zip((v.name for v in study.variables), values_of(study, design), strict=True))
     return sum(costs.get(str(given[name]), 0.0) for name, costs in study.costs.items())
 

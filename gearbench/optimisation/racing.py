@@ -54,7 +54,7 @@ def statistics(values: NDArray, numbers: Sequence[float] = ()) -> NDArray:
 
 
 def spread(first: NDArray) -> NDArray:
-    """Which designs of a front to compare with, at most ``MOST_INCUMBENTS``: evenly by rank in the first objective.
+    """Designs of a front to compare with, at most ``MOST_INCUMBENTS``, evenly by rank in the first objective.
 
     ``first`` holds that objective of each, (design,).
     """
@@ -84,7 +84,7 @@ class Incumbents:
     def of(
         cls, study: OptimisationStudy, values: Sequence[NDArray], known: Sequence[Sequence[float]]
     ) -> Incumbents | None:
-        """Those of designs with ``values`` (response, sample); None without any, or without stages.
+        """Incumbents from designs with ``values`` (response, sample); None without designs or without stages.
 
         ``known`` holds the statistics of each, as ``study.statistics`` names them.
         """

@@ -197,7 +197,7 @@ class _Run:
         ]
 
     def total(self, key: bytes) -> float:
-        """What is minimised, of an x that was evaluated."""
+        """Sum to minimise, at an x that was evaluated."""
         return float(np.sum(np.array(self.seen[key].objectives(self.study)) / self.extent))
 
 

@@ -51,7 +51,7 @@ class Search:
         return tuple(float(X[v.name]) if v.kind == "real" else int(X[v.name]) for v in self._study.variables)
 
     def _gear(self, individual: Any) -> Hashable:
-        """What an individual stands for, found once: those that were bred are compared with all others."""
+        """Design of an individual, cached because offspring are compared with all others."""
         found = individual.data.get("gear")
         if found is None:
             found = individual.data["gear"] = self._key(self._design(individual))

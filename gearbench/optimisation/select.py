@@ -73,7 +73,7 @@ class Selection:
 
     @property
     def steps(self) -> tuple[tuple[str, int], ...]:
-        """How many designs each condition left."""
+        """Number of designs that each condition left."""
         return tuple((condition, len(numbers)) for condition, numbers in self.kept)
 
     def scene(self, number: int) -> Scene:

@@ -95,7 +95,7 @@ class Limit:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Algorithm:
-    """How the search goes on.
+    """Method and size of the search.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ class Robustness:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Speeds:
-    """Where the mesh force is taken, for objectives and limits of the response ``mesh_force``.
+    """Speeds at which the mesh force is evaluated, for objectives and limits of the metric ``mesh_force``.
 
     Parameters
     ----------

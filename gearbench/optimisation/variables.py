@@ -123,7 +123,7 @@ class Variable:
 
     @cached_property
     def kind(self) -> Literal["real", "ordered", "choice"]:
-        """How operators may treat it: "choice" where its values have no order."""
+        """Kind for the search operators: "choice" where the values have no order."""
         if self.grid is None:
             return "real"
         numbers = all(isinstance(v, (int, float)) and not isinstance(v, bool) for v in self.grid)
@@ -147,7 +147,7 @@ class Variable:
         return dict.fromkeys(self.paths, value) if self.sets is None else self.sets[str(value)]
 
     def given(self) -> dict[str, Any]:
-        """As a table of a study file."""
+        """Table of a study file."""
         table = given(self)
         del table["name"]
         if self.sets is not None or self.paths == (self.name,):

@@ -173,5 +173,5 @@ def _apply(asked_by: dict[str, str], work: bytes, items: Sequence[Any]) -> list[
 
 @lru_cache(maxsize=1)
 def _function(work: bytes) -> Callable[[Any], Any]:
-    """What the tasks of a generation have in common, unpacked once."""
+    """Common part of the tasks of a generation, unpacked once."""
     return pickle.loads(work)

@@ -220,7 +220,7 @@ def noise_floor(
 
 
 def _left_out(phases: Phases, coefficient: NDArray, orders: int) -> NDArray:
-    """What panels leave out of the amplitudes, (…, harmonic), by their Legendre coefficients (…, panel, size).
+    """Truncation error of the amplitudes (…, harmonic), from the Legendre coefficients of the panels (…, panel, size).
 
     The next coefficients a_p, a_{p+1}, … fall as the last ones do, by r. In the values at p Gauss points that of
     P_{p+m} looks like one of P_{p−m}: on a panel of width w it changes c_n by w a_{p+m} j_{p−m}(πnw).

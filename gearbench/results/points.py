@@ -92,7 +92,7 @@ def _union(labels: Sequence[NDArray]) -> NDArray:
 
 
 def _places(part: Point, labels: Mapping[str, NDArray]) -> dict[str, NDArray]:
-    """Where the items of each dimension of a point stand among those of all points."""
+    """Positions of the items of each dimension of a point among those of all points."""
     found = {d: np.arange(n) for d, n in part.sizes.items()}
     for d, name in _LABELS.items():
         if name in part.coords:

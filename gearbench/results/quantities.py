@@ -30,7 +30,7 @@ class Quantity:
 
     @property
     def attrs(self) -> dict[str, str]:
-        """As attributes of an xarray variable."""
+        """Attributes of an xarray variable."""
         return {"units": self.units, "symbol": self.symbol, "long_name": self.long_name}
 
 
@@ -80,6 +80,7 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "motion": Quantity("1", "", "free motion beside the turning of the shafts"),
             "mesh_load": Quantity("N", "F_bt", "force of the mesh along the line of action, transverse"),
             "load_sharing": Quantity("1", "L", "force of the mesh over that where all paths share alike"),
+            "load_sharing_greatest": Quantity("1", "L", "greatest load share of a mesh over the cycle"),
             "mesh_load_factor": Quantity("1", "K_γ", "largest force of a mesh over that where all paths share alike"),
             "train_transmission_error": Quantity("µm", "Δ", "transmission error of the train on the first base circle"),
             "train_transmission_error_amplitude": Quantity("µm", "|Δ_n|", "amplitudes of the harmonics of Δ"),
@@ -204,7 +205,7 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "bearing_force_phase": Quantity("rad", "arg B_n", "phase of a bearing force order"),
             "housing_amplitude": Quantity("1", "y_n", "amplitude of an order at a point of the housing"),
             "housing_phase": Quantity("rad", "arg y_n", "phase of an order at a point of the housing"),
-            "branches": Quantity("1", "–", "periodic responses at a speed, stable or not"),
+            "periods": Quantity("1", "–", "mesh periods after which the motion repeats, 0 where it does not"),
             "natural_frequency": Quantity("Hz", "f_r", "natural frequency with the mean mesh stiffness"),
             "mode_participation": Quantity("1", "–", "share of a mode in the static compliance at a mesh"),
             "critical_speed": Quantity("1/min", "n_E", "speed at which an order of the mesh frequency meets a mode"),

@@ -155,7 +155,8 @@ def quantity(name: str) -> Quantity | None:
     if is_response(name):
         return response(name).quantity
     of, _, statistic = name.rpartition("_")
-    if statistic in STATISTICS and (is_response(of) or of.endswith(OVER_LOADS)) and (q := quantity(of)):
+    known = is_response(of) or of in QUANTITIES or of.endswith(OVER_LOADS)
+    if statistic in STATISTICS and known and (q := quantity(of)):
         words = STATISTICS[statistic][1]
         return Quantity(q.units, f"{statistic} {q.symbol}", f"{words} over the error samples of the {q.long_name}")
     for suffix, derive in _DERIVED.items():

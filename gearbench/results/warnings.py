@@ -1,13 +1,15 @@
-"""What a result should not be trusted or built with: one line for each."""
+"""Warnings about a result, one line each."""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gearbench.effects.tooth_bending import tooth_bending
 from gearbench.geometry.names import GEARS
+from gearbench.geometry.ring_conditions import radial_room
 from gearbench.results.provenance import support
 from gearbench.scene import Scene
 
@@ -55,6 +57,8 @@ def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]
         if pair.meshing.has_interference[index]:
             mate = GEARS[1 - index]
             found.append(f"interference: the tip of the {mate} reaches below the form circle of the {GEARS[index]}")
+    if pair.is_internal and (room := radial_room(pair)) < 0:
+        found.append(f"assembly along the axis only: pushed in radially tips would overlap by {-room:.3g} mm")
     if dataset is None:
         return tuple(found)
     if "flank_pressure_max" in dataset and (p := float(dataset["flank_pressure_max"].max())) > HARDENED:
@@ -65,7 +69,7 @@ def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]
 
 
 def _at_their_means(errors: Effect, pair: Pair) -> list[str]:
-    """That random errors act with their means, where these are not zero."""
+    """Warning that random errors act with their means, where these are not zero."""
     from gearbench.effects.manufacturing_errors import ManufacturingErrors
 
     assert isinstance(errors, ManufacturingErrors)
@@ -75,7 +79,7 @@ def _at_their_means(errors: Effect, pair: Pair) -> list[str]:
 
 
 def _unproven(pair: Pair) -> list[str]:
-    """What lies beyond the gears on which solid teeth on their ring were held against finite elements."""
+    """Warnings for gears outside the range in which solid teeth were compared with finite elements."""
     found, proof = [], "held against finite elements"
     if pair.helix_angle > STEEPEST:
         found.append(f"helix angle {pair.helix_angle:g}°: teeth on a ring were {proof} up to {STEEPEST:g}°")
@@ -86,7 +90,8 @@ def _unproven(pair: Pair) -> list[str]:
         wide = gear.face_width / gear.normal_module
         if wide > WIDEST:
             found.append(f"face of the {name} {wide:.3g} m_n wide: teeth on a ring were {proof} up to {WIDEST:g}")
-        rim = (member.rim_thickness or gear.root_radius - (member.bore_diameter or 0.0) / 2) / gear.normal_module
+        held = -(member.outer_diameter or math.inf) if gear.teeth < 0 else member.bore_diameter or 0.0
+        rim = (member.rim_thickness or gear.root_radius - held / 2) / gear.normal_module
         if rim < THINNEST_RIM:
             found.append(f"rim of the {name} {rim:.3g} m_n thick: teeth on a ring were {proof} from {THINNEST_RIM}")
     return found

@@ -30,7 +30,7 @@ STUDIED = ("transmission_error_rms", "mesh_stiffness_rms")
 
 @dataclass(frozen=True, kw_only=True)
 class Run:
-    """How samples were computed: whether all of them, how they were drawn, and how long it took [s]."""
+    """Record of a run: whether all samples were computed, how they were drawn, and the time [s]."""
 
     complete: bool
     sampler: Sampler

@@ -115,7 +115,7 @@ def prepare_scene(scene: Scene, precision: Precision = SCATTER) -> RobustProblem
 
 @single_threaded_blas()
 def prepare_phases(scene: Scene, phase: NDArray, weight: NDArray, precision: Precision = SCATTER) -> RobustProblem:
-    """As ``prepare_scene``, at the mesh phases and weights given, (position,)."""
+    """Prepare a scene at given mesh phases and weights (position,), see ``prepare_scene``."""
     require_errors(scene)
     lines = scene_lines(scene, phase)
     return prepare_problem(scene, lines, weight, assemble(scene, lines), precision)
@@ -125,7 +125,7 @@ def prepare_phases(scene: Scene, phase: NDArray, weight: NDArray, precision: Pre
 def prepare_problem(
     scene: Scene, lines: ContactLines, weight: NDArray, problem: ContactProblem, precision: Precision = SCATTER
 ) -> RobustProblem:
-    """As ``prepare_phases``, on the contact lines and for the contact problem of ``scene`` given."""
+    """Prepare a scene on given contact lines and for a given contact problem, see ``prepare_phases``."""
     errors = require_errors(scene)
     positions, pairs, segments = lines.shape
     number = len(errors.variables(scene.pair))

@@ -55,7 +55,8 @@ def robust(
     -------
     Dataset over the samples: means and RMS values, the errors drawn; of the RMS values and the responses asked for,
     statistics with standard errors, and the share of each error in the variance. After Ctrl-C it holds the samples
-    finished until then (``complete`` is 0). Of several loads it is that of ``sweep``, the same samples under each.
+    finished until then (``complete`` is 0). Of several loads it is that of ``sweep``, the same samples under each. Of a
+    planetary set load sharing and its transmission error over the errors of ``[planetary.scatter]``.
 
     Raises
     ------
@@ -74,6 +75,11 @@ def robust(
     if samples is not None and samples < 1:
         raise InputError("samples", samples, "must be at least 1")
     check_responses(responses)
+    if scene.coupled:
+        from gearbench.trains.scatter import robust_train
+
+        how = {"seed": seed, "sampler": sampler, "threads": threads, "progress": progress}
+        return robust_train(scene, samples=samples or SAMPLES, **how)
     chosen: dict[str, Any] = {}
     if scene.resolution.accuracy is not None:
         if samples is not None:

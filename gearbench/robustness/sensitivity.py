@@ -1,4 +1,4 @@
-"""Which error contributes how much: Sobol indices, first-order and total, from the samples at hand.
+"""Contribution of each error to the variance: first-order and total Sobol indices from given samples.
 
 S_i = Var(E[y | x_i]) / Var(y) of independent x_i. The response is expanded in polynomials orthonormal over the samples
 of each x_i (Oladyshkin & Nowak 2012), so that any distribution will do, and in products of two of them. Terms enter by
@@ -53,14 +53,14 @@ class Fit:
     residual: NDArray
 
     def of(self, variables: int, *, total: bool) -> NDArray:
-        """Which terms are those of each variable, (term, variable): its own ones, or all that it is in."""
+        """Terms of each variable, (term, variable): its own terms, or all that contain it."""
         first, second = (self.owner[:, [i]] == np.arange(variables) for i in (0, 1))
         return first | second if total else first & second
 
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """What the errors do to a response: each (value, standard error), (error,), as of ``sensitivity``.
+    """Sensitivity of a metric to the errors: each (value, standard error), (error,).
 
     Parameters
     ----------
@@ -93,11 +93,6 @@ class Candidates:
     values: NDArray
     scaled: NDArray
     low: NDArray
-
-
-def sensitivity(errors: NDArray, values: NDArray, scale: float = 1.0) -> Sensitivity:
-    """``sensitivities`` of one response, (sample,)."""
-    return sensitivities(errors, [values], scale)[0]
 
 
 def sensitivities(errors: NDArray, responses: Sequence[NDArray], scale: float = 1.0) -> list[Sensitivity]:

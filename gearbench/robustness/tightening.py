@@ -1,4 +1,4 @@
-"""Which tolerance to tighten first: what one class finer does to the mean STE RMS, for each unit of what it costs.
+"""Tolerance to tighten first: reduction of the mean RMS of the STE by one finer class, per unit of cost.
 
 One ISO class finer divides a tolerance by √2 (ISO 1328-1:2013), and with it the error drawn within it. The change of
 the mean follows from the samples at hand (``sensitivity``), each with its standard error.
@@ -24,7 +24,7 @@ APART = 2.0
 
 @dataclass(frozen=True, kw_only=True)
 class Gain:
-    """What one class finer of a tolerance gains.
+    """Gain of one finer class of a tolerance.
 
     Parameters
     ----------

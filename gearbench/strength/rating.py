@@ -49,5 +49,5 @@ def contact_pressure(lines: ContactLines, force: NDArray) -> NDArray:
     T = pair.meshing.tangent_length
     length = np.where(lines.length > 0, lines.length, 1.0)
     # at an interference point ρ = 0: no segment sees less than this
-    rho = np.maximum(lines.curvature_radius, 1e-9 * T / math.cos(pair.meshing.beta_b))
+    rho = np.maximum(lines.curvature_radius, 1e-9 * abs(T) / math.cos(pair.meshing.beta_b))
     return np.sqrt(np.maximum(force, 0.0) / length * pair.contact_modulus / (math.pi * rho))

@@ -83,7 +83,7 @@ def relieve(
     )
     if not (torques > 0).all():
         raise InputError("torque", float(torques[0]), "must be positive: the drive flanks are relieved")
-    search = _Search(scene=replace(scene, loads=()), torques=torques)
+    search = _Search(scene=replace(scene.one_mesh, loads=()), torques=torques)
     given = search.metric(search.scene)
     sizes = search.largest_values()
     total = int(np.prod([len(each) for each in GRID])) + STEPS
@@ -150,7 +150,7 @@ class _Search:
 
     @property
     def name(self) -> str:
-        """What is minimised."""
+        """Name of the minimised metric."""
         return "transmission_error_rms_mean" if self.samples else "transmission_error_peak_to_peak"
 
     def largest_values(self) -> NDArray:

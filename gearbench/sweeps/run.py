@@ -169,7 +169,8 @@ class _Solver:
     def solve(self, group: Sequence[Scene]) -> Iterator[Point]:
         """One scene of ``group`` after the other."""
         if group[0].coupled:
-            from gearbench.trains import solve_train, train_point
+            from gearbench.trains.dataset import train_point
+            from gearbench.trains.solve import solve_train
 
             yield from (train_point(solve_train(scene), self.outputs) for scene in group)
             return

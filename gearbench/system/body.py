@@ -43,7 +43,7 @@ class BodyNode:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Joint:
-    """Where a node of a body and the section of a shaft move as one; rotations too, where the node has them.
+    """Joint at which a node of a body and the section of a shaft move as one, rotations included if the node has them.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ from gearbench.geometry.pair import Pair
 
 @dataclass(frozen=True, kw_only=True)
 class MeshFrame:
-    """How a pair stands between its shafts.
+    """Orientation of a pair between its shafts.
 
     Parameters
     ----------

@@ -101,7 +101,7 @@ class Gearbox:
 
     @cached_property
     def frames(self) -> dict[str, MeshFrame]:
-        """How each pair stands between its shafts; of coast flanks as if it turned the other way."""
+        """Orientation of each pair between its shafts; for coast flanks as if it turned the other way."""
         hands = self._hands
         frames = {}
         for mesh, pair in self.pairs.items():

@@ -82,7 +82,7 @@ class Seat:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Coupling:
-    """Where torque enters or leaves a shaft: motor or load.
+    """Coupling at which torque enters or leaves a shaft: motor or load.
 
     Parameters
     ----------
@@ -236,7 +236,7 @@ class Wheel:
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class System:
-    """What the pair is built into. Without shafts: two rigid wheels that only turn.
+    """Surroundings of the pair: shafts, bearings, bodies. Without shafts: two rigid wheels that only turn.
 
     Parameters
     ----------

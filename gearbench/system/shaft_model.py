@@ -131,12 +131,12 @@ class ShaftModel:
 
     @cached_property
     def stiffness(self) -> NDArray:
-        """Of the free shaft (size, size)."""
+        """Stiffness matrix of the free shaft (size, size)."""
         return self._sum([beam.stiffness() for beam in self.beams])
 
     @cached_property
     def mass(self) -> NDArray:
-        """Of the shaft and its discs (size, size) [t, t·mm²]."""
+        """Mass matrix of the shaft and its discs (size, size) [t, t·mm²]."""
         M = self._sum([beam.mass() for beam in self.beams])
         for disc in self.shaft.discs:
             add_disc(M, 6 * self.node(disc.position), disc)

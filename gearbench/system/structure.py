@@ -71,7 +71,7 @@ class Structure:
         return {number: int(start) for number, start in zip(self.shafts, ends, strict=False)}
 
     def motions(self, shaft: int) -> slice:
-        """Those of a shaft."""
+        """Motions of a shaft."""
         return slice(self.starts[shaft], self.starts[shaft] + self.shafts[shaft].size)
 
     @cached_property
@@ -119,7 +119,7 @@ class Structure:
 
     @cached_property
     def stiffness(self) -> NDArray:
-        """Of shafts and bodies, bearings left out (size, size)."""
+        """Stiffness matrix of shafts and bodies without bearings (size, size)."""
         return self.assembled({number: model.stiffness for number, model in self.shafts.items()}, "stiffness")
 
     @cached_property

@@ -134,7 +134,7 @@ def _outside_path(dataset: xr.Dataset, pair: Pair) -> NDArray:
 
 
 def findings(dataset: xr.Dataset) -> list[str]:
-    """How far the models are apart, where most, and why."""
+    """Differences between the models, where they are largest, and why."""
     ste = {str(model): dataset.transmission_error.values[i] for i, model in enumerate(dataset.model.values)}
     mean = float(ste["contact"].mean())
     bar = 100 * float(dataset.transmission_error_uncertainty) / mean

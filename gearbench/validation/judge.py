@@ -117,7 +117,7 @@ def _judgement(scene: Scene, fast: xr.Dataset, reference: Scene) -> Judgement:
 
 
 def cycle_beside(fast: xr.Dataset, solved: Scene, reference: Scene) -> xr.Dataset:
-    """What ``simulate`` gives of the scene ``solved``, at the phases of the Dataset ``fast``.
+    """Result of ``simulate`` for the scene ``solved``, at the phases of the Dataset ``fast``.
 
     Phases of its own follow from its own changes of contact; beside them peak-to-peak values of quiet pairs would seem
     to differ by a percent or two. The Dataset bears the name of ``reference``, which can be written to a file.

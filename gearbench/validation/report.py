@@ -108,7 +108,7 @@ def _error(one: xr.Dataset, name: str) -> str:
 
 
 def _unsettled(one: xr.Dataset) -> str:
-    """Which differences the reference cannot judge, and why it is no better."""
+    """Differences that the reference cannot judge, and why it is not more accurate."""
     if int(one["reference_settled"]):
         return ""
     coarse = [

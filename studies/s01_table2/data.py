@@ -108,7 +108,7 @@ def statistics(answer: Responses) -> tuple[float, ...]:
 
 
 def paper() -> NDArray:
-    """What the paper prints, (gear, column)."""
+    """Printed values of the paper, (gear, column)."""
     return np.array([[getattr(row, column) for column in COLUMNS] for row in table_2()])
 
 

@@ -1,4 +1,4 @@
-"""How well a convention of manufacturing errors reproduces Table 2."""
+"""Agreement of conventions of manufacturing errors with Table 2."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def spearman(ours: NDArray, theirs: NDArray) -> tuple[float, float]:
 
 
 def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
-    """What must hold of the adopted convention."""
+    """Checks of the adopted convention."""
     ours, theirs = dataset["ours"].values, dataset["paper"].values
     deviations = zip(COLUMNS, log_rms(ours, theirs), strict=True)
     found = [(f"{c}: log-RMS deviation {d:.3f} ≤ {LIMITS[c]:.2f}", bool(d <= LIMITS[c])) for c, d in deviations]

@@ -1,4 +1,4 @@
-"""How many samples a robust evaluation needs: scrambled Sobol points against pseudo-random ones, over 20 seeds."""
+"""Number of samples for a robust evaluation: scrambled Sobol points against pseudo-random ones, over 20 seeds."""
 
 from studies.s02_sampling.data import compute, scene
 from studies.s02_sampling.findings import checks

@@ -1,4 +1,4 @@
-"""What each manufacturing error looks like on the flank: its shape, where it is zero, and its sign."""
+"""Shape of each manufacturing error on the flank, its zero point and its sign."""
 
 from studies.s03_error_modes.data import compute, scene
 from studies.s03_error_modes.findings import checks

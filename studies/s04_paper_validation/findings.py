@@ -39,7 +39,7 @@ def errors(one: xr.Dataset) -> np.ndarray:
 
 
 def checks(dataset: xr.Dataset) -> list[tuple[str, bool]]:
-    """What holds of the fast models; where the paper's own claims stand is in the report."""
+    """Checks of the fast models; the report compares the paper's own claims."""
     found = []
     for number in cases_of(dataset):
         plate, solid, fine = (of_model(dataset, number, name) for name in (PAPER, SOLID, FINE))

@@ -41,5 +41,5 @@ def distance(point: NDArray, front: NDArray) -> float:
 
 
 def wide(F: NDArray, front: NDArray, share: float = WIDE) -> NDArray:
-    """Which points are worse than some point of the front by at most ``share`` in every objective, (point,)."""
+    """Points that are worse than some point of the front by at most ``share`` in every objective, (point,)."""
     return np.array([np.min(np.max(f / front, axis=1)) <= 1 + share for f in F], dtype=bool)

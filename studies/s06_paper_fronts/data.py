@@ -80,7 +80,7 @@ def macro_and_micro(scene: Scene) -> dict[str, float]:
 
 
 def _run(found: xr.Dataset) -> xr.Dataset:
-    """What the search of a tool cost and how it went."""
+    """Cost and history of the search of a tool."""
     import xarray as xr
 
     names = ("search_wall_s", "search_cpu_s", "search_evaluated", "search_legs")

@@ -1,4 +1,4 @@
-"""What accuracy costs in time: work and precision of every knob, from the paper's plate to 3D finite elements.
+"""Accuracy and run time: error against time for every setting, from the paper's plate to 3D finite elements.
 
 Whether an accuracy that is asked for is met is tried on random scenes, each against a reference far finer than what was
 chosen, and against all settings of the grid. Times are processor times: on an idle machine those are wall times.

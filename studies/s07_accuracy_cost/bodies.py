@@ -76,7 +76,7 @@ def _wide(seed: int) -> Iterator[Scene]:
 
 
 def body_promise(scene: Scene, accuracy: float) -> dict[str, float | str]:
-    """What is chosen for an accuracy: estimated and true error, and its processor time against that of the best."""
+    """Settings chosen for an accuracy: estimated and true error, and its processor time against that of the best."""
     rows: dict[str, float | str] = {"accuracy": accuracy, "estimated": np.nan, "true": np.nan, "seconds": np.nan}
     exact, before = (covered_values(_at(scene, len(SOLID_ORDER.levels(scene)) - up, n, g)) for up, n, g in _FINEST)
     rows["reference_bar"] = float(relative_errors(before, exact).max())

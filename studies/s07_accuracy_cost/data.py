@@ -97,7 +97,7 @@ def _parts(quick: bool) -> Iterator[tuple[str, Callable[[], xr.Dataset]]]:
 
 
 def _kept(compute: Callable[[], xr.Dataset], path: Path | None) -> xr.Dataset:
-    """What ``compute`` returns, from ``path`` where it is there."""
+    """Result of ``compute``, read from ``path`` if it exists."""
     from gearbench.results.netcdf import load, save
 
     if path is None:
@@ -175,7 +175,7 @@ def _fronts() -> xr.Dataset:
 
 
 def _promised(kind: str, quick: bool) -> xr.Dataset:
-    """What was chosen for accuracies asked for on random scenes, along a dimension named after the ``kind``."""
+    """Settings chosen for requested accuracies on random scenes, along a dimension named after the ``kind``."""
     seed, count = PROMISES[kind]
     drawn = random_scenes(1 if quick else count, seed=seed)
     if kind == "promise":

@@ -20,7 +20,7 @@ FLANK = ("compliance_error", "compliance_error_bar", "compliance_order", "unknow
 
 
 def meshed(dataset: xr.Dataset) -> dict[str, xr.Dataset]:
-    """What varies element, mesh or its accuracy, by scene with meshed teeth; empty where the Dataset has none."""
+    """Settings of elements and meshes, by scene with meshed teeth; empty where the Dataset has none."""
     names = [name for name in dict.fromkeys(dataset["setting_scene"].values.tolist()) if name.endswith(MESHED)]
     return {name: diagram(dataset, name) for name in names}
 

@@ -106,7 +106,7 @@ def draw_elements(dataset: xr.Dataset, folder: Path) -> None:
 
 
 def element_finding(name: str, part: xr.Dataset, error: float = 0.01) -> str:
-    """How long each element takes for an error of the compliance."""
+    """Time that each element needs for an error of the compliance."""
     words = []
     for knob in part["knob"].values.tolist():
         first = cheapest_mesh(part, knob, error)
@@ -155,7 +155,7 @@ def draw_front(dataset: xr.Dataset, folder: Path) -> None:
 
 
 def _apart(chosen: Sequence[int], x: np.ndarray, y: np.ndarray) -> list[int]:
-    """Those of the points whose labels would not cover each other on logarithmic axes."""
+    """Points whose labels do not overlap on logarithmic axes."""
     at = np.log10(np.column_stack([x, y]))
     # a label is about as wide as a quarter of the axes and as high as a thirtieth
     at /= np.ptp(at, axis=0) * (1 / 4, 1 / 30)

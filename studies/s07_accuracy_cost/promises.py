@@ -68,12 +68,12 @@ def covered_values(scene: Scene) -> np.ndarray:
 
 
 def covers(solved: Solved) -> np.ndarray:
-    """As ``covered_values``, of a scene solved."""
+    """Covered values of a solved scene, see ``covered_values``."""
     return covered(solved.cycle)
 
 
 def promises(scene: Scene, accuracies: Sequence[float]) -> list[dict[str, float]]:
-    """What is chosen for each of the accuracies: estimated and true error, its time against the best setting's.
+    """Settings chosen for each accuracy: estimated and true error, its time against the best setting's.
 
     ``seconds`` is the whole time: of choosing, and of the run itself.
     """
@@ -118,7 +118,7 @@ def _grid(scene: Scene, reference: np.ndarray) -> list[tuple[float, float, Scene
 
 
 def solid_promise(scene: Scene, accuracy: float) -> dict[str, float]:
-    """As ``promises`` for a solid tooth, whose order is chosen too; the best order is searched, teeth set up anew."""
+    """Promises for a solid tooth, whose order is chosen too; the best order is searched, teeth set up anew."""
     effects = tuple(ToothBending(model="solid") if e.name == "tooth_bending" else e for e in scene.effects)
     scene = replace(scene, effects=effects)
     choice = choose(replace(scene, resolution=Resolution(accuracy=accuracy)), solve_scene, covers)
@@ -135,7 +135,7 @@ def solid_promise(scene: Scene, accuracy: float) -> dict[str, float]:
 
 
 def robust_promise(scene: Scene, accuracy: float, seed: int, samples: int = 8192) -> dict[str, float]:
-    """As ``promises`` for the means over error samples, against many samples at a fine resolution."""
+    """Promises for the means over error samples, against many samples at a fine resolution."""
     scene = replace(scene, effects=(*scene.effects, ManufacturingErrors(preset="garambois2017")))
     threads = default_threads()
     found = robust(replace(scene, resolution=Resolution(accuracy=accuracy)), seed=seed, threads=threads)

@@ -1,4 +1,4 @@
-"""How the time of a run grows with segments, samples, pairs in contact, and workers."""
+"""Growth of run time with segments, samples, pairs in contact, and workers."""
 
 from __future__ import annotations
 

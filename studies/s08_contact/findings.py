@@ -1,4 +1,4 @@
-"""What the curves must show.
+"""Checks of the curves.
 
 Contact finite elements: their error bars, and those of another program for the spur pair. Fast teeth with contact off
 the line: the curves of the contact finite elements.

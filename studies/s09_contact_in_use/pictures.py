@@ -1,4 +1,4 @@
-"""What the models are off by on each pair, and the curves themselves."""
+"""Pictures of the errors of the models on each pair, and of the curves."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ def row_points(dataset: xr.Dataset, tool: int, model: str) -> NDArray:
 
 
 def measures(dataset: xr.Dataset, tool: int) -> dict[str, float]:
-    """What becomes of the plate's front on solid teeth and bodies."""
+    """Comparison of the plate's front with that on solid teeth and bodies."""
     solid, plate = points(dataset, tool, "solid", "solid"), points(dataset, tool, "plate", "solid")
     before, kept = points(dataset, tool, "plate", "plate"), np.isfinite(plate).all(axis=1)
     both = np.concatenate([solid, plate[kept]])

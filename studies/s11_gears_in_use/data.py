@@ -104,7 +104,7 @@ def pair_errors(scene: Scene) -> dict:
 
 
 def _finest_cycle(reference: Scene) -> xr.Dataset:
-    """What ``simulate`` gives of the reference, by its finest level alone."""
+    """Result of ``simulate`` for the reference by its finest level alone."""
     start = time.perf_counter()
     return dataset(replace(solve_scene(finest_level(reference)), scene=reference), OUTPUTS, start)
 

@@ -31,7 +31,7 @@ def drawn_later(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def excess(dataset: xr.Dataset, name: str) -> NDArray:
-    """How far each pair is beyond the limit of an error, less the error bar of the reference; 0 within it."""
+    """Excess of each pair over the limit of an error, less the error bar of the reference; 0 within it."""
     best = dataset.sel(tooth_model=BEST)
     limit = LIMITS["mean" if "mean" in name else "peak_to_peak"]
     return np.maximum(abs(best[name].values) - best[f"{name}_bar"].values - limit, 0.0)

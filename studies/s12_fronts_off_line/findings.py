@@ -1,4 +1,4 @@
-"""What contact off the line changes: levels, ranks, and which gears of a front remain on it."""
+"""Effect of contact off the line: levels, ranks, and the gears that remain on a front."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _RANK = 0.9
 
 
 def of_tool(dataset: xr.Dataset, kind: str, tool: int) -> NDArray:
-    """Which rows ("row") or gears of fronts ("design") belong to a tool."""
+    """Rows ("row") or gears of fronts ("design") that belong to a tool."""
     if kind == "row":
         return dataset["row_module"].values == MODULE[tool]
     return dataset["design_tool"].values == tool
@@ -36,7 +36,7 @@ def points(dataset: xr.Dataset, kind: str, tool: int, model: str, contact: str) 
 
 
 def change(dataset: xr.Dataset, kind: str, name: str, model: str) -> NDArray:
-    """What contact off the line changes, of all gears [%]; NaN where refused."""
+    """Change by contact off the line, of all gears [%]; NaN where refused."""
     line, off = (dataset[f"{kind}_{name}"].sel(model=model, contact=contact).values for contact in CONTACTS)
     return 100 * (off / line - 1)
 

@@ -45,7 +45,7 @@ def fronts(dataset: xr.Dataset) -> Any:
 
 
 def rows(dataset: xr.Dataset) -> Any:
-    """What contact off the line changes of each row of Table 2, over the total contact ratio."""
+    """Change of each row of Table 2 by contact off the line, over the total contact ratio."""
     figure, axes = new_figure(1, len(MODELS), (11.0, 4.5), sharey=True)
     ratio = dataset["row_contact_ratio"].values
     for axis, model in zip(axes.ravel(), MODELS, strict=True):

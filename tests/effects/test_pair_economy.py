@@ -92,7 +92,11 @@ def test_every_key_beside_size_and_teeth_is_looked_at():
         "tip_diameter",
         "profile_shift",
         "fillet_radius",
+        "root_diameter",
         "bore_diameter",
+        "outer_diameter",
+        "support",
+        "cutter",
         "blank",
     }
     assert set(keys(Member)) - tooth == set(GEAR) | set(WEB) | {"grinding_stock"}

@@ -80,6 +80,40 @@ def test_phases_of_the_coast_flanks_are_those_in_a_mirror():
     assert_allclose(train.phases(coast=True)["out"], mirrored.phases()["out"], rtol=1e-12)
 
 
+@pytest.mark.parametrize(("beta", "clockwise"), [(0.0, True), (15.0, True), (15.0, False)])
+def test_phases_of_a_planetary_set_are_those_of_its_teeth(beta, clockwise):
+    # z 21/39/−99, planets at 0, 42 and 84 of 120 places (Guo and Keller's 750 kW set): γ_s = 0, 0.35, 0.70
+    angles = 2 * np.pi * np.array([0, 42, 84]) / 120
+    first = pair(21, 39, beta=beta)
+    a = first.centre_distance
+    planet, ring = Member(teeth=39, profile_shift=first.profile_shifts[1]), Member(teeth=-99)
+    second = Pair(normal_module=2.0, helix_angle=beta, face_width=20.0, centre_distance=-a, pinion=planet, wheel=ring)
+    meshes = [Mesh(name=f"s{n}", driver="sun", driven=f"p{n}", pair=first, carrier="c") for n in range(3)]
+    meshes += [Mesh(name=f"r{n}", driver=f"p{n}", driven="ring", pair=second, carrier="c") for n in range(3)]
+    axes = {"sun": (0.0, 0.0), "ring": (0.0, 0.0)}
+    axes |= {f"p{n}": (a * math.cos(x), a * math.sin(x)) for n, x in enumerate(angles)}
+    train = Train(meshes=tuple(meshes), axes=axes, held=("ring",), clockwise=clockwise)
+    phases = train.phases()
+    train.check_assembly()
+    for n in range(3):
+        assert (
+            whole(
+                touching(train, f"s{n}", f"p{n}", phases[f"s{n}"]) - touching(train, f"r{n}", f"p{n}", phases[f"r{n}"])
+            )
+            < 1e-9
+        )
+        assert whole(touching(train, "s0", "sun", 0.0) - touching(train, f"s{n}", "sun", phases[f"s{n}"])) < 1e-9
+        first_ring = touching(train, "r0", "ring", phases["r0"])
+        assert whole(first_ring - touching(train, f"r{n}", "ring", phases[f"r{n}"])) < 1e-9
+    # the trap: of a set seen so that it turns clockwise the phases of both meshes move by −z_s ψ together
+    sense = -1 if clockwise else 1
+    for side in "sr":
+        moved = [(phases[f"{side}{n}"] - phases[f"{side}0"]) for n in range(3)]
+        assert_allclose([whole(x - sense * y) for x, y in zip(moved, (0, 0.35, 0.70), strict=True)], 0.0, atol=1e-9)
+    assert train.rates["c"] == Fraction(21, 120)
+    assert train.mesh_rate("s0") == train.mesh_rate("r2") == pytest.approx(21 * 99 / 120, rel=1e-15)
+
+
 @pytest.mark.parametrize("shared", ["driver", "driven"])
 def test_phase_of_a_gear_that_drives_two_or_is_driven_by_two(shared):
     one, two = pair(19, 31), pair(19, 31)

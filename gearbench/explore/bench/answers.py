@@ -1,4 +1,4 @@
-"""What the design bench answers: the scene that its controls describe, solved coarsely, finely, then over torque."""
+"""Answers of the design bench: the scene that its controls describe, solved coarsely, finely, then over torque."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ def _stiff(scene: Scene) -> tuple[Any, ...]:
 
 
 def warnings(now: Picture, solved: Solved) -> list[str]:
-    """What a reader of the curves should know, a line each."""
+    """Warnings for the reader of the curves, one line each."""
     import xarray as xr
 
     found = list(scene_warnings(now.scene, xr.Dataset({"flank_pressure_max": np.nanmax(now.pressure)})))

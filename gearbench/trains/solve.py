@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,19 +17,12 @@ from gearbench.contact.transitions import CLOSER, GAUSS_POINTS, transitions
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.linkage import Linkage
-from gearbench.results.cycle import HARMONICS, MICROMETRES, Phases, coefficients, fluctuation_rms, mean, peak_to_peak
-from gearbench.results.origin import keeping
-from gearbench.results.points import Columns, Point, beside
-from gearbench.results.provenance import provenance
-from gearbench.results.responses import described
+from gearbench.geometry.names import GEARS
+from gearbench.results.cycle import Phases
 from gearbench.results.solved import Solved
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.schema import changed
-from gearbench.solution import columns
 from gearbench.threads import single_threaded_blas
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 #: Load of a mesh over that its contact lines were made for, from which they are made once more, and how often.
 HEAVIER, ROUNDS = 1.2, 4
@@ -51,6 +42,10 @@ class SolvedTrain:
         Phases of the first mesh.
     meshes
         Each mesh under the force that it has at each position, by its name.
+    contacts
+        Contact of each mesh at its phases.
+    own
+        What they hang together by.
     balance
         Forces and motions.
     even
@@ -61,21 +56,24 @@ class SolvedTrain:
     linkage: Linkage
     phases: Phases
     meshes: Mapping[str, Solved]
+    contacts: tuple[MeshAt, ...]
+    own: Statics
     balance: Balance
     even: NDArray
+
+    def statics(self, more: NDArray) -> Statics:
+        """What they hang together by, with ``more`` approach of each mesh, (…, mesh) [mm]."""
+        return replace(self.own, offset=self.own.offset + more)
 
     @property
     def input_turn(self) -> NDArray:
         """Angle by which the shaft that torque enters turns more than stiff gears without errors, (position,) [rad]."""
-        return self._sense * self.balance.motion[:, self._input]
+        return self.input_sense * self.balance.motion[:, self.linkage.input]
 
     @property
-    def _input(self) -> int:
-        return self.linkage.input
-
-    @property
-    def _sense(self) -> float:
-        return float(np.sign(self.linkage.force(1.0)[self._input]))
+    def input_sense(self) -> float:
+        """Sense in which torque turns that shaft."""
+        return float(np.sign(self.linkage.force(1.0)[self.linkage.input]))
 
     @property
     def radius(self) -> float:
@@ -87,7 +85,7 @@ class SolvedTrain:
         """Torque on that shaft over the angle, (position,) [N·mm/rad]."""
         B, k = self.linkage.rows, self.balance.stiffness
         whole = self.linkage.stiffness + np.einsum("mi,pm,mj->pij", B, k, B)
-        return 1 / np.linalg.pinv(whole, hermitian=True)[:, self._input, self._input]
+        return 1 / np.linalg.pinv(whole, hermitian=True)[:, self.linkage.input, self.linkage.input]
 
     @property
     def ratios(self) -> NDArray:
@@ -95,12 +93,16 @@ class SolvedTrain:
 
         Over that of the input; 0 of members between.
         """
-        rates = {name: abs(float(rate)) for name, rate in self.linkage.train.rates.items()}
-        return np.array([rates[name] if name in self.linkage.ends else 0.0 for name in self.linkage.bodies])
+        rates = self.linkage.rates
+        found = {name: abs(rates[name]) for name in self.linkage.ends}
+        if self.linkage.carrier is not None:  # θ_s − θ_c = i (θ_r − θ_c)
+            ratio = rates[self.linkage.ends[1]]
+            found[self.linkage.carrier] = abs(ratio / (1 - ratio))
+        return np.array([found.get(name, 0.0) for name in self.linkage.bodies])
 
 
-def check_train(scene: Scene) -> None:
-    """Refuse trains that cannot be one contact problem.
+def check_train(scene: Scene) -> Linkage:
+    """How the meshes of a train hang together; refuse those that cannot be one contact problem.
 
     Raises
     ------
@@ -116,7 +118,9 @@ def check_train(scene: Scene) -> None:
             raise InputError("meshes", f"mesh frequency of {name}, {rate:g} z n", allowed)
     train.check_assembly(coast=scene.load.coast)
     assert scene.train is not None
-    scene.train.linkage(train).check()
+    linkage = scene.train.linkage(train, coast=scene.load.coast)
+    linkage.check()
+    return linkage
 
 
 @single_threaded_blas()
@@ -128,20 +132,16 @@ def solve_train(scene: Scene) -> SolvedTrain:
     InputError, ConvergenceError
         As ``simulate``.
     """
-    check_train(scene)
+    linkage = check_train(scene)
     assert scene.train is not None
     coast = scene.load.coast
     train, scenes = scene.geometry, scene.meshes
-    linkage = scene.train.linkage(train, coast=coast)
-    shift = train.phases(coast=coast)
+    # rounding, by which planets in phase would differ, left out
+    shift = {name: round(phase, 12) % 1.0 for name, phase in train.phases(coast=coast).items()}
     phases = _phases(scenes, shift)
     even = np.array([own.F_bt for own in scenes.values()])
-    statics = Statics(
-        rows=linkage.rows,
-        stiffness=linkage.stiffness,
-        force=linkage.force(scene.load.torque),
-        offset=np.zeros(len(even)),
-    )
+    f = linkage.force(scene.load.torque)
+    statics = Statics(rows=linkage.rows, stiffness=linkage.stiffness, force=f, offset=scene.train.offset(linkage))
     at, found = _balanced(scenes, shift, phases, statics)
     for _ in range(ROUNDS):
         heavy = found.force.max(axis=0) / [mesh.nominal for _, mesh in at.values()]
@@ -158,76 +158,27 @@ def solve_train(scene: Scene) -> SolvedTrain:
         )
         for (name, (lines, mesh)), own in zip(at.items(), found.solutions, strict=True)
     }
-    return SolvedTrain(scene=scene, linkage=linkage, phases=phases, meshes=meshes, balance=found, even=even)
-
-
-def train_dataset(scene: Scene, outputs: Sequence[str]) -> xr.Dataset:
-    """Dataset of a ``coupled`` scene: the ``outputs`` of each mesh, and what its meshes have in common.
-
-    All over the phase of the first mesh.
-    """
-    import xarray as xr
-
-    start = time.perf_counter()
-    point = train_point(solve_train(scene), outputs)
-    attrs = provenance(scene, wall_time=time.perf_counter() - start) | {"swept": ["mesh"]}
-    return keeping(xr.Dataset(described(point.variables), coords=described(point.coords), attrs=attrs), scene)
-
-
-def train_point(solved: SolvedTrain, outputs: Sequence[str]) -> Point:
-    """Coordinates and variables of ``train_dataset``."""
-    each = beside([Point(*columns(own, outputs)) for own in solved.meshes.values()], "mesh")
-    coords, variables = dict(each.coords), dict(each.variables)
-    linkage, balance, phases = solved.linkage, solved.balance, solved.phases
-    shift = linkage.train.phases(coast=linkage.coast)
-    coords |= {"mesh": (("mesh",), np.array(list(solved.meshes)))}
-    coords["phase_shift"] = (("mesh",), np.array([shift[name] for name in solved.meshes]))
-    coords["harmonic"] = ("harmonic",), np.arange(1, HARMONICS + 1)
-    coords["member"], coords["axis"] = (("member",), np.array(linkage.bodies)), (("axis",), np.array(["x", "y"]))
-    force, sharing = balance.force.T, balance.force.T / solved.even[:, None]
-    variables |= {
-        "mesh_load": (("mesh", "position"), force),
-        "load_sharing": (("mesh", "position"), sharing),
-        "mesh_load_factor": ((), np.array(sharing.max())),
-    }
-    turn, r_b = solved.input_turn, solved.radius
-    error = MICROMETRES * r_b * turn
-    variables |= {f"train_transmission_error{name}": own for name, own in _curve(phases, error).items()}
-    variables["train_stiffness"] = ("position",), solved.input_stiffness / (MICROMETRES * r_b**2)
-    variables["turning_error"] = ("member", "position"), 1e6 * np.multiply.outer(solved.ratios, turn)
-    if more := linkage.more:
-        coords["motion"] = ("motion",), np.array([motion.name for motion in more])
-        variables["motion_amount"] = ("motion", "position"), MICROMETRES * balance.motion[:, -len(more) :].T
-    on = np.moveaxis(linkage.on_bodies(balance.force), 0, -1)
-    amplitude = 2 * np.abs(coefficients(phases, on))
-    variables |= {
-        "member_force": (("member", "axis", "position"), on[:, :2]),
-        "member_force_amplitude": (("member", "axis", "harmonic"), amplitude[:, :2]),
-        "member_torque": (("member", "position"), 1e-3 * on[:, 2]),
-        "member_torque_amplitude": (("member", "harmonic"), 1e-3 * amplitude[:, 2]),
-    }
-    return Point(coords, variables)
-
-
-def _curve(phases: Phases, values: NDArray) -> Columns:
-    """A curve, its harmonics and the numbers of it, by the ends of their names."""
-    found = coefficients(phases, values)
-    return {
-        "": (("position",), values),
-        "_amplitude": (("harmonic",), 2 * np.abs(found)),
-        "_phase": (("harmonic",), np.angle(found)),
-        "_mean": ((), mean(values, phases.weight)),
-        "_rms": ((), fluctuation_rms(values, phases.weight)),
-        "_peak_to_peak": ((), peak_to_peak(phases, values)),
-    }
+    parts = {"meshes": meshes, "contacts": tuple(mesh for _, mesh in at.values()), "own": statics, "balance": found}
+    return SolvedTrain(scene=scene, linkage=linkage, phases=phases, even=even, **parts)
 
 
 def _balanced(
     scenes: Mapping[str, Scene], shift: Mapping[str, float], phases: Phases, statics: Statics
 ) -> tuple[dict[str, tuple[ContactLines, MeshAt]], Balance]:
     """Contact of each mesh by its name, and the balance of all of them."""
-    at = {name: _mesh(own, (phases.phase + shift[name]) % 1.0) for name, own in scenes.items()}
+    known: dict[tuple[Scene, float], tuple[ContactLines, MeshAt]] = {}
+    at = {}
+    for name, scene in scenes.items():
+        key = _plain(scene), shift[name]
+        if key not in known:
+            known[key] = _mesh(key[0], (phases.phase + shift[name]) % 1.0)
+        at[name] = known[key]
     return at, balance([mesh for _, mesh in at.values()], statics)
+
+
+def _plain(scene: Scene) -> Scene:
+    """What the contact of a mesh depends on: planets differ in their names alone."""
+    return changed(scene, name="", gear_names=GEARS)
 
 
 def _under(scene: Scene, share: float) -> Scene:
@@ -247,7 +198,7 @@ def _phases(scenes: Mapping[str, Scene], shift: Mapping[str, float]) -> Phases:
     exact = size > GAUSS_POINTS
     changes = []
     for name, scene in scenes.items():
-        own = transitions(changed(scene, resolution=Resolution()), exact=exact)
+        own = transitions(changed(_plain(scene), resolution=Resolution()), exact=exact)
         changes += [each._replace(phase=(each.phase - shift[name]) % 1.0 % 1.0) for each in own]
     longest = LONGEST if first.pair.meshing.overlap_ratio else 1.0
     phase, weight = gauss_phases(panel_ends(changes, longest, CLOSER if exact else CLOSE), size)

@@ -1,0 +1,260 @@
+"""``[planetary]`` of a file: the short form of a train of sun, planets and ring."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+from pydantic.dataclasses import dataclass as table
+
+from gearbench.errors import InputError
+from gearbench.geometry.linkage import Linkage, Motion
+from gearbench.geometry.train import Train
+from gearbench.schema import STRICT, as_table, read
+
+SUN, RING, CARRIER = "sun", "ring", "carrier"
+#: Tables of the gears below ``[planetary]``.
+MEMBERS = (SUN, "planet", RING)
+#: Deviations of the planets.
+DEVIATIONS = ("pin_tangential", "pin_radial", "planet_thickness")
+#: Planets that are given this near to a place where teeth fit stand there [of the steps between such places].
+_NEAR = 2e-3
+
+#: Deviation of one planet [µm].
+Deviation = Annotated[float, Field(ge=-1000.0, le=1000.0)]
+Amplitude = Annotated[float, Field(gt=0.0, le=1000.0)]
+#: N/µm.
+Stiffness = Annotated[float, Field(gt=0.0, le=1e6)]
+
+
+@table(frozen=True, kw_only=True, config=STRICT)
+class PlanetaryScatter:
+    """Errors of a set that ``robust`` draws, each independent of the others and symmetric about what the scene has.
+
+    Parameters
+    ----------
+    pin_tangential, pin_radial, planet_thickness
+        f of each planet [µm]: it lies within ± f.
+    sun_run_out, ring_run_out, carrier_run_out, planet_run_out
+        F_r, twice the eccentricity [µm], uniform on [0, F_r]; the angle at which the mesh cycle meets it is any.
+    distribution
+        Of the deviations within ± f: "normal_two_sided", cut at 3 σ = f, or "uniform_two_sided".
+    """
+
+    pin_tangential: Amplitude | None = None
+    pin_radial: Amplitude | None = None
+    planet_thickness: Amplitude | None = None
+    sun_run_out: Amplitude | None = None
+    ring_run_out: Amplitude | None = None
+    carrier_run_out: Amplitude | None = None
+    planet_run_out: Amplitude | None = None
+    distribution: Literal["normal_two_sided", "uniform_two_sided"] = "normal_two_sided"
+
+
+@table(frozen=True, kw_only=True, config=STRICT)
+class Planetary:
+    """A planetary set: a sun, planets on a carrier, a ring. The torque of the load is that on the sun.
+
+    ``[planetary.sun]``, ``[planetary.planet]`` and ``[planetary.ring]`` hold the keys of a gear of the pair, and
+    effects of its flanks; results call the gears sun, "planet 1" and so on, and ring. A positive torque lets the sun
+    drive the planets, and these the ring, in the frame of the carrier: which of the three is held, driven or drives
+    from outside changes speeds alone.
+
+    Parameters
+    ----------
+    normal_module, face_width, centre_distance
+        m_n, b of all gears that have none of their own, and the distance of the planets from the axis [mm].
+    pressure_angle, helix_angle
+        α_n and β [°].
+    planets
+        Number of planets.
+    positions
+        Their angles [°]; absent: evenly spaced, or as near to it as teeth fit.
+    held
+        "ring", "sun" or "carrier": the member that stands still.
+    floating
+        Central members that are free to move across the axis: "sun", "ring", "carrier".
+    sun_support, ring_support, carrier_support
+        Stiffness across the axis of the member, which then moves against it [N/µm].
+    pin_stiffness
+        Of each pin with its bearing, in all directions across the axis [N/µm]; absent: rigid.
+    pin_tangential, pin_radial
+        How far each pin stands beside its place, ahead in the sense in which the sun turns and outwards [µm].
+    planet_thickness
+        By how much the teeth of each planet are thicker than those of the others, in the normal section [µm].
+    scatter
+        Errors that ``robust`` draws.
+    """
+
+    normal_module: Annotated[float, Field(ge=0.05, le=200.0)]
+    face_width: Annotated[float, Field(gt=0.0, le=20000.0)]
+    centre_distance: Annotated[float, Field(gt=0.0, le=20000.0)]
+    pressure_angle: Annotated[float, Field(ge=5.0, le=40.0)] = 20.0
+    helix_angle: Annotated[float, Field(ge=0.0, le=60.0)] = 0.0
+    planets: Annotated[int, Field(ge=1, le=24)] = 3
+    positions: tuple[Annotated[float, Field(ge=-360.0, le=360.0)], ...] | None = None
+    held: Literal["ring", "sun", "carrier"] = RING
+    floating: tuple[Literal["sun", "ring", "carrier"], ...] = ()
+    sun_support: Stiffness | None = None
+    ring_support: Stiffness | None = None
+    carrier_support: Stiffness | None = None
+    pin_stiffness: Stiffness | None = None
+    pin_tangential: tuple[Deviation, ...] = ()
+    pin_radial: tuple[Deviation, ...] = ()
+    planet_thickness: tuple[Deviation, ...] = ()
+    scatter: PlanetaryScatter | None = None
+
+    def __post_init__(self) -> None:
+        for name in DEVIATIONS:
+            if (given := getattr(self, name)) and len(given) != self.number:
+                raise InputError(name, f"{len(given)} numbers", f"must be one for each of the {self.number} planets")
+        for name in (SUN, RING, CARRIER):
+            if name in self.floating and getattr(self, f"{name}_support") is not None:
+                raise InputError("floating", name, f"conflicts with {name}_support: give one of the two")
+
+    @property
+    def number(self) -> int:
+        """Number of planets."""
+        return self.planets if self.positions is None else len(self.positions)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the planets."""
+        return tuple(f"planet {n + 1}" for n in range(self.number))
+
+    def motions(self) -> tuple[Motion, ...]:
+        """Free motions beside turning."""
+        held: list[tuple[str, tuple[str, ...], float]] = []
+        for name in (SUN, RING, CARRIER):
+            support = getattr(self, f"{name}_support")
+            if name in self.floating or support is not None:
+                held.append((name, (name, *(self.names if name == CARRIER else ())), support or 0.0))
+        if self.pin_stiffness is not None:
+            held += [(name, (name,), self.pin_stiffness) for name in self.names]
+        return tuple(
+            Motion(name=f"{name} {axis}", moved=tuple((each, axis) for each in moved), stiffness=1e3 * stiffness)
+            for name, moved, stiffness in held
+            for axis in "xy"
+        )
+
+    def each(self, name: str) -> tuple[float, ...]:
+        """Deviations of the planets, 0 where none are given [µm]."""
+        return getattr(self, name) or (0.0,) * self.number
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanetarySet:
+    """A set whose tooth numbers are known.
+
+    Parameters
+    ----------
+    keys
+        The table.
+    steps
+        Places of a planet around the axis at which teeth fit: z_s + |z_r|.
+    """
+
+    keys: Planetary
+    steps: int
+
+    @property
+    def angles(self) -> tuple[float, ...]:
+        """Angles of the planets [rad]: where teeth fit, whole steps of 360°/(z_s + |z_r|), or as they are given."""
+        if self.keys.positions is None:
+            even = (Fraction(n * self.steps, self.keys.planets) for n in range(self.keys.planets))
+            return tuple(2 * math.pi * math.ceil(each - Fraction(1, 2)) / self.steps for each in even)
+        near = [angle * self.steps / 360.0 for angle in self.keys.positions]
+        return tuple(2 * math.pi * (round(x) if abs(x - round(x)) < _NEAR else x) / self.steps for x in near)
+
+    @property
+    def axes(self) -> dict[str, tuple[float, float]]:
+        """Gear → place of its axis in the frame of the carrier [mm]."""
+        a = self.keys.centre_distance
+        own = {name: (a * math.cos(x), a * math.sin(x)) for name, x in zip(self.keys.names, self.angles, strict=True)}
+        return {SUN: (0.0, 0.0), RING: (0.0, 0.0)} | own
+
+    def check(self, tip_radius: float) -> None:
+        """Refuse planets of this tip radius [mm] that collide.
+
+        Raises
+        ------
+        InputError
+            Saying by how much.
+        """
+        at = np.sort(np.mod(self.angles, 2 * math.pi))
+        apart = np.diff(at, append=at[0] + 2 * math.pi).min() if self.keys.number > 1 else math.pi
+        room = 2 * self.keys.centre_distance * math.sin(min(apart, math.pi) / 2) - 2 * tip_radius
+        if room <= 0:
+            key = "planets" if self.keys.positions is None else "positions"
+            allowed = f"planets collide: their tips overlap by {-room:.4g} mm"
+            raise InputError(f"planetary.{key}", getattr(self.keys, key), allowed)
+
+    def linkage(self, train: Train, *, coast: bool) -> Linkage:
+        """How the meshes hang together."""
+        return Linkage(train=train, more=self.keys.motions(), carrier=CARRIER, carried=self.keys.names, coast=coast)
+
+    def modes(self, linkage: Linkage) -> dict[str, NDArray]:
+        """Approach of each mesh by 1 µm of each deviation, (mesh,) [mm].
+
+        Those of planets by the names of key and planet, those of bodies beside their axes by "sun x" and so on.
+        """
+        sense = linkage.train.turn(linkage.train.meshes[0].name)
+        found = {}
+        for name, angle in zip(self.keys.names, self.angles, strict=True):
+            out = np.array([math.cos(angle), math.sin(angle)])
+            ahead = sense * np.array([-out[1], out[0]])
+            found[f"pin_tangential {name}"] = 1e-3 * linkage.displaced({name: ahead})
+            found[f"pin_radial {name}"] = 1e-3 * linkage.displaced({name: out})
+            # half of it on either flank, along the line of action
+            own = ((name in mesh.gears, mesh.pair.gears[0]) for mesh in linkage.train.meshes)
+            half = [on * math.cos(gear.alpha_t) / math.cos(gear.beta) / 2 for on, gear in own]
+            found[f"planet_thickness {name}"] = 1e-3 * np.array(half)
+        for name in (SUN, RING, CARRIER, *self.keys.names):
+            for axis, way in zip("xy", np.eye(2), strict=True):
+                moved = self.keys.names if name == CARRIER else (name,)
+                found[f"{name} {axis}"] = 1e-3 * linkage.displaced(dict.fromkeys(moved, way))
+        return found
+
+    def offset(self, linkage: Linkage) -> NDArray:
+        """Approach that the deviations of the planets add to each mesh, (mesh,) [mm]."""
+        modes, found = self.modes(linkage), np.zeros(len(linkage.train.meshes))
+        for key in DEVIATIONS:
+            for name, amount in zip(self.keys.names, self.keys.each(key), strict=True):
+                found += amount * modes[f"{key} {name}"]
+        return found
+
+
+def expanded(given: Any) -> tuple[PlanetarySet, dict[str, Any]]:
+    """The set of a table ``[planetary]``, and the tables "gears" and "meshes" that it stands for.
+
+    Raises
+    ------
+    InputError
+        Naming the key.
+    """
+    whole = dict(as_table("planetary", given))
+    own = {}
+    for name in MEMBERS:
+        if name not in whole:
+            raise InputError(f"planetary.{name}", "missing", "is required: a table with the keys of a gear")
+        own[name] = dict(as_table(f"planetary.{name}", whole.pop(name)))
+    z_s, z_r = (own[name].get("teeth") for name in (SUN, RING))
+    if not isinstance(z_r, int) or z_r >= 0:
+        raise InputError("planetary.ring.teeth", z_r, "must be negative: an internal gear (ISO 21771)")
+    if not isinstance(z_s, int):
+        raise InputError("planetary.sun.teeth", z_s, "must be a whole number")
+    found = read(Planetary, whole, "planetary")
+    common = {key: getattr(found, key) for key in ("normal_module", "pressure_angle", "helix_angle", "face_width")}
+    gears: dict[str, Mapping[str, Any]] = {SUN: {**common, **own[SUN]}}
+    gears |= {name: {**common, **own["planet"]} for name in found.names}
+    gears[RING] = {**common, **own[RING]}
+    a = found.centre_distance
+    meshes = [{"driver": SUN, "driven": name, "centre_distance": a} for name in found.names]
+    meshes += [{"driver": name, "driven": RING, "centre_distance": a} for name in found.names]
+    return PlanetarySet(keys=found, steps=z_s - z_r), {"gears": gears, "meshes": meshes}

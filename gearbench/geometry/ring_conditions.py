@@ -1,0 +1,75 @@
+"""Conditions of a ring and what turns in it, a pinion or a cutter: fouling of tips off the path, radial assembly.
+
+All angles and lengths here are positive and transverse. Source: Buckingham, Analytical Mechanics of Gears, ch. 10; the
+closed forms of the KHK Gear Technical Reference, §4.4, say the same (G19, G20 of docs/theory.md).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+if TYPE_CHECKING:
+    from gearbench.geometry.pair import Pair
+
+
+def fouling_room(
+    mate: tuple[ArrayLike, ArrayLike], ratio: float, distance: float, tip_radius: float, half_space: float
+) -> float:
+    """Room [mm] along the ring's tip circle between its tips and a mate that turns in it (G19); negative: they foul.
+
+    Parameters
+    ----------
+    mate
+        Points of its tips: radius [mm] and angle from the middle of the tooth [rad].
+    ratio
+        z_1/z_2.
+    distance, tip_radius
+        a and r_a2 [mm].
+    half_space
+        Half a space of the ring on its tip circle [rad]; the mate's tooth is centred in it on the line of centres.
+    """
+    R, angle = (np.asarray(x, dtype=float) for x in mate)
+    cosine = (tip_radius**2 - distance**2 - R**2) / (2 * distance * R)
+    crosses = np.abs(cosine) < 1
+    if not crosses.any():
+        return math.inf
+    R, angle, s = R[crosses], angle[crosses], np.arccos(cosine[crosses])
+    behind = [np.arctan2(R * np.sin(t), distance + R * np.cos(t)) - (t - angle) * ratio for t in (-s, s)]
+    return tip_radius * (half_space - float(np.max(behind)))
+
+
+def tip_room(pair: Pair) -> float:
+    """Room [mm] between the tips of an internal pair off its path of contact, one flank touching (G19)."""
+    ring, own = sorted(pair.gears, key=lambda gear: gear.teeth)
+    half_space = math.pi / -ring.teeth + float(ring.involute_half_angle(ring.tip_radius))
+    corner = [own.tip_radius], [float(own.involute_half_angle(own.tip_radius))]
+    a = abs(pair.meshing.centre_distance)
+    working = abs(ring.base_radius) / math.cos(pair.meshing.alpha_wt)
+    slack = max(pair.actual_backlash, 0.0) / (2 * working)
+    return fouling_room(corner, own.teeth / -ring.teeth, a, -ring.tip_radius, half_space - slack)
+
+
+def radial_room(pair: Pair, starts: tuple[float, ...] = (0.0, 0.5)) -> float:
+    """Room [mm] along the ring's tip circle when the pinion is pushed in radially, in the best position (G20).
+
+    Negative: its tips would cut into those of the ring (trimming); the pair is assembled along its axis. ``starts`` are
+    the positions tried [pitches]: a tooth, or a space of the pinion on the line of centres.
+    """
+    ring, own = sorted(pair.gears, key=lambda gear: gear.teeth)
+    r_1, r_2, a = own.tip_radius, -ring.tip_radius, abs(pair.meshing.centre_distance)
+    thick = float(own.involute_half_angle(r_1))
+    half_space = math.pi / -ring.teeth + float(ring.involute_half_angle(ring.tip_radius))
+    rooms = []
+    for start in starts:
+        k = np.arange(start, own.teeth / 4)
+        angle = 2 * math.pi * k / own.teeth + thick
+        x, y = r_1 * np.sin(angle), a + r_1 * np.cos(angle)
+        enters = (np.hypot(x, y) > r_2) & (angle < math.pi / 2)
+        if enters.any():
+            room = 2 * math.pi * k[enters] / -ring.teeth + half_space - np.arcsin(x[enters] / r_2)
+            rooms.append(r_2 * float(room.min()))
+    return max(rooms, default=math.inf)

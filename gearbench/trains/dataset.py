@@ -1,0 +1,83 @@
+"""The Dataset of a train whose meshes are one contact problem."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.results.cycle import HARMONICS, MICROMETRES, Phases, coefficients, fluctuation_rms, mean, peak_to_peak
+from gearbench.results.origin import keeping
+from gearbench.results.points import Columns, Point, beside
+from gearbench.results.provenance import provenance
+from gearbench.results.responses import described
+from gearbench.scene import Scene
+from gearbench.solution import columns
+from gearbench.trains.solve import SolvedTrain, solve_train
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def train_dataset(scene: Scene, outputs: Sequence[str]) -> xr.Dataset:
+    """Dataset of a ``coupled`` scene: the ``outputs`` of each mesh, and what its meshes have in common.
+
+    All over the phase of the first mesh.
+    """
+    import xarray as xr
+
+    start = time.perf_counter()
+    point = train_point(solve_train(scene), outputs)
+    attrs = provenance(scene, wall_time=time.perf_counter() - start) | {"swept": ["mesh"]}
+    return keeping(xr.Dataset(described(point.variables), coords=described(point.coords), attrs=attrs), scene)
+
+
+def train_point(solved: SolvedTrain, outputs: Sequence[str]) -> Point:
+    """Coordinates and variables of ``train_dataset``."""
+    each = beside([Point(*columns(own, outputs)) for own in solved.meshes.values()], "mesh")
+    coords, variables = dict(each.coords), dict(each.variables)
+    linkage, balance, phases = solved.linkage, solved.balance, solved.phases
+    shift = linkage.train.phases(coast=linkage.coast)
+    coords |= {"mesh": (("mesh",), np.array(list(solved.meshes)))}
+    coords["phase_shift"] = (("mesh",), np.array([shift[name] for name in solved.meshes]))
+    coords["harmonic"] = ("harmonic",), np.arange(1, HARMONICS + 1)
+    coords["member"], coords["axis"] = (("member",), np.array(linkage.bodies)), (("axis",), np.array(["x", "y"]))
+    force, sharing = balance.force.T, balance.force.T / solved.even[:, None]
+    variables |= {
+        "mesh_load": (("mesh", "position"), force),
+        "load_sharing": (("mesh", "position"), sharing),
+        "mesh_load_factor": ((), np.array(sharing.max())),
+    }
+    turn, r_b = solved.input_turn, solved.radius
+    error = MICROMETRES * r_b * turn
+    variables |= {f"train_transmission_error{name}": own for name, own in _curve(phases, error).items()}
+    variables["train_stiffness"] = ("position",), solved.input_stiffness / (MICROMETRES * r_b**2)
+    variables["turning_error"] = ("member", "position"), 1e6 * np.multiply.outer(solved.ratios, turn)
+    if more := linkage.more:
+        coords["motion"] = ("motion",), np.array([motion.name for motion in more])
+        variables["motion_amount"] = ("motion", "position"), MICROMETRES * balance.motion[:, -len(more) :].T
+    on = np.moveaxis(linkage.on_bodies(balance.force), 0, -1)
+    amplitude = 2 * np.abs(coefficients(phases, on))
+    variables |= {
+        "member_force": (("member", "axis", "position"), on[:, :2]),
+        "member_force_amplitude": (("member", "axis", "harmonic"), amplitude[:, :2]),
+        "member_torque": (("member", "position"), 1e-3 * on[:, 2]),
+        "member_torque_amplitude": (("member", "harmonic"), 1e-3 * amplitude[:, 2]),
+    }
+    return Point(coords, variables)
+
+
+def _curve(phases: Phases, values: NDArray) -> Columns:
+    """A curve, its harmonics and the numbers of it, by the ends of their names."""
+    found = coefficients(phases, values)
+    return {
+        "": (("position",), values),
+        "_amplitude": (("harmonic",), 2 * np.abs(found)),
+        "_phase": (("harmonic",), np.angle(found)),
+        "_mean": ((), mean(values, phases.weight)),
+        "_rms": ((), fluctuation_rms(values, phases.weight)),
+        "_peak_to_peak": ((), peak_to_peak(phases, values)),
+    }

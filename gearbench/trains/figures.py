@@ -1,0 +1,107 @@
+"""Figures of a train: its gears with their load shares, these over the mesh cycle, what members feel by harmonic."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.geometry.train import Train
+from gearbench.plotting import BLUE, GREY, ORANGE, heading, legend_below, new_figure, plot_two_periods, write_figure
+from gearbench.results.origin import scene_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+#: Points on each flank of a drawn tooth.
+POINTS = 8
+
+
+def outline(train: Train, gear: str, phases: dict[str, float], *, coast: bool) -> NDArray:
+    """Outline of a gear where it stands while the first mesh has the phase 0, (point, 2) [mm]."""
+    mesh = next(mesh for mesh in train.meshes if gear in mesh.gears)
+    body = mesh.pair.gears[mesh.gears.index(gear)]
+    sense = train.turn(mesh.name) * (-1 if coast else 1)
+    if gear == mesh.driven and mesh.pair.gears[0].teeth * body.teeth > 0:
+        sense = -sense
+    z = abs(body.teeth)
+    # its leading flank where that meets the base circle, less half of the tooth there
+    centre = train.leading(mesh.name, gear, phases[mesh.name], coast=coast)
+    centre -= body.teeth * float(body.involute_half_angle(body.base_radius)) / (2 * math.pi)
+    R = np.linspace(body.root_radius, body.tip_radius, POINTS)
+    psi = np.abs(body.half_angle(R))
+    tooth = np.concatenate([-psi, psi[::-1]])
+    angle = sense * 2 * math.pi * (centre + np.arange(z)) / z
+    angle, R = (angle[:, None] + np.sign(sense) * tooth).ravel(), np.abs(np.tile(np.concatenate([R, R[::-1]]), z))
+    return train.places[train.shaft(gear)] + R[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def draw_set(dataset: xr.Dataset, axes: Axes) -> Axes:
+    """Gears of a train where they stand at mesh phase 0, with the greatest load share of each mesh."""
+    scene = scene_of(dataset)
+    train, coast = scene.geometry, scene.load.coast
+    phases = train.phases(coast=coast)
+    for gear in train.gears:
+        points = outline(train, gear, phases, coast=coast)
+        axes.fill(*points.T, facecolor="none" if _internal(train, gear) else "0.93", edgecolor=GREY, lw=0.7)
+        inside = _internal(train, gear)
+        x, y = train.places[train.shaft(gear)] + np.array([0.0, points[:, 1].max() if inside else 0.0])
+        axes.annotate(gear, (x, y), ha="center", va="top" if inside else "center", fontsize=8)
+    most = dataset["load_sharing"].max("position")
+    for mesh in train.meshes:
+        share = float(most.sel(mesh=mesh.name))
+        gear = mesh.pair.gears[0]
+        x, y = train.places[train.shaft(mesh.driver)] + train.across(mesh.name) * gear.base_radius / math.cos(
+            mesh.pair.meshing.alpha_wt
+        )
+        axes.scatter(x, y, s=90 * share**2, color=ORANGE, alpha=0.7, zorder=3)
+        axes.annotate(f"{share:.2f}", (x, y), xytext=(6, 6), textcoords="offset points", fontsize=8, color=ORANGE)
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    axes.invert_yaxis()  # seen along the shafts, y down
+    return axes
+
+
+def _internal(train: Train, gear: str) -> bool:
+    mesh = next(mesh for mesh in train.meshes if gear in mesh.gears)
+    return mesh.pair.gears[mesh.gears.index(gear)].teeth < 0
+
+
+def draw_train(dataset: xr.Dataset, folder: Path) -> list[Path]:
+    """Write the figures of a train: the set with its load shares, and what it does over the mesh cycle."""
+    figure, ((axes,),) = new_figure(1, 1, (7.0, 7.0))
+    draw_set(dataset, axes)
+    factor = float(dataset["mesh_load_factor"])
+    axes.set_title(f"{heading(dataset)}\ngreatest load share of each mesh; K_γ {factor:.3f}")
+    written = [write_figure(figure, folder / "load_shares.png")]
+
+    figure, rows = new_figure(2, 2, (11.0, 7.5))
+    (shares, error), (forces, orders) = rows
+    for number, name in enumerate(dataset["mesh"].values.tolist()):
+        own = dataset.sel(mesh=name)
+        plot_two_periods(shares, own, "load_sharing", label=name, color=f"C{number % 10}", lw=1.3)
+    shares.set(xlabel="phase of the first mesh τ [mesh periods]", ylabel="load share L [–]", xlim=(0, 2))
+    shares.set_ylim(0.0, 1.1 * max(float(dataset["mesh_load_factor"]), 1.0))
+    plot_two_periods(error, dataset, "train_transmission_error", color=BLUE, lw=1.6)
+    error.set(xlabel="phase of the first mesh τ [mesh periods]", ylabel="Δ [µm]", xlim=(0, 2))
+    error.set_title(
+        f"transmission error of the train {float(dataset['train_transmission_error_mean']):.3g} µm in the mean, "
+        f"{float(dataset['train_transmission_error_peak_to_peak']):.3g} µm peak-to-peak",
+        fontsize=9,
+    )
+    n, first = dataset["harmonic"].values, dataset["member"].values[0]
+    amplitude = dataset["member_force_amplitude"].sel(member=first)
+    for axis, shift, colour in (("x", -0.2, BLUE), ("y", 0.2, ORANGE)):
+        forces.bar(n + shift, amplitude.sel(axis=axis), width=0.4, color=colour, label=axis)
+    forces.set(xlabel="mesh order", ylabel=f"force on {first}, F_n [N]")
+    # forces that cancel leave rounding
+    forces.set_ylim(0.0, max(1.1 * float(amplitude.max()), 1e-6 * float(dataset["mesh_load"].max())))
+    forces.legend(frameon=False, fontsize=8)
+    orders.bar(n, dataset["train_transmission_error_amplitude"], color=BLUE)
+    orders.set(xlabel="mesh order", ylabel="|Δ_n| [µm]")
+    legend_below(figure, shares, 4)
+    return [*written, write_figure(figure, folder / "train.png")]

@@ -1,0 +1,249 @@
+"""Load sharing and transmission error of a planetary set over random errors of its members.
+
+Errors of pins, planets and run-outs move the flanks as wholes: the contact of each mesh stays what it is, force over
+approach and phase, and is tabled once. A sample is then the balance (M2) of a few motions.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.contact.batch import on_threads
+from gearbench.contact.equilibrium import MeshAt, Statics
+from gearbench.contact.problem import part_of
+from gearbench.contact.solver import ConvergenceError, Guess
+from gearbench.effects.distributions import DISTRIBUTIONS
+from gearbench.errors import InputError
+from gearbench.geometry.planetary import DEVIATIONS, PlanetaryScatter
+from gearbench.results.cycle import MICROMETRES, fluctuation_rms, peak_to_peak
+from gearbench.results.provenance import provenance
+from gearbench.results.responses import described
+from gearbench.robustness.sampling import Sampler, unit_samples
+from gearbench.robustness.sensitivity import sensitivities
+from gearbench.robustness.statistics import summarise
+from gearbench.robustness.tightening import FINER
+from gearbench.scene import Scene
+from gearbench.threads import default_threads, single_threaded_blas
+from gearbench.trains.solve import SolvedTrain, solve_train
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Levels of the tabled force, the least of them over the force of even sharing, and samples that are solved together.
+LEVELS, LEAST, CHUNK = 32, 1e-3, 50
+#: Imbalance over the force at which a sample is solved, and Newton steps until then at most.
+SETTLED, STEPS = 1e-9, 60
+#: Numbers of a sample that get statistics and shares.
+STUDIED = ("mesh_load_factor", "train_transmission_error_rms")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Curves:
+    """F(δ) of all meshes at all positions, cubic between levels with the slopes of the contact; 0 where flanks part.
+
+    Parameters
+    ----------
+    approach, force, slope
+        (mesh, position, level) [mm, N, N/mm].
+    """
+
+    approach: NDArray
+    force: NDArray
+    slope: NDArray
+
+    def __call__(self, x: NDArray) -> tuple[NDArray, NDArray]:
+        """Force and stiffness at x (sample, position, mesh)."""
+        x = np.moveaxis(x, -1, 0)
+        level = np.zeros(x.shape, dtype=np.int64)
+        for each in range(1, self.approach.shape[2] - 1):
+            level += x >= self.approach[:, None, :, each]
+        mesh, position = np.ogrid[: x.shape[0], : x.shape[2]]
+
+        def at(values: NDArray, more: int) -> NDArray:
+            return values[mesh[:, None], position[None], level + more]
+
+        x0, x1 = at(self.approach, 0), at(self.approach, 1)
+        h = x1 - x0
+        t = (x - x0) / h
+        f0, f1, k0, k1 = at(self.force, 0), at(self.force, 1), h * at(self.slope, 0), h * at(self.slope, 1)
+        inside = np.clip(t, 0.0, 1.0)
+        c2, c3 = 3 * (f1 - f0) - 2 * k0 - k1, 2 * (f0 - f1) + k0 + k1
+        f = f0 + inside * (k0 + inside * (c2 + inside * c3))
+        k = k0 + inside * (2 * c2 + 3 * c3 * inside)
+        f, k = f + (t - inside) * np.where(t > 1, k1, k0), np.where(t > 1, k1, np.where(t < 0, k0, k)) / h
+        parted = f <= 0
+        return np.moveaxis(np.where(parted, 0.0, f), 0, -1), np.moveaxis(np.where(parted, 0.0, k), 0, -1)
+
+
+def curves(meshes: Sequence[MeshAt], most: float) -> Curves:
+    """Tables up to ``most`` times the force of even sharing."""
+    shares = np.geomspace(LEAST, most, LEVELS)
+    found = []
+    for mesh in meshes:
+        count = len(mesh.problem.gap)
+        problem = part_of(mesh.problem, np.tile(np.arange(count), LEVELS))
+        force = np.repeat(shares, count) * mesh.nominal
+        whole = MeshAt(problem=problem, nominal=mesh.nominal, cos_b=mesh.cos_b)
+        approach, slope, _ = whole.answer(force, Guess.nothing(problem))
+        found.append([each.reshape(LEVELS, count).T for each in (approach, force, slope)])
+    approach, force, slope = (np.stack(each) for each in zip(*found, strict=True))
+    return Curves(approach=approach, force=force, slope=slope)
+
+
+def balanced(forces: Curves, statics: Statics, q: NDArray, scale: float) -> tuple[NDArray, NDArray]:
+    """Forces (sample, position, mesh) and motions of samples with the offsets (sample, mesh) of ``statics``.
+
+    ``q`` (position, motion) is where they begin, ``scale`` their greatest force.
+
+    Raises
+    ------
+    ConvergenceError
+        If a sample is not balanced.
+    """
+    B, K, f = statics.rows, statics.stiffness, statics.force
+    g = statics.offset[:, None]
+    q = np.broadcast_to(q, (len(g), *q.shape)).copy()
+    size = np.abs(B).max(axis=0)  # a torque is a force on the longest lever
+    left = np.ones(q.shape[:2], dtype=bool)
+    F, k = forces(q @ B.T + g)
+    for _ in range(STEPS):
+        rest = f - q @ K - F @ B
+        left = np.abs(rest / size).max(axis=-1) > SETTLED * scale
+        if not left.any():
+            return F, q
+        stiff = np.maximum(k[left], 1e-6 * k.max())
+        matrix = K + (B.T * stiff[:, None]) @ B
+        q[left] += np.linalg.solve(matrix, rest[left][..., None])[..., 0]
+        F, k = forces(q @ B.T + g)
+    raise ConvergenceError(f"{int(left.sum())} positions of samples not balanced after {STEPS} steps")
+
+
+def variables(scatter: PlanetaryScatter, planets: tuple[str, ...]) -> dict[str, float]:
+    """Names of the random variables and their amplitudes [µm]; a run-out has its angle beside it [periods]."""
+    found = {}
+    for key in DEVIATIONS:
+        if (f := getattr(scatter, key)) is not None:
+            found |= {f"{key} {name}": f for name in planets}
+    for key, names in (("sun", ("sun",)), ("ring", ("ring",)), ("carrier", ("carrier",)), ("planet", planets)):
+        if (f := getattr(scatter, f"{key}_run_out")) is not None:
+            for name in names:
+                found |= {f"run_out {name}": f, f"angle {name}": 1.0}
+    return found
+
+
+def offsets(solved: SolvedTrain, names: dict[str, float], errors: NDArray) -> NDArray:
+    """Approach that errors (sample, variable) add to each mesh, (sample, mesh) [mm]."""
+    assert solved.scene.train is not None
+    short = solved.scene.train.planetary
+    assert short is not None
+    modes, found = short.modes(solved.linkage), np.zeros((len(errors), len(solved.even)))
+    columns = dict(zip(names, errors.T, strict=True))
+    for name, amount in columns.items():
+        kind, _, body = name.partition(" ")
+        if kind == "run_out":
+            angle = 2 * np.pi * columns[f"angle {body}"]
+            x, y = modes[f"{body} x"], modes[f"{body} y"]
+            found += amount[:, None] / 2 * (np.cos(angle)[:, None] * x + np.sin(angle)[:, None] * y)
+        elif kind != "angle":
+            found += amount[:, None] * modes[name]
+    return found
+
+
+def draw(scatter: PlanetaryScatter, names: dict[str, float], unit: NDArray) -> NDArray:
+    """Errors of points of the unit cube, (sample, variable)."""
+    law = DISTRIBUTIONS[scatter.distribution]
+    found = np.empty(unit.shape)
+    for column, (name, f) in enumerate(names.items()):
+        one_sided = name.startswith(("run_out", "angle"))
+        found[:, column] = f * (unit[:, column] if one_sided else law.quantile(unit[:, column]))
+    return found
+
+
+@single_threaded_blas()
+def robust_train(
+    scene: Scene,
+    *,
+    samples: int,
+    seed: int = 0,
+    sampler: Sampler = "sobol",
+    threads: int | None = None,
+    progress: Callable[[int], None] = lambda _: None,
+) -> xr.Dataset:
+    """Dataset of a planetary set over samples of ``[planetary.scatter]``.
+
+    Raises
+    ------
+    InputError
+        If the scene has none.
+    ConvergenceError
+        If a sample is not solved.
+    """
+    import xarray as xr
+
+    start = time.perf_counter()
+    short = None if scene.train is None else scene.train.planetary
+    if short is None or short.keys.scatter is None:
+        raise InputError("planetary.scatter", "missing", "robustness of a train needs it: pin_tangential = 20.0, say")
+    if scene.loads:
+        raise InputError("loads", f"{len(scene.loads)} loads", "are not for robust of a set: give one [load]")
+    if scene.effect("manufacturing_errors") is not None:
+        raise InputError("effects.manufacturing_errors", "given", "is for one mesh: here planetary.scatter")
+    solved = solve_train(scene)
+    names = variables(short.keys.scatter, short.keys.names)
+    if not names:
+        raise InputError("planetary.scatter", "no error", "must have at least one, e.g. pin_tangential = 20.0")
+    errors = draw(short.keys.scatter, names, unit_samples(sampler, samples, len(names), seed))
+    forces = curves(solved.contacts, float(short.keys.number))
+    chunks = [errors[i : i + CHUNK] for i in range(0, samples, CHUNK)]
+    answers, done = [], 0
+    for each in on_threads(partial(solved_samples, solved, forces, names), iter(chunks), threads or default_threads()):
+        answers.append(each)
+        done += len(each["mesh_load_factor"])
+        progress(done)
+    found = {name: np.concatenate([each[name] for each in answers]) for name in answers[0]}
+    attrs = provenance(scene, wall_time=time.perf_counter() - start, seed=seed)
+    attrs |= {"sampler": sampler, "samples": samples, "complete": 1}
+    columns = _columns(found, errors, sampler)
+    coords = {"error_name": np.array(list(names)), "mesh": np.array(list(solved.meshes))}
+    return xr.Dataset(described(columns, "NaN where the samples are too few to tell"), coords=coords, attrs=attrs)
+
+
+def solved_samples(solved: SolvedTrain, forces: Curves, names: dict[str, float], errors: NDArray) -> dict[str, NDArray]:
+    """Numbers of some samples, by their names, (sample, …)."""
+    statics = solved.statics(offsets(solved, names, errors))
+    F, q = balanced(forces, statics, solved.balance.motion, float(solved.balance.force.max()))
+    sharing = F / solved.even
+    error = MICROMETRES * solved.radius * solved.input_sense * q[..., solved.linkage.input]
+    return {
+        "mesh_load_factor": sharing.max(axis=(1, 2)),
+        "load_sharing_greatest": sharing.max(axis=1),
+        "train_transmission_error_mean": error @ solved.phases.weight,
+        "train_transmission_error_rms": fluctuation_rms(error, solved.phases.weight),
+        "train_transmission_error_peak_to_peak": peak_to_peak(solved.phases, error),
+    }
+
+
+def _columns(found: dict[str, NDArray], errors: NDArray, sampler: Sampler) -> dict[str, tuple]:
+    """Variables of the Dataset: the samples, their statistics, and the share of each error."""
+    columns: dict[str, tuple] = {
+        name: (("sample", "mesh")[: values.ndim], values) for name, values in found.items()
+    } | {"error": (("sample", "error_name"), errors)}
+    if len(errors) < 2:
+        return columns
+    for name in STUDIED:
+        for statistic, (value, standard_error) in summarise(found[name], sampler).items():
+            columns[f"{name}_{statistic}"] = (), value
+            columns[f"{name}_{statistic}_standard_error"] = (), standard_error
+    for name, each in zip(STUDIED, sensitivities(errors, [found[name] for name in STUDIED], FINER), strict=True):
+        for part in ("first_order", "total", "tightened"):
+            value, uncertainty = getattr(each, part)
+            columns[f"{name}_{part}"] = "error_name", value
+            columns[f"{name}_{part}_standard_error"] = "error_name", uncertainty
+    return columns

@@ -1,0 +1,121 @@
+"""Rings of internal gears: closed forms of the annulus held outside, statics, limits."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from gearbench.compliance.gear_body import ToothedRing
+from gearbench.compliance.ring import LAYER
+from gearbench.compliance.solid_tooth import SolidTooth
+from gearbench.geometry.gear import Gear
+from tests.compliance.test_ring import R_O, annulus, ring
+from tests.support.toothed_rings import NU, E
+
+
+@pytest.mark.parametrize("outside", [44.0, 60.0, 100.0])
+@pytest.mark.parametrize("n", [0, 1, 2, 3, 5, 10])
+def test_harmonics_of_the_annulus_held_outside(n, outside):
+    """Tractions on its inner rim are minus its stresses; the teeth see e_θ and e_R the other way round."""
+    found = ring((24, 1), inner_radius=-outside, radius=-R_O).harmonics(np.array([n]))[0, :2, :2] * R_O
+    turned = np.diag([1.0, -1.0])
+    exact = -turned @ annulus(n, NU, outside) @ turned
+    whole = n == 0 or math.log(outside / R_O) < LAYER / n  # else what the layer of a high harmonic leaves out
+    assert_allclose(found, exact, rtol=0, atol=(1e-9 if whole else 1e-4) * np.abs(found).max())
+    assert np.linalg.eigvalsh(found).min() > 0
+
+
+@pytest.mark.parametrize("outside", [1.05, 1.5, 3.0])
+def test_six_functions_are_enough_for_any_ring(outside):
+    n = np.array([0, 1, 2, 3, 5, 8, 12, 20, 40])
+    found = ring((6, 1), inner_radius=-outside * R_O, radius=-R_O).harmonics(n)[:, :2, :2] * R_O
+    turned = np.diag([1.0, -1.0])
+    for k, harmonic in zip(n, found, strict=True):
+        exact = -turned @ annulus(int(k), NU, outside * R_O) @ turned
+        assert_allclose(harmonic, exact, rtol=0, atol=1e-3 * np.abs(exact).max())
+
+
+def gear(teeth: int, helix: float = 0.0, width: float = 12.0) -> Gear:
+    return Gear(
+        teeth=-teeth, normal_module=2.0, pressure_angle=20.0, helix_angle=helix, face_width=width,
+        profile_shift=0.0, addendum=0.8, dedendum=1.25, fillet_radius=0.2, blank="pinion_cutter",
+    )  # fmt: skip
+
+
+def body(g: Gear, outside: float, order=(4, 4, 4), along: int = 6, nu: float = NU) -> ToothedRing:
+    tooth = SolidTooth(gear=g, E=E, nu=nu, order=order, rooted=True)
+    return ToothedRing(tooth=tooth, bore_radius=-outside, order=along)
+
+
+@pytest.mark.slow
+def test_equal_loads_on_all_teeth_turn_and_widen_the_rim():
+    """Between two outsides: what the metal between them yields to the torque, and to the radial part of the loads.
+
+    Closed forms of the annulus; ν = 0, so that the width does not matter, and teeth too small for their roots to widen.
+    """
+    g = gear(1201)
+    z, r, b, mu = -g.teeth, g.root_radius, g.face_width, E / 2
+    found = []
+    for outside in (1.6, 3.0):
+        block = body(g, outside * abs(r), (4, 4, 4), 10, 0.0).blocks(z // 2)
+        found.append(block.sum(axis=0)[0, 0] / (b * (g.tip_radius - g.form_radius)))
+    turn = z * abs(g.base_radius) / (4 * math.pi * mu * b * r**2) * (1 / 1.6**2 - 1 / 3.0**2)
+    R = np.linspace(g.form_radius, g.tip_radius, 2001)
+    radial = float(np.mean(np.sqrt(1 - (g.base_radius / R) ** 2)))
+    near, far = (-annulus(0, 0.0, outside * R_O)[1, 1] / R_O for outside in (1.6, 3.0))
+    exact = abs(g.base_radius) * turn + z * radial**2 * (far - near) / (2 * math.pi * b)
+    assert found[1] - found[0] == pytest.approx(exact, rel=2e-3)
+
+
+@pytest.mark.parametrize("helix", [0.0, 25.0])
+def test_all_teeth_together_are_symmetric_and_positive_and_thin_rings_are_clamps(helix):
+    g = gear(36 if helix else 41, helix)
+    z = -g.teeth
+    C = body(g, 1.1 * abs(g.root_radius)).blocks(z)
+    for d in range(z + 1):
+        assert_allclose(C[z + d], C[z - d].T, rtol=0, atol=1e-15 * np.abs(C).max())
+    whole = np.block([[C[z + i - j] for j in range(z)] for i in range(z)])
+    value = np.linalg.eigvalsh(whole)
+    assert value[0] > -1e-12 * value[-1]
+    thin = [np.linalg.norm(body(g, (1 + h) * abs(g.root_radius)).blocks(0)) for h in (1e-3, 1e-4, 1e-5)]
+    assert_allclose(np.diff(np.log(thin)) / math.log(0.1), 1.0, atol=0.06)
+
+
+# -- springs at the outside -------------------------------------------------------------------------------------------
+def test_a_thin_free_ring_bends_like_a_curved_beam():
+    """w = p r⁴/(EI (n² − 1)²), p on the inside of the ring; its thickness is all that is left of the error."""
+    n = np.array([2.0, 3.0, 4.0])
+    for h in (0.02, 0.01):
+        inner, outer = 100 * (1 - h / 2), 100 * (1 + h / 2)
+        free = ring(
+            (6, 1), inner_radius=-outer, radius=-inner, width=10.0, nu=0.0, held=False, support=(0.0, 1e-9)
+        ).harmonics(n)[:, 1, 1]
+        beam = 100.0**4 / (E * (100 * h) ** 3 / 12) / (n**2 - 1) ** 2
+        assert_allclose(free * inner * (inner / 100), beam * (inner / 100) ** 2, rtol=0.6 * h)
+
+
+@pytest.mark.parametrize("screw", [0.0, -0.012])
+def test_stiff_springs_hold_and_soft_ones_yield(screw):
+    n = np.array([0.0, 1.0, 2.0, 7.0, 60.0])
+    size = {"order": (8, 3), "inner_radius": -60.0, "radius": -R_O, "screw": screw}
+    firm = ring(**size).harmonics(n)
+    for stiffness, least, most in ((1e12, -1e-7, 1e-7), (1e3, 0.01, np.inf)):
+        sprung = ring(**size, support=(stiffness, stiffness)).harmonics(n)
+        softer = np.linalg.eigvalsh(sprung - firm).max(axis=1) / np.abs(firm).max(axis=(1, 2))
+        assert np.all(softer[:3] > least)
+        assert np.all(softer < most)
+        assert_allclose(sprung[-1], firm[-1], rtol=0, atol=1e-6 * np.abs(firm[-1]).max())
+
+
+def test_springs_alone_by_statics():
+    """A ring so stiff that only its springs yield: torque and force on its rim."""
+    r_o, r_i, k = 60.0, R_O, 10.0
+    found = ring((6, 1), inner_radius=-r_o, radius=-r_i, E=1e6, support=(k, k)).harmonics(np.array([0.0, 1.0])) * r_i
+    # torque of a unit traction: 2π r_i² = angle · 2π r_o³ k
+    assert found[0, 0, 0] == pytest.approx(r_i**3 / (r_o**3 * k), rel=5e-3)
+    # a force of tractions cos θ along both directions, one half each: displacement r_i/(r_o k)
+    push = np.array([1.0, -1.0]) if found[1, 0, 1] < 0 else np.array([1.0, 1.0])
+    assert push @ found[1, :2, :2] @ push / 2 == pytest.approx(r_i / (r_o * k), rel=5e-3)

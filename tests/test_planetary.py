@@ -1,0 +1,221 @@
+"""Planetary sets: load sharing, phases, what phasing cancels, against closed forms and a solution of its own."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from gearbench import robust, simulate, sweep
+from gearbench.contact.equilibrium import balance
+from gearbench.effort.plan import plan
+from gearbench.errors import InputError
+from gearbench.scene_file import parse_scene
+from gearbench.trains.scatter import curves, draw, offsets, solved_samples, variables
+from gearbench.trains.solve import solve_train
+
+LINEAR = {"hertz": {"law": "yang_sun"}}
+
+
+def tables(teeth=(36, 30, 96), torque=200.0, effects=LINEAR, phases=8, **keys):
+    """A set of module 2 without profile shifts."""
+    sun, planet, ring = teeth
+    own = {"normal_module": 2.0, "face_width": 20.0, "centre_distance": float(sun + planet)}
+    gears = {"sun": {"teeth": sun}, "planet": {"teeth": planet}, "ring": {"teeth": -ring}}
+    more = {"load": {"torque": torque}, "effects": effects, "resolution": {"positions": phases}}
+    return {"planetary": {**own, **gears, **keys}} | more
+
+
+def solved(*args, **keys):
+    return solve_train(parse_scene(tables(*args, **keys)))
+
+
+def test_speeds_torques_and_mesh_frequency_are_those_of_willis():
+    for held, ratio in (("ring", 1 + 96 / 36), ("carrier", -96 / 36), ("sun", None)):
+        train = parse_scene(tables(held=held)).geometry
+        n = {name: float(rate) for name, rate in train.rates.items()}
+        assert_allclose(36 * (n["sun"] - n["carrier"]) + 96 * (n["ring"] - n["carrier"]), 0.0, atol=1e-12)
+        assert n[held] == 0.0
+        out = {"ring": "carrier", "carrier": "ring", "sun": "ring"}[held]
+        assert ratio is None or n["sun"] / n[out] == pytest.approx(ratio)
+        frequency = abs(36 * (n["sun"] - n["carrier"]))
+        assert_allclose([train.mesh_rate(mesh.name) for mesh in train.meshes], frequency, rtol=1e-14)
+    torque = simulate(parse_scene(tables()), outputs=["transmission_error"])["member_torque"].isel(position=0)
+    assert_allclose(torque.sel(member="sun"), -200.0, rtol=1e-12)
+    assert_allclose(torque.sel(member="ring"), -200.0 * 96 / 36, rtol=1e-12)
+    assert_allclose(torque.sel(member="carrier"), 200.0 * (1 + 96 / 36), rtol=1e-12)
+
+
+def test_planets_in_phase_are_one_planet_under_its_part_of_the_torque():
+    one = solved(planets=1, torque=50.0, effects={"tooth_bending": {}, "hertz": {}})
+    four = solved(planets=4, torque=200.0, effects={"tooth_bending": {}, "hertz": {}})
+    assert_allclose(four.balance.force, np.repeat(one.balance.force, 4, axis=1), rtol=1e-10)
+    assert_allclose(four.input_turn, one.input_turn, rtol=1e-10)
+    two = sum(own.solution.approach for own in one.meshes.values())
+    assert_allclose(one.input_turn * one.radius, two, rtol=1e-10)
+
+
+def test_turning_the_set_and_the_order_of_planets_change_nothing():
+    errors = [0.0, 12.0, 5.0, -7.0]
+    base = solved(planets=4, pin_tangential=errors, pin_stiffness=150.0)
+    other = [0, 3, 1, 2]
+    keys = {"pin_tangential": [errors[i] for i in other], "pin_stiffness": 150.0}
+    step = 360.0 / (36 + 96)
+    for turn in (0.0, 33 * step):
+        found = solved(positions=[90.0 * i + turn for i in other], **keys)
+        assert_allclose(found.input_turn, base.input_turn, rtol=1e-10)
+        assert_allclose(found.balance.force[:, :4], base.balance.force[:, other], rtol=1e-9)
+
+
+def test_three_planets_and_a_floating_sun_share_equally_whatever_the_pins():
+    keys = {"pin_tangential": [25.0, -10.0, 3.0], "pin_radial": [5.0, 40.0, -20.0], "planet_thickness": [0.0, 6.0, 0.0]}
+    for more in ({}, {"pin_stiffness": 150.0}):
+        floating = solved(floating=["sun"], effects={"tooth_bending": {}, "hertz": {}}, **keys, **more)
+        assert_allclose(floating.balance.force / floating.even, 1.0, atol=1e-9)
+    fixed = solved(effects={"tooth_bending": {}, "hertz": {}}, **keys)
+    assert (fixed.balance.force / fixed.even).max() > 1.5
+    supported = solved(sun_support=20.0, effects={"tooth_bending": {}, "hertz": {}}, **keys)
+    assert 1.01 < (supported.balance.force / supported.even).max() < (fixed.balance.force / fixed.even).max()
+
+
+def springs(k_sun, k_ring, pins, torque, pin_stiffness, *, floating):
+    """Forces of the sun's meshes by springs on rigid members, in frames of the planets: tangential and radial.
+
+    Stiffness of the meshes of each planet [N/mm], pins (tangential, radial) [mm], planets evenly spaced.
+    """
+    count, alpha = len(k_sun), math.radians(20.0)
+    r_s = 36.0 * math.cos(alpha)
+    angle = 2 * np.pi * np.arange(count) / count
+    ahead = np.column_stack([-np.sin(angle), np.cos(angle)])
+    out = np.column_stack([np.cos(angle), np.sin(angle)])
+    push = ahead * math.cos(alpha) + out * math.sin(alpha)  # of the sun on a planet
+    back = -ahead * math.cos(alpha) + out * math.sin(alpha)  # of a planet on the ring
+
+    def approaches(q):
+        turn, sun, spin, yielded = q[0], q[1:3] * floating, q[3 : 3 + count], q[3 + count :].reshape(count, 2)
+        planet = pins[:, :1] * ahead + pins[:, 1:] * out + yielded * np.isfinite(pin_stiffness)
+        of_sun = turn + np.sum(push * (sun - planet), axis=1) - spin
+        return of_sun, spin + np.sum(back * planet, axis=1), yielded
+
+    # all of it is linear: rows of the springs, k a q = force where they are pressed; pins pull as well
+    def rows(q):
+        of_sun, of_ring, yielded = approaches(q)
+        return np.concatenate([of_sun, of_ring, yielded.ravel()])
+
+    size = 3 + 3 * count
+    start = rows(np.zeros(size))
+    matrix = np.column_stack([rows(unit) - start for unit in np.eye(size)])
+    pin = pin_stiffness if math.isfinite(pin_stiffness) else 1.0
+    k, pressed = np.concatenate([k_sun, k_ring, np.full(2 * count, pin)]), np.ones(4 * count, dtype=bool)
+    for _ in range(20):
+        stiff = matrix.T @ ((k * pressed)[:, None] * matrix)
+        right = np.eye(size)[0] * torque / r_s - matrix.T @ (k * pressed * start)
+        q = np.linalg.lstsq(stiff, right, rcond=1e-13)[0]
+        pressed[: 2 * count] = (matrix @ q + start)[: 2 * count] > 0
+    return k_sun * np.maximum(approaches(q)[0], 0)
+
+
+@pytest.mark.parametrize(("floating", "pin"), [(True, math.inf), (True, 150.0), (False, 150.0)])
+def test_four_planets_share_as_springs_on_rigid_members_do(floating, pin):
+    pins = np.array([[25.0, 0.0], [-10.0, 5.0], [3.0, -15.0], [0.0, 0.0]])
+    keys = {"pin_tangential": pins[:, 0].tolist(), "pin_radial": pins[:, 1].tolist()}
+    keys |= {"floating": ["sun"]} if floating else {}
+    keys |= {"pin_stiffness": pin} if math.isfinite(pin) else {}
+    found = solved(planets=4, torque=600.0, phases=3, **keys)
+    k = 1e3 * np.stack([own.cycle.mesh_stiffness for own in found.meshes.values()], axis=1)
+    for position in range(3):
+        own = springs(k[position, :4], k[position, 4:], 1e-3 * pins, 600e3, 1e3 * pin, floating=float(floating))
+        assert_allclose(found.balance.force[position, :4], own, rtol=1e-6, atol=1e-6 * own.max())
+
+
+@pytest.mark.parametrize(("planets", "ring", "sun"), [(4, 48, 16), (4, 51, 17), (4, 54, 18), (5, 52, 18), (4, 52, 18)])
+def test_suppression_follows_the_tooth_numbers(planets, ring, sun):
+    # in phase, sequential, counter phase, sequential of five, and mixed: unevenly spaced pairs
+    planet = (ring - sun) // 2
+    shift = {"profile_shift": 0.2}
+    scene = tables((sun, planet, ring), planets=planets, phases=4 * planets * 5)
+    a = scene["planetary"]["centre_distance"] + 0.3
+    scene["planetary"] |= {"centre_distance": a, "sun": {"teeth": sun, **shift}}
+    whole = simulate(parse_scene(scene), outputs=["transmission_error"])
+    force = whole["member_force_amplitude"].sel(member=["sun", "carrier"])
+    radial = np.hypot(force.sel(axis="x"), force.sel(axis="y")).values
+    error = whole["train_transmission_error_amplitude"].values
+    mean = float(whole["mesh_load"].mean())
+    even = (ring + sun) % planets == 0
+    for order in range(1, 11):
+        k = order * sun % planets
+        if not even:  # opposite planets are in phase: no force
+            assert radial[:, order - 1].max() < 1e-10 * mean
+            continue
+        if k != 0:
+            assert error[order - 1] < 1e-10 * error.max()
+        if k not in (1, planets - 1):
+            assert radial[:, order - 1].max() < 1e-10 * mean
+    assert error.max() > 1e-3
+    if even and sun % planets in (1, planets - 1):
+        assert radial[:, 0].min() > 1e-3 * mean
+
+
+def test_samples_are_solved_as_single_sets_are():
+    scene = parse_scene(tables(planets=4, pin_stiffness=300.0, scatter={"pin_tangential": 15.0, "sun_run_out": 10.0}))
+    whole = solve_train(scene)
+    scatter, planets = scene.train.planetary.keys.scatter, scene.train.planetary.keys.names
+    names = variables(scatter, planets)
+    assert list(names)[-2:] == ["run_out sun", "angle sun"]
+    errors = draw(scatter, names, np.random.default_rng(1).random((3, len(names))))
+    found = solved_samples(whole, curves(whole.contacts, 4.0), names, errors)
+    for n, offset in enumerate(offsets(whole, names, errors)):
+        exact = balance(whole.contacts, whole.statics(offset))
+        # a table of 32 levels
+        assert_allclose(found["mesh_load_factor"][n], (exact.force / whole.even).max(), rtol=1e-5)
+
+
+def test_robust_says_how_much_the_errors_cost():
+    scene = parse_scene(tables(planets=4, pin_stiffness=300.0, phases=2, scatter={"pin_tangential": 15.0}))
+    found = robust(scene, samples=64)
+    assert found["mesh_load_factor"].dims == ("sample",)
+    assert 1.0 < float(found["mesh_load_factor_mean"]) < float(found["mesh_load_factor_max"])
+    assert_allclose(found["load_sharing_greatest"].max("mesh"), found["mesh_load_factor"], rtol=1e-12)
+    again = robust(scene, samples=64, threads=1)
+    assert_allclose(again["mesh_load_factor"], found["mesh_load_factor"], rtol=1e-12)
+    swept = sweep(scene, {"planetary.pin_stiffness": [100.0, 300.0]}, outputs=["transmission_error"])
+    assert swept["train_transmission_error_mean"].dims == ("planetary.pin_stiffness",)
+    assert np.all(np.diff(swept["train_transmission_error_mean"]) < 0)
+
+
+def test_a_negative_torque_is_the_set_in_a_mirror():
+    keys = {"pin_tangential": [10.0, 0.0, -5.0], "pin_stiffness": 200.0, "effects": {"tooth_bending": {}, "hertz": {}}}
+    drive = solved(positions=[0.0, 120.0, 240.0], **keys)
+    keys["pin_tangential"] = [-10.0, 5.0, 0.0]
+    coast = solved(positions=[0.0, 120.0, 240.0], torque=-200.0, **keys)
+    assert_allclose(coast.balance.force[:, [0, 2, 1, 3, 5, 4]], drive.balance.force, rtol=1e-9)
+    assert_allclose(coast.input_turn, drive.input_turn, rtol=1e-9)
+
+
+def test_the_plan_counts_meshes_and_motions():
+    made = plan(parse_scene(tables(planets=4, floating=["sun"], scatter={"pin_radial": 5.0})))
+    assert [part.size for part in made.parts if part.name == "balance"] == ["8 meshes, 7 free motions"]
+    assert made.parts[-1].name == "robust"
+
+
+@pytest.mark.parametrize(
+    ("keys", "key", "words"),
+    [
+        ({"planets": 7}, "planetary.planets", "planets collide"),
+        ({"positions": [0.0, 100.0, 200.0]}, "gears", "does not assemble"),
+        ({"pin_radial": [1.0]}, "planetary.pin_radial", "one for each of the 3 planets"),
+        ({"floating": ["sun"], "sun_support": 5.0}, "planetary.floating", "conflicts"),
+        ({"floating": ["sun"], "planets": 2}, "gears", "sun .: nothing holds it|nothing holds"),
+        ({"ring": {"teeth": 96}}, "planetary.ring.teeth", "must be negative"),
+        ({"planet": {"teeth": 30, "face": 1.0}}, "planetary.planet.face", "unknown|allowed|must be"),
+        ({"planet": {"teeth": 3}}, "planetary.planet.teeth", "at least 5"),
+        ({"centre_distance": 60.0}, "planetary.centre_distance", "."),
+        ({"ring_support": -1.0}, "planetary.ring_support", "greater than 0"),
+    ],
+)
+def test_faults_are_one_line(keys, key, words):
+    given = tables()
+    given["planetary"] |= keys
+    with pytest.raises(InputError, match=words) as caught:
+        simulate(parse_scene(given))
+    assert caught.value.key == key
