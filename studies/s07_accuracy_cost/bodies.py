@@ -1,4 +1,4 @@
-"""Accuracy on wide helical pairs with relief on their bodies: whether it is met, and its time over the best settings'."""
+"""Accuracy on wide helical pairs with relief on their bodies: whether it is met, and its time over that of the best."""
 
 from __future__ import annotations
 
