@@ -182,8 +182,8 @@ class Pair:
     pressure_angle, helix_angle
         α_n and β [°].
     backlash
-        Circumferential backlash j_wt at the working pitch circles, transverse [mm]; used to derive the profile shifts,
-        derived itself where both are given. Its default is 0.
+        Circumferential backlash j_wt at the working pitch circles, transverse [mm], by which teeth are thinned whose
+        profile shifts are derived; derived itself where both are given. Its default is 0.
     pinion, wheel
         The two gears. Profile shifts that are not given share equally the sum that the centre distance asks for.
     material
@@ -305,14 +305,28 @@ class Pair:
 
     @cached_property
     def profile_shifts(self) -> tuple[float, float]:
-        """Profile shifts x_1, x_2 [normal modules], derived from the centre distance where not given (G3)."""
-        total = profile_shift_sum(self.sections, self.centre_distance, self.backlash or 0.0)
+        """Profile shifts x_1, x_2 [normal modules], derived from the centre distance where not given (G3).
+
+        Without the backlash: it thins teeth, tip circles stay.
+        """
+        total = profile_shift_sum(self.sections, self.centre_distance)
         x1, x2 = self._given_shifts
         if x1 is None and x2 is None:
             return total / 2, total / 2
         if x1 is None:
             return total - (x2 or 0.0), x2 or 0.0
         return x1, total - x1 if x2 is None else x2
+
+    @cached_property
+    def _thinned_shifts(self) -> tuple[float, float]:
+        """Profile shifts of the flanks: those that are derived share what the backlash takes."""
+        x1, x2 = self.profile_shifts
+        if not self.backlash:
+            return x1, x2
+        thinner = profile_shift_sum(self.sections, self.centre_distance, self.backlash) - (x1 + x2)
+        derived = [x is None for x in self._given_shifts]
+        one, two = (x + thinner * own / sum(derived) for x, own in zip((x1, x2), derived, strict=True))
+        return one, two
 
     @cached_property
     def generating_shifts(self) -> tuple[float, float]:
@@ -327,7 +341,7 @@ class Pair:
             return {"upper": thickest, "lower": thinnest, "middle": own.middle}[at]
 
         one, two = map(deviation, self._thicknesses, self.sections)
-        return generating_shifts(self.sections, self.profile_shifts, self._thicknesses, (one, two))
+        return generating_shifts(self.sections, self._thinned_shifts, self._thicknesses, (one, two))
 
     @property
     def _thicknesses(self) -> tuple[Thickness | None, Thickness | None]:
@@ -403,7 +417,7 @@ class Pair:
         """j_wt [mm] where thicknesses and centre distance lie that much [µm] beside the middle of their deviations."""
         known = tuple(Thickness() if own is None else own for own in self._thicknesses)
         one, two = (own.middle + more for own, more in zip(known, thickness, strict=True))
-        shifts = generating_shifts(self.sections, self.profile_shifts, (known[0], known[1]), (one, two))
+        shifts = generating_shifts(self.sections, self._thinned_shifts, (known[0], known[1]), (one, two))
         middle = (self.centre_distance_upper + self.centre_distance_lower) / 2
         return backlash(self.sections, shifts, self.working_distance(middle + distance))
 
