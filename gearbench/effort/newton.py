@@ -16,7 +16,7 @@ from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.problem import ContactProblem
 from gearbench.contact.solver import newton, solve
 from gearbench.effort.clock import Cost, times
-from gearbench.effort.curves import Curve, Point, run
+from gearbench.effort.curves import Point, WorkPrecision, run
 from gearbench.results.cycle import MeshCycle, Phases
 from gearbench.scene import Scene
 
@@ -24,7 +24,7 @@ from gearbench.scene import Scene
 STEPS = 8
 
 
-def newton_curves(scene: Scene, repeats: int) -> list[Curve]:
+def newton_curves(scene: Scene, repeats: int) -> list[WorkPrecision]:
     """Error after 1, 2, … steps; no curve where the scene has no contact law, and so no Newton solver."""
     problem = assemble(scene, scene_lines(scene, mesh_phases(scene)[0]))
     if not (problem.a.any() or problem.h.any()):
@@ -46,7 +46,7 @@ def newton_curves(scene: Scene, repeats: int) -> list[Curve]:
         return Point(label=str(steps), size=steps, errors=errors, cost=cost)
 
     return [
-        Curve(
+        WorkPrecision(
             knob="newton steps",
             expected="quadratic: digits double with each step",
             points=tuple(point(steps) for steps in range(1, STEPS + 1)),

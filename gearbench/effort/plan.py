@@ -33,7 +33,7 @@ TRIED = 6
 
 
 @dataclass(frozen=True)
-class Part:
+class PlanPart:
     """One part of a run: name, purpose, size."""
 
     name: str
@@ -53,7 +53,7 @@ class Plan:
         Peak memory [MB] of each command that the scene is fit for, at its defaults; good to a factor of two.
     """
 
-    parts: tuple[Part, ...]
+    parts: tuple[PlanPart, ...]
     megabytes: dict[str, float]
 
 
@@ -96,14 +96,14 @@ def plan(scene: Scene) -> Plan:
     loaded = f"{positions * int(lines.active.sum()) * segments} segments" + (f" × {loads} loads" if loads > 1 else "")
     size = f"{positions} positions ({how}) × {pairs} pairs × {segments} segments"
     parts = [
-        Part("contact lines", "where teeth touch", size),
-        *(Part(effect.name, effect.summary, _size(effect, scene, lines)) for effect in scene.effects),
-        Part("contact", "Newton's method, amplitudes and approach", loaded),
+        PlanPart("contact lines", "where teeth touch", size),
+        *(PlanPart(effect.name, effect.summary, _size(effect, scene, lines)) for effect in scene.effects),
+        PlanPart("contact", "Newton's method, amplitudes and approach", loaded),
     ]
     if asked:
-        parts.append(Part("choice", "coarser runs that show the error; finer ones if it is too large"))
+        parts.append(PlanPart("choice", "coarser runs that show the error; finer ones if it is too large"))
     if scene.effect("manufacturing_errors") is not None:
-        parts.append(Part("robust", "samples of the errors, side by side", f"{SAMPLES} samples"))
+        parts.append(PlanPart("robust", "samples of the errors, side by side", f"{SAMPLES} samples"))
     kept = kept_memory(scene, positions) * (loads - 1)
     megabytes = {"simulate": contact_memory(scene, positions) + kept}
     megabytes |= _others(scene, positions)

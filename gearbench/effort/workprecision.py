@@ -20,7 +20,7 @@ from gearbench.scene import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearbench.effort.curves import Curve
+    from gearbench.effort.curves import WorkPrecision
 
 #: Repeats of every timed run.
 REPEATS = 7
@@ -54,7 +54,7 @@ def cost(scene: Scene, repeats: int = REPEATS, seeds: int = 8, meshes: Meshes | 
     """
     scene = scene.one_load
 
-    def curves() -> list[Curve]:
+    def curves() -> list[WorkPrecision]:
         """A curve for each setting of the scene."""
         return [
             *(knob_curve(scene, knob, repeats) for knob in KNOBS.values() if knob.applies(scene)),
