@@ -90,7 +90,7 @@ class Level:
         are functions on its own width only.
         """
         gear, section, web, axis = self.body.gear, self.section, self.body.web, self.axis
-        depth = np.maximum(gear.root_radius - section.positions[:, 0], 1e-9 * gear.root_radius)
+        depth = np.maximum(gear.root_radius - section.positions[:, 0], 1e-9 * abs(gear.root_radius))
         felt = FADED[self.number] / (math.pi * depth * math.cos(gear.beta))
         piece, number = axis.degrees
         lengths = np.append(np.diff(axis.breaks), 0.0)  # none at the breaks, whose functions are there at any depth
@@ -197,7 +197,7 @@ def refined_compliance(
 def blocks_of(level: Level, material: Material, order: tuple[int, int]) -> np.ndarray:
     """Blocks C_d (2n+1, p·q, p·q) [mm/N] of a level, the compression of the half-space taken out of C_0."""
     gear = level.body.gear
-    n = 0 if level.body.bore_radius is None else min((gear.teeth - 1) // 2, NEIGHBOURS)
+    n = 0 if level.body.bore_radius is None else min((abs(gear.teeth) - 1) // 2, NEIGHBOURS)
     blocks = flank_blocks(level.section, level.axis, level.there, material, order, n)
     blocks[n] -= half_space_compression(gear, material.E, material.nu, order, points=24)
     return blocks

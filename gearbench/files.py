@@ -1,8 +1,4 @@
-"""Files on disk, written atomically: whole, or as they were before.
-
-A file is written beside its name and then takes it. Its writer holds a lock on it meanwhile, so that those of writers
-that were killed can be told from those that are being written: the next writer of the name takes them away.
-"""
+"""Files on disk, written atomically: whole, or as they were before. A file is written beside its name and takes it."""
 
 from __future__ import annotations
 
@@ -12,9 +8,8 @@ import os
 import re
 import tempfile
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from contextvars import ContextVar
-from glob import escape
 from pathlib import Path
 
 from gearbench import interruption
@@ -128,24 +123,24 @@ def read_bytes(path: str | Path) -> bytes:
         raise InputError("", str(path), f"must be a readable file ({reason.lower()})") from None
 
 
-#: Files written in a block of ``together``: temporary file, name, and the lock of the first.
-_waiting: ContextVar[list[tuple[Path, Path, int]] | None] = ContextVar("waiting", default=None)
+#: Files written in a block of ``together``: temporary file, and name.
+_waiting: ContextVar[list[tuple[Path, Path]] | None] = ContextVar("waiting", default=None)
 
 
 @contextmanager
 def together() -> Iterator[None]:
     """Files written in the block, by this thread, take their places at its end; if the block fails, none does."""
-    written: list[tuple[Path, Path, int]] = []
+    written: list[tuple[Path, Path]] = []
     token = _waiting.set(written)
     try:
         yield
-        for part, path, _ in written:
+        for part, path in written:
             with _naming(path):
                 part.replace(path)
     finally:
         _waiting.reset(token)
-        for part, _, handle in written:
-            _abandon(part, handle)
+        for part, _ in written:
+            _abandon(part)
 
 
 @contextmanager
@@ -174,15 +169,16 @@ def replacing(path: str | Path) -> Iterator[Path]:
         If the disk is full or fails; it names ``path``.
     """
     path = check_target(path)
-    _take_away_left_parts(path)
     try:
-        handle, part = _new_part(path)
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
     except OSError as error:
         if error.errno not in _REFUSED:
             raise OSError(error.errno, error.strerror, str(path)) from None
         reason = f"the folder {path.parent} is not writable ({error.strerror})"
         raise InputError("output", str(path), reason) from None
-    waiting = _waiting.get()
+    os.close(handle)
+    part, waiting = Path(name), _waiting.get()
+    _parts.add(part)
     try:
         with _naming(path):
             yield part
@@ -190,23 +186,22 @@ def replacing(path: str | Path) -> Iterator[Path]:
             if waiting is None:
                 part.replace(path)
     except BaseException:
-        _abandon(part, handle)
+        _abandon(part)
         raise
     if waiting is None:
-        _abandon(part, handle)
+        _abandon(part)
     else:
-        waiting.append((part, path, handle))
+        waiting.append((part, path))
 
 
 #: Temporary files of this process.
 _parts: set[Path] = set()
 
 
-def _abandon(part: Path, handle: int) -> None:
-    """Remove a temporary file, unless it has taken its place, and its lock."""
+def _abandon(part: Path) -> None:
+    """Remove a temporary file, unless it has taken its place."""
     part.unlink(missing_ok=True)
     _parts.discard(part)
-    os.close(handle)
 
 
 def _abandon_all() -> None:
@@ -217,46 +212,9 @@ def _abandon_all() -> None:
 interruption.cleanups.append(_abandon_all)
 
 
-def lock(handle: int) -> bool | None:
-    """Lock an open file, until it is closed or its process ends.
-
-    False where somebody else holds it, None on a file system without locks.
-    """
-    from filelock import lock_descriptor
-
-    try:
-        return lock_descriptor(handle, blocking=False)
-    except OSError:
-        return None
-
-
 def is_part(name: str) -> bool:
     """Whether a file is one that is being written, or was left behind by a writer that was killed."""
     return name.startswith(".") and name.endswith(".part")
-
-
-def _new_part(path: Path) -> tuple[int, Path]:
-    """A new file beside ``path``, open and locked."""
-    while True:
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
-        # another writer may have held it for dead before it was locked
-        if lock(handle) is not False and os.fstat(handle).st_nlink:
-            _parts.add(Path(name))
-            return handle, Path(name)
-        os.close(handle)
-
-
-def _take_away_left_parts(path: Path) -> None:
-    """Remove what writers of ``path`` that were killed have left behind."""
-    flags = os.O_RDWR | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-    for part in path.parent.glob(f".{escape(path.name)}.*.part"):
-        with suppress(OSError):  # it is gone by now, or belongs to somebody else
-            handle = os.open(part, flags)
-            try:
-                if lock(handle):
-                    part.unlink(missing_ok=True)
-            finally:
-                os.close(handle)
 
 
 def _finish(part: Path) -> None:

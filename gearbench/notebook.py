@@ -1,16 +1,13 @@
-"""Representations in notebooks: tables in HTML in the notebook's style, and Datasets with all names in full."""
+"""Representations in notebooks: tables in HTML in the notebook's style."""
 
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from gearbench.geometry.pair import Pair
     from gearbench.scene import Scene
 
@@ -22,28 +19,6 @@ def html_table(title: str, heads: Sequence[str], rows: Mapping[str, Iterable[obj
     for name, cells in rows.items():
         lines.append(f"<tr><th>{escape(name)}</th>{''.join(f'<td>{escape(_shown(cell))}</td>' for cell in cells)}</tr>")
     return "".join((*lines, "</tbody></table>"))
-
-
-#: xarray gives the names of variables a column of 150 px and cuts them there.
-_WIDE = ".gearbench .xr-sections { grid-template-columns: max-content auto auto 1fr 0 20px 0 20px !important; }"
-
-
-def show_names_in_full() -> None:
-    """In a notebook, let Datasets of gearbench show the names of their variables in full; elsewhere nothing."""
-    shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
-    if shell is not None:
-        formatter = shell.display_formatter.formatters["text/html"]
-        formatter.for_type_by_name("xarray.core.dataset", "Dataset", dataset_html)
-
-
-def dataset_html(dataset: xr.Dataset) -> str:
-    """HTML of a Dataset; all its variables, their names in full, where it is a result of gearbench."""
-    import xarray as xr
-
-    if "gearbench" not in str(dataset.attrs.get("versions", "")):
-        return dataset._repr_html_()
-    with xr.set_options(display_expand_data_vars=True):
-        return f'<div class="gearbench"><style>{_WIDE}</style>{dataset._repr_html_()}</div>'
 
 
 def _shown(value: object) -> str:

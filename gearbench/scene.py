@@ -289,7 +289,8 @@ class Scene:
             If it has several.
         """
         if self.train is not None and self.system is None:
-            raise InputError("meshes", f"{len(self.meshes)} meshes", "are for simulate and sweep: here give one")
+            allowed = "are for simulate and sweep, planetary sets for robust too: here give one"
+            raise InputError("meshes", f"{len(self.meshes)} meshes", allowed)
         return self
 
     @cached_property

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -73,28 +71,6 @@ def test_a_dataset_that_is_not_written_leaves_nothing(tmp_path, monkeypatch):
     assert load(save(xr.Dataset({"x": ("i", np.arange(3.0))}), tmp_path / "x.nc"))["x"].size == 3
 
 
-KILLED = """
-import os, signal
-from gearbench.files import replacing
-with replacing("file.txt") as part:
-    part.write_text("half of")
-    os.kill(os.getpid(), signal.SIGKILL)
-"""
-
-
-def test_a_killed_process_leaves_the_earlier_file_and_the_next_writer_takes_its_rest_away(tmp_path):
-    write_text(tmp_path / "file.txt", "before")
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    done = subprocess.run([sys.executable, "-c", KILLED], cwd=tmp_path, env=environment, check=False)
-    assert done.returncode < 0
-    assert (tmp_path / "file.txt").read_text() == "before"
-    assert len(os.listdir(tmp_path)) == 2
-    write_text(tmp_path / "other.txt", "")
-    assert len(os.listdir(tmp_path)) == 3
-    write_text(tmp_path / "file.txt", "after")
-    assert sorted(os.listdir(tmp_path)) == ["file.txt", "other.txt"]
-
-
 def test_two_writers_of_one_name_do_not_take_each_others_files_away(tmp_path):
     path = tmp_path / "file.txt"
     with replacing(path) as first:
@@ -104,12 +80,6 @@ def test_two_writers_of_one_name_do_not_take_each_others_files_away(tmp_path):
         assert path.read_text() == "second"
     assert path.read_text() == "first"
     assert os.listdir(tmp_path) == ["file.txt"]
-
-
-def test_a_name_with_signs_of_a_pattern_is_a_name(tmp_path):
-    (tmp_path / ".a1.x.part").write_text("of another file")
-    write_text(tmp_path / "a[0-9]", "")
-    assert sorted(os.listdir(tmp_path)) == [".a1.x.part", "a[0-9]"]
 
 
 #: Refuses new files to everyone, the administrator too.

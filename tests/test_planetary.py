@@ -8,12 +8,11 @@ from numpy.testing import assert_allclose
 
 from gearbench import robust, simulate, sweep
 from gearbench.contact.equilibrium import balance
+from gearbench.effort.plan import plan
 from gearbench.errors import InputError
 from gearbench.scene_file import parse_scene
 from gearbench.trains.scatter import curves, draw, offsets, solved_samples, variables
 from gearbench.trains.solve import solve_train
-
-pytest.importorskip("gearbench.geometry.cutter")  # internal gears
 
 LINEAR = {"hertz": {"law": "yang_sun"}}
 
@@ -182,6 +181,21 @@ def test_robust_says_how_much_the_errors_cost():
     swept = sweep(scene, {"planetary.pin_stiffness": [100.0, 300.0]}, outputs=["transmission_error"])
     assert swept["train_transmission_error_mean"].dims == ("planetary.pin_stiffness",)
     assert np.all(np.diff(swept["train_transmission_error_mean"]) < 0)
+
+
+def test_a_negative_torque_is_the_set_in_a_mirror():
+    keys = {"pin_tangential": [10.0, 0.0, -5.0], "pin_stiffness": 200.0, "effects": {"tooth_bending": {}, "hertz": {}}}
+    drive = solved(positions=[0.0, 120.0, 240.0], **keys)
+    keys["pin_tangential"] = [-10.0, 5.0, 0.0]
+    coast = solved(positions=[0.0, 120.0, 240.0], torque=-200.0, **keys)
+    assert_allclose(coast.balance.force[:, [0, 2, 1, 3, 5, 4]], drive.balance.force, rtol=1e-9)
+    assert_allclose(coast.input_turn, drive.input_turn, rtol=1e-9)
+
+
+def test_the_plan_counts_meshes_and_motions():
+    made = plan(parse_scene(tables(planets=4, floating=["sun"], scatter={"pin_radial": 5.0})))
+    assert [part.size for part in made.parts if part.name == "balance"] == ["8 meshes, 7 free motions"]
+    assert made.parts[-1].name == "robust"
 
 
 @pytest.mark.parametrize(

@@ -75,7 +75,7 @@ def _print_json(scene: Scene, dataset: xr.Dataset, written: list[Path]) -> None:
     orders = {
         knob: dict(zip(names, dataset["observed_order"].sel(knob=knob).values.tolist(), strict=True)) for knob in knobs
     }
-    print_json(scene, dataset, observed_order=orders, settings=rows, files=[str(path) for path in written])
+    print_json(scene, dataset, observed_order=orders, settings=rows, files=written)
 
 
 def _print(scene: Scene, dataset: xr.Dataset, written: list[Path]) -> None:

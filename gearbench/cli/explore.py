@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gearbench.cli.options import Json, Quiet, Verbose
+from gearbench.cli.options import Json, Quiet, Verbose, to_file
 from gearbench.cli.rexs import StageName
 
 if TYPE_CHECKING:
@@ -25,9 +25,7 @@ Results = Annotated[
     ),
 ]
 Port = Annotated[int, typer.Option(min=0, max=65535, help="Port on 127.0.0.1; 0: any that is free.")]
-Export = Annotated[
-    Path | None, typer.Option("--export", metavar="FILE.html", help="Write one self-contained page instead.")
-]
+Export = Annotated[Path | None, to_file("FILE.html", "Write one self-contained page instead.", "--export")]
 
 
 def explore(
@@ -46,10 +44,8 @@ def explore(
     Example: gearbench explore scene.toml --port 5006
     """
     from gearbench.errors import GearbenchError, install_extra
-    from gearbench.files import check_target, write_text
+    from gearbench.files import write_text
 
-    if export is not None:
-        check_target(export)
     try:
         import bokeh  # noqa: F401
     except ImportError as error:
@@ -58,7 +54,7 @@ def explore(
     if export is not None:
         write_text(export, html())
         if json:
-            _print_json(summary, files=[str(export)])
+            _print_json(summary, files=[export])
         elif not quiet:
             print(f"wrote {export}")
         return

@@ -43,23 +43,19 @@ def hunting(
     Example: gearbench hunting SCENE -o hunting.nc --plots plots
     """
     from gearbench.cli import summary
-    from gearbench.files import check_target
     from gearbench.hunting import draw_side_bands, hunting_cycle
     from gearbench.results.netcdf import save
     from gearbench.scene_file import load_scene
     from gearbench.threads import default_threads
 
     loaded = load_scene(scene)
-    if output is not None:
-        check_target(output)
     folder = plot_folder(plots)
     dataset = hunting_cycle(loaded, orders=orders, threads=threads or default_threads())
     written = [save(dataset, output)] if output is not None else []
     written += [] if folder is None else [draw_side_bands(dataset, folder)]
     if json:
         largest = [dict(zip(("mesh_order", "amplitude"), row[:2], strict=True)) for row in _largest(dataset)]
-        files = [str(path) for path in written]
-        summary.print_json(loaded, dataset, cycles=dataset.sizes["cycle"], largest=largest, files=files)
+        summary.print_json(loaded, dataset, cycles=dataset.sizes["cycle"], largest=largest, files=written)
     elif not quiet:
         title = f"{summary.pair_line(loaded)}, {dataset.sizes['cycle']} mesh cycles"
         rows = [

@@ -88,8 +88,7 @@ def _numbers(dataset: xr.Dataset) -> dict[str, float]:
 def _print_json(dataset: xr.Dataset, folder: Path) -> None:
     from gearbench.cli.summary import print_mapping
 
-    files = [str(folder / "front.nc")]
-    print_mapping({"study_sha256": dataset.attrs["study_sha256"], **_numbers(dataset), "files": files})
+    print_mapping({"study_sha256": dataset.attrs["study_sha256"], **_numbers(dataset), "files": [folder / "front.nc"]})
 
 
 def _print_summary(name: str, dataset: xr.Dataset, folder: Path) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -19,13 +19,25 @@ if TYPE_CHECKING:
     from gearbench.scene import Scene
 
 
+def target(path: Path | None) -> Path | None:
+    """Refuse, before anything is computed, a file that cannot be written."""
+    from gearbench.files import check_target
+
+    return None if path is None else check_target(path)
+
+
 def _netcdf(path: Path | None) -> Path | None:
-    """Refuse the name of another kind of file for a Dataset."""
+    """Refuse a file that cannot be written, or has the name of another kind, for a Dataset."""
     from gearbench.errors import InputError
 
     if path is not None and path.suffix.lower() not in ("", ".nc", ".nc4"):
         raise InputError("output", str(path), "must end in .nc: results are written as netCDF")
-    return path
+    return target(path)
+
+
+def to_file(metavar: str, text: str, *names: str) -> Any:
+    """An option that names a file to be written."""
+    return typer.Option(*names, metavar=metavar, callback=target, help=text)
 
 
 SceneFile = Annotated[Path, typer.Argument(metavar="SCENE", help="Scene file (TOML).", show_default=False)]

@@ -28,28 +28,24 @@ def polish(
     Example: gearbench polish front -o polished.nc
     """
     from gearbench.cli.summary import print_mapping
-    from gearbench.files import check_target
     from gearbench.optimisation.refinement import polish as run
     from gearbench.optimisation.select import open_designs
     from gearbench.results.netcdf import save
 
-    target = None if output is None else check_target(output)
     designs = open_designs(stored)
     tell = progress_lines(quiet=quiet, json=json)
     dataset = run(
         designs, evaluations=evaluations, threads=threads, progress=lambda done, of: tell(f"{done} of {of} designs")
     )
-    if target is not None:
-        save(dataset, target)
+    files = [] if output is None else [save(dataset, output)]
     before, after = (dataset.attrs[f"hypervolume_{when}"] for when in ("before", "after"))
     moved = int((dataset["objective"] < dataset["objective_before"]).any("objective_name").sum())
     count = dataset.sizes["design"]
     if json:
-        files = [] if target is None else [str(target)]
         volumes = {"hypervolume_before": before, "hypervolume_after": after}
         print_mapping({"designs": count, "improved": moved, **volumes, "files": files})
     elif not quiet:
         name = designs.study.name or "study"
         say(f"{name}: {moved} of {count} designs improved, hypervolume {before:.4f} → {after:.4f}")
-        if target is not None:
-            say(f"wrote {target}")
+        for path in files:
+            say(f"wrote {path}")

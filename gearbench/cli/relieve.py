@@ -5,14 +5,21 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
-from gearbench.cli.options import Json, Output, Plots, Quiet, SceneFile, Verbose, plot_folder, progress_line, say
+from gearbench.cli.options import (
+    Json,
+    Output,
+    Plots,
+    Quiet,
+    SceneFile,
+    Verbose,
+    plot_folder,
+    progress_line,
+    say,
+    to_file,
+)
 from gearbench.cli.sweep import Torques
 
-Export = Annotated[
-    Path | None, typer.Option("--export", metavar="OUT.toml", help="Write the scene with the chosen relief.")
-]
+Export = Annotated[Path | None, to_file("OUT.toml", "Write the scene with the chosen relief.", "--export")]
 
 
 def relieve(
@@ -30,7 +37,7 @@ def relieve(
     Example: gearbench relieve examples/gears/nasa_28.toml --torque 20:100:20 --export relieved.toml --plots plots
     """
     from gearbench.errors import naming
-    from gearbench.files import check_target, replacing
+    from gearbench.files import write_text
     from gearbench.results.netcdf import save
     from gearbench.results.origin import scene_of
     from gearbench.scene_file import load_scene
@@ -40,17 +47,12 @@ def relieve(
 
     loaded = load_scene(scene)
     torques = None if torque is None else parse_range("torque", torque)
-    for target in (export, output):
-        if target is not None:
-            check_target(target)
     folder = plot_folder(plots)
     with progress_line(quiet=quiet, json=json) as tell, naming(scene):
         dataset = run(loaded, torques, progress=lambda done, of: tell(f"{done} of {of} designs"))
     written = [save(dataset, output)] if output is not None else []
     if export is not None:
-        with replacing(export) as part:
-            part.write_text(scene_of(dataset).to_toml(), encoding="utf-8")
-        written.append(export)
+        written.append(write_text(export, scene_of(dataset).to_toml()))
     written += draw_relief(dataset, folder) if folder is not None else []
     chosen, name = dataset.sel(design="chosen"), dataset.attrs["minimised"]
     values = {key: float(chosen[key][0]) for key in ("tip_relief_amount", "tip_relief_length", "crowning_amount")}
@@ -59,15 +61,7 @@ def relieve(
     if json:
         from gearbench.cli.summary import print_mapping
 
-        print_mapping(
-            {
-                **values,
-                "minimised": name,
-                "largest": worst,
-                "pressure": pressure,
-                "files": [str(path) for path in written],
-            }
-        )
+        print_mapping({**values, "minimised": name, "largest": worst, "pressure": pressure, "files": written})
     elif not quiet:
         amount, length, crowning = values.values()
         relief = f"{amount:.1f} µm over {length:.2f} mm from the tip of both gears" if amount > 0 else "none"

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Memory, Output, Plots, Quiet, Threads, Verbose, plot_folder, say
+from gearbench.cli.options import Json, Memory, Output, Plots, Quiet, Threads, Verbose, plot_folder, say, to_file
 from gearbench.cli.rexs import AnyFile, LoadCase, StageName, Torque, load_any
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ Speed = Annotated[
     typer.Option("--speed", metavar="A:B[:N]", help="Speed of the pinion [1/min]: one, or N (200) from A to B."),
 ]
 Harmonics = Annotated[int, typer.Option(metavar="H", help="Orders of the mesh frequency.")]
-Sound = Annotated[Path | None, typer.Option("--sound", metavar="OUT.wav", help="Write a run-up of 10 s as sound.")]
+Sound = Annotated[Path | None, to_file("OUT.wav", "Write a run-up of 10 s as sound.", "--sound")]
 Nonlinear = Annotated[bool, typer.Option("--nonlinear", help="With loss of contact, up and down in speed.")]
 
 
@@ -68,13 +68,9 @@ def response(
     from gearbench.cli import summary
     from gearbench.dynamics.housing import housing_response, read_housing
     from gearbench.errors import naming
-    from gearbench.files import check_target
 
     speeds = parse_speeds(speed)
     loaded, remarks = _load(scene, stage, torque, load_case)
-    for target in (output, sound):
-        if target is not None:
-            check_target(target)
     folder = plot_folder(plots)
     transfer = None if housing is None else read_housing(housing)
     run = _kind(nonlinear=nonlinear, revolution=revolution, samples=samples, seed=seed, threads=threads)
@@ -86,7 +82,7 @@ def response(
     written = _written(dataset, output, folder, sound)
     notes = [*remarks, *filter(None, dataset.attrs.get("notes", "").split("\n"))]
     if json:
-        summary.print_json(loaded, dataset, files=[str(path) for path in written], notes=notes)
+        summary.print_json(loaded, dataset, files=written, notes=notes)
         return
     if quiet:
         return

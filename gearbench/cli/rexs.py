@@ -116,7 +116,7 @@ def rexs(
     elif json:
         from gearbench.cli.summary import print_mapping
 
-        print_mapping({"file": str(document.path), "notes": list(notes), "files": [str(path) for path in files]})
+        print_mapping({"file": str(document.path), "notes": list(notes), "files": files})
     elif not quiet:
         for line in (*(f"note: {note}" for note in notes), *(f"wrote {path}" for path in files)):
             say(line)

@@ -57,7 +57,6 @@ def robust(
     Example: gearbench robust examples/gear55_robust.toml --samples 1000 -o robust.nc --plots plots
     """
     from gearbench.cli import summary
-    from gearbench.files import check_target
     from gearbench.results.netcdf import save
     from gearbench.robustness.montecarlo import SAMPLES
     from gearbench.robustness.run import robust as run
@@ -65,8 +64,6 @@ def robust(
     from gearbench.scene_file import load_scene
 
     loaded = with_accuracy(load_scene(scene), accuracy)
-    if output is not None:
-        check_target(output)
     folder = plot_folder(plots)
     wanted = samples or (None if loaded.resolution.accuracy is not None else SAMPLES)
     with progress_line(quiet=quiet, json=json) as tell:
@@ -81,9 +78,8 @@ def robust(
         for each, at in _by_load(dataset, folder) if loaded.loads else [(dataset, folder)]:
             written += draw_robust(each, at)
     if json:
-        files = [str(path) for path in written]
-        answer = {"complete": bool(dataset.attrs["complete"]), "tighten_first": tighten_first(dataset), "files": files}
-        summary.print_json(loaded, dataset, samples=done, **answer)
+        answer = {"complete": bool(dataset.attrs["complete"]), "tighten_first": tighten_first(dataset)}
+        summary.print_json(loaded, dataset, samples=done, files=written, **answer)
     elif not quiet:
         if loaded.loads:
             summary.print_points(loaded, dataset)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gearbench.cli.options import Json, Quiet, Stored, Verbose, say
+from gearbench.cli.options import Json, Quiet, Stored, Verbose, say, target, to_file
 
 if TYPE_CHECKING:
     from gearbench.optimisation.select import Resonance, Selection
@@ -26,8 +26,8 @@ Avoid = Annotated[
 Speed = Annotated[str | None, typer.Option(metavar="LOW:HIGH", help="Speeds of the pinion [rpm], for --avoid.")]
 Orders = Annotated[int, typer.Option(min=1, max=100, help="Mesh orders that count, for --avoid.")]
 Top = Annotated[int, typer.Option(min=1, help="How many designs to print.")]
-Csv = Annotated[Path | None, typer.Option(metavar="FILE", help="Write all designs that are left as CSV.")]
-Markdown = Annotated[Path | None, typer.Option(metavar="FILE", help="Write the printed designs as Markdown.")]
+Csv = Annotated[Path | None, to_file("FILE", "Write all designs that are left as CSV.")]
+Markdown = Annotated[Path | None, to_file("FILE", "Write the printed designs as Markdown.")]
 Export = Annotated[
     tuple[int, Path] | None,
     typer.Option(metavar="N SCENE.toml", help="Write design N, one of those left, as a scene."),
@@ -57,7 +57,7 @@ def select(
 
     Example: gearbench select front --where "modifications==0" --where "pinion_addendum==1" --worst-case
     """
-    from gearbench.files import check_target, write_text
+    from gearbench.files import write_text
     from gearbench.optimisation.conditions import parse_condition, parse_ranking
     from gearbench.optimisation.listing import csv_text, markdown_text
     from gearbench.optimisation.select import open_designs
@@ -67,8 +67,7 @@ def select(
     ranking = None if rank is None else parse_ranking(rank)
     resonances = _resonances(avoid or [], speed, orders)
     targets = [path for path in (csv, markdown, export[1] if export else None) if path is not None]
-    for path in targets:
-        check_target(path)
+    target(export[1] if export else None)
     designs = open_designs(stored)
     selection = run(designs, where=conditions, avoid=resonances, rank=ranking, worst_case=worst_case)
     scene = selection.scene(export[0]) if export is not None else None
@@ -107,8 +106,7 @@ def _print_json(selection: Selection, top: int, targets: list[Path]) -> None:
     table = selection.table(top)
     rows = [dict(zip(table, (v.item() for v in row), strict=True)) for row in zip(*table.values(), strict=True)]
     steps = [{"condition": condition, "left": left} for condition, left in selection.steps]
-    files = [str(path) for path in targets]
-    print_mapping({"steps": steps, "ranking": selection.ranking, "designs": rows, "files": files})
+    print_mapping({"steps": steps, "ranking": selection.ranking, "designs": rows, "files": targets})
 
 
 def _print_list(selection: Selection, top: int) -> None:

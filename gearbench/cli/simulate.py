@@ -17,6 +17,7 @@ from gearbench.cli.options import (
     Verbose,
     plot_folder,
     say,
+    to_file,
     with_accuracy,
 )
 from gearbench.cli.rexs import AnyFile, LoadCase, StageName, Torque, load_any
@@ -31,8 +32,7 @@ Also = Annotated[
     typer.Option("--also", metavar="NAME", help="One more output, e.g. flank_pressure; give it again for more."),
 ]
 Report = Annotated[
-    Path | None,
-    typer.Option("--report", metavar="FILE.html", help="Write drawing, data, curves, maps and warnings on one page."),
+    Path | None, to_file("FILE.html", "Write drawing, data, curves, maps and warnings on one page.", "--report")
 ]
 Scale = Annotated[
     float | None, typer.Option("--scale", metavar="MPA", min=1e-3, help="End of the colours of the load maps [MPa].")
@@ -65,7 +65,6 @@ def simulate(
     A stage of a REXS file: gearbench simulate gearbox.rexs --stage 2 -o stage2.nc
     """
     from gearbench.cli import summary
-    from gearbench.files import check_target
     from gearbench.geometry.blank import RACK
     from gearbench.results.netcdf import save
     from gearbench.results.origin import by_itself
@@ -75,9 +74,6 @@ def simulate(
 
     loaded, notes = load_any(scene, stage, torque, load_case)
     notes = (*notes, *_notes(loaded))
-    for target in (output, report):
-        if target is not None:
-            check_target(target)
     if report is not None:
         loaded = loaded.one_load
     folder = plot_folder(plots)
@@ -96,7 +92,7 @@ def simulate(
         tables = {"geometry": summary.geometry_rows(loaded), "over the mesh cycle": summary.result_rows(dataset)}
         written.append(write_pair_report(dataset, report, summary.pair_line(loaded), tables, cautions))
     if json:
-        more: dict[str, object] = {"files": [str(path) for path in written], "notes": [*cautions, *notes]}
+        more: dict[str, object] = {"files": written, "notes": [*cautions, *notes]}
         if loaded.train is not None:
             more["meshes"] = {name: summary.scalars(own) for name, own in each.items()}
         summary.print_json(loaded, dataset, **more)

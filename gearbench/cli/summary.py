@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -43,16 +44,18 @@ def print_json(scene: Scene, dataset: xr.Dataset, **more: object) -> None:
 
 
 def print_mapping(mapping: Mapping[str, Any]) -> None:
-    """Print a mapping as JSON; numbers that are not finite as null, which JSON has no others for."""
-    print(json.dumps(_finite(mapping), indent=2, ensure_ascii=False, allow_nan=False))
+    """Print a mapping as JSON; files as text, numbers that are not finite as null, which JSON has no others for."""
+    print(json.dumps(_for_json(mapping), indent=2, ensure_ascii=False, allow_nan=False))
 
 
-def _finite(value: Any) -> Any:
+def _for_json(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
+    if isinstance(value, Path):
+        return str(value)
     if isinstance(value, Mapping):
-        return {key: _finite(item) for key, item in value.items()}
-    return [_finite(item) for item in value] if isinstance(value, list | tuple) else value
+        return {key: _for_json(item) for key, item in value.items()}
+    return [_for_json(item) for item in value] if isinstance(value, list | tuple) else value
 
 
 def pair_line(scene: Scene) -> str:

@@ -66,7 +66,6 @@ def sweep(
     OUT.nc is written now and then: a sweep that is killed or fails leaves the points done until then.
     """
     from gearbench.errors import naming
-    from gearbench.files import check_target
     from gearbench.results.netcdf import save
     from gearbench.scene_file import load_scene
     from gearbench.sweeps.ranges import parse_range, parse_setting
@@ -75,8 +74,6 @@ def sweep(
     loaded = load_scene(scene)
     ranges = {} if torque is None else {"torque": parse_range("torque", torque)}
     ranges |= dict(map(parse_setting, set_ or ()))
-    if output is not None:
-        check_target(output)
     folder = plot_folder(plots)
     with progress_line(quiet=quiet, json=json) as tell, naming(scene), _keeping(output) as keep:
         options = {"samples": samples, "seed": seed, "threads": threads, "keep": keep}
@@ -91,9 +88,8 @@ def sweep(
 
         # the swept keys are the first dimensions, in their order
         sizes = dict(zip(dataset.attrs["swept"], dataset["transmission_error_mean"].shape, strict=False))
-        files = [str(path) for path in written]
         head = {"scene_sha256": loaded.digest, "wall_time_s": dataset.attrs["wall_time_s"]}
-        print_mapping({**head, "points": sizes, "complete": bool(dataset.attrs["complete"]), "files": files})
+        print_mapping({**head, "points": sizes, "complete": bool(dataset.attrs["complete"]), "files": written})
     elif not quiet:
         from gearbench.cli.summary import warnings
 

@@ -97,7 +97,7 @@ def _contact(paths: list[Path], output: Path, phases: int, *, quiet: bool, json:
         found.append(compare_contact(scene, phases, lambda part, name=name: report(f"{name}: {part} …")))
     written = write(found, folder)
     if json:
-        print_mapping({"findings": [findings(each) for each in found], "files": [str(path) for path in written]})
+        print_mapping({"findings": [findings(each) for each in found], "files": written})
     elif not quiet:
         for dataset, path in zip(found, paths, strict=True):
             for line in findings(dataset):
@@ -122,5 +122,4 @@ def _print_json(dataset: xr.Dataset, written: list[Path]) -> None:
         one = dataset.isel(scene=i)
         numbers = {str(key): float(v) for key, v in one.data_vars.items() if v.ndim == 0 and v.dtype.kind == "f"}
         scenes.append({"name": str(name), "scene_sha256": str(one["scene_sha256"].item()), **numbers})
-    files = [str(path) for path in written]
-    print_mapping({"wall_time_s": dataset.attrs["wall_time_s"], "scenes": scenes, "files": files})
+    print_mapping({"wall_time_s": dataset.attrs["wall_time_s"], "scenes": scenes, "files": written})

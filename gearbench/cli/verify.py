@@ -19,6 +19,7 @@ from gearbench.cli.options import (
     plot_folder,
     progress_lines,
     say,
+    to_file,
 )
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ Designs = Annotated[
 Accuracy = Annotated[
     float, typer.Option(min=1e-4, max=0.1, help="Relative error of the compliance that the meshes are refined to.")
 ]
-Markdown = Annotated[Path | None, typer.Option(metavar="FILE", help="Write all designs as a Markdown table.")]
+Markdown = Annotated[Path | None, to_file("FILE", "Write all designs as a Markdown table.")]
 
 
 def verify(
@@ -53,14 +54,14 @@ def verify(
 
     Example: gearbench verify front -o verified.nc --plots plots
     """
-    from gearbench.files import check_target, write_text
+    from gearbench.files import write_text
     from gearbench.optimisation.select import open_designs
     from gearbench.optimisation.verify import verify as run
     from gearbench.results.netcdf import save
     from gearbench.validation.verification import draw_verification, findings
     from gearbench.validation.verification import markdown as text
 
-    targets = [check_target(path) for path in (output, markdown) if path is not None]
+    targets = [path for path in (output, markdown) if path is not None]
     folder = plot_folder(plots)
     designs = open_designs(stored)
     progress = progress_lines(quiet=quiet, json=json)
@@ -94,6 +95,6 @@ def _print_json(dataset: xr.Dataset, targets: list[Path]) -> None:
             "number": dataset["number"].values.tolist(),
             "on_front_verified": int(dataset["on_front_verified"].sum()),
             "wall_time_s": dataset.attrs["wall_time_s"],
-            "files": [str(path) for path in targets],
+            "files": targets,
         }
     )

@@ -350,17 +350,6 @@ def _order(problem: ContactProblem) -> tuple[NDArray, NDArray, NDArray, NDArray,
     return order, np.argsort(per_block == 0, axis=1, kind="stable"), count, blocks, firsts
 
 
-def solve_batch(batch: Batch, draws: NDArray) -> BatchSolution:
-    """Solve every position for the errors ``draws`` − mean, (sample, error), on this thread."""
-    parts = [solve_one_chunk(batch, chunk) for chunk in chunks(draws)]
-    count = len(draws)
-    return BatchSolution(
-        approach=np.concatenate([part.approach for part in parts], axis=1)[:, :count],
-        stiffness=np.concatenate([part.stiffness for part in parts], axis=1)[:, :count],
-        rescued=sum(part.rescued for part in parts),
-    )
-
-
 def chunks(draws: NDArray) -> Iterator[NDArray]:
     """``draws`` (sample, error) in chunks of the lanes of the kernel, the last one filled up by its last sample."""
     from gearbench.contact._lane_kernels import LANES

@@ -1,9 +1,15 @@
 """Births: where a pair of teeth takes or leaves its load under load.
 
 Solved without that pair, its least gap beyond the approach is a smooth curve of x = τ + k, which runs on while the pair
-passes through the mesh: the polynomial through a few values between two phases, of which one is loaded and the other is
-not, has its zero where the load begins. Patches are short there, so that lines have many segments; their compliance
-need not be known well.
+passes through the mesh, between the births of other pairs and the kinks of its own gap. A birth is a zero of it. Three
+ways lead there, each dearer than the one before and taken where that is not sure: from the coarse solutions around
+(``_from_look``), from values at four x in between (``_between``), from values closer and closer to it (``_located``).
+Patches are short there, so that lines have many segments; their compliance need not be known well.
+
+Flanks that are equally far apart along their line touch all along it over a short ramp, as others bend the gears
+unevenly. On either side of it loads and approach are smooth, and they meet where the mean compression is zero: with a
+linear law a fully loaded line would carry nothing there. Such a ramp has panels of its own where it is ``WIDE`` or the
+panels beside it are short (C10 of docs/algorithms.md).
 """
 
 from __future__ import annotations
@@ -35,58 +41,94 @@ BEYOND = 0.06
 AROUND, SAMPLED = np.array([-1, 0, 1, 2]), 33
 #: Distances [mesh cycles] from a birth at which it is looked for once more.
 NEAR = (3e-3, 1e-4)
-
-
-def _fine(scene: Scene, phase: NDArray, *, exact: bool) -> tuple[ContactProblem, ContactLines]:
-    """Problem of many segments and few functions, or of all (``exact``), and its lines, at mesh phases."""
-    lines = scene_lines(replace(scene, resolution=Resolution(positions=len(phase), segments=FINE_SEGMENTS)), phase)
-    if exact:
-        return assemble(scene, lines), lines
-    nodes = round(math.sqrt(COARSE_SEGMENTS / FINE_SEGMENTS) * smooth_nodes(lines))
-    return assemble(scene, lines, truncation=COARSE_TRUNCATION, nodes=nodes), lines
+#: A ramp as long as this has a panel of its own; longer than the second it is no ramp [mesh cycles].
+WIDE, LONGEST_RAMP = 3e-3, 8e-3
+#: From its first touch to where all of the line does, how many times as far as to where the mean compression is zero:
+#: what touches first keeps the rest away. Measured on relieved spur pairs.
+WHOLE = 4.0
 
 
 class Birth(NamedTuple):
-    """A pair takes (side 1) or leaves (−1) its load at x = τ + k, under the load of this number."""
+    """A pair takes or leaves its load.
+
+    ``load`` is the number of the load; ``x`` = τ + k where it does, on the mean of its line; ``side`` 1 where it takes
+    it, −1 where it leaves it; ``ramp`` how far from x the line touches first [mesh cycles], 0 where it needs no panel.
+    """
 
     load: int
     x: float
     side: int
+    ramp: float
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """x at which the first and all of the line touches."""
+        first = self.x - self.side * self.ramp
+        return first, first + self.side * WHOLE * self.ramp
+
+
+class Changes(NamedTuple):
+    """Lines that begin or cease to be loaded between two phases of a look: load, index of the first phase in x.
+
+    ``crowded`` where another pair does within a phase of it: then the curve of this one has a kink there. (change,)
+    """
+
+    load: NDArray
+    at: NDArray
+    crowded: NDArray
+
+    def some(self, which: NDArray) -> Changes:
+        """Some of them."""
+        return Changes(*(each[which] for each in self))
+
+
+class Located(NamedTuple):
+    """x of births, NaN where they are not known so, and how far from there their lines touch first, (change,)."""
+
+    x: NDArray
+    ramp: NDArray
+
+
+class Margin(NamedTuple):
+    """Interference of an unloaded pair, see ``pressed``, and its peak."""
+
+    mean: NDArray
+    most: NDArray
 
 
 def births(scene: Scene, look: Look, x: NDArray, greatest: NDArray, *, exact: bool = False) -> list[Birth]:
     """Births under each load of the ``look``, from where the ``greatest`` compression is positive.
 
-    Those of spur pairs that touch all along their lines are found from it alone where that says well enough when they
-    are: short patches would need finer lines.
-
     ``greatest`` (load, number of the pair · phase) belongs to x = τ + k, ascending, and is NaN where there is no line.
     ``exact``: each is found once more, and once more, from solutions of which nothing is left out.
     """
-    loaded = np.nan_to_num(greatest, nan=-1.0) > 0
+    loaded, count = np.nan_to_num(greatest, nan=-1.0) > 0, len(look.phase)
     # a pair that carries at its first phase, or at its last, has taken its load before that, or leaves it after
     carrying = np.pad(loaded, ((0, 0), (1, 1)))
     load, at = np.nonzero(carrying[:, 1:] != carrying[:, :-1])
+    side = np.where(carrying[load, at], -1, 1)
     at -= 1
-    side = np.where(carrying[load, at + 1], -1, 1)
-    found = np.full(len(at), np.nan)
+    apart = np.abs((at[:, None] - at + count // 2) % count - count // 2)
+    changes = Changes(load, at, ((apart <= 1) & (load[:, None] == load)).sum(axis=1) > 1)
+    found = Located(np.full(len(at), np.nan), np.zeros(len(at)))
     if not (scene.pair.meshing.overlap_ratio or look.lines.cells or exact):
-        amid = [1 <= i < len(x) - 2 and not _passages(scene, float(x[i - 1]), float(x[i + 2])) for i in at.tolist()]
-        some = np.flatnonzero(np.array(amid, dtype=bool))
+        smooth = [1 <= i < len(x) - 2 and not _kinks(scene, float(x[i - 1]), float(x[i + 2])) for i in at.tolist()]
+        some = np.flatnonzero(np.array(smooth, dtype=bool) & ~changes.crowded)
         if some.size:
-            found[some] = _from_look(scene, look, x, loaded, load[some], at[some])
-    left = np.flatnonzero(np.isnan(found))
+            found.x[some], found.ramp[some] = _from_look(scene, look, x, loaded, changes.some(some))
+    left = np.flatnonzero(np.isnan(found.x))
     if left.size:
-        beyond = np.concatenate([[x[0] - 1 / len(look.phase)], x, [x[-1] + 1 / len(look.phase)]])
-        low, high = beyond[at[left] + 1], beyond[at[left] + 2]
-        found[left] = _between(scene, look.shares[load[left]], low, high, exact=exact)
-    known = np.isfinite(found)
-    return [
-        Birth(*each) for each in zip(load[known].tolist(), found[known].tolist(), side[known].tolist(), strict=True)
-    ]
+        beyond = np.concatenate([[x[0] - 1 / count], x, [x[-1] + 1 / count]])
+        given = beyond[at[left] + 1], beyond[at[left] + 2]
+        share, crowded = look.shares[load[left]], changes.crowded[left]
+        found.x[left], found.ramp[left] = _between(scene, share, given, crowded, exact=exact)
+    # where panels beside it are long none of their phases is on the ramp
+    ramp = np.where(changes.crowded | (found.ramp * WHOLE > WIDE), found.ramp, 0.0)
+    each = zip(load.tolist(), found.x.tolist(), side.tolist(), ramp.tolist(), strict=True)
+    return [Birth(*birth) for birth in each if math.isfinite(birth[1])]
 
 
-def _passages(scene: Scene, low: float, high: float) -> list[float]:
+def _kinks(scene: Scene, low: float, high: float) -> list[float]:
     """x between low and high at which a spur pair passes an end of the path or a kink of its gap: so do curves of x."""
     meshing = scene.pair.meshing
     if meshing.overlap_ratio or flank_separation(scene) is not None:
@@ -95,22 +137,20 @@ def _passages(scene: Scene, low: float, high: float) -> list[float]:
     return sorted(x for phase in set(phases) for k in range(-1, 2) if low < (x := phase + math.floor(low) + k) < high)
 
 
-def _between(scene: Scene, share: NDArray, low: NDArray, high: NDArray, *, exact: bool) -> NDArray:
-    """x of births between low and high, under a share of the load each, from solutions there; NaN for none."""
-    meshing, given = scene.pair.meshing, np.array([low, high])
+def _between(scene: Scene, share: NDArray, given: tuple[NDArray, NDArray], crowded: NDArray, *, exact: bool) -> Located:
+    """Births between the two x ``given``, under a ``share`` of the load each, from solutions there."""
+    meshing, (low, high) = scene.pair.meshing, given
     if flank_separation(scene) is None:  # within the path of contact, whose ends are known beforehand
         low, high = np.maximum(low, -meshing.overlap_ratio), np.minimum(high, meshing.transverse_contact_ratio)
-    ends = [[a, *_passages(scene, a, b), b] for a, b in zip(low, high, strict=True)]
+    ends = [[a, *_kinks(scene, a, b), b] for a, b in zip(low, high, strict=True)]
     piece = np.array([(i, a, b) for i, each in enumerate(ends) for a, b in pairwise(each)])
     change, begin, end = piece[:, 0].astype(int), piece[:, 1], piece[:, 2]
     points = begin[:, None] + (end - begin)[:, None] * np.array(BETWEEN)
-    margins = _margins(scene, points, share[change])
+    margins, _ = _margins(scene, points, share[change])
     # beyond phases at which finer lines say otherwise, but not beyond the ends of a line or where the approach jumps
-    begin, end = (
-        np.where(begin == given[0, change], begin - BEYOND, begin),
-        np.where(end == given[1, change], end + BEYOND, end),
-    )
-    found, sure = np.full(len(low), np.nan), np.ones(len(low), dtype=bool)
+    begin = np.where(begin == given[0][change], begin - BEYOND, begin)
+    end = np.where(end == given[1][change], end + BEYOND, end)
+    found, sure = Located(np.full(len(low), np.nan), np.zeros(len(low))), np.ones(len(low), dtype=bool)
     within = np.zeros((2, len(low)))
     crossing = (margins[:, 1:] > 0) != (margins[:, :-1] > 0)
     for i in crossing.any(axis=1).argsort(kind="stable").tolist():  # pieces on which the sign changes last: they decide
@@ -123,21 +163,21 @@ def _between(scene: Scene, share: NDArray, low: NDArray, high: NDArray, *, exact
             continue
         near = np.sort(np.abs(x - birth).argsort()[:-1])
         again, j = _zero(x[near], margin[near], a, b), change[i]
-        found[j], within[:, j] = birth, (a, b)
-        sure[j] = again is not None and abs(again - birth) < KNOWN and not exact
-    left = np.flatnonzero(~sure)
+        found.x[j], within[:, j] = birth, (a, b)
+        sure[j] = again is not None and abs(again - birth) < KNOWN
+    left = np.flatnonzero(~sure | crowded & np.isfinite(found.x) | exact & np.isfinite(found.x))
     if left.size:
-        found[left] = _located(scene, share[left], found[left], within[:, left], exact=exact)
+        found.x[left], found.ramp[left] = _located(scene, share[left], found.x[left], within[:, left], exact=exact)
     return found
 
 
-def _from_look(scene: Scene, look: Look, x: NDArray, loaded: NDArray, load: NDArray, at: NDArray) -> NDArray:
-    """x of births of spur pairs between x[at] and x[at + 1]; NaN where they are not known so.
+def _from_look(scene: Scene, look: Look, x: NDArray, loaded: NDArray, changes: Changes) -> Located:
+    """Births of spur pairs between two phases of a look, from it alone.
 
     By how much a pair would be pressed but for its gap, by gears that it does not carry, is a smooth curve at each node
     of its line: the cubic through the solutions around. The gap is known wherever it is asked for.
     """
-    phases, shape = len(look.phase), look.lines.shape
+    phases, shape, (load, at, _) = len(look.phase), look.lines.shape, changes
     around = at[:, None] + AROUND
     pair, phase = np.divmod(np.clip(around, 0, len(x) - 1), phases)
     position = load[:, None] * phases + phase
@@ -145,19 +185,17 @@ def _from_look(scene: Scene, look: Look, x: NDArray, loaded: NDArray, load: NDAr
     there = (around >= 0) & (around < len(x)) & active[position, pair]
     sole = active[position].sum(axis=-1) == 1
     carrying = there & loaded[load[:, None], pair * phases + phase]
-    known, births = np.flatnonzero((there & ~(carrying & sole)).all(axis=1)), np.full(len(at), np.nan)
+    found = Located(np.full(len(at), np.nan), np.zeros(len(at)))
+    known = np.flatnonzero((there & ~(carrying & sole)).all(axis=1))
     if not known.size:
-        return births
+        return found
     load, at, pair, position, carrying = load[known], at[known], pair[known], position[known], carrying[known]
     # the solutions around, of those that carry once more without them
     part = part_of(look.problem, position.ravel())
-    others = part.active.copy().reshape(part.shape)
-    others[np.arange(carrying.size), pair.ravel()] &= ~carrying.ravel()[:, None]
     guess = Guess(q=look.guess.q[position.ravel()].copy(), delta=look.guess.delta[position.ravel()].copy())
-    solve_roughly(replace(part, active=others.reshape(part.active.shape)), guess)
+    s = _without(part, look.lines.part(position.ravel()), pair.ravel(), guess, carrying.ravel())
     scale = (look.problem.length_scale * look.shares[load])[:, None, None, None]
     own = np.arange(carrying.size), pair.ravel()
-    s = compression(part, look.lines.part(position.ravel()), guess)[own]
     gaps = part.along.gaps[own] if part.along else part.gap.reshape(*part.shape, 1)[own]
     free = s.reshape(*carrying.shape, shape[2], -1)
     free = free + gaps.reshape(free.shape) / (scale if part.along else 1.0)
@@ -172,13 +210,16 @@ def _from_look(scene: Scene, look: Look, x: NDArray, loaded: NDArray, load: NDAr
     own = np.arange(within.size), np.clip(number, 0, lines.shape[1] - 1)
     gap = gaps_along(scene, lines)[own].reshape(*within.shape, shape[2], -1) / scale
     exists = (lines.active[own] & (number == own[1])).reshape(within.shape)
+    length = lines.length[own].reshape(*within.shape, -1)
     cubics = [np.linalg.solve(np.vander(nodes).T, np.vander(t, len(nodes)).T).T for nodes in (AROUND, AROUND[:3])]
-    margins = [greatest_on_lines(np.einsum("tn,bn...->bt...", c, free[:, : c.shape[1]]) - gap) for c in cubics]
-    for i in range(len(at)):
-        of_four, of_three = (_change(within[i], np.where(exists[i], margin[i], -np.inf)) for margin in margins)
+    on_lines = [np.einsum("tn,bn...->bt...", c, free[:, : c.shape[1]]) - gap for c in cubics]
+    curves = pressed(on_lines[0], length), pressed(on_lines[1], length), greatest_on_lines(on_lines[0])
+    for i, each in enumerate(zip(*curves, strict=True)):
+        of_four, of_three, first = (_change(within[i], np.where(exists[i], curve, -np.inf)) for curve in each)
         if of_four is not None and of_three is not None and abs(of_four - of_three) < KNOWN:
-            births[known[i]] = of_four
-    return births
+            found.x[known[i]] = of_four
+            found.ramp[known[i]] = 0.0 if first is None else abs(first - of_four)
+    return found
 
 
 def _change(x: NDArray, values: NDArray) -> float | None:
@@ -190,28 +231,54 @@ def _change(x: NDArray, values: NDArray) -> float | None:
     return float(x[i] + (x[i + 1] - x[i]) * values[i] / (values[i] - values[i + 1]))
 
 
-def _margins(scene: Scene, x: NDArray, share: NDArray, *, exact: bool = False) -> NDArray:
-    """Peak interference of an unloaded pair at x, in the shape of x.
+def _margins(scene: Scene, x: NDArray, share: NDArray, *, exact: bool = False) -> Margin:
+    """Margins of a pair at x, in its shape, each row under its ``share`` of the scene's load.
 
-    Each row under its ``share`` of the scene's load. −∞ where it has no line, ∞ where it carries alone: there are no
-    others to be solved with.
+    −∞ where it has no line, ∞ where it carries alone: there are no others to be solved with.
     """
     number = np.floor(x).ravel()
     phase, position = np.unique(x.ravel() - number, return_inverse=True)
     problem, lines = _fine(scene, phase, exact=exact)
     pair = number.astype(int) - lines.index[0]
     there = lines.active[position, pair]
-    margins = np.where(there, np.inf, -np.inf)
+    margins = np.tile(np.where(there, np.inf, -np.inf), (2, 1))
     shared = np.flatnonzero(there & (lines.active.sum(axis=1) > 1)[position])
     if shared.size:
         part = under(part_of(problem, position[shared]), np.repeat(share, x.shape[1])[shared])
-        alone = part.active.copy().reshape(part.shape)
-        alone[np.arange(len(shared)), pair[shared]] = False
-        guess = Guess.nothing(part)
-        solve_roughly(replace(part, active=alone.reshape(part.active.shape)), guess)
-        s = compression(part, lines.part(position[shared]), guess)[np.arange(len(shared)), pair[shared]]
-        margins[shared] = greatest_on_lines(s)
-    return margins.reshape(x.shape)
+        s = _without(part, lines.part(position[shared]), pair[shared], Guess.nothing(part))
+        margins[0, shared] = pressed(s, lines.length[position[shared], pair[shared]])
+        margins[1, shared] = greatest_on_lines(s)
+    return Margin(*margins.reshape(2, *x.shape))
+
+
+def _fine(scene: Scene, phase: NDArray, *, exact: bool) -> tuple[ContactProblem, ContactLines]:
+    """Problem of many segments and few functions, or of all (``exact``), and its lines, at mesh phases."""
+    lines = scene_lines(replace(scene, resolution=Resolution(positions=len(phase), segments=FINE_SEGMENTS)), phase)
+    if exact:
+        return assemble(scene, lines), lines
+    nodes = round(math.sqrt(COARSE_SEGMENTS / FINE_SEGMENTS) * smooth_nodes(lines))
+    return assemble(scene, lines, truncation=COARSE_TRUNCATION, nodes=nodes), lines
+
+
+def _without(
+    problem: ContactProblem, lines: ContactLines, pair: NDArray, guess: Guess, left_out: NDArray | bool = True
+) -> NDArray:
+    """``compression`` of the ``pair`` (position,) by the others, solved without it where it is ``left_out``."""
+    others, own = problem.active.copy().reshape(problem.shape), (np.arange(len(pair)), pair)
+    others[own] &= ~np.broadcast_to(left_out, len(pair))[:, None]
+    solve_roughly(replace(problem, active=others.reshape(problem.active.shape)), guess)
+    return compression(problem, lines, guess)[own]
+
+
+def pressed(s: NDArray, length: NDArray) -> NDArray:
+    """The compression of each line whose zero is a birth, from those of its segments and their ``length``.
+
+    The mean over nodes of flanks that touch all along their line over a ramp, the greatest one on cells of others.
+    """
+    if s.shape[-1] > 1:
+        return greatest_on_lines(s)
+    whole = length.sum(axis=-1)
+    return (s[..., 0] * length).sum(axis=-1) / np.where(whole > 0, whole, 1.0)
 
 
 def greatest_on_lines(s: NDArray) -> NDArray:
@@ -226,15 +293,17 @@ def greatest_on_lines(s: NDArray) -> NDArray:
     return np.maximum(s.max(axis=-1), np.where(inside, vertex, -np.inf)).max(axis=-1)
 
 
-def _located(scene: Scene, share: NDArray, x: NDArray, within: NDArray, *, exact: bool) -> NDArray:
+def _located(scene: Scene, share: NDArray, x: NDArray, within: NDArray, *, exact: bool) -> Located:
     """Births at x once more, from solutions closer and closer to them, ``within`` (2, birth)."""
-    found = x.copy()
-    for reach in NEAR if exact else NEAR[:1]:
+    found, ramp = x.copy(), np.zeros(len(x))
+    for reach in NEAR:
         points = np.clip(found[:, None] + reach * np.array([-1.0, 0.0, 1.0]), *within[..., None])
-        margins = _margins(scene, points, share, exact=exact)
-        zeros = [_zero(at, m, at[0] - reach, at[2] + reach) for at, m in zip(points, margins, strict=True)]
+        mean, most = _margins(scene, points, share, exact=exact)
+        zeros = [_zero(at, m, at[0] - reach, at[2] + reach) for at, m in zip(points, mean, strict=True)]
         found = np.array([at if zero is None else zero for at, zero in zip(found, zeros, strict=True)])
-    return found
+        with np.errstate(invalid="ignore", divide="ignore"):  # between values of which one may be infinite
+            ramp = np.abs((most - mean)[:, 1] * np.ptp(points, axis=1) / (mean[:, 2] - mean[:, 0]))
+    return Located(found, np.where(WHOLE * ramp < LONGEST_RAMP, ramp, 0.0))
 
 
 def _zero(x: NDArray, values: NDArray, low: float, high: float) -> float | None:

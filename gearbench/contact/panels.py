@@ -13,8 +13,8 @@ from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-#: Changes closer than this are one, by rank [mesh cycles].
-CLOSE = (1e-3, 5e-3)
+#: Changes closer than this are one, by rank 0, 1 and −1 [mesh cycles].
+CLOSE = (1e-3, 5e-3, 2e-4)
 #: The longest panel beside a birth, how many times as far from it as it begins a panel may end, and the longest of
 #: helical pairs [mesh cycles].
 BESIDE, GROWTH, LONGEST = 0.04, 8.0, 0.25
@@ -23,8 +23,8 @@ BESIDE, GROWTH, LONGEST = 0.04, 8.0, 0.25
 class Change(NamedTuple):
     """A change of the contact at a mesh phase.
 
-    ``rank`` is 0 where a pair takes or leaves its load or an end of its line, 1 otherwise; ``side`` where curves are
-    steep beside it: 1 after it, −1 before it, 0 neither.
+    ``rank`` is 0 where a pair takes or leaves its load or an end of its line, −1 at both ends of a ramp on which it
+    does, 1 otherwise; ``side`` where curves are steep beside it: 1 after it, −1 before it, 0 neither.
     """
 
     phase: float
@@ -32,12 +32,16 @@ class Change(NamedTuple):
     side: int = 0
 
 
-def panel_ends(changes: Iterable[Change], longest: float = 1.0, close: tuple[float, float] = CLOSE) -> list[float]:
+def panel_ends(
+    changes: Iterable[Change], longest: float = 1.0, close: tuple[float, float, float] = CLOSE
+) -> list[float]:
     """Beginnings of panels in [0, 1), ascending, 0 among them; of ``close`` changes that of the lowest rank counts."""
     changes = list(changes)
     kept = [0.0]
     for phase, rank, _ in sorted(changes, key=lambda change: (change.rank, change.phase)):
-        if min(abs(_behind(phase, other, 0.5)) for other in kept) > close[rank]:
+        start, *others = (abs(_behind(phase, other, 0.5)) for other in kept)
+        # 0 begins a panel whether or not anything changes there: what does beside it is not that
+        if start > close[rank if rank > 0 else -1] and min(others, default=1.0) > close[rank]:
             kept.append(phase)
     after, before = ([change.phase for change in changes if change.side == side] for side in (1, -1))
     found: list[float] = []

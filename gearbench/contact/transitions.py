@@ -12,12 +12,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import COARSE_PHASES, conforming, first_look
-from gearbench.contact.births import births, greatest_on_lines
+from gearbench.contact.births import Birth, births, greatest_on_lines
 from gearbench.contact.gaps import flank_separation, gap_kinks
 from gearbench.contact.panels import CLOSE, LONGEST, Change, panel_ends
 from gearbench.contact.patches import compression
@@ -29,7 +30,7 @@ from gearbench.threads import single_threaded_blas
 #: Gauss points on each panel unless a scene gives them.
 GAUSS_POINTS = 5
 #: Uniform phases of the coarse solution, and closeness, where more than five Gauss points follow.
-MORE_PHASES, CLOSER = 72, (1e-5, 1e-3)
+MORE_PHASES, CLOSER = 72, (1e-5, 1e-3, 1e-5)
 
 
 @lru_cache(maxsize=64)
@@ -79,7 +80,7 @@ def transitions_of_loads(scene: Scene, shares: NDArray, *, exact: bool = False) 
     meshing = scene.pair.meshing
     if conforming(scene):
         passages = _passages(scene, (meshing.path_start, meshing.path_end))
-        known = [Change(at % 1.0 % 1.0, 0, _steep_side(scene, u, y)) for at, u, y in passages]
+        known = [_change(each.x, 0, _steep_side(scene, each)) for each in passages]
         if scene.operation is not None:  # sliding changes its sign at the pitch point
             known += [Change(phase, 1) for phase in meshing.phases_at((meshing.pitch_point,))]
         return [known] * len(shares)
@@ -93,33 +94,52 @@ def transitions_of_loads(scene: Scene, shares: NDArray, *, exact: bool = False) 
     born = births(scene, look, x, on_line[:, 0], exact=exact)
     found = []
     for load, (curves, known) in enumerate(zip(on_line, _known(scene, x, on_line), strict=True)):
-        changes = [Change(at % 1.0 % 1.0, rank, side) for at, rank, side in known]
-        changes += [Change(each.x % 1.0 % 1.0, 0, each.side) for each in born if each.load == load]
+        changes = list(known)
+        changes += [change for birth in born if birth.load == load for change in _of_birth(birth)]
         if scene.pair.meshing.overlap_ratio or lines.cells:
-            changes += [Change(_root(x, curve, i) % 1.0 % 1.0, 1) for curve in curves[1:] for i in _sign_changes(curve)]
+            changes += [_change(_root(x, curve, i), 1) for curve in curves[1:] for i in _sign_changes(curve)]
         found.append(changes)
     return found
 
 
-def _passages(
-    scene: Scene, positions: Iterable[float], face: Iterable[float] = ()
-) -> Iterator[tuple[float, float, float]]:
-    """(x, u, y): at x an end of the face, or a y of ``face``, passes a u of ``positions``; a spur pair's as a whole."""
+def _change(x: float, rank: int, side: int = 0) -> Change:
+    """A change at the phase of x = τ + k."""
+    return Change(x % 1.0 % 1.0, rank, side)
+
+
+def _of_birth(birth: Birth) -> list[Change]:
+    """The changes that a birth is: one, or both ends of its ramp."""
+    if not birth.ramp:
+        return [_change(birth.x, 0, birth.side)]
+    first, whole = birth.ends
+    return [_change(first, -1), _change(whole, -1, birth.side)]
+
+
+class Passage(NamedTuple):
+    """At x = τ + k the y of an end of the face, or of a kink of the gap along it, passes a position u of the path."""
+
+    x: float
+    u: float
+    y: float
+
+
+def _passages(scene: Scene, positions: Iterable[float], face: Iterable[float] = ()) -> Iterator[Passage]:
+    """Passages of the ends of the face, and of each y of ``face``, at the ``positions``; a spur pair's is one."""
     meshing = scene.pair.meshing
     b, helical = meshing.face_width, meshing.overlap_ratio > 0
     for y in (0.0, b, *face) if helical else (0.0,):
         for u in positions:
-            yield (u - meshing.path_start) / meshing.base_pitch - meshing.overlap_ratio * y / b, u, y
+            yield Passage((u - meshing.path_start) / meshing.base_pitch - meshing.overlap_ratio * y / b, u, y)
 
 
-def _steep_side(scene: Scene, u: float, y: float) -> int:
-    """On which side of a passage of u at y curves are steep: 1 after, −1 before, 0 neither.
+def _steep_side(scene: Scene, passage: Passage) -> int:
+    """On which side of a passage curves are steep: 1 after, −1 before, 0 neither.
 
     After the line of a helical pair has begun, at the far end of the face, and before it ends, at the near one. The
     load of a spur pair jumps there, with level sides; off the line of action it touches at an edge, or at the corner of
     a relief, up to there, whose law goes over into that of the flank.
     """
-    meshing = scene.pair.meshing
+    meshing, (_, u, y) = scene.pair.meshing, passage
     if not meshing.overlap_ratio:
         flanks = flank_separation(scene)
         if flanks is None:
@@ -131,8 +151,8 @@ def _steep_side(scene: Scene, u: float, y: float) -> int:
     return int((u, y) == (meshing.path_start, meshing.face_width)) - int((u, y) == (meshing.path_end, 0.0))
 
 
-def _known(scene: Scene, x: NDArray, on_line: NDArray) -> list[list[tuple[float, int, int]]]:
-    """x at which an end of the face passes an end of the path (rank 0) or a kink, where the flanks touch there.
+def _known(scene: Scene, x: NDArray, on_line: NDArray) -> list[list[Change]]:
+    """Changes where an end of the face passes an end of the path (rank 0) or a kink, where the flanks touch there.
 
     Under each load of ``on_line`` (load, 3, x): the greatest compression on a line, and those at its ends.
     """
@@ -141,15 +161,15 @@ def _known(scene: Scene, x: NDArray, on_line: NDArray) -> list[list[tuple[float,
     if flanks is not None and not meshing.overlap_ratio:  # the line stands at the corner of a relief as a whole
         kinks = [*(u for u in kinks if u not in flanks.kinks), *flanks.changes]
     ends = (meshing.path_start, meshing.path_end)
-    found: list[list[tuple[float, int, int]]] = [[] for _ in on_line]
-    for at, u, y in _passages(scene, (*ends, *kinks), face):
-        side = _steep_side(scene, u, y)
+    found: list[list[Change]] = [[] for _ in on_line]
+    for passage in _passages(scene, (*ends, *kinks), face):
+        side, (at, u, y) = _steep_side(scene, passage), passage
         # where a line begins or ends it is short; those of spur pairs pass as a whole, wherever the flanks touch
         ended = side != 0 or not meshing.overlap_ratio or y in face
         rows = on_line[:, 0 if ended else 2 if y else 1]
         i = np.searchsorted(x, at)
         for j in np.flatnonzero(np.any(rows[:, max(i - 1, 0) : i + 1] > 0, axis=1)):
-            found[j].append((at, 0 if u in ends or not meshing.overlap_ratio else 1, side))
+            found[j].append(_change(at, 0 if u in ends or not meshing.overlap_ratio else 1, side))
     return found
 
 

@@ -15,60 +15,54 @@ from gearbench.dynamics.loaded_mesh import LoadedMesh
 
 #: Rounding of the corner where flanks touch, over the mean deflection: some hundredths of a micrometre.
 ROUNDING = 0.01
+#: Reach of the table over the mean deflection, and its points.
+REACH, POINTS = 8.0, 4000
 #: Forces over the mean force at which the contact is solved.
 LEVELS = (0.003, 0.01, 0.03, 0.08, 0.16, 0.3, 0.5, 0.75, 1.0, 1.4, 2.0, 3.0, 5.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class ForceCurve:
-    """F(x, τ) at equal steps of the phase (D9); drive flanks touch above ``touch``, back flanks below ``back``.
+    """F(x, τ) at equal steps of the phase (D9): force of the drive flanks less that of the back flanks.
 
     Parameters
     ----------
-    knots
-        x (phase, level) [mm], ascending; the first is where F begins.
-    coefficients
-        Cubic pieces of F (phase, level, 4), highest power first; linear beyond the last.
+    begin
+        x below which drive flanks carry nothing (phase,) [mm].
+    table
+        Force of the drive flanks at equal steps of x from there (phase, point) [N]; linear between them and beyond.
+    spacing
+        Step of x [mm].
     backlash
         Play along the line of action [mm].
     mirrored
         Phase (phase,), fraction and all, at which the back flanks stand as the drive flanks do.
-    rounding
-        ε [mm]: the corner where F begins is rounded within ± ε, as rough flanks round it.
     """
 
-    knots: NDArray
-    coefficients: NDArray
+    begin: NDArray
+    table: NDArray
+    spacing: float
     backlash: float
     mirrored: NDArray
-    rounding: float
 
     @property
     def steps(self) -> int:
         """Steps of the phase."""
-        return len(self.knots)
+        return len(self.begin)
 
-    def force(self, x: NDArray) -> tuple[NDArray, NDArray]:
-        """Force [N] and stiffness [N/mm] at x (…, phase) [mm]."""
-        here = np.arange(self.steps)
-        f, k = self._drive(x, here)
+    def force(self, x: NDArray) -> NDArray:
+        """Force [N] at x (…, phase) [mm]: the readable twin of the compiled one."""
         low = np.floor(self.mirrored).astype(int)
-        part = self.mirrored - low
+        f, part = self._drive(x, np.arange(self.steps)), self.mirrored - low
         for index, weight in ((low % self.steps, 1 - part), ((low + 1) % self.steps, part)):
-            fb, kb = self._drive(-x - self.backlash, index)
-            f, k = f - weight * fb, k + weight * kb
-        return f, k
+            f = f - weight * self._drive(-x - self.backlash, index)
+        return f
 
-    def _drive(self, x: NDArray, phase: NDArray) -> tuple[NDArray, NDArray]:
-        knots = self.knots[phase]
-        # the corner where flanks touch is rounded: d → (d + ε)²/4ε within ±ε, else max(d, 0)
-        d, eps = x - knots[:, 0], self.rounding
-        into = np.clip((d + eps) / (2 * eps), 0.0, 1.0)
-        d = np.where(d < eps, eps * into**2, d)
-        level = np.maximum((d[..., None] > knots - knots[:, :1]).sum(axis=-1) - 1, 0)
-        d = d - (knots[np.arange(len(phase)), level] - knots[:, 0])
-        c3, c2, c1, c0 = np.moveaxis(self.coefficients[phase, level], -1, 0)
-        return ((c3 * d + c2) * d + c1) * d + c0, into * ((3 * c3 * d + 2 * c2) * d + c1)
+    def _drive(self, x: NDArray, phase: NDArray) -> NDArray:
+        at = np.maximum((x - self.begin[phase]) / self.spacing, 0.0)
+        j = np.minimum(at.astype(int), self.table.shape[1] - 2)
+        low, high = self.table[phase, j], self.table[phase, j + 1]
+        return low + (at - j) * (high - low)
 
 
 def force_curve(cycle: LoadedMesh, steps: int) -> ForceCurve:
@@ -80,7 +74,7 @@ def force_curve(cycle: LoadedMesh, steps: int) -> ForceCurve:
 
     scene, pair = cycle.scene, cycle.scene.pair
     shafts, mean_stiffness = float(cycle.compliance[0, 0]), float(cycle.mean_stiffness[0, 0])
-    phase = np.arange(steps) / steps
+    phase, unit = np.arange(steps) / steps, scene.F_bt / mean_stiffness
     lines = scene_lines(scene, phase)
     cos_b = math.cos(pair.meshing.beta_b)
     gap = np.where(lines.active[..., None], total_gap(scene, lines, cycle.effects), np.inf)
@@ -92,22 +86,25 @@ def force_curve(cycle: LoadedMesh, steps: int) -> ForceCurve:
         knots.append(approach - shafts * loaded.F_bt)
         forces.append(loaded.F_bt)
     # the least gap of all segments may lie above what cells along which it varies yield to the least load
-    knots[0] = np.minimum(touch, knots[1] - 0.1 * LEVELS[0] * scene.F_bt / mean_stiffness)
+    knots[0] = np.minimum(touch, knots[1] - 0.1 * LEVELS[0] * unit)
     x = np.maximum.accumulate(np.array(knots).T, axis=1) + np.arange(len(knots)) * 1e-12
-    coefficients = np.empty((steps, len(forces), 4))
+    # the corner where flanks touch is rounded: d → (d + ε)²/4ε within ±ε
+    ε, spacing = ROUNDING * unit, REACH * unit / POINTS
+    d = spacing * np.arange(POINTS + 1) - ε
+    d = np.where(d < ε, (d + ε) ** 2 / (4 * ε), d)
+    table = np.empty((steps, len(d)))
     for i in range(steps):
         curve = PchipInterpolator(x[i], forces)
-        coefficients[i, :-1] = curve.c.T
-        end = x[i, -1]
-        coefficients[i, -1] = (0.0, 0.0, float(curve.derivative()(end)), forces[-1])
+        inside, slope = np.minimum(x[i, 0] + d, x[i, -1]), float(curve.derivative()(x[i, -1]))
+        table[i] = curve(inside) + slope * (x[i, 0] + d - inside)
     pinion, r_w = pair.gears[0], pair.gears[0].base_radius / math.cos(pair.meshing.alpha_wt)
     centred = (pair.meshing.pitch_point - pair.meshing.path_start) / pair.meshing.base_pitch
     centred += float(pinion.half_angle(r_w)) * pair.pinion.teeth / (2 * math.pi)
     return ForceCurve(
-        knots=x,
-        coefficients=coefficients,
+        begin=x[:, 0] - ε,
+        table=table,
+        spacing=spacing,
         # an overlap is the rounding of the data, not a preload
         backlash=max(pair.actual_backlash, 0.0) * math.cos(pair.meshing.alpha_wt),
         mirrored=((2 * centred - phase) * steps) % steps,
-        rounding=ROUNDING * scene.F_bt / mean_stiffness,
     )

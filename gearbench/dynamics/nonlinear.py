@@ -1,43 +1,139 @@
-"""Response with loss of contact and back-side impact: harmonic balance with the force over time, followed in speed."""
+"""Response with loss of contact and back-side impact: integrated over time while the speed rises and falls."""
 
 from __future__ import annotations
 
+import math
 import time
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gearbench.dynamics import waves
-from gearbench.dynamics.analysis import HARMONICS, check_harmonics, check_speeds, modal_variables
-from gearbench.dynamics.balance import orders
-from gearbench.dynamics.branches import Branches, branches, remarks, sweeps
-from gearbench.dynamics.force_curve import force_curve
+from gearbench.dynamics.analysis import HARMONICS, check_harmonics, check_speeds, modal_variables, spans
+from gearbench.dynamics.force_curve import ForceCurve, force_curve
 from gearbench.dynamics.model import Group, Model
-from gearbench.dynamics.oscillator import Oscillator
-from gearbench.dynamics.size import nonlinear_memory, require_each
+from gearbench.dynamics.size import bearings, nonlinear_memory, require_each
+from gearbench.dynamics.stability import free_motion
+from gearbench.errors import InputError
 from gearbench.results.origin import keeping
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
 from gearbench.scene import Scene
+from gearbench.system.mechanics import DIRECTIONS
 from gearbench.threads import single_threaded_blas
 
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Steps of the period at which the force is evaluated, at least, and for each order.
+#: Phases at which the force is known, at least, and for each order.
 STEPS, PER_ORDER = 128, 8
 #: Ways in which the speed changes.
 SWEEPS = ("up", "down")
+#: Modes that move: the most of them, with the largest share, up to so many times the highest order; others follow.
+MODES, FASTEST = 12, 1.5
+#: Phase that a mode turns by in a step [rad], at most, and steps between phases, at least.
+RESOLVED, WITHIN = 0.3, 2
+#: Periods after which a motion may repeat, and the change over the mean deflection at which it does, and may.
+REPEATS, SAME, NEAR = 8, 1e-7, 3e-4
+#: Times by which a mode fades before a motion counts as one that does not repeat: e^−FADED; periods at least and most.
+FADED, LEAST, MOST = 40.0, 300, 20_000
+#: Responses further apart, over the mean force, are two.
+APART = 0.01
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sweep:
+    """One mesh with its whole force curve, on the modes of a system (D10).
+
+    Parameters
+    ----------
+    model
+        The dynamic model; its other meshes are springs of their mean stiffness.
+    curve
+        F(x, τ).
+    kept
+        Numbers of the modes that move.
+    """
+
+    model: Model
+    curve: ForceCurve
+    kept: NDArray
+
+    @property
+    def group(self) -> Group:
+        """The mesh in a group of its own."""
+        first = self.model.groups[0]
+        return Group(meshes=first.meshes[:1], rate=first.rate, phase=first.phase[:1])
+
+    @cached_property
+    def law(self) -> NDArray:
+        """Spacing of the table, backlash, x̄, F̄, K̄, compliance of the modes left out, unit of motion."""
+        model, cycle = self.model, self.model.cycles[0]
+        mean, force = float(model.stiffness[0, 0]), float(model.force[0])
+        left = np.setdiff1d(np.flatnonzero(model.modes.frequency > 0), self.kept)
+        follow = float(((model.modes.mesh[0, left] / model.modes.frequency[left]) ** 2).sum())
+        at_rest = float(cycle.solved.weight @ cycle.motion[:, 0])
+        return np.array([self.curve.spacing, self.curve.backlash, at_rest, force, mean, follow, force / mean])
+
+    def over(self, speeds: NDArray) -> tuple[NDArray, NDArray]:
+        """Steady motions at speeds one after the other.
+
+        Periods after which each repeats (speed,), 0 where it does not, and x [mm] and f [N] over the last periods
+        (speed, 2, period, phase).
+        """
+        from gearbench.dynamics._kernels import run
+
+        modes, curve = self.model.modes, self.curve
+        r, zeta = modes.frequency[self.kept], modes.damping_ratio
+        state, reach = np.zeros((2, len(r))), np.ascontiguousarray(modes.mesh[0, self.kept])
+        periods, record = np.zeros(len(speeds), dtype=int), np.zeros((len(speeds), 2, REPEATS, curve.steps))
+        rows, constants = modes.dampers
+        damping = (rows[:, self.kept].T * constants) @ rows[:, self.kept]
+        for k, omega in enumerate(self.model.omega(self.group, speeds)):
+            period = 2 * math.pi / omega
+            within = max(WITHIN, math.ceil(r.max() * period / curve.steps / RESOLVED))
+            dt = period / curve.steps / within
+            free = np.vstack([free_motion(r, zeta, np.array(dt)), 1 / r])
+            most = np.clip(FADED / max(zeta * r.min() * period, 1e-12), LEAST, MOST)
+            brake = _brake(damping, dt) if len(constants) else np.zeros((0, 0))
+            law, limits = np.append(self.law, dt), np.array([within, most, SAME, NEAR])
+            periods[k] = run(
+                state, free, brake, reach, curve.table, curve.begin, curve.mirrored, law, record[k], limits
+            )
+        return periods, record
+
+
+def _brake(damping: NDArray, dt: float) -> NDArray:
+    from scipy.linalg import expm
+
+    return np.ascontiguousarray(expm(-dt * damping))
+
+
+def moving(model: Model, highest: float) -> NDArray:
+    """Numbers of the modes that move, up to the ``highest`` frequency [rad/s]: those with the largest shares.
+
+    Raises
+    ------
+    InputError
+        If nothing damps them: no motion would ever be steady.
+    """
+    modes = model.modes
+    if modes.damping_ratio == 0:
+        raise InputError("system.damping_ratio", 0.0, "must be above 0: free motion would never fade")
+    slow = np.flatnonzero((modes.frequency > 0) & (modes.frequency <= highest))
+    if not len(slow):
+        slow = np.flatnonzero(modes.frequency > 0)[:1]
+    return np.sort(slow[np.argsort(-modes.participation[0, slow], kind="stable")[:MODES]])
 
 
 @single_threaded_blas()
 def nonlinear_response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS) -> xr.Dataset:
     """Steady response of the scene's own pair with loss of contact, as the speed rises and as it falls.
 
-    Curves of periodic solutions are followed around their folds, from the linear responses at the lowest and the
-    highest speed and wherever these leave a speed without a stable one. A sweep keeps to its branch until that ends,
-    then jumps to the nearest stable one. Other meshes are springs of their mean stiffness.
+    Integrated over time from the motion at the speed before, the first from rest, until it repeats after one to eight
+    mesh periods. Other meshes are springs of their mean stiffness; a mesh has one motion.
 
     Parameters
     ----------
@@ -50,70 +146,105 @@ def nonlinear_response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMO
 
     Returns
     -------
-    Dataset with the dimensions ``sweep`` ("up", "down"), ``speed``, ``mesh``, ``harmonic``: NaN where no solution with
-    the period of the mesh is stable. ``branches`` counts the solutions at each speed, stable or not.
+    Dataset with the dimensions ``sweep`` ("up", "down"), ``speed``, ``mesh``, ``harmonic``, ``bearing``, ``direction``;
+    ``periods`` after which the motion repeats, 0 where it does not: orders there are those of eight periods.
 
     Raises
     ------
     InputError
-        As ``response``.
+        As ``response``, or if nothing is damped.
     """
     start = time.perf_counter()
     speeds = check_speeds(speed)
     check_harmonics(harmonics)
     model, steps = Model(scene=scene, rows=1), max(STEPS, PER_ORDER * harmonics)
-    require_each(nonlinear_memory(steps), len(speeds), "speed", f"{steps} steps of the period")
-    first = model.groups[0]
-    group = Group(meshes=first.meshes[:1], rate=first.rate, phase=first.phase[:1])
-    low, high = float(speeds.min()), float(speeds.max())
-    oscillator = Oscillator(
-        model=model,
-        group=group,
-        curve=force_curve(model.cycles[0], steps),
-        harmonics=harmonics,
-        speeds=(low, high if high > low else 1.01 * low),
+    require_each(
+        nonlinear_memory(steps, harmonics, bearings(scene)), len(speeds), "speed", f"{steps} steps of the period"
     )
-    found = branches(oscillator, speeds)
-    return _dataset(oscillator, speeds, found, start)
+    highest = FASTEST * harmonics * float(model.omega(model.groups[0], speeds).max())
+    sweep = Sweep(model=model, curve=force_curve(model.cycles[0], steps), kept=moving(model, highest))
+    order = np.argsort(speeds, kind="stable")
+    found = []
+    for way in (order, order[::-1]):
+        periods, record = sweep.over(speeds[way])
+        back = np.argsort(way)
+        found.append((periods[back], record[back]))
+    periods, record = (np.stack(part) for part in zip(*found, strict=True))
+    return _dataset(sweep, speeds, harmonics, periods, record, start)
 
 
-def _dataset(oscillator: Oscillator, speeds: NDArray, known: Branches, start: float) -> xr.Dataset:
+def _orders(values: NDArray, periods: int, orders: NDArray) -> NDArray:
+    """ŷ at ``orders`` of the mesh frequency, of the last ``periods`` of values (period, phase)."""
+    last = values[-periods:].ravel()
+    return np.fft.rfft(last)[np.round(orders * periods).astype(int)] / len(last)
+
+
+def _dataset(
+    sweep: Sweep, speeds: NDArray, harmonics: int, periods: NDArray, record: NDArray, start: float
+) -> xr.Dataset:
     import xarray as xr
 
-    model, unit, met = oscillator.model, oscillator.unit, sweeps(known, speeds)
-    # a last row for speeds at which nothing is stable
-    found = np.concatenate([known.solutions, np.full((1, known.solutions.shape[1]), np.nan)])[met]
-    growth = np.append(known.multiplier, np.nan)[met]
-    count = np.bincount(known.speed, minlength=len(speeds))
-    te = orders(found) * unit
-    force = orders(oscillator.forces(found)[0])
-    mean = model.force[oscillator.group.meshes]
-    over_time = oscillator.curve.force(oscillator.values(found))[0]
-    over_time[np.isnan(growth)] = np.nan
-    force[np.isnan(growth)] = np.nan
+    model, group, whole = sweep.model, sweep.group, np.arange(1, harmonics + 1)
+    names, mean = model.mechanics.bearing_names, sweep.law[3]
+    shape = (len(SWEEPS), len(speeds), harmonics)
+    te, force = np.zeros((2, *shape), dtype=complex)
+    shaken, rms = np.zeros((*shape, len(names), 3), dtype=complex), np.zeros(shape[:2])
+    for s, k in np.ndindex(shape[:2]):
+        many = int(periods[s, k]) or REPEATS
+        # the orders between, of a motion that repeats after several periods
+        order = np.arange(1, many * harmonics + 1) / many
+        x, f = (_orders(values, many, order) for values in record[s, k])
+        omega = float(model.omega(group, speeds[k])) * order
+        spins, _, bearing = model.modes.everywhere(omega, (f - sweep.law[4] * x)[:, None], group.meshes)
+        own, at = spins[:, 0], many * whole - 1
+        te[s, k], force[s, k], shaken[s, k] = own[at], f[at], bearing[at]
+        rms[s, k] = math.sqrt(2 * float((np.abs(own) ** 2).sum()))
+    last = np.where(periods > 0, periods, REPEATS)[..., None, None] >= REPEATS - np.arange(REPEATS)[:, None]
+    f = np.where(last, record[:, :, 1], np.nan)
+    flat = f.reshape(*shape[:2], -1)
     dims = ("sweep", "speed", "mesh")
-    variables = {
-        "dynamic_transmission_error_amplitude": ((*dims, "harmonic"), 1e3 * waves.amplitude(te)[:, :, None]),
-        "dynamic_transmission_error_phase": ((*dims, "harmonic"), waves.phase(te)[:, :, None]),
-        "dynamic_transmission_error_rms": (dims, 1e3 * waves.rms(te)[:, :, None]),
-        "mesh_force_amplitude": ((*dims, "harmonic"), waves.amplitude(force)[:, :, None]),
-        "mesh_force_phase": ((*dims, "harmonic"), waves.phase(force)[:, :, None]),
-        "mesh_force_rms": (dims, waves.rms(force)[:, :, None]),
-        "mean_force": (("mesh",), mean),
-        "dynamic_factor": (dims, (over_time.max(axis=-1) / mean)[:, :, None]),
-        "contact_kept": (dims, ~(over_time.min(axis=-1) <= 0)[:, :, None]),
-        "floquet_multiplier": (dims, growth[:, :, None]),
-        "branches": (("speed",), count),
+    variables: dict[str, tuple[tuple[str, ...], Any]] = {
+        "dynamic_transmission_error_amplitude": ((*dims, "harmonic"), 2e3 * np.abs(te)[:, :, None]),
+        "dynamic_transmission_error_phase": ((*dims, "harmonic"), np.angle(te)[:, :, None]),
+        "dynamic_transmission_error_rms": (dims, 1e3 * rms[:, :, None]),
+        "mesh_force_amplitude": ((*dims, "harmonic"), 2 * np.abs(force)[:, :, None]),
+        "mesh_force_phase": ((*dims, "harmonic"), np.angle(force)[:, :, None]),
+        "mesh_force_rms": (dims, np.nanstd(flat, axis=-1)[:, :, None]),
+        "mean_force": (("mesh",), np.array([mean])),
+        "dynamic_factor": (dims, np.nanmax(flat, axis=-1)[:, :, None] / mean),
+        "contact_kept": (dims, np.nanmin(flat, axis=-1)[:, :, None] > 0),
+        "periods": (dims[:2], periods),
     }
-    one = {k: v for k, v in modal_variables(model, speeds, oscillator.harmonics).items() if k == "natural_frequency"}
-    rate = np.array([oscillator.group.rate])
-    coords = {
+    coords: dict[str, Any] = {
         "sweep": ("sweep", list(SWEEPS)),
         "speed": ("speed", speeds),
         "mesh": ("mesh", list(model.names[:1])),
-        "harmonic": ("harmonic", np.arange(1, oscillator.harmonics + 1)),
-        "mesh_frequency": (("speed", "mesh"), speeds[:, None] / 60 * rate),
+        "harmonic": ("harmonic", whole),
+        "mesh_frequency": (("speed", "mesh"), speeds[:, None] / 60 * group.rate),
     }
-    notes = "\n".join(remarks(oscillator, known, met, speeds))
-    attrs = provenance(model.scene, wall_time=time.perf_counter() - start) | {"notes": notes}
-    return keeping(xr.Dataset(described(variables | one), coords=described(coords), attrs=attrs), model.scene)
+    if names:
+        each = np.moveaxis(shaken, 2, -1)[:, :, None]
+        dims = (*dims, "bearing", "direction", "harmonic")
+        variables |= {
+            "bearing_force_amplitude": (dims, 2 * np.abs(each)),
+            "bearing_force_phase": (dims, np.angle(each)),
+        }
+        coords |= {"bearing": ("bearing", list(names)), "direction": ("direction", list(DIRECTIONS))}
+    variables |= {k: v for k, v in modal_variables(model, speeds, harmonics).items() if k == "natural_frequency"}
+    lines = _remarks(sweep, speeds, periods, variables["mesh_force_rms"][1][..., 0])
+    attrs = provenance(model.scene, wall_time=time.perf_counter() - start) | {"notes": "\n".join(lines)}
+    return keeping(xr.Dataset(described(variables), coords=described(coords), attrs=attrs), model.scene)
+
+
+def _remarks(sweep: Sweep, speeds: NDArray, periods: NDArray, rms: NDArray) -> list[str]:
+    """Notes for the reader of the sweeps, one line each."""
+    lines = []
+    for way, found in zip(SWEEPS, periods, strict=True):
+        for many in sorted({int(p) for p in found} - {1}):
+            text = f"repeats after {many} mesh periods" if many else f"does not repeat within {REPEATS} mesh periods"
+            lines.append(f"the motion, speed {way}, {text} at {spans(speeds, found == many)} 1/min")
+    if (two := np.abs(rms[0] - rms[1]) > APART * sweep.law[3]).any():
+        lines.append(f"two responses, by the way the speed changes, at {spans(speeds, two)} 1/min")
+    if sweep.curve.backlash <= 0:
+        lines.append("no backlash: back flanks touch as soon as drive flanks part")
+    return lines

@@ -13,7 +13,7 @@ BLOCK = 200_000
 #: and those of each bearing. Measured, with a tenth in reserve.
 OF_CURVES, OF_VARIABLES, OF_BEARING = 48.0, 42.0, 7.0
 #: The same for each speed and step of the period with loss of contact, its two sweeps together.
-OF_STEP = 37.0
+OF_STEP = 108.0
 #: And of scattered samples, for each order and for each speed of a block.
 OF_SAMPLE, OF_SPEED = 6.5, 0.2
 _NUMBER = 8
@@ -35,9 +35,9 @@ def speed_memory(orders: int, meshes: int, bearings: int) -> float:
     return _NUMBER * meshes * (orders + 1) * max(OF_CURVES, OF_VARIABLES + OF_BEARING * bearings)
 
 
-def nonlinear_memory(steps: int) -> float:
-    """Memory [bytes] that a speed takes where flanks part, with so many steps of the period."""
-    return _NUMBER * OF_STEP * steps
+def nonlinear_memory(steps: int, harmonics: int, bearings: int) -> float:
+    """Memory [bytes] that a speed takes where flanks part, with so many steps of the period and orders."""
+    return _NUMBER * (OF_STEP * steps + 2 * OF_BEARING * harmonics * (1 + bearings))
 
 
 def sample_memory(harmonics: int, block: int) -> float:

@@ -24,6 +24,7 @@ from gearbench.optimisation.study import OptimisationStudy
 from gearbench.robustness.montecarlo import SAMPLES
 from gearbench.scene import Scene, check_scene
 from gearbench.threads import default_threads
+from gearbench.trains.solve import check_train
 from gearbench.validation.reference import reference_memory, reference_scene
 
 #: Speeds at which the memory of ``response`` is given.
@@ -86,6 +87,8 @@ def plan(scene: Scene) -> Plan:
     unloaded pair: changes of contact under load may add some.
     """
     check_scene(scene)
+    if scene.coupled:
+        return _train_plan(scene)
     loads = max(len(scene.one_mesh.loads), 1)
     asked = scene.resolution.accuracy is not None
     scene = scene.under(scene.load) if loads > 1 else scene
@@ -108,6 +111,29 @@ def plan(scene: Scene) -> Plan:
     megabytes = {"simulate": contact_memory(scene, positions) + kept}
     megabytes |= _others(scene, positions)
     return Plan(parts=tuple(parts), megabytes={name: size / 1e6 for name, size in megabytes.items()})
+
+
+def _train_plan(scene: Scene) -> Plan:
+    """Plan of a train whose meshes are one contact problem: that of each kind of mesh, then their balance."""
+    linkage = check_train(scene)
+    parts: list[Part] = []
+    megabytes = 0.0
+    scenes = list(scene.meshes.values())
+    for own in reversed({each.pair: each for each in reversed(scenes)}.values()):
+        alike = sum(each.pair == own.pair for each in scenes)
+        made = plan(own)
+        megabytes += alike * made.megabytes["simulate"]
+        z = [gear.teeth for gear in own.pair.gears]
+        parts.append(Part(" to ".join(own.gear_names), "a mesh", f"z {z[0]}/{z[1]}, {alike} of the kind"))
+        parts += [part for part in made.parts if part.name != "robust"]
+    size = f"{len(scenes)} meshes, {len(linkage.motions)} free motions"
+    parts.append(Part("balance", "forces and motions of all meshes, Newton's method", size))
+    assert scene.train is not None
+    if scene.train.planetary is not None and scene.train.planetary.keys.scatter is not None:
+        parts.append(Part("robust", "samples of pins, planets and run-outs", f"{SAMPLES} samples"))
+    # phases that suit one mesh are asked of all
+    different = len({round(phase, 9) for phase in scene.geometry.phases().values()})
+    return Plan(parts=tuple(parts), megabytes={"simulate": different * megabytes})
 
 
 def _size(effect: Effect, scene: Scene, lines: ContactLines) -> str:

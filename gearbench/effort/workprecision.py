@@ -12,8 +12,8 @@ from gearbench.accuracy.knobs import KNOBS
 from gearbench.effort.clock import timed
 from gearbench.effort.curves import as_dataset, knob_curve
 from gearbench.effort.elements import Meshes, element_curves
-from gearbench.effort.newton import newton_curves
 from gearbench.effort.samples import sample_curves
+from gearbench.errors import InputError
 from gearbench.results.provenance import provenance
 from gearbench.scene import Scene
 
@@ -27,7 +27,7 @@ REPEATS = 7
 
 
 def cost(scene: Scene, repeats: int = REPEATS, seeds: int = 8, meshes: Meshes | None = None) -> xr.Dataset:
-    """Work–precision of all settings that ``scene`` has: ``knobs.KNOBS``, Newton steps, finite elements, samples.
+    """Work–precision of all settings that ``scene`` has: ``knobs.KNOBS``, finite elements, samples.
 
     Parameters
     ----------
@@ -53,12 +53,13 @@ def cost(scene: Scene, repeats: int = REPEATS, seeds: int = 8, meshes: Meshes | 
         If the scene leaves its resolution to an accuracy, or has several loads.
     """
     scene = scene.one_load
+    if (accuracy := scene.resolution.accuracy) is not None:
+        raise InputError("resolution.accuracy", accuracy, "is for simulate and robust; here give segments")
 
     def curves() -> list[WorkPrecision]:
         """A curve for each setting of the scene."""
         return [
             *(knob_curve(scene, knob, repeats) for knob in KNOBS.values() if knob.applies(scene)),
-            *newton_curves(scene, repeats),
             *element_curves(scene, meshes),
             *sample_curves(scene, repeats, seeds),
         ]

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gearbench.errors import InputError
-from gearbench.files import is_part, lock, write_text
+from gearbench.files import is_part, write_text
 from gearbench.optimisation.dataset import designs_dataset, read_designs
 from gearbench.optimisation.problem import Evaluation
 from gearbench.optimisation.study import Design, OptimisationStudy
@@ -53,20 +53,16 @@ class Store:
             raise InputError("output", str(folder), f"must be a folder ({error.strerror})") from None
         if not os.access(self.folder, os.W_OK | os.X_OK):
             raise InputError("output", str(folder), "the folder is not writable")
-        if LOCK not in names:  # so that nothing is left in a folder that is refused
-            self._check(names, resume)
+        self._check(names, resume)
         self._lock = self._take_lock()
         try:
-            names = os.listdir(self.folder)  # another run may have come and gone
-            self._check(names, resume)
             if STUDY not in names:
                 write_text(self.folder / STUDY, self._study.to_toml())
         except BaseException:
             os.close(self._lock)
             raise
-        for name in names:
-            if is_part(name):
-                (self.folder / name).unlink(missing_ok=True)
+        for part in filter(is_part, names):
+            (self.folder / part).unlink(missing_ok=True)
 
     def __enter__(self) -> Store:
         return self
@@ -91,7 +87,7 @@ class Store:
         from platform import node
 
         handle = os.open(self.folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
-        if lock(handle) is False:
+        if _locked(handle) is False:
             with os.fdopen(handle, encoding="utf-8", errors="replace") as file:
                 holder = " ".join(file.read(200).split())
             reason = f"another run is writing into the folder: {holder or 'it has just begun'}"
@@ -140,20 +136,20 @@ class Store:
         dataset = designs_dataset(self._study, designs, results, [generation] * len(designs))
         dataset = with_digest(dataset.drop_vars("first_generation"))
         save(dataset.assign_attrs(generation=generation, versions=versions()), self.path(generation))
-        _sync(self.folder)
 
     def write_front(self, dataset: xr.Dataset) -> None:
         """Commit the finished search, after all generations; raises as ``write``."""
         save(dataset, self.folder / FRONT)
-        _sync(self.folder)
 
 
-def _sync(folder: Path) -> None:
-    """Make the names in a folder durable, where the system can."""
-    if not hasattr(os, "O_DIRECTORY"):
-        return
-    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+def _locked(handle: int) -> bool | None:
+    """Lock an open file, until it is closed or its process ends.
+
+    False where somebody else holds it, None on a file system without locks.
+    """
+    from filelock import lock_descriptor
+
     try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
+        return lock_descriptor(handle, blocking=False)
+    except OSError:
+        return None

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from gearbench.effects.base import ComplianceEffect
-from gearbench.notebook import show_names_in_full
 from gearbench.scene import Scene, digest
 
 #: Strain at the root of the teeth beyond which results carry a warning: twice what hardened steel bears, and plastics.
@@ -56,7 +55,6 @@ def support(scene: Scene) -> str:
 
 def run_provenance(*, wall_time: float) -> dict[str, Any]:
     """Attributes of any Dataset: package versions, git revision, wall time [s], host."""
-    show_names_in_full()
     return {
         "versions": versions(),
         "git_revision": git_revision(),

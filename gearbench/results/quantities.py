@@ -205,7 +205,7 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "bearing_force_phase": Quantity("rad", "arg B_n", "phase of a bearing force order"),
             "housing_amplitude": Quantity("1", "y_n", "amplitude of an order at a point of the housing"),
             "housing_phase": Quantity("rad", "arg y_n", "phase of an order at a point of the housing"),
-            "branches": Quantity("1", "–", "periodic responses at a speed, stable or not"),
+            "periods": Quantity("1", "–", "mesh periods after which the motion repeats, 0 where it does not"),
             "natural_frequency": Quantity("Hz", "f_r", "natural frequency with the mean mesh stiffness"),
             "mode_participation": Quantity("1", "–", "share of a mode in the static compliance at a mesh"),
             "critical_speed": Quantity("1/min", "n_E", "speed at which an order of the mesh frequency meets a mode"),

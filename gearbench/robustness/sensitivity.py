@@ -95,11 +95,6 @@ class Candidates:
     low: NDArray
 
 
-def sensitivity(errors: NDArray, values: NDArray, scale: float = 1.0) -> Sensitivity:
-    """``sensitivities`` of one response, (sample,)."""
-    return sensitivities(errors, [values], scale)[0]
-
-
 def sensitivities(errors: NDArray, responses: Sequence[NDArray], scale: float = 1.0) -> list[Sensitivity]:
     """First-order and total Sobol indices, and the change of the mean with each error scaled by ``scale``.
 

@@ -16,7 +16,6 @@ from gearbench.effects.helix_slope import HelixSlope
 from gearbench.effort import workprecision
 from gearbench.effort.clock import peak_megabytes
 from gearbench.effort.curves import WorkPrecision, as_dataset, knob_curve, observed_order
-from gearbench.effort.newton import newton_curves
 from gearbench.effort.samples import sample_curves
 from gearbench.library.garambois2017 import case, gear
 from gearbench.results.netcdf import load
@@ -64,7 +63,7 @@ def test_cost_prints_every_knob_and_writes_dataset_and_plot(run, tmp_path):
     scene.write_text(SMALL, encoding="utf-8")
     code, out, err = run("cost", scene, "-o", tmp_path / "cost", "--repeats", 1)
     assert (code, err) == (0, "")
-    for knob in ("segments", "gauss_points", "positions", "newton steps"):
+    for knob in ("segments", "gauss_points", "positions"):
         assert knob in out
     assert "plate order" not in out  # no tooth, no knob for it
     dataset = load(tmp_path / "cost" / "cost.nc")
@@ -173,17 +172,6 @@ def test_orders_of_plates_converge_and_the_paper_is_one_of_them():
     assert np.all(found.bar[0] < mean)
 
 
-def test_newton_steps_double_the_digits():
-    (found,) = newton_curves(with_resolution(case(2), segments=6, gauss_points=2), repeats=1)
-    worst = found.errors.max(axis=1)
-    assert worst[5] < 1e-12
-    start = int(np.argmax(worst < 1e-2))
-    # quadratic, with a constant of the size of one
-    assert worst[start + 1] < 10 * worst[start] ** 1.7
-    seconds = found.column("seconds")
-    assert np.all(seconds <= seconds[-1] + 1e-12)
-
-
 def test_samplers_are_of_their_orders():
     scene = with_resolution(gear("SC").scene(errors=True), segments=4, gauss_points=2)
     curves = {c.knob: c for c in sample_curves(scene, repeats=1, seeds=6, reference=2**12)}
@@ -213,7 +201,7 @@ def test_a_knob_from_elsewhere_is_measured_with_the_others(monkeypatch):
     )
     monkeypatch.setattr(workprecision, "KNOBS", {double.name: double})
     dataset = workprecision.cost(with_resolution(gear("SC").scene(), gauss_points=2), repeats=1)
-    assert list(dataset["knob"].values) == ["doubled segments", "newton steps"]
+    assert list(dataset["knob"].values) == ["doubled segments"]
     rows = dataset.isel(setting=dataset["setting_knob"].values == double.name)
     assert list(rows["level"].values) == ["1", "2"]  # the two finest are the reference and its error bar
     assert float(rows["error"].max()) < 1e-11  # rounding

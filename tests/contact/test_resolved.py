@@ -25,11 +25,10 @@ from gearbench.scene import Load, Resolution, Scene
 from gearbench.solution import solve_scene
 from tests.support.paths import EXAMPLES
 
-PAIRS = ("fine_pitch", "fzg_c", "nasa_28", "osu_50", "rim_17_43", "thin_rim")
-#: Beyond their limit under some torques: RMS and peak-to-peak of k, whose cause is not known.
-KNOWN = [
-    pytest.param(name, marks=pytest.mark.xfail(reason="4 to 5 of 90 torques miss")) for name in ("hcr_spur", "ross_62")
-]
+PAIRS = ("fine_pitch", "fzg_c", "hcr_spur", "nasa_28", "osu_50", "rim_17_43", "ross_62", "thin_rim")
+#: Torques of 90 that miss off the line, and by how many times at most: STE of nasa_28 is steep behind the corners of
+#: its relief, one dip of ross_62 between two births is as narrow as they are known.
+BEYOND = {"nasa_28": (4, 1.3), "ross_62": (1, 7.0), "thin_rim": (1, 1.1)}
 CURVES = ("transmission_error", "mesh_stiffness")
 POINTS, TOLERANCE, LEAST = 5, 3e-5, 1e-6
 
@@ -128,29 +127,31 @@ def misses(scene: Scene) -> dict[str, float]:
         ("fine_pitch", 1.476),
         ("nasa_28", 0.821),
         ("thin_rim", 0.1),
+        ("hcr_spur", 0.6124),
     ],
 )
 def test_births_beside_ends_of_the_path_and_kinks_are_found(name, share):
-    """Of pairs that carry at the first phase that a coarse solution sees, or are born beside the start of a relief."""
+    """Of pairs that carry at the first phase that a coarse solution sees, are born beside the start of a relief or as
+    another one leaves its load."""
     over = misses(relieved(name, share, off_line=False))
     assert max(over.values()) < 1, over
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [*PAIRS, *KNOWN])
+@pytest.mark.parametrize("name", PAIRS)
 def test_all_torques_on_the_line(name):
     found = {share: misses(relieved(name, share, off_line=False)) for share in np.linspace(0.1, 2.0, 90)}
     assert not {share: over for share, over in found.items() if max(over.values()) > 1}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [*PAIRS, *KNOWN])
+@pytest.mark.parametrize("name", PAIRS)
 def test_all_torques_off_the_line(name):
-    """Of the scenes five of nasa_28 (1.3 times) and three of thin_rim (2.6 times, at a tenth) miss more."""
     found = {share: misses(relieved(name, share, off_line=True)) for share in np.linspace(0.1, 2.0, 90)}
     beyond = {share: over for share, over in found.items() if max(over.values()) > 1}
-    assert len(beyond) <= 5
-    assert all(max(over.values()) < 3 for over in beyond.values())
+    count, most = BEYOND.get(name, (0, 1.0))
+    assert len(beyond) <= count
+    assert all(max(over.values()) < most for over in beyond.values())
 
 
 @pytest.mark.parametrize("share", [0.5, 1.0])

@@ -1,19 +1,17 @@
-"""Loss of contact: both branches against time integration, softening and hysteresis, limits without it."""
+"""Loss of contact: sweeps against time integration of our own, doubled periods, limits without it."""
 
 from functools import cache
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from scipy.integrate import solve_ivp
 
+from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.solver import solve
 from gearbench.dynamics.analysis import response
-from gearbench.dynamics.branches import branches, sweeps
-from gearbench.dynamics.continuation import follow
 from gearbench.dynamics.force_curve import force_curve
 from gearbench.dynamics.model import Model
-from gearbench.dynamics.nonlinear import nonlinear_response
-from gearbench.dynamics.oscillator import Oscillator
+from gearbench.dynamics.nonlinear import Sweep, moving, nonlinear_response
 from gearbench.scene_file import parse_scene
 
 #: Spur rig gears of Kahraman and Blankenship, 50/50, with play.
@@ -30,67 +28,120 @@ RIG = {
     "effects": {"tooth_bending": {"model": "solid"}, "hertz": {}, "tip_relief": {"amount": 10.0, "length": 1.5}},
     "system": {"damping_ratio": 0.02},
 }
-SPEEDS = np.array([3400.0, 4000.0, 4600.0, 5000.0, 6400.0, 6500.0])
+BORED = RIG | {
+    "effects": RIG["effects"] | {"gear_body": {}},
+    "pair": RIG["pair"] | {g: {"teeth": 50, "dedendum": 1.4, "bore_diameter": 50.0} for g in ("pinion", "wheel")},
+    "system": {"damping_ratio": 0.01},
+}
 
 
 @cache
 def rig():
-    model = Model(scene=parse_scene(RIG))
-    curve = force_curve(model.cycles[0], 256)
-    oscillator = Oscillator(model=model, group=model.groups[0], curve=curve, harmonics=16, speeds=(3400.0, 6500.0))
-    known = branches(oscillator, SPEEDS)
-    return oscillator, known, known.solutions[sweeps(known, SPEEDS)]
+    model = Model(scene=parse_scene(BORED), rows=1)
+    return Sweep(model=model, curve=force_curve(model.cycles[0], 128), kept=moving(model, np.inf))
 
 
-def test_curve_folds_and_the_jump_is_down_the_speeds():
-    """Softening: between the folds the sweep down stays on the branch with loss of contact, the sweep up does not."""
-    oscillator, known, found = rig()
-    assert any((np.diff(curve.parameter) < 0).any() and (np.diff(curve.parameter) > 0).any() for curve in known.curves)
-    count = np.bincount(known.speed, minlength=len(SPEEDS))
-    assert (count[1:4] >= 3).all()
-    assert list(count[4:]) == [1, 1]
-    assert (count % 2 == 1).all()
-    rms = np.sqrt(2 * (found[..., 1:] ** 2).sum(axis=-1))
-    assert (rms[1, 1:4] > 2 * rms[0, 1:4]).all()
-    assert_allclose(found[0, 4:], found[1, 4:])
-    kept = oscillator.curve.force(oscillator.values(found))[0].min(axis=-1) > 0
-    assert kept[0].all()
-    assert list(kept[1, 1:]) == [False, False, False, True, True]
+def integrated(sweep, speeds, periods=600, steps=512, last=8):
+    """RMS [µm] of the motion over the ``last`` periods by the method of Runge and Kutta, speed after speed."""
+    numba = pytest.importorskip("numba")
+    model, curve = sweep.model, sweep.curve
+    mass = 1 / np.diag(model.mechanics.mass).sum() * np.diag(model.mechanics.mass).prod()
+    k, F = model.stiffness[0, 0], model.force[0]
+    damping, n = 2 * model.scene.system.damping_ratio * np.sqrt(k * mass), curve.steps
+    begin, table, back, play, spacing = curve.begin, curve.table, curve.mirrored, curve.backlash, curve.spacing
+
+    @numba.njit
+    def flank(row, x):
+        at = max((x - begin[row]) / spacing, 0.0)
+        j = min(int(at), table.shape[1] - 2)
+        return table[row, j] + (at - j) * (table[row, j + 1] - table[row, j])
+
+    @numba.njit
+    def force(row, x):
+        low = int(back[row])
+        share = back[row] - low
+        return flank(row, x) - (1 - share) * flank(low % n, -x - play) - share * flank((low + 1) % n, -x - play)
+
+    @numba.njit
+    def slope(phase, x, v):
+        row, share = int(phase * n) % n, phase * n % 1.0
+        f = (1 - share) * force(row, x) + share * force((row + 1) % n, x)
+        return v, (F - f - damping * v) / mass
+
+    @numba.njit
+    def run(T, x, v):
+        h, out = T / steps, np.zeros(last * steps)
+        for i in range(periods * steps):
+            if i >= (periods - last) * steps:
+                out[i - (periods - last) * steps] = x
+            t = i % steps / steps
+            x1, v1 = slope(t, x, v)
+            x2, v2 = slope(t + 0.5 / steps, x + h / 2 * x1, v + h / 2 * v1)
+            x3, v3 = slope(t + 0.5 / steps, x + h / 2 * x2, v + h / 2 * v2)
+            x4, v4 = slope(t + 1.0 / steps, x + h * x3, v + h * v3)
+            x, v = x + h / 6 * (x1 + 2 * x2 + 2 * x3 + x4), v + h / 6 * (v1 + 2 * v2 + 2 * v3 + v4)
+        return x, v, out
+
+    x, v, found = sweep.law[2], 0.0, []
+    for speed in speeds:
+        x, v, motion = run(60 / speed / 50, x, v)
+        found.append(1e3 * motion.std())
+    return np.array(found)
 
 
-@pytest.mark.parametrize("sweep", [0, 1])
-@pytest.mark.parametrize("at", [1, 2, 4])
-def test_branches_against_time_integration(sweep, at):
-    """Started on the branch, time integration of the same force curve stays on it."""
-    oscillator, _, found = rig()
-    model, curve = oscillator.model, oscillator.curve
-    mesh = 0
-    J = 1 / np.diag(model.mechanics.mass)
-    m = 1 / J.sum()
-    k, F = model.stiffness[mesh, mesh], model.force[mesh]
-    c = 2 * 0.02 * np.sqrt(k * m)
-    omega = float(model.omega(oscillator.group, SPEEDS[at]))
-    T, steps = 2 * np.pi / omega, curve.steps
+@pytest.mark.slow
+def test_sweeps_are_those_of_time_integration():
+    """Backlash 0.15 mm, ζ 0.01: the same motion at each of 96 speeds, up and down, and where periods double."""
+    for speeds in (np.linspace(2400, 3320, 96), np.linspace(6700, 7600, 24)):
+        for way in (speeds, speeds[::-1]):
+            _, record = rig().over(way)
+            rms = 1e3 * record[:, 0].reshape(len(way), -1).std(axis=-1)
+            assert_allclose(rms, integrated(rig(), way), rtol=0.02)
 
-    def force(t, x):
-        turn = (t / T % 1.0) * steps
-        i = int(turn)
-        values = np.full(steps, x)
-        f = curve.force(values)[0]
-        return (1 - turn + i) * f[i % steps] + (turn - i) * f[(i + 1) % steps]
 
-    z = found[sweep, at]
-    n = np.arange(1, oscillator.harmonics + 1)
-    wave = oscillator.unit * (z[1::2] + 1j * z[2::2])
-    start = [oscillator.unit * z[0] + 2 * wave.real.sum(), 2 * (1j * omega * n * wave).real.sum()]
-    t = np.arange(64) / 64 * T + 3 * T
-    y = solve_ivp(
-        lambda s, y: [y[1], (F - force(s, y[0]) - c * y[1]) / m],
-        (0, 4 * T), start, method="RK45", rtol=1e-6, atol=1e-10, max_step=T / 128, t_eval=t,
-    ).y[0]  # fmt: skip
-    own = oscillator.unit * z[0] + 2 * (np.exp(1j * omega * np.outer(t, n)) @ wave).real
-    # orders above 16 and the steps of the force over time leave some thousandths
-    assert_allclose(y, own, atol=0.01 * np.ptp(own))
+def test_branches_bend_and_periods_double():
+    """Softening: going down, contact is lost for longer; at twice the natural frequency motions of two periods grow."""
+    up, down = (rig().over(way) for way in (np.linspace(1500, 3000, 16), np.linspace(3600, 1500, 22)))
+    rms_up, rms_down = (1e3 * record[:, 0].reshape(len(record), -1).std(axis=-1) for _, record in (up, down))
+    assert (up[1][5:, 1].min(axis=(1, 2)) > 0).all()
+    assert (down[1][8:18, 1].min(axis=(1, 2)) <= 0).all()
+    assert (
+        rms_down[6:20][::-1] > 3 * np.interp(np.linspace(1700, 3000, 14), np.linspace(1500, 3000, 16), rms_up)
+    ).all()
+    # the branch bends to lower speeds: its motion grows as the speed falls, and ends
+    assert (np.diff(rms_down[:19]) > 0).all()
+    assert rms_down[-1] < 0.1 * rms_down[18]
+    periods, record = rig().over(np.array([6500.0, 7100.0, 7700.0]))
+    assert list(periods) == [1, 2, 1]
+    assert record[1, 0].std() > 10 * record[0, 0].std()
+
+
+def test_compiled_steps_are_those_of_numpy():
+    """Three periods from rest, with two modes of which one follows at once, and dampers."""
+    sweep = rig()
+    from gearbench.dynamics._kernels import run
+
+    curve, law = sweep.curve, np.append(sweep.law, 1e-6)
+    law[5] = 0.2 / law[4]
+    r = np.array([2e4, 5e4])
+    free = np.array([np.cos(r * law[7]), np.sin(r * law[7]) / r, -r * np.sin(r * law[7]), np.cos(r * law[7]), 1 / r])
+    brake, reach = np.array([[0.99, 0.001], [0.001, 0.98]]), np.array([40.0, -25.0])
+    record, state = np.zeros((2, 3, curve.steps)), np.zeros((2, 2))
+    limits = np.array([1, 3, 0.0, 0.0])
+    assert run(state, free, brake, reach, curve.table, curve.begin, curve.mirrored, law, record, limits) == 0
+    p, v, x = np.zeros(2), np.zeros(2), np.full(curve.steps, law[2])
+    for i in range(3 * curve.steps):
+        row, low = i % curve.steps, law[2] - reach @ p
+        below, above = low - 1.0, low + 1.0
+        for _ in range(60):  # bisection of what rises
+            x[row] = (below + above) / 2
+            f = curve.force(x)[row]
+            rises = x[row] + law[5] * (f - law[3] - law[4] * (x[row] - law[2])) > low
+            below, above = (below, x[row]) if rises else (x[row], above)
+        assert_allclose(record[:, i // curve.steps, row], [x[row], f], rtol=1e-7, atol=1e-6 * law[3])
+        v = brake @ (v + reach * law[7] * (f - law[3] - law[4] * (x[row] - law[2])))
+        p, v = free[0] * p + free[1] * v, free[2] * p + free[3] * v
+    assert_allclose(state, [p, v], rtol=1e-6)
 
 
 def test_with_a_linear_law_and_contact_kept_it_is_the_linear_response():
@@ -109,69 +160,13 @@ def test_with_a_linear_law_and_contact_kept_it_is_the_linear_response():
     assert_allclose(whole[:, :4], linear[:, :4], atol=0.01 * linear.max())
 
 
-def test_force_curve_meets_the_contact_at_the_mean_force():
-    """F(δ_s(τ), τ) = F̄ and ∂F/∂x = k(τ), where the curve has a knot."""
-    oscillator, *_ = rig()
-    curve, model = oscillator.curve, oscillator.model
-    level = 9  # the mean force
-    f, _ = curve.force(curve.knots[:, level])
-    assert_allclose(f, model.force[0], rtol=1e-9)
-    assert_allclose(curve.force(curve.knots[:, 0] - 1e-3)[0], 0.0, atol=1e-9)
-    # back flanks: beyond the play the force is negative
-    assert (curve.force(np.full(curve.steps, -curve.backlash - 0.02))[0] < 0).all()
-
-
-def cubic(z, parameter):
-    """λ = (z³ − 3z + 5)/10, of order one: folds at z = ±1."""
-    return z**3 - 3 * z + 5 - 10 * parameter, np.diag(3 * z**2 - 3), np.array([-10.0])
-
-
-def test_arc_length_goes_around_folds():
-    """A curve followed from z = −2.2 to z = 2.2 meets each λ in between thrice."""
-    curve = follow(cubic, np.array([-2.2]), ((-2.2) ** 3 + 6.6 + 5) / 10, 1, 0.02, 0.1)
-    z, parameter = curve.z[:, 0], curve.parameter
-    assert curve.ends == "range"
-    assert_allclose((z**3 - 3 * z + 5) / 10, parameter, atol=1e-10)
-    assert_allclose(parameter.max(initial=-9, where=z < 0), 0.7, atol=0.01)
-    assert np.sum(np.diff(np.sign(np.diff(parameter))) != 0) == 2
-
-
-def test_curves_end_where_they_close_or_grow():
-    """A circle comes back to its start; λ = 1/2 + 1/z leaves for ever greater z, and is followed as far as is said."""
-
-    def circle(z, parameter):
-        return z**2 + (parameter - 0.5) ** 2 - 0.09, np.diag(2 * z), 2 * np.array([parameter - 0.5])
-
-    closed = follow(circle, np.array([0.3]), 0.5, 1, 0.02, 0.05)
-    assert closed.ends == "closed"
-    assert_allclose(np.ptp(closed.parameter), 0.6, atol=0.01)
-
-    def hyperbola(z, parameter):
-        return z * (parameter - 0.5) - 1, np.array([[parameter - 0.5]]), z
-
-    far = follow(hyperbola, np.array([2.5]), 0.9, -1, 0.02, 0.05, largest=20.0)
-    assert far.ends == "size"
-    assert 20 < far.z[-1, 0] < 25
-
-
-def test_osu_50_with_little_damping():
-    """Softening and hysteresis of the spur rig at ζ 0.01: going up contact is kept for longer.
-
-    Curves that run off to large motions between both flanks are followed as far as the notes say, and the sweep ends.
-    """
-    tables = RIG | {
-        "effects": RIG["effects"] | {"gear_body": {}},
-        "pair": RIG["pair"] | {g: {"teeth": 50, "dedendum": 1.4, "bore_diameter": 50.0} for g in ("pinion", "wheel")},
-        "system": {"damping_ratio": 0.01},
-    }
-    data = nonlinear_response(parse_scene(tables), speed=np.linspace(500, 6500, 200))
-    assert "is followed to 20 × the mean deflection, not beyond, at" in data.attrs["notes"]
-    assert "two stable responses, by the way the speed changes" in data.attrs["notes"]
-    up, down = (data.sel(sweep=way, mesh="pair") for way in ("up", "down"))
-    both = slice(1700, 2300)
-    assert bool(up["contact_kept"].sel(speed=slice(1900, 2300)).all())
-    assert not bool(down["contact_kept"].sel(speed=both).any())
-    rms = "dynamic_transmission_error_rms"
-    assert bool((down[rms] > 3 * up[rms]).sel(speed=both).all())
-    # the branch bends to lower speeds: its motion grows as the speed falls
-    assert bool((down[rms].sel(speed=slice(1700, 3300)).diff("speed") < 0).all())
+def test_force_curve_meets_the_contact():
+    """F at the approach of the contact under the mean force; nothing apart; back flanks push back."""
+    sweep = rig()
+    curve, cycle = sweep.curve, sweep.model.cycles[0]
+    scene = cycle.scene
+    lines = scene_lines(scene, np.arange(curve.steps) / curve.steps)
+    approach = solve(assemble(scene, lines, cycle.effects)).approach / np.cos(scene.pair.meshing.beta_b)
+    assert_allclose(curve.force(approach), scene.F_bt, rtol=1e-4)
+    assert_allclose(curve.force(curve.begin - 1e-3), 0.0, atol=1e-9)
+    assert (curve.force(np.full(curve.steps, -curve.backlash - 0.02)) < 0).all()

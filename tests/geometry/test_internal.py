@@ -313,7 +313,8 @@ def test_a_train_of_a_ring_is_its_pair():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"effects__tooth_bending__model": "finite_elements"}, "external gears so far"),
+        ({"pair__pinion__support": {"radial": 0.0, "tangential": 1.0}}, "external gear"),
+        ({"pair__wheel__support": {"radial": 0.0, "tangential": 0.0}}, "tangential"),
         ({"effects__gear_body__model": "sainsot_velex"}, "external gears"),
         ({"system": {"pinion_inertia": 1.0}}, "external pairs so far|unknown"),
         ({"pair__wheel__outer_diameter": 190.0}, "at least"),
@@ -340,3 +341,10 @@ def test_size_between_balls_gives_the_shift_and_a_greater_one_a_thinner_tooth():
     assert pair.generating_shifts[1] < plain.profile_shifts[1]
     least, most = pair.backlash_limits
     assert 0 < least < pair.actual_backlash < most
+
+
+def test_contact_by_finite_elements_is_refused():
+    from fem_reference.contact.cycle import contact_cycle
+
+    with pytest.raises(InputError, match="external pairs"):
+        contact_cycle(parse_scene(example()), 4)

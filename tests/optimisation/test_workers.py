@@ -11,7 +11,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
 from http.server import BaseHTTPRequestHandler, HTTPServer
@@ -26,7 +26,7 @@ from gearbench import optimise, read_study
 from gearbench.budget import VARIABLE, MemoryBudgetError, memory_limit
 from gearbench.errors import GearbenchError, InputError
 from gearbench.optimisation import executors
-from gearbench.optimisation.executors import check_scheduler, identity, require_same, require_scheduler, silent
+from gearbench.optimisation.executors import Pool, check_scheduler, identity, require_same, require_scheduler, silent
 from gearbench.optimisation.front import non_dominated
 from gearbench.optimisation.problem import Evaluation, evaluate
 from gearbench.optimisation.racing import Incumbents
@@ -99,11 +99,9 @@ def test_workers_start_once_this_process_has_worked_for_a_while_and_share_the_me
             dict(evaluations(some, huge, [(2, 3, 4, 2, 3, 3)]))
 
 
-def deadly(item: tuple[int, str, str, int]) -> int:
-    """Kill the worker: on item 3 the first time, on item 7 each time if so told; never the process of the tests."""
-    number, folder, how, tests = item
-    if os.getpid() == tests:
-        return number
+def deadly(item: tuple[int, str, str]) -> int:
+    """Kill the process that works: on item 3 the first time, on item 7 each time if so told."""
+    number, folder, how = item
     once = Path(folder) / "killed"
     if (number == 3 and not once.exists()) or (number == 7 and how == "twice"):
         once.write_text("")
@@ -111,15 +109,52 @@ def deadly(item: tuple[int, str, str, int]) -> int:
     return number
 
 
-@pytest.mark.slow  # while lost workers start again this process may do the deadly item itself
-def test_items_of_a_lost_worker_are_done_again_and_one_that_kills_two_is_reported(tmp_path):
+class Mortal(Pool):
+    """A pool that breaks as the processes do: all its tasks are lost with one that holds a deadly item."""
+
+    lost, disconnected, ready, count = (BrokenExecutor,), (), True, 2
+
+    def __init__(self, *deadly: int) -> None:
+        self.deadly = [*deadly]
+        self.asked: list[tuple[Future, bytes, list[int]]] = []
+
+    def submit(self, function, identity, work, share):
+        found = Future()
+        self.asked = [each for each in self.asked if not each[0].done()] + [(found, work, share)]
+        if len(self.asked) == 4 or len(share) == 1:
+            killer = next((item for _, _, items in self.asked for item in items if item in self.deadly), None)
+            for future, work, items in self.asked:
+                if killer is None:
+                    future.set_result(function(identity, work, items))
+                else:
+                    future.set_exception(BrokenExecutor())
+            if killer is not None:
+                self.deadly.remove(killer)
+        return found
+
+    def common(self, data):
+        return data
+
+    def close(self):
+        pass
+
+
+def test_items_of_a_lost_worker_are_done_again_and_one_that_loses_two_is_reported():
+    assert sorted(Workers(Mortal(3)).map(abs, range(30))) == [(i, i) for i in range(30)]
+    with pytest.raises(LostError) as fault:
+        dict(Workers(Mortal(7, 7)).map(abs, range(30)))
+    assert fault.value.item == 7
+
+
+@pytest.mark.slow  # starts eight processes
+def test_workers_that_are_killed_lose_no_item_and_an_item_that_kills_two_is_reported(tmp_path):
     with open_workers(threads=2, after=0.0) as some:
         warm(some)
-        items = [(i, str(tmp_path), "once", os.getpid()) for i in range(30)]
+        items = [(i, str(tmp_path), "once") for i in range(30)]
         assert sorted(number for _, number in some.map(deadly, items)) == [*range(30)]
         assert (tmp_path / "killed").exists()
         with pytest.raises(LostError) as fault:
-            dict(some.map(deadly, [(i, str(tmp_path), "twice", os.getpid()) for i in range(30)]))
+            dict(some.map(deadly, [(i, str(tmp_path), "twice") for i in range(30)]))
         assert fault.value.item[0] == 7
 
 

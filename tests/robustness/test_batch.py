@@ -22,6 +22,7 @@ from gearbench.library.garambois2017 import gear
 from gearbench.robustness.montecarlo import prepare_phases, prepare_scene, respond
 from gearbench.robustness.run import robust
 from gearbench.scene import Resolution, Scene
+from tests.support.batches import solve_batch
 from tests.support.samples import single
 
 
@@ -46,7 +47,7 @@ SCENES = {
 def test_every_sample_is_the_answer_of_the_single_scene_solver(scene):
     problem = prepare_scene(scene, ROUNDING)
     errors = problem.draw(40, 3, "random")
-    solution = batching.solve_batch(problem.batch, errors - problem.mean)
+    solution = solve_batch(problem.batch, errors - problem.mean)
 
     for i in range(len(errors)):
         approach, stiffness = single(problem.batch, errors[i] - problem.mean)
@@ -62,7 +63,7 @@ def test_without_errors_samples_are_the_mesh_cycle_of_a_single_scene(name):
     lines = scene_lines(scene, mesh_phases(scene)[0])
     exact = solve_patches(assemble(scene, lines))
     gaps = GapModes.on(lines, lambda each: np.ones((*each.shape, 1)), np.zeros(1))
-    found = batching.solve_batch(batching.prepare(assemble(scene, lines), gaps), np.zeros((1, 1)))
+    found = solve_batch(batching.prepare(assemble(scene, lines), gaps), np.zeros((1, 1)))
     assert_allclose(found.approach[:, 0], exact.approach, rtol=1e-9)
     # a rough solution's is that before its last step, at a residual of 1e-6
     assert_allclose(found.stiffness[:, 0], exact.stiffness, rtol=1e-6)
@@ -88,7 +89,7 @@ def test_samples_of_a_scatter_are_good_to_a_hundred_thousandth():
     exact, problem = (prepare_scene(SCENES["helical with relief"], each) for each in (ROUNDING, SCATTER))
     assert problem.batch.rank < exact.batch.rank
     draws = problem.draw(LANES, 2, "sobol") - problem.mean
-    found, expected = batching.solve_batch(problem.batch, draws), batching.solve_batch(exact.batch, draws)
+    found, expected = solve_batch(problem.batch, draws), solve_batch(exact.batch, draws)
     assert_allclose(found.approach, expected.approach, rtol=1e-5)
     assert_allclose(found.stiffness, expected.stiffness, rtol=1e-5)
     assert np.abs(found.stiffness / expected.stiffness - 1).max() > 1e-9
@@ -132,10 +133,10 @@ def test_what_the_first_guess_missed_at_the_positions_before_saves_steps():
 def test_samples_that_newton_does_not_reach_go_to_the_solver_with_line_search(monkeypatch):
     problem = prepare_scene(SCENES["spur"], ROUNDING)
     errors = problem.draw(10, 0, "sobol")
-    plain = batching.solve_batch(problem.batch, errors - problem.mean)
+    plain = solve_batch(problem.batch, errors - problem.mean)
     assert plain.rescued == 0
     monkeypatch.setattr(batching, "NEWTON_LIMIT", 1)
-    rescued = batching.solve_batch(problem.batch, errors - problem.mean)
+    rescued = solve_batch(problem.batch, errors - problem.mean)
     assert rescued.rescued > 0
     assert_allclose(rescued.approach, plain.approach, rtol=1e-9)
     assert_allclose(rescued.stiffness, plain.stiffness, rtol=1e-9)
@@ -144,7 +145,7 @@ def test_samples_that_newton_does_not_reach_go_to_the_solver_with_line_search(mo
 def test_errors_a_thousand_times_the_deflection_are_solved():
     problem = prepare_scene(SCENES["helical, three pairs"], ROUNDING)
     errors = 1000 * problem.draw(20, 1, "random")
-    solution = batching.solve_batch(problem.batch, errors - problem.mean)
+    solution = solve_batch(problem.batch, errors - problem.mean)
     for i in range(0, 20, 5):
         approach, stiffness = single(problem.batch, errors[i] - problem.mean)
         # the approach is relative to gaps 1000 times as large: three digits fewer are left of the stiffness

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from gearbench.contact import batch as batching
 from gearbench.contact._lane_kernels import LANES
-from gearbench.contact.batch import ROUNDING, Batch, chunks, solve_batch, solve_one_chunk
+from gearbench.contact.batch import ROUNDING, Batch, chunks, solve_one_chunk
 from gearbench.contact.law import inverse
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.hertz import Hertz
@@ -19,6 +19,7 @@ from gearbench.library.garambois2017 import gear
 from gearbench.robustness.montecarlo import RobustProblem, prepare_scene, respond
 from gearbench.scene import Resolution, Scene
 from tests.robustness.test_batch import single
+from tests.support.batches import solve_batch
 
 
 def on_its_body(name: str, law: str = "weber_banaschek") -> Scene:

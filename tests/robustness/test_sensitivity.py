@@ -6,11 +6,11 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from gearbench.effects.distributions import DISTRIBUTIONS
 from gearbench.robustness.sampling import unit_samples
-from gearbench.robustness.sensitivity import sensitivity
+from gearbench.robustness.sensitivity import sensitivities
 
 
 def first_order(errors, values):
-    return sensitivity(errors, values).first_order
+    return sensitivities(errors, [values])[0].first_order
 
 
 ERRORS = 15

@@ -12,7 +12,7 @@ from gearbench.loads import Load, WeightedLoad
 from gearbench.results.warnings import warnings
 from gearbench.robustness.run import robust
 from gearbench.robustness.sampling import unit_samples
-from gearbench.robustness.sensitivity import sensitivity
+from gearbench.robustness.sensitivity import sensitivities
 from gearbench.robustness.tightening import FINER, gains, tighten_first
 from gearbench.scene import Resolution
 
@@ -22,7 +22,7 @@ AMPLITUDES = {"profile_slope": 3.0, "profile_form": 4.0, "helix_slope": 5.0, "in
 def test_totals_count_products_for_both():
     """y = x_0 x_1 + x_0 on [−1, 1]: variances 1/9 and 1/3, so S = 3/4, 0 and S_T = 1, 1/4."""
     found = [
-        sensitivity(x, x[:, 0] * x[:, 1] + x[:, 0])
+        sensitivities(x, [x[:, 0] * x[:, 1] + x[:, 0]])
         for s in range(5)
         for x in [2 * unit_samples("random", 1000, 6, s) - 1]
     ]
@@ -40,7 +40,7 @@ def test_the_change_of_the_mean_is_that_of_the_closed_form(sampler):
     change, error = [], []
     for seed in range(40):
         x = 2 * unit_samples(sampler, 512, 4, seed) - 1
-        found = sensitivity(x, x @ a + x**2 @ b + x[:, 0] * x[:, 1], FINER)
+        (found,) = sensitivities(x, [x @ a + x**2 @ b + x[:, 0] * x[:, 1]], FINER)
         change.append(found.tightened[0])
         error.append(found.tightened[1])
     off = np.array(change) - b * (FINER**2 - 1) / 3

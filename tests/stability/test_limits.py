@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 
 from gearbench.compliance.bases import gauss
 from gearbench.compliance.plate import PlateTooth
-from gearbench.contact.batch import ROUNDING, solve_batch
+from gearbench.contact.batch import ROUNDING
 from gearbench.contact.solver import solve
 from gearbench.effects.manufacturing_errors import ErrorKind, ManufacturingErrors
 from gearbench.errors import GearbenchError
@@ -20,6 +20,7 @@ from gearbench.robustness.sampling import unit_samples
 from tests.stability.catalogue import CASES
 from tests.stability.measure import compare_problem
 from tests.stability.problems import PROBLEMS, duplicated, no_law, ordinary, stiff_law, tied
+from tests.support.batches import solve_batch
 from tests.support.samples import single
 
 #: Steps that polishing may take.

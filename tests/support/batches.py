@@ -1,0 +1,17 @@
+"""A batch of error samples solved on one thread."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gearbench.contact.batch import Batch, BatchSolution, chunks, solve_one_chunk
+
+
+def solve_batch(batch: Batch, draws: NDArray) -> BatchSolution:
+    """Solve every position for the errors ``draws`` − mean, (sample, error), on this thread."""
+    parts = [solve_one_chunk(batch, chunk) for chunk in chunks(draws)]
+    count = len(draws)
+    return BatchSolution(
+        approach=np.concatenate([part.approach for part in parts], axis=1)[:, :count],
+        stiffness=np.concatenate([part.stiffness for part in parts], axis=1)[:, :count],
+        rescued=sum(part.rescued for part in parts),
+    )
