@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -17,6 +19,7 @@ from gearbench.geometry.material import Material
 from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.web import Web, make_web
+from gearbench.threads import default_threads
 
 if TYPE_CHECKING:
     from fem_reference.section import Body
@@ -75,8 +78,8 @@ HIGH_FILLET = 0.27
 def solid_order(gear: Gear) -> tuple[int, int, int]:
     """Order of a solid tooth unless a scene gives one.
 
-    Across the face as many functions as the flank can feel. Where the fillet reaches high, or the gear is helical, the
-    height has functions enough for two families that meet where the flank begins.
+    Across the face as many functions as the flank can feel, along the height enough for two families that meet where
+    the flank begins.
     """
     from gearbench.compliance.local import waves_across
     from gearbench.compliance.section import JOINTED
@@ -84,8 +87,7 @@ def solid_order(gear: Gear) -> tuple[int, int, int]:
 
     steep, wide = gear.helix_angle > STEEP, gear.face_width > WIDE * gear.normal_module
     high = gear.form_radius - gear.root_radius > HIGH_FILLET * gear.tooth_height
-    across, along = 8 if steep else 7 if high else 6, JOINTED if high or gear.helix_angle else 7
-    return across, along, waves_across(gear) + (4 if steep or wide else 1)
+    return 8 if steep else 7 if high else 6, JOINTED, waves_across(gear) + (4 if steep or wide else 1)
 
 
 @lru_cache(maxsize=256)
@@ -154,12 +156,25 @@ def meshed_flank(body: Body, material: Material, accuracy: float) -> FlankCompli
     return cached_compliance(body, material, accuracy)
 
 
+@lru_cache(maxsize=256)
+def of_both(flank: Callable[..., FlankCompliance], pair: Pair, *options: object) -> tuple[FlankCompliance, ...]:
+    """``flank`` (pair, index, …) of both gears, each on a thread of its own where there are two processors.
+
+    Kernels and products of matrices let the other thread run. Gears that are alike share a tooth, which is made once.
+    """
+    alike = pair.gears[0] == pair.gears[1] and pair.materials[0] == pair.materials[1]
+    if alike or default_threads() == 1:
+        return tuple(flank(pair, index, *options) for index in (0, 1))
+    with ThreadPoolExecutor(2) as pool:
+        return tuple(pool.map(lambda index: flank(pair, index, *options), (0, 1)))
+
+
 def forget_fast_teeth() -> None:
     """Build plates, solids and rings anew when they are next asked for: to measure it, or to free their memory."""
     from gearbench.compliance.flank import joined
     from gearbench.compliance.gear_body import rim_harmonics
 
-    for kept in (plate_tooth, solid_tooth, solid_flank, _toothed_ring, ring_flank, rim_harmonics, joined):
+    for kept in (plate_tooth, solid_tooth, solid_flank, _toothed_ring, ring_flank, of_both, rim_harmonics, joined):
         kept.cache_clear()
 
 
