@@ -34,7 +34,8 @@ SOURCES = (
     "compiled.py",
     "schema.py",
     "threads.py",
-    *(f"geometry/{name}.py" for name in ("blank", "fillet", "gear", "involute", "material", "rack", "section", "web")),
+    *(f"geometry/{name}.py" for name in ("blank", "cutter", "fillet", "gear", "involute", "material", "rack")),
+    *(f"geometry/{name}.py" for name in ("ring_conditions", "section", "web")),
     *(
         f"compliance/{name}.py"
         for name in ("_chain_kernels", "bases", "chain", "flank", "lapack", "local", "outline", "section", "solid")

@@ -85,7 +85,9 @@ def flank_blocks(
         Numbers p, q of polynomials of the loads along height and face width.
     """
     S, face = condensed_sector(section, axis, there, material, order)
-    return -S[None] if section.body.bore_radius is None else circulant_compliance(S, face, section.body.gear.teeth, n)
+    return (
+        -S[None] if section.body.bore_radius is None else circulant_compliance(S, face, abs(section.body.gear.teeth), n)
+    )
 
 
 def condensed_sector(

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from fem_reference.circulant import circulant_compliance, condensed_sector
 from fem_reference.refinement import NEIGHBOURS, Level, default_order
-from fem_reference.section import Body
+from fem_reference.section import Body, MeshingError
 from fem_reference.sector import Outline, Section, elasticity, lagrange, strains
 from gearbench.compliance.bases import gauss
 from gearbench.compliance.flank import FlankCompliance
@@ -155,6 +155,8 @@ def fillet_stress(
     MeshingError
         If flanks or fillets of the section cross.
     """
+    if body.gear.teeth < 0:
+        raise MeshingError("stress in the fillet is of external gears so far")
     order = order or default_order(body.gear)
     level = Level(body=body, number=number, waves=order[1], rim=RIM)
     b = body.gear.face_width

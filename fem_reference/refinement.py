@@ -22,7 +22,7 @@ from fem_reference.circulant import flank_blocks
 from fem_reference.section import Body
 from fem_reference.sector import Grain, Section
 from fem_reference.solver import available_solver
-from gearbench.budget import memory_limit, require
+from gearbench.budget import memory_limit, require, sector_memory
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.local import half_space_compression, waves_across
 from gearbench.errors import GearbenchError
@@ -90,7 +90,7 @@ class Level:
         are functions on its own width only.
         """
         gear, section, web, axis = self.body.gear, self.section, self.body.web, self.axis
-        depth = np.maximum(gear.root_radius - section.positions[:, 0], 1e-9 * gear.root_radius)
+        depth = np.maximum(gear.root_radius - section.positions[:, 0], 1e-9 * abs(gear.root_radius))
         felt = FADED[self.number] / (math.pi * depth * math.cos(gear.beta))
         piece, number = axis.degrees
         lengths = np.append(np.diff(axis.breaks), 0.0)  # none at the breaks, whose functions are there at any depth
@@ -113,9 +113,9 @@ class Level:
 
     @property
     def memory(self) -> float:
-        """Memory [bytes], good to a factor of two: 120 bytes an entry of the matrix, measured."""
+        """Memory [bytes], good to a factor of two."""
         of_element = (3 * (self.number + 1) ** 2) ** 2
-        return 150e6 + 120 * 2.5 * of_element * float(self.of_nodes.sum(axis=1)[self.section.nodes].mean(axis=1).sum())
+        return sector_memory(of_element * float(self.of_nodes.sum(axis=1)[self.section.nodes].mean(axis=1).sum()))
 
 
 def default_order(gear: Gear) -> tuple[int, int]:
@@ -197,7 +197,7 @@ def refined_compliance(
 def blocks_of(level: Level, material: Material, order: tuple[int, int]) -> np.ndarray:
     """Blocks C_d (2n+1, p·q, p·q) [mm/N] of a level, the compression of the half-space taken out of C_0."""
     gear = level.body.gear
-    n = 0 if level.body.bore_radius is None else min((gear.teeth - 1) // 2, NEIGHBOURS)
+    n = 0 if level.body.bore_radius is None else min((abs(gear.teeth) - 1) // 2, NEIGHBOURS)
     blocks = flank_blocks(level.section, level.axis, level.there, material, order, n)
     blocks[n] -= half_space_compression(gear, material.E, material.nu, order, points=24)
     return blocks

@@ -1,7 +1,8 @@
 """Transverse section of the meshed body: which curves bound it, and where they run exactly.
 
 Polar coordinates: radius R and angle θ, clockwise from the centre line (+y axis) of the loaded tooth, so that the
-tooth's right flank, the loaded one, is at θ > 0. Tooth d stands at θ = 2πd/z.
+tooth's right flank, the loaded one, is at θ > 0. Tooth d stands at θ = 2πd/z. Radii and angles of an internal gear are
+negative (``gearbench.geometry.gear``): R grows from the outside, where it is held, to the tips, arcs R θ are as above.
 """
 
 from __future__ import annotations
@@ -46,13 +47,17 @@ class Body:
         The gear.
     bore_radius
         None: one tooth alone, cut out and clamped along the root circle R = r_f between the feet of its two fillets.
-        Otherwise a sector of the gear down to the bore [mm], clamped at the bore.
+        Otherwise a sector of the gear down to the bore [mm], clamped at the bore; out to the outside, a negative
+        radius, of an internal gear.
     web
         Rim, web and hub between root circle and bore, seen as on a driving gear; None where all of it is as wide as
         the face.
     teeth
         Number of neighbouring teeth on the sector, odd, the loaded one in the middle; ``gear.teeth`` makes the
         whole gear.
+    support
+        Stiffness of springs at the bore or outside, radial and along it [N/mm³]; None where it is held firmly. Of the
+        condensed sector only.
     rest
         Model of the rest of the gear beyond the sector: "ring" (the body without teeth, coarse; the default),
         or nothing, the cut faces being "clamped" or "free". Only the ring keeps the stiffness of the body: on five
@@ -68,6 +73,7 @@ class Body:
     bore_radius: float | None = None
     web: Web | None = None
     teeth: int = 1
+    support: tuple[float, float] | None = None
     rest: Literal["ring", "clamped", "free"] = "ring"
 
     def __post_init__(self) -> None:
@@ -76,15 +82,19 @@ class Body:
             if self.teeth != 1:
                 raise InputError("teeth", self.teeth, "must be 1 for a tooth alone (no bore_radius)")
             return
-        if not 0 < self.bore_radius <= 0.999 * r_f:
+        if z < 0:
+            if not self.bore_radius <= 1.001 * r_f:
+                raise InputError("bore_radius", self.bore_radius, f"must be at most {1.001 * r_f:.6g} mm (root circle)")
+        elif not 0 < self.bore_radius <= 0.999 * r_f:
             raise InputError("bore_radius", self.bore_radius, f"must lie in (0, {0.999 * r_f:.6g}] mm (root circle)")
+        z = abs(z)
         if not (self.teeth == z or (self.teeth % 2 == 1 and 1 <= self.teeth <= z - 2)):
             raise InputError("teeth", self.teeth, f"must be odd and at most {z - 2}, or all {z} teeth")
 
     @property
     def closed(self) -> bool:
         """Whether the whole gear is modelled."""
-        return self.bore_radius is not None and self.teeth == self.gear.teeth
+        return self.bore_radius is not None and self.teeth == abs(self.gear.teeth)
 
     @property
     def axis_breaks(self) -> tuple[float, ...]:
@@ -139,12 +149,13 @@ class Body:
         return float(self._radius_at(0.55 * self._chord(self.gear.form_radius)))
 
     def _chord(self, radius: ArrayLike) -> NDArray:
-        """c = √(R² − r_f²), in which the fillet is smooth down to the root circle."""
+        """c = √|R² − r_f²|, in which the fillet is smooth down to the root circle."""
         r_f, radius = self.gear.root_radius, np.asarray(radius, dtype=float)
-        return np.sqrt(np.maximum((radius - r_f) * (radius + r_f), 0.0))
+        return np.sqrt(np.maximum(self.gear.sign * (radius - r_f) * (radius + r_f), 0.0))
 
     def _radius_at(self, chord: ArrayLike) -> NDArray:
-        return np.hypot(self.gear.root_radius, chord)
+        r_f, sign = self.gear.root_radius, self.gear.sign
+        return sign * np.sqrt(r_f**2 + sign * np.square(chord))
 
     def fillet(self, low: float, high: float, n: int = 24) -> tuple[NDArray, NDArray]:
         """Points (R, ψ) of the fillet between two radii, evenly in c."""
@@ -155,8 +166,8 @@ class Body:
     def involute(self, n: int = 24) -> tuple[NDArray, NDArray]:
         """Points (R, ψ) of the involute flank, evenly in the roll angle."""
         gear = self.gear
-        ends = [math.sqrt(max(r**2 - gear.base_radius**2, 0.0)) for r in (gear.form_radius, gear.tip_radius)]
-        radius = np.hypot(gear.base_radius, np.linspace(ends[0], ends[1], n))
+        ends = gear.roll_length([gear.form_radius, gear.tip_radius])
+        radius = gear.radius_at(np.linspace(ends[0], ends[1], n))
         radius[0], radius[-1] = gear.form_radius, gear.tip_radius
         return radius, gear.half_angle(radius)
 
@@ -190,16 +201,17 @@ class Body:
 def check_section(body: Body) -> None:
     """Refuse a section that crosses itself, by name of what crosses.
 
-    The flanks are functions ψ(R), so the outline is simple exactly if 0 < ψ(R) everywhere and ψ ≤ π/z at the root.
+    The flanks are functions ψ(R), so the outline is simple exactly if 0 < ψ(R) everywhere and ψ ≤ π/z at the root,
+    without their signs.
     """
     gear = body.gear
     R = np.concatenate([body.fillet(gear.root_radius, gear.form_radius, 200)[0], body.involute(200)[0]])
-    psi = gear.half_angle(R)
-    if not np.all(np.isfinite(psi)) or psi.min() <= 1e-6 * body.pitch_angle:
+    psi, pitch = gear.sign * gear.half_angle(R), abs(body.pitch_angle)
+    if not np.all(np.isfinite(psi)) or psi.min() <= 1e-6 * pitch:
         at = R[int(np.argmin(np.nan_to_num(psi, nan=-1.0)))]
         raise MeshingError(f"the flanks of the tooth cross at R = {at:.6g} mm (pointed or undercut right through)")
     on_fillet = gear.form_radius >= R
-    if psi[on_fillet].max() > 0.5 * body.pitch_angle * (1 + 1e-9):
+    if psi[on_fillet].max() > 0.5 * pitch * (1 + 1e-9):
         raise MeshingError("the fillets of neighbouring teeth cross")
 
 

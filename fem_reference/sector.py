@@ -45,12 +45,12 @@ class Outline:
 
     @cached_property
     def _series(self) -> NDArray:
-        """c = √(R² − r_f²) and ψ over φ: both analytic, unlike ψ(R), which starts with a root; and their slopes.
+        """c = √|R² − r_f²| and ψ over φ: both analytic, unlike ψ(R), which starts with a root; and their slopes.
 
         Coefficients on [0, φ_end], (degree, 4): c, ψ, dc/dφ, dψ/dφ. Those below rounding are left out.
         """
-        fillet, r_f = self.gear.fillet, self.gear.root_radius
-        chord = lambda phi: np.sqrt(np.maximum(fillet.radius(phi) ** 2 - r_f**2, 0.0))  # noqa: E731
+        fillet, r_f, sign = self.gear.fillet, self.gear.root_radius, self.gear.sign
+        chord = lambda phi: np.sqrt(np.maximum(sign * (fillet.radius(phi) ** 2 - r_f**2), 0.0))  # noqa: E731
         span = [0.0, fillet.phi_end]
         found = [Chebyshev.interpolate(each, 60, span) for each in (chord, fillet.half_angle)]
         found = [each.trim(1e-15 * np.abs(each.coef).max()) for each in found]
@@ -63,8 +63,9 @@ class Outline:
     def fillet(self, phi: NDArray) -> tuple[NDArray, NDArray, NDArray, NDArray]:
         """R, ψ, dR/dφ and dψ/dφ."""
         c, psi, c_phi, psi_phi = chebval(2 * phi / self.gear.fillet.phi_end - 1, self._series)
-        R = np.hypot(self.gear.root_radius, c)
-        return R, psi, c * c_phi / R, psi_phi
+        sign = self.gear.sign
+        R = sign * np.sqrt(self.gear.root_radius**2 + sign * c**2)
+        return R, psi, sign * c * c_phi / R, psi_phi
 
     @cached_property
     def junction(self) -> float:
@@ -77,7 +78,7 @@ class Outline:
     def half_angle(self, R: NDArray) -> tuple[NDArray, NDArray]:
         """ψ and dψ/dR from the junction to the tip circle."""
         gear, flank = self.gear, self.gear.form_radius <= R
-        tan = np.sqrt(np.maximum(R**2 - gear.base_radius**2, 0.0)) / gear.base_radius
+        tan = gear.roll_length(R) / gear.base_radius
         on_flank = gear.involute_half_angle(R), -tan / R
         if flank.all():
             return on_flank
@@ -177,7 +178,7 @@ def quadrilaterals(body: Body, grain: Grain) -> tuple[list[Map], list[Map]]:
     if body.bore_radius is None:
         columns += [_foot(outline, side, end) for side in (-1, 1)]
         return loaded, others + [_in_column(column, gear.root_radius) for column in columns]
-    if half - end > LEAST_LAND * half:
+    if (half - end) / half > LEAST_LAND:
         columns += [_level(end, half, gear.root_radius), _level(-half, -end, gear.root_radius)]
     else:
         end = half
@@ -269,7 +270,9 @@ class Section:
 
     @cached_property
     def held(self) -> NDArray:
-        """Nodes on it, which do not move."""
+        """Nodes on it, which do not move; none where springs hold it."""
+        if self.body.support is not None:
+            return np.zeros(0, dtype=np.intp)
         return np.flatnonzero(self.positions[:, 0] < self.held_radius + 1e-7 * self.body.gear.normal_module)
 
     @cached_property
@@ -282,7 +285,8 @@ class Section:
     def side(self, sign: int) -> NDArray:
         """Nodes at θ = ±π/z, from the bore upwards."""
         R, theta = self.positions.T
-        at = np.flatnonzero(np.abs(theta - sign * 0.5 * self.body.pitch_angle) < 1e-7 * self.body.pitch_angle)
+        pitch = self.body.pitch_angle
+        at = np.flatnonzero(np.abs(theta - sign * 0.5 * pitch) < 1e-7 * abs(pitch))
         return at[np.argsort(R[at])]
 
     def stiffness(self, material: Material, chosen: NDArray) -> tuple[sp.csr_array, sp.csr_array, sp.csr_array]:
@@ -307,7 +311,7 @@ class Section:
             left = (C @ (scale * B0.reshape(*B0.shape[:2], -1))).reshape(6 * len(s), -1)
             B0, B1 = ((scale * B.reshape(*B.shape[:2], -1)).reshape(6 * len(s), -1) for B in (B0, B1))
             right = (C @ B1.reshape(len(s), 6, -1)).reshape(6 * len(s), -1)
-            blocks.append((B0.T @ left, B0.T @ right, B1.T @ right))
+            blocks.append((B0.T @ left + self._springs(at), B0.T @ right, B1.T @ right))
         dofs = (3 * self.nodes[chosen][:, :, None] + np.arange(3)).reshape(len(blocks), -1)
         size = 3 * len(self.positions)
         row, col = np.repeat(dofs, dofs.shape[1], axis=1).ravel(), np.tile(dofs, dofs.shape[1]).ravel()
@@ -316,6 +320,23 @@ class Section:
             for b in zip(*blocks, strict=True)
         ]
         return made[0], made[1], made[2]
+
+    def _springs(self, at: Map) -> NDArray | float:
+        """∫ N K Nᵀ |R dθ| of the springs below a quadrilateral, (dof, dof); 0 where it stands on none."""
+        if self.body.support is None:
+            return 0.0
+        n = self.grain.degree
+        points, weights = gauss(n + 2)
+        R, _, _, _, theta_s, _ = at(points, np.zeros_like(points))
+        if np.any(np.abs(R - self.held_radius) > 1e-7 * self.body.gear.normal_module):
+            return 0.0
+        value, _ = lagrange(n, points)
+        radial, along = self.body.support
+        of_edge = value.T @ (value * (weights * np.abs(R * theta_s))[:, None])
+        out = np.zeros((3 * (n + 1) ** 2, 3 * (n + 1) ** 2))
+        edge = 3 * (n + 1)  # the nodes of t = 0 come first
+        out[:edge, :edge] = np.kron(of_edge, np.diag([radial, along, along]))
+        return out
 
     def flank_load(self, count: int) -> NDArray:
         """∫ f_i(R) n·N dR on the right flank for the ``count`` polynomials of the height, (3·node, count)."""

@@ -8,12 +8,11 @@ from numpy.testing import assert_allclose
 
 from gearbench import robust, simulate, sweep
 from gearbench.contact.equilibrium import balance
+from gearbench.effort.plan import plan
 from gearbench.errors import InputError
 from gearbench.scene_file import parse_scene
 from gearbench.trains.scatter import curves, draw, offsets, solved_samples, variables
 from gearbench.trains.solve import solve_train
-
-pytest.importorskip("gearbench.geometry.cutter")  # internal gears
 
 LINEAR = {"hertz": {"law": "yang_sun"}}
 
@@ -171,6 +170,21 @@ def test_samples_are_solved_as_single_sets_are():
         assert_allclose(found["mesh_load_factor"][n], (exact.force / whole.even).max(), rtol=1e-5)
 
 
+def test_over_a_revolution_run_outs_turn_with_their_members():
+    keys = {"planets": 4, "pin_stiffness": 300.0, "run_out": {"sun": 20.0, "planet": [0.0, 8.0, 0.0, 0.0]}}
+    whole = simulate(parse_scene(tables(**keys)), outputs=["transmission_error"])
+    shares = whole["load_sharing_over_revolution"]
+    # at the beginning it is the set as it stands
+    assert_allclose(shares.isel(revolution=0), whole["load_sharing"].max("position"), rtol=1e-5)
+    assert float(whole["mesh_load_factor"]) == float(shares.max()) > 1.05
+    # the sun turns 96/36 times, and its eccentricity passes planet after planet
+    alone = {**keys, "run_out": {"sun": 20.0}}
+    shares = simulate(parse_scene(tables(**alone)), outputs=["transmission_error"])["load_sharing_over_revolution"]
+    quarter = int(128 * 36 / 96 / 4)
+    assert quarter * 4 * 96 == 128 * 36
+    assert_allclose(shares[1].values[quarter:], shares[0].values[:-quarter], rtol=1e-6)
+
+
 def test_robust_says_how_much_the_errors_cost():
     scene = parse_scene(tables(planets=4, pin_stiffness=300.0, phases=2, scatter={"pin_tangential": 15.0}))
     found = robust(scene, samples=64)
@@ -182,6 +196,21 @@ def test_robust_says_how_much_the_errors_cost():
     swept = sweep(scene, {"planetary.pin_stiffness": [100.0, 300.0]}, outputs=["transmission_error"])
     assert swept["train_transmission_error_mean"].dims == ("planetary.pin_stiffness",)
     assert np.all(np.diff(swept["train_transmission_error_mean"]) < 0)
+
+
+def test_a_negative_torque_is_the_set_in_a_mirror():
+    keys = {"pin_tangential": [10.0, 0.0, -5.0], "pin_stiffness": 200.0, "effects": {"tooth_bending": {}, "hertz": {}}}
+    drive = solved(positions=[0.0, 120.0, 240.0], **keys)
+    keys["pin_tangential"] = [-10.0, 5.0, 0.0]
+    coast = solved(positions=[0.0, 120.0, 240.0], torque=-200.0, **keys)
+    assert_allclose(coast.balance.force[:, [0, 2, 1, 3, 5, 4]], drive.balance.force, rtol=1e-9)
+    assert_allclose(coast.input_turn, drive.input_turn, rtol=1e-9)
+
+
+def test_the_plan_counts_meshes_and_motions():
+    made = plan(parse_scene(tables(planets=4, floating=["sun"], scatter={"pin_radial": 5.0})))
+    assert [part.size for part in made.parts if part.name == "balance"] == ["8 meshes, 7 free motions"]
+    assert made.parts[-1].name == "robust"
 
 
 @pytest.mark.parametrize(

@@ -129,7 +129,7 @@ def test_a_negative_torque_loads_the_other_flanks_of_all_gears():
 @pytest.mark.parametrize(
     ("change", "key", "words"),
     [
-        ({"motor": {"teeth": -19}}, "gears.motor.teeth", "internal"),
+        ({"motor": {"teeth": -9}}, "gears.motor.teeth", "internal"),
         ({"motor": {"face_width": None}}, "gears.motor.face_width", "number"),
         ({"motor": {"tooth": 19}}, "gears.motor.tooth", "allowed"),
         ({"idler": {"normal_module": 2.1}}, "gears.idler.normal_module", "must be that of its mate motor, 2"),

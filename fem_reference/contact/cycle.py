@@ -130,6 +130,8 @@ def _method(settings: Settings | SpatialSettings) -> str:
 
 
 def _check(scene: Scene, loads: Sequence[float], settings: Settings | SpatialSettings, factor: float) -> None:
+    if scene.pair.is_internal:
+        raise InputError("pair.wheel.teeth", scene.pair.wheel.teeth, "contact by finite elements is of external pairs")
     if isinstance(settings, Settings) and scene.pair.helix_angle:
         raise InputError("pair.helix_angle", scene.pair.helix_angle, "must be 0 in plane strain")
     if isinstance(settings, SpatialSettings) and factor != 1:

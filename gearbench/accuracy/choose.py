@@ -45,11 +45,11 @@ R = TypeVar("R")
 FE_SHARE, REST_SHARE = 0.5, 0.6
 #: Segments, Gauss points and rung of the ladder of solid orders for an error of 1 %, and what each factor of ten adds:
 #: the segments are multiplied, as errors fall like their power −2.5; least of each.
-AT_PERCENT, A_DECADE, LEAST = (16, 5, 3), (2.5, 4, 3), (8, 3, 1)
+AT_PERCENT, A_DECADE, LEAST = (16, 6, 3), (2.5, 4, 3), (8, 3, 1)
 #: How many times as many segments solid teeth begin with, which cost more: a round is saved.
 BESIDE_SOLID = 1.5
 #: Segments and Gauss points of the companion, as shares, and how many rungs lower the teeth of the first runs are.
-COARSER, LOWER = (0.6, 0.8), 1
+COARSER, LOWER = (0.6, 0.7), 1
 #: Error over the difference to the companion of single runs: order 2 in the segments.
 LEFT = 0.6
 #: The same of peak-to-peak values over that of other numbers: they end where the stiffness rises steeply, at births.
@@ -57,6 +57,9 @@ PEAKS = 2.0
 #: Order of convergence of solid teeth in the number of functions along the height, up to the second number of them and
 #: beyond: the root is singular, and digits that are left wait for the other directions too.
 SOLID_CONVERGENCE, COARSE_HEIGHT, FINE_CONVERGENCE = 2.2, 11, 1.5
+#: By how much the error of the higher of two orders may be above the one extrapolated: their difference is small by
+#: chance at times.
+CHANCE = 1.4
 #: Rounds of settings that are tried, and by how much the segments are raised at most in one.
 ROUNDS, MOST = 6, 3.0
 #: Segments and Gauss points are both raised where their contributions differ by less than this factor.
@@ -137,7 +140,7 @@ def choose(
     share
         Share of the accuracy that may be spent; the rest belongs to the caller's choices.
     left
-        Error over the difference to an answer with 0.6 of the segments and 0.8 of the Gauss points; 1.5 where errors
+        Error over the difference to an answer with 0.6 of the segments and 0.7 of the Gauss points; 1.5 where errors
         fall like 1/n only.
 
     Raises
@@ -275,12 +278,12 @@ class _Search(Generic[R]):
             at = replace(lower, order=order)
             answer = self._solve(at)
             falls = self._falls(lower.order, order)
-            by_order = falls / (1 - falls) * largest_errors(self(lower), self(at))
+            by_order = CHANCE * falls / (1 - falls) * largest_errors(self(lower), self(at))
             errors = np.hypot(rest, by_order)
             self.reached[at] = float(errors.max())
             if self.reached[at] <= budget:
                 return at, errors, answer
-            finest = float((self._falls(order, self.most.order) * by_order).max())
+            finest = float((self._falls(order, self.most.order) * by_order / CHANCE).max())
             if order == self.most.order or finest > budget:
                 raise self._stopped(f"solid teeth of the highest order leave about {100 * finest:.2g} %")
             del answer  # may be large

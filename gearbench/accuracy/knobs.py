@@ -94,19 +94,19 @@ def with_order(scene: Scene, order: Level) -> Scene:
     return with_effect(scene, "tooth_bending", order=order)
 
 
-#: Functions of the solid across the thickness and along the height, and along the axis as a multiple of the default.
-#: The height counts most: the stress is singular where the flank meets the clamped root.
+#: Functions of the solid across the thickness and along the height, and along the axis: a multiple of the default, and
+#: more beside it. The height counts most: the stress is singular where the flank meets the clamped root. On narrow
+#: helical gears the axis counts as much.
 _SOLID = (
-    (3, 4, 0.8),
-    (4, 5, 0.9),
-    (6, 7, 1.0),
-    (7, 9, 1.0),
-    (8, 11, 1.0),
-    (9, 14, 1.1),
-    (10, 23, 1.3),
-    (11, 29, 1.4),
-    (12, 36, 1.4),
-    (13, 40, 1.4),
+    (3, 4, 0.8, 0),
+    (4, 5, 0.9, 0),
+    (6, 7, 1.0, 0),
+    (8, 10, 1.0, 2),
+    (9, 14, 1.1, 4),
+    (10, 20, 1.2, 4),
+    (11, 28, 1.3, 4),
+    (12, 36, 1.4, 5),
+    (13, 40, 1.4, 5),
 )
 
 
@@ -118,7 +118,7 @@ def solid_orders(scene: Scene) -> tuple[tuple[int, int, int], ...]:
     from gearbench.effects.teeth import solid_order
 
     axis = max(solid_order(gear)[2] for gear in scene.pair.gears)
-    return tuple((s, h, min(40, max(2, round(factor * axis)))) for s, h, factor in _SOLID)
+    return tuple((s, h, min(40, max(2, round(factor * axis) + more))) for s, h, factor, more in _SOLID)
 
 
 SEGMENTS = Knob(

@@ -55,12 +55,15 @@ class ToothedRing:
         Rim, web and hub, seen as on a driving gear; None where the ring reaches down to the bore.
     order
         Number of functions along the radius of the ring; along the axis it has those of the tooth.
+    support
+        Stiffness of springs at ``bore_radius``, radial and along the edge [N/mm³]; None where the body is held firmly.
     """
 
     tooth: SolidTooth
     bore_radius: float
     web: Web | None = None
     order: int = 6
+    support: tuple[float, float] | None = None
 
     @property
     def axis_order(self) -> int:
@@ -97,6 +100,7 @@ class ToothedRing:
             E=self.tooth.E,
             nu=self.tooth.nu,
             order=(self.order, axis),
+            support=self.support,
         )
         if web is None:
             return ring

@@ -19,7 +19,7 @@ at its inner end: still a Rayleigh–Ritz bound). Between the harmonics computed
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -53,6 +53,8 @@ class Ring:
         Numbers of functions along R and along z.
     held
         Whether it is held at r_i. If not, one more function along R, the first, is 1 there and 0 at r_o.
+    support
+        Stiffness of springs that hold r_i, radial and along the edge [N/mm³]; None where it is held firmly.
     """
 
     inner_radius: float
@@ -63,6 +65,7 @@ class Ring:
     nu: float
     order: tuple[int, int]
     held: bool = True
+    support: tuple[float, float] | None = None
 
     def harmonics(self, n: NDArray) -> NDArray:
         """ĉ_n (harmonic, 3·q, 3·q) [mm²/N·1/mm]: amplitudes (U, V, W) × g_j/√b on the rim per unit traction × r_o⁻¹.
@@ -71,6 +74,8 @@ class Ring:
         """
         from gearbench.compliance._ring_kernels import condense
 
+        if self.support is not None:
+            return self._on_springs(np.asarray(n, dtype=float))
         n, rim = np.asarray(n, dtype=float), 3 * self.order[1]
         result = np.zeros((len(n), rim, rim))
         (along, edge), across = self._along(n), self._across(n)
@@ -80,6 +85,22 @@ class Ring:
             if not condense(along, seen, edge[-1], found, addresses()):
                 raise np.linalg.LinAlgError("the stiffness of a ring is not positive definite")
             result[:, mine[:, None], mine] = found
+        return result
+
+    def _on_springs(self, n: NDArray) -> NDArray:
+        """``harmonics`` where r_i moves on its springs; short ones do not reach so far."""
+        radial, along = self.support or (0.0, 0.0)
+        firm = replace(self, support=None)
+        result, reaching = firm.harmonics(n), n * abs(math.log(self.inner_radius / self.radius)) < 1.2 * LAYER
+        K, edge = replace(firm, held=False).stiffness(n[reaching])
+        q, size = self.order[1], 3 * self.order[1]
+        springs = np.repeat([along, radial, along], q) * abs(self.inner_radius)
+        K[:, np.arange(size), np.arange(size)] += springs
+        moved = np.zeros((K.shape[1], size))
+        moved[-size:] = edge[-1] * np.eye(size)
+        L = np.linalg.cholesky(K)
+        half = np.linalg.solve(L, np.broadcast_to(moved, (len(K), *moved.shape)))
+        result[reaching] = _transposed(half) @ half
         return result
 
     @property

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from gearbench.budget import require_each, speed_memory
 from gearbench.dynamics import waves
 from gearbench.dynamics.model import Group, Model
-from gearbench.dynamics.size import bearings, require_each, speed_memory
+from gearbench.dynamics.size import bearings
 from gearbench.dynamics.stability import is_proven, multipliers
 from gearbench.dynamics.steady import MOST as MOST_COMBINATIONS
 from gearbench.dynamics.steady import SETTLED, steady

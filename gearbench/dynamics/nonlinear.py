@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from gearbench.budget import nonlinear_memory, require_each
 from gearbench.dynamics.analysis import HARMONICS, check_harmonics, check_speeds, modal_variables, spans
 from gearbench.dynamics.force_curve import ForceCurve, force_curve
 from gearbench.dynamics.model import Group, Model
-from gearbench.dynamics.size import bearings, nonlinear_memory, require_each
+from gearbench.dynamics.size import bearings
 from gearbench.dynamics.stability import free_motion
 from gearbench.errors import InputError
 from gearbench.results.origin import keeping
@@ -36,7 +37,7 @@ MODES, FASTEST = 12, 1.5
 #: Phase that a mode turns by in a step [rad], at most, and steps between phases, at least.
 RESOLVED, WITHIN = 0.3, 2
 #: Periods after which a motion may repeat, and the change over the mean deflection at which it does, and may.
-REPEATS, SAME, NEAR = 8, 1e-5, 3e-4
+REPEATS, SAME, NEAR = 8, 1e-7, 3e-4
 #: Times by which a mode fades before a motion counts as one that does not repeat: e^−FADED; periods at least and most.
 FADED, LEAST, MOST = 40.0, 300, 20_000
 #: Responses further apart, over the mean force, are two.

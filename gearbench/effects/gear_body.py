@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import Dense, Effects, Flanks, LowRank, ToothCompliance, refuse_foreign_keys
-from gearbench.effects.teeth import own_web, require_bores, ring_flank, tooth_among
+from gearbench.effects.teeth import of_both, own_web, require_bores, ring_flank, tooth_among
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
@@ -21,7 +21,7 @@ class GearBody(ToothCompliance):
     """Elastic gear bodies, held at their bores, below the teeth. Needs ``bore_diameter`` of both gears.
 
     They are as wide as the face, or a rim on a web (``rim_thickness`` and ``web_thickness`` of the gear). That of an
-    internal gear is held all around at its ``outer_diameter``.
+    internal gear is held all around at its ``outer_diameter``, or on the springs of its ``support``.
 
     Beside a tooth of finite elements the body is of finite elements too, and has no keys of its own.
 
@@ -82,7 +82,7 @@ class GearBody(ToothCompliance):
             return None
         neighbours = lines.shape[1] - 1 if self.coupled else 0
         order = _joint_order(beside)
-        pinion, wheel = (ring_flank(lines.pair, index, order, neighbours, lines.coast) for index in (0, 1))
+        pinion, wheel = of_both(ring_flank, lines.pair, order, neighbours, lines.coast)
         return Flanks(both=(pinion, wheel), coupled=self.coupled)
 
     def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, beside: Effects) -> NDArray:

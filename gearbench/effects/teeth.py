@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -17,6 +19,7 @@ from gearbench.geometry.material import Material
 from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.web import Web, make_web
+from gearbench.threads import default_threads
 
 if TYPE_CHECKING:
     from fem_reference.section import Body
@@ -75,8 +78,8 @@ HIGH_FILLET = 0.27
 def solid_order(gear: Gear) -> tuple[int, int, int]:
     """Order of a solid tooth unless a scene gives one.
 
-    Across the face as many functions as the flank can feel. Where the fillet reaches high, or the gear is helical, the
-    height has functions enough for two families that meet where the flank begins.
+    Across the face as many functions as the flank can feel, along the height enough for two families that meet where
+    the flank begins.
     """
     from gearbench.compliance.local import waves_across
     from gearbench.compliance.section import JOINTED
@@ -84,8 +87,7 @@ def solid_order(gear: Gear) -> tuple[int, int, int]:
 
     steep, wide = gear.helix_angle > STEEP, gear.face_width > WIDE * gear.normal_module
     high = gear.form_radius - gear.root_radius > HIGH_FILLET * gear.tooth_height
-    across, along = 8 if steep else 7 if high else 6, JOINTED if high or gear.helix_angle else 7
-    return across, along, waves_across(gear) + (4 if steep or wide else 1)
+    return 8 if steep else 7 if high else 6, JOINTED, waves_across(gear) + (4 if steep or wide else 1)
 
 
 @lru_cache(maxsize=256)
@@ -105,17 +107,22 @@ def solid_flank(pair: Pair, index: int, order: tuple[int, int, int] | None, root
 
 def toothed_ring(pair: Pair, index: int, order: tuple[int, int, int] | None, coast: bool = False) -> ToothedRing:
     """Body of pinion (k = 0) or wheel (k = 1) as a ring, or rim, web and hub, with solid teeth, as if it drove."""
-    web = own_web(pair, index, coast)
-    return _toothed_ring(pair.gears[index], pair.materials[index], order, require_bores(pair)[index] / 2, web)
+    held = require_bores(pair)[index] / 2, own_support(pair, index)
+    return _toothed_ring(pair.gears[index], pair.materials[index], order, held, own_web(pair, index, coast))
 
 
 @lru_cache(maxsize=256)
 def _toothed_ring(
-    gear: Gear, material: Material, order: tuple[int, int, int] | None, bore_radius: float, web: Web | None
+    gear: Gear,
+    material: Material,
+    order: tuple[int, int, int] | None,
+    held: tuple[float, tuple[float, float] | None],
+    web: Web | None,
 ) -> ToothedRing:
     from gearbench.compliance.gear_body import ToothedRing
 
-    return ToothedRing(tooth=solid_tooth(gear, material, order, True), bore_radius=bore_radius, web=web)
+    tooth = solid_tooth(gear, material, order, True)
+    return ToothedRing(tooth=tooth, bore_radius=held[0], web=web, support=held[1])
 
 
 @lru_cache(maxsize=256)
@@ -149,12 +156,25 @@ def meshed_flank(body: Body, material: Material, accuracy: float) -> FlankCompli
     return cached_compliance(body, material, accuracy)
 
 
+@lru_cache(maxsize=256)
+def of_both(flank: Callable[..., FlankCompliance], pair: Pair, *options: object) -> tuple[FlankCompliance, ...]:
+    """``flank`` (pair, index, …) of both gears, each on a thread of its own where there are two processors.
+
+    Kernels and products of matrices let the other thread run. Gears that are alike share a tooth, which is made once.
+    """
+    alike = pair.gears[0] == pair.gears[1] and pair.materials[0] == pair.materials[1]
+    if alike or default_threads() == 1:
+        return tuple(flank(pair, index, *options) for index in (0, 1))
+    with ThreadPoolExecutor(2) as pool:
+        return tuple(pool.map(lambda index: flank(pair, index, *options), (0, 1)))
+
+
 def forget_fast_teeth() -> None:
     """Build plates, solids and rings anew when they are next asked for: to measure it, or to free their memory."""
     from gearbench.compliance.flank import joined
     from gearbench.compliance.gear_body import rim_harmonics
 
-    for kept in (plate_tooth, solid_tooth, solid_flank, _toothed_ring, ring_flank, rim_harmonics, joined):
+    for kept in (plate_tooth, solid_tooth, solid_flank, _toothed_ring, ring_flank, of_both, rim_harmonics, joined):
         kept.cache_clear()
 
 
@@ -167,15 +187,19 @@ def meshed_body(pair: Pair, index: int, *, on_body: bool, coast: bool = False) -
     from fem_reference.section import Body
 
     gear = pair.gears[index]
-    if gear.teeth < 0:
-        allowed = "finite elements are of external gears so far: take solid teeth and a ring as body"
-        raise InputError(f"pair.{GEARS[index]}.teeth", gear.teeth, allowed)
     if not on_body:
         return Body(gear=gear)
     wanted = 3 + 2 * int(np.ceil((pair.meshing.transverse_contact_ratio + pair.meshing.overlap_ratio) / 2))
-    most = gear.teeth - 2 - (gear.teeth + 1) % 2
+    most = abs(gear.teeth) - 2 - (abs(gear.teeth) + 1) % 2
     web = own_web(pair, index, coast)
-    return Body(gear=gear, bore_radius=require_bores(pair)[index] / 2, web=web, teeth=min(wanted, most))
+    bore, support = require_bores(pair)[index] / 2, own_support(pair, index)
+    return Body(gear=gear, bore_radius=bore, web=web, teeth=min(wanted, most), support=support)
+
+
+def own_support(pair: Pair, index: int) -> tuple[float, float] | None:
+    """Stiffness of the springs that hold a body, radial and along the edge [N/mm³]; None where it is held firmly."""
+    support = pair.members[index].support
+    return None if support is None else support.per_area(pair.gears[index].face_width)
 
 
 def own_web(pair: Pair, index: int, coast: bool) -> Web | None:

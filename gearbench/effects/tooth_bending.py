@@ -12,7 +12,7 @@ from pydantic import Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import Dense, Effects, Flanks, LowRank, refuse_foreign_keys
-from gearbench.effects.teeth import Tooth, meshed_body, meshed_flank, plate_tooth, solid_flank
+from gearbench.effects.teeth import Tooth, meshed_body, meshed_flank, of_both, plate_tooth, solid_flank
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.gear import Gear
@@ -48,9 +48,8 @@ class ToothBending(Tooth):
         Plate only. "paper": 9 unknowns, each field x(a + by + cx). The default where no ``order`` is given.
     order
         Numbers of functions: plate (height, face width), instead of ``basis``; solid (thickness, height, face width),
-        by default 6 (7 where the fillet reaches high, 8 above 27° of helix), 7 (9 there and on helical gears) and about
-        one for each module of face width. From 9 along the height on they are two families that meet at the form
-        circle.
+        by default 6 (7 where the fillet reaches high, 8 above 27° of helix), 9 and about one for each module of face
+        width. From 9 along the height on they are two families that meet at the form circle.
     fillet
         Plate only. Thickness with the generated root fillet, or without it (involute; constant below the base circle).
     load
@@ -128,7 +127,10 @@ class ToothBending(Tooth):
         """Compliance of both flanks, but of plates."""
         if self.model == "plate":
             return None
-        pinion, wheel = (self.flank(lines.pair, index, beside, lines.coast) for index in (0, 1))
+        if self.model == "solid":
+            pinion, wheel = of_both(solid_flank, lines.pair, self.solid_order, _rooted(beside))
+        else:
+            pinion, wheel = (self.flank(lines.pair, index, beside, lines.coast) for index in (0, 1))
         return Flanks(both=(pinion, wheel), coupled=self.meshed and _on_body(beside))
 
     def tooth_factor(self, pair: Pair, index: int, height: NDArray, y: NDArray, beside: Effects) -> NDArray:
@@ -147,8 +149,7 @@ class ToothBending(Tooth):
         ``coast``: of its coast flank, which differs where a web lies out of the middle.
         """
         if self.model == "solid":
-            rooted = getattr(beside.get("gear_body"), "model", None) == "ring"
-            return solid_flank(pair, index, self.solid_order, rooted)
+            return solid_flank(pair, index, self.solid_order, _rooted(beside))
         return replace(
             meshed_flank(self.body(pair, index, beside, coast), pair.materials[index], self.accuracy),
             driven=index == 1,
@@ -163,6 +164,10 @@ def tooth_bending(effects: Effects, model: str) -> ToothBending | None:
     """The tooth bending among the effects of a scene, where it is of this model."""
     tooth = effects.get(ToothBending.name)
     return tooth if isinstance(tooth, ToothBending) and tooth.model == model else None
+
+
+def _rooted(beside: Effects) -> bool:
+    return getattr(beside.get("gear_body"), "model", None) == "ring"
 
 
 def _on_body(beside: Effects) -> bool:

@@ -8,22 +8,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearbench.accuracy.choose import first_settings
+from gearbench.budget import speed_memory
 from gearbench.contact.assemble import mesh_phases, scene_lines
 from gearbench.contact.size import contact_memory, kept_memory, pairs_of_teeth
 from gearbench.dynamics.analysis import HARMONICS
-from gearbench.dynamics.size import bearings, speed_memory
+from gearbench.dynamics.size import bearings
 from gearbench.effects.base import ComplianceEffect, Dense, Effect, LowRank
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.effort.clock import timed
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.action import ContactLines
-from gearbench.hunting import ORDERS, check_cycles, cycles_memory, turning_gaps, unlike
+from gearbench.hunting import ORDERS, check_cycles, hunting_memory, turning_gaps, unlike
 from gearbench.optimisation.problem import evaluate, scene_of
 from gearbench.optimisation.search import Search
 from gearbench.optimisation.study import OptimisationStudy
 from gearbench.robustness.montecarlo import SAMPLES
 from gearbench.scene import Scene, check_scene
 from gearbench.threads import default_threads
+from gearbench.trains.solve import check_train
 from gearbench.validation.reference import reference_memory, reference_scene
 
 #: Speeds at which the memory of ``response`` is given.
@@ -86,6 +88,8 @@ def plan(scene: Scene) -> Plan:
     unloaded pair: changes of contact under load may add some.
     """
     check_scene(scene)
+    if scene.coupled:
+        return _train_plan(scene)
     loads = max(len(scene.one_mesh.loads), 1)
     asked = scene.resolution.accuracy is not None
     scene = scene.under(scene.load) if loads > 1 else scene
@@ -110,6 +114,29 @@ def plan(scene: Scene) -> Plan:
     return Plan(parts=tuple(parts), megabytes={name: size / 1e6 for name, size in megabytes.items()})
 
 
+def _train_plan(scene: Scene) -> Plan:
+    """Plan of a train whose meshes are one contact problem: that of each kind of mesh, then their balance."""
+    linkage = check_train(scene)
+    parts: list[Part] = []
+    megabytes = 0.0
+    scenes = list(scene.meshes.values())
+    for own in reversed({each.pair: each for each in reversed(scenes)}.values()):
+        alike = sum(each.pair == own.pair for each in scenes)
+        made = plan(own)
+        megabytes += alike * made.megabytes["simulate"]
+        z = [gear.teeth for gear in own.pair.gears]
+        parts.append(Part(" to ".join(own.gear_names), "a mesh", f"z {z[0]}/{z[1]}, {alike} of the kind"))
+        parts += [part for part in made.parts if part.name != "robust"]
+    size = f"{len(scenes)} meshes, {len(linkage.motions)} free motions"
+    parts.append(Part("balance", "forces and motions of all meshes, Newton's method", size))
+    assert scene.train is not None
+    if scene.train.planetary is not None and scene.train.planetary.keys.scatter is not None:
+        parts.append(Part("robust", "samples of pins, planets and run-outs", f"{SAMPLES} samples"))
+    # phases that suit one mesh are asked of all
+    different = len({round(phase, 9) for phase in scene.geometry.phases().values()})
+    return Plan(parts=tuple(parts), megabytes={"simulate": different * megabytes})
+
+
 def _size(effect: Effect, scene: Scene, lines: ContactLines) -> str:
     """Unknowns that the effect adds."""
     if not isinstance(effect, ComplianceEffect):
@@ -129,7 +156,7 @@ def _others(scene: Scene, positions: int) -> dict[str, float]:
     if turning:
         modes = turning_gaps(turning, scene_lines(scene, np.zeros(1)), 1)[1].shape[-1]
         with suppress(InputError):  # too many cycles: the command says so itself
-            found["hunting"] = cycles_memory(scene, positions, check_cycles(scene.pair), ORDERS, modes)
+            found["hunting"] = hunting_memory(scene, positions, check_cycles(scene.pair), ORDERS, modes)
     if scene.system is not None:
         each = speed_memory(HARMONICS, len(scene.pairs), bearings(scene))
         found[f"response at {SPEEDS} speeds"] = SPEEDS * each + contact_memory(scene, positions)

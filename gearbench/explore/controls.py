@@ -1,76 +1,103 @@
-"""Sliders of the picked gear."""
+"""Sliders of the picked gear, and the scene that they change."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from bokeh.models import Slider
 
+from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.explore.look import PALETTE, SIDE
-from gearbench.explore.settings import Settings
+from gearbench.keys import value_at
 from gearbench.scene import Scene
+from gearbench.scene_file import scene_at
 
-#: Setting → title, step. The other steps follow from the gear.
-_TITLES = {
-    "crowning": ("crowning C_β [µm]", 0.1),
-    "relief_amount": ("tip relief f [µm]", 0.1),
-    "relief_length": ("tip relief length L [mm]", 0.01),
-    "torque": ("torque on the pinion T [N·m]", 0.1),
-    "iso_class": ("ISO 1328 class of the errors", 1),
+#: Slider → key of the scene, title, step. The other steps follow from the gear.
+_SLIDERS = {
+    "crowning": ("effects.crowning.amount", "crowning C_β [µm]", 0.1),
+    "relief_amount": ("effects.tip_relief.amount", "tip relief f [µm]", 0.1),
+    "relief_length": ("effects.tip_relief.length", "tip relief length L [mm]", 0.01),
+    "torque": ("load.torque", "torque on the pinion T [N·m]", 0.1),
+    "iso_class": ("effects.manufacturing_errors.iso_class", "ISO 1328 class of the errors", 1),
 }
 
 
 def sliders(scene: Scene) -> list[Slider]:
-    """A slider for each setting, set to ``scene``."""
+    """A slider for each of ``values``, set to ``scene``."""
     found = positions(scene)
     return [
         Slider(
             title=title, width=SIDE - 50, name=name, bar_color=PALETTE[5], format="0[.]00",
             **{"step": step, **found[name]},
         )
-        for name, (title, step) in _TITLES.items()
+        for name, (_, title, step) in _SLIDERS.items()
     ]  # fmt: skip
+
+
+def values(scene: Scene) -> dict[str, Any]:
+    """Value of each slider: 0 for a modification that is absent, None without errors that follow from a class."""
+    found = {name: value_at(scene, path) or 0.0 for name, (path, _, _) in _SLIDERS.items()}
+    if not (found["relief_amount"] and found["relief_length"]):
+        found |= {"relief_amount": 0.0, "relief_length": 0.0}
+    errors = scene.effect("manufacturing_errors")
+    return found | {"iso_class": errors.convention().iso_class if isinstance(errors, ManufacturingErrors) else None}
 
 
 def positions(scene: Scene) -> dict[str, dict[str, Any]]:
     """Range, step and value of each slider for a scene; one that cannot be changed does not move."""
-    settings = Settings.of(scene)
+    now = values(scene)
     height = min(gear.tooth_height for gear in scene.pair.gears)
     torque = math.copysign(round_up(abs(scene.load.torque)), scene.load.torque)
     ends = {
-        "crowning": (min(0.0, 2 * settings.crowning), max(15.0, 2 * settings.crowning)),
-        "relief_amount": (0.0, max(15.0, 2 * settings.relief_amount)),
-        "relief_length": (0.0, max(0.6 * height, settings.relief_length)),
+        "crowning": (min(0.0, 2 * now["crowning"]), max(15.0, 2 * now["crowning"])),
+        "relief_amount": (0.0, max(15.0, 2 * now["relief_amount"])),
+        "relief_length": (0.0, max(0.6 * height, now["relief_length"])),
         # never through 0, where neither flank carries
         "torque": tuple(sorted((0.05 * torque, 3 * torque))),
     }
     found: dict[str, dict[str, Any]] = {
-        name: {"start": start, "end": end, "step": (end - start) / 150, "value": getattr(settings, name)}
+        name: {"start": start, "end": end, "step": (end - start) / 150, "value": now[name]}
         for name, (start, end) in ends.items()
     }
-    iso = settings.iso_class
+    iso = now["iso_class"]
     found["iso_class"] = {"start": 0, "end": 12, "value": 6 if iso is None else iso, "disabled": iso is None}
     return found
 
 
-def settings_of(scene: Scene, values: Mapping[str, Any]) -> Settings:
-    """Values of the sliders; a slider that was not moved has exactly that of the scene.
+def moved(scene: Scene, places: Mapping[str, Any]) -> Scene:
+    """``scene`` with the values that sliders have, itself where none was moved; amounts and lengths of 0 are absent.
 
     Raises
     ------
+    InputError
+        If they do not fit the pair. May be wrapped by pydantic's ``ValidationError``.
     KeyError, TypeError, ValueError
-        If ``values`` are not those of all sliders.
+        If ``places`` are not those of all sliders.
     """
-    iso = Settings.of(scene).iso_class
-    return Settings(
-        crowning=float(values["crowning"]),
-        relief_amount=float(values["relief_amount"]),
-        relief_length=float(values["relief_length"]),
-        torque=float(values["torque"]),
-        iso_class=None if iso is None else int(values["iso_class"]),
-    )
+    now = values(scene)
+    wanted = {name: float(places[name]) for name in now} | {"iso_class": now["iso_class"]}
+    if now["iso_class"] is not None:
+        wanted["iso_class"] = int(places["iso_class"])
+    changed = {name for name in now if wanted[name] != now[name]}
+    if not changed:
+        return scene
+    absent = set() if wanted["crowning"] else {"crowning"} & changed
+    if changed & {"relief_amount", "relief_length"}:
+        changed |= {"relief_amount", "relief_length"}
+        absent |= set() if wanted["relief_amount"] and wanted["relief_length"] else {"tip_relief"}
+    effects = [
+        replace(effect.convention(), iso_class=wanted["iso_class"])
+        if isinstance(effect, ManufacturingErrors) and "iso_class" in changed
+        else effect
+        for effect in scene.effects
+        if effect.name not in absent
+    ]
+    paths = {_SLIDERS[name][0]: wanted[name] for name in changed - {"iso_class"}}
+    kept = {path: value for path, value in paths.items() if path.split(".")[1] not in absent}
+    return scene_at(replace(scene, loads=(), effects=tuple(effects)), kept)
 
 
 def round_up(value: float) -> float:

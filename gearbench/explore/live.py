@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from gearbench.errors import GearbenchError, InputError
 from gearbench.explore.catalogue import Catalogue
-from gearbench.explore.controls import positions, settings_of, sliders
+from gearbench.explore.controls import moved, positions, sliders
 from gearbench.explore.conversation import Conversation
 from gearbench.explore.gear_data import densities, tables
 from gearbench.explore.model import Picture, outline, picture, scattered
@@ -39,17 +39,17 @@ class Session:
         before = self._keep(first, self._finished(*outline(catalogue.scene(first))))
         question = ColumnDataSource({"design": [first], "settings": [None]}, name="question")
         self._page = Page(catalogue, first, tables(before))
-        moved = sliders(catalogue.scene(first))
-        self._page.listen(moved)
-        ask = script("ask", question=question, answer=self._page.answer, pick=self._page.pick, sliders=moved)
+        controls = sliders(catalogue.scene(first))
+        self._page.listen(controls)
+        ask = script("ask", question=question, answer=self._page.answer, pick=self._page.pick, sliders=controls)
         self._page.pick.js_on_change("data", ask)
-        for slider in moved:
+        for slider in controls:
             slider.js_on_change("value", ask)
         self._talk = Conversation(
             document, question, self._page.answer,
             lambda asked, _overtaken: self.answers(asked["design"][0], asked["settings"][0]),
         )  # fmt: skip
-        self._page.put(document, moved)
+        self._page.put(document, controls)
 
     @property
     def page(self) -> Page:
@@ -90,7 +90,7 @@ class Session:
     def _moved(self, design: int, values: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
         scene, name = self._catalogue.scene(design), self._catalogue.name(design)
         before = self._stored.get(design) or self._keep(design, picture(scene))
-        changed = settings_of(scene, values).applied(scene)
+        changed = moved(scene, values)
         if changed == scene:
             yield answer_data(tables(before, teeth=False), None, name)
             return

@@ -165,7 +165,7 @@ class Linkage:
         F = np.linalg.lstsq(rows.T, f, rcond=None)[0]
         if not np.allclose(rows.T @ F, f, atol=1e-9 * np.abs(f).max()) or np.any(1e-9 * F.max() >= F):
             raise InputError("meshes", "torques do not balance", "each mesh's driver must drive its driven gear")
-        return F
+        return np.round(F / F.max(), 12) * F.max()  # paths that are alike have the same to the last digit
 
     def check(self) -> None:
         """Refuse motions that neither meshes nor springs hold.

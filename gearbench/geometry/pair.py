@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import is_dataclass, replace
 from functools import cached_property
 from typing import Annotated, Any
 
@@ -23,6 +23,7 @@ from gearbench.geometry.rack import STANDARD_FILLET_RADIUS, full_fillet_radius
 from gearbench.geometry.ring_conditions import tip_room
 from gearbench.geometry.section import TransverseSection
 from gearbench.geometry.shifts import backlash, generating_shifts, given_shift
+from gearbench.geometry.support import Support
 from gearbench.geometry.temperature import Temperatures, strain
 from gearbench.geometry.thickness import Deviation, Thickness
 from gearbench.notebook import pair_html
@@ -47,7 +48,7 @@ def _teeth(count: Any) -> Any:
 
 #: Keys that only external or only internal gears have.
 _EXTERNAL = ("bore_diameter", "rim_thickness", "protuberance", "grinding_stock")
-_INTERNAL = ("outer_diameter", "cutter")
+_INTERNAL = ("outer_diameter", "support", "cutter")
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
@@ -74,6 +75,8 @@ class Member:
     bore_diameter, outer_diameter
         Bore of the body of an external gear, outside of an internal one, where it is held [mm]; only models of the
         body ask for it.
+    support
+        Springs that the outside of an internal gear is held by; held firmly where they are absent.
     rim_thickness, web_thickness, web_offset, hub_diameter
         Body of a rim below the root circle, a web b_s wide along the axis, its middle ``web_offset`` towards y = b from
         that of the face, and a hub, without which the web reaches down to the bore [mm]; rim and hub are as wide as the
@@ -108,6 +111,7 @@ class Member:
     cutter: Cutter | None = None
     bore_diameter: Length | None = None
     outer_diameter: Length | None = None
+    support: Support | None = None
     rim_thickness: Length | None = None
     web_thickness: Length | None = None
     web_offset: Annotated[float, Field(ge=-20000.0, le=20000.0)] = 0.0
@@ -130,7 +134,8 @@ class Member:
         kind, foreign = ("an internal", _EXTERNAL) if self.teeth < 0 else ("an external", _INTERNAL)
         for key in foreign:
             if (value := getattr(self, key)) is not None:
-                raise InputError(key, getattr(value, "teeth", value), f"means nothing on {kind} gear")
+                shown = "given" if is_dataclass(value) else value
+                raise InputError(key, shown, f"means nothing on {kind} gear")
         if self.tip_rounding is not None and self.tip_chamfer is not None:
             raise InputError("tip_chamfer", self.tip_chamfer, "conflicts with tip_rounding: give one of the two")
         stock = self.grinding_stock
@@ -177,8 +182,8 @@ class Pair:
     pressure_angle, helix_angle
         α_n and β [°].
     backlash
-        Circumferential backlash j_wt at the working pitch circles, transverse [mm]; used to derive the profile shifts,
-        derived itself where both are given. Its default is 0.
+        Circumferential backlash j_wt at the working pitch circles, transverse [mm], by which teeth are thinned whose
+        profile shifts are derived; derived itself where both are given. Its default is 0.
     pinion, wheel
         The two gears. Profile shifts that are not given share equally the sum that the centre distance asks for.
     material
@@ -300,14 +305,28 @@ class Pair:
 
     @cached_property
     def profile_shifts(self) -> tuple[float, float]:
-        """Profile shifts x_1, x_2 [normal modules], derived from the centre distance where not given (G3)."""
-        total = profile_shift_sum(self.sections, self.centre_distance, self.backlash or 0.0)
+        """Profile shifts x_1, x_2 [normal modules], derived from the centre distance where not given (G3).
+
+        Without the backlash: it thins teeth, tip circles stay.
+        """
+        total = profile_shift_sum(self.sections, self.centre_distance)
         x1, x2 = self._given_shifts
         if x1 is None and x2 is None:
             return total / 2, total / 2
         if x1 is None:
             return total - (x2 or 0.0), x2 or 0.0
         return x1, total - x1 if x2 is None else x2
+
+    @cached_property
+    def _thinned_shifts(self) -> tuple[float, float]:
+        """Profile shifts of the flanks: those that are derived share what the backlash takes."""
+        x1, x2 = self.profile_shifts
+        if not self.backlash:
+            return x1, x2
+        thinner = profile_shift_sum(self.sections, self.centre_distance, self.backlash) - (x1 + x2)
+        derived = [x is None for x in self._given_shifts]
+        one, two = (x + thinner * own / sum(derived) for x, own in zip((x1, x2), derived, strict=True))
+        return one, two
 
     @cached_property
     def generating_shifts(self) -> tuple[float, float]:
@@ -322,7 +341,7 @@ class Pair:
             return {"upper": thickest, "lower": thinnest, "middle": own.middle}[at]
 
         one, two = map(deviation, self._thicknesses, self.sections)
-        return generating_shifts(self.sections, self.profile_shifts, self._thicknesses, (one, two))
+        return generating_shifts(self.sections, self._thinned_shifts, self._thicknesses, (one, two))
 
     @property
     def _thicknesses(self) -> tuple[Thickness | None, Thickness | None]:
@@ -398,7 +417,7 @@ class Pair:
         """j_wt [mm] where thicknesses and centre distance lie that much [µm] beside the middle of their deviations."""
         known = tuple(Thickness() if own is None else own for own in self._thicknesses)
         one, two = (own.middle + more for own, more in zip(known, thickness, strict=True))
-        shifts = generating_shifts(self.sections, self.profile_shifts, (known[0], known[1]), (one, two))
+        shifts = generating_shifts(self.sections, self._thinned_shifts, (known[0], known[1]), (one, two))
         middle = (self.centre_distance_upper + self.centre_distance_lower) / 2
         return backlash(self.sections, shifts, self.working_distance(middle + distance))
 

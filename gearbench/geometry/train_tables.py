@@ -165,6 +165,9 @@ class TrainTables:
         found: dict[str, Pair] = {}
         for number, mesh in enumerate(self.meshes):
             names = (mesh.driver, mesh.driven)
+            if self.planetary is not None and number % self.planetary.keys.number:  # planets are alike
+                found[mesh.label] = found[self.meshes[number - 1].label]
+                continue
             both = [self.gears[name] for name in names]
             for key in SHARED:
                 if getattr(both[0], key) != getattr(both[1], key):

@@ -17,6 +17,7 @@ from gearbench.contact.transitions import CLOSER, GAUSS_POINTS, transitions
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.linkage import Linkage
+from gearbench.geometry.names import GEARS
 from gearbench.results.cycle import Phases
 from gearbench.results.solved import Solved
 from gearbench.scene import Load, Resolution, Scene
@@ -100,8 +101,8 @@ class SolvedTrain:
         return np.array([found.get(name, 0.0) for name in self.linkage.bodies])
 
 
-def check_train(scene: Scene) -> None:
-    """Refuse trains that cannot be one contact problem.
+def check_train(scene: Scene) -> Linkage:
+    """How the meshes of a train hang together; refuse those that cannot be one contact problem.
 
     Raises
     ------
@@ -117,7 +118,9 @@ def check_train(scene: Scene) -> None:
             raise InputError("meshes", f"mesh frequency of {name}, {rate:g} z n", allowed)
     train.check_assembly(coast=scene.load.coast)
     assert scene.train is not None
-    scene.train.linkage(train).check()
+    linkage = scene.train.linkage(train, coast=scene.load.coast)
+    linkage.check()
+    return linkage
 
 
 @single_threaded_blas()
@@ -129,12 +132,12 @@ def solve_train(scene: Scene) -> SolvedTrain:
     InputError, ConvergenceError
         As ``simulate``.
     """
-    check_train(scene)
+    linkage = check_train(scene)
     assert scene.train is not None
     coast = scene.load.coast
     train, scenes = scene.geometry, scene.meshes
-    linkage = scene.train.linkage(train, coast=coast)
-    shift = train.phases(coast=coast)
+    # rounding, by which planets in phase would differ, left out
+    shift = {name: round(phase, 12) % 1.0 for name, phase in train.phases(coast=coast).items()}
     phases = _phases(scenes, shift)
     even = np.array([own.F_bt for own in scenes.values()])
     f = linkage.force(scene.load.torque)
@@ -163,8 +166,19 @@ def _balanced(
     scenes: Mapping[str, Scene], shift: Mapping[str, float], phases: Phases, statics: Statics
 ) -> tuple[dict[str, tuple[ContactLines, MeshAt]], Balance]:
     """Contact of each mesh by its name, and the balance of all of them."""
-    at = {name: _mesh(own, (phases.phase + shift[name]) % 1.0) for name, own in scenes.items()}
+    known: dict[tuple[Scene, float], tuple[ContactLines, MeshAt]] = {}
+    at = {}
+    for name, scene in scenes.items():
+        key = _plain(scene), shift[name]
+        if key not in known:
+            known[key] = _mesh(key[0], (phases.phase + shift[name]) % 1.0)
+        at[name] = known[key]
     return at, balance([mesh for _, mesh in at.values()], statics)
+
+
+def _plain(scene: Scene) -> Scene:
+    """What the contact of a mesh depends on: planets differ in their names alone."""
+    return changed(scene, name="", gear_names=GEARS)
 
 
 def _under(scene: Scene, share: float) -> Scene:
@@ -184,7 +198,7 @@ def _phases(scenes: Mapping[str, Scene], shift: Mapping[str, float]) -> Phases:
     exact = size > GAUSS_POINTS
     changes = []
     for name, scene in scenes.items():
-        own = transitions(changed(scene, resolution=Resolution()), exact=exact)
+        own = transitions(changed(_plain(scene), resolution=Resolution()), exact=exact)
         changes += [each._replace(phase=(each.phase - shift[name]) % 1.0 % 1.0) for each in own]
     longest = LONGEST if first.pair.meshing.overlap_ratio else 1.0
     phase, weight = gauss_phases(panel_ends(changes, longest, CLOSER if exact else CLOSE), size)

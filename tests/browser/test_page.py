@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gearbench.explore.catalogue import catalogue, fronts
-from gearbench.explore.settings import Settings
+from gearbench.explore.controls import values
 from gearbench.explore.stored import open_results
 from gearbench.results.netcdf import save
 from gearbench.scene_file import load_scene
@@ -62,7 +62,7 @@ def test_select_filter_slide_and_export(served, tmp_path):
         # the sliders follow the pick, and ask nothing by that
         assert driver.execute_script(MODEL + "return model('question').data.settings[0]") is None
         scene = designs.scene(chosen)
-        assert driver.execute_script(MODEL + "return model('crowning').value") == Settings.of(scene).crowning
+        assert driver.execute_script(MODEL + "return model('crowning').value") == values(scene)["crowning"]
 
         assert grey(driver) == 0
         # a filter leaves the designs that keep it, and the front of those
@@ -92,8 +92,8 @@ def test_select_filter_slide_and_export(served, tmp_path):
         press(driver, "Save scene file")
         (file,) = wait(lambda: list(tmp_path.glob("*.toml")), "nothing was downloaded")
         wait(lambda: file.stat().st_size > 0, "an empty file")
-        settings = Settings.of(load_scene(file))
-        assert (settings.crowning, settings.iso_class) == (9.0, 8)
+        placed = values(load_scene(file))
+        assert (placed["crowning"], placed["iso_class"]) == (9.0, 8)
         assert load_scene(file).pair == designs.scene(chosen).pair
         assert faults(driver) == []
 

@@ -82,3 +82,40 @@ def test_all_teeth_together_are_symmetric_and_positive_and_thin_rings_are_clamps
     assert value[0] > -1e-12 * value[-1]
     thin = [np.linalg.norm(body(g, (1 + h) * abs(g.root_radius)).blocks(0)) for h in (1e-3, 1e-4, 1e-5)]
     assert_allclose(np.diff(np.log(thin)) / math.log(0.1), 1.0, atol=0.06)
+
+
+# -- springs at the outside -------------------------------------------------------------------------------------------
+def test_a_thin_free_ring_bends_like_a_curved_beam():
+    """w = p r⁴/(EI (n² − 1)²), p on the inside of the ring; its thickness is all that is left of the error."""
+    n = np.array([2.0, 3.0, 4.0])
+    for h in (0.02, 0.01):
+        inner, outer = 100 * (1 - h / 2), 100 * (1 + h / 2)
+        free = ring(
+            (6, 1), inner_radius=-outer, radius=-inner, width=10.0, nu=0.0, held=False, support=(0.0, 1e-9)
+        ).harmonics(n)[:, 1, 1]
+        beam = 100.0**4 / (E * (100 * h) ** 3 / 12) / (n**2 - 1) ** 2
+        assert_allclose(free * inner * (inner / 100), beam * (inner / 100) ** 2, rtol=0.6 * h)
+
+
+@pytest.mark.parametrize("screw", [0.0, -0.012])
+def test_stiff_springs_hold_and_soft_ones_yield(screw):
+    n = np.array([0.0, 1.0, 2.0, 7.0, 60.0])
+    size = {"order": (8, 3), "inner_radius": -60.0, "radius": -R_O, "screw": screw}
+    firm = ring(**size).harmonics(n)
+    for stiffness, least, most in ((1e12, -1e-7, 1e-7), (1e3, 0.01, np.inf)):
+        sprung = ring(**size, support=(stiffness, stiffness)).harmonics(n)
+        softer = np.linalg.eigvalsh(sprung - firm).max(axis=1) / np.abs(firm).max(axis=(1, 2))
+        assert np.all(softer[:3] > least)
+        assert np.all(softer < most)
+        assert_allclose(sprung[-1], firm[-1], rtol=0, atol=1e-6 * np.abs(firm[-1]).max())
+
+
+def test_springs_alone_by_statics():
+    """A ring so stiff that only its springs yield: torque and force on its rim."""
+    r_o, r_i, k = 60.0, R_O, 10.0
+    found = ring((6, 1), inner_radius=-r_o, radius=-r_i, E=1e6, support=(k, k)).harmonics(np.array([0.0, 1.0])) * r_i
+    # torque of a unit traction: 2π r_i² = angle · 2π r_o³ k
+    assert found[0, 0, 0] == pytest.approx(r_i**3 / (r_o**3 * k), rel=5e-3)
+    # a force of tractions cos θ along both directions, one half each: displacement r_i/(r_o k)
+    push = np.array([1.0, -1.0]) if found[1, 0, 1] < 0 else np.array([1.0, 1.0])
+    assert push @ found[1, :2, :2] @ push / 2 == pytest.approx(r_i / (r_o * k), rel=5e-3)

@@ -72,6 +72,41 @@ def test_stiffness_is_the_derivative_of_load_with_lever_arms_and_edges() -> None
     assert_allclose(slope, here.cycle.mesh_stiffness, rtol=2e-3)
 
 
+@pytest.mark.parametrize(("segments", "tolerance"), [(15, 4e-4), (30, 1.2e-4)])
+def test_stiffness_of_partial_contact_is_the_derivative_of_load_as_segments_tell(segments, tolerance) -> None:
+    """Ends of patches move with the load, k holds them: what that leaves on the line falls with the segments."""
+    scene = spur(Crowning(amount=25.0))
+    scene = replace(scene, resolution=Resolution(positions=12, segments=segments))
+    d, names = 1e-4, ("transmission_error", "mesh_stiffness")
+    up, down, here = (
+        simulate(replace(scene, load=Load(torque=100.0 * factor)), outputs=names) for factor in (1 + d, 1 - d, 1.0)
+    )
+    slope = 2 * d * scene.F_bt / (up.transmission_error - down.transmission_error)
+    assert_allclose(slope, here.mesh_stiffness, rtol=tolerance)
+
+
+def test_exchanged_gears_differ_a_little_where_load_is_outside_the_path() -> None:
+    """The torque of the driving gear is what is given: 23/51 teeth, the phases mirrored."""
+    pair = Pair(
+        normal_module=2.0,
+        face_width=20.0,
+        centre_distance=74.0,
+        pinion=Member(teeth=23, bore_diameter=23.0),
+        wheel=Member(teeth=51, bore_diameter=51.0),
+    )
+    count = 100
+    phase, weight = (np.arange(count) + 0.5) / count, np.full(count, 1 / count)
+    driven = replace(spur(OffLineContact()), pair=pair, resolution=Resolution(positions=count))
+    other = replace(driven, pair=pair.swapped(), load=Load(torque=100.0 * 51 / 23))
+    mirrored = (pair.meshing.transverse_contact_ratio - phase) % 1.0
+    one = solve_lines(driven, scene_lines(driven, phase), weight).cycle
+    two = solve_lines(other, scene_lines(other, mirrored), weight).cycle
+    for name, least, most in (("transmission_error", 0.011, 0.013), ("mesh_stiffness", 0.02, 0.04)):
+        a, b = getattr(one, name), getattr(two, name)
+        assert least < np.abs(b / a - 1).max() < most
+        assert_allclose(b.mean(), a.mean(), rtol=2e-4)
+
+
 def test_moments_of_all_segments_balance_the_torque() -> None:
     """Forces times their lever arms about the pinion, not the forces, add up to F_n."""
     scene = spur(OffLineContact(), helix=15.0)

@@ -95,6 +95,7 @@ def test_every_key_beside_size_and_teeth_is_looked_at():
         "root_diameter",
         "bore_diameter",
         "outer_diameter",
+        "support",
         "cutter",
         "blank",
     }

@@ -11,9 +11,9 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from gearbench.errors import InputError
 from gearbench.explore.catalogue import ACROSS, UP, catalogue, fronts
+from gearbench.explore.controls import moved, positions, values
 from gearbench.explore.flank_map import flank_map
 from gearbench.explore.model import density, picture
-from gearbench.explore.settings import Settings
 from gearbench.explore.stored import open_results
 from gearbench.geometry.tooth_shapes import mesh, outline
 from gearbench.library.garambois2017 import case, gear
@@ -87,7 +87,7 @@ def test_scenes_are_those_of_the_designs():
     dataset, designs = front(30), catalogue([stored(30)])
     scene = designs.scene(7)
     assert scene.pair.helix_angle == dataset["pair.helix_angle"].values[7]
-    assert Settings.of(scene).crowning == dataset["effects.crowning.amount"].values[7]
+    assert values(scene)["crowning"] == dataset["effects.crowning.amount"].values[7]
 
 
 # -- what is changed --------------------------------------------------------------------------------------------------
@@ -95,38 +95,35 @@ def test_scenes_are_those_of_the_designs():
 
 def test_settings_that_were_not_moved_leave_the_scene_as_it_is(robust_scene):
     for scene in (robust_scene, case(2), *(catalogue([stored(12)]).scene(i) for i in range(11))):
-        assert Settings.of(scene).applied(scene) is scene
+        assert moved(scene, {name: place["value"] for name, place in positions(scene).items()}) is scene
 
 
 def test_settings_change_what_they_name_and_nothing_else(robust_scene):
-    settings = Settings(crowning=4.0, relief_amount=3.0, relief_length=0.2, torque=7.0, iso_class=8)
-    changed = settings.applied(robust_scene)
-    assert Settings.of(changed) == settings
+    places = {"crowning": 4.0, "relief_amount": 3.0, "relief_length": 0.2, "torque": 7.0, "iso_class": 8}
+    changed = moved(robust_scene, places)
+    assert values(changed) == places
     tables, before = changed.to_mapping(), robust_scene.to_mapping()
     assert tables["pair"] == before["pair"]
     assert tables["effects"]["tooth_bending"] == before["effects"]["tooth_bending"]
     assert changed.effect("manufacturing_errors").edition == "1995"
-    bare = replace(settings, crowning=0.0, relief_length=0.0).applied(changed)
+    bare = moved(changed, places | {"crowning": 0.0, "relief_length": 0.0})
     assert bare.effect("crowning") is None
     assert bare.effect("tip_relief") is None
     assert parse_scene(changed.to_mapping()) == changed
 
 
 def test_sliders_of_coast_flanks_stay_below_zero(robust_scene):
-    from gearbench.explore.controls import positions, settings_of
-
     coast = replace(robust_scene, load=Load(torque=-robust_scene.load.torque))
     slider = positions(coast)["torque"]
     assert slider["start"] < slider["value"] < slider["end"] < 0
-    values = {name: place["value"] for name, place in positions(coast).items()}
-    changed = settings_of(coast, values | {"torque": -7.0}).applied(coast)
+    changed = moved(coast, values(coast) | {"torque": -7.0})
     assert changed.load.coast
     assert_allclose(picture(changed).transmission_error.mean, simulate(changed)["transmission_error_mean"], rtol=1e-12)
 
 
 def test_a_relief_longer_than_the_tooth_is_refused(robust_scene):
     with pytest.raises(ValueError, match="length"):
-        replace(Settings.of(robust_scene), relief_amount=1.0, relief_length=50.0).applied(robust_scene)
+        moved(robust_scene, values(robust_scene) | {"relief_amount": 1.0, "relief_length": 50.0})
 
 
 # -- what is computed -------------------------------------------------------------------------------------------------
@@ -150,7 +147,7 @@ def test_without_errors_there_is_no_scatter():
 def test_errors_of_a_wider_class_scatter_more(robust_scene):
     std = []
     for iso_class in (4, 6, 8):
-        scene = replace(Settings.of(robust_scene), iso_class=iso_class).applied(robust_scene)
+        scene = moved(robust_scene, values(robust_scene) | {"iso_class": iso_class})
         std.append(picture(scene).scatter.transmission_error.std())
     assert std == sorted(std)
 
@@ -215,14 +212,13 @@ def test_curves_come_first_where_the_scatter_takes_long(monkeypatch):
     from bokeh.document import Document
 
     from gearbench.explore import live
-    from gearbench.explore.controls import positions
 
     session = live.Session(designs := catalogue([stored(12)]), Document())
-    moved = {name: position["value"] for name, position in positions(designs.scene(3)).items()} | {"crowning": 4.5}
+    places = {name: place["value"] for name, place in positions(designs.scene(3)).items()} | {"crowning": 4.5}
     monkeypatch.setattr(session, "slow", False)
-    (whole,) = session.answers(3, moved)
+    (whole,) = session.answers(3, places)
     monkeypatch.setattr(session, "slow", True)
-    first, second = session.answers(3, moved)
+    first, second = session.answers(3, places)
     assert "ste_density" not in first["now"][0]
     assert set(second["now"][0]) == {"ste_density", "stiffness_density", "numbers"}
     assert "…" in first["now"][0]["numbers"]["value"]
@@ -240,8 +236,8 @@ def test_questions_that_are_none_are_answered_by_a_message():
     from gearbench.explore.live import Session
 
     session = Session(catalogue([stored(12)]), Document())
-    for design, values in ((99, None), ("x", None), (3, {}), (3, {"crowning": "?"})):
-        (answer,) = session.answers(design, values)
+    for design, places in ((99, None), ("x", None), (3, {}), (3, {"crowning": "?"})):
+        (answer,) = session.answers(design, places)
         assert answer["message"][0]
         assert answer["now"] == [None]
 

@@ -82,7 +82,6 @@ def test_phases_of_the_coast_flanks_are_those_in_a_mirror():
 
 @pytest.mark.parametrize(("beta", "clockwise"), [(0.0, True), (15.0, True), (15.0, False)])
 def test_phases_of_a_planetary_set_are_those_of_its_teeth(beta, clockwise):
-    pytest.importorskip("gearbench.geometry.cutter")  # internal gears
     # z 21/39/−99, planets at 0, 42 and 84 of 120 places (Guo and Keller's 750 kW set): γ_s = 0, 0.35, 0.70
     angles = 2 * np.pi * np.array([0, 42, 84]) / 120
     first = pair(21, 39, beta=beta)
