@@ -53,8 +53,8 @@ DIN 3960, tools with protuberance (G12) as in ISO 6336-3, temperatures (G16), ed
 What is not given is not there: no deviation, no stock, one material, 20 °C.
 
 An internal gear has a negative number of teeth, `teeth = -99`, and is cut by a pinion-type cutter (G18); its body is
-held all around at `outer_diameter`, firmly or by the springs of `support`. Shafts (`[system]`), contact by finite
-elements and root stress are of external gears so far.
+held all around at `outer_diameter`, firmly or by the springs of `support`. Contact by finite elements and root stress
+are of external gears so far.
 
 ```toml
 [pair]

@@ -22,7 +22,7 @@ from fem_reference.circulant import flank_blocks
 from fem_reference.section import Body
 from fem_reference.sector import Grain, Section
 from fem_reference.solver import available_solver
-from gearbench.budget import memory_limit, require
+from gearbench.budget import memory_limit, require, sector_memory
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.local import half_space_compression, waves_across
 from gearbench.errors import GearbenchError
@@ -113,9 +113,9 @@ class Level:
 
     @property
     def memory(self) -> float:
-        """Memory [bytes], good to a factor of two: 120 bytes an entry of the matrix, measured."""
+        """Memory [bytes], good to a factor of two."""
         of_element = (3 * (self.number + 1) ** 2) ** 2
-        return 150e6 + 120 * 2.5 * of_element * float(self.of_nodes.sum(axis=1)[self.section.nodes].mean(axis=1).sum())
+        return sector_memory(of_element * float(self.of_nodes.sum(axis=1)[self.section.nodes].mean(axis=1).sum()))
 
 
 def default_order(gear: Gear) -> tuple[int, int]:

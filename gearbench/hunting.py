@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.budget import SMALL, memory_limit, require
+from gearbench.budget import ORDERS_AT_ONCE, cycles_memory, order_memory, require, room
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.batch import Batch, GapModes, chunks, on_threads, prepare, solve_one_chunk
 from gearbench.contact.size import contact_memory
@@ -42,11 +42,6 @@ MOST_CYCLES = 100_000
 ORDERS = 3.0
 #: Decades that a figure shows below the largest amplitude.
 DECADES = 4
-#: Orders found at once: their waves are an array of their own.
-AT_ONCE = 4000
-#: Numbers that are kept at the same time, at most: for each position of a mesh cycle, for each position of the waves of
-#: orders found at once, for each order, and for each mode of the gaps of a mesh cycle. Measured, a tenth in reserve.
-OF_POSITION, OF_WAVE, OF_ORDER, OF_MODE = 5.0, 4.4, 9.5, 1.7
 #: Contact problems at the same time: that on cells, and that on patches, which says what cells miss.
 OF_CONTACT = 2.5
 
@@ -126,12 +121,11 @@ def _all_cycles(scene: Scene, orders: float, threads: int) -> MeshCycle:
     return solve_cycles(scene, phases, batch, amounts, threads)
 
 
-def cycles_memory(scene: Scene, positions: int, cycles: int, orders: float, modes: int) -> float:
+def hunting_memory(scene: Scene, positions: int, cycles: int, orders: float, modes: int) -> float:
     """Peak memory [bytes] of mesh cycles whose gaps are sums of ``modes``, and of their orders up to a mesh order."""
     # uniform phases give no orders from half of their number on
-    count = cycles * (orders if scene.resolution.positions is None else min(orders, positions / 2))
-    numbers = cycles * positions * OF_POSITION + min(count, AT_ONCE) * positions * OF_WAVE + count * OF_ORDER
-    return 8 * (numbers + cycles * modes * OF_MODE) + OF_CONTACT * contact_memory(scene, positions)
+    highest = orders if scene.resolution.positions is None else min(orders, positions / 2)
+    return cycles_memory(positions, cycles, highest, modes) + OF_CONTACT * contact_memory(scene, positions)
 
 
 def require_cycles_memory(
@@ -145,10 +139,10 @@ def require_cycles_memory(
         Naming numbers of positions or orders that would fit.
     """
     modes = turning_gaps(effects, scene_lines(scene, np.zeros(1)), 1)[1].shape[-1]
-    need, limit = cycles_memory(scene, positions, cycles, orders, modes), max(memory_limit(), SMALL)
-    each = cycles_memory(scene, positions + 1, cycles, orders, modes) - need
+    need, limit = hunting_memory(scene, positions, cycles, orders, modes), room()
+    each = hunting_memory(scene, positions + 1, cycles, orders, modes) - need
     fewer = int((limit - need) / each + positions)
-    lower = orders - (need - limit) / (8 * OF_ORDER * cycles)
+    lower = orders - (need - limit) / (order_memory() * cycles)
     instead = [f"{fewer} positions"] * (fewer > 0) + [f"{math.floor(10 * lower) / 10:g} orders"] * (lower >= 0.1)
     value = f"{cycles} mesh cycles × {positions} positions, {orders:g} orders of the mesh"
     require(need, "hunting", value, f"{' or '.join(instead) or 'nothing'} would fit")
@@ -202,7 +196,7 @@ def order_coefficients(phases: Phases, values: NDArray, count: int) -> NDArray:
     series: orders from half of its points on mean nothing.
     """
     N, q = len(values), np.arange(1, count + 1)
-    by_phase, parts = np.fft.fft(values, axis=0) / N, -(-count // AT_ONCE)
+    by_phase, parts = np.fft.fft(values, axis=0) / N, -(-count // ORDERS_AT_ONCE)
     found = [np.einsum("qp,qp->q", _waves(phases, part / N), by_phase[part % N]) for part in np.array_split(q, parts)]
     return np.concatenate(found)
 

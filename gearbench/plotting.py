@@ -172,29 +172,29 @@ def load_map(dataset: xr.Dataset, gear: int, axes: Axes | None = None, *, scale:
     pressure = _pressure(pair, u, load)
     top = scale or _top_of_colours(pressure, weight)
     across, path, shown = _on_grid(pair, u, y, weight, pressure)
-    angle = np.degrees(pair.meshing.along_path(gear, path) / own.base_radius)
-    tip = np.degrees(np.sqrt(own.tip_radius**2 - own.base_radius**2) / own.base_radius)
-    flank = angle <= tip
-    angle, shown = angle[flank], shown[flank]
+    roll = pair.meshing.along_path(gear, path)
+    flank = roll <= own.roll_length(own.tip_radius)
+    angle, shown = np.degrees(roll[flank] / own.base_radius), shown[flank]
     _coloured(axes, (across, angle, shown), "contact pressure p [MPa]", top, pressure.max(), pad=0.16)
     for radius, name, style in _circles(scene, gear):
-        at = float(np.degrees(np.sqrt(max(radius**2 - own.base_radius**2, 0.0)) / own.base_radius))
+        at = float(np.degrees(own.roll_length(radius) / own.base_radius))
         axes.axhline(at, color="black" if style == "-" else "0.25", lw=1.0, ls=style)
         axes.annotate(
-            f"{name} ⌀{2 * radius:.2f}", (1.01, at), xycoords=("axes fraction", "data"), va="center", fontsize=7
+            f"{name} ⌀{2 * abs(radius):.2f}", (1.01, at), xycoords=("axes fraction", "data"), va="center", fontsize=7
         )
     for kink in sorted({y for effect in scene.flank_effects if isinstance(effect, GapEffect)
                          for y in effect.face_kinks(pair)}):  # fmt: skip
         axes.axvline(kink, color="0.25", lw=1.0, ls=":")
     axes.set(xlim=(0, pair.meshing.face_width), xlabel="position along the face width y [mm]", ylabel="roll angle [°]")
     margin = 0.02 * np.ptp(angle)  # tip and start of the active profile are lines of the picture, not its frame
-    axes.set_ylim(angle.min() - margin, angle.max() + margin)
+    low, high = angle.min() - margin, angle.max() + margin
+    axes.set_ylim((low, high) if own.teeth > 0 else (high, low))  # the tip is up
     return axes
 
 
 def _pressure(pair: Pair, u: NDArray, load: NDArray) -> NDArray:
     """Hertz pressure [MPa] of line loads [N/mm] at positions u [mm] on the path of contact."""
-    rho = pair.meshing.curvature_radius(np.clip(u, 1e-6 * pair.meshing.tangent_length, None))
+    rho = pair.meshing.curvature_radius(np.clip(u, 1e-6 * abs(pair.meshing.tangent_length), None))
     return np.sqrt(load * pair.contact_modulus / (np.pi * np.maximum(rho, 1e-9)))
 
 
@@ -247,7 +247,7 @@ def _circles(scene: Scene, index: int) -> list[tuple[float, str, str]]:
     found = [(gear.tip_radius, "tip", "-"), (working, "pitch", "--"), (pair.meshing.active_radii[index][0], "SAP", "-")]
     reliefs = [effect for effect in scene.flank_effects if isinstance(effect, ProfileRelief)]
     for begin in (m for effect in reliefs for m in effect.modifications(pair) if m.gear == index):
-        radius = begin.start if begin.along == "radius" else float(np.hypot(begin.start, gear.base_radius))
+        radius = begin.start if begin.along == "radius" else float(gear.radius_at(begin.start))
         found.append((radius, "relief", ":"))
     return found
 

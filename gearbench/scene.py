@@ -181,8 +181,6 @@ class Scene:
         for name in names:
             if names.count(name) > 1:
                 raise InputError(f"effects.{name}", "given twice", "each effect at most once")
-        if self.system is not None and any(scene.pair.is_internal for scene in (self, *self.further)):
-            raise InputError("system", "given", "is for external pairs so far: leave it out of a scene with a ring")
         for effect in self.effects:
             for other, reason in effect.requires.items():
                 if other not in names:

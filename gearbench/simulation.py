@@ -68,10 +68,6 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
     check_scene(scene)
     start = time.perf_counter()
     check_outputs(tuple(outputs))
-    if scene.coupled and not scene.loads:
-        from gearbench.trains.dataset import train_dataset
-
-        return train_dataset(scene, outputs)
     if scene.loads or scene.train is not None:
         from gearbench.sweeps.run import sweep
 

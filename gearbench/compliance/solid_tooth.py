@@ -19,7 +19,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.budget import require
+from gearbench.budget import require, ritz_memory
 from gearbench.compliance.bases import axis_functions, gauss, legendre_functions
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.local import flank_functions, half_space_compression, waves_across
@@ -32,9 +32,6 @@ from gearbench.threads import lazy
 
 #: Eigenvalues of the compliance below this fraction of the largest are rounding, or beyond the basis.
 RANK_TOLERANCE = 1e-10
-#: Numbers that are kept at the same time for each two functions of the section of a spur and of a helical tooth, for
-#: each two right-hand sides, and for the rest. Measured.
-_NUMBERS, _SIDES, _REST = (10.0, 14.0), 7.0, 3e4
 #: Polynomials along the axis that the root of a tooth is joined by at most, and modules of face width for each further
 #: one: a body is too smooth to tell more apart. Six alone make the peak-to-peak STE of helical gears 20 modules wide a
 #: tenth too small. On gears wider than ``WIDE`` modules one for each five modules leaves shapes of deflection at a MAC
@@ -93,7 +90,7 @@ class SolidTooth:
         functions = 3 * across * (along + free)
         # of a class: loads of the flank, and half of the motions of the root
         sides = math.prod(self.flank_order) + free * 1.5 * across * self.root_axis_order
-        need = 8 * (_NUMBERS[bool(gear.beta)] * functions**2 + _SIDES * sides**2 + _REST)
+        need = ritz_memory(functions, sides, helical=bool(gear.beta))
         require(need, "effects.tooth_bending.order", list(self.order), "a lower order would fit")
         r_f = gear.root_radius
         section = Section(

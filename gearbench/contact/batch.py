@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.budget import require
+from gearbench.budget import batch_memory, require
 from gearbench.contact.law import kernel_coefficients
 from gearbench.contact.patches import ON_CELLS, ROUNDS, compression, on_patches
 from gearbench.contact.problem import ContactProblem, reduce_rank
@@ -315,11 +315,10 @@ def _linearised(batch: Batch, start: NDArray, spread: NDArray) -> Batch:
 
 
 def _require_memory(problem: ContactProblem, segments: int, modes: int) -> None:
-    """Refuse what needs more memory than there may be: products of columns, or of coupled problems their matrices."""
+    """Refuse what needs more memory than there may be."""
     positions, _, rank = problem.factor.shape
-    coupled = problem.blocks == 1 and rank >= COUPLED_RANK
-    own = 2 * rank * rank if coupled else segments * rank * (rank + 1) / 2 + modes * problem.blocks * rank
-    need = 8.0 * positions * (own + segments * (4 * rank + 4 * modes))
+    linearised = problem.blocks == 1 and rank >= COUPLED_RANK
+    need = positions * batch_memory(segments, modes, rank, problem.blocks, linearised=linearised)
     size = f"{positions} positions × {segments} segments × {modes} modes of gaps"
     require(need, "resolution", size, "fewer segments or positions would fit")
 

@@ -5,23 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-from gearbench.budget import SMALL, memory_limit, require
+from gearbench.budget import SMALL, position_memory, require, result_memory, room
 from gearbench.contact.smooth import joined_flanks
 from gearbench.effects.base import ComplianceEffect, Dense, LowRank
 from gearbench.geometry.action import contact_lines, pair_indices
 from gearbench.scene import Scene
 
-#: Numbers that are kept at the same time, at most: for each two segments of a position where all pairs of teeth move
-#: each other, for each segment and column of Ψ (of pairs that move each other, and of others), and for each segment
-#: (contact lines, gaps, laws, results; likewise). Measured, with a tenth and more in reserve.
-SQUARE, COLUMN, SEGMENT = 3.4, (2.5, 3.4), (62.0, 30.0)
 #: Columns that no Ψ has more of: while the size with them is small, the columns are not counted.
 MOST_COLUMNS = 1500
-#: Numbers of a solution that are kept while others are solved, and put together at the end, for each segment of a
-#: position and for each position. Measured, with a third in reserve.
-KEPT_SEGMENT, KEPT_POSITION = 4.0, 60.0
-#: Bytes of a number.
-_NUMBER = 8
 
 
 def contact_memory(scene: Scene, positions: int, like: Scene | None = None) -> float:
@@ -31,7 +22,7 @@ def contact_memory(scene: Scene, positions: int, like: Scene | None = None) -> f
     """
     segments = scene.resolution.segments
     columns, coupled = _columns(like or scene)
-    return positions * _of_position(pairs_of_teeth(scene), segments, columns, coupled=coupled)
+    return positions * position_memory(pairs_of_teeth(scene), segments, columns, coupled=coupled)
 
 
 def require_contact_memory(scene: Scene, positions: int) -> None:
@@ -43,31 +34,23 @@ def require_contact_memory(scene: Scene, positions: int) -> None:
         Naming numbers of segments or positions that would fit.
     """
     pairs, segments = pairs_of_teeth(scene), scene.resolution.segments
-    if positions * _of_position(pairs, segments, MOST_COLUMNS, coupled=True) <= SMALL:
+    if positions * position_memory(pairs, segments, MOST_COLUMNS, coupled=True) <= SMALL:
         return
     columns, coupled = _columns(scene)
-    need = positions * _of_position(pairs, segments, columns, coupled=coupled)
-    limit = max(memory_limit(), SMALL)
-    fewer = int(limit / _of_position(pairs, segments, columns, coupled=coupled))
+    need = positions * position_memory(pairs, segments, columns, coupled=coupled)
+    limit = room()
+    fewer = int(limit / position_memory(pairs, segments, columns, coupled=coupled))
     limit /= positions
-    fits = [n for n in _round_numbers(segments) if _of_position(pairs, n, columns, coupled=coupled) <= limit]
+    fits = [n for n in _round_numbers(segments) if position_memory(pairs, n, columns, coupled=coupled) <= limit]
     instead = [f"segments = {fits[0]}"] if fits else []
     instead += [f"{_round_down(fewer)} positions"] if fewer else []
     value = f"{positions} positions × {pairs} pairs × {segments} segments"
     require(need, "resolution", value, f"{' or '.join(instead)} would fit" if instead else "nothing would fit")
 
 
-def _of_position(pairs: int, segments: int, columns: int, *, coupled: bool) -> float:
-    n = pairs * segments
-    # of pairs that deflect by themselves, the compliance of each is reduced where it has more columns than segments
-    square = n * n if coupled else n * segments * (columns > segments)
-    return _NUMBER * (SQUARE * square + n * (COLUMN[not coupled] * columns + SEGMENT[not coupled]))
-
-
 def kept_memory(scene: Scene, positions: int) -> float:
     """Memory [bytes] that the results of ``scene`` at a number of mesh phases take among those of a sweep."""
-    segments = pairs_of_teeth(scene) * scene.resolution.segments
-    return _NUMBER * positions * (KEPT_SEGMENT * segments + KEPT_POSITION)
+    return positions * result_memory(pairs_of_teeth(scene) * scene.resolution.segments)
 
 
 def pairs_of_teeth(scene: Scene) -> int:

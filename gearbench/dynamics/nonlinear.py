@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from gearbench.budget import nonlinear_memory, require_each
 from gearbench.dynamics.analysis import HARMONICS, check_harmonics, check_speeds, modal_variables, spans
 from gearbench.dynamics.force_curve import ForceCurve, force_curve
 from gearbench.dynamics.model import Group, Model
-from gearbench.dynamics.size import bearings, nonlinear_memory, require_each
+from gearbench.dynamics.size import bearings
 from gearbench.dynamics.stability import free_motion
 from gearbench.errors import InputError
 from gearbench.results.origin import keeping

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from gearbench.budget import require_each, speed_memory
 from gearbench.contact.assemble import assemble
 from gearbench.contact.batch import prepare
 from gearbench.dynamics import waves
@@ -17,7 +18,6 @@ from gearbench.dynamics.analysis import HARMONICS, check_harmonics, check_speeds
 from gearbench.dynamics.balance import Excitation, solve
 from gearbench.dynamics.loaded_mesh import PER_MICROMETRE, LoadedMesh
 from gearbench.dynamics.model import Group, Model
-from gearbench.dynamics.size import require_each, speed_memory
 from gearbench.effects.base import GapEffect
 from gearbench.errors import InputError
 from gearbench.hunting import (

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from gearbench.budget import require_each, sample_memory, speed_memory
 from gearbench.contact.assemble import assemble
 from gearbench.contact.batch import chunks, on_threads, solve_one_chunk
 from gearbench.dynamics.analysis import GROWTH, HARMONICS, check_harmonics, check_speeds, growth, spans
 from gearbench.dynamics.balance import convolution, real
 from gearbench.dynamics.loaded_mesh import PER_MICROMETRE, LoadedMesh, order_rows
 from gearbench.dynamics.model import Group, Model
-from gearbench.dynamics.size import require_each, sample_memory, speed_memory
 from gearbench.errors import InputError
 from gearbench.results.cycle import MICROMETRES, MeshCycle
 from gearbench.results.origin import keeping

@@ -8,16 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from gearbench.accuracy.choose import first_settings
+from gearbench.budget import speed_memory
 from gearbench.contact.assemble import mesh_phases, scene_lines
 from gearbench.contact.size import contact_memory, kept_memory, pairs_of_teeth
 from gearbench.dynamics.analysis import HARMONICS
-from gearbench.dynamics.size import bearings, speed_memory
+from gearbench.dynamics.size import bearings
 from gearbench.effects.base import ComplianceEffect, Dense, Effect, LowRank
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.effort.clock import timed
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.action import ContactLines
-from gearbench.hunting import ORDERS, check_cycles, cycles_memory, turning_gaps, unlike
+from gearbench.hunting import ORDERS, check_cycles, hunting_memory, turning_gaps, unlike
 from gearbench.optimisation.problem import evaluate, scene_of
 from gearbench.optimisation.search import Search
 from gearbench.optimisation.study import OptimisationStudy
@@ -155,7 +156,7 @@ def _others(scene: Scene, positions: int) -> dict[str, float]:
     if turning:
         modes = turning_gaps(turning, scene_lines(scene, np.zeros(1)), 1)[1].shape[-1]
         with suppress(InputError):  # too many cycles: the command says so itself
-            found["hunting"] = cycles_memory(scene, positions, check_cycles(scene.pair), ORDERS, modes)
+            found["hunting"] = hunting_memory(scene, positions, check_cycles(scene.pair), ORDERS, modes)
     if scene.system is not None:
         each = speed_memory(HARMONICS, len(scene.pairs), bearings(scene))
         found[f"response at {SPEEDS} speeds"] = SPEEDS * each + contact_memory(scene, positions)

@@ -165,7 +165,8 @@ def _stage_scene(document: RexsDocument, stage: Stage, torque: float | None, loa
     gears = _driver_first(stage, drive)
     pinion, wheel = (read_gear(document, gear) for gear in gears)
     _check_mates(pinion, wheel)
-    centre_distance = document.require(stage.component, "center_distance", LENGTH)
+    distance = document.require(stage.component, "center_distance", LENGTH)
+    centre_distance = math.copysign(distance, pinion.teeth + wheel.teeth) if pinion.sign * wheel.sign < 0 else distance
     pair: dict[str, Any] = {
         "normal_module": pinion.normal_module,
         "pressure_angle": pinion.pressure_angle,
@@ -208,14 +209,15 @@ def _check_mates(one: RexsGear, two: RexsGear) -> None:
         raise InputError(f"{key}.normal_module", two.normal_module, f"must be that of {mate}, {one.normal_module:g}")
     if not math.isclose(one.pressure_angle, two.pressure_angle, rel_tol=1e-6):
         raise InputError(f"{key}.normal_pressure_angle", two.pressure_angle, f"must be that of {mate}")
-    if not math.isclose(one.helix_angle, -two.helix_angle, rel_tol=1e-6, abs_tol=1e-9):
-        allowed = f"must be opposite to that of {mate}, {one.helix_angle:g}°"
+    internal = one.sign * two.sign < 0
+    if not math.isclose(one.helix_angle, two.helix_angle * (1 if internal else -1), rel_tol=1e-6, abs_tol=1e-9):
+        allowed = f"must be {'equal' if internal else 'opposite'} to that of {mate}, {one.helix_angle:g}°"
         raise InputError(f"{key}.helix_angle_reference_diameter", two.helix_angle, allowed)
 
 
 def _shift_sum(one: RexsGear, two: RexsGear, centre_distance: float) -> float:
     """x_1 + x_2 without backlash."""
-    if one.base_radius + two.base_radius >= centre_distance:
+    if abs(one.base_radius + two.base_radius) >= abs(centre_distance):
         return 0.0  # the pair itself refuses such a distance
     return profile_shift_sum((one, two), centre_distance)
 
@@ -257,12 +259,18 @@ def _member(gear: RexsGear, own: float | None, x: float) -> dict[str, Any]:
     circle = gear.pitch_radius + x * gear.normal_module
     for name, radius, side in (("tip", gear.tip_radius, 1), ("root", gear.root_radius, -1)):
         if radius is not None and side * (radius - circle) <= 0:
-            limit = f"must be {'larger' if side > 0 else 'smaller'} than {2 * circle:.4g} mm, the reference line's"
-            raise InputError(f"{gear.component.label}.{name}_diameter", 2 * radius, limit)
+            limit = f"must be {'larger' if side * gear.sign > 0 else 'smaller'} than {2 * abs(circle):.4g} mm"
+            raise InputError(
+                f"{gear.component.label}.{name}_diameter", 2 * abs(radius), f"{limit}, the reference line's"
+            )
+    if gear.teeth < 0 and gear.root_radius is not None:
+        own_root = {"root_diameter": 2 * abs(gear.root_radius)}
+    else:
+        own_root = {"dedendum": gear.dedendum(x)}
     sizes = {
         "profile_shift": own,
         "addendum": gear.addendum(x),
-        "dedendum": gear.dedendum(x),
+        **own_root,
         "fillet_radius": gear.fillet_radius,
     }
     return {"teeth": gear.teeth} | {name: value for name, value in sizes.items() if value is not None}
@@ -271,7 +279,9 @@ def _member(gear: RexsGear, own: float | None, x: float) -> dict[str, Any]:
 def _note_rack(gears: tuple[RexsGear, ...], members: tuple[dict[str, Any], ...], notes: list[str]) -> None:
     for name, default in (("addendum", 1.0), ("dedendum", 1.25), ("fillet radius", STANDARD_FILLET_RADIUS)):
         key = name.replace(" ", "_")
-        without = [gear.component.label for gear, member in zip(gears, members, strict=True) if key not in member]
+        other = "root_diameter" if key == "dedendum" else key
+        both = zip(gears, members, strict=True)
+        without = [gear.component.label for gear, member in both if key not in member and other not in member]
         if without:
             notes.append(f"{name} of {' and '.join(without)} not in the file: {default} m_n assumed (ISO 53 A)")
 
@@ -285,6 +295,9 @@ def _bores(
 ) -> None:
     """Bore diameters from the shafts, where they leave a gear body; models of the body ask for them."""
     for gear, member, x in zip(gears, members, shifts, strict=True):
+        if gear.teeth < 0:
+            notes.append(f"outside of {gear.component.label} not known: give outer_diameter for its body")
+            continue
         seat = read_seat(document, gear.component)
         root = 2 * (gear.pitch_radius + gear.normal_module * (x - member.get("dedendum", 1.25)))
         if seat is not None and 0 < seat < root - 2 * LEAST_RIM * gear.normal_module:

@@ -20,7 +20,7 @@ class RexsGear(TransverseSection):
     component
         The gear.
     teeth, normal_module, pressure_angle, helix_angle
-        Of its transverse section; β > 0 right-handed.
+        Of its transverse section; β > 0 right-handed, z and radii of a ring negative.
     face_width
         b [mm].
     profile_shift, addendum_coefficient, dedendum_coefficient, fillet_radius
@@ -59,11 +59,14 @@ def read_gear(document: RexsDocument, component: Component) -> RexsGear:
     InputError
         Naming component and attribute: missing, no number, in an unknown unit, or different on both flanks.
     """
-    if component.kind != "cylindrical_gear":
-        raise InputError(component.label, component.kind, "must be an external cylindrical gear")
+    if component.kind not in ("cylindrical_gear", "ring_gear"):
+        raise InputError(component.label, component.kind, "must be a cylindrical gear or a ring gear")
+    ring = component.kind == "ring_gear"
     teeth = document.require(component, "number_of_teeth", NUMBER)
+    teeth = abs(teeth) if ring else teeth  # positive in the norm, negative in ISO 21771
     if teeth != int(teeth) or teeth <= 0:
-        raise InputError(f"{component.label}.number_of_teeth", teeth, "must be a positive whole number (external gear)")
+        raise InputError(f"{component.label}.number_of_teeth", teeth, "must be a positive whole number")
+    sign = -1 if ring else 1
     source = _Source(document, component)
     m = document.require(component, "normal_module", LENGTH)
     alpha = source.value("normal_pressure_angle", ANGLE)
@@ -77,7 +80,7 @@ def read_gear(document: RexsDocument, component: Component) -> RexsGear:
     tip, root = (document.number(component, name, LENGTH) for name in ("tip_diameter", "root_diameter"))
     return RexsGear(
         component=component,
-        teeth=int(teeth),
+        teeth=sign * int(teeth),
         normal_module=m,
         face_width=document.require(component, "face_width", LENGTH),
         pressure_angle=alpha,
@@ -88,8 +91,8 @@ def read_gear(document: RexsDocument, component: Component) -> RexsGear:
             "addendum_coefficient_reference_profile", "addendum_reference_profile", m
         ),
         fillet_radius=source.coefficient("tip_radius_factor", "tip_radius", m),
-        tip_radius=None if tip is None else tip / 2,
-        root_radius=None if root is None else root / 2,
+        tip_radius=None if tip is None else sign * abs(tip) / 2,
+        root_radius=None if root is None else sign * abs(root) / 2,
     )
 
 

@@ -92,12 +92,12 @@ def mesh(pair: Pair) -> TeethInMesh:
 
 def outline(gear: Gear, around: int = AROUND) -> NDArray:
     """Closed outline of 2·around + 1 teeth with a strip of the body, middle tooth on +y, (point, 2) [mm]."""
-    count = min(2 * around + 1, gear.teeth)
+    count = min(2 * around + 1, abs(gear.teeth))
     right = gear.flank_points(16, 10)
     tooth = np.concatenate([right * [-1, 1], right[::-1]])  # left root, tip, right root
     pitch = 2 * math.pi / gear.teeth
     teeth = [turn(tooth, (i - (count - 1) / 2) * pitch) for i in range(count)]
-    inner = max(gear.root_radius - 0.8 * gear.tooth_height, 0.1 * gear.root_radius)
+    inner = gear.root_radius - min(0.8 * gear.tooth_height, 0.9 * abs(gear.root_radius))
     angle = np.linspace(0.5 * count * pitch, -0.5 * count * pitch, 3 * count)
     return np.concatenate([*teeth, inner * np.column_stack([np.sin(angle), np.cos(angle)])])
 

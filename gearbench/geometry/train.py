@@ -228,16 +228,21 @@ class Train:
     def hands(self, given: Mapping[str, str]) -> dict[str, str]:
         """Mesh → hand of its driver's helix, "right" or "left".
 
-        As ``given``, or where a gear is shared with an earlier mesh that of its teeth: mates are of opposite hands.
+        As ``given``, or where a gear is shared with an earlier mesh that of its teeth: mates are of opposite hands, of
+        the same one where one of them is internal.
         """
+
+        def across(mesh: Mesh, gear: str, hand: str) -> str:
+            """Hand of the driver from that of ``gear``, or the other way round."""
+            alike = gear == mesh.driver or mesh.pair.is_internal
+            return hand if alike else {"right": "left", "left": "right"}[hand]
+
         found: dict[str, str] = {}
         for mesh, gear, other in self._shared():
             if other is None:
                 found[mesh.name] = given[mesh.name]
             else:
-                same = mesh.gears.index(gear) == other.gears.index(gear)
-                own = found[other.name]
-                found[mesh.name] = own if same else {"right": "left", "left": "right"}[own]
+                found[mesh.name] = across(mesh, gear, across(other, gear, found[other.name]))
         return found
 
     def phases(self, *, coast: bool = False) -> dict[str, float]:

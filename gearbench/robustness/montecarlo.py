@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.accuracy.measure import MEASURED
-from gearbench.budget import require
+from gearbench.budget import gaps_memory, require
 from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
 from gearbench.contact.batch import (
     SCATTER,
@@ -129,7 +129,8 @@ def prepare_problem(
     errors = require_errors(scene)
     positions, pairs, segments = lines.shape
     number = len(errors.variables(scene.pair))
-    need, size = 8.0 * 4 * positions * pairs * segments * number, f"{positions} positions × {segments} segments"
+    size = f"{positions} positions × {segments} segments"
+    need = positions * gaps_memory(pairs * segments, number)
     require(need, "resolution", f"{size} × {number} errors", "fewer segments or positions would fit")
     effects = {effect.name: effect for effect in scene.flank_effects}
     expansion = errors.expansion(lines, effects)

@@ -65,8 +65,12 @@ def axis(name: str, values: Sequence[float] | NDArray) -> Axis:
     return Axis(name=name, path=path, values=numbers, unit=key.unit)
 
 
-def axes_of(swept: Mapping[str, Sequence[float] | NDArray], meshes: Sequence[str] = ()) -> tuple[Axis, ...]:
+def axes_of(
+    swept: Mapping[str, Sequence[float] | NDArray], meshes: Sequence[str] = (), *, coupled: bool = False
+) -> tuple[Axis, ...]:
     """The axes of a sweep in the order given, and one of the ``meshes`` by their names, where there are several.
+
+    ``coupled`` meshes are no axis: each point has all of them.
 
     Raises
     ------
@@ -74,9 +78,9 @@ def axes_of(swept: Mapping[str, Sequence[float] | NDArray], meshes: Sequence[str
         As ``axis``; if there is none, a key is given twice, or the grid has more than 100 000 points.
     """
     found = tuple(axis(name, values) for name, values in swept.items())
-    if len(meshes) > 1:
+    if len(meshes) > 1 and not coupled:
         found += (Axis(name=MESH, path=MESH, values=tuple(meshes), unit=""),)
-    if not found:
+    if not found and not coupled:
         raise InputError("sweep", "no key", "must sweep at least one, e.g. torque=[100, 200]")
     paths = [each.path for each in found]
     for each in found:

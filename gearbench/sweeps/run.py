@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.accuracy.measure import MEASURED, covered
-from gearbench.budget import SMALL, memory_limit, require
+from gearbench.budget import require, room
 from gearbench.contact.assemble import mesh_phases
 from gearbench.contact.size import kept_memory
 from gearbench.errors import InputError
@@ -96,14 +96,15 @@ def sweep(
     swept = {**(ranges or {}), **keys}
     spectrum = () if {"torque", TORQUE} & swept.keys() else scene.loads
     swept |= {"torque": [each.torque for each in spectrum]} if spectrum else {}
-    axes = axes_of(swept, meshes=() if scene.coupled else tuple(scene.meshes))
+    axes = axes_of(swept, tuple(scene.meshes), coupled=scene.coupled)
     total = math.prod(len(each.values) for each in axes)
     solver = _solver(scene, outputs, {"samples": samples, "seed": seed, "sampler": sampler}, threads)
     groups = _groups(scene, axes, sampled=samples > 0)
 
     def whole(found: Mapping[tuple[float, ...], Point]) -> xr.Dataset:
         attrs = provenance(scene, wall_time=time.perf_counter() - start) | solver.draws | solver.attrs
-        attrs |= {"swept": [each.path for each in axes], "complete": int(len(found) == total)} | _warning(scene, axes)
+        paths = [each.path for each in axes] + [MESH] * scene.coupled
+        attrs |= {"swept": paths, "complete": int(len(found) == total)} | _warning(scene, axes)
         return keeping(over_loads(combined(found, axes).assign_attrs(attrs), spectrum), scene)
 
     return whole(_solved(groups, solver, lambda done: progress(done, total), _Keeper(keep=keep, whole=whole)))
@@ -266,8 +267,7 @@ def _require_memory(scene: Scene, points: int) -> None:
     if scene.resolution.accuracy is not None:
         scene = replace(scene, resolution=Resolution())
     each = kept_memory(scene, len(mesh_phases(scene)[0]))
-    instead = f"{int(max(memory_limit(), SMALL) / each)} points would fit"
-    require(points * each, "sweep", f"{points} points", instead)
+    require(points * each, "sweep", f"{points} points", f"{int(room() / each)} points would fit")
 
 
 def _warning(scene: Scene, axes: Sequence[Axis]) -> dict[str, str]:

@@ -55,8 +55,8 @@ class Mechanics:
 def two_wheels(system: System, pair: Pair) -> Mechanics:
     """Two rigid wheels that only turn: the motions are their rotations times their base radii [mm] (D2)."""
     masses, inertias = [], (system.pinion.inertia, system.wheel.inertia)
-    for gear, inertia in zip(pair.gears, inertias, strict=True):
-        J = INERTIA * inertia if inertia is not None else steel_disc(gear.pitch_radius, 0.0, gear.face_width)[1]
+    for index, (gear, inertia) in enumerate(zip(pair.gears, inertias, strict=True)):
+        J = INERTIA * inertia if inertia is not None else _steel_gear(pair, index, 0.0)[1]
         masses.append(J / gear.base_radius**2)
     return Mechanics(
         mass=np.diag(masses),
@@ -213,11 +213,17 @@ def _mass(box: Gearbox, number: int, model: ShaftModel) -> NDArray:
     return M
 
 
+def _steel_gear(pair: Pair, index: int, hole: float) -> tuple[float, float, float]:
+    """Steel disc from the ``hole`` to the pitch circle; from there to the outside, or the root circle, of a ring."""
+    gear, outside = pair.gears[index], pair.members[index].outer_diameter
+    if gear.teeth < 0:
+        return steel_disc(outside / 2 if outside else -gear.root_radius, -gear.pitch_radius, gear.face_width)
+    return steel_disc(gear.pitch_radius, min(hole, gear.pitch_radius), gear.face_width)
+
+
 def _gear_disc(pairs: Mapping[str, Pair], mesh: str, index: int, seat: Seat, model: ShaftModel) -> Disc:
-    body = pairs[mesh].gears[index]
     at = int(np.clip(np.searchsorted(model.nodes, seat.position) - 1, 0, len(model.beams) - 1))
-    hole = min(model.beams[at].diameter[1] / 2, body.pitch_radius)
-    m, axial, across = steel_disc(body.pitch_radius, hole, body.face_width)
+    m, axial, across = _steel_gear(pairs[mesh], index, model.beams[at].diameter[1] / 2)
     given = (seat.mass, seat.inertia, seat.transverse_inertia)
     found = (m * 1e3, axial / INERTIA, across / INERTIA)
     mass, inertia, transverse = (f if g is None else g for g, f in zip(given, found, strict=True))

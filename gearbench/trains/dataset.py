@@ -2,41 +2,23 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.results.cycle import HARMONICS, MICROMETRES, Phases, coefficients, fluctuation_rms, mean, peak_to_peak
-from gearbench.results.origin import keeping
 from gearbench.results.points import Columns, Point, beside
-from gearbench.results.provenance import provenance
-from gearbench.results.responses import described
-from gearbench.scene import Scene
 from gearbench.solution import columns
-from gearbench.trains.solve import SolvedTrain, solve_train
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-
-def train_dataset(scene: Scene, outputs: Sequence[str]) -> xr.Dataset:
-    """Dataset of a ``coupled`` scene: the ``outputs`` of each mesh, and what its meshes have in common.
-
-    All over the phase of the first mesh.
-    """
-    import xarray as xr
-
-    start = time.perf_counter()
-    point = train_point(solve_train(scene), outputs)
-    attrs = provenance(scene, wall_time=time.perf_counter() - start) | {"swept": ["mesh"]}
-    return keeping(xr.Dataset(described(point.variables), coords=described(point.coords), attrs=attrs), scene)
+from gearbench.trains.revolution import revolution_columns
+from gearbench.trains.solve import SolvedTrain
 
 
 def train_point(solved: SolvedTrain, outputs: Sequence[str]) -> Point:
-    """Coordinates and variables of ``train_dataset``."""
+    """Result of a ``coupled`` scene: the ``outputs`` of each mesh, and what its meshes have in common.
+
+    All over the phase of the first mesh.
+    """
     each = beside([Point(*columns(own, outputs)) for own in solved.meshes.values()], "mesh")
     coords, variables = dict(each.coords), dict(each.variables)
     linkage, balance, phases = solved.linkage, solved.balance, solved.phases
@@ -67,7 +49,10 @@ def train_point(solved: SolvedTrain, outputs: Sequence[str]) -> Point:
         "member_torque": (("member", "position"), 1e-3 * on[:, 2]),
         "member_torque_amplitude": (("member", "harmonic"), 1e-3 * amplitude[:, 2]),
     }
-    return Point(coords, variables)
+    more_coords, over = revolution_columns(solved)
+    if over:
+        variables["mesh_load_factor"] = (), np.maximum(sharing.max(), over["load_sharing_over_revolution"][1].max())
+    return Point(coords | more_coords, variables | over)
 
 
 def _curve(phases: Phases, values: NDArray) -> Columns:

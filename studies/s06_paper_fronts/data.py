@@ -83,12 +83,11 @@ def _run(found: xr.Dataset) -> xr.Dataset:
     """Cost and history of the search of a tool."""
     import xarray as xr
 
-    names = ("search_wall_s", "search_cpu_s", "search_evaluated", "search_legs")
-    numbers = {name.removeprefix("search_"): found.attrs[name] for name in names}
     feasible = found["feasible"].values == 1
     # what the compliance of the teeth depends on
     macro = np.stack([found[v].values[feasible] for v in ("teeth", "helix_angle", "addendum_fraction")], axis=1)
-    numbers |= {"asked": float(found["asked"].sum()), "designs": found.sizes["design"]}
+    numbers = {"wall_s": found.attrs["wall_time_s"], "asked": float(found["asked"].sum())}
+    numbers |= {"designs": found.sizes["design"]}
     numbers |= {"feasible": int(feasible.sum()), "macro_geometries": len(np.unique(macro, axis=0))}
     history = {f"generation_{name}": found[name] for name in ("evaluated", "feasible_found", "hypervolume")}
     return xr.Dataset({**numbers, **history}).drop_attrs()

@@ -1,18 +1,12 @@
-"""Whether an accuracy is met on wide helical pairs with relief on their bodies, and its time over the best settings'.
-
-``python -m studies.s07_accuracy_cost.bodies SEED COUNT ACCURACY OUT.csv`` draws the pairs and writes a row for each.
-"""
+"""Accuracy on wide helical pairs with relief on their bodies: whether it is met, and its time over that of the best."""
 
 from __future__ import annotations
 
-import csv
-import sys
 import time
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from itertools import count, islice
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -127,23 +121,3 @@ def _first_time(scene: Scene, rung: int, n: int, g: int) -> float:
     start = time.process_time()
     covered_values(_at(unseen(scene, next(_new)), rung, n, g))
     return time.process_time() - start
-
-
-def main(seed: str, number: str, accuracy: str, out: str) -> None:
-    """Rows of ``number`` pairs, each written as soon as it is there."""
-    warm = wide_scenes(1, int(seed) + 1)[0]  # kernels are compiled
-    for g in (5, 8):
-        covered_values(_at(warm, 0, 8, g))
-    rows: list[dict[str, float | str]] = []
-    for index, scene in enumerate(wide_scenes(int(number), int(seed))):
-        rows.append({"seed": int(seed), "scene": index, **body_promise(scene, float(accuracy))})
-        names = list(dict.fromkeys(name for row in rows for name in row))
-        with Path(out).open("w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, names)
-            writer.writeheader()
-            writer.writerows(rows)
-        print({name: f"{v:.3g}" if isinstance(v, float) else v for name, v in rows[-1].items()}, flush=True)
-
-
-if __name__ == "__main__":
-    main(*sys.argv[1:])

@@ -12,19 +12,19 @@ import numpy as np
 import pytest
 
 from gearbench import budget, read_study
-from gearbench.budget import MemoryBudgetError, memory_limit
+from gearbench.budget import MemoryBudgetError, memory_limit, nonlinear_memory, sample_memory, speed_memory
 from gearbench.contact.assemble import mesh_phases
 from gearbench.dynamics.analysis import response
 from gearbench.dynamics.model import Model
 from gearbench.dynamics.nonlinear import PER_ORDER, STEPS, nonlinear_response
 from gearbench.dynamics.revolution import revolution_response
 from gearbench.dynamics.scatter import BLOCK, robust_response
-from gearbench.dynamics.size import bearings, in_blocks, nonlinear_memory, sample_memory, speed_memory
+from gearbench.dynamics.size import bearings, in_blocks
 from gearbench.effects.waviness import Wave, Waviness
 from gearbench.effort.apart import apart
 from gearbench.effort.clock import most_megabytes
 from gearbench.errors import InputError
-from gearbench.hunting import cycles_memory, hunting_cycle
+from gearbench.hunting import hunting_cycle, hunting_memory
 from gearbench.optimisation import refinement
 from gearbench.optimisation import verify as verifying
 from gearbench.optimisation.refinement import polish
@@ -71,7 +71,7 @@ def test_memory_of_mesh_cycles(orders, waves, resolution):
     hunting_cycle(spur_scene(effects=WAVY, **resolution))  # compiled code is loaded
     found: dict[str, int] = {}
     measured = peak(lambda: found.update(hunting_cycle(scene, orders=orders).sizes))
-    predicted = cycles_memory(scene, found["position"], found["cycle"], orders, 2 * waves)
+    predicted = hunting_memory(scene, found["position"], found["cycle"], orders, 2 * waves)
     assert found["cycle"] == 25 * 41
     assert 0.95 * measured < predicted < 2 * measured
 
@@ -141,7 +141,7 @@ def test_memory_of_mesh_cycles_of_gears_in_use(name):
     hunting_cycle(scene, orders=0.1)
     found: dict[str, int] = {}
     measured = peak(lambda: found.update(hunting_cycle(scene, orders=200.0).sizes))
-    assert 0.95 * measured < cycles_memory(scene, 4, found["cycle"], 200.0, 2) < 2 * measured
+    assert 0.95 * measured < hunting_memory(scene, 4, found["cycle"], 200.0, 2) < 2 * measured
 
 
 # -- refusals ----------------------------------------------------------------------------------------------------------
@@ -167,8 +167,8 @@ def test_mesh_cycles_beyond_the_memory_are_refused_with_what_fits(monkeypatch):
     assert line.startswith("hunting = 49975 mesh cycles × ")
     positions, fewer = (int(re.search(rf"(\d+) positions{end}", line)[1]) for end in (", 40 orders", " or"))
     lower = float(re.search(r"or ([\d.]+) orders would fit", line)[1])
-    assert cycles_memory(scene, fewer, 49975, 40.0, 4) <= memory_limit()
-    assert cycles_memory(scene, positions, 49975, lower, 4) <= memory_limit()
+    assert hunting_memory(scene, fewer, 49975, 40.0, 4) <= memory_limit()
+    assert hunting_memory(scene, positions, 49975, lower, 4) <= memory_limit()
 
 
 @pytest.mark.parametrize("kind", ["linear", "nonlinear", "samples", "revolution"])

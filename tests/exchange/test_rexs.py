@@ -410,3 +410,28 @@ def test_damaged_files_end_in_one_line(tmp_path):
             messages.append(str(error))
     assert all(message.startswith(str(path)) and "\n" not in message for message in messages)
     assert 50 < len(messages) < 350  # names and dates do not matter, sizes do
+
+
+# -- a ring -----------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("teeth", [66, -66])
+def test_a_ring_gear_has_negative_teeth_in_a_scene(tmp_path, teeth):
+    text = change('name="wheel" type="cylindrical_gear"', 'name="wheel" type="ring_gear"')
+    text = change(
+        '<attribute id="number_of_teeth" unit="">44<', f'<attribute id="number_of_teeth" unit="">{teeth}<', text
+    )
+    text = change(
+        '<attribute id="center_distance" unit="mm">100<', '<attribute id="center_distance" unit="mm">71.5<', text
+    )
+    text = change('unit="deg">-15<', 'unit="deg">15<', text)
+    text = change(
+        '<attribute id="tip_diameter" unit="mm">142.7<', '<attribute id="tip_diameter" unit="mm">200.5<', text
+    )
+    text = change(
+        '<attribute id="root_diameter" unit="mm">129.0<', '<attribute id="root_diameter" unit="mm">213.0<', text
+    )
+    pair = read_rexs(write(tmp_path, text)).pair
+    assert (pair.pinion.teeth, pair.wheel.teeth, pair.centre_distance) == (20, -66, -71.5)
+    assert 2 * pair.gears[1].tip_radius == pytest.approx(-200.5)
+    assert 2 * pair.gears[1].root_radius == pytest.approx(-213.0)
+    with pytest.raises(InputError, match="equal"):
+        read_rexs(write(tmp_path, text.replace('unit="deg">15<', 'unit="deg">-15<', 1)))

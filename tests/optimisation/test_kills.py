@@ -11,14 +11,12 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from threading import Timer
 
 import numpy as np
-import psutil
 import pytest
 import xarray as xr
 
@@ -27,7 +25,6 @@ from gearbench.optimisation.study import Algorithm, OptimisationStudy, Robustnes
 from gearbench.optimisation.workers import AFTER
 from gearbench.results.netcdf import load
 from tests.support.campaign import many
-from tests.support.dask_processes import dask, scheduler
 from tests.support.paths import ROOT
 
 STUDY = replace(
@@ -204,34 +201,3 @@ def test_kills_of_races_on_worker_processes(tmp_path):
     """From the first design on."""
     longer = replace(RACING, algorithm=Algorithm(population=16, generations=30, seed=2))
     kill_and_resume(many(3), longer, tmp_path, 8, "--threads", "2", after=0.0)
-
-
-def kill_a_worker(nannies: int, rng: random.Random) -> None:
-    """Kill one of the workers that a process of nannies has started; it is started again."""
-    workers = [child for child in psutil.Process(nannies).children() if "spawn_main" in " ".join(child.cmdline())]
-    rng.choice(workers).kill()
-
-
-@contextmanager
-def killing(seconds: float, kill: Callable[[], object]) -> Iterator[None]:
-    """In the block, after some seconds, something is killed; the block ends after it."""
-    timer = Timer(seconds, kill)
-    timer.start()
-    try:
-        yield
-    finally:
-        timer.join()
-
-
-@pytest.mark.slow
-def test_kills_of_dask_workers_in_races(tmp_path):
-    rng, expected = random.Random(6), optimise(RACING, threads=1)
-    with scheduler() as (address, _), dask("worker", address, "--nworkers", "2", "--no-dashboard") as nannies:
-        optimise(RACING, scheduler=address)
-        began = time.monotonic()
-        optimise(RACING, scheduler=address)
-        duration = time.monotonic() - began
-        for i in range(many(5)):
-            with killing(rng.uniform(0.0, duration), lambda: kill_a_worker(nannies.pid, rng)):
-                optimise(RACING, directory=tmp_path / str(i), scheduler=address)
-            assert_as_if_nothing_had_happened(tmp_path / str(i), expected)

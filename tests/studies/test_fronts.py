@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -14,13 +12,14 @@ from gearbench.library.garambois2017 import gear, table_2
 from gearbench.optimisation.constraints import constrained, judge
 from gearbench.optimisation.derived import unit_contact_addendum
 from gearbench.optimisation.problem import scene_of
+from gearbench.optimisation.store import Store
 from gearbench.optimisation.study import Algorithm, Robustness
 from gearbench.results.netcdf import load, save
 from studies.s06_paper_fronts import checks, compare, compute, figures
 from studies.s06_paper_fronts import search as searching
 from studies.s06_paper_fronts.data import macro_and_micro
 from studies.s06_paper_fronts.findings import front
-from studies.s06_paper_fronts.search import MODULE, TEETH, TOOLS, Tally, search, study
+from studies.s06_paper_fronts.search import MODULE, TEETH, TOOLS, search, study
 
 
 # -- the searches ------------------------------------------------------------------------------------------------------
@@ -149,26 +148,19 @@ def tiny(monkeypatch):
 @pytest.mark.slow
 def test_an_interrupted_search_goes_on(tiny, tmp_path, monkeypatch):
     whole = search(3, quick=True, folder=None)
-    tell = Tally.__call__
+    keep = Store.write
 
-    def interrupted(self, state):
-        tell(self, state)
-        if state.generation == 3:
+    def interrupted(self, generation, *rest):
+        keep(self, generation, *rest)
+        if generation == 3:
             raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(Tally, "__call__", interrupted)
+        patch.setattr(Store, "write", interrupted)
         with pytest.raises(KeyboardInterrupt):
             search(3, quick=True, folder=tmp_path)
     again = search(3, quick=True, folder=tmp_path)
     xr.testing.assert_identical(again.drop_attrs(), whole.drop_attrs())
-    assert again.attrs["search_legs"] == 2
-    # each design was evaluated in one leg or the other, the one that was interrupted in a generation maybe in both
-    assert whole.sizes["design"] <= again.attrs["search_evaluated"] <= whole.sizes["design"] + 8
-    # what is finished is read: no further leg
-    assert search(3, quick=True, folder=tmp_path).attrs["search_legs"] == 2
-    (times,) = tmp_path.glob("*.json")
-    assert json.loads(times.read_text(encoding="utf-8"))["legs"] == 2
     # another size is another search
     monkeypatch.setattr(searching, "QUICK", (Algorithm(population=8, generations=2), Robustness(samples=8)))
     assert search(3, quick=True, folder=tmp_path).sizes["generation"] == 2
@@ -206,7 +198,7 @@ def test_the_dataset_holds_each_front(dataset):
         assert np.all(own["specific_sliding"] <= 2.5)
         run = dataset.sel(tool=tool)
         assert run["asked"] == 80
-        assert run["designs"] == run["generation_evaluated"].sum() == run["evaluated"]
+        assert run["designs"] == run["generation_evaluated"].sum()
         assert run["feasible"] == own.sizes["design"]
 
 
