@@ -113,8 +113,36 @@ def test_bearings_that_say_too_much_or_too_little(table, match):
 def test_no_bearing_has_more_balls_than_can_be_counted():
     with pytest.raises(Exception, match=r"at most .* 500 balls"):
         Rolling(kind="deep_groove_ball", bore=30.0, outside=72.0, static_capacity=1.7e308)
-    most = Rolling(kind="deep_groove_ball", bore=30.0, outside=72.0, static_capacity=1e-3 * 500 * 13.5 * 12.6**2)
+    capacity = 1e-3 * 500 * 13.5 * 12.6**2 * math.cos(math.radians(40.0))
+    most = Rolling(kind="angular_contact_ball", bore=30.0, outside=72.0, static_capacity=capacity)
     assert most.Z == 500
+
+
+#: Designation: bore, outside; balls, their diameter, pitch diameter.
+CATALOGUE = {
+    "6203": (17, 40, 8, 6.747, 28.5),
+    "6204": (20, 47, 8, 7.938, 33.5),
+    "6205": (25, 52, 9, 7.938, 38.5),
+    "6206": (30, 62, 9, 9.525, 46.0),
+    "6207": (35, 72, 9, 11.112, 53.5),
+    "6208": (40, 80, 9, 12.0, 60.0),
+    "6210": (50, 90, 10, 12.7, 70.0),
+    "6306": (30, 72, 8, 12.303, 51.0),
+    "6308": (40, 90, 8, 15.081, 65.0),
+    "6309": (45, 100, 8, 17.462, 72.5),
+    "6310": (50, 110, 8, 19.05, 80.0),
+}
+
+
+@pytest.mark.parametrize("name", CATALOGUE)
+def test_balls_by_the_catalogue(name):
+    """Number within one ball, radial stiffness within 5 % of the bearing with its inner dimensions."""
+    d, D, Z, ball, pitch = CATALOGUE[name]
+    estimate = Rolling(kind="deep_groove_ball", bore=d, outside=D)
+    known = Rolling(kind="deep_groove_ball", elements=Z, element_diameter=ball, pitch_diameter=pitch)
+    assert abs(estimate.Z - Z) <= 1
+    stiffness = [np.mean([b.force(np.array([0.02 * np.cos(t), 0.02 * np.sin(t), 0, 0, 0]))[1].diagonal()[:2].sum() for t in np.linspace(0, 0.3, 5)]) for b in (estimate, known)]  # fmt: skip  # noqa: E501
+    assert_allclose(stiffness[0], stiffness[1], rtol=0.05)
 
 
 @pytest.mark.parametrize("diameter", [5e-324, 0.0, 9e-4])
