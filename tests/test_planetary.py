@@ -170,6 +170,21 @@ def test_samples_are_solved_as_single_sets_are():
         assert_allclose(found["mesh_load_factor"][n], (exact.force / whole.even).max(), rtol=1e-5)
 
 
+def test_over_a_revolution_run_outs_turn_with_their_members():
+    keys = {"planets": 4, "pin_stiffness": 300.0, "run_out": {"sun": 20.0, "planet": [0.0, 8.0, 0.0, 0.0]}}
+    whole = simulate(parse_scene(tables(**keys)), outputs=["transmission_error"])
+    shares = whole["load_sharing_over_revolution"]
+    # at the beginning it is the set as it stands
+    assert_allclose(shares.isel(revolution=0), whole["load_sharing"].max("position"), rtol=1e-5)
+    assert float(whole["mesh_load_factor"]) == float(shares.max()) > 1.05
+    # the sun turns 96/36 times, and its eccentricity passes planet after planet
+    alone = {**keys, "run_out": {"sun": 20.0}}
+    shares = simulate(parse_scene(tables(**alone)), outputs=["transmission_error"])["load_sharing_over_revolution"]
+    quarter = int(128 * 36 / 96 / 4)
+    assert quarter * 4 * 96 == 128 * 36
+    assert_allclose(shares[1].values[quarter:], shares[0].values[:-quarter], rtol=1e-6)
+
+
 def test_robust_says_how_much_the_errors_cost():
     scene = parse_scene(tables(planets=4, pin_stiffness=300.0, phases=2, scatter={"pin_tangential": 15.0}))
     found = robust(scene, samples=64)

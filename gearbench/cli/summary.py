@@ -144,7 +144,7 @@ def print_geometry(scene: Scene) -> None:
 
 def warnings(dataset: xr.Dataset) -> tuple[str, ...]:
     """Lines on what limits the meaning of a result."""
-    return (f"warning: {dataset.attrs['warning']}",) if "warning" in dataset.attrs else ()
+    return tuple(f"warning: {line}" for line in dataset.attrs.get("warning", "").split("\n") if line)
 
 
 def accuracy_line(dataset: xr.Dataset) -> str:

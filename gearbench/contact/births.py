@@ -68,7 +68,7 @@ class Birth(NamedTuple):
 
 
 class Changes(NamedTuple):
-    """Where lines begin or cease to be loaded between two phases of a look: load, index of the first of both in x.
+    """Lines that begin or cease to be loaded between two phases of a look: load, index of the first phase in x.
 
     ``crowded`` where another pair does within a phase of it: then the curve of this one has a kink there. (change,)
     """
@@ -90,7 +90,7 @@ class Located(NamedTuple):
 
 
 class Margin(NamedTuple):
-    """By how much a pair would be pressed by gears that it does not carry: see ``pressed``, and at most."""
+    """Interference of an unloaded pair, see ``pressed``, and its peak."""
 
     mean: NDArray
     most: NDArray
@@ -155,16 +155,16 @@ def _between(scene: Scene, share: NDArray, given: tuple[NDArray, NDArray], crowd
     crossing = (margins[:, 1:] > 0) != (margins[:, :-1] > 0)
     for i in crossing.any(axis=1).argsort(kind="stable").tolist():  # pieces on which the sign changes last: they decide
         x, margin, a, b = points[i], margins[i], float(begin[i]), float(end[i])
-        birth = _zero(x, margin, a, b)
+        birth = _zero(x, margin, a, b) if crossing[i].any() else None
         if birth is None:  # a straight line goes on where polynomials turn
-            two = np.abs(margin).argsort()[:2]
+            two = np.sort(np.abs(margin).argsort()[:2])
             birth = _zero(x[two], margin[two], a, b)
         if birth is None:
             continue
         near = np.sort(np.abs(x - birth).argsort()[:-1])
         again, j = _zero(x[near], margin[near], a, b), change[i]
         found.x[j], within[:, j] = birth, (a, b)
-        sure[j] = again is not None and abs(again - birth) < KNOWN
+        sure[j] = crossing[i].any() and again is not None and abs(again - birth) < KNOWN
     left = np.flatnonzero(~sure | crowded & np.isfinite(found.x) | exact & np.isfinite(found.x))
     if left.size:
         found.x[left], found.ramp[left] = _located(scene, share[left], found.x[left], within[:, left], exact=exact)

@@ -35,6 +35,8 @@ _LOG = logging.getLogger(__name__)
 HARMONICS, MOST = 10, 200
 #: Multipliers beyond 1 by this much are rounding.
 GROWTH = 1e-6
+#: Share of the motion at rest in the next orders that is told.
+BEYOND = 0.1
 #: Why there is none.
 GROWS = "parametric instability: no steady linear response"
 #: Modes with a smaller share in the compliance at the meshes are not looked for in the notes.
@@ -212,6 +214,14 @@ def notes(model: Model, speeds: NDArray, harmonics: int, variables: Variables) -
         ):
             if where.any():
                 lines.append(f"mesh {name}: {text} at {spans(speeds, where)} 1/min")
+    for name, cycle in zip(model.names, model.cycles, strict=True):
+        at_rest = cycle.waves(2 * harmonics)[1:] @ cycle.motion[:, 0]
+        share = float(np.linalg.norm(at_rest[harmonics:]) / max(np.linalg.norm(at_rest), 1e-300))
+        if share > BEYOND:
+            lines.append(
+                f"mesh {name}: {100 * share:.0f} % of its motion at rest is in orders above {harmonics}, which are not "
+                "computed: peaks are too low, raise harmonics"
+            )
     modes = model.modes
     for group in model.groups:
         slowest = float(model.omega(group, speeds).min())

@@ -34,6 +34,22 @@ Stiffness = Annotated[float, Field(gt=0.0, le=1e6)]
 
 
 @table(frozen=True, kw_only=True, config=STRICT)
+class PlanetaryRunOut:
+    """Eccentric members, each turning with its own speed; at the beginning of the revolution all towards the angle 0.
+
+    Parameters
+    ----------
+    sun, ring, carrier, planet
+        F_r, twice the eccentricity [µm]; of every planet, in their order.
+    """
+
+    sun: Deviation = 0.0
+    ring: Deviation = 0.0
+    carrier: Deviation = 0.0
+    planet: tuple[Deviation, ...] = ()
+
+
+@table(frozen=True, kw_only=True, config=STRICT)
 class PlanetaryScatter:
     """Errors of a set that ``robust`` draws, each independent of the others and symmetric about what the scene has.
 
@@ -88,6 +104,8 @@ class Planetary:
         How far each pin stands beside its place, ahead in the sense in which the sun turns and outwards [µm].
     planet_thickness
         By how much the teeth of each planet are thicker than those of the others, in the normal section [µm].
+    run_out
+        Eccentric members: load sharing is then known over a revolution of the carrier against the ring.
     scatter
         Errors that ``robust`` draws.
     """
@@ -108,12 +126,16 @@ class Planetary:
     pin_tangential: tuple[Deviation, ...] = ()
     pin_radial: tuple[Deviation, ...] = ()
     planet_thickness: tuple[Deviation, ...] = ()
+    run_out: PlanetaryRunOut | None = None
     scatter: PlanetaryScatter | None = None
 
     def __post_init__(self) -> None:
         for name in DEVIATIONS:
             if (given := getattr(self, name)) and len(given) != self.number:
                 raise InputError(name, f"{len(given)} numbers", f"must be one for each of the {self.number} planets")
+        if self.run_out is not None and len(self.run_out.planet) not in (0, self.number):
+            given = f"{len(self.run_out.planet)} numbers"
+            raise InputError("run_out.planet", given, f"must be one for each of the {self.number} planets")
         for name in (SUN, RING, CARRIER):
             if name in self.floating and getattr(self, f"{name}_support") is not None:
                 raise InputError("floating", name, f"conflicts with {name}_support: give one of the two")
@@ -196,7 +218,7 @@ class PlanetarySet:
             raise InputError(f"planetary.{key}", getattr(self.keys, key), allowed)
 
     def linkage(self, train: Train, *, coast: bool) -> Linkage:
-        """How the meshes hang together."""
+        """Coupling of the meshes."""
         return Linkage(train=train, more=self.keys.motions(), carrier=CARRIER, carried=self.keys.names, coast=coast)
 
     def modes(self, linkage: Linkage) -> dict[str, NDArray]:
@@ -221,12 +243,22 @@ class PlanetarySet:
                 found[f"{name} {axis}"] = 1e-3 * linkage.displaced(dict.fromkeys(moved, way))
         return found
 
+    @property
+    def eccentricities(self) -> dict[str, float]:
+        """Eccentricity of each member that has one [µm]."""
+        own = self.keys.run_out or PlanetaryRunOut()
+        planets = zip(self.keys.names, own.planet or (0.0,) * self.keys.number, strict=True)
+        every = {SUN: own.sun, RING: own.ring, CARRIER: own.carrier} | dict(planets)
+        return {name: amount / 2 for name, amount in every.items() if amount}
+
     def offset(self, linkage: Linkage) -> NDArray:
-        """Approach that the deviations of the planets add to each mesh, (mesh,) [mm]."""
+        """Approach that deviations of the planets, and run-outs, add at the beginning to each mesh, (mesh,) [mm]."""
         modes, found = self.modes(linkage), np.zeros(len(linkage.train.meshes))
         for key in DEVIATIONS:
             for name, amount in zip(self.keys.names, self.keys.each(key), strict=True):
                 found += amount * modes[f"{key} {name}"]
+        for name, amount in self.eccentricities.items():
+            found += amount * modes[f"{name} x"]
         return found
 
 

@@ -1,4 +1,4 @@
-"""Springs that hold the outside of an internal gear."""
+"""Support of the outside of an internal gear."""
 
 from __future__ import annotations
 

@@ -21,12 +21,12 @@ _PACKAGES = ("gearbench", "numpy", "scipy", "numba", "xarray")
 def provenance(scene: Scene, *, wall_time: float, seed: int | None = None) -> dict[str, Any]:
     """Attributes of a Dataset: scene as TOML, its hash, support, versions, git revision, seed, wall time [s], host.
 
-    A ``warning`` where linear elasticity does not hold for the load.
+    ``warning``, a line each, where linear elasticity does not hold for the load, and of what is hardly meant.
     """
     text = scene.to_toml()
     own = {"scene": text, "scene_sha256": digest(text), "support": support(scene)}
-    if (warning := beyond_elasticity(scene)) is not None:
-        own["warning"] = warning
+    if lines := [*filter(None, [beyond_elasticity(scene)]), *doubts(scene)]:
+        own["warning"] = "\n".join(lines)
     attrs = {**own, **run_provenance(wall_time=wall_time)}
     return attrs if seed is None else {**attrs, "seed": seed}
 
@@ -42,6 +42,16 @@ def beyond_elasticity(scene: Scene) -> str | None:
     return (
         f"teeth strained by about {100 * strain:.2g} %: linear elasticity, on which all of this rests, ends far below"
     )
+
+
+def doubts(scene: Scene) -> tuple[str, ...]:
+    """Doubts about the system of a scene, one line each."""
+    one = scene.one_load
+    if one.system is None:
+        return ()
+    from gearbench.system.doubts import doubts_of_shafts, doubts_of_wheels
+
+    return tuple(doubts_of_shafts(one.gearbox) if one.has_shafts else doubts_of_wheels(one.system, one.pair))
 
 
 def support(scene: Scene) -> str:

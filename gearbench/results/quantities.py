@@ -80,6 +80,8 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "motion": Quantity("1", "", "free motion beside the turning of the shafts"),
             "mesh_load": Quantity("N", "F_bt", "force of the mesh along the line of action, transverse"),
             "load_sharing": Quantity("1", "L", "force of the mesh over that where all paths share alike"),
+            "revolution": Quantity("1", "", "turn of the carrier against the ring"),
+            "load_sharing_over_revolution": Quantity("1", "L", "greatest load share over the mesh cycle at each turn"),
             "load_sharing_greatest": Quantity("1", "L", "greatest load share of a mesh over the cycle"),
             "mesh_load_factor": Quantity("1", "K_γ", "largest force of a mesh over that where all paths share alike"),
             "train_transmission_error": Quantity("µm", "Δ", "transmission error of the train on the first base circle"),

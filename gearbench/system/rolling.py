@@ -23,6 +23,8 @@ Dimension = Annotated[float, Field(gt=0.0, le=5000.0)]
 LAMINAE, LINE_CONTACT = 40, 35948.0
 #: Static capacity [N] over i Z D_w² of radial ball bearings: f_0 of ISO 76 in the middle of its table.
 _BALL_CAPACITY = 13.5
+#: Angle that the balls of a deep groove bearing fill as it is put together [rad].
+_FILLED = math.radians(186.0)
 #: Balls or rollers of a bearing at most.
 MOST_ELEMENTS = 500
 #: Moduli of bearing steel in the norm [N/mm²].
@@ -133,13 +135,21 @@ class Rolling:
 
     @property
     def Z(self) -> int:
-        """Number of balls or rollers: given, or from the static capacity (balls), or the cage's usual gap."""
+        """Number of balls or rollers: given, or from the static capacity (balls), or the cage's usual gap.
+
+        Deep groove balls are filled in from one side, the inner ring eccentric: no more than that lets in. Source:
+        Harris, Rolling Bearing Analysis, ch. 1 (Conrad assembly).
+        """
         if self.elements is not None:
             return self.elements
-        if self.is_ball and self.static_capacity is not None:
-            return max(3, round(1e3 * self.static_capacity / self._ball_capacity))
         gap = 1.5 if self.is_ball else 1.2
-        return max(3, int(math.pi * self.D_pw / (gap * self.D_w)))
+        most = int(math.pi * self.D_pw / (gap * self.D_w))
+        if self.kind == "deep_groove_ball":
+            most = round(1 + _FILLED / (2 * math.asin(self.D_w / self.D_pw)))
+        if self.is_ball and self.static_capacity is not None:
+            by_capacity = round(1e3 * self.static_capacity / self._ball_capacity)
+            most = min(most, by_capacity) if self.kind == "deep_groove_ball" else by_capacity
+        return max(3, most)
 
     @property
     def _ball_capacity(self) -> float:

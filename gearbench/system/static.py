@@ -150,6 +150,12 @@ class Settled:
         moves = np.zeros(5)
         moves[keep] = vectors[:, 0]
         way = _WAYS[int(np.argmax(np.abs(moves)))]
+        carried = {b.rolling.carries for b in model.shaft.bearings if b.rolling is not None and b.rolling.angled}
+        others = [b for b in model.shaft.bearings if b.rolling is None or not b.rolling.angled]
+        if len(carried) == 1 and not any(map(_may_hold_axially, others)):
+            allowed = "one must carry the other way: the radial load presses them apart"
+            key = f"system.shafts.{model.shaft.name}.bearings.rolling.carries"
+            raise InputError(key, f"{carried.pop()} on all", allowed)
         raise InputError(f"system.shafts.{model.shaft.name}.bearings", f"free to move {way}", "must hold the shaft")
 
     def _check_bodies(self, bearings: NDArray) -> None:

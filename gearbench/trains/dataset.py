@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from gearbench.results.cycle import HARMONICS, MICROMETRES, Phases, coefficients, fluctuation_rms, mean, peak_to_peak
 from gearbench.results.points import Columns, Point, beside
 from gearbench.solution import columns
+from gearbench.trains.revolution import revolution_columns
 from gearbench.trains.solve import SolvedTrain
 
 
@@ -48,7 +49,10 @@ def train_point(solved: SolvedTrain, outputs: Sequence[str]) -> Point:
         "member_torque": (("member", "position"), 1e-3 * on[:, 2]),
         "member_torque_amplitude": (("member", "harmonic"), 1e-3 * amplitude[:, 2]),
     }
-    return Point(coords, variables)
+    more_coords, over = revolution_columns(solved)
+    if over:
+        variables["mesh_load_factor"] = (), np.maximum(sharing.max(), over["load_sharing_over_revolution"][1].max())
+    return Point(coords | more_coords, variables | over)
 
 
 def _curve(phases: Phases, values: NDArray) -> Columns:

@@ -93,6 +93,14 @@ def draw_train(dataset: xr.Dataset, folder: Path) -> list[Path]:
         f"{float(dataset['train_transmission_error_peak_to_peak']):.3g} µm peak-to-peak",
         fontsize=9,
     )
+    if "revolution" in dataset.dims:
+        shares.clear()
+        for name in dataset["mesh"].values.tolist():
+            shares.plot(
+                dataset["revolution"], dataset["load_sharing_over_revolution"].sel(mesh=name), lw=1.3, label=name
+            )
+        shares.set(xlabel="turn of the carrier against the ring", ylabel="greatest load share L [–]", xlim=(0, 1))
+        shares.set_ylim(0.0, 1.1 * float(dataset["mesh_load_factor"]))
     n, first = dataset["harmonic"].values, dataset["member"].values[0]
     amplitude = dataset["member_force_amplitude"].sel(member=first)
     for axis, shift, colour in (("x", -0.2, BLUE), ("y", 0.2, ORANGE)):

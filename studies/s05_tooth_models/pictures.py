@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,25 +15,17 @@ from studies.s05_tooth_models.findings import BEST, LIMITS
 if TYPE_CHECKING:
     import xarray as xr
 
+#: In the order of ``ERRORS``.
+LABELS = ("mean STE", "peak-to-peak STE", "mean k", "peak-to-peak k")
+
 
 def figures(dataset: xr.Dataset, folder: Path) -> None:
     """Distribution of the errors of every model, and accuracy against time."""
     for support in MODELS:
         figure, axes = new_figure(1, 4, (13, 4.2), sharey=True)
-        models = [str(name) for name in dataset[f"{support}_model"].values]
-        labels = ("mean STE", "peak-to-peak STE", "mean k", "peak-to-peak k")
-        for axis, name, label in zip(axes[0], ERRORS, labels, strict=True):
-            values = dataset[f"{support}_{name}"].values
-            columns = [column[np.isfinite(column)] for column in values.T]
-            style = {"whis": (0, 100), "widths": 0.6, "medianprops": {"color": BLUE}}
-            axis.boxplot(columns, orientation="horizontal", **style)
-            limit = LIMITS["mean" if "mean" in name else "peak_to_peak"]
-            axis.axvspan(-limit, limit, color=BLUE, alpha=0.15, lw=0)
+        boxes(axes[0], dataset[[f"{support}_{name}" for name in ERRORS]], LIMITS, (-50, -5, 0, 5, 50, 500))
+        for axis in axes[0]:
             axis.axvline(0, color="0.4", lw=0.8)
-            axis.set_xscale("symlog", linthresh=5)
-            axis.set_xticks([-50, -5, 0, 5, 50, 500], ["−50", "−5", "0", "5", "50", "500"])
-            axis.set(xlabel=f"error of {label} [%]", yticks=range(1, len(models) + 1), yticklabels=models)
-        axes[0, 0].invert_yaxis()  # shared
         best = float(np.abs(dataset[f"{support}_{ERRORS[0]}"].sel({f"{support}_model": BEST[support]})).max())
         held = "Clamped teeth" if support == "clamped" else "Teeth on their gear bodies"
         figure.suptitle(
@@ -42,6 +35,21 @@ def figures(dataset: xr.Dataset, folder: Path) -> None:
         )
         write_figure(figure, folder / f"errors_{support}.png")
     _front(dataset, folder)
+
+
+def boxes(axes: Any, errors: xr.Dataset, limits: dict[str, float], ticks: Sequence[int]) -> None:
+    """Quartiles and ranges of ``errors``, each (pair, model), one a panel; linear up to the first of the ``ticks``."""
+    models = [str(name) for name in next(iter(errors.coords.values())).values]
+    for axis, (name, values), label in zip(axes, errors.data_vars.items(), LABELS, strict=True):
+        columns = [column[np.isfinite(column)] for column in values.values.T]
+        style = {"whis": (0, 100), "widths": 0.6, "medianprops": {"color": BLUE}}
+        axis.boxplot(columns, orientation="horizontal", **style)
+        limit = limits["mean" if "mean" in str(name) else "peak_to_peak"]
+        axis.axvspan(-limit, limit, color=BLUE, alpha=0.15, lw=0)
+        axis.set_xscale("symlog", linthresh=min(tick for tick in ticks if tick > 0))
+        axis.set_xticks(ticks, [f"{tick}".replace("-", "−") for tick in ticks])
+        axis.set(xlabel=f"error of {label} [%]", yticks=range(1, len(models) + 1), yticklabels=models)
+    axes[0].invert_yaxis()  # shared
 
 
 def _front(dataset: xr.Dataset, folder: Path) -> None:

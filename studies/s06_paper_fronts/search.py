@@ -33,12 +33,15 @@ def study(tool: int, *, quick: bool = False) -> OptimisationStudy:
 
 
 def search(tool: int, *, quick: bool, folder: Path | None) -> xr.Dataset:
-    """Run or continue the search of a tool.
+    """Run or continue the search of a tool."""
+    return kept_search(study(tool, quick=quick), f"tool{tool}", folder)
 
-    The folder of the generations is named after the study's digest: a search that was defined otherwise is never
-    continued.
+
+def kept_search(wanted: OptimisationStudy, name: str, folder: Path | None) -> xr.Dataset:
+    """Run a study, or continue what there is of it in ``folder`` under ``name`` and its digest.
+
+    A search that was defined otherwise is never continued.
     """
-    wanted = study(tool, quick=quick)
     if folder is None:
         return optimise(wanted)
-    return optimise(wanted, directory=folder / f"tool{tool}-{wanted.digest[:8]}", resume=True)
+    return optimise(wanted, directory=folder / f"{name}-{wanted.digest[:8]}", resume=True)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from studies.report import table
+from studies.report import table, verdicts
 from studies.s01_table2.data import COLUMNS, UNITS
 from studies.s06_paper_fronts.compare import distance, lead
 from studies.s06_paper_fronts.findings import checks, front, measures
@@ -52,7 +52,7 @@ def _sorted(dataset: xr.Dataset, chosen: xr.DataArray) -> xr.Dataset:
 
 def _report(dataset: xr.Dataset) -> list[str]:
     lines = ["# The three fronts", ""]
-    lines += [f"- {'holds' if holds else 'FAILS'}: {text}" for text, holds in checks(dataset)]
+    lines += verdicts(checks(dataset))
     lines += ["", "## Fronts against Table 2, evaluated with the same model", ""]
     limit, all_measures = study(1).constraints, {tool: measures(dataset, tool) for tool in TOOLS}
     heads = ("", *(f"tool {tool}, m_n {MODULE[tool]:g} mm" for tool in TOOLS))

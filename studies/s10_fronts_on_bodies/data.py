@@ -14,12 +14,11 @@ from gearbench.effects.tooth_bending import ToothBending
 from gearbench.library.garambois2017 import table_2
 from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.problem import evaluate
-from gearbench.optimisation.run import optimise
 from gearbench.optimisation.study import OptimisationStudy, Robustness
 from gearbench.optimisation.study_file import parse_study
 from gearbench.robustness.montecarlo import prepare_scene, respond
 from gearbench.scene import Resolution, Scene
-from studies.s06_paper_fronts.search import QUICK, TOOLS
+from studies.s06_paper_fronts.search import QUICK, TOOLS, kept_search
 from studies.s06_paper_fronts.search import study as plate_study
 
 if TYPE_CHECKING:
@@ -63,13 +62,8 @@ def on_body(scene: Scene) -> Scene:
 
 def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
     """The fronts of both tooth models, judged by both, and the rows of Table 2; searches are kept in ``folder``."""
-    found = {}
-    for tool in TOOLS:
-        for model in MODELS:
-            kept = (
-                folder / f"{model}{tool}-{study(tool, model, quick=quick).digest[:8]}" if folder is not None else None
-            )
-            found[tool, model] = optimise(study(tool, model, quick=quick), directory=kept, resume=kept is not None)
+    searched = {(tool, model): study(tool, model, quick=quick) for tool in TOOLS for model in MODELS}
+    found = {key: kept_search(wanted, f"{key[1]}{key[0]}", folder) for key, wanted in searched.items()}
     return assemble(found, quick=quick)
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearbench.plotting import BLUE, GREY, ORANGE, legend_below, new_figure, write_figure
-from studies.report import table
+from studies.report import table, verdicts
 from studies.s06_paper_fronts.search import MODULE, TOOLS
 from studies.s10_fronts_on_bodies.findings import checks, measures, points, row_points
 
@@ -61,7 +61,7 @@ def rows(dataset: xr.Dataset) -> Any:
 def report(dataset: xr.Dataset) -> list[str]:
     """Lines of the report: checks, the fronts, and every row of Table 2 under both models."""
     lines = ["# The paper's fronts on solid teeth and their bodies", ""]
-    lines += [f"- {'holds' if holds else 'FAILS'}: {text}" for text, holds in checks(dataset)]
+    lines += verdicts(checks(dataset))
     found = {tool: measures(dataset, tool) for tool in TOOLS}
     heads = ("", *(f"tool {tool}, m_n {MODULE[tool]:g} mm" for tool in TOOLS))
     lines += ["", *table(heads, [(n, *(f"{found[t][n]:.4g}" for t in TOOLS)) for n in found[1]], texts=1)]

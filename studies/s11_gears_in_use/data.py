@@ -17,7 +17,7 @@ from gearbench.effects.base import Effect
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending
-from gearbench.files import is_sealed, seal, unseal, write_bytes
+from gearbench.files import write_text
 from gearbench.scene import Scene
 from gearbench.simulation import simulate
 from gearbench.solution import dataset, solve_scene
@@ -26,6 +26,7 @@ from gearbench.validation.mac import compare_shapes
 from gearbench.validation.reference import finest_level, meshed_flanks, reference_scene
 from gearbench.validation.ste_error import OUTPUTS, cycle_errors, error_bars
 from studies.s05_tooth_models.data import ERRORS
+from studies.s05_tooth_models.data import MODELS as MODELS_OF_S05
 from studies.s05_tooth_models.pairs import draw, in_use
 
 if TYPE_CHECKING:
@@ -36,15 +37,8 @@ if TYPE_CHECKING:
 DRAWN = {2017: 200, 2018: 30}
 #: Accuracy of the finite elements.
 ACCURACY = 0.01
-#: Tooth models held against finite elements of the whole gear; "solid" is of its default order.
-MODELS: dict[str, tuple[Effect, ...]] = {
-    "plate, paper": (ToothBending(basis="paper"),),
-    "plate + Sainsot–Velex": (ToothBending(basis="paper"), GearBody(model="sainsot_velex")),
-    "solid + Sainsot–Velex": (ToothBending(model="solid"), GearBody(model="sainsot_velex")),
-    "solid + ring, uncoupled": (ToothBending(model="solid"), GearBody(coupled=False)),
-    "solid + ring (4, 5, 5)": (ToothBending(model="solid", order=(4, 5, 5)), GearBody()),
-    "solid + ring": (ToothBending(model="solid"), GearBody()),
-}
+#: Tooth models held against finite elements of the whole gear: all but the finest.
+MODELS = {name: MODELS_OF_S05["rim"][name] for name in list(MODELS_OF_S05["rim"])[:-1]}
 
 
 def scene(i: int = 0) -> Scene:
@@ -55,7 +49,7 @@ def scene(i: int = 0) -> Scene:
 def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
     """Errors [%], their error bars, worst MAC and times of every model on every pair; NaN where a model refuses a pair.
 
-    What is done is kept in ``folder``, pair by pair, and not computed again.
+    Completed pairs are kept in ``folder`` and not computed again.
     """
     import xarray as xr
 
@@ -74,13 +68,12 @@ def _kept(scene: Scene, path: Path | None) -> dict:
     """Errors of the models on a pair, from ``path`` where it holds those of the same pair."""
     key = {"scene": scene.to_toml(), "models": list(MODELS), "accuracy": ACCURACY}
     if path is not None and path.exists():
-        data = path.read_bytes()
-        stored = json.loads(unseal(data) if is_sealed(data) else data)  # those of early runs have no digest
+        stored = json.loads(path.read_text(encoding="utf-8"))
         if stored.pop("key") == key:
             return stored
     found = pair_errors(scene)
     if path is not None:
-        write_bytes(path, seal(json.dumps({"key": key} | found).encode()))
+        write_text(path, json.dumps({"key": key} | found))
     return found
 
 

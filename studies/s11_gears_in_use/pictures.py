@@ -9,12 +9,11 @@ import numpy as np
 
 from gearbench.plotting import BLUE, ORANGE, new_figure, write_figure
 from studies.s05_tooth_models.data import ERRORS
+from studies.s05_tooth_models.pictures import LABELS, boxes
 from studies.s11_gears_in_use.findings import BEST, LIMITS, helix_angles
 
 if TYPE_CHECKING:
     import xarray as xr
-
-_LABELS = ("mean STE", "peak-to-peak STE", "mean k", "peak-to-peak k")
 
 
 def figures(dataset: xr.Dataset, folder: Path) -> None:
@@ -25,17 +24,7 @@ def figures(dataset: xr.Dataset, folder: Path) -> None:
 
 def _models(dataset: xr.Dataset, folder: Path) -> None:
     figure, axes = new_figure(1, 4, (13, 3.8), sharey=True)
-    models = [str(name) for name in dataset["tooth_model"].values]
-    for axis, name, label in zip(axes[0], ERRORS, _LABELS, strict=True):
-        columns = [column[np.isfinite(column)] for column in dataset[name].values.T]
-        style = {"whis": (0, 100), "widths": 0.6, "medianprops": {"color": BLUE}}
-        axis.boxplot(columns, orientation="horizontal", **style)
-        limit = LIMITS["mean" if "mean" in name else "peak_to_peak"]
-        axis.axvspan(-limit, limit, color=BLUE, alpha=0.15, lw=0)
-        axis.set_xscale("symlog", linthresh=2)
-        axis.set_xticks([-50, -2, 0, 2, 50], ["−50", "−2", "0", "2", "50"])
-        axis.set(xlabel=f"error of {label} [%]", yticks=range(1, len(models) + 1), yticklabels=models)
-    axes[0, 0].invert_yaxis()  # shared
+    boxes(axes[0], dataset[list(ERRORS)], LIMITS, (-50, -2, 0, 2, 50))
     refused = int(np.isnan(dataset[ERRORS[0]].sel(tooth_model="plate + Sainsot–Velex").values).sum())
     figure.suptitle(
         f"{dataset.sizes['design']} pairs of gears in use against finite elements of the whole gears; Sainsot–Velex"
@@ -48,7 +37,7 @@ def _models(dataset: xr.Dataset, folder: Path) -> None:
 def _helix(dataset: xr.Dataset, folder: Path) -> None:
     figure, ((left, right),) = new_figure(1, 2, (10, 3.8))
     best, beta = dataset.sel(tooth_model=BEST), helix_angles(dataset)
-    for name, label, colour in zip(ERRORS, _LABELS, (ORANGE, BLUE, ORANGE, BLUE), strict=True):
+    for name, label, colour in zip(ERRORS, LABELS, (ORANGE, BLUE, ORANGE, BLUE), strict=True):
         marker = "o" if "transmission" in name else "s"
         style = {"fmt": marker, "ms": 4, "lw": 0.8, "color": colour, "mfc": "none" if "stiff" in name else colour}
         left.errorbar(beta, best[name], best[f"{name}_bar"], label=label, alpha=0.6, **style)

@@ -14,11 +14,10 @@ from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.errors import InputError
 from gearbench.library.garambois2017 import table_2
 from gearbench.optimisation.designs import Designs
-from gearbench.optimisation.run import optimise
 from gearbench.optimisation.study import Robustness
 from gearbench.scene import Resolution, Scene
 from gearbench.simulation import simulate
-from studies.s06_paper_fronts.search import TOOLS
+from studies.s06_paper_fronts.search import TOOLS, kept_search
 from studies.s06_paper_fronts.search import study as plate_study
 from studies.s10_fronts_on_bodies.data import MODELS, means, on_body, study
 
@@ -71,9 +70,7 @@ def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
     rows["row_contact_ratio"] = ("row", ratios)
     tools, gears = [], []
     for tool in TOOLS:
-        wanted = study(tool, "plate", quick=quick)
-        kept = folder / f"plate{tool}-{wanted.digest[:8]}" if folder is not None else None
-        found = optimise(wanted, directory=kept, resume=kept is not None)
+        found = kept_search(study(tool, "plate", quick=quick), f"plate{tool}", folder)
         numbers = np.flatnonzero(found["on_front"].values)
         gears += [Designs(found).scene(int(i)) for i in numbers]
         tools += [tool] * len(numbers)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gearbench.plotting import BLUE, GREY, ORANGE, legend_below, new_figure, write_figure
-from studies.report import table
+from studies.report import table, verdicts
 from studies.s06_paper_fronts.search import MODULE, TOOLS
 from studies.s10_fronts_on_bodies.data import MODELS
 from studies.s12_fronts_off_line.data import CONTACTS, NAMES
@@ -61,7 +61,7 @@ def rows(dataset: xr.Dataset) -> Any:
 def report(dataset: xr.Dataset) -> list[str]:
     """Lines of the report: checks, what changes on the fronts and in Table 2, and every row of that."""
     lines = ["# Table 2 and the paper's fronts with contact off the line", ""]
-    lines += [f"- {'holds' if holds else 'FAILS'}: {text}" for text, holds in checks(dataset)]
+    lines += verdicts(checks(dataset))
     for kind, title in (("design", "The fronts"), ("row", "Table 2")):
         present = [tool for tool in TOOLS if len(points(dataset, kind, tool, "plate", "line"))]
         found = {(tool, model): measures(dataset, kind, tool, model) for tool in present for model in MODELS}

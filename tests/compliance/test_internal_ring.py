@@ -162,7 +162,7 @@ def test_ring_and_wheel_meet_in_the_rack(helix, rounding):
         rim = Ring(
             inner_radius=held, radius=gear.root_radius, width=12.0, screw=math.tan(gear.beta) / gear.pitch_radius,
             E=E, nu=NU, order=(6, 3),
-        ).harmonics(np.array([1e7, 1e8, 4e8]))  # fmt: skip
+        ).harmonics(np.array([1e7, 1e8]))  # fmt: skip
         found.append((mesh.curvature_radius(u), e, np.diff(u), tooth.matrix, rim))
     for external, internal in zip(*found, strict=True):
         assert_allclose(internal, external, rtol=1e-6, atol=1e-6 * np.abs(external).max())

@@ -51,6 +51,13 @@ def test_from_a_gearbox_to_its_whine(folder):
     assert len(list((folder / "plots").glob("*.png"))) == 9
 
 
+@pytest.mark.slow
+def test_from_a_planetary_set_to_its_load_shares(folder):
+    done = list(follow("tutorial_planetary.md"))
+    assert [block.language for block in done].count("python") == 3
+    assert {path.name for path in (folder / "plots").glob("*.png")} == {"load_shares.png", "train.png"}
+
+
 def test_bring_measured_flanks(folder):
     shutil.copy(GEARBOX, folder / "gearbox.rexs")
     assert GEARBOX.relative_to(ROOT).as_posix() in (ROOT / "docs" / "tutorial_measured.md").read_text(encoding="utf-8")

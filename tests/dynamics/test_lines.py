@@ -85,3 +85,11 @@ def test_scatter_says_where_samples_part():
     scene = spur_scene({"damping_ratio": 0.01}, effects=effects, segments=8, gauss_points=4)
     data = robust_response(scene, speed=[20000.0, 26000.0, 40000.0], samples=16)
     assert "flanks part: the RMS of samples exceeds the mean force" in data.attrs["notes"]
+
+
+@pytest.mark.parametrize(("relief", "told"), [({}, True), ({"tip_relief": {"amount": 8.0, "length": 1.0}}, False)])
+def test_orders_left_out_are_told(relief, told):
+    """Spur gears without relief have more than a tenth of their motion in orders 11 to 20."""
+    effects = {"hertz": {}, "tooth_bending": {"model": "plate", "order": [3, 3]}} | relief
+    scene = spur_scene({"damping_ratio": 0.05}, effects=effects, segments=12, gauss_points=4)
+    assert ("orders above 10" in response(scene, speed=3000.0).attrs["notes"]) == told

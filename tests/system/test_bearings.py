@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench.system.bearing import Bearing, Curve
+from gearbench.system.bearing import Bearing, LoadDeflection
 from gearbench.system.rolling import (
     LAMINAE,
     LINE_CONTACT,
@@ -15,7 +15,7 @@ from gearbench.system.rolling import (
     Rolling,
     hertz_point_stiffness,
 )
-from gearbench.system.schema import Section, Shaft
+from gearbench.system.schema import Shaft, ShaftSection
 
 BALL = Rolling(kind="deep_groove_ball", elements=9, element_diameter=7.938, pitch_diameter=38.5)
 ANGULAR = Rolling(
@@ -86,7 +86,7 @@ def test_catalogue_finds_the_balls_of_known_bearings():
 
 
 def test_curve_is_linear_between_its_points_and_beyond():
-    bearing = Bearing(position=0.0, radial_curve=Curve(deflection=(10.0, 20.0), load=(100.0, 400.0)))
+    bearing = Bearing(position=0.0, radial_curve=LoadDeflection(deflection=(10.0, 20.0), load=(100.0, 400.0)))
     for micrometres, load in ((5.0, 50.0), (15.0, 250.0), (30.0, 700.0)):
         F, K = bearing.force(micrometres / 1e3 * np.array([0.6, 0.8, 0, 0, 0]))
         assert_allclose(F[:2], load * np.array([0.6, 0.8]), rtol=1e-12)
@@ -100,7 +100,7 @@ def test_curve_is_linear_between_its_points_and_beyond():
     [
         ({}, "give one of rolling, matrix"),
         ({"radial_stiffness": 1.0, "rolling": BALL}, "give one of rolling, matrix"),
-        ({"radial_stiffness": 1.0, "radial_curve": Curve(deflection=(1.0,), load=(1.0,))}, "conflicts"),
+        ({"radial_stiffness": 1.0, "radial_curve": LoadDeflection(deflection=(1.0,), load=(1.0,))}, "conflicts"),
         ({"matrix": ((1.0, 0.0), (0.0, 1.0))}, "5 × 5"),
         ({"matrix": tuple(map(tuple, -np.eye(5)))}, "no negative eigenvalue"),
     ],
@@ -113,20 +113,48 @@ def test_bearings_that_say_too_much_or_too_little(table, match):
 def test_no_bearing_has_more_balls_than_can_be_counted():
     with pytest.raises(Exception, match=r"at most .* 500 balls"):
         Rolling(kind="deep_groove_ball", bore=30.0, outside=72.0, static_capacity=1.7e308)
-    most = Rolling(kind="deep_groove_ball", bore=30.0, outside=72.0, static_capacity=1e-3 * 500 * 13.5 * 12.6**2)
+    capacity = 1e-3 * 500 * 13.5 * 12.6**2 * math.cos(math.radians(40.0))
+    most = Rolling(kind="angular_contact_ball", bore=30.0, outside=72.0, static_capacity=capacity)
     assert most.Z == 500
+
+
+#: Designation: bore, outside; balls, their diameter, pitch diameter.
+CATALOGUE = {
+    "6203": (17, 40, 8, 6.747, 28.5),
+    "6204": (20, 47, 8, 7.938, 33.5),
+    "6205": (25, 52, 9, 7.938, 38.5),
+    "6206": (30, 62, 9, 9.525, 46.0),
+    "6207": (35, 72, 9, 11.112, 53.5),
+    "6208": (40, 80, 9, 12.0, 60.0),
+    "6210": (50, 90, 10, 12.7, 70.0),
+    "6306": (30, 72, 8, 12.303, 51.0),
+    "6308": (40, 90, 8, 15.081, 65.0),
+    "6309": (45, 100, 8, 17.462, 72.5),
+    "6310": (50, 110, 8, 19.05, 80.0),
+}
+
+
+@pytest.mark.parametrize("name", CATALOGUE)
+def test_balls_by_the_catalogue(name):
+    """Number within one ball, radial stiffness within 5 % of the bearing with its inner dimensions."""
+    d, D, Z, ball, pitch = CATALOGUE[name]
+    estimate = Rolling(kind="deep_groove_ball", bore=d, outside=D)
+    known = Rolling(kind="deep_groove_ball", elements=Z, element_diameter=ball, pitch_diameter=pitch)
+    assert abs(estimate.Z - Z) <= 1
+    stiffness = [np.mean([b.force(np.array([0.02 * np.cos(t), 0.02 * np.sin(t), 0, 0, 0]))[1].diagonal()[:2].sum() for t in np.linspace(0, 0.3, 5)]) for b in (estimate, known)]  # fmt: skip  # noqa: E501
+    assert_allclose(stiffness[0], stiffness[1], rtol=0.05)
 
 
 @pytest.mark.parametrize("diameter", [5e-324, 0.0, 9e-4])
 def test_no_shaft_is_thinner_than_a_micrometre(diameter):
     with pytest.raises(Exception, match=r"greater than or equal to 0\.001"):
-        Section(length=30.0, diameter=diameter)
+        ShaftSection(length=30.0, diameter=diameter)
 
 
 @pytest.mark.parametrize("thin", [{"diameter": 0.045}, {"diameter": 30.0, "end_diameter": 0.39}])
 def test_no_shaft_is_a_wire(thin):
     """One of 45 µm under 200 N·m took a minute to find no balance."""
-    sections = (Section(length=60.0, diameter=30.0), Section(length=60.0, **thin))
+    sections = (ShaftSection(length=60.0, diameter=30.0), ShaftSection(length=60.0, **thin))
     with pytest.raises(Exception, match=r"sections.1.*at least 0\.4 mm, 1/300"):
         Shaft(name="s", sections=sections)
-    Shaft(name="s", sections=(sections[0], Section(length=60.0, diameter=0.4)))
+    Shaft(name="s", sections=(sections[0], ShaftSection(length=60.0, diameter=0.4)))

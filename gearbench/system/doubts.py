@@ -1,0 +1,66 @@
+"""Doubts about a system: values that can be computed with, and are hardly meant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from gearbench.geometry.pair import Pair
+from gearbench.system.gearbox import Gearbox
+from gearbench.system.mechanics import steel_disc
+from gearbench.system.schema import Shaft, System
+from gearbench.system.shaft_model import INERTIA
+
+#: Inertia over that of the gear as a steel disc: of gears, both ways; of what is coupled to a shaft.
+GEAR, COUPLED = 100.0, 1e5
+#: Clearance of a bearing [µm] below which it is hardly in that unit, and its largest over the diameter of the balls.
+LEAST, MOST = 0.5, 0.02
+
+
+def doubts_of_wheels(system: System, pair: Pair) -> Iterator[str]:
+    """Doubts about two wheels without shafts, one line each."""
+    for name, gear in zip(("pinion", "wheel"), pair.gears, strict=True):
+        inertia = getattr(system, name).inertia
+        disc = steel_disc(gear.pitch_radius, 0.0, gear.face_width)[1] / INERTIA
+        if inertia is not None and not disc / GEAR < inertia < disc * COUPLED:
+            yield f"system.{name}.inertia {inertia:.3g} kg·m²: as a steel disc it has {disc:.2g} kg·m²"
+
+
+def doubts_of_shafts(box: Gearbox) -> Iterator[str]:
+    """Doubts about shafts and their bearings, one line each."""
+    joined = {joint.shaft for body in box.system.bodies for joint in body.joints}
+    largest = 0.0
+    for (mesh, gear), (number, seat) in box.seats.items():
+        shaft, body = box.system.shafts[number], box.pairs[mesh].gears[gear]
+        disc = steel_disc(body.pitch_radius, 0.0, body.face_width)[1] / INERTIA
+        largest, of = max(largest, disc), f"shaft {shaft.name}, gear at {seat.position:g} mm"
+        diameter = seat.diameter or _diameter(shaft, seat.position)
+        if body.sign > 0 and diameter > 2 * body.root_radius:
+            yield f"{of}: the shaft, {diameter:.4g} mm, is thicker than its root circle, {2 * body.root_radius:.4g} mm"
+        if seat.inertia is not None and not disc / GEAR < seat.inertia < disc * GEAR:
+            yield f"{of}: inertia {seat.inertia:.3g} kg·m², as a steel disc it has {disc:.2g} kg·m²"
+    for shaft in box.system.shafts:
+        if shaft.coupling is not None and shaft.coupling.inertia > COUPLED * largest:
+            coupled = f"{shaft.coupling.inertia:.3g} kg·m² coupled"
+            yield f"shaft {shaft.name}: {coupled}, the largest gear has {largest:.2g} kg·m² as a steel disc"
+        if len(shaft.bearings) == 1 and shaft.name not in joined and shaft.bearings[0].rolling is not None:
+            yield f"shaft {shaft.name}: one bearing alone holds it against tilting"
+        yield from _doubts_of_bearings(shaft)
+
+
+def _doubts_of_bearings(shaft: Shaft) -> Iterator[str]:
+    for rolling in (bearing.rolling for bearing in shaft.bearings):
+        if rolling is None or rolling.clearance == 0:
+            continue
+        if abs(rolling.clearance) < LEAST or rolling.clearance > MOST * 1e3 * rolling.D_w:
+            yield f"shaft {shaft.name}: a bearing has a clearance of {rolling.clearance:g} µm: is it in micrometres?"
+
+
+def _diameter(shaft: Shaft, position: float) -> float:
+    """Outer diameter of a shaft at a position [mm]."""
+    start = 0.0
+    for section in shaft.sections:
+        if position <= start + section.length:
+            end = section.diameter if section.end_diameter is None else section.end_diameter
+            return section.diameter + (end - section.diameter) * (position - start) / section.length
+        start += section.length
+    return shaft.sections[-1].diameter
