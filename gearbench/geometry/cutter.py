@@ -254,11 +254,7 @@ class PinionCut:
         return _path(gear)
 
     def junction(self, gear: Gear) -> float:
-<<<<<<< HEAD
-        """Parameter at which the cutter's involute takes over."""
-=======
         """Point where the cutter's involute takes over."""
->>>>>>> main
         return gear.fillet.phi_end
 
     def is_undercut(self, gear: Gear) -> bool:
