@@ -54,7 +54,7 @@ COARSE_PHASES, COARSE_SEGMENTS, COARSE_NODES, COARSE_TRUNCATION = 24, 12, 0.7, 1
 _REACH = 0.3
 #: Gauss points on a line for each panel that it has, at least: between kinks of the gap the load is smooth.
 ON_PANEL = 5
-#: Gauss points that an uncut line has more for each kink of its deflections.
+#: Gauss points that a whole line has more for each kink of its deflections.
 ON_BEND = 2
 #: How much farther the lines of a solution reach than flanks as far apart as the gears deflect.
 MARGIN = 1.3
@@ -259,12 +259,12 @@ def assemble(
     acting = scene.acting_effects if effects is None else effects
     beside = {effect.name: effect for effect in acting}
     gaps = gaps_along(scene, lines, acting)
-    gap, soft = gap_and_variation(gaps)
-    at = lines.uncut(nodes or smooth_nodes(lines)) if lines.cells else lines
+    gap, sigma = gap_and_variation(gaps)
+    at = lines.smooth_lines(nodes or smooth_nodes(lines)) if lines.cells else lines
     adding = [effect for effect in acting if isinstance(effect, ComplianceEffect)]
     compliance, laws = smooth_compliance(adding, at, beside)
     if not lines.cells:
-        return _problem(scene, lines, compliance, laws, gap, soft, truncation)
+        return _problem(scene, lines, compliance, laws, gap, sigma, truncation)
     if not laws:
         # compliance alone determines the loads: it must be known on every segment
         compliance, laws = smooth_compliance(adding, lines, beside)
@@ -274,11 +274,12 @@ def assemble(
     assert lines.panel is not None
     own = replace(compliance, factor=np.zeros((*lines.shape, 0)), matrix=None)
     laws = [part for effect in own.laws if isinstance(part := effect.compliance(lines, beside), LineLaw)]
-    problem = _problem(scene, lines, own, laws, gap, soft, truncation, smooth.length_scale)
+    problem = _problem(scene, lines, own, laws, gap, sigma, truncation, smooth.length_scale)
     factor, rows = smooth.factor.reshape(*at.shape, -1), rows_of_cells(at, lines)
     along = Along(
-        scene=scene, effects=tuple(acting), lines=lines, gaps=gaps, uncut=at, factor=factor, rows=rows, laws=own.laws,
-        nodes=max(at.shape[2], ON_PANEL * (1 + int(lines.panel.max(initial=0)))), share=np.ones(len(gaps)),
+        scene=scene, effects=tuple(acting), lines=lines, gaps=gaps, smooth_lines=at, factor=factor, rows=rows,
+        laws=own.laws, nodes=max(at.shape[2], ON_PANEL * (1 + int(lines.panel.max(initial=0)))),
+        share=np.ones(len(gaps)),
     )  # fmt: skip
     # the load on a cell is spread: Ψ is its mean, by Simpson's rule
     factor = np.array([1, 4, 1]) / 6 @ rows @ factor
@@ -292,7 +293,7 @@ def assemble(
 
 
 def smooth_nodes(lines: ContactLines) -> int:
-    """Gauss points on an uncut line that resolve its smooth compliance, and the load on it, as its segments do the gap.
+    """Gauss points on a whole line that resolve its smooth compliance, and the load on it, as its segments do the gap.
 
     8 and one for every two modules of its width at 15 segments: on gears in use harmonics then miss by less than 0.2 of
     what they may (``tests/accuracy/test_resolution.py``). They converge exponentially: √2 as many for twice the cells.
@@ -316,7 +317,7 @@ def _problem(
     smooth: Smooth,
     laws: list[LineLaw],
     gap: NDArray,
-    soft: NDArray,
+    sigma: NDArray,
     truncation: float,
     unit: float | None = None,
 ) -> ContactProblem:
@@ -330,7 +331,7 @@ def _problem(
         unit = typical_compression(a, h, scene)
     if lines.touch is not None:
         factor, matrix, a, h = by_lever(lines.touch.levers[0], factor, matrix, a, h)
-    problem = scale_problem(lines, gap, factor, a, h, soft, scene.F_bn, unit, coupled=matrix is not None)
+    problem = scale_problem(lines, gap, factor, a, h, sigma, scene.F_bn, unit, coupled=matrix is not None)
     if matrix is not None:
         matrix = matrix * (problem.force / problem.length_scale)
         return replace(problem, factor=truncated_root(matrix, stiffness_of_law(problem), truncation))

@@ -68,7 +68,7 @@ class Birth(NamedTuple):
 
 
 class Changes(NamedTuple):
-    """Where lines begin or cease to be loaded between two phases of a look: load, index of the first of both in x.
+    """Lines that begin or cease to be loaded between two phases of a look: load, index of the first phase in x.
 
     ``crowded`` where another pair does within a phase of it: then the curve of this one has a kink there. (change,)
     """
@@ -90,7 +90,7 @@ class Located(NamedTuple):
 
 
 class Margin(NamedTuple):
-    """By how much a pair would be pressed by gears that it does not carry: see ``pressed``, and at most."""
+    """Interference of an unloaded pair, see ``pressed``, and its peak."""
 
     mean: NDArray
     most: NDArray

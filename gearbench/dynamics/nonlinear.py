@@ -238,7 +238,7 @@ def _dataset(
 
 
 def _remarks(sweep: Sweep, speeds: NDArray, periods: NDArray, rms: NDArray) -> list[str]:
-    """What a reader of the sweeps must know, one line each."""
+    """Notes for the reader of the sweeps, one line each."""
     lines = []
     for way, found in zip(SWEEPS, periods, strict=True):
         for many in sorted({int(p) for p in found} - {1}):

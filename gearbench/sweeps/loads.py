@@ -161,10 +161,10 @@ class Shared:
 def _with_gaps(known: Assembled, scene: Scene) -> ContactProblem:
     """The known problem with the gaps of ``scene``, in its own units."""
     gaps = gaps_along(scene, known.lines)
-    gap, soft = (x.reshape(known.problem.gap.shape) for x in gap_and_variation(gaps))
+    gap, sigma = (x.reshape(known.problem.gap.shape) for x in gap_and_variation(gaps))
     scale, law, along = known.problem.length_scale, known.problem.a.any(), known.problem.along
-    soft = soft if law else np.zeros_like(soft)  # without a law there is nothing to average
-    gap, soft = np.ascontiguousarray((gap - soft) / scale), np.ascontiguousarray(soft / scale)
+    sigma = sigma if law else np.zeros_like(sigma)  # without a law there is nothing to average
+    gap, sigma = np.ascontiguousarray((gap - sigma) / scale), np.ascontiguousarray(sigma / scale)
     if along is not None:
         along = replace(along, scene=scene, effects=tuple(scene.acting_effects), gaps=gaps)
-    return replace(known.problem, gap=gap, soft=soft, along=along)
+    return replace(known.problem, gap=gap, sigma=sigma, along=along)

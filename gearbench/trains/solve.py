@@ -62,7 +62,7 @@ class SolvedTrain:
     even: NDArray
 
     def statics(self, more: NDArray) -> Statics:
-        """What they hang together by, with ``more`` approach of each mesh, (…, mesh) [mm]."""
+        """Coupling of the meshes, with ``more`` approach of each mesh, (…, mesh) [mm]."""
         return replace(self.own, offset=self.own.offset + more)
 
     @property
@@ -102,7 +102,7 @@ class SolvedTrain:
 
 
 def check_train(scene: Scene) -> Linkage:
-    """How the meshes of a train hang together; refuse those that cannot be one contact problem.
+    """Coupling of the meshes of a train; refuse those that cannot be one contact problem.
 
     Raises
     ------
@@ -177,7 +177,7 @@ def _balanced(
 
 
 def _plain(scene: Scene) -> Scene:
-    """What the contact of a mesh depends on: planets differ in their names alone."""
+    """Everything that the contact of a mesh depends on: planets differ in their names alone."""
     return changed(scene, name="", gear_names=GEARS)
 
 

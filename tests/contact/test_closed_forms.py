@@ -45,7 +45,7 @@ def problem(gap: list[float], a: list[float], h: list[float], psi: list[list[flo
         gap=np.array([gap]),
         a=np.array([a]),
         h=np.array([h]),
-        soft=np.zeros((1, n)),
+        sigma=np.zeros((1, n)),
         active=np.ones((1, n), dtype=bool),
         factor=np.array(psi).reshape(1, n, -1),
         block=np.zeros(n, dtype=np.int64),
