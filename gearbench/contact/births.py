@@ -239,8 +239,9 @@ def _margins(scene: Scene, x: NDArray, share: NDArray, *, exact: bool = False) -
     number = np.floor(x).ravel()
     phase, position = np.unique(x.ravel() - number, return_inverse=True)
     problem, lines = _fine(scene, phase, exact=exact)
-    pair = number.astype(int) - lines.index[0]
-    there = lines.active[position, pair]
+    wanted = number.astype(int) - lines.index[0]
+    pair = np.clip(wanted, 0, lines.shape[1] - 1)
+    there = (pair == wanted) & lines.active[position, pair]
     margins = np.tile(np.where(there, np.inf, -np.inf), (2, 1))
     shared = np.flatnonzero(there & (lines.active.sum(axis=1) > 1)[position])
     if shared.size:
