@@ -51,7 +51,7 @@ def doubts(scene: Scene) -> tuple[str, ...]:
     one = scene.under(scene.load).one_mesh  # of several loads the greatest
     from gearbench.system.doubts import doubts_of_shafts, doubts_of_wheels
 
-    return tuple(doubts_of_shafts(one.gearbox) if one.has_shafts else doubts_of_wheels(one.system, one.pair))
+    return tuple(doubts_of_shafts(one.gearbox) if one.has_shafts else doubts_of_wheels(scene.system, one.pair))
 
 
 def support(scene: Scene) -> str:
