@@ -37,7 +37,7 @@ FINE_SEGMENTS = 40
 BETWEEN, KNOWN = (1e-3, 1 / 3, 2 / 3, 1 - 1e-3), 2e-4
 #: How far beyond these phases it may be where finer lines say otherwise than coarse ones [mesh cycles].
 BEYOND = 0.06
-#: Phases of a first look around a birth, counted from the one before it, and points between two of them.
+#: Coarse phases around a birth, counted from the one before it, and points between two of them.
 AROUND, SAMPLED = np.array([-1, 0, 1, 2]), 33
 #: Distances [mesh cycles] from a birth at which it is looked for once more.
 NEAR = (3e-3, 1e-4)
