@@ -126,7 +126,7 @@ from gearbench.contact.solver import solve
 from gearbench.scene_file import parse_scene
 from gearbench.simulation import simulate
 row, block = np.ones((1, 2)), np.zeros(2, int)
-solve(ContactProblem(gap=0 * row, a=row, h=row / 9, soft=0 * row, active=row > 0, factor=np.ones((1, 2, 1)),
+solve(ContactProblem(gap=0 * row, a=row, h=row / 9, sigma=0 * row, active=row > 0, factor=np.ones((1, 2, 1)),
                      block=block, blocks=1, force=1.0, length_scale=1.0, shape=(1, 1, 2)))
 xarray.Dataset({"x": ("p", [0.0])})  # imports dask where it is installed
 provenance.git_revision(), provenance.versions()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -37,24 +36,6 @@ torque = 230.0
 gauss_points = 2
 segments = 4
 """
-
-
-@pytest.fixture
-def run(capsys, monkeypatch):
-    """Run the command line in this process; return exit code, output, error output."""
-    from gearbench.cli import main
-
-    def call(*words: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["gearbench", *map(str, words)])
-        code = 0
-        try:
-            main()
-        except SystemExit as end:
-            code = int(end.code or 0)
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return call
 
 
 @pytest.mark.slow
