@@ -1,4 +1,4 @@
-"""The figures of conventions and of the keys of a pair: ``python -m docs.draw``, from geometry and effects."""
+"""The figures of conventions, keys of a pair and panels: ``python -m docs.draw``, from geometry and solutions."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from docs.draw_flanks import draw
 from docs.draw_pair import draw_pair, draw_turning
+from docs.draw_panels import draw_panels
 from gearbench.geometry.action import contact_lines
 from gearbench.geometry.pair import Member, Pair
 from gearbench.geometry.tooth_shapes import mesh
@@ -44,6 +45,7 @@ def main(folder: Path = FOLDER) -> None:
     draw(folder / "micro_geometry.png")
     draw_pair(folder / "pair.png")
     draw_turning(folder / "turning.png")
+    draw_panels(folder / "panels.png")
 
 
 def transverse(axis: Axes) -> None:

@@ -20,7 +20,7 @@ from gearbench.compliance.solid import axis_integrals
 
 
 @dataclass(frozen=True, kw_only=True)
-class Axis:
+class FaceFunctions:
     """Continuous functions on 0 … b: one for each break, then those of each piece that are zero at its ends.
 
     Parameters

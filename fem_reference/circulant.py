@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.linalg import cho_factor, cho_solve
 
-from fem_reference.axis import Axis
+from fem_reference.axis import FaceFunctions
 from fem_reference.sector import Section
 from fem_reference.solver import schur_complement
 from gearbench.geometry.material import Material
 
 
-def tensor_stiffness(section: Section, axis: Axis, there: NDArray, material: Material) -> sp.csr_matrix:
+def tensor_stiffness(section: Section, axis: FaceFunctions, there: NDArray, material: Material) -> sp.csr_matrix:
     """Upper triangle of A₀₀⊗M + A₀₁⊗G + A₁₀⊗Gᵀ + A₁₁⊗S on the nodes that are not held, M = ∫hh, G = ∫hh′, S = ∫h′h′.
 
     A web adds its own sum of these, with integrals over its own width.
@@ -71,7 +71,7 @@ def _tensor(parts: Sequence[sp.csr_array], free: NDArray, integrals: NDArray, th
 
 
 def flank_blocks(
-    section: Section, axis: Axis, there: NDArray, material: Material, order: tuple[int, int], n: int
+    section: Section, axis: FaceFunctions, there: NDArray, material: Material, order: tuple[int, int], n: int
 ) -> NDArray:
     """C_d, d = −n … n, (2n+1, p·q, p·q) [mm/N] of the surface under polynomial loads on the right flank.
 
@@ -92,7 +92,7 @@ def flank_blocks(
 
 def condensed_sector(
     section: Section,
-    axis: Axis,
+    axis: FaceFunctions,
     there: NDArray,
     material: Material,
     order: tuple[int, int],

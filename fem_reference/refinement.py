@@ -17,7 +17,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fem_reference.axis import Axis
+from fem_reference.axis import FaceFunctions
 from fem_reference.circulant import flank_blocks
 from fem_reference.section import Body
 from fem_reference.sector import Grain, Section
@@ -75,12 +75,12 @@ class Level:
         return Section(body=self.body, grain=Grain(degree=self.number, rim=self.rim))
 
     @cached_property
-    def axis(self) -> Axis:
+    def axis(self) -> FaceFunctions:
         """Functions along the axis."""
         breaks = self.body.axis_breaks
         share = np.diff(breaks) / breaks[-1]
         counts = tuple(math.ceil(self.waves * part - 1e-9) + EXTRA[self.number] for part in share)
-        return Axis(breaks=breaks, counts=counts)
+        return FaceFunctions(breaks=breaks, counts=counts)
 
     @cached_property
     def of_nodes(self) -> NDArray:

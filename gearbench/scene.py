@@ -379,8 +379,8 @@ class Scene:
 
         assert self.system is not None, "a gearbox is that of [system]"
         meshes = zip(self.system.meshes, self.further, strict=True)
-        wished = {mesh.name: scene.load.torque for mesh, scene in meshes}
-        return Gearbox(system=self.system, pairs=self.pairs, torque=self.load.torque, wished=wished)
+        preferred = {mesh.name: scene.load.torque for mesh, scene in meshes}
+        return Gearbox(system=self.system, pairs=self.pairs, torque=self.load.torque, preferred=preferred)
 
     @property
     def mesh_names(self) -> tuple[str, ...]:

@@ -18,9 +18,10 @@ import numpy as np
 import pytest
 import tomli_w
 
-from gearbench.contact.assemble import mesh_phases, scene_lines
 from gearbench.contact.gaps import total_gap
+from gearbench.contact.look import scene_lines
 from gearbench.contact.smooth import forget_sums
+from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.base import ComplianceEffect, GapEffect
 from gearbench.effects.registry import EFFECTS, effect_class
 from gearbench.errors import InputError
@@ -125,7 +126,7 @@ from gearbench.contact.solver import solve
 from gearbench.scene_file import parse_scene
 from gearbench.simulation import simulate
 row, block = np.ones((1, 2)), np.zeros(2, int)
-solve(ContactProblem(gap=0 * row, a=row, h=row / 9, soft=0 * row, active=row > 0, factor=np.ones((1, 2, 1)),
+solve(ContactProblem(gap=0 * row, a=row, h=row / 9, sigma=0 * row, active=row > 0, factor=np.ones((1, 2, 1)),
                      block=block, blocks=1, force=1.0, length_scale=1.0, shape=(1, 1, 2)))
 xarray.Dataset({"x": ("p", [0.0])})  # imports dask where it is installed
 provenance.git_revision(), provenance.versions()

@@ -21,7 +21,7 @@ _SURFACES = ("PINION", "WHEEL")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Load:
+class NodalLoad:
     """One load step: the force F_bt [N], or else the rotation q [mm] of the pinion."""
 
     force: float | None = None
@@ -31,7 +31,7 @@ class Load:
 def deck(
     pair: Pair,
     meshes: tuple[GearMesh, GearMesh],
-    steps: Sequence[Load],
+    steps: Sequence[NodalLoad],
     *,
     penalty: float,
     slaves: Mapping[int, int],
@@ -105,7 +105,7 @@ def _rotation(pinion: GearMesh, q: int, base_radius: float) -> list[str]:
     return text
 
 
-def _step(step: Load, q: int, large: bool, slaves: Mapping[int, int]) -> list[str]:
+def _step(step: NodalLoad, q: int, large: bool, slaves: Mapping[int, int]) -> list[str]:
     text = [f"*STEP, INC=100{', NLGEOM' if large else ''}", "*STATIC", "1., 1., 1e-4, 1."]
     text += ["*BOUNDARY, OP=NEW", "WHEELBORE, 1, 2", f"{q}, 2, 3"]
     if step.rotation is not None:

@@ -6,7 +6,7 @@ import math
 from dataclasses import asdict, dataclass, field, replace
 
 from fem_reference.contact.calculix import ContactError, run, version
-from fem_reference.contact.deck import Load, deck
+from fem_reference.contact.deck import NodalLoad, deck
 from fem_reference.contact.mesh import Fineness, gear_mesh
 from fem_reference.contact.placement import Placement
 from fem_reference.contact.profile import Profile
@@ -95,7 +95,7 @@ def _solve(
         gear_mesh(placement, 0, near, loads, settings.fineness),
         gear_mesh(placement, 1, near, loads, settings.fineness),
     )
-    steps = [Load(force=factor * force) for force in forces for factor in (1.0, 1 + INCREMENT)]
+    steps = [NodalLoad(force=factor * force) for force in forces for factor in (1.0, 1 + INCREMENT)]
     width = math.sqrt(4 * loads[0] * pair.normal_module * 3 / (math.pi * pair.contact_modulus))
     penalty = settings.penalty * _PENALTY * pair.contact_modulus / width
     pairs = [touch.pair for touch in near]

@@ -19,7 +19,7 @@ Level = int | float | tuple[int, ...] | str
 
 
 @dataclass(frozen=True, kw_only=True)
-class Knob:
+class Setting:
     """One setting with an ordered range of levels, coarse to fine.
 
     Parameters
@@ -121,19 +121,19 @@ def solid_orders(scene: Scene) -> tuple[tuple[int, int, int], ...]:
     return tuple((s, h, min(40, max(2, round(factor * axis) + more))) for s, h, factor, more in _SOLID)
 
 
-SEGMENTS = Knob(
+SEGMENTS = Setting(
     name="segments",
     levels=lambda _: (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024),
     with_level=lambda scene, level: with_resolution(scene, segments=level),
     order="exponential; 2, of k 1, where flanks part",
 )
-GAUSS_POINTS = Knob(
+GAUSS_POINTS = Setting(
     name="gauss_points",
     levels=lambda _: (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48, 64, 96),
     with_level=lambda scene, level: with_resolution(scene, gauss_points=level),
     order="exponential; less where a pair takes its load",
 )
-POSITIONS = Knob(
+POSITIONS = Setting(
     name="positions",
     levels=lambda _: (6, 11, 22, 45, 90, 180, 360, 720),
     with_level=lambda scene, level: with_resolution(scene, positions=level),
@@ -155,7 +155,7 @@ def _with_plate_order(scene: Scene, level: Any) -> Scene:
 
 
 #: Answers of a finer plate: never chosen for an accuracy, because the basis belongs to the model.
-PLATE_ORDER = Knob(
+PLATE_ORDER = Setting(
     name="plate order",
     levels=_plate_orders,
     with_level=_with_plate_order,
@@ -163,7 +163,7 @@ PLATE_ORDER = Knob(
     size=lambda level: 1.5 if level == "paper" else level[0],
     prepares=True,
 )
-SOLID_ORDER = Knob(
+SOLID_ORDER = Setting(
     name="solid order",
     levels=solid_orders,
     with_level=with_order,
@@ -171,7 +171,7 @@ SOLID_ORDER = Knob(
     size=lambda level: level[1],
     prepares=True,
 )
-FE_ACCURACY = Knob(
+FE_ACCURACY = Setting(
     name="fe accuracy",
     levels=lambda scene: (0.1, 0.01, 0.005, 0.002) if tooth_bending(scene.effects_by_name, "finite_elements") else (),
     with_level=lambda scene, level: with_effect(scene, "tooth_bending", accuracy=level),

@@ -71,7 +71,7 @@ SHEAR_RZ = (*_axial(1), *_radial(2))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Section:
+class ToothSection:
     """Section of the tooth with its functions: Legendre across, integrated Legendre (zero at the root) along x.
 
     Parameters

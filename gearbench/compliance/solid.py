@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from gearbench.compliance.bases import axis_functions, gauss
 from gearbench.compliance.chain import Chain, Sides, Sums
-from gearbench.compliance.section import Section
+from gearbench.compliance.section import ToothSection
 from gearbench.geometry.material import lame
 from gearbench.threads import lazy
 
@@ -71,7 +71,7 @@ class Solid:
         Number of functions along the axis.
     """
 
-    section: Section
+    section: ToothSection
     width: float
     E: float
     nu: float

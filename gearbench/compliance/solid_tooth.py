@@ -25,7 +25,7 @@ from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.local import flank_functions, half_space_compression, waves_across
 from gearbench.compliance.outline import roll_angles, tooth_outline
 from gearbench.compliance.rooted import RootParts, root_parts
-from gearbench.compliance.section import Section
+from gearbench.compliance.section import ToothSection
 from gearbench.compliance.solid import Functionals, Solid
 from gearbench.geometry.gear import Gear
 from gearbench.threads import lazy
@@ -93,7 +93,7 @@ class SolidTooth:
         need = ritz_memory(functions, sides, helical=bool(gear.beta))
         require(need, "effects.tooth_bending.order", list(self.order), "a lower order would fit")
         r_f = gear.root_radius
-        section = Section(
+        section = ToothSection(
             height=gear.tooth_height,
             half_width=lambda x: (r_f + x) * gear.half_angle(r_f + x),
             root_radius=r_f,

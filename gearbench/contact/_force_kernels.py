@@ -17,11 +17,12 @@ from gearbench.compiled import SUMS, entry, part
 from gearbench.contact._kernels import IDLE_STEPS, first_approach
 from gearbench.contact._law_kernels import CONSTANTS, SCRATCH, apply_laws, law_constants
 
-#: Residual, relative to the greatest deflection, at which rounding is reached; up to which it is if it does not fall.
+#: Residual, relative to the greatest deflection, that is rounding; and the one that counts as rounding if it stops
+#: falling.
 ROUNDING, NEAR_ROUNDING = 1e-15, 1e-13
-#: Residual from which on a factor serves again, as long as each step with it leaves less than a part of the residual.
+#: Residual below which a factor is reused, as long as each step leaves at most the second fraction of the residual.
 REUSED, FALLING = 1e-3, 0.003
-#: Relative error of the stiffness that is rounding, and that one of a rough solution may have.
+#: Relative error of the stiffness: rounding, and the one allowed in a rough solution.
 STIFFNESS_ROUNDING, ROUGH_STIFFNESS = 1e-14, 1e-6
 #: Rows of scratch of a position that are named in ``Rows``.
 ROWS = 9
@@ -155,7 +156,7 @@ def deflect(H, v, plus, result):
 def stiffness_at(H, weight, B, n, loaded, root, x, v, none, deflected, most):
     """∂F/∂δ = 1ᵀ (1/W + H)⁻¹ 1 under the slopes W, to a relative error of ``most``.
 
-    By a factor that may be of other slopes, and is replaced where it is of too different ones. With
+    The factor may belong to other slopes; it is computed again if they differ too much. With
     r = 1 − (1/W + H) v, 2 Σv − v·(1/W + H) v misses it by rᵀ(1/W + H)⁻¹ r ≤ Σ W r².
     """
     here = 0
@@ -218,8 +219,8 @@ def search(z, dz, delta, step, norms, before, descent, gap, constants, scratch, 
 def solve_forces(H, gap, z, square, delta, force, rows, enough, limit):
     """Newton's method with line search from the deflections z of the amplitudes |q|² = ``square``, and δ.
 
-    Fills ``force``; returns δ, ∂F/∂δ and the number of steps. Where a step is to leave a residual of the square of
-    ``enough``, it is the last, and nothing evaluated after it: ``force`` is then that of the law linearised.
+    Fills ``force``; returns δ, ∂F/∂δ and the number of steps. A step expected to leave a residual of ``enough``² is
+    the last one, without another evaluation: ``force`` is then that of the linearised law.
     """
     weight, apart, d, dz, root, x, v, none, deflected, loaded, constants, scratch, B = rows
     stiffness, best, stalled, idle, iteration, n, before = 0.0, math.inf, 0, 0, 0, 0, math.inf
@@ -291,7 +292,7 @@ def solve_coupled(problem, q, delta, enough, limit, force, stiffness, steps):
     """Solve every position of a problem whose segments share amplitudes q (position, block, rank).
 
     q and δ are the guess, δ = −∞ for none, and afterwards the solution. Fills forces, ∂F/∂δ and the numbers of steps.
-    Where the last step is taken early, a position without a guess begins from the forces of the one before it.
+    In rough solutions a position without a guess starts from the forces of the previous position.
     """
     p = problem
     positions, n = p.gap.shape
@@ -301,12 +302,12 @@ def solve_coupled(problem, q, delta, enough, limit, force, stiffness, steps):
     for i in range(positions):
         segment = np.flatnonzero(p.active[i])
         m, own = segment.size, np.empty(segment.size)
-        a, h, soft, gap = p.a[i][segment], p.h[i][segment], p.soft[i][segment], p.gap[i][segment]
+        a, h, sigma, gap = p.a[i][segment], p.h[i][segment], p.sigma[i][segment], p.gap[i][segment]
         psi, part, active = p.factor[i][segment], p.block[i][segment], p.active[i][segment]
         here = H[:m, :m]
         response(psi, part, here)
         constants = own_constants[:, :m]
-        law_constants(a, h, soft, constants)
+        law_constants(a, h, sigma, constants)
         if none[i]:
             before = force[i - 1][segment]
             total = np.sum(before)
@@ -315,7 +316,7 @@ def solve_coupled(problem, q, delta, enough, limit, force, stiffness, steps):
                 delta[i] = delta[i - 1]
                 amplitudes(psi, part, before / total, q[i])
             else:
-                delta[i] = first_approach(gap, a, h, soft, active, psi)
+                delta[i] = first_approach(gap, a, h, sigma, active, psi)
         z, square = work[ROWS, :m], deflections(psi, part, q[i], work[ROWS, :m])
         rows = Rows(
             work[0, :m], work[1, :m], work[2, :m], work[3, :m], work[4, :m], work[5, :m], work[6, :m], work[7, :m],

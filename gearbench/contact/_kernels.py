@@ -22,7 +22,7 @@ class Arrays(NamedTuple):
     gap: NDArray
     a: NDArray
     h: NDArray
-    soft: NDArray
+    sigma: NDArray
     active: NDArray
     factor: NDArray
     block: NDArray
@@ -58,19 +58,19 @@ class Work(NamedTuple):
 
 
 @part()
-def compression(p, a, h, soft):
+def compression(p, a, h, sigma):
     """Compression of a segment, or of the end of a cell that touches first, under the force p."""
-    if soft > 0.0:
-        whole = law(soft, a, h)[0]
+    if sigma > 0.0:
+        whole = law(sigma, a, h)[0]
         if p < whole:
-            return 2.0 * soft * math.sqrt(p / whole)
+            return 2.0 * sigma * math.sqrt(p / whole)
     if p <= 0.0:
-        return soft
+        return sigma
     if h == 0.0:
-        return soft + a * p
+        return sigma + a * p
     edge = math.exp(min(a / h - TANGENT_FROM, 700.0))
     low = min(p, edge)
-    return soft + low * (a - h * math.log(low)) + h * (p - low)
+    return sigma + low * (a - h * math.log(low)) + h * (p - low)
 
 
 @entry()
@@ -88,7 +88,7 @@ def complementarity(problem, force, delta, residual):
         residual[i] = 0.0
         for j in range(n):
             if p.active[i, j]:
-                apart = compression(force[i, j], p.a[i, j], p.h[i, j], p.soft[i, j]) + p.gap[i, j] - delta[i]
+                apart = compression(force[i, j], p.a[i, j], p.h[i, j], p.sigma[i, j]) + p.gap[i, j] - delta[i]
                 for c in range(rank):
                     apart += p.factor[i, j, c] * shared[p.block[i, j], c]
                 worst = abs(min(force[i, j], apart))
@@ -210,16 +210,16 @@ def closing_direction(i, problem, q, delta, work):
 
 
 @part()
-def first_approach(gap, a, h, soft, active, factor):
+def first_approach(gap, a, h, sigma, active, factor):
     """An approach at which all segments touch, but no more than if one of them carried the load by itself."""
     greatest, alone = -math.inf, math.inf
     for j in range(gap.size):
         if not active[j]:
             continue
         greatest = max(greatest, gap[j])
-        whole = law(soft[j], a[j], h[j])[0]
-        most = soft[j] + max(a[j], TANGENT_FROM * h[j])
-        delta = gap[j] + (2.0 * soft[j] / math.sqrt(whole) if whole > 1.0 else most)
+        whole = law(sigma[j], a[j], h[j])[0]
+        most = sigma[j] + max(a[j], TANGENT_FROM * h[j])
+        delta = gap[j] + (2.0 * sigma[j] / math.sqrt(whole) if whole > 1.0 else most)
         for c in range(factor.shape[1]):
             delta += factor[j, c] * factor[j, c]
         alone = min(alone, delta)
@@ -248,9 +248,9 @@ def solve_position(i, problem, work, delta, enough, limit, own):
     ``enough`` on the last step is taken, which squares it, and nothing evaluated after it.
     """
     p, q, trial = problem, work.q, work.trial
-    law_constants(p.a[i], p.h[i], p.soft[i], work.constants)
+    law_constants(p.a[i], p.h[i], p.sigma[i], work.constants)
     if delta == -math.inf:
-        delta = first_approach(p.gap[i], p.a[i], p.h[i], p.soft[i], p.active[i], p.factor[i])
+        delta = first_approach(p.gap[i], p.a[i], p.h[i], p.sigma[i], p.active[i], p.factor[i])
         q[:] = 0.0
     stiffness, best, stalled, idle, iteration = 0.0, math.inf, 0, 0, 0
     total, slope, value = derivatives(i, p, q, delta, work, own)

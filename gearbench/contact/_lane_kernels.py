@@ -42,12 +42,12 @@ class Answers(NamedTuple):
 class Lanes(NamedTuple):
     """Gaps, compressions, forces and slopes of a position, (segment, lane), and numbers of each lane, (lane,).
 
-    ``soft``: half of what the compression varies along each cell, and the inverse of twice that, (2, segment, lane);
+    ``sigma``: half of what the compression varies along each cell, and the inverse of twice that, (2, segment, lane);
     ``level`` (3, lane) scratch of the law; ``least`` the smallest gap, from which gaps and δ are counted.
     """
 
     gap: NDArray
-    soft: NDArray
+    sigma: NDArray
     s: NDArray
     p: NDArray
     w: NDArray
@@ -62,10 +62,10 @@ class Lanes(NamedTuple):
     @classmethod
     def of(cls, segments: int) -> Lanes:
         """Lanes of so many segments."""
-        gap, s, p, w, soft, inverse = np.empty((6, segments, LANES))
+        gap, s, p, w, sigma, inverse = np.empty((6, segments, LANES))
         least, total, slope, residual, done, step = np.empty((6, LANES))
         level = np.empty((3, LANES))
-        return cls(gap, np.stack([soft, inverse]), s, p, w, level, least, total, slope, residual, done, step)
+        return cls(gap, np.stack([sigma, inverse]), s, p, w, level, least, total, slope, residual, done, step)
 
 
 @part(FUSED)
@@ -135,16 +135,16 @@ def restore_settled(unknowns, delta, stiffness, done, kept):
 @part(FUSED)
 def open_gaps(t, gaps, draws, lanes):
     """Gaps of the samples at position t, each where its cell touches first, counted from the smallest of a sample."""
-    gap, soft, least = lanes.gap, lanes.soft, lanes.least
+    gap, sigma, least = lanes.gap, lanes.sigma, lanes.least
     for i in range(gaps.existing[t]):
         for j in range(LANES):
-            gap[i, j], soft[0, i, j] = gaps.gap[t, i], gaps.tilt[t, i]
+            gap[i, j], sigma[0, i, j] = gaps.gap[t, i], gaps.tilt[t, i]
         add_combination(0, draws.shape[0], gaps.modes[t], i, draws, gap, i)
-        add_combination(0, gaps.tilts.shape[1], gaps.tilts[t], i, draws, soft[0], i)
+        add_combination(0, gaps.tilts.shape[1], gaps.tilts[t], i, draws, sigma[0], i)
         for j in range(LANES):
-            soft[0, i, j] = max(abs(soft[0, i, j]), POINT)
-            soft[1, i, j] = 0.5 / soft[0, i, j]
-            gap[i, j] -= soft[0, i, j]
+            sigma[0, i, j] = max(abs(sigma[0, i, j]), POINT)
+            sigma[1, i, j] = 0.5 / sigma[0, i, j]
+            gap[i, j] -= sigma[0, i, j]
             least[j] = gap[i, j] if i == 0 else min(least[j], gap[i, j])
     for i in range(gaps.existing[t]):
         for j in range(LANES):
@@ -154,23 +154,23 @@ def open_gaps(t, gaps, draws, lanes):
 @part(FUSED)
 def apply_laws(n, laws, lanes):
     """Forces p and slopes w of segments compressed by s, the law of each its own: rows a, h, κ, edge, 1/h."""
-    s, soft, p, w, level = lanes.s, lanes.soft, lanes.p, lanes.w, lanes.level
+    s, sigma, p, w, level = lanes.s, lanes.sigma, lanes.p, lanes.w, lanes.level
     for i in range(n):
         h, kappa, edge, per_h = laws[1, i], laws[2, i], laws[3, i], laws[4, i]
         if h == 0.0:
             per_a = 1.0 / laws[0, i]
             for j in range(LANES):
-                p[i, j] = max(s[i, j] - soft[0, i, j], soft[0, i, j]) * per_a
+                p[i, j] = max(s[i, j] - sigma[0, i, j], sigma[0, i, j]) * per_a
                 w[i, j] = per_a
         else:
             for j in range(LANES):
-                x = max(s[i, j] - soft[0, i, j], soft[0, i, j])
+                x = max(s[i, j] - sigma[0, i, j], sigma[0, i, j])
                 level[0, j] = x
                 level[1, j], level[2, j] = level_start(max(min(x, edge), LEAST), kappa)
             for j in range(LANES):
                 p[i, j], w[i, j], _ = log_law(level[0, j], level[1, j], level[2, j], edge, kappa, h, per_h, False)
         # of cells of which only the part t is loaded
         for j in range(LANES):
-            t = min(max(s[i, j] * soft[1, i, j], 0.0), 1.0)
-            w[i, j] = 2.0 * p[i, j] * t * soft[1, i, j] if t < 1.0 else w[i, j]
+            t = min(max(s[i, j] * sigma[1, i, j], 0.0), 1.0)
+            w[i, j] = 2.0 * p[i, j] * t * sigma[1, i, j] if t < 1.0 else w[i, j]
             p[i, j] *= t * t

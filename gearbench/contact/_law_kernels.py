@@ -17,7 +17,7 @@ from gearbench.contact.law import TANGENT_FROM
 
 #: Rows of the constants of the law of each segment, and of scratch.
 CONSTANTS, SCRATCH = 7, 2
-#: Compressions below this are as good as this one: its force is.
+#: Smaller compressions are replaced by this one, whose force is already negligible.
 LEAST = 1e-290
 
 _bits, _double = bit_casts()
@@ -135,26 +135,26 @@ def apply_laws(s, constants, scratch, force, weight):
 
     ``constants`` by ``law_constants``; ``scratch`` (2, segment).
     """
-    a, h, kappa, edge, soft, whole, excess = (
+    a, h, kappa, edge, sigma, whole, excess = (
         constants[0], constants[1], constants[2], constants[3], constants[4], constants[5], constants[6]
     )  # fmt: skip
     level, quotient = scratch[0], scratch[1]
     for j in range(s.size):
-        level[j], quotient[j] = level_start(max(min(s[j] - soft[j], edge[j]), LEAST), kappa[j])
+        level[j], quotient[j] = level_start(max(min(s[j] - sigma[j], edge[j]), LEAST), kappa[j])
     total, slope, value = 0.0, 0.0, 0.0
     for j in range(s.size):
-        middle, straight = max(s[j] - soft[j], LEAST), h[j] == 0.0
+        middle, straight = max(s[j] - sigma[j], LEAST), h[j] == 0.0
         per_h = 1.0 / h[j]
         logarithmic, rate, L = log_law(middle, level[j], quotient[j], edge[j], kappa[j], h[j], per_h, True)
         p = middle / a[j] if straight else logarithmic
         w = 1.0 / a[j] if straight else rate
         e = 0.5 * middle * p if straight else energy_of(p, max(middle - edge[j], 0.0), h[j], L)
         # of cells of which only the part t is loaded
-        t = s[j] / (2.0 * soft[j]) if soft[j] > 0.0 else 1.0
+        t = s[j] / (2.0 * sigma[j]) if sigma[j] > 0.0 else 1.0
         part, on = t < 1.0, s[j] > 0.0
         p = whole[j] * t * t if part else p
-        w = whole[j] * t / soft[j] if part else w
-        e = 2.0 / 3.0 * soft[j] * whole[j] * t * t * t if part else e + excess[j]
+        w = whole[j] * t / sigma[j] if part else w
+        e = 2.0 / 3.0 * sigma[j] * whole[j] * t * t * t if part else e + excess[j]
         force[j] = p if on else 0.0
         weight[j] = w if on else 0.0
         total += p if on else 0.0
@@ -164,28 +164,28 @@ def apply_laws(s, constants, scratch, force, weight):
 
 
 @part()
-def law_constants(a, h, soft, constants):
+def law_constants(a, h, sigma, constants):
     """Fill the rows of ``constants``, (7, segment), with what forces follow from.
 
-    a, h, κ, the compression where the tangent takes over, σ, P_σ, and by what a cell's energy exceeds its middle's.
+    a, h, κ, the compression where the tangent takes over, σ, P_σ, and the excess energy of a cell over its middle.
     """
     last, log_h = 0.0, 0.0
     for j in range(a.size):
         constants[0, j], constants[1, j], constants[2, j], constants[3, j] = a[j], h[j], 0.0, math.inf
         if h[j] > 0.0:
-            if h[j] != last:  # most are alike
+            if h[j] != last:  # most segments have the same constants
                 last, log_h = h[j], math.log(h[j])
             constants[2, j], constants[3, j] = a[j] / h[j] + log_h, tangent_edge(a[j], h[j])
-        whole, _, energy = law(soft[j], a[j], h[j])
-        constants[4, j], constants[5, j], constants[6, j] = soft[j], whole, 2.0 / 3.0 * soft[j] * whole - energy
+        whole, _, energy = law(sigma[j], a[j], h[j])
+        constants[4, j], constants[5, j], constants[6, j] = sigma[j], whole, 2.0 / 3.0 * sigma[j] * whole - energy
 
 
 @entry()
-def law_forces(s, a, h, soft):
+def law_forces(s, a, h, sigma):
     """Forces and slopes of segments compressed by s."""
     n = s.size
     constants, scratch = np.empty((CONSTANTS, n)), np.empty((SCRATCH, n))
     force, slope = np.empty(n), np.empty(n)
-    law_constants(a, h, soft, constants)
+    law_constants(a, h, sigma, constants)
     apply_laws(s, constants, scratch, force, slope)
     return force, slope

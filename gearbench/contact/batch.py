@@ -161,10 +161,10 @@ class Batch:
         last = np.arange(self.firsts.shape[1] - 1) >= self.blocks[t, None] - 1
         ends = np.where(last, segment.size, self.firsts[t, 1:])
         block = np.sum(segment[:, None] >= ends[:, None, :], axis=2)
-        soft = np.abs(self.tilt[t] + draw[: self.tilts.shape[1]] @ self.tilts[t])
+        sigma = np.abs(self.tilt[t] + draw[: self.tilts.shape[1]] @ self.tilts[t])
         a, h = np.ascontiguousarray(self.laws[t, 0]), np.ascontiguousarray(self.laws[t, 1])
-        gap = self.gap[t] + draw @ self.modes[t] - soft
-        return Arrays(gap, a, h, soft, segment < self.count[t, None], self.factor[t], block)
+        gap = self.gap[t] + draw @ self.modes[t] - sigma
+        return Arrays(gap, a, h, sigma, segment < self.count[t, None], self.factor[t], block)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -252,7 +252,7 @@ def prepare(problem: ContactProblem, gaps: GapModes, precision: Precision = ROUN
         count=count,
         blocks=blocks,
         firsts=firsts,
-        gap=pick(problem.gap + problem.soft),
+        gap=pick(problem.gap + problem.sigma),
         tilt=pick(tilt),
         modes=modes,
         tilts=tilts,
@@ -286,8 +286,8 @@ def _with_means(problem: ContactProblem) -> tuple[ContactProblem, NDArray, tuple
         raise ConvergenceError("contact not solved at the mean errors")
     tilt = np.where(problem.active, ((s[..., 0] - s[..., 2]) / 2).reshape(problem.gap.shape), 0.0)
     mean = along.gaps @ np.array([1, 4, 1]) / 6 / (problem.length_scale * along.share[:, None, None])
-    gap, soft = mean.reshape(problem.gap.shape), np.abs(tilt)
-    return replace(problem, gap=gap - soft, soft=soft), tilt, exact
+    gap, sigma = mean.reshape(problem.gap.shape), np.abs(tilt)
+    return replace(problem, gap=gap - sigma, sigma=sigma), tilt, exact
 
 
 def _linearised(batch: Batch, start: NDArray, spread: NDArray) -> Batch:
@@ -303,8 +303,8 @@ def _linearised(batch: Batch, start: NDArray, spread: NDArray) -> Batch:
     z = (C @ start[..., None])[..., 0]
     P, W = law_response(arrays, z - arrays.gap)
     moved = np.einsum("pn,pmn->pm", P, batch.modes)[..., None] - batch.modes
-    cut = arrays.active & (np.abs(z - batch.gap) < arrays.soft)
-    ends = np.einsum("m,pmn->pn", spread**2, moved**2)[cut] / (2 * arrays.soft[cut]) ** 2
+    cut = arrays.active & (np.abs(z - batch.gap) < arrays.sigma)
+    ends = np.einsum("m,pmn->pn", spread**2, moved**2)[cut] / (2 * arrays.sigma[cut]) ** 2
     mean = np.bincount(np.nonzero(cut)[0], ends, positions) / np.maximum(cut.sum(axis=1), 1)
     batch = replace(batch, missed=np.stack([batch.missed[0], np.exp(-2 * np.pi**2 * mean)]))
     if batch.problem.blocks == 1 and rank >= COUPLED_RANK:

@@ -22,8 +22,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import COARSE_SEGMENTS, COARSE_TRUNCATION, Look, assemble, scene_lines, smooth_nodes
+from gearbench.contact.assemble import assemble
 from gearbench.contact.gaps import flank_separation, gap_kinks, gaps_along
+from gearbench.contact.lines import smooth_nodes
+from gearbench.contact.look import COARSE_SEGMENTS, COARSE_TRUNCATION, Look, scene_lines
 from gearbench.contact.patches import compression
 from gearbench.contact.problem import ContactProblem, part_of, under
 from gearbench.contact.solver import Guess, solve_roughly
@@ -37,7 +39,7 @@ FINE_SEGMENTS = 40
 BETWEEN, KNOWN = (1e-3, 1 / 3, 2 / 3, 1 - 1e-3), 2e-4
 #: How far beyond these phases it may be where finer lines say otherwise than coarse ones [mesh cycles].
 BEYOND = 0.06
-#: Phases of a first look around a birth, counted from the one before it, and points between two of them.
+#: Coarse phases around a birth, counted from the one before it, and points between two of them.
 AROUND, SAMPLED = np.array([-1, 0, 1, 2]), 33
 #: Distances [mesh cycles] from a birth at which it is looked for once more.
 NEAR = (3e-3, 1e-4)
@@ -68,7 +70,7 @@ class Birth(NamedTuple):
 
 
 class Changes(NamedTuple):
-    """Where lines begin or cease to be loaded between two phases of a look: load, index of the first of both in x.
+    """Lines that begin or cease to be loaded between two phases of a look: load, index of the first phase in x.
 
     ``crowded`` where another pair does within a phase of it: then the curve of this one has a kink there. (change,)
     """
@@ -90,7 +92,7 @@ class Located(NamedTuple):
 
 
 class Margin(NamedTuple):
-    """By how much a pair would be pressed by gears that it does not carry: see ``pressed``, and at most."""
+    """Interference of an unloaded pair, see ``pressed``, and its peak."""
 
     mean: NDArray
     most: NDArray
@@ -239,8 +241,9 @@ def _margins(scene: Scene, x: NDArray, share: NDArray, *, exact: bool = False) -
     number = np.floor(x).ravel()
     phase, position = np.unique(x.ravel() - number, return_inverse=True)
     problem, lines = _fine(scene, phase, exact=exact)
-    pair = number.astype(int) - lines.index[0]
-    there = lines.active[position, pair]
+    wanted = number.astype(int) - lines.index[0]
+    pair = np.clip(wanted, 0, lines.shape[1] - 1)
+    there = (pair == wanted) & lines.active[position, pair]
     margins = np.tile(np.where(there, np.inf, -np.inf), (2, 1))
     shared = np.flatnonzero(there & (lines.active.sum(axis=1) > 1)[position])
     if shared.size:

@@ -35,11 +35,11 @@ def polish(problem: ContactProblem, position: int, force: NDArray) -> tuple[NDAr
     """
     active, psi = problem.active[position], full_factor(problem, position)
     p = problem
-    H, e, a, h, soft = psi @ psi.T, *(x[position, active] for x in (p.gap, p.a, p.h, p.soft))
+    H, e, a, h, sigma = psi @ psi.T, *(x[position, active] for x in (p.gap, p.a, p.h, p.sigma))
     P, delta, stiffness, steps = force[active], 0.0, 0.0, 0
     for _ in range(POLISH_STEPS):
         at = np.maximum(P, LEAST_FORCE)
-        g, rise = compression(at, a, h, soft), slope(at, a, h, soft)
+        g, rise = compression(at, a, h, sigma), slope(at, a, h, sigma)
         P, delta, stiffness, more = active_set(H + np.diag(rise), e + g - rise * at)
         steps += more
     whole = np.zeros_like(force)
@@ -50,8 +50,8 @@ def polish(problem: ContactProblem, position: int, force: NDArray) -> tuple[NDAr
 def active_set(H: NDArray, e: NDArray) -> tuple[NDArray, float, float, int]:
     """P, δ, ∂F/∂δ of H P + e ≥ δ, P ≥ 0, ΣP = 1, complementary, for H positive definite; and the number of steps.
 
-    First Newton's method on the contact set, which ends in a few steps but need not end; failing that one segment at
-    a time, which lowers the energy at every step and so must end (Lawson & Hanson 1974, chapter 23).
+    Newton's method on the contact set comes first: it usually ends in a few steps but may cycle. Then one segment at a
+    time changes, which lowers the energy at every step and must end (Lawson & Hanson 1974, chapter 23).
     """
     loaded = np.ones(e.size, dtype=bool)
     for step in range(BOLD_STEPS):

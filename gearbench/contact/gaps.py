@@ -46,7 +46,7 @@ def gap_effects(scene: Scene) -> tuple[GapEffect, ...]:
 def total_gap(scene: Scene, lines: ContactLines, effects: Sequence[Effect] | None = None) -> NDArray:
     """Sum of the gaps of all effects, (position, pair, segment) [mm], over the lever arms of the segments.
 
-    Of other ``effects`` than those that act in the scene, where given.
+    ``effects`` replace those that act in the scene.
     """
     return sum_of_gaps(scene.acting_effects if effects is None else effects, lines)
 

@@ -1,10 +1,10 @@
 """The contact law of a segment, g(P) = P (a − h ln P), continued by its tangent; readable form, arrays in and out.
 
-With L = a/h − ln P the law reads g = h P L. Its slope h (L − 1) is zero at L = 1, where it says nothing about teeth any
-more: from L = 2 on (half-width of contact 0.6 times the depth of the tooth, far outside the law's validity) it goes on
-along its tangent, so that it stays monotone at any load. h = 0 is the linear law g = a P.
+With L = a/h − ln P the law reads g = h P L. Its slope h (L − 1) is zero at L = 1, far beyond its validity. Below L = 2
+(half-width of contact 0.6 times the depth of the tooth) its tangent continues the law, so that it is monotone at any
+load. h = 0 is the linear law g = a P.
 
-A segment is a cell along which the initial gap, and so the compression, varies by ±σ ("soft"). Its compression s is
+A segment is a cell along which the initial gap, and so the compression, varies by ±σ. Its compression s is
 that of the end that touches first: that of its middle is s − σ, of which few digits are left where the gap varies by
 millions of compressions. Where s < 2σ only the part t = s/(2σ) of the cell is loaded, and P = P_σ t², P_σ = g⁻¹(σ): the
 mean of the law over the cell where it is linear, continuous with it at s = 2σ where it is not. The compiled kernels
@@ -27,43 +27,43 @@ def tangent_force(a: NDArray, h: NDArray) -> NDArray:
         return np.where(logarithmic, np.exp(a / np.where(logarithmic, h, 1.0) - TANGENT_FROM), np.inf)
 
 
-def compression(P: NDArray, a: NDArray, h: NDArray, soft: ArrayLike = 0.0) -> NDArray:
+def compression(P: NDArray, a: NDArray, h: NDArray, sigma: ArrayLike = 0.0) -> NDArray:
     """Compression s of the end that touches first, of forces P ≥ 0."""
-    soft = np.broadcast_to(np.asarray(soft, dtype=float), np.shape(P))
-    part = soft > 0
+    sigma = np.broadcast_to(np.asarray(sigma, dtype=float), np.shape(P))
+    part = sigma > 0
     if part.any():
-        whole = inverse(np.where(part, soft, 0.0), a, h)[0]
+        whole = inverse(np.where(part, sigma, 0.0), a, h)[0]
         part = part & (whole > P)
         t = np.sqrt(np.divide(P, whole, out=np.zeros_like(whole), where=part))
-        return np.where(part, 2 * soft * t, soft + compression(P, a, h))
+        return np.where(part, 2 * sigma * t, sigma + compression(P, a, h))
     edge = tangent_force(a, h)
     with np.errstate(invalid="ignore"):
         low = np.minimum(P, edge)
         return low * (a - h * np.log(np.where(low > 0, low, 1.0))) + np.where(edge < P, h * (P - edge), 0.0)
 
 
-def slope(P: NDArray, a: NDArray, h: NDArray, soft: ArrayLike = 0.0) -> NDArray:
+def slope(P: NDArray, a: NDArray, h: NDArray, sigma: ArrayLike = 0.0) -> NDArray:
     """dg/dP of forces P > 0; the slope of the tangent is h."""
-    soft = np.broadcast_to(np.asarray(soft, dtype=float), np.shape(P))
-    whole = inverse(soft, a, h)[0]
+    sigma = np.broadcast_to(np.asarray(sigma, dtype=float), np.shape(P))
+    whole = inverse(sigma, a, h)[0]
     partly = whole > P
     return np.where(
         partly,
-        soft / np.sqrt(np.where(partly, P * whole, 1.0)),
+        sigma / np.sqrt(np.where(partly, P * whole, 1.0)),
         np.where(h > 0, np.maximum(a - h * np.log(P) - h, h), a),
     )
 
 
-def inverse(s: NDArray, a: NDArray, h: NDArray, soft: ArrayLike = 0.0) -> tuple[NDArray, NDArray, NDArray]:
+def inverse(s: NDArray, a: NDArray, h: NDArray, sigma: ArrayLike = 0.0) -> tuple[NDArray, NDArray, NDArray]:
     """Force P = g⁻¹(s), slope dP/ds and energy ∫P ds of segments compressed by s; all zero for s ≤ 0."""
-    soft = np.broadcast_to(np.asarray(soft, dtype=float), np.shape(s))
-    cell = soft > 0
+    sigma = np.broadcast_to(np.asarray(sigma, dtype=float), np.shape(s))
+    cell = sigma > 0
     if not cell.any():
         return _inverse(s, a, h)
-    (P, w, e), (whole, _, energy) = _inverse(np.maximum(s - soft, soft), a, h), _inverse(soft, a, h)
-    width = np.where(cell, 2 * soft, 1.0)
+    (P, w, e), (whole, _, energy) = _inverse(np.maximum(s - sigma, sigma), a, h), _inverse(sigma, a, h)
+    width = np.where(cell, 2 * sigma, 1.0)
     t = np.where(cell, np.clip(s / width, 0.0, 1.0), 1.0)
-    below = whole * soft * 2 / 3
+    below = whole * sigma * 2 / 3
     return P * t**2, np.where(t < 1, 2 * P * t / width, w), np.where(t < 1, below * t**3, e - energy + below)
 
 
@@ -75,8 +75,8 @@ def _inverse(s: NDArray, a: NDArray, h: NDArray) -> tuple[NDArray, NDArray, NDAr
     linear = (h == 0) | (s == 0)
     safe_h, safe_s = np.where(linear, 1.0, h), np.where(linear, 1.0, s)
     ratio = np.where(linear, 3.0, a / safe_h)
-    sigma = np.minimum(np.exp(np.log(safe_s / safe_h) - ratio), TANGENT_FROM * np.exp(-TANGENT_FROM))
-    L = np.where(linear, TANGENT_FROM, -lambertw(-sigma, -1).real)  # L e^{-L} = σ, L ≥ 2
+    small = np.minimum(np.exp(np.log(safe_s / safe_h) - ratio), TANGENT_FROM * np.exp(-TANGENT_FROM))
+    L = np.where(linear, TANGENT_FROM, -lambertw(-small, -1).real)  # L e^{-L} = σ, L ≥ 2
     edge = np.exp(ratio - TANGENT_FROM)
     over = np.maximum(safe_s - TANGENT_FROM * safe_h * edge, 0.0)
     p = np.where(over > 0, edge + over / safe_h, safe_s / (safe_h * L))

@@ -12,7 +12,7 @@ from gearbench.contact import problem as single
 from gearbench.contact.problem import ContactProblem, ContactSolution
 
 _ARRAYS = tuple(field.name for field in fields(ContactSolution) if field.name != "polished")
-#: Those in units that are proportional to the load.
+#: Arrays of a solution in units that are proportional to the load.
 _PROPORTIONAL = {"force", "approach", "coarse_approach"}
 
 
@@ -24,13 +24,13 @@ def under(problem: ContactProblem, force: float) -> ContactProblem:
 
 
 def in_own_units(solution: ContactSolution, share: NDArray) -> ContactSolution:
-    """A solution in the units of a whole load, each position under its ``share`` (position,), in those of that."""
+    """Convert a solution to units of the full load, of which each position carries its ``share`` (position,)."""
     own = {name: (getattr(solution, name).T * share).T for name in _PROPORTIONAL}
     return replace(solution, **own)
 
 
 def parted(solution: ContactSolution, counts: Sequence[int]) -> list[ContactSolution]:
-    """One solution as several, of ``counts`` positions each."""
+    """Split one solution into several, of ``counts`` positions each."""
     found, ends = [], np.cumsum(counts)
     for first, last in zip(ends - counts, ends, strict=True):
         own = {name: getattr(solution, name)[first:last] for name in _ARRAYS}

@@ -1,4 +1,4 @@
-"""From the Gauss points of uncut contact lines to any others: what is smooth on each piece is a polynomial there."""
+"""From the Gauss points of whole contact lines to any others: what is smooth on each piece is a polynomial there."""
 
 from __future__ import annotations
 
@@ -12,21 +12,29 @@ from gearbench.geometry.action import ContactLines
 from gearbench.geometry.quadrature import gauss
 
 
-def rows_of_cells(uncut: ContactLines, cells: ContactLines) -> NDArray:
-    """Values at the nodes of ``uncut`` lines → at beginning, middle and end of cells, (…, segment, 3, node)."""
+def rows_of_cells(smooth_lines: ContactLines, cells: ContactLines) -> NDArray:
+    """Values at the nodes of ``smooth_lines`` → at beginning, middle and end of cells, (…, segment, 3, node)."""
     half = cells.length * math.cos(cells.pair.meshing.beta_b) / 2
     y = cells.y[..., None] + half[..., None] * np.array([-1.0, 0.0, 1.0])
-    return rows_at(uncut, y.reshape(*y.shape[:2], -1)).reshape(*y.shape, -1)
+    return rows_at(smooth_lines, y.reshape(*y.shape[:2], -1)).reshape(*y.shape, -1)
 
 
-def rows_at(uncut: ContactLines, y: NDArray) -> NDArray:
-    """Values at the nodes of ``uncut`` lines → at y (position, pair, point), (…, point, node); zero on no line."""
+def rows_at(smooth_lines: ContactLines, y: NDArray) -> NDArray:
+    """Values at the nodes of ``smooth_lines`` → at y (position, pair, point), (…, point, node); zero on no line."""
     from gearbench.contact._patch_kernels import rows_on_pieces
 
-    assert uncut.panel is not None
-    rows = np.zeros((*y.shape, uncut.shape[2]))
-    half = uncut.length * math.cos(uncut.pair.meshing.beta_b) / 2
-    rows_on_pieces(uncut.y, half, uncut.panel, uncut.active, np.ascontiguousarray(y), *_rules(uncut.shape[2]), rows)
+    assert smooth_lines.panel is not None
+    rows = np.zeros((*y.shape, smooth_lines.shape[2]))
+    half = smooth_lines.length * math.cos(smooth_lines.pair.meshing.beta_b) / 2
+    rows_on_pieces(
+        smooth_lines.y,
+        half,
+        smooth_lines.panel,
+        smooth_lines.active,
+        np.ascontiguousarray(y),
+        *_rules(smooth_lines.shape[2]),
+        rows,
+    )
     return rows
 
 

@@ -29,8 +29,8 @@ class Along:
         Lines whose segments are cells.
     gaps
         Total gap at the beginning, middle and end of each segment, (position, pair, segment, 3) [mm].
-    uncut
-        The lines uncut, see ``ContactLines.uncut``.
+    smooth_lines
+        The same lines with Gauss points instead of cells, see ``ContactLines.smooth_lines``.
     factor
         Ψ at their nodes, (position, pair, node, rank).
     rows
@@ -47,7 +47,7 @@ class Along:
     effects: tuple[Effect, ...]
     lines: ContactLines
     gaps: NDArray
-    uncut: ContactLines
+    smooth_lines: ContactLines
     factor: NDArray
     rows: NDArray
     laws: tuple[ComplianceEffect, ...]
@@ -57,7 +57,7 @@ class Along:
     def part(self, positions: slice | NDArray) -> Along:
         """The same of some of the positions."""
         arrays = {name: getattr(self, name)[positions] for name in ("gaps", "factor", "rows", "share")}
-        return replace(self, lines=self.lines.part(positions), uncut=self.uncut.part(positions), **arrays)
+        return replace(self, lines=self.lines.part(positions), smooth_lines=self.smooth_lines.part(positions), **arrays)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,7 +69,7 @@ class ContactProblem:
 
     Parameters
     ----------
-    gap, a, h, soft, active
+    gap, a, h, sigma, active
         (position, segment), segments of all pairs side by side; e at the end of the segment that touches first, the
         coefficients of the law, half the variation of e along the segment, and whether the segment exists.
     factor
@@ -91,7 +91,7 @@ class ContactProblem:
     gap: NDArray
     a: NDArray
     h: NDArray
-    soft: NDArray
+    sigma: NDArray
     active: NDArray
     factor: NDArray
     block: NDArray
@@ -143,7 +143,7 @@ class ContactSolution:
 
 def part_of(problem: ContactProblem, positions: slice | NDArray) -> ContactProblem:
     """Some positions of a problem."""
-    arrays = {name: getattr(problem, name)[positions] for name in ("gap", "a", "h", "soft", "active", "factor")}
+    arrays = {name: getattr(problem, name)[positions] for name in ("gap", "a", "h", "sigma", "active", "factor")}
     along = problem.along.part(positions) if problem.along else None
     return replace(problem, **arrays, shape=(len(arrays["gap"]), *problem.shape[1:]), along=along)
 
@@ -157,7 +157,7 @@ def under(problem: ContactProblem, share: NDArray) -> ContactProblem:
     f = share[:, None]
     along = replace(problem.along, share=problem.along.share * share) if problem.along else None
     level = problem.a - problem.h * np.log(f)
-    return replace(problem, gap=problem.gap / f, soft=problem.soft / f, a=level, along=along)
+    return replace(problem, gap=problem.gap / f, sigma=problem.sigma / f, a=level, along=along)
 
 
 def full_factor(problem: ContactProblem, position: int) -> NDArray:

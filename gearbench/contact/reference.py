@@ -42,7 +42,7 @@ def normal_matrix(C: NDArray, W: NDArray) -> NDArray:
     M = np.swapaxes(C, 1, 2) @ (W[..., None] * C)
     amplitude = np.arange(M.shape[1] - 1)
     M[:, amplitude, amplitude] += 1.0
-    # where nothing is loaded δ is any
+    # where no segment is loaded δ is arbitrary
     M[:, -1, -1] += M[:, -1, -1] == 0.0
     return M
 

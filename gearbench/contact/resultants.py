@@ -54,11 +54,11 @@ def resultants(
     p, nodes = (problem, lines) if problem.along is None else on_patches(problem, guess)
     P = law_forces(p, guess.delta, guess.q) if has_law(p) else (solution.force / p.force).reshape(p.gap.shape)
     loaded = p.active & (P > 0)
-    soft = slope(np.where(loaded, P, 1.0), p.a, p.h, p.soft) if has_law(p) else np.zeros_like(P)
+    sigma = slope(np.where(loaded, P, 1.0), p.a, p.h, p.sigma) if has_law(p) else np.zeros_like(P)
     same = p.block[:, None] == p.block
     A = np.where(loaded[:, :, None] & loaded[:, None, :] & same, gram(p.factor), 0.0)
     index = np.arange(A.shape[-1])
-    A[:, index, index] = np.where(loaded, A[:, index, index] + soft, 1.0)
+    A[:, index, index] = np.where(loaded, A[:, index, index] + sigma, 1.0)
     R = legvander(lever(nodes).reshape(P.shape), rows - 1) * loaded[..., None]
     cos_b = math.cos(lines.pair.meshing.beta_b)
     unit = p.force / p.length_scale * cos_b**2

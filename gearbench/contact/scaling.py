@@ -55,13 +55,13 @@ def scale_problem(
     factor: NDArray,
     a: NDArray,
     h: NDArray,
-    soft: NDArray,
+    sigma: NDArray,
     force: float,
     scale: float,
     *,
     coupled: bool,
 ) -> ContactProblem:
-    """Dimensionless problem from gap and ``soft``, half its variation over a cell [mm], Ψ [√(mm/N)], a and h [mm²/N].
+    """Dimensionless problem from gap and ``sigma``, half its variation over a cell [mm], Ψ [√(mm/N)], a and h [mm²/N].
 
     All arrays (position, pair, segment, …); ``force`` [N] and ``scale`` [mm] become the units.
     """
@@ -71,10 +71,10 @@ def scale_problem(
     unit = force / scale
     flat = (positions, pairs * segments)
     return ContactProblem(
-        gap=((gap - soft) / scale).reshape(flat),
+        gap=((gap - sigma) / scale).reshape(flat),
         a=(unit / length * (a + h * np.log(length / force))).reshape(flat),
         h=(unit / length * h).reshape(flat),
-        soft=(soft / scale).reshape(flat),
+        sigma=(sigma / scale).reshape(flat),
         active=active.reshape(flat),
         factor=np.ascontiguousarray((factor * math.sqrt(unit)).reshape(*flat, -1)),
         block=np.zeros(flat[1], dtype=np.int64) if coupled else np.repeat(np.arange(pairs), segments),

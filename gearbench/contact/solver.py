@@ -1,4 +1,4 @@
-"""Solve the contact problem of every position and say how well it is solved."""
+"""Solution of the contact problem at every position, with its residuals."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ if TYPE_CHECKING:
 
 #: Residuals above this are an error of the program, never returned as an answer.
 RESIDUAL_LIMIT = 1e-9
-#: Residual above which a position is solved once more with its forces as unknowns; the answer says how many were.
+#: Residual above which a position is solved once more with its forces as unknowns; the result counts these positions.
 POLISH_LIMIT = 1e-10
 #: Newton steps after which a position is given up.
 MAX_STEPS = 200
-#: Amplitudes shared by all segments, per segment, from which their forces are the better unknowns: 1/DENSE; of few
-#: segments half as many.
+#: Forces are the unknowns if all segments share more than 1/DENSE amplitudes per segment, half as many for few
+#: segments.
 DENSE, FEW = 2.0, 48
 #: Residual at which a rough solution takes its last step, which squares it.
 ROUGH = 1e-6
 
 
 class ConvergenceError(GearbenchError):
-    """The contact problem was not solved to the residual it must have."""
+    """The contact problem was not solved to the required residual."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +42,7 @@ class Guess:
     q
         Amplitudes, (position, block, rank).
     delta
-        Approach δ [``length_scale``], (position,); −∞: from nothing.
+        Approach δ [``length_scale``], (position,); −∞ without a guess.
     """
 
     q: NDArray
@@ -50,7 +50,7 @@ class Guess:
 
     @classmethod
     def nothing(cls, problem: ContactProblem) -> Guess:
-        """No guess at all."""
+        """Empty guess."""
         positions = len(problem.gap)
         return cls(
             q=np.zeros((positions, problem.blocks, problem.factor.shape[2])), delta=np.full(positions, -math.inf)
@@ -104,7 +104,7 @@ def solve(problem: ContactProblem, guess: Guess | None = None) -> ContactSolutio
 def solve_roughly(problem: ContactProblem, guess: Guess, enough: float = ROUGH) -> tuple[NDArray, NDArray]:
     """Approach δ_n [mm] and ∂F_bn/∂δ_n [N/mm], (position,), to ``enough`` and better where there is a contact law.
 
-    ``guess`` holds the solution afterwards. Nothing is proven about it: it is where others begin.
+    ``guess`` holds the solution afterwards. The residuals are not checked: the result serves as an initial guess.
     """
     least, p = from_smallest(problem)
     if not has_law(p):
@@ -124,14 +124,14 @@ def has_law(problem: ContactProblem) -> bool:
 def from_smallest(problem: ContactProblem) -> tuple[NDArray, ContactProblem]:
     """The smallest gap of each position, and the problem without it.
 
-    Gaps of a million deflections would otherwise leave no digits to the deflection.
+    Without this, gaps of a million deflections would leave no digits for the deflection.
     """
     least = np.min(np.where(problem.active, problem.gap, np.inf), axis=1)
     return least, replace(problem, gap=problem.gap - least[:, None])
 
 
 def by_forces(p: ContactProblem) -> bool:
-    """Whether the forces of ``p`` are the better unknowns."""
+    """Whether to solve for the forces of ``p`` instead of the amplitudes."""
     segments = p.active.sum() / len(p.active)
     dense = DENSE * (2 if segments <= FEW else 1)
     return bool(p.blocks == 1 and dense * p.factor.shape[2] > segments)
@@ -168,7 +168,7 @@ def arrays(p: ContactProblem) -> Arrays:
     from gearbench.contact._kernels import Arrays
 
     block = np.ascontiguousarray(np.broadcast_to(p.block, p.gap.shape))
-    return Arrays(p.gap, p.a, p.h, p.soft, p.active, p.factor, block)
+    return Arrays(p.gap, p.a, p.h, p.sigma, p.active, p.factor, block)
 
 
 def law_forces(problem: ContactProblem, delta: NDArray, q: NDArray) -> NDArray:
@@ -182,7 +182,7 @@ def law_response(problem: ContactProblem | Arrays, s: NDArray) -> tuple[NDArray,
     from gearbench.contact._law_kernels import law_forces as forces
 
     p, found = problem, np.zeros((2, *s.shape))
-    found[:, p.active] = forces(s[p.active], p.a[p.active], p.h[p.active], p.soft[p.active])
+    found[:, p.active] = forces(s[p.active], p.a[p.active], p.h[p.active], p.sigma[p.active])
     return found[0], found[1]
 
 

@@ -33,13 +33,13 @@ _LOG = logging.getLogger(__name__)
 
 #: Orders of the mesh frequency unless told otherwise, and the most of them.
 HARMONICS, MOST = 10, 200
-#: Multipliers beyond 1 by this much are rounding.
+#: Excess of a Floquet multiplier over 1 that counts as rounding.
 GROWTH = 1e-6
-#: Share of the motion at rest in the next orders that is told.
+#: Share of the quasi-static motion in omitted orders from which a note is written.
 BEYOND = 0.1
 #: Why there is none.
 GROWS = "parametric instability: no steady linear response"
-#: Modes with a smaller share in the compliance at the meshes are not looked for in the notes.
+#: Modes with a smaller share in the compliance at the meshes are left out of the notes.
 NOTED = 0.02
 
 Variables = dict[str, tuple[tuple[str, ...], Any]]
@@ -49,8 +49,8 @@ Variables = dict[str, tuple[tuple[str, ...], Any]]
 def response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS) -> xr.Dataset:
     """Dynamic transmission error, mesh and bearing forces of ``scene`` over speed, by harmonic balance.
 
-    Stiffness and transmission error vary over the mesh cycle as the contact answers under the mean force; the system of
-    shafts, bearings and inertias is linear about its rest. Where flanks part, see the variable ``contact_kept``.
+    Stiffness and transmission error vary over the mesh cycle as the contact under the mean force; the system of
+    shafts, bearings and inertias is linear about its equilibrium. Where flanks part, see the variable ``contact_kept``.
 
     Parameters
     ----------
@@ -64,12 +64,12 @@ def response(scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS) -> x
     Returns
     -------
     Dataset with the dimensions ``speed``, ``mesh``, ``harmonic``, ``bearing``, ``direction``, ``mode``; names and units
-    as in ``gearbench.results``; what a reader must know of it, one line each, in the attribute ``notes``.
+    as in ``gearbench.results``; the attribute ``notes`` holds remarks, one per line.
 
     Raises
     ------
     InputError
-        If there is no system, it does not hold together, or speeds and harmonics cannot be computed.
+        If there is no system, a part of it is unconnected, or speeds and harmonics are invalid.
     """
     check_scene(scene)
     start = time.perf_counter()
@@ -116,7 +116,7 @@ def over_speed(model: Model, speeds: NDArray, harmonics: int) -> Variables:
     stability = np.full((len(speeds), len(model.names)), np.nan)
     for group in model.groups:
         stability[:, group.meshes] = growth(model, group, speeds, harmonics)[:, None]
-    # where it grows there is no steady response to speak of
+    # an unstable motion has no steady response
     grows = (stability > 1 + GROWTH).any(axis=1)
     te[grows], force[grows], shaken[grows] = np.nan, np.nan, np.nan
     te, force, shaken = (np.moveaxis(values, 1, -1) for values in (te, force, shaken))
@@ -240,7 +240,7 @@ def notes(model: Model, speeds: NDArray, harmonics: int, variables: Variables) -
 
 
 def spans(speeds: NDArray, true: NDArray) -> str:
-    """Ranges of speed where something holds, "900, 1200 to 1350"."""
+    """Ranges of speed in which a condition holds, "900, 1200 to 1350"."""
     order = np.argsort(speeds)
     s, t = speeds[order], np.concatenate([[False], true[order], [False]])
     edges = np.flatnonzero(np.diff(t.astype(int)))

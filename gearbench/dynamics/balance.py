@@ -1,7 +1,8 @@
 """Harmonic balance at the meshes: their motions and forces where the stiffness varies in time.
 
-A row is a motion of a mesh, approach or tilt, and the force that works on it. Unknown in every row, as real numbers
-x_0, Re x̂_1, Im x̂_1, …, is what x(t) = Σ x̂_n e^{inωt} differs by from x_s(t), the motion at rest at each phase; forces
+A row is a motion of a mesh, approach or tilt, and the force that works on it. The unknowns of every row, as real
+numbers x_0, Re x̂_1, Im x̂_1, …, are the difference of x(t) = Σ x̂_n e^{inωt} from x_s(t), the quasi-static motion at
+each phase; forces
 follow from f = f_s + K(t) (x − x_s) (D5).
 """
 
@@ -107,7 +108,7 @@ def solve(excitation: Excitation, h: NDArray, mean: NDArray) -> tuple[NDArray, N
     K, rest = convolution(excitation.stiffness), excitation.motion
     M, N = K.shape[0], K.shape[-1]
     vary = K - mean[..., None, None] * np.eye(N)
-    # what moves the system besides its mean stiffness: at order 0 it is at rest
+    # excitation beside the mean stiffness; none at order 0
     push = excitation.force - mean @ rest
     push[:, 0] = 0.0
     moved = np.swapaxes(np.einsum("snij,jn->sni", h, push), 1, 2)

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.assemble import assemble
 from gearbench.contact.gaps import total_gap
+from gearbench.contact.look import scene_lines
 from gearbench.contact.solver import solve
 from gearbench.dynamics.loaded_mesh import LoadedMesh
 
@@ -17,7 +18,7 @@ from gearbench.dynamics.loaded_mesh import LoadedMesh
 ROUNDING = 0.01
 #: Reach of the table over the mean deflection, and its points.
 REACH, POINTS = 8.0, 4000
-#: Forces over the mean force at which the contact is solved.
+#: Loads at which the contact is solved, relative to the mean force.
 LEVELS = (0.003, 0.01, 0.03, 0.08, 0.16, 0.3, 0.5, 0.75, 1.0, 1.4, 2.0, 3.0, 5.0)
 
 
@@ -28,7 +29,7 @@ class ForceCurve:
     Parameters
     ----------
     begin
-        x below which drive flanks carry nothing (phase,) [mm].
+        x below which the drive flanks carry no load (phase,) [mm].
     table
         Force of the drive flanks at equal steps of x from there (phase, point) [N]; linear between them and beyond.
     spacing
@@ -36,7 +37,7 @@ class ForceCurve:
     backlash
         Play along the line of action [mm].
     mirrored
-        Phase (phase,), fraction and all, at which the back flanks stand as the drive flanks do.
+        Phase (phase,), as a real number, at which the back flanks are in the position of the drive flanks.
     """
 
     begin: NDArray
@@ -51,7 +52,7 @@ class ForceCurve:
         return len(self.begin)
 
     def force(self, x: NDArray) -> NDArray:
-        """Force [N] at x (…, phase) [mm]: the readable twin of the compiled one."""
+        """Force [N] at x (…, phase) [mm]: readable version of the compiled one."""
         low = np.floor(self.mirrored).astype(int)
         f, part = self._drive(x, np.arange(self.steps)), self.mirrored - low
         for index, weight in ((low % self.steps, 1 - part), ((low + 1) % self.steps, part)):
@@ -68,7 +69,7 @@ class ForceCurve:
 def force_curve(cycle: LoadedMesh, steps: int) -> ForceCurve:
     """Curve of a mesh from its contact on its shafts at several loads, less what the shafts yield by themselves.
 
-    Back flanks are taken to be like drive flanks, mirrored.
+    Back flanks are assumed to be mirrored drive flanks.
     """
     from scipy.interpolate import PchipInterpolator
 

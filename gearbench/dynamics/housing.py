@@ -15,9 +15,9 @@ from gearbench.results.responses import described
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Transfer functions beyond this are none of a housing; squares of larger numbers overflow.
+#: Largest value of a transfer function; squares of larger numbers overflow.
 LARGEST = 1e100
-#: Dimensions of a file of transfer functions, its variables, and those that name what is in them.
+#: Dimensions of a file of transfer functions, its variables, and the dimensions with names.
 DIMENSIONS, PARTS = ("point", "bearing", "direction", "frequency"), ("transfer_real", "transfer_imaginary")
 
 
@@ -31,7 +31,7 @@ def read_housing(path: str | Path) -> xr.Dataset:
     Raises
     ------
     InputError
-        Naming the file and what it lacks.
+        Naming the file and the missing part.
     """
     read = read_bytes(path)
     with naming(path):
@@ -63,7 +63,7 @@ def housing_response(dataset: xr.Dataset, housing: xr.Dataset) -> xr.Dataset:
 
     Returns
     -------
-    It, with ``housing_amplitude`` and ``housing_phase`` (speed, mesh, point, harmonic), each mesh's orders by
+    The Dataset with ``housing_amplitude`` and ``housing_phase`` (speed, mesh, point, harmonic), each mesh's orders by
     themselves; NaN, and a note, where an order lies outside the frequencies of the transfer functions.
 
     Raises

@@ -46,10 +46,10 @@ class Model:
     Parameters
     ----------
     scene
-        It has a system.
+        A scene with ``[system]``.
     rows
         Motions of each mesh of gears on shafts that have inertia: 1, approach; 2, tilt as well, as forces wander over
-        the face; more, bending over the face. Others follow at once.
+        the face; more, bending over the face. Meshes without inertia follow quasi-statically.
     """
 
     scene: Scene

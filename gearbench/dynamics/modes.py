@@ -1,4 +1,4 @@
-"""Modes of the system with its mean mesh stiffness, and what they make of a force at the meshes."""
+"""Modes of the system with its mean mesh stiffness, and their response to a force at the meshes."""
 
 from __future__ import annotations
 
@@ -46,12 +46,12 @@ class Modes:
     def _dynamic(self, omega: NDArray) -> tuple[NDArray, NDArray]:
         """Real and imaginary part of 1/(ω_r² − ω² + 2iζω_rω), (…, mode).
 
-        ``InputError`` where nothing damps a mode that is met.
+        ``InputError`` if an order meets an undamped mode.
         """
         w, r = omega[..., None], self.frequency
         real, imaginary = r**2 - w**2, (2 * self.damping_ratio * r) * w
         size = real**2 + imaginary**2
-        # at rest a rigid body is where it is
+        # a rigid body has no static response
         size = np.where((r == 0) & (w == 0), 1.0, size)
         if self.damping_ratio == 0 and (size == 0).any():
             f = r[np.argwhere(size == 0)[0, -1]] / (2 * np.pi)
@@ -154,7 +154,7 @@ def modes(mechanics: Mechanics, stiffness: NDArray, damping_ratio: float) -> Mod
     if inverse[0] <= 0:
         raise InputError("system", "mass matrix not positive", "every shaft and gear must have inertia")
     values = 1 / inverse[::-1] - sigma
-    # rounding, of what is inverted, makes a rigid body's ω² of either sign: less than any coupling
+    # rounding of the inverse gives a rigid body a small ω² of either sign, below any coupling
     values = np.where(np.abs(values) < _RIGID * sigma, 0.0, values)
     rows = d[:, None] * (vectors / np.sqrt(inverse))[:, ::-1]
     rigid = values == 0

@@ -28,19 +28,20 @@ from gearbench.threads import single_threaded_blas
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Phases at which the force is known, at least, and for each order.
+#: Phases of the force table: minimum, and number per order.
 STEPS, PER_ORDER = 128, 8
 #: Ways in which the speed changes.
 SWEEPS = ("up", "down")
-#: Modes that move: the most of them, with the largest share, up to so many times the highest order; others follow.
+#: Modes with inertia: their maximum number, those with the largest shares, up to a multiple of the highest order; the
+#: other modes follow quasi-statically.
 MODES, FASTEST = 12, 1.5
-#: Phase that a mode turns by in a step [rad], at most, and steps between phases, at least.
+#: Maximum phase of a mode per step [rad], and minimum number of steps between phases.
 RESOLVED, WITHIN = 0.3, 2
 #: Periods after which a motion may repeat, and the change over the mean deflection at which it does, and may.
 REPEATS, SAME, NEAR = 8, 1e-7, 3e-4
 #: Times by which a mode fades before a motion counts as one that does not repeat: e^−FADED; periods at least and most.
 FADED, LEAST, MOST = 40.0, 300, 20_000
-#: Responses further apart, over the mean force, are two.
+#: Responses that differ by more than this, relative to the mean force, are different.
 APART = 0.01
 
 
@@ -118,7 +119,7 @@ def moving(model: Model, highest: float) -> NDArray:
     Raises
     ------
     InputError
-        If nothing damps them: no motion would ever be steady.
+        If nothing damps them, so that no motion becomes steady.
     """
     modes = model.modes
     if modes.damping_ratio == 0:
@@ -238,7 +239,7 @@ def _dataset(
 
 
 def _remarks(sweep: Sweep, speeds: NDArray, periods: NDArray, rms: NDArray) -> list[str]:
-    """What a reader of the sweeps must know, one line each."""
+    """Notes for the reader of the sweeps, one line each."""
     lines = []
     for way, found in zip(SWEEPS, periods, strict=True):
         for many in sorted({int(p) for p in found} - {1}):

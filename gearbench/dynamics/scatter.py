@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 PERCENTILES = (5.0, 25.0, 50.0, 75.0, 95.0, 99.0)
 
 
-#: Speeds solved in one go.
+#: Speeds solved together.
 BLOCK = 50
 
 
@@ -91,8 +91,8 @@ def sample_cycles(
 def force_rms(model: Model, group: Group, cycles: SampleCycles, speed: NDArray, threads: int) -> NDArray:
     """RMS of the mesh force (speed, sample) [N], by harmonic balance (D5).
 
-    The matrix of a sample, K, is made once, its order 0 eliminated: a speed adds its dynamic stiffness to the blocks of
-    the other orders.
+    The matrix of a sample, K, is assembled once, with order 0 eliminated; each speed adds its dynamic stiffness to the
+    blocks of the other orders.
     """
     from gearbench.dynamics._kernels import LANES, force_squares
 
@@ -129,8 +129,8 @@ def robust_response(
 ) -> xr.Dataset:
     """Mesh force over speed under random manufacturing errors.
 
-    Percentiles are good to 1 % on the mean over speed, to 2 % without relief. Gears on shafts tilt at once as the
-    forces wander, without inertia: there they are some 5 % low.
+    Percentiles are good to 1 % on the mean over speed, to 2 % without relief. Gears on shafts tilt without inertia,
+    which makes the percentiles about 5 % too low.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ class OneCrowning:
     amount
         C_β, material missing at either end of the face [µm].
     amount_at_0
-        C_β0, material missing at y = 0 where it is another amount than at y = b [µm].
+        C_β0, material missing at y = 0 if different from that at y = b [µm].
     highest
         Position y_0 of the highest point [mm]; the middle of the face where absent.
     """
@@ -50,7 +50,7 @@ class OneCrowning:
         return [
             Shape(gear=index, amount=x, factors=(replace(whole, length=length, one_sided=True, kinked=False),))
             for x, length in sides
-            if length  # a side without width has no point on it
+            if length  # a side of zero width contains no point
         ]
 
 

@@ -1,4 +1,4 @@
-"""Curves as a drawing or a measuring machine gives them: a polynomial, or points with straight lines between them."""
+"""Curves of drawings and measuring machines: a polynomial, or points with straight lines between them."""
 
 from __future__ import annotations
 

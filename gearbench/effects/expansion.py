@@ -1,4 +1,4 @@
-"""Gaps of random errors as modes, and how much of each a sample has."""
+"""Gaps of random errors as modes, and the amount of each mode in a sample."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Part:
+class ErrorModes:
     """Some of the errors and their modes.
 
     Parameters
@@ -20,7 +20,7 @@ class Part:
     modes
         (position, pair, segment, mode) [mm].
     amounts
-        Values (sample, error) → how much of each mode they have, (sample, mode).
+        Function from values (sample, error) to the amount of each mode, (sample, mode).
     """
 
     columns: slice
@@ -40,7 +40,7 @@ class Expansion:
         Mean of each error, (error,).
     """
 
-    parts: tuple[Part, ...]
+    parts: tuple[ErrorModes, ...]
     mean: NDArray
 
     @property

@@ -90,7 +90,7 @@ def grid_of(array: xr.DataArray) -> FlankGrid:
     Raises
     ------
     InputError
-        If it is none.
+        If it is no grid.
     """
     name = str(array.name)
     plain = array.rename({dim: str(dim).removeprefix(f"{name}_") for dim in array.dims})
@@ -196,7 +196,7 @@ def _of_variable(key: str, name: str, variable: xr.DataArray) -> FlankGrid:
 
 
 def _factor(key: str, name: str, variable: xr.DataArray) -> float:
-    """Worth of the variable's unit in µm."""
+    """Factor from the variable's unit to µm."""
     units = str(variable.attrs.get("units", "missing"))
     if units not in _MICROMETRES:
         raise InputError(key, f"{name}, {variable.name}: units {units}", "must be µm or mm")

@@ -1,4 +1,4 @@
-"""Helix slope: a flank that leads, linear over the face width."""
+"""Helix slope: a deviation that is linear over the face width."""
 
 from __future__ import annotations
 

@@ -98,7 +98,7 @@ def _edge(lines: ContactLines, index: int, rho: NDArray) -> tuple[NDArray, NDArr
 def _kinks(lines: ContactLines, index: int, rho: NDArray, c: float) -> Iterator[tuple[NDArray, NDArray, NDArray]]:
     """Segments whose strip reaches a kink of a profile, and the additions to a and h there (E5).
 
-    c = Σ 2(1−ν²)/(πE). Exact at two loads: half of what a line carries on the mean, and all of it on a single pair.
+    c = Σ 2(1−ν²)/(πE). Exact at two loads: half the mean load of a line, and the whole load on a single pair.
     """
     from gearbench.compliance.kink import kink_softening
 

@@ -15,9 +15,9 @@ from pydantic.dataclasses import dataclass
 
 from gearbench.effects.base import Effects, GapEffect
 from gearbench.effects.distributions import DISTRIBUTIONS, Distribution
-from gearbench.effects.expansion import Expansion, Part
+from gearbench.effects.expansion import ErrorModes, Expansion
 from gearbench.effects.shape import Along, Gears, Range, Shape, barrel, chosen, face_slope, opening, slope
-from gearbench.effects.varied import Eccentricity, RunOut, Scatter, Variable, VariedKey
+from gearbench.effects.varied import Eccentricity, RandomVariable, RunOut, Scatter, VariedKey
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines, pair_indices
 from gearbench.geometry.names import GEARS
@@ -249,7 +249,7 @@ class ManufacturingErrors(GapEffect):
                     found.append(Eccentricity(name, gear, kind.amplitude, kind.distribution, over_face))
         return tuple(found)
 
-    def _of_sizes(self, pair: Pair) -> tuple[Variable, ...]:
+    def _of_sizes(self, pair: Pair) -> tuple[RandomVariable, ...]:
         """Centre distance and tooth thickness."""
         found = []
         if self.centre_distance is not None:
@@ -261,10 +261,10 @@ class ManufacturingErrors(GapEffect):
                 found.append(self.tooth_thickness.variable(f"tooth_thickness_{GEARS[index]}", ends))
         return tuple(found)
 
-    def variables(self, pair: Pair) -> tuple[ErrorMode | Variable, ...]:
+    def variables(self, pair: Pair) -> tuple[ErrorMode | RandomVariable, ...]:
         """All random variables of the pair, in a fixed order: those of ``error_modes``, then the others."""
         revolving = (variable for each in self._revolving() for variable in each.variables)
-        varied = (Variable(each.key, each.amplitude, each.distribution) for each in self.varied)
+        varied = (RandomVariable(each.key, each.amplitude, each.distribution) for each in self.varied)
         return (*self.error_modes(pair), *revolving, *varied, *self._of_sizes(pair))
 
     def mean(self, pair: Pair) -> NDArray:
@@ -285,19 +285,19 @@ class ManufacturingErrors(GapEffect):
         """Gaps of samples on ``lines``, beside the effects of the flank that is loaded."""
         classic, parts = len(self.error_modes(lines.pair)), []
         if classic:
-            parts.append(Part(columns=slice(0, classic), modes=self.modes(lines), amounts=lambda values: values))
+            parts.append(ErrorModes(columns=slice(0, classic), modes=self.modes(lines), amounts=lambda values: values))
         at = classic
         for each in self._revolving():
-            parts.append(Part(columns=slice(at, at + 2), modes=each.modes(lines), amounts=each.amounts))
+            parts.append(ErrorModes(columns=slice(at, at + 2), modes=each.modes(lines), amounts=each.amounts))
             at += 2
         for key in self.varied:
             modes = key.modes(lines, beside)
             share = partial(_amounts, key, modes.shape[-1])
-            parts.append(Part(columns=slice(at, at + 1), modes=modes, amounts=share))
+            parts.append(ErrorModes(columns=slice(at, at + 1), modes=modes, amounts=share))
             at += 1
         if not parts:
             none = np.zeros((*lines.shape, 1))
-            parts.append(Part(columns=slice(0, 1), modes=none, amounts=np.zeros_like))
+            parts.append(ErrorModes(columns=slice(0, 1), modes=none, amounts=np.zeros_like))
         return Expansion(parts=tuple(parts), mean=self.mean(lines.pair))
 
     def gap(self, lines: ContactLines) -> NDArray:

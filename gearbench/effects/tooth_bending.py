@@ -34,15 +34,15 @@ _DIRECTIONS = {"plate": ("height", "face width"), "solid": ("thickness", "height
 class ToothBending(Tooth):
     """Tooth as a plate or as a solid, by the Ritz method, or by finite elements; clamped at its root.
 
-    The body below the root is the effect gear_body. Plate and solid stay as they are beside it; finite elements are
-    then those of the whole gear, all its teeth, down to the bore.
+    The effect gear_body adds the body below the root. Plate and solid stay clamped models beside it; finite elements
+    then cover the whole gear with all its teeth, down to the bore.
 
     Parameters
     ----------
     model
         "plate": Reissner–Mindlin plate of variable thickness, the paper's model. "solid": three-dimensional elasticity
-        on the exact section with the generated fillet; its compliance is that of the flank less the compression which
-        the contact law stands for. "finite_elements": the same by finite elements, computed once for a macro-geometry
+        on the exact section with the generated fillet; its compliance is that of the flank less the compression that
+        the contact law contains. "finite_elements": the same by finite elements, computed once for a macro-geometry
         and kept on disk.
     basis
         Plate only. "paper": 9 unknowns, each field x(a + by + cx). The default where no ``order`` is given.
@@ -124,7 +124,7 @@ class ToothBending(Tooth):
         return self.both_teeth(lines, beside) if flanks is None else flanks.on(lines)
 
     def flank_compliances(self, lines: ContactLines, beside: Effects) -> Flanks | None:
-        """Compliance of both flanks, but of plates."""
+        """Compliance of both flanks; not for plates."""
         if self.model == "plate":
             return None
         if self.model == "solid":
@@ -146,7 +146,7 @@ class ToothBending(Tooth):
     def flank(self, pair: Pair, index: int, beside: Effects, coast: bool = False) -> FlankCompliance:
         """Compliance of the flank of pinion (k = 0) or wheel (k = 1), as a solid or by finite elements.
 
-        ``coast``: of its coast flank, which differs where a web lies out of the middle.
+        ``coast`` selects the coast flank, which differs if a web is off the middle.
         """
         if self.model == "solid":
             return solid_flank(pair, index, self.solid_order, _rooted(beside))

@@ -27,7 +27,7 @@ File = Annotated[str, Field(min_length=1, max_length=1000)]
 Digest = Annotated[str, Field(pattern="[0-9a-f]{64}")]
 
 _NAMES = ("pinion", "wheel")
-#: Grids with more rows than this cannot have a panel of the mesh cycle for each.
+#: Grids with more rows than this get no panel of the mesh cycle for each row.
 _MOST_KINKS = 12
 
 
@@ -107,7 +107,7 @@ class Topography(GapEffect):
         return (MICROMETRE if self.positive == "missing" else -MICROMETRE) * total
 
     def kept(self) -> dict[str, xr.DataArray]:
-        """The grids, "topography_pinion" and "topography_wheel", as the files have them [µm], with their SHA-256."""
+        """Grids "topography_pinion" and "topography_wheel" as in the files [µm], with their SHA-256."""
         found = {}
         for gear, grid in zip(_NAMES, self.grids, strict=True):
             if grid is not None:
@@ -119,7 +119,7 @@ class Topography(GapEffect):
 
     @classmethod
     def recall(cls, kept: Mapping[str, xr.DataArray]) -> None:
-        """Let scenes have the grids that a Dataset has kept, whether or not their files are still there.
+        """Register the grids stored in a Dataset, so that its scenes work without the files.
 
         Raises
         ------

@@ -129,16 +129,17 @@ class Scatter:
     amplitude: Annotated[float, Field(gt=0.0, le=5000.0)] | None = None
     distribution: TwoSided = "normal_two_sided"
 
-    def variable(self, name: str, deviations: tuple[float, float]) -> Variable:
+    def variable(self, name: str, deviations: tuple[float, float]) -> RandomVariable:
         """The random variable of a size with these deviations [µm], lower and upper."""
         lower, upper = deviations
         if self.amplitude is None and upper == lower:
             raise InputError(f"{name}.amplitude", "missing", "is required where the size has no deviations")
-        return Variable(name, (upper - lower) / 2 if self.amplitude is None else self.amplitude, self.distribution)
+        amplitude = (upper - lower) / 2 if self.amplitude is None else self.amplitude
+        return RandomVariable(name, amplitude, self.distribution)
 
 
 @plain_dataclass(frozen=True)
-class Variable:
+class RandomVariable:
     """A random variable: name, amplitude, distribution; and what one class finer of its tolerance costs."""
 
     name: str
@@ -158,11 +159,11 @@ class Eccentricity:
     over_face: Literal["even", "tilting"]
 
     @property
-    def variables(self) -> tuple[Variable, Variable]:
+    def variables(self) -> tuple[RandomVariable, RandomVariable]:
         """Amplitude and phase."""
         label = f"{self.name}_{GEARS[self.gear]}"
-        phase = Variable(f"{label}_phase", 180.0, "uniform_two_sided", cost=math.inf)
-        return Variable(label, self.amplitude, self.distribution), phase
+        phase = RandomVariable(f"{label}_phase", 180.0, "uniform_two_sided", cost=math.inf)
+        return RandomVariable(label, self.amplitude, self.distribution), phase
 
     def modes(self, lines: ContactLines) -> NDArray:
         """Gap of F_r = 1 µm at the phases 0° and 90°, (position, pair, segment, 2) [mm]."""

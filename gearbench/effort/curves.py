@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.accuracy.knobs import Knob, label
+from gearbench.accuracy.knobs import Setting, label
 from gearbench.accuracy.measure import MEASURED, relative_errors
 from gearbench.effects.teeth import forget_fast_teeth
 from gearbench.effects.tooth_bending import tooth_bending
@@ -51,7 +51,7 @@ class Point:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Curve:
+class WorkPrecision:
     """One setting on one scene.
 
     Parameters
@@ -101,7 +101,7 @@ def observed_order(sizes: NDArray, errors: NDArray, bar: float, points: int = 6)
     return float(-np.polyfit(np.log(sizes[clear]), np.log(errors[clear]), 1)[0])
 
 
-def knob_curve(scene: Scene, knob: Knob, repeats: int) -> Curve:
+def knob_curve(scene: Scene, knob: Setting, repeats: int) -> WorkPrecision:
     """Error and cost of each level of ``knob`` but those of its reference, whose difference is the error bar."""
     before, exact = (cycle_values(finest) for finest in knob.finest(scene))
     points = []
@@ -109,7 +109,7 @@ def knob_curve(scene: Scene, knob: Knob, repeats: int) -> Curve:
         values, cost = run(knob.with_level(scene, level), repeats, prepares=knob.prepares)
         point = Point(label=label(level), size=knob.size(level), errors=relative_errors(values, exact), cost=cost)
         points.append(point)
-    return Curve(knob=knob.name, expected=knob.order, points=tuple(points), bar=relative_errors(before, exact))
+    return WorkPrecision(knob=knob.name, expected=knob.order, points=tuple(points), bar=relative_errors(before, exact))
 
 
 def run(scene: Scene, repeats: int, *, prepares: bool = False) -> tuple[NDArray, Cost]:
@@ -142,7 +142,7 @@ def finite_element_run(scene: Scene) -> dict[str, float]:
     return asdict(cost) | {"megabytes": most_megabytes() - before}
 
 
-def as_dataset(curves: Sequence[Curve]) -> xr.Dataset:
+def as_dataset(curves: Sequence[WorkPrecision]) -> xr.Dataset:
     """Dataset of curves, one row a level; see ``workprecision.cost``."""
     import xarray as xr
 

@@ -24,7 +24,7 @@ from gearbench.effects.gear_body import GearBody
 from gearbench.effects.tooth_bending import ToothBending, tooth_bending
 from gearbench.effort.apart import apart
 from gearbench.effort.clock import Cost, medians, most_megabytes, timed
-from gearbench.effort.curves import Curve, Point, run
+from gearbench.effort.curves import Point, WorkPrecision, run
 from gearbench.errors import GearbenchError
 from gearbench.geometry.action import ContactLines
 from gearbench.scene import Scene
@@ -98,7 +98,7 @@ def _fits(scene: Scene, m: int) -> bool:
     return all(unknowns(body, mesh_cells(body, m)) <= MOST_UNKNOWNS for body in _bodies(scene))
 
 
-def element_curves(scene: Scene, meshes: Meshes | None = None) -> list[Curve]:
+def element_curves(scene: Scene, meshes: Meshes | None = None) -> list[WorkPrecision]:
     """Curves of finite elements over their meshes and of the accuracy asked of them; none without them."""
     if tooth_bending(scene.effects_by_name, "finite_elements") is None:
         return []
@@ -113,7 +113,7 @@ def element_curves(scene: Scene, meshes: Meshes | None = None) -> list[Curve]:
     points[FE_ACCURACY.name] = FE_ACCURACY.order, _accuracy_points(scene, tried.accuracies, exact)
     bar = 0.5 * relative_errors(before.values, exact.values), 0.5 * exact.distance(before.blocks)
     return [
-        Curve(knob=name, expected=order, points=tuple(found), bar=bar[0], compliance_bar=bar[1])
+        WorkPrecision(knob=name, expected=order, points=tuple(found), bar=bar[0], compliance_bar=bar[1])
         for name, (order, found) in points.items()
     ]
 

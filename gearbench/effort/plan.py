@@ -9,8 +9,9 @@ import numpy as np
 
 from gearbench.accuracy.choose import first_settings
 from gearbench.budget import speed_memory
-from gearbench.contact.assemble import mesh_phases, scene_lines
+from gearbench.contact.look import scene_lines
 from gearbench.contact.size import contact_memory, kept_memory, pairs_of_teeth
+from gearbench.contact.transitions import mesh_phases
 from gearbench.dynamics.analysis import HARMONICS
 from gearbench.dynamics.size import bearings
 from gearbench.effects.base import ComplianceEffect, Dense, Effect, LowRank
@@ -35,7 +36,7 @@ TRIED = 6
 
 
 @dataclass(frozen=True)
-class Part:
+class PlanPart:
     """One part of a run: name, purpose, size."""
 
     name: str
@@ -55,7 +56,7 @@ class Plan:
         Peak memory [MB] of each command that the scene is fit for, at its defaults; good to a factor of two.
     """
 
-    parts: tuple[Part, ...]
+    parts: tuple[PlanPart, ...]
     megabytes: dict[str, float]
 
 
@@ -100,14 +101,14 @@ def plan(scene: Scene) -> Plan:
     loaded = f"{positions * int(lines.active.sum()) * segments} segments" + (f" × {loads} loads" if loads > 1 else "")
     size = f"{positions} positions ({how}) × {pairs} pairs × {segments} segments"
     parts = [
-        Part("contact lines", "where teeth touch", size),
-        *(Part(effect.name, effect.summary, _size(effect, scene, lines)) for effect in scene.effects),
-        Part("contact", "Newton's method, amplitudes and approach", loaded),
+        PlanPart("contact lines", "where teeth touch", size),
+        *(PlanPart(effect.name, effect.summary, _size(effect, scene, lines)) for effect in scene.effects),
+        PlanPart("contact", "Newton's method, amplitudes and approach", loaded),
     ]
     if asked:
-        parts.append(Part("choice", "coarser runs that show the error; finer ones if it is too large"))
+        parts.append(PlanPart("choice", "coarser runs that show the error; finer ones if it is too large"))
     if scene.effect("manufacturing_errors") is not None:
-        parts.append(Part("robust", "samples of the errors, side by side", f"{SAMPLES} samples"))
+        parts.append(PlanPart("robust", "samples of the errors, side by side", f"{SAMPLES} samples"))
     kept = kept_memory(scene, positions) * (loads - 1)
     megabytes = {"simulate": contact_memory(scene, positions) + kept}
     megabytes |= _others(scene, positions)
@@ -117,7 +118,7 @@ def plan(scene: Scene) -> Plan:
 def _train_plan(scene: Scene) -> Plan:
     """Plan of a train whose meshes are one contact problem: that of each kind of mesh, then their balance."""
     linkage = check_train(scene)
-    parts: list[Part] = []
+    parts: list[PlanPart] = []
     megabytes = 0.0
     scenes = list(scene.meshes.values())
     for own in reversed({each.pair: each for each in reversed(scenes)}.values()):
@@ -125,13 +126,13 @@ def _train_plan(scene: Scene) -> Plan:
         made = plan(own)
         megabytes += alike * made.megabytes["simulate"]
         z = [gear.teeth for gear in own.pair.gears]
-        parts.append(Part(" to ".join(own.gear_names), "a mesh", f"z {z[0]}/{z[1]}, {alike} of the kind"))
+        parts.append(PlanPart(" to ".join(own.gear_names), "a mesh", f"z {z[0]}/{z[1]}, {alike} of the kind"))
         parts += [part for part in made.parts if part.name != "robust"]
     size = f"{len(scenes)} meshes, {len(linkage.motions)} free motions"
-    parts.append(Part("balance", "forces and motions of all meshes, Newton's method", size))
+    parts.append(PlanPart("balance", "forces and motions of all meshes, Newton's method", size))
     assert scene.train is not None
     if scene.train.planetary is not None and scene.train.planetary.keys.scatter is not None:
-        parts.append(Part("robust", "samples of pins, planets and run-outs", f"{SAMPLES} samples"))
+        parts.append(PlanPart("robust", "samples of pins, planets and run-outs", f"{SAMPLES} samples"))
     # phases that suit one mesh are asked of all
     different = len({round(phase, 9) for phase in scene.geometry.phases().values()})
     return Plan(parts=tuple(parts), megabytes={"simulate": different * megabytes})

@@ -8,7 +8,7 @@ import numpy as np
 
 from gearbench.accuracy.measure import relative_errors, scales
 from gearbench.effort.clock import measured
-from gearbench.effort.curves import Curve, Point
+from gearbench.effort.curves import Point, WorkPrecision
 from gearbench.robustness.montecarlo import prepare_scene, respond
 from gearbench.robustness.sampling import Sampler
 from gearbench.robustness.statistics import average_error
@@ -22,7 +22,7 @@ REFERENCE, REFERENCE_SEED = 2**14, 987_654
 
 def sample_curves(
     scene: Scene, repeats: int, seeds: int, reference: int = REFERENCE, counts: Sequence[int] = COUNTS
-) -> list[Curve]:
+) -> list[WorkPrecision]:
     """One curve a sampler, on one thread; errors are RMS values over ``seeds`` draws. None without random errors."""
     if scene.effect("manufacturing_errors") is None:
         return []
@@ -38,7 +38,7 @@ def sample_curves(
         return Point(label=str(count), size=count, errors=errors, cost=cost)
 
     return [
-        Curve(
+        WorkPrecision(
             knob=f"samples, {sampler.replace('_', ' ')}",
             expected=order,
             points=tuple(point(sampler, count) for count in counts),

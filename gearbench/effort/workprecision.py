@@ -20,7 +20,7 @@ from gearbench.scene import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gearbench.effort.curves import Curve
+    from gearbench.effort.curves import WorkPrecision
 
 #: Repeats of every timed run.
 REPEATS = 7
@@ -56,7 +56,7 @@ def cost(scene: Scene, repeats: int = REPEATS, seeds: int = 8, meshes: Meshes | 
     if (accuracy := scene.resolution.accuracy) is not None:
         raise InputError("resolution.accuracy", accuracy, "is for simulate and robust; here give segments")
 
-    def curves() -> list[Curve]:
+    def curves() -> list[WorkPrecision]:
         """A curve for each setting of the scene."""
         return [
             *(knob_curve(scene, knob, repeats) for knob in KNOBS.values() if knob.applies(scene)),

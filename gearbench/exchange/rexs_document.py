@@ -265,7 +265,7 @@ def parse_xml(file: IO[bytes]) -> Element:
     except InputError:
         raise
     except DefusedXmlException:
-        raise InputError("", "declares a document type", "refused: REXS has none, and entities may be a trap") from None
+        raise InputError("", "declares a document type", "rejected for security: REXS files need no DTD") from None
     except (ParseError, LookupError, ValueError) as error:  # the last two: encodings that are not known
         raise InputError("", "not XML", str(error)) from None
 

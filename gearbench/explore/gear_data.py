@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gearbench.explore.model import Cycle, Picture, density
+from gearbench.explore.model import CycleCurve, Picture, density
 from gearbench.geometry.tooth_shapes import mesh
 from gearbench.results.provenance import support
 
@@ -66,7 +66,7 @@ def _short(found: Tables) -> Tables:
     return {name: {key: np.asarray(v, dtype="float32") for key, v in table.items()} for name, table in found.items()}
 
 
-def _curve(cycle: Cycle) -> dict[str, Any]:
+def _curve(cycle: CycleCurve) -> dict[str, Any]:
     """Two mesh periods, as they are and less their mean."""
     values = np.tile(cycle.values, 2)
     return {"phase": [*cycle.phase, *(cycle.phase + 1)], "value": values, "fluctuation": values - cycle.mean}

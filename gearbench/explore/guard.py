@@ -15,7 +15,7 @@ _SCRIPT = re.compile(r'<script(?=>| type="text/javascript")')
 
 
 def new_token() -> str:
-    """A token that nobody guesses, fit for an address."""
+    """Random token that is valid in an address."""
     return secrets.token_hex(24)
 
 
@@ -26,13 +26,13 @@ class TokenMatches(Matcher):
         self._token = token
 
     def match(self, request: HTTPServerRequest) -> dict[str, Any] | None:
-        """An empty mapping where the token is there, None where it is not."""
+        """Empty mapping if the path begins with the token, else None."""
         given = (request.path or "").lstrip("/").partition("/")[0]
         return {} if secrets.compare_digest(given.encode(), self._token.encode()) else None
 
 
 class Refused(RequestHandler):
-    """403 to everything."""
+    """Handler that answers 403."""
 
     def prepare(self) -> None:
         """Refuse the request, whatever it asks for."""
@@ -57,7 +57,7 @@ def with_nonce(html: str, nonce: str) -> str:
 
 
 def guarded_file(html: str) -> str:
-    """A page that is a file, with a policy of its own; its nonce is younger than all that the file shows."""
+    """Page in a file with its own policy; its nonce is drawn after the contents of the file are fixed."""
     nonce = new_token()
     tag = f'<meta http-equiv="Content-Security-Policy" content="{policy(nonce)}">'
     return with_nonce(html, nonce).replace('<meta charset="utf-8">', f'<meta charset="utf-8">\n    {tag}', 1)

@@ -57,7 +57,7 @@ class Session:
         return self._page
 
     def answers(self, design: Any, values: Mapping[str, Any] | None) -> Iterator[dict[str, Any]]:
-        """Answers to a question, one or two; its faults stand in the message of the last."""
+        """One or two answers to a question; errors are in the message of the last."""
         try:
             yield from self._picked(int(design)) if values is None else self._moved(int(design), values)
         except ValidationError as error:
@@ -103,7 +103,7 @@ class Session:
             yield answer_data(densities(now), None, name)
 
     def _finished(self, quick: Picture, solved: Solved) -> Picture:
-        """With the scatter; how long that takes says whether the next answer waits for it."""
+        """Picture with the scatter; the time it takes decides whether the next answer waits for it."""
         done = scattered(quick, solved)
         self.slow = done.seconds - quick.seconds > PATIENCE
         return done

@@ -27,7 +27,7 @@ SAMPLES, ORDERS = 256, 10
 
 
 @dataclass(frozen=True, kw_only=True)
-class Cycle:
+class CycleCurve:
     """A variable over the mesh cycle.
 
     Parameters
@@ -49,7 +49,7 @@ class Cycle:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Scatter:
+class RmsSamples:
     """RMS values over the error samples, (sample,): of STE [µm] and of the stiffness [%]."""
 
     transmission_error: NDArray
@@ -77,11 +77,11 @@ class Picture:
     """
 
     scene: Scene
-    transmission_error: Cycle
-    mesh_stiffness: Cycle
+    transmission_error: CycleCurve
+    mesh_stiffness: CycleCurve
     pressure: NDArray
     pressure_range: tuple[float, float]
-    scatter: Scatter | None
+    scatter: RmsSamples | None
     seconds: float
 
     @property
@@ -129,10 +129,10 @@ def scattered(picture: Picture, solved: Solved, samples: int = SAMPLES) -> Pictu
     return replace(picture, scatter=scatter, seconds=picture.seconds + time.perf_counter() - start)
 
 
-def _cycle(solved: Solved, name: str) -> Cycle:
+def _cycle(solved: Solved, name: str) -> CycleCurve:
     phases, values = solved.cycle.phases, getattr(solved.cycle, name)
     parts = curves(phases, values, 12)
-    return Cycle(
+    return CycleCurve(
         phase=np.concatenate([x for x, _ in parts]),
         values=np.concatenate([y for _, y in parts]),
         amplitude=2 * np.abs(coefficients(phases, values, ORDERS)),
@@ -140,7 +140,7 @@ def _cycle(solved: Solved, name: str) -> Cycle:
     )
 
 
-def _scatter(solved: Solved, samples: int) -> Scatter | None:
+def _scatter(solved: Solved, samples: int) -> RmsSamples | None:
     scene = solved.scene
     if not isinstance(scene.effect("manufacturing_errors"), ManufacturingErrors):
         return None
@@ -149,7 +149,7 @@ def _scatter(solved: Solved, samples: int) -> Scatter | None:
     answer, complete = respond(problem, problem.draw(samples, 0, "sobol"), default_threads())
     if not complete:
         raise KeyboardInterrupt
-    return Scatter(transmission_error=answer["transmission_error_rms"], mesh_stiffness=answer["mesh_stiffness_rms"])
+    return RmsSamples(transmission_error=answer["transmission_error_rms"], mesh_stiffness=answer["mesh_stiffness_rms"])
 
 
 def density(values: NDArray, points: int = 120) -> tuple[NDArray, NDArray]:

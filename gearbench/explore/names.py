@@ -1,4 +1,4 @@
-"""Names of files and studies, shown letter by letter."""
+"""Names of files and studies as literal text, never as TeX or HTML."""
 
 from __future__ import annotations
 
@@ -12,5 +12,5 @@ _WORD_JOINER = "\u2060"
 
 
 def as_text(name: str) -> str:
-    """A name that BokehJS shows letter by letter: its marks of TeX are taken apart by a sign without width."""
+    """Name as literal text in BokehJS: a zero-width character separates TeX delimiters."""
     return _TEX.sub(_WORD_JOINER, plain(name))

@@ -25,9 +25,9 @@ ADDRESS = "127.0.0.1"
 class Explorer:
     """A server on the loopback interface. It answers requests that name this machine, and its own pages alone.
 
-    Whoever lacks the token of its address is refused everything (403), other origins the connection that all data goes
-    through (403), other host names everything (404): neither another user of this machine nor a page elsewhere reaches
-    anything, even if its name resolves to this machine.
+    Requests without the token of its address are refused (403), as are websocket connections from other origins (403)
+    and requests for other host names (404). Other users of this machine and pages of other sites therefore have no
+    access, even if their name resolves to this machine.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class Explorer:
     def run(self, ready: Callable[[], None] = lambda: None) -> None:
         """Serve until interrupted; ``ready`` is called once the page can be opened."""
         self._server.start()
-        # searching all that was loaded and solved until now for garbage takes longer than an answer
+        # a garbage collection over everything loaded so far would take longer than an answer
         gc.collect()
         gc.freeze()
         self._loop.add_callback(ready)

@@ -120,7 +120,7 @@ def of_designs(designs: Designs, file: str) -> Stored:
 
 
 def _teeth(designs: Designs, numbers: NDArray) -> str:
-    """``teeth_of`` the first design whose scene is whole: files that others name may be gone."""
+    """``teeth_of`` the first design whose scene can be read: files named in others may be missing."""
     for number in numbers[:10]:
         try:
             return teeth_of(chosen_scene(designs, int(number)))

@@ -128,7 +128,7 @@ class ContactLines:
             return ()
         return tuple(u for u in self.separation.kinks if self.span[0] < u < self.span[1])
 
-    def uncut(self, nodes: int) -> ContactLines:
+    def smooth_lines(self, nodes: int) -> ContactLines:
         """The same lines with ``nodes`` Gauss points on the whole of each, or on its pieces, whose number is ``panel``.
 
         Off the line of action the touching point moves along the flanks with a kink, and deflections along an oblique

@@ -254,7 +254,7 @@ class PinionCut:
         return _path(gear)
 
     def junction(self, gear: Gear) -> float:
-        """Where the cutter's involute takes over."""
+        """Point where the cutter's involute takes over."""
         return gear.fillet.phi_end
 
     def is_undercut(self, gear: Gear) -> bool:

@@ -218,7 +218,7 @@ class PlanetarySet:
             raise InputError(f"planetary.{key}", getattr(self.keys, key), allowed)
 
     def linkage(self, train: Train, *, coast: bool) -> Linkage:
-        """How the meshes hang together."""
+        """Coupling of the meshes."""
         return Linkage(train=train, more=self.keys.motions(), carrier=CARRIER, carried=self.keys.names, coast=coast)
 
     def modes(self, linkage: Linkage) -> dict[str, NDArray]:

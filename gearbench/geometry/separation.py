@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.profile import Modification, Profile, profile
-from gearbench.geometry.touching import Curve, Plane
+from gearbench.geometry.touching import Plane, TouchingCurve
 
 #: Nodes on a base pitch: cubic Hermite polynomials between them are good to 1e-10 mm and better.
 NODES = 400
@@ -112,10 +112,10 @@ class Separation:
     step: float
 
     @cached_property
-    def curves(self) -> tuple[Curve, ...]:
+    def curves(self) -> tuple[TouchingCurve, ...]:
         """Every way of touching within the range."""
         first, second = self.plane.profiles
-        found: list[Curve | None] = []
+        found: list[TouchingCurve | None] = []
         for piece in first.pieces:
             for other in second.pieces:
                 # a rounding of either gear leads
@@ -146,7 +146,7 @@ class Separation:
                 found += [self._resolved(partial(touch, k, roll, piece, other), v) for other in mate.pieces]
         return tuple(curve for curve in found if curve is not None)
 
-    def _resolved(self, touch: Callable[[NDArray], Curve | None], nodes: NDArray) -> Curve | None:
+    def _resolved(self, touch: Callable[[NDArray], TouchingCurve | None], nodes: NDArray) -> TouchingCurve | None:
         """Curve through ``nodes``, up to ``FINER`` times as many where flanks are sharply curved, near base circles.
 
         There roll lengths, which are interpolated linearly, go like the root of u: their error like 1/R³ and the square
@@ -172,7 +172,7 @@ class Separation:
         return np.linspace(low, high, max(5, math.ceil((high - low) / self.step) + 1))
 
     @cached_property
-    def _pieces(self) -> list[tuple[float, float, Curve]]:
+    def _pieces(self) -> list[tuple[float, float, TouchingCurve]]:
         """Intervals of u in which one curve is the lowest."""
         curves = self.curves
         ends = np.unique([x for c in curves for x in (c.u[0], c.u[-1]) if self.low <= x <= self.high])
@@ -301,13 +301,13 @@ def _coefficients(width: NDArray, y0: NDArray, y1: NDArray, d0: NDArray, d1: NDA
     return y0, width * d0, 3 * rise - width * (2 * d0 + d1), width * (d0 + d1) - 2 * rise
 
 
-def _interval(c: Curve, u: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+def _interval(c: TouchingCurve, u: NDArray) -> tuple[NDArray, NDArray, NDArray]:
     i = np.clip(np.searchsorted(c.u, u, side="right") - 1, 0, len(c.u) - 2)
     width = c.u[i + 1] - c.u[i]
     return i, width, (u - c.u[i]) / width
 
 
-def hermite(c: Curve, u: NDArray) -> NDArray:
+def hermite(c: TouchingCurve, u: NDArray) -> NDArray:
     """Separation of a curve at u [mm]; infinite beyond its ends."""
     i, width, t = _interval(c, u)
     a, b, d, e = _coefficients(width, c.gap[i], c.gap[i + 1], c.slope[i], c.slope[i + 1])
@@ -315,7 +315,7 @@ def hermite(c: Curve, u: NDArray) -> NDArray:
     return np.where((u >= c.u[0]) & (u <= c.u[-1]), value, np.inf)
 
 
-def hermite_slope(c: Curve, u: NDArray) -> NDArray:
+def hermite_slope(c: TouchingCurve, u: NDArray) -> NDArray:
     """Derivative of a curve at u."""
     i, width, t = _interval(c, u)
     rise = (c.gap[i + 1] - c.gap[i]) / width

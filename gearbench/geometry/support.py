@@ -1,4 +1,4 @@
-"""How the outside of an internal gear is held."""
+"""Support of the outside of an internal gear."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ _USED, _ARC_NODES = 0.3, 400
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Curve:
+class TouchingCurve:
     """One way of touching, as a function of the nominal coordinate; arrays (node,), u ascending.
 
     Parameters
@@ -85,7 +85,7 @@ class Plane:
         """O2 seen from O1: x along the line of action."""
         return self.tangent_length, self.profiles[0].base_radius + self.profiles[1].base_radius
 
-    def corner_on_piece(self, k: int, roll: float, own: Piece, mate: Piece, v: NDArray) -> Curve | None:
+    def corner_on_piece(self, k: int, roll: float, own: Piece, mate: Piece, v: NDArray) -> TouchingCurve | None:
         """A corner of gear k at the roll length ``roll`` on a piece of its mate's profile, at the rotations v of k."""
         r_b, r_m = own.base_radius, mate.base_radius
         (x, y), sign = self._wheel_centre, math.copysign(1.0, r_m)
@@ -177,7 +177,7 @@ class Plane:
                 break
         return other
 
-    def piece_on_piece(self, k: int, own: Piece, mate: Piece, roll: NDArray) -> Curve | None:
+    def piece_on_piece(self, k: int, own: Piece, mate: Piece, roll: NDArray) -> TouchingCurve | None:
         """Smooth piece ``own`` of gear k touching one of its mate's at its roll lengths ``roll``.
 
         A rounding has to be ``own``: its normal turns fast, so that its mate's point follows from its own safely, not
@@ -211,7 +211,7 @@ class Plane:
         *,
         tilt: NDArray | None = None,
         edge: int = -1,
-    ) -> Curve | None:
+    ) -> TouchingCurve | None:
         """Curve from rotations, roll lengths, levers and radii of gear k and its mate; its longest rising part only."""
         v, rolls, levers, radii = both if k == 0 else both[:, ::-1]
         u = (v[0] + self.tangent_length - v[1]) / 2
@@ -228,7 +228,7 @@ class Plane:
         rising = rising[np.diff(u[rising], prepend=-np.inf) > 1e-12 * self.size]
         if rising.size < 2:
             return None
-        return Curve(
+        return TouchingCurve(
             u=u[rising],
             gap=gap[rising],
             slope=slope[rising],

@@ -321,7 +321,9 @@ class Train:
         _ = self.rates
         return bool(np.linalg.matrix_rank(self._balance(None)[:, 1:]) < len(self.meshes) - 1)
 
-    def torques(self, free: Sequence[str] | None = None, wished: Mapping[str, float] | None = None) -> dict[str, float]:
+    def torques(
+        self, free: Sequence[str] | None = None, preferred: Mapping[str, float] | None = None
+    ) -> dict[str, float]:
         """Mesh → torque on its driver over that on the first, from the balance of the shafts.
 
         Parameters
@@ -329,7 +331,7 @@ class Train:
         free
             Shafts that torque enters or leaves, beside those with one mesh; by default where all gears drive, or all
             are driven.
-        wished
+        preferred
             Torques where the balance leaves a choice: they are as near to them as can be. Absent: it may leave none.
         """
         first, *others = names = [mesh.name for mesh in self.meshes]
@@ -338,10 +340,10 @@ class Train:
         if not others:
             return {first: 1.0}
         b, A = -rows[:, 0], rows[:, 1:]
-        if wished is None and np.linalg.matrix_rank(A) < len(others):
+        if preferred is None and np.linalg.matrix_rank(A) < len(others):
             allowed = "paths are parallel: how they share the torque does not follow from the balance of the shafts"
             raise InputError("meshes", ", ".join(names), allowed)
-        T = np.array([(wished or {}).get(name, 0.0) for name in others])
+        T = np.array([(preferred or {}).get(name, 0.0) for name in others])
         T = T + (np.linalg.lstsq(A, b - A @ T, rcond=None)[0] if len(b) else 0.0)
         if not np.allclose(A @ T, b, atol=1e-9) or np.any(T <= 0):
             raise InputError("meshes", "torques do not balance", "each mesh's driver must drive its driven gear")

@@ -10,7 +10,7 @@ from typing import Any
 from gearbench.errors import InputError
 from gearbench.geometry.pair import Pair
 
-#: From the tables of a scene and a way to make the pair of them: the keys a value stands for.
+#: Function from the tables of a scene, and a function that makes their pair, to the keys that a value sets.
 Derivation = Callable[[Mapping[str, Any], Callable[[Mapping[str, Any]], Pair], float], dict[str, Any]]
 
 

@@ -1,6 +1,6 @@
 """Executors of ``concurrent.futures`` whose workers evaluate designs: processes of this machine, or workers of dask.
 
-Workers must run what the process that asks runs: each task brings the versions and the hash of the code along.
+Workers must run the same software as the asking process: each task carries the versions and the hash of the code.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ from gearbench.results.provenance import versions
 
 _LOG = logging.getLogger(__name__)
 
-#: Seconds within which a scheduler answers, seconds that is waited for its first worker, and after which that is said.
+#: Timeouts [s]: for the answer of a scheduler, for its first worker, and for the line that says so.
 ANSWERS, WAIT, SILENCE = 6.0, 600.0, 10.0
 
 
 class Pool(ABC):
     """Workers behind an executor."""
 
-    #: What a task raises whose worker is lost, and what means that all are.
+    #: Exceptions of a task whose worker is lost, and of one that lost all workers.
     lost: tuple[type[BaseException], ...]
     disconnected: tuple[type[BaseException], ...]
     #: Whether workers are there before they are asked for.
@@ -158,7 +158,10 @@ class DaskPool(Pool):
         return self._executor.submit(function, *arguments)
 
     def common(self, data: bytes) -> Any:
-        """See ``Pool``. A task itself: it is sent once, from worker to worker, and made again where it is lost."""
+        """See ``Pool``.
+
+        It is a task itself: dask sends it once, from worker to worker, and computes it again if it is lost.
+        """
         return self._client.submit(bytes, data, pure=False)
 
     def close(self) -> None:
@@ -168,7 +171,7 @@ class DaskPool(Pool):
 
 # -- worker processes --------------------------------------------------------------------------------------------------
 class _Process(SpawnProcess):
-    """A process that Ctrl-C does not reach, and that does not run the script again that started it."""
+    """Process that ignores Ctrl-C and does not run the starting script again."""
 
     def start(self) -> None:
         """Start it with SIGINT blocked, which is handed down."""
@@ -183,7 +186,7 @@ class _Process(SpawnProcess):
 
 @contextmanager
 def _deaf() -> Iterator[None]:
-    """Inside, Ctrl-C waits; processes that are started here never hear it."""
+    """Context in which Ctrl-C waits and started processes ignore it."""
     resource_tracker.ensure_running()  # it would unblock them
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
@@ -249,7 +252,7 @@ def require_scheduler(address: str) -> None:
     def ask() -> None:
         try:
             kind.set_result(asyncio.run(asyncio.wait_for(_kind(address), ANSWERS)))
-        except Exception as error:  # whatever a foreign program answers
+        except Exception as error:  # any answer of another program
             kind.set_exception(error)
 
     # of its own, because the name of a host may be looked up for longer
@@ -278,7 +281,7 @@ async def _kind(address: str) -> str:
 
 @contextmanager
 def silent() -> Iterator[None]:
-    """Inside, dask logs nothing: what goes wrong is reported here, in one line."""
+    """Context in which dask logs nothing: errors are reported in one line."""
     import distributed  # noqa: F401, sets its levels as it is imported
 
     names = [name for name in logging.root.manager.loggerDict if name.split(".")[0] in ("distributed", "tornado")]
@@ -296,7 +299,7 @@ def silent() -> Iterator[None]:
 def _connected(scheduler: str, local: int | None) -> Iterator[Any]:
     """A client of a scheduler, or of one that is started here with ``local`` workers.
 
-    Ctrl-C waits until it is connected: nobody could end a client that is half there.
+    Ctrl-C waits until it is connected, because a half-connected client cannot be closed.
     """
     from distributed import Client, LocalCluster
 
@@ -350,7 +353,7 @@ identity()
 
 
 def require_same(asked_by: dict[str, str]) -> None:
-    """Refuse to work for a process that computes with something else.
+    """Refuse to work for a process with other software.
 
     Raises
     ------

@@ -1,21 +1,21 @@
-"""Racing: how many error samples a design needs before it is known that the front beats it.
+"""Racing: a design stops as soon as enough error samples show that the front beats it.
 
-All designs see the same samples (common random numbers), so the difference of two designs is known from far fewer of
-them than either alone. A design is computed on the first n₁ < n₂ < … < N samples. After each stage it is compared with
+All designs see the same samples (common random numbers), so the difference of two designs needs far fewer samples than
+either value alone. A design is computed on the first n₁ < n₂ < … < N samples. After each stage it is compared with
 designs whose N samples are known, its incumbents. Of an objective that is a mean, the difference over all N samples is
 estimated by the mean of y_d − y_r over the first n, with the standard error of a draw of n from N,
 
     D̂ = ⟨y_d − y_r⟩_n,   s² = Var_n(y_d − y_r)/n · (1 − n/N).
 
 A standard deviation is the average of its influence ((y − ȳ)² − σ²)/2σ to first order, and compared likewise; the
-maximum of n samples is no more than that of N, so that its difference to the incumbent's maximum over N is a bound and
-has no error. A design is beaten where one incumbent is better in every objective by more than ``STANDARD_ERRORS`` of
+maximum of n samples is no more than that of N, so that its difference to the incumbent's maximum over N is a bound
+without error. A design is beaten where one incumbent is better in every objective by more than ``STANDARD_ERRORS`` of
 that objective's difference: it stops. A design of the front is stopped by mistake only if a difference that is not
 positive is measured to be that many standard errors above 0 (3 in 100 000 for each comparison, and less for Sobol
 points).
 
 A stopped design is taken to have its incumbent's statistic over N plus D̂: that is dominated by the incumbent, so that a
-front never holds a design with fewer samples than asked for, and it is free of what the first n have in common.
+front never holds a design with fewer samples than asked for, and free of the common error of the first n samples.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""NSGA-II and NSGA-III with mixed variables (pymoo), asked for designs and told their results.
+"""NSGA-II and NSGA-III with mixed variables (pymoo), with an ask-and-tell interface.
 
-The search evaluates nothing itself. It is determined by study and results: asked and told again the same, it asks for
-the same designs. That is how an interrupted run is continued.
+The search evaluates nothing itself. Study and results determine it: with the same results it asks for the same
+designs, which is how an interrupted run continues.
 """
 
 from __future__ import annotations

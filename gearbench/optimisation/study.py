@@ -33,7 +33,7 @@ Seed = Annotated[int, Field(ge=0)]
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
 class Objective:
-    """A weighted sum of statistics and numbers of the design, to be made small.
+    """A weighted sum of statistics and numbers of the design, to be minimised.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ class Limit:
         return max(values, key=lambda value: (self.violation(value), -value if self.max is None else value))
 
     def describe(self, name: str, value: float) -> str:
-        """Say which limit does not hold."""
+        """Name of the violated limit, with the value."""
         if self.max is not None and not value <= self.max:
             return f"{name} {value:.4g} above {self.max:g}"
         return f"{name} {value:.4g} below {self.min:g}"
@@ -107,7 +107,7 @@ class Algorithm:
     generations
         Number of generations, the first random one included.
     seed
-        Of everything random in the search.
+        Seed of the search.
     """
 
     method: Literal["nsga2", "nsga3"] = "nsga2"
@@ -123,7 +123,7 @@ class Robustness:
     Parameters
     ----------
     samples
-        How many; 0: no samples, the scene as ``simulate`` computes it.
+        Number of samples; 0: the scene as ``simulate`` computes it.
     sampler, seed
         How they are drawn.
     racing
@@ -184,12 +184,12 @@ class OptimisationStudy:
     algorithm, robustness
         The search, and the error samples of each design.
     costs
-        By the name of a variable what each of its values costs, the values as text; the number ``cost`` is their sum.
+        Variable → value as text → cost of the value; the number ``cost`` is their sum.
     over_loads
         Where the base has several loads: a response is its weighted mean over them, "mean", or its greatest value,
         "max", of the design itself and of each error sample. Limits hold under every load.
     speeds
-        Where the mesh force is taken, if an objective or a limit names it.
+        Speeds of the mesh force, if an objective or a limit names it.
 
     Raises
     ------

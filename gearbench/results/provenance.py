@@ -46,12 +46,12 @@ def beyond_elasticity(scene: Scene) -> str | None:
 
 def doubts(scene: Scene) -> tuple[str, ...]:
     """Doubts about the system of a scene, one line each."""
-    one = scene.one_load
-    if one.system is None:
+    if scene.system is None:
         return ()
+    one = scene.under(scene.load).one_mesh  # of several loads the greatest
     from gearbench.system.doubts import doubts_of_shafts, doubts_of_wheels
 
-    return tuple(doubts_of_shafts(one.gearbox) if one.has_shafts else doubts_of_wheels(one.system, one.pair))
+    return tuple(doubts_of_shafts(one.gearbox) if one.has_shafts else doubts_of_wheels(scene.system, one.pair))
 
 
 def support(scene: Scene) -> str:

@@ -22,7 +22,7 @@ MOST_POINTS = 100_000
 
 
 @dataclass(frozen=True, kw_only=True)
-class Axis:
+class SweepAxis:
     """A key that is swept.
 
     Parameters
@@ -44,8 +44,8 @@ class Axis:
     unit: str
 
 
-def axis(name: str, values: Sequence[float] | NDArray) -> Axis:
-    """Axis of the numeric key ``name``; whole numbers where the key takes no others.
+def axis(name: str, values: Sequence[float] | NDArray) -> SweepAxis:
+    """SweepAxis of the numeric key ``name``; whole numbers where the key takes no others.
 
     Raises
     ------
@@ -62,12 +62,12 @@ def axis(name: str, values: Sequence[float] | NDArray) -> Axis:
     if not given or not all(map(math.isfinite, given)) or len(set(given)) < len(given):
         raise InputError(f"sweep.{name}", list(given), "must be one or more finite values, all different")
     numbers = tuple(int(x) if key.number is int and x.is_integer() else x for x in sorted(given))
-    return Axis(name=name, path=path, values=numbers, unit=key.unit)
+    return SweepAxis(name=name, path=path, values=numbers, unit=key.unit)
 
 
 def axes_of(
     swept: Mapping[str, Sequence[float] | NDArray], meshes: Sequence[str] = (), *, coupled: bool = False
-) -> tuple[Axis, ...]:
+) -> tuple[SweepAxis, ...]:
     """The axes of a sweep in the order given, and one of the ``meshes`` by their names, where there are several.
 
     ``coupled`` meshes are no axis: each point has all of them.
@@ -79,7 +79,7 @@ def axes_of(
     """
     found = tuple(axis(name, values) for name, values in swept.items())
     if len(meshes) > 1 and not coupled:
-        found += (Axis(name=MESH, path=MESH, values=tuple(meshes), unit=""),)
+        found += (SweepAxis(name=MESH, path=MESH, values=tuple(meshes), unit=""),)
     if not found and not coupled:
         raise InputError("sweep", "no key", "must sweep at least one, e.g. torque=[100, 200]")
     paths = [each.path for each in found]
@@ -91,6 +91,6 @@ def axes_of(
     return found
 
 
-def grid(axes: Sequence[Axis]) -> list[dict[str, Any]]:
+def grid(axes: Sequence[SweepAxis]) -> list[dict[str, Any]]:
     """Points of the grid of ``axes``, the last one fastest; each the values by dotted key."""
     return [dict(zip((each.path for each in axes), point, strict=True)) for point in product(*(a.values for a in axes))]

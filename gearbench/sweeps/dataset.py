@@ -11,7 +11,7 @@ from gearbench.loads import WeightedLoad, load_weights
 from gearbench.results.points import Point, beside
 from gearbench.results.responses import OVER_LOADS, described, is_response
 from gearbench.robustness.statistics import summarise
-from gearbench.sweeps.axes import Axis
+from gearbench.sweeps.axes import SweepAxis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 MISSING = "positions, pairs and segments that a point does not have are NaN; such positions have the phase_weight 0"
 
 
-def combined(points: Mapping[tuple[float, ...], Point], axes: Sequence[Axis]) -> xr.Dataset:
+def combined(points: Mapping[tuple[float, ...], Point], axes: Sequence[SweepAxis]) -> xr.Dataset:
     """The Datasets of ``points``, by their values of the ``axes``, as one whose first dimensions are the axes.
 
-    Points that are not there are NaN, as are positions, pairs and segments that a point does not have; these have the
+    Missing points are NaN, as are positions, pairs and segments that a point does not have; these have the
     weight 0. The attribute ``missing`` says so. Coordinates follow those axes alone along which they change.
     """
     import xarray as xr

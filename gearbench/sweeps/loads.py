@@ -14,14 +14,16 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble, conforming, mesh_phases, scene_lines, smooth_nodes
+from gearbench.contact.assemble import assemble
 from gearbench.contact.gaps import gap_and_variation, gaps_along
+from gearbench.contact.lines import conforming, smooth_nodes
 from gearbench.contact.loads import in_own_units, parted, stacked
 from gearbench.contact.loads import under as under_force
+from gearbench.contact.look import scene_lines
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.problem import ContactProblem, part_of, under
 from gearbench.contact.size import pairs_of_teeth
-from gearbench.contact.transitions import loaded_phases, phases_of_loads
+from gearbench.contact.transitions import loaded_phases, mesh_phases, phases_of_loads
 from gearbench.effects.base import ComplianceEffect
 from gearbench.geometry.action import ContactLines
 from gearbench.results.solved import Solved
@@ -161,10 +163,10 @@ class Shared:
 def _with_gaps(known: Assembled, scene: Scene) -> ContactProblem:
     """The known problem with the gaps of ``scene``, in its own units."""
     gaps = gaps_along(scene, known.lines)
-    gap, soft = (x.reshape(known.problem.gap.shape) for x in gap_and_variation(gaps))
+    gap, sigma = (x.reshape(known.problem.gap.shape) for x in gap_and_variation(gaps))
     scale, law, along = known.problem.length_scale, known.problem.a.any(), known.problem.along
-    soft = soft if law else np.zeros_like(soft)  # without a law there is nothing to average
-    gap, soft = np.ascontiguousarray((gap - soft) / scale), np.ascontiguousarray(soft / scale)
+    sigma = sigma if law else np.zeros_like(sigma)  # without a law there is nothing to average
+    gap, sigma = np.ascontiguousarray((gap - sigma) / scale), np.ascontiguousarray(sigma / scale)
     if along is not None:
         along = replace(along, scene=scene, effects=tuple(scene.acting_effects), gaps=gaps)
-    return replace(known.problem, gap=gap, soft=soft, along=along)
+    return replace(known.problem, gap=gap, sigma=sigma, along=along)

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from gearbench.accuracy.measure import MEASURED, covered
 from gearbench.budget import require, room
-from gearbench.contact.assemble import mesh_phases
 from gearbench.contact.size import kept_memory
+from gearbench.contact.transitions import mesh_phases
 from gearbench.errors import InputError
 from gearbench.results.origin import keeping
 from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs
@@ -28,7 +28,7 @@ from gearbench.robustness.montecarlo import respond
 from gearbench.scene import Load, Resolution, Scene, check_scene
 from gearbench.scene_file import scene_at
 from gearbench.solution import columns
-from gearbench.sweeps.axes import MESH, Axis, axes_of, grid
+from gearbench.sweeps.axes import MESH, SweepAxis, axes_of, grid
 from gearbench.sweeps.dataset import combined, over_loads
 from gearbench.sweeps.loads import TORQUE, Shared, solve_group, under_loads
 from gearbench.threads import default_threads, single_threaded_blas
@@ -235,7 +235,7 @@ def _solver(scene: Scene, outputs: Sequence[str], draws: dict[str, Any], threads
     return _Solver(outputs=outputs, draws=draws if samples else {}, threads=threads or default_threads())
 
 
-def _groups(scene: Scene, axes: Sequence[Axis], *, sampled: bool) -> list[dict[tuple[float, ...], Scene]]:
+def _groups(scene: Scene, axes: Sequence[SweepAxis], *, sampled: bool) -> list[dict[tuple[float, ...], Scene]]:
     """Scenes at the points of the grid, by their values of the ``axes``, in groups that are solved together.
 
     Solutions without samples are kept, and must fit into the memory.
@@ -270,7 +270,7 @@ def _require_memory(scene: Scene, points: int) -> None:
     require(points * each, "sweep", f"{points} points", f"{int(room() / each)} points would fit")
 
 
-def _warning(scene: Scene, axes: Sequence[Axis]) -> dict[str, str]:
+def _warning(scene: Scene, axes: Sequence[SweepAxis]) -> dict[str, str]:
     """The warning of the greatest torque, where it has one."""
     torques = [value for each in axes if each.path == TORQUE for value in each.values]
     scene = scene.under(Load(torque=float(max(torques, key=abs)))) if torques else scene

@@ -21,7 +21,7 @@ Loads = tuple[Annotated[float, Field(gt=0.0)], ...]
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class Curve:
+class LoadDeflection:
     """Load over deflection, through the origin, the same in both directions; linear between the points and beyond.
 
     Parameters
@@ -84,8 +84,8 @@ class Bearing:
     axial_stiffness: Stiffness | None = None
     tilting_stiffness: Stiffness | None = None
     matrix: tuple[tuple[float, ...], ...] | None = None
-    radial_curve: Curve | None = None
-    axial_curve: Curve | None = None
+    radial_curve: LoadDeflection | None = None
+    axial_curve: LoadDeflection | None = None
     rolling: Rolling | None = None
     damping: Annotated[float, Field(ge=0.0)] = 0.0
     on: BodyNode | None = None

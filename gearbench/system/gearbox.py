@@ -13,8 +13,7 @@ from gearbench.geometry.names import GEARS, PAIR
 from gearbench.geometry.pair import Pair
 from gearbench.geometry.train import Mesh, Train
 from gearbench.system.frame import MeshFrame
-from gearbench.system.schema import Hand, Seat, System
-from gearbench.system.schema import Mesh as Further
+from gearbench.system.schema import FurtherMesh, Hand, Seat, System
 from gearbench.system.shaft_model import Face, ShaftModel
 from gearbench.system.structure import Structure, structures
 
@@ -34,7 +33,7 @@ class Gearbox:
         Name of each mesh → its pair; "pair" is the scene's own, and comes first.
     torque
         On the pinion of the scene's own pair [N·m].
-    wished
+    preferred
         Torque on the pinion of each further mesh, where the shafts leave a choice [N·m].
 
     Raises
@@ -46,7 +45,7 @@ class Gearbox:
     system: System
     pairs: Mapping[str, Pair]
     torque: float
-    wished: Mapping[str, float] = field(default_factory=dict)
+    preferred: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -139,11 +138,11 @@ class Gearbox:
     def torques(self) -> dict[str, float]:
         """Torque on the pinion of each mesh [N·m], from the balance of the shafts that no coupling drives.
 
-        Where that leaves a choice, as in split paths, they are as near as can be to those wished.
+        Where that leaves a choice, as in split paths, they are as near as can be to those preferred.
         """
         free = [shaft.name for shaft in self.system.shafts if shaft.coupling is not None]
-        wished = {name: abs(torque / self.torque) for name, torque in self.wished.items()}
-        return {name: share * self.torque for name, share in self.train.torques(free, wished).items()}
+        preferred = {name: abs(torque / self.torque) for name, torque in self.preferred.items()}
+        return {name: share * self.torque for name, share in self.train.torques(free, preferred).items()}
 
     def seen_from(self, mesh: str) -> System:
         """The system with a further ``mesh`` as the scene's own pair, and that one as a further mesh."""
@@ -163,7 +162,9 @@ class Gearbox:
             shafts=shafts,
             hand=hands[mesh],
             rotation="clockwise" if self.train.turn(mesh) > 0 else "counterclockwise",
-            meshes=tuple(Further(name=names[name], scene="", hand=hands[name]) for name in self.names if name != mesh),
+            meshes=tuple(
+                FurtherMesh(name=names[name], scene="", hand=hands[name]) for name in self.names if name != mesh
+            ),
         )
 
     def force(self, mesh: str) -> float:

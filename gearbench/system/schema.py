@@ -24,7 +24,7 @@ Hand = Literal["right", "left"]
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class Section:
+class ShaftSection:
     """A piece of a shaft, from the end of the piece before it.
 
     Parameters
@@ -100,7 +100,7 @@ class Coupling:
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class Load:
+class ShaftLoad:
     """A constant load on a shaft, of a belt, say, or a weight.
 
     Parameters
@@ -164,11 +164,11 @@ class Shaft:
     """
 
     name: str
-    sections: Annotated[tuple[Section, ...], Field(min_length=1)]
+    sections: Annotated[tuple[ShaftSection, ...], Field(min_length=1)]
     axis: tuple[float, float] | None = None
     gears: tuple[Seat, ...] = ()
     bearings: tuple[Bearing, ...] = ()
-    loads: tuple[Load, ...] = ()
+    loads: tuple[ShaftLoad, ...] = ()
     discs: tuple[Disc, ...] = ()
     coupling: Coupling | None = None
     material: Material = Material()
@@ -199,7 +199,7 @@ class Shaft:
 
 
 @dataclass(frozen=True, kw_only=True, config=STRICT)
-class Mesh:
+class FurtherMesh:
     """A further mesh on the same shafts, computed from a scene of its own.
 
     Parameters
@@ -260,7 +260,7 @@ class System:
     rotation: Literal["clockwise", "counterclockwise"] = "clockwise"
     hand: Hand = "right"
     shafts: tuple[Shaft, ...] = ()
-    meshes: tuple[Mesh, ...] = ()
+    meshes: tuple[FurtherMesh, ...] = ()
     bodies: tuple[Body, ...] = ()
     pinion: Wheel = Wheel()
     wheel: Wheel = Wheel()
@@ -315,4 +315,4 @@ class System:
                 if joint.position > (length := shafts[joint.shaft].length):
                     raise InputError(f"{key}.position", joint.position, f"must lie on the shaft, 0 to {length:g} mm")
             if body.name not in used:
-                raise InputError(f"bodies.{k}.name", body.name, "nothing touches it: give bearings on it, or joints")
+                raise InputError(f"bodies.{k}.name", body.name, "the body is unconnected: add a bearing or joint")

@@ -9,8 +9,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.assemble import assemble
 from gearbench.contact.equilibrium import Balance, MeshAt, Statics, balance
+from gearbench.contact.look import scene_lines
 from gearbench.contact.panels import CLOSE, LONGEST, panel_ends
 from gearbench.contact.phases import gauss_phases, uniform_phases
 from gearbench.contact.transitions import CLOSER, GAUSS_POINTS, transitions
@@ -62,7 +63,7 @@ class SolvedTrain:
     even: NDArray
 
     def statics(self, more: NDArray) -> Statics:
-        """What they hang together by, with ``more`` approach of each mesh, (…, mesh) [mm]."""
+        """Coupling of the meshes, with ``more`` approach of each mesh, (…, mesh) [mm]."""
         return replace(self.own, offset=self.own.offset + more)
 
     @property
@@ -102,7 +103,7 @@ class SolvedTrain:
 
 
 def check_train(scene: Scene) -> Linkage:
-    """How the meshes of a train hang together; refuse those that cannot be one contact problem.
+    """Coupling of the meshes of a train; refuse those that cannot be one contact problem.
 
     Raises
     ------
@@ -177,7 +178,7 @@ def _balanced(
 
 
 def _plain(scene: Scene) -> Scene:
-    """What the contact of a mesh depends on: planets differ in their names alone."""
+    """Everything that the contact of a mesh depends on: planets differ in their names alone."""
     return changed(scene, name="", gear_names=GEARS)
 
 

@@ -39,7 +39,7 @@ SEGMENTS = 60
 MODELS = ("fast", "fast_off_line", "lines_off_line")
 OUTPUTS = ("transmission_error", "mesh_stiffness")
 _GEARS = Path(__file__).parents[2] / "examples" / "gears"
-#: Pairs of practice, and the part of their nominal torque that they carry.
+#: Real-world pairs, and the part of their nominal torque that they carry.
 KNOWN = {
     "fine_pitch": 1.0, "fzg_c": 0.3, "hcr_spur": 1.0, "nasa_28": 1.0, "osu_50": 0.5, "rim_17_43": 2.0, "ross_62": 2.0,
     "thin_rim": 1.0, "e_drive_input": 1.0, "e_drive_output": 0.3, "large_wheel": 1.0, "nrel_5mw_stage3": 2.0,

@@ -49,7 +49,7 @@ def scene(i: int = 0) -> Scene:
 def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
     """Errors [%], their error bars, worst MAC and times of every model on every pair; NaN where a model refuses a pair.
 
-    What is done is kept in ``folder``, pair by pair, and not computed again.
+    Completed pairs are kept in ``folder`` and not computed again.
     """
     import xarray as xr
 

@@ -19,23 +19,10 @@ from gearbench.effects.registry import EFFECTS, effect_class
 from gearbench.files import seal
 from tests.attack import hostile, netcdf
 from tests.support.paths import DATA, ROOT
+from tests.support.texts import HELICAL
 
 #: A pair that is solved in milliseconds.
-PAIR = """
-name = "attacked"
-[pair]
-normal_module = 2.0
-helix_angle = 20.0
-face_width = 20.0
-centre_distance = 70.0
-[pair.pinion]
-teeth = 25
-[pair.wheel]
-teeth = 40
-[load]
-torque = 100.0
-[effects.hertz]
-[effects.tip_relief]
+PAIR = f"""name = "attacked"{HELICAL}[effects.tip_relief]
 amount = 10.0
 length = 0.8
 [resolution]

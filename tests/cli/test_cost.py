@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import json
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from gearbench.accuracy.knobs import GAUSS_POINTS, PLATE_ORDER, POSITIONS, SEGMENTS, Knob, with_resolution
+from gearbench.accuracy.knobs import GAUSS_POINTS, PLATE_ORDER, POSITIONS, SEGMENTS, Setting, with_resolution
 from gearbench.accuracy.measure import MEASURED
 from gearbench.effects.helix_slope import HelixSlope
 from gearbench.effort import workprecision
 from gearbench.effort.clock import peak_megabytes
-from gearbench.effort.curves import Curve, as_dataset, knob_curve, observed_order
+from gearbench.effort.curves import WorkPrecision, as_dataset, knob_curve, observed_order
 from gearbench.effort.samples import sample_curves
 from gearbench.library.garambois2017 import case, gear
 from gearbench.results.netcdf import load
@@ -37,24 +36,6 @@ torque = 230.0
 gauss_points = 2
 segments = 4
 """
-
-
-@pytest.fixture
-def run(capsys, monkeypatch):
-    """Run the command line in this process; return exit code, output, error output."""
-    from gearbench.cli import main
-
-    def call(*words: object) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["gearbench", *map(str, words)])
-        code = 0
-        try:
-            main()
-        except SystemExit as end:
-            code = int(end.code or 0)
-        captured = capsys.readouterr()
-        return code, captured.out, captured.err
-
-    return call
 
 
 @pytest.mark.slow
@@ -123,7 +104,7 @@ def test_cost_refuses_a_scene_that_leaves_its_resolution_open(run, tmp_path):
     assert "resolution.accuracy" in err
 
 
-def slanted(slope: float) -> Curve:
+def slanted(slope: float) -> WorkPrecision:
     """Segments of case 2 with a gap that varies along the lines."""
     scene = with_resolution(case(2), gauss_points=6)
     scene = replace(scene, effects=(*scene.effects, HelixSlope(pinion=slope)))
@@ -193,7 +174,7 @@ def test_the_order_observed_leaves_out_what_is_not_clear():
 
 def test_a_knob_from_elsewhere_is_measured_with_the_others(monkeypatch):
     """A knob is its name, its levels and how to turn it; here doubled segments, which are exact for a spur pair."""
-    double = Knob(
+    double = Setting(
         name="doubled segments",
         levels=lambda _: (1, 2, 4, 8),
         with_level=lambda scene, level: with_resolution(scene, segments=2 * level),

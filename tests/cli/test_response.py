@@ -1,8 +1,5 @@
 """``gearbench response``: files, messages, speeds; sound that has the orders it says."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -17,19 +14,15 @@ from gearbench.errors import InputError
 from tests.support.systems import shafts, spur_scene
 
 
-def run(*arguments):
-    command = [sys.executable, "-m", "gearbench", "response", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
-
-
-def test_response_writes_dataset_plots_and_sound(tmp_path):
+def test_response_writes_dataset_plots_and_sound(run, tmp_path):
     support = {"radial_stiffness": 200.0, "axial_stiffness": 100.0}
     ends = {"bearings": [{"position": 0.0, **support}, {"position": 200.0, **support}]}
     (tmp_path / "s.toml").write_text(spur_scene(shafts(ends), segments=10, gauss_points=6).to_toml())
     out, wav, plots = tmp_path / "r.nc", tmp_path / "r.wav", tmp_path / "plots"
-    done = run(tmp_path / "s.toml", "--speed", "500:3000:8", "-o", out, "--plots", plots, "--sound", wav)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert "largest dynamic factor" in done.stdout
+    words = ("--speed", "500:3000:8", "-o", out, "--plots", plots, "--sound", wav)
+    code, printed, err = run("response", tmp_path / "s.toml", *words)
+    assert (code, err) == (0, "")
+    assert "largest dynamic factor" in printed
     data = xr.load_dataset(out, engine="h5netcdf")
     assert dict(data.sizes)["speed"] == 8
     assert {path.name for path in plots.iterdir()} == {
@@ -49,12 +42,12 @@ def test_response_writes_dataset_plots_and_sound(tmp_path):
         ("0", "speed = 0: must be positive"),
     ],
 )
-def test_speeds_that_cannot_be_are_one_line(tmp_path, speed, line):
+def test_speeds_that_cannot_be_are_one_line(run, tmp_path, speed, line):
     (tmp_path / "s.toml").write_text(spur_scene({}).to_toml())
-    done = run(tmp_path / "s.toml", "--speed", speed)
-    assert done.returncode == 2
-    assert line in done.stderr
-    assert done.stderr.count("\n") == 1
+    code, _, err = run("response", tmp_path / "s.toml", "--speed", speed)
+    assert code == 2
+    assert line in err
+    assert err.count("\n") == 1
 
 
 @pytest.mark.parametrize(
@@ -71,12 +64,12 @@ def test_speeds_that_cannot_be_are_one_line(tmp_path, speed, line):
         ('[[system.shafts]]\nname = "a"\nsections = [{ length = 10.0, diameter = 3.0 }]\n', "pinion on 0 shafts"),
     ],
 )  # fmt: skip
-def test_faults_of_a_system_name_their_key(tmp_path, change, line):
+def test_faults_of_a_system_name_their_key(run, tmp_path, change, line):
     path = tmp_path / "s.toml"
     path.write_text(spur_scene().to_toml() + change)
-    done = run(path, "--speed", "1000")
-    assert done.returncode == 2
-    assert line in done.stderr
+    code, _, err = run("response", path, "--speed", "1000")
+    assert code == 2
+    assert line in err
 
 
 def test_parse_speeds():

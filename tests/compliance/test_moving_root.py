@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 
 from gearbench.compliance import symbolic_solid
 from gearbench.compliance.bases import axis_functions, gauss, width_functions
-from gearbench.compliance.section import Section
+from gearbench.compliance.section import ToothSection
 from gearbench.compliance.solid import Solid
 from gearbench.geometry.material import lame
 from tests.support.toothed_rings import NU, body, gear
@@ -34,7 +34,7 @@ def parsed(text: str):
 def free_solid(shape: str, order=(3, 2, 3)) -> Solid:
     text, _, root, screw = SHAPES[shape]
     half_width = sp.lambdify(symbolic_solid.x, parsed(text), "numpy")
-    section = Section(
+    section = ToothSection(
         height=HEIGHT, half_width=lambda x: half_width(x) + 0 * x, root_radius=root, screw=screw, order=order[:2],
         free=True,
     )  # fmt: skip

@@ -9,7 +9,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gearbench.compliance.bases import gauss
-from gearbench.compliance.section import Section
+from gearbench.compliance.section import ToothSection
 from gearbench.compliance.solid import Solid
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.effects.teeth import solid_order
@@ -25,7 +25,7 @@ def gear(helix=0.0, teeth=25, module=2.0, width=12.0) -> Gear:
 
 
 def block(height=2.0, thickness=1.5, width=3.0, nu=NU, order=(3, 3, 3)) -> Solid:
-    section = Section(
+    section = ToothSection(
         height=height, half_width=lambda x: np.full_like(x, thickness / 2), root_radius=math.inf, screw=0.0,
         order=order[:2],
     )  # fmt: skip
@@ -236,4 +236,4 @@ def test_chains_are_all_there_is(helix, axis):
 
 def test_a_straight_block_has_no_screw():
     with pytest.raises(ValueError, match="root_radius"):
-        Section(height=1.0, half_width=lambda x: x, root_radius=math.inf, screw=0.1, order=(2, 2))
+        ToothSection(height=1.0, half_width=lambda x: x, root_radius=math.inf, screw=0.1, order=(2, 2))

@@ -8,7 +8,7 @@ import sympy as sp
 from numpy.testing import assert_allclose
 
 from gearbench.compliance import symbolic_solid
-from gearbench.compliance.section import Section
+from gearbench.compliance.section import ToothSection
 from gearbench.compliance.solid import Solid
 
 R = sp.Rational
@@ -29,7 +29,7 @@ POINTS = [
 
 def numeric(half_width, root, screw, order) -> Solid:
     values = sp.lambdify(x, half_width, "numpy")
-    section = Section(
+    section = ToothSection(
         height=float(HEIGHT),
         half_width=lambda at: values(at) + 0 * at,
         root_radius=math.inf if root is None else float(root),

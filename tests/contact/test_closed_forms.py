@@ -11,9 +11,11 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.assemble import assemble
+from gearbench.contact.look import scene_lines
 from gearbench.contact.problem import ContactProblem, ContactSolution
 from gearbench.contact.solver import solve
+from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.base import ComplianceEffect, Dense, Effect, Effects, GapEffect, LineLaw, LowRank
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.helix_slope import HelixSlope
@@ -45,7 +47,7 @@ def problem(gap: list[float], a: list[float], h: list[float], psi: list[list[flo
         gap=np.array([gap]),
         a=np.array([a]),
         h=np.array([h]),
-        soft=np.zeros((1, n)),
+        sigma=np.zeros((1, n)),
         active=np.ones((1, n), dtype=bool),
         factor=np.array(psi).reshape(1, n, -1),
         block=np.zeros(n, dtype=np.int64),

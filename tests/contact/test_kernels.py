@@ -8,8 +8,8 @@ from numpy.testing import assert_allclose
 
 from gearbench import read_scene
 from gearbench.contact import _kernels, _law_kernels, solver
-from gearbench.contact.assemble import scene_lines
 from gearbench.contact.law import compression, inverse
+from gearbench.contact.look import scene_lines
 from gearbench.contact.patches import patch_nodes
 from gearbench.contact.pieces import rows_at
 from gearbench.contact.problem import ContactProblem
@@ -24,28 +24,28 @@ from tests.support.paths import ROOT
 FORCES = np.concatenate([[0.0], 10.0 ** np.linspace(-12, 2, 60)])
 
 
-@pytest.mark.parametrize("soft", [0.0, 0.4, 30.0])
+@pytest.mark.parametrize("sigma", [0.0, 0.4, 30.0])
 @pytest.mark.parametrize("h", [0.0, 0.03, 2.0])
 @pytest.mark.parametrize("stiff", [0.4, 3.0])
-def test_the_law_and_its_inverse_are_those_of_the_readable_twins(h, soft, stiff):
+def test_the_law_and_its_inverse_are_those_of_the_readable_twins(h, sigma, stiff):
     a = np.full(FORCES.shape, stiff + 8 * h)
-    found = [_kernels.compression(p, stiff + 8 * h, h, soft) for p in FORCES]
-    s = compression(FORCES, a, np.full(FORCES.shape, h), soft)
+    found = [_kernels.compression(p, stiff + 8 * h, h, sigma) for p in FORCES]
+    s = compression(FORCES, a, np.full(FORCES.shape, h), sigma)
     assert_allclose(found, s, rtol=1e-14, atol=1e-300)
-    back = segment_laws(s, a, np.full(FORCES.shape, h), np.full(FORCES.shape, soft))
+    back = segment_laws(s, a, np.full(FORCES.shape, h), np.full(FORCES.shape, sigma))
     # the force is as well determined as the digits of s − soft allow
-    assert_allclose(back[0], FORCES, rtol=1e-12, atol=1e-14 * soft)
-    expected = inverse(s, a, np.full(FORCES.shape, h), soft)
+    assert_allclose(back[0], FORCES, rtol=1e-12, atol=1e-14 * sigma)
+    expected = inverse(s, a, np.full(FORCES.shape, h), sigma)
     for own, twin in zip(back[:2], expected[:2], strict=True):
-        assert_allclose(own, twin, rtol=1e-12, atol=1e-14 * (1 + soft))
+        assert_allclose(own, twin, rtol=1e-12, atol=1e-14 * (1 + sigma))
     assert_allclose(back[2], [each.sum() for each in expected], rtol=1e-12)
 
 
-def segment_laws(s, a, h, soft):
+def segment_laws(s, a, h, sigma):
     """Forces and slopes of segments, and their sums and that of the energies."""
     constants, scratch = np.empty((_law_kernels.CONSTANTS, s.size)), np.empty((_law_kernels.SCRATCH, s.size))
     P, W = np.empty((2, s.size))
-    _law_kernels.law_constants(a, h, soft, constants)
+    _law_kernels.law_constants(a, h, sigma, constants)
     return P, W, _law_kernels.apply_laws(s, constants, scratch, P, W)
 
 
@@ -56,10 +56,10 @@ def test_the_law_of_many_segments_is_that_of_its_readable_twin(linear):
     h = 10.0 ** rng.uniform(-4, 1, n)
     a = h * 10.0 ** rng.uniform(0.4, 2.7, n)
     h = 0 * h if linear else h
-    soft = np.where(rng.random(n) < 0.5, 0.0, 10.0 ** rng.uniform(-8, 1, n))
+    sigma = np.where(rng.random(n) < 0.5, 0.0, 10.0 ** rng.uniform(-8, 1, n))
     s = 10.0 ** rng.uniform(-20, 6, n) * rng.choice([1, 1, 1, -1], n)
-    P, W, sums = segment_laws(s, a, h, soft)
-    each = np.array(inverse(s, a, h, soft))
+    P, W, sums = segment_laws(s, a, h, sigma)
+    each = np.array(inverse(s, a, h, sigma))
     assert_allclose(P, each[0], rtol=1e-12)
     assert_allclose(W, each[1], rtol=1e-12)
     assert_allclose(sums, each.sum(axis=1), rtol=1e-12)
@@ -70,16 +70,16 @@ def test_values_between_the_nodes_of_pieces_are_those_of_their_polynomials():
     scene = read_scene(ROOT / "examples" / "gears" / "large_wheel.toml").without("off_line_contact")
     relief = TipRelief(amount=20.0, length=1.5)
     lines = scene_lines(replace(scene, effects=(*scene.effects, OffLineContact(), relief)), np.linspace(0.0, 0.9, 9))
-    uncut, rng = lines.uncut(22), np.random.default_rng(6)
-    assert uncut.panel is not None
-    assert uncut.panel.max() == 2
+    smooth_lines, rng = lines.smooth_lines(22), np.random.default_rng(6)
+    assert smooth_lines.panel is not None
+    assert smooth_lines.panel.max() == 2
     low, high = lines.ends
     y = low + (high - low) * rng.uniform(size=(*lines.shape[:2], 50))
-    found, half = rows_at(uncut, y), uncut.length * np.cos(lines.pair.meshing.beta_b) / 2
+    found, half = rows_at(smooth_lines, y), smooth_lines.length * np.cos(lines.pair.meshing.beta_b) / 2
     for line in zip(*np.nonzero(lines.active), strict=True):
         end = low[line][0]
-        for piece in np.unique(uncut.panel[line]):
-            own = uncut.panel[line] == piece
+        for piece in np.unique(smooth_lines.panel[line]):
+            own = smooth_lines.panel[line] == piece
             reach, begin = half[line][own].sum(), end
             end = begin + 2 * reach
             there = (y[line] > begin) & (y[line] <= end)
@@ -110,16 +110,16 @@ def test_complementarity_is_that_of_the_equations(blocks):
     rng = np.random.default_rng(1)
     positions, n, rank = 4, 12, 5
     P = np.maximum(rng.normal(size=(positions, n)), 0.0)
-    gap, a, h, soft = (rng.uniform(0.1, 1.0, (positions, n)) for _ in range(4))
+    gap, a, h, sigma = (rng.uniform(0.1, 1.0, (positions, n)) for _ in range(4))
     a = a + 6 * h
     factor, active = rng.normal(size=(positions, n, rank)), rng.uniform(size=(positions, n)) > 0.2
     block, delta = np.repeat(np.arange(blocks), n // blocks), rng.uniform(size=positions)
     P, factor = np.where(active, P, 0.0), np.where(active[..., None], factor, 0.0)
     same = block[:, None] == block
     apart = np.einsum("pij,pj->pi", factor @ np.swapaxes(factor, 1, 2) * same, P) + gap - delta[:, None]
-    apart += compression(P, a, h, soft)
+    apart += compression(P, a, h, sigma)
     found = np.empty(positions)
-    arrays = _kernels.Arrays(gap, a, h, soft, active, factor, np.tile(block, (positions, 1)))
+    arrays = _kernels.Arrays(gap, a, h, sigma, active, factor, np.tile(block, (positions, 1)))
     _kernels.complementarity(arrays, P, delta, found)
     expected = np.abs(np.where(active, np.minimum(P, apart), 0.0)).max(axis=1)
     assert_allclose(found, expected, rtol=1e-13)
@@ -129,7 +129,7 @@ def test_complementarity_is_that_of_the_equations(blocks):
     assert np.isfinite(found[[0, 1, 3]]).all()
 
 
-def coupled_problem(seed: int, rank: int, *, soft: bool) -> ContactProblem:
+def coupled_problem(seed: int, rank: int, *, sigma: bool) -> ContactProblem:
     """Three positions of 24 segments that share ``rank`` amplitudes; gaps of some deflections, some segments absent."""
     rng = np.random.default_rng(seed)
     shape = (3, 24)
@@ -140,7 +140,7 @@ def coupled_problem(seed: int, rank: int, *, soft: bool) -> ContactProblem:
         gap=gap - np.where(active, gap, np.inf).min(axis=1)[:, None],
         a=h * rng.uniform(3.0, 9.0, shape),
         h=h,
-        soft=rng.uniform(0.0, 0.5, shape) if soft else np.zeros(shape),
+        sigma=rng.uniform(0.0, 0.5, shape) if sigma else np.zeros(shape),
         active=active,
         factor=rng.normal(size=(*shape, rank)) / np.sqrt(rank),
         block=np.zeros(24, dtype=np.int64),
@@ -151,11 +151,11 @@ def coupled_problem(seed: int, rank: int, *, soft: bool) -> ContactProblem:
     )
 
 
-@pytest.mark.parametrize("soft", [False, True])
+@pytest.mark.parametrize("sigma", [False, True])
 @pytest.mark.parametrize("rank", [13, 40])
-def test_steps_of_the_forces_are_those_of_the_amplitudes(monkeypatch, rank, soft):
+def test_steps_of_the_forces_are_those_of_the_amplitudes(monkeypatch, rank, sigma):
     for seed in range(6):
-        problem = coupled_problem(seed, rank, soft=soft)
+        problem = coupled_problem(seed, rank, sigma=sigma)
         begun = Guess.nothing(problem)
         newton(problem, 2, begun)
         for steps, start in ((0, None), (1, None), (2, None), (3, None), (200, None), (200, begun)):
@@ -177,7 +177,7 @@ def test_steps_of_the_forces_are_those_of_the_amplitudes(monkeypatch, rank, soft
 def test_a_rough_solution_is_known_to_the_square_of_its_residual(monkeypatch, dense):
     monkeypatch.setattr(solver, "DENSE", dense)
     for seed in range(6):
-        problem = coupled_problem(seed, 13, soft=False)
+        problem = coupled_problem(seed, 13, sigma=False)
         rough, exact = Guess.nothing(problem), Guess.nothing(problem)
         approach, stiffness = solver.solve_roughly(problem, rough)
         solution = solver.solve(problem, exact)

@@ -46,7 +46,7 @@ def random_problem(seed: int, *, linear: bool, segments: int | None = None, rank
         gap=gap[None],
         a=a[None],
         h=h[None],
-        soft=np.zeros_like(h[None]),
+        sigma=np.zeros_like(h[None]),
         active=active[None],
         factor=rng.normal(size=(1, n, rank)) * 10.0 ** rng.uniform(-1, 0.5) / np.sqrt(max(rank, 1)),
         block=block,
@@ -199,7 +199,7 @@ def test_smooth_compliances_without_a_law_are_solved(reach, nugget):
         gap=(0.7 * x)[None],
         a=np.zeros((1, 25)),
         h=np.zeros((1, 25)),
-        soft=np.zeros((1, 25)),
+        sigma=np.zeros((1, 25)),
         active=np.ones((1, 25), dtype=bool),
         factor=(vector * np.sqrt(np.maximum(value, 0)))[None],
         block=np.zeros(25, dtype=np.int64),
@@ -230,7 +230,7 @@ def test_positions_are_independent_of_each_other():
     parts = [random_problem(seed, linear=False, segments=7, rank=3) for seed in range(40)]
     parts = [p for p in parts if p.shape == parts[0].shape and p.blocks == parts[0].blocks]
     assert len(parts) > 3
-    joined = {n: np.concatenate([getattr(p, n) for p in parts]) for n in ("gap", "a", "h", "soft", "active", "factor")}
+    joined = {n: np.concatenate([getattr(p, n) for p in parts]) for n in ("gap", "a", "h", "sigma", "active", "factor")}
     together = solve(replace(parts[0], shape=(len(parts), *parts[0].shape[1:]), **joined))
     alone = [solve(p) for p in parts]
     for name in ("force", "approach", "stiffness"):
@@ -306,21 +306,21 @@ def test_compiled_law_equals_its_twin():
 @pytest.mark.parametrize("linear", [True, False])
 def test_law_of_a_cell_is_the_mean_over_it_and_the_derivative_of_its_energy(linear):
     rng = np.random.default_rng(1)
-    a, soft = rng.uniform(1, 9, 200), 10.0 ** rng.uniform(-3, 1, 200)
+    a, sigma = rng.uniform(1, 9, 200), 10.0 ** rng.uniform(-3, 1, 200)
     h = np.zeros(200) if linear else a / rng.uniform(4, 40, 200)
-    s = soft * rng.uniform(-0.5, 3.5, 200)
-    found = inverse(s, a, h, soft)
+    s = sigma * rng.uniform(-0.5, 3.5, 200)
+    found = inverse(s, a, h, sigma)
     loaded = found[0] > 0
-    assert_allclose(compression(found[0], a, h, soft)[loaded], s[loaded], rtol=1e-13)
-    step = 1e-5 * soft
-    up, down = (inverse(s + d, a, h, soft) for d in (step, -step))
-    calm = np.abs(np.abs(s - soft) - soft) > 3 * step  # the slope may jump at the ends of the cell
+    assert_allclose(compression(found[0], a, h, sigma)[loaded], s[loaded], rtol=1e-13)
+    step = 1e-5 * sigma
+    up, down = (inverse(s + d, a, h, sigma) for d in (step, -step))
+    calm = np.abs(np.abs(s - sigma) - sigma) > 3 * step  # the slope may jump at the ends of the cell
     assert_allclose(((up[2] - down[2]) / (2 * step))[calm], found[0][calm], rtol=1e-6, atol=1e-9)
     assert_allclose(((up[0] - down[0]) / (2 * step))[calm], found[1][calm], rtol=1e-6, atol=1e-9)
     if linear:
         x, w = np.polynomial.legendre.leggauss(2000)
-        mean = 0.5 * np.maximum(s[:, None] + soft[:, None] * (x - 1), 0.0) @ w / a
-        assert_allclose(found[0], mean, atol=1e-6 * soft.max())
+        mean = 0.5 * np.maximum(s[:, None] + sigma[:, None] * (x - 1), 0.0) @ w / a
+        assert_allclose(found[0], mean, atol=1e-6 * sigma.max())
 
 
 def test_law_is_monotone_and_smooth_where_its_tangent_takes_over():

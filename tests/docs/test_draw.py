@@ -9,6 +9,7 @@ from numpy.testing import assert_allclose
 
 from docs.draw_flanks import PAIR, SHAPES
 from docs.draw_pair import over_span, over_turns, tip_edge, wave
+from docs.draw_panels import coarse, relieved, solve_at
 from gearbench.effects.registry import EFFECTS, effect_class
 
 
@@ -62,3 +63,16 @@ def test_tip_edges_end_at_the_tip_circle(axis):
         assert np.hypot(*points.T).max() == pytest.approx(44.0, abs=0.01)
         right = points[: len(points) // 2]
         assert np.all(np.diff(right[:, 1]) > -0.03)  # from the root to the tip, but for the arc of the tip circle
+
+
+def test_the_stiffness_rises_between_the_ends_of_the_ramp_drawn(axis):
+    """From that of two pairs to that of three; half of it and more is there at the birth."""
+    scene = relieved()
+    birth = coarse(axis, scene)
+    first, whole = birth.ends
+    before, begun, at, last, after = solve_at(
+        scene, np.array([first - 1e-4, first + 1e-4, birth.x, whole, whole + 1e-3])
+    )
+    assert before < begun < at < last < after
+    assert last - at < 0.5 * (after - before)
+    assert after - last < 0.05 * (after - before)

@@ -12,7 +12,8 @@ import pytest
 import xarray as xr
 
 from gearbench import robust, save, sweep
-from gearbench.contact.assemble import mesh_phases, scene_lines
+from gearbench.contact.look import scene_lines
+from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.flank_grid import read_grid
 from gearbench.effects.helix_slope import HelixSlope
@@ -22,22 +23,9 @@ from gearbench.results.origin import scene_of
 from gearbench.scene import Resolution, Scene
 from gearbench.scene_file import load_scene
 from gearbench.simulation import simulate
+from tests.support.texts import HELICAL
 
-SCENE = """
-[pair]
-normal_module = 2.0
-helix_angle = 20.0
-face_width = 20.0
-centre_distance = 70.0
-[pair.pinion]
-teeth = 25
-[pair.wheel]
-teeth = 40
-[load]
-torque = 100.0
-[effects.hertz]
-[effects.topography]
-"""
+SCENE = f"{HELICAL}[effects.topography]\n"
 
 
 def csv(along, coordinate, face, deviation):

@@ -10,7 +10,7 @@ import pytest
 
 from fem_reference.contact import calculix, phase
 from fem_reference.contact.cycle import contact_cycle
-from fem_reference.contact.deck import Load, deck
+from fem_reference.contact.deck import NodalLoad, deck
 from fem_reference.contact.mesh import Fineness, gear_mesh, half_width
 from fem_reference.contact.phase import Settings, solve_phase
 from fem_reference.contact.placement import Placement
@@ -114,7 +114,7 @@ def test_bore_of_the_pinion_turns_as_one_body():
     coarse = Fineness(contact=2.0, size=0.8, growth=0.8)
     pinion, wheel = (gear_mesh(placement, index, touches, (100.0, 100.0), coarse) for index in (0, 1))
     lines = deck(
-        PAIR, (pinion, wheel), [Load(force=1.0)], penalty=1e6, slaves=dict.fromkeys(pinion.surfaces, 0)
+        PAIR, (pinion, wheel), [NodalLoad(force=1.0)], penalty=1e6, slaves=dict.fromkeys(pinion.surfaces, 0)
     ).splitlines()
     q = pinion.points.shape[1] + wheel.points.shape[1] + 1
     moved = np.zeros((2, pinion.points.shape[1]))

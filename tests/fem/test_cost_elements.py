@@ -15,7 +15,7 @@ from gearbench.accuracy.knobs import with_resolution
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.effort.apart import apart
 from gearbench.effort.clock import Cost
-from gearbench.effort.curves import Curve, Point, as_dataset
+from gearbench.effort.curves import Point, WorkPrecision, as_dataset
 from gearbench.effort.elements import ELEMENTS, Meshes, all_meshes, element_curves, with_blocks
 from gearbench.errors import GearbenchError
 from gearbench.library.garambois2017 import case
@@ -30,7 +30,7 @@ def meshed(k: int, effect: ToothBending) -> Scene:
 
 
 @pytest.fixture(scope="module")
-def curves() -> dict[str, Curve]:
+def curves() -> dict[str, WorkPrecision]:
     tried = Meshes(levels={"hex8": (2, 3), "hex20": (2, 3), "hex27": (2, 3)}, reference=(3, 4, 5), accuracies=(0.1,))
     return {found.knob: found for found in element_curves(meshed(1, ToothBending(model="finite_elements")), tried)}
 
@@ -132,7 +132,7 @@ def test_the_table_has_the_cheapest_mesh_of_an_accuracy():
         )
         for m, error, unknowns, taken in rows
     ]
-    made = Curve(knob="mesh, hex20", expected="2", points=tuple(points), bar=np.zeros(4), compliance_bar=1e-4)
+    made = WorkPrecision(knob="mesh, hex20", expected="2", points=tuple(points), bar=np.zeros(4), compliance_bar=1e-4)
     name = f"case 9, {MESHED}"
     dataset = as_dataset([made]).rename_dims(knob="curve").reset_index("knob").rename(knob="curve_knob")
     dataset = dataset.assign_coords(setting_scene=("setting", [name] * 3), curve_scene=("curve", [name]))

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from numpy.testing import assert_allclose
 
 from fem_reference import circulant, refinement
-from fem_reference.axis import Axis
+from fem_reference.axis import FaceFunctions
 from fem_reference.circulant import circulant_compliance, tensor_stiffness, wave_numbers
 from fem_reference.mesh_family import plain_compliance
 from fem_reference.refinement import AccuracyError, Level, levels, refined_compliance
@@ -73,7 +73,7 @@ def test_tensor_stiffness_is_the_energy_of_its_products(steel):
     (M, G), (_, S) = axis_integrals(count) * np.array([[b, 1.0], [1.0, 1 / b]])[:, :, None, None]
     A00, A01, A11 = (A[section.free][:, section.free] for A in section.stiffness(steel, ~section.of_web))
     exact = sp.kron(A00, M) + sp.kron(A01, G) + sp.kron(A01.T, G.T) + sp.kron(A11, S)
-    found = tensor_stiffness(section, Axis(breaks=(0.0, b), counts=(count,)), there, steel)
+    found = tensor_stiffness(section, FaceFunctions(breaks=(0.0, b), counts=(count,)), there, steel)
     kept = np.flatnonzero(there)
     assert abs(found - sp.triu(exact.tocsr()[kept][:, kept])).max() < 1e-12 * abs(exact).max()
 

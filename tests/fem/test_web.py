@@ -11,7 +11,7 @@ import skfem
 from numpy.polynomial import legendre
 from numpy.testing import assert_allclose
 
-from fem_reference.axis import Axis
+from fem_reference.axis import FaceFunctions
 from fem_reference.elasticity import Lame, Space, free_dofs, surface_points
 from fem_reference.flank import Flank
 from fem_reference.refinement import Level, blocks_of, refined_compliance
@@ -135,7 +135,7 @@ def test_plain_hexahedra_agree_within_both_error_bars(helix, offset, steel):
 # -- finite elements by themselves ----------------------------------------------------------------------------
 def test_functions_along_the_axis_by_quadrature():
     """Integrals, loads and values of three pieces against Gauss points; continuous from piece to piece."""
-    axis, q = Axis(breaks=(0.0, 1.0, 1.5, 4.0), counts=(4, 3, 6)), 4
+    axis, q = FaceFunctions(breaks=(0.0, 1.0, 1.5, 4.0), counts=(4, 3, 6)), 4
     total, load = np.zeros((2, 2, axis.count, axis.count)), np.zeros((axis.count, q))
     for piece, ends in enumerate(pairwise(axis.breaks)):
         y, weight = gauss(12, *ends)

@@ -184,7 +184,7 @@ def test_parallel_paths_are_refused_unless_a_torque_is_wished():
     )
     with pytest.raises(InputError, match="parallel"):
         Train(meshes=meshes).torques()
-    assert Train(meshes=meshes).torques(wished={"b": 0.7})["b"] == 0.7
+    assert Train(meshes=meshes).torques(preferred={"b": 0.7})["b"] == 0.7
 
 
 def test_axes_of_a_ring_of_gears_must_close():

@@ -10,10 +10,12 @@ from numpy.testing import assert_allclose, assert_array_equal
 from gearbench.contact import batch as batching
 from gearbench.contact._batch_kernels import Blocks, solve_chunk
 from gearbench.contact._lane_kernels import LANES, POINT, Answers, Gaps, Lanes, apply_laws
-from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.assemble import assemble
 from gearbench.contact.batch import ROUNDING, SCATTER, GapModes
 from gearbench.contact.law import inverse, kernel_coefficients
+from gearbench.contact.look import scene_lines
 from gearbench.contact.patches import solve_patches
+from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.effects.off_line_contact import OffLineContact
@@ -153,15 +155,15 @@ def test_errors_a_thousand_times_the_deflection_are_solved():
         assert_allclose(solution.stiffness[:, i], stiffness, rtol=1e-6)
 
 
-@pytest.mark.parametrize("soft", [0.0, 0.5])
+@pytest.mark.parametrize("sigma", [0.0, 0.5])
 @pytest.mark.parametrize("h", [0.0, 0.03, 2.0])
-def test_the_law_of_the_lanes_is_that_of_its_readable_twin(h, soft):
+def test_the_law_of_the_lanes_is_that_of_its_readable_twin(h, sigma):
     rng = np.random.default_rng(0)
     a = np.array([0.4, 1.0, 3.0]) + 8 * h
     s = np.concatenate([10.0 ** rng.uniform(-14, 3, (3, LANES - 2)), [[0.0, -1.0]] * 3], axis=1)
     laws, lanes = kernel_coefficients(a[None], np.full((1, 3), h))[0], Lanes.of(3)
-    lanes.s[:], lanes.soft[0], lanes.soft[1] = s, max(soft, POINT), 0.5 / max(soft, POINT)
-    force, slope, _ = inverse(s, np.broadcast_to(a[:, None], s.shape), np.full(s.shape, h), soft)
+    lanes.s[:], lanes.sigma[0], lanes.sigma[1] = s, max(sigma, POINT), 0.5 / max(sigma, POINT)
+    force, slope, _ = inverse(s, np.broadcast_to(a[:, None], s.shape), np.full(s.shape, h), sigma)
     apply_laws(3, laws, lanes)
     # one Halley step from a guess good to 1e-4 leaves a few units of 1e-13
     assert_allclose(lanes.p, force, rtol=2e-12)

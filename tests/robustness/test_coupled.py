@@ -52,13 +52,13 @@ def twin(batch: Batch, position: int, draw: np.ndarray) -> tuple[float, float]:
     r, m = batch.reference, batch.count[position]
     assert r is not None
     own, mean = (batch.arrays(each, slice(position, position + 1)) for each in (draw, np.zeros(len(draw))))
-    e, a, h, soft = (each[0, :m] for each in (own.gap, own.a, own.h, own.soft))
+    e, a, h, sigma = (each[0, :m] for each in (own.gap, own.a, own.h, own.sigma))
     begin = int((batch.count[:position] ** 2).sum())
     G, W0, rise = r.response[begin : begin + m * m].reshape(m, m), r.weight[position, :m], r.rise[position, :m]
     u = r.start[position, :m] + W0 * (e - mean.gap[0, :m])
     for _ in range(40):
         z = rise + G @ u
-        P, W, _ = inverse(z - e, a, h, soft)
+        P, W, _ = inverse(z - e, a, h, sigma)
         F = u + P - W0 * z
         if np.abs(F).sum() < 1e-13:
             break

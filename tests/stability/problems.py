@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.assemble import assemble
+from gearbench.contact.look import scene_lines
 from gearbench.contact.problem import ContactProblem
 from tests.stability.catalogue import HELICAL, YANG, scene
 
@@ -35,7 +36,7 @@ def ordinary() -> ContactProblem:
 def duplicated() -> ContactProblem:
     """Every segment twice at the same place, each with twice the compliance of its law."""
     p = ordinary()
-    twice = {n: np.repeat(getattr(p, n), 2, axis=1) for n in ("gap", "active", "factor", "a", "h", "soft")}
+    twice = {n: np.repeat(getattr(p, n), 2, axis=1) for n in ("gap", "active", "factor", "a", "h", "sigma")}
     return replace(
         p, **{**twice, "a": 2 * twice["a"]}, block=np.repeat(p.block, 2), shape=(1, p.shape[1], 2 * p.shape[2])
     )
@@ -55,7 +56,7 @@ def no_law(spread: float) -> ContactProblem:
     factor = V * np.sqrt(np.geomspace(1.0, 1.0 / spread, n))
     zero = np.zeros((1, n))
     return ContactProblem(
-        gap=0.02 * rng.random((1, n)), a=zero, h=zero, soft=zero, active=np.ones((1, n), bool), factor=factor[None],
+        gap=0.02 * rng.random((1, n)), a=zero, h=zero, sigma=zero, active=np.ones((1, n), bool), factor=factor[None],
         block=np.zeros(n, np.int64), blocks=1, force=1.0, length_scale=1.0, shape=(1, 1, n),
     )  # fmt: skip
 
@@ -66,7 +67,7 @@ def tied(gap: float) -> ContactProblem:
     e = np.where(np.arange(n) % 3 == 0, gap, 0.0)
     # the eight segments at zero share the load alone, δ = a/8: with gap = 1/8 the other four just touch
     return ContactProblem(
-        gap=e[None], a=np.ones((1, n)), h=np.zeros((1, n)), soft=np.zeros((1, n)), active=np.ones((1, n), bool),
+        gap=e[None], a=np.ones((1, n)), h=np.zeros((1, n)), sigma=np.zeros((1, n)), active=np.ones((1, n), bool),
         factor=np.zeros((1, n, 0)),
         block=np.zeros(n, np.int64), blocks=1, force=1.0, length_scale=1.0, shape=(1, 1, n),
     )  # fmt: skip

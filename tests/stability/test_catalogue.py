@@ -12,9 +12,11 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from gearbench.contact._law_kernels import law
-from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.assemble import assemble
+from gearbench.contact.look import scene_lines
 from gearbench.contact.problem import ContactProblem, ContactSolution, full_factor
 from gearbench.contact.solver import solve
+from gearbench.contact.transitions import mesh_phases
 from gearbench.geometry.material import Material
 from gearbench.geometry.pair import Pair
 from gearbench.scene import Load, Scene
@@ -78,7 +80,7 @@ def test_compliance_is_symmetric_positive_definite(case: HardCase):
         psi = full_factor(problem, p)
         compliance = psi @ psi.T
         loaded = force > 0
-        fields = (x[p][active][loaded] for x in (problem.a, problem.h, problem.soft))
+        fields = (x[p][active][loaded] for x in (problem.a, problem.h, problem.sigma))
         slope = law_slope(force[loaded], *fields)
         assert np.all(slope > 0)
         H = compliance[np.ix_(loaded, loaded)] + np.diag(slope)
@@ -90,12 +92,12 @@ def test_compliance_is_symmetric_positive_definite(case: HardCase):
         assert_allclose(s.stiffness[p], k, rtol=1e-8)
 
 
-def law_slope(force: NDArray, a: NDArray, h: NDArray, soft: NDArray) -> NDArray:
+def law_slope(force: NDArray, a: NDArray, h: NDArray, sigma: NDArray) -> NDArray:
     """dg/dP of g = P (a − h ln P) with its tangent where a/h − ln P < 2; σ/√(P P_σ) of a cell loaded in part."""
     straight = h == 0
     level = np.where(straight, 1.0, a / np.where(straight, 1.0, h) - np.log(force))
-    whole = np.array([law(*x)[0] for x in zip(soft.tolist(), a.tolist(), h.tolist(), strict=True)])
-    partly = soft / np.sqrt(force * np.where(whole > force, whole, 1.0))
+    whole = np.array([law(*x)[0] for x in zip(sigma.tolist(), a.tolist(), h.tolist(), strict=True)])
+    partly = sigma / np.sqrt(force * np.where(whole > force, whole, 1.0))
     return np.where(whole > force, partly, np.where(straight, a, h * (np.maximum(level, 2.0) - 1)))
 
 
@@ -223,7 +225,7 @@ def test_order_of_the_segments_does_not_matter(case: HardCase):
     tau = inside(scene)
     problem, s = answer(scene, tau)
     order = np.random.default_rng(0).permutation(problem.gap.shape[1])
-    names = ("gap", "a", "h", "soft", "active", "factor")
+    names = ("gap", "a", "h", "sigma", "active", "factor")
     fields = {n: np.ascontiguousarray(getattr(problem, n)[:, order]) for n in names}
     shape = (len(tau), 1, order.size)
     other = solve(replace(problem, **fields, block=problem.block[order], shape=shape))

@@ -1,7 +1,7 @@
 """Bodies for tests, and their files: netCDF, Matrix Market, punched DMIG."""
 
 from gearbench.system.body_files import DIRECTIONS
-from gearbench.system.schema import Section, Shaft
+from gearbench.system.schema import Shaft, ShaftSection
 from gearbench.system.shaft_model import ShaftModel
 
 ENDS = ("near", "middle", "far")
@@ -9,7 +9,7 @@ ENDS = ("near", "middle", "far")
 
 def piece(length=80.0, diameter=40.0, support=()):
     """K, M of a free shaft of two elements, springs [N/mm] of ``support`` (x, y, z, rx, ry) at its far end."""
-    model = ShaftModel(shaft=Shaft(name="s", sections=(Section(length=length, diameter=diameter),)), faces=())
+    model = ShaftModel(shaft=Shaft(name="s", sections=(ShaftSection(length=length, diameter=diameter),)), faces=())
     assert len(model.nodes) == 3
     K = model.stiffness.copy()
     for d, k in enumerate(support):

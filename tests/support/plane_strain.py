@@ -5,7 +5,7 @@ import math
 import numpy as np
 import scipy.sparse as sp
 
-from fem_reference.axis import Axis
+from fem_reference.axis import FaceFunctions
 from fem_reference.circulant import circulant_compliance, condensed_sector
 from fem_reference.section import Body
 from fem_reference.sector import Grain, Section, lagrange
@@ -21,7 +21,7 @@ def centre_line_compliance(body: Body, material: Material, radius: float, half_w
     there = np.zeros((len(section.positions), 3, 2), dtype=bool)
     there[:, :2, 0] = True
     both = np.stack([_strip(section, radius, half_width), _at_centre_line(section, radius)], axis=1)[section.free]
-    axis = Axis(breaks=(0.0, 1.0), counts=(2,))
+    axis = FaceFunctions(breaks=(0.0, 1.0), counts=(2,))
     functionals = sp.csr_array(np.kron(both, [[1.0], [0.0]]))
     S, face = condensed_sector(section, axis, there.reshape(-1, 2)[section.free], material, (1, 1), functionals)
     return float(circulant_compliance(S, face, body.gear.teeth, 0)[0, 1, 2])

@@ -152,7 +152,7 @@ def test_without_a_contact_law_too():
     none = np.zeros((1, 25))
     alone = np.zeros(25, dtype=np.int64)
     problem = ContactProblem(
-        gap=(0.7 * x)[None], a=none, h=none, soft=none, active=none == 0, factor=root[None], block=alone, blocks=1,
+        gap=(0.7 * x)[None], a=none, h=none, sigma=none, active=none == 0, factor=root[None], block=alone, blocks=1,
         force=1.0, length_scale=1.0, shape=(1, 1, 25),
     )  # fmt: skip
     for force in (0.5, 2.0):

@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose
 from gearbench.errors import InputError
 from gearbench.system.beam import Beam
 from gearbench.system.bearing import Bearing
-from gearbench.system.schema import Coupling, Load, Section, Shaft
+from gearbench.system.schema import Coupling, Shaft, ShaftLoad, ShaftSection
 from gearbench.system.shaft_model import Face, ShaftModel
 from gearbench.system.static import Settled, external_load, twist
 from gearbench.system.structure import Structure
@@ -66,9 +66,9 @@ def test_stepped_shaft_between_supports(at):
     """Sections of one diameter and force anywhere: F a²b²/3EIL + F ab/κGAL below the load."""
     L, D, F = 200.0, 30.0, 1000.0
     A, I, kappa = section(D)
-    pieces = tuple(Section(length=length, diameter=D) for length in (50.0, 80.0, 70.0))
+    pieces = tuple(ShaftSection(length=length, diameter=D) for length in (50.0, 80.0, 70.0))
     s = settled(
-        Shaft(name="s", sections=pieces, bearings=supports(0.0, L), loads=(Load(position=at, force=(F, 0, 0)),))
+        Shaft(name="s", sections=pieces, bearings=supports(0.0, L), loads=(ShaftLoad(position=at, force=(F, 0, 0)),))
     )
     a, b = at, L - at
     sag = F * a**2 * b**2 / (3 * E * I * L) + F * a * b / (kappa * G * A * L)
@@ -81,9 +81,15 @@ def test_steps_of_diameter_add_their_flexibilities():
     F, D1, D2, L1, L2 = 500.0, 40.0, 25.0, 60.0, 45.0
     A1, I1, k1 = section(D1)
     A2, I2, k2 = section(D2)
-    pieces = (Section(length=100.0, diameter=D1), Section(length=L1, diameter=D1), Section(length=L2, diameter=D2))
+    pieces = (
+        ShaftSection(length=100.0, diameter=D1),
+        ShaftSection(length=L1, diameter=D1),
+        ShaftSection(length=L2, diameter=D2),
+    )
     tilting = Bearing(position=100.0, matrix=tuple(map(tuple, np.diag([1e12, 1e12, 1e12, 1e16, 1e16]))))
-    s = settled(Shaft(name="s", sections=pieces, bearings=(tilting,), loads=(Load(position=205.0, force=(0, F, 0)),)))
+    s = settled(
+        Shaft(name="s", sections=pieces, bearings=(tilting,), loads=(ShaftLoad(position=205.0, force=(0, F, 0)),))
+    )
     L = L1 + L2
     bending = (L**3 - L2**3) / (3 * E * I1) + L2**3 / (3 * E * I2)
     shear = L1 / (k1 * G * A1) + L2 / (k2 * G * A2)
@@ -98,9 +104,9 @@ def test_spring_supports_move_rigidly():
     )
     stiff = Shaft(
         name="s",
-        sections=(Section(length=L, diameter=5000.0),),
+        sections=(ShaftSection(length=L, diameter=5000.0),),
         bearings=bearings,
-        loads=(Load(position=at, force=(F, 0.0, 210.0)),),
+        loads=(ShaftLoad(position=at, force=(F, 0.0, 210.0)),),
     )
     s = settled(stiff)
     left, right = F * (L - at) / L / (k1 * 1e3), F * at / L / (k2 * 1e3)
@@ -110,7 +116,7 @@ def test_spring_supports_move_rigidly():
 
 
 def test_mass_of_shaft_is_that_of_its_volume():
-    shaft = Shaft(name="s", sections=(Section(length=90.0, diameter=30.0, end_diameter=40.0, bore=10.0),))
+    shaft = Shaft(name="s", sections=(ShaftSection(length=90.0, diameter=30.0, end_diameter=40.0, bore=10.0),))
     model = ShaftModel(shaft=shaft, faces=())
     rigid = np.tile(np.eye(6), (len(model.nodes), 1))[:, :3]
     volume = math.pi / 12 * 90 * (30**2 + 30 * 40 + 40**2) - math.pi / 4 * 100 * 90
@@ -123,7 +129,7 @@ def test_first_bending_frequency_of_a_slender_free_beam():
 
     L, D = 2000.0, 20.0
     A, I, _ = section(D)
-    model = ShaftModel(shaft=Shaft(name="s", sections=(Section(length=L, diameter=D),)), faces=())
+    model = ShaftModel(shaft=Shaft(name="s", sections=(ShaftSection(length=L, diameter=D),)), faces=())
     assert len(model.nodes) == 41  # not a hundred, as thick as long: the mesh of a slender shaft has an end
     w = np.sqrt(np.abs(eigh(model.stiffness, model.mass, eigvals_only=True)))
     assert_allclose(w[6], 4.730040745**2 * math.sqrt(E * I / (RHO * A * L**4)), rtol=1e-3)
@@ -131,7 +137,7 @@ def test_first_bending_frequency_of_a_slender_free_beam():
 
 def test_twist_of_a_seat_is_held_where_the_torque_enters():
     D, b = 50.0, 80.0
-    shaft = Shaft(name="s", sections=(Section(length=200.0, diameter=D),), coupling=Coupling(position=0.0))
+    shaft = Shaft(name="s", sections=(ShaftSection(length=200.0, diameter=D),), coupling=Coupling(position=0.0))
     model = ShaftModel(shaft=shaft, faces=(Face(start=60.0, end=140.0),))
     nodes = np.arange(model.node(60.0), model.node(140.0) + 1)
     C = twist(model, nodes, 0.0)
@@ -153,12 +159,12 @@ def test_twist_of_a_seat_is_held_where_the_torque_enters():
     ],
 )
 def test_shaft_without_hold_is_refused(bearings, way):
-    load = Load(position=50.0, force=(100.0, 50.0, 20.0))
-    shaft = Shaft(name="input", sections=(Section(length=100.0, diameter=30.0),), bearings=bearings, loads=(load,))
+    load = ShaftLoad(position=50.0, force=(100.0, 50.0, 20.0))
+    shaft = Shaft(name="input", sections=(ShaftSection(length=100.0, diameter=30.0),), bearings=bearings, loads=(load,))
     with pytest.raises(InputError, match=rf"shafts\.input\.bearings = free to move {way}"):
         _ = settled(shaft).compliance
 
 
 def test_positions_beyond_the_shaft_are_refused():
     with pytest.raises(Exception, match="0 to 100 mm"):
-        Shaft(name="s", sections=(Section(length=100.0, diameter=30.0),), coupling=Coupling(position=101.0))
+        Shaft(name="s", sections=(ShaftSection(length=100.0, diameter=30.0),), coupling=Coupling(position=101.0))

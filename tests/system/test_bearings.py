@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench.system.bearing import Bearing, Curve
+from gearbench.system.bearing import Bearing, LoadDeflection
 from gearbench.system.rolling import (
     LAMINAE,
     LINE_CONTACT,
@@ -15,7 +15,7 @@ from gearbench.system.rolling import (
     Rolling,
     hertz_point_stiffness,
 )
-from gearbench.system.schema import Section, Shaft
+from gearbench.system.schema import Shaft, ShaftSection
 
 BALL = Rolling(kind="deep_groove_ball", elements=9, element_diameter=7.938, pitch_diameter=38.5)
 ANGULAR = Rolling(
@@ -86,7 +86,7 @@ def test_catalogue_finds_the_balls_of_known_bearings():
 
 
 def test_curve_is_linear_between_its_points_and_beyond():
-    bearing = Bearing(position=0.0, radial_curve=Curve(deflection=(10.0, 20.0), load=(100.0, 400.0)))
+    bearing = Bearing(position=0.0, radial_curve=LoadDeflection(deflection=(10.0, 20.0), load=(100.0, 400.0)))
     for micrometres, load in ((5.0, 50.0), (15.0, 250.0), (30.0, 700.0)):
         F, K = bearing.force(micrometres / 1e3 * np.array([0.6, 0.8, 0, 0, 0]))
         assert_allclose(F[:2], load * np.array([0.6, 0.8]), rtol=1e-12)
@@ -100,7 +100,7 @@ def test_curve_is_linear_between_its_points_and_beyond():
     [
         ({}, "give one of rolling, matrix"),
         ({"radial_stiffness": 1.0, "rolling": BALL}, "give one of rolling, matrix"),
-        ({"radial_stiffness": 1.0, "radial_curve": Curve(deflection=(1.0,), load=(1.0,))}, "conflicts"),
+        ({"radial_stiffness": 1.0, "radial_curve": LoadDeflection(deflection=(1.0,), load=(1.0,))}, "conflicts"),
         ({"matrix": ((1.0, 0.0), (0.0, 1.0))}, "5 × 5"),
         ({"matrix": tuple(map(tuple, -np.eye(5)))}, "no negative eigenvalue"),
     ],
@@ -148,13 +148,13 @@ def test_balls_by_the_catalogue(name):
 @pytest.mark.parametrize("diameter", [5e-324, 0.0, 9e-4])
 def test_no_shaft_is_thinner_than_a_micrometre(diameter):
     with pytest.raises(Exception, match=r"greater than or equal to 0\.001"):
-        Section(length=30.0, diameter=diameter)
+        ShaftSection(length=30.0, diameter=diameter)
 
 
 @pytest.mark.parametrize("thin", [{"diameter": 0.045}, {"diameter": 30.0, "end_diameter": 0.39}])
 def test_no_shaft_is_a_wire(thin):
     """One of 45 µm under 200 N·m took a minute to find no balance."""
-    sections = (Section(length=60.0, diameter=30.0), Section(length=60.0, **thin))
+    sections = (ShaftSection(length=60.0, diameter=30.0), ShaftSection(length=60.0, **thin))
     with pytest.raises(Exception, match=r"sections.1.*at least 0\.4 mm, 1/300"):
         Shaft(name="s", sections=sections)
-    Shaft(name="s", sections=(sections[0], Section(length=60.0, diameter=0.4)))
+    Shaft(name="s", sections=(sections[0], ShaftSection(length=60.0, diameter=0.4)))

@@ -246,7 +246,7 @@ FAULTS = {
     "unknown node": ({"file": "b.nc", "joints": [joint(node="q")]}, r"node = q: must be one of a"),
     "unknown shaft": ({"file": "b.nc", "joints": [joint(shaft="q")]}, r"joints.0.shaft = q: allowed: input, output"),
     "beyond": ({"file": "b.nc", "joints": [joint(position=201.0)]}, r"must lie on the shaft, 0 to 200 mm"),
-    "untouched": ({"file": "b.nc"}, r"nothing touches it: give bearings on it, or joints"),
+    "untouched": ({"file": "b.nc"}, r"the body is unconnected: add a bearing or joint"),
     "axes": ({"file": "b.nc", "x": [1.0, 1.0, 0.0]}, r"bodies.0.x = .*: must be a unit vector"),
 }  # fmt: skip
 

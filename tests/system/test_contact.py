@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench.contact.assemble import scene_lines
+from gearbench.contact.look import scene_lines
 from gearbench.effects.shafts import factor
 from gearbench.simulation import simulate
 from gearbench.solution import solve_scene
@@ -113,7 +113,7 @@ def test_rikor_torsion_of_the_pinion():
 
     d_T = d − 2 m_n h* is not meant: C_B = 0.87 says h_fP* = 1.46, and d − m_n h_fP* gives the number printed.
     """
-    from gearbench.system.schema import Coupling, Section, Shaft
+    from gearbench.system.schema import Coupling, Shaft, ShaftSection
     from gearbench.system.shaft_model import Face, ShaftModel
     from gearbench.system.static import twist
 
@@ -122,7 +122,7 @@ def test_rikor_torsion_of_the_pinion():
     r_b = d / 2 * math.cos(math.atan(math.tan(math.radians(20)) / math.cos(beta)))
     assert_allclose(T / r_b, 167555.8, rtol=1e-6)
     seat = Face(start=20.0, end=20.0 + b, diameter=d - m * 1.46)
-    shaft = Shaft(name="s", sections=(Section(length=170.0, diameter=90.0),), coupling=Coupling(position=0.0))
+    shaft = Shaft(name="s", sections=(ShaftSection(length=170.0, diameter=90.0),), coupling=Coupling(position=0.0))
     model = ShaftModel(shaft=shaft, faces=(seat,))
     nodes = np.arange(model.node(20.0), model.node(20.0 + b) + 1)
     even = np.full(len(nodes), 1 / (len(nodes) - 1))

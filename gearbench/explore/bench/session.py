@@ -60,7 +60,7 @@ def bench(scene: Scene, *others: Scene) -> Callable[[Document], object]:
 
 
 def bench_html(scene: Scene, *others: Scene) -> str:
-    """The bench as one page that needs no server: all it shows of ``scene`` and its variants, without controls."""
+    """The bench as one page without a server: results of ``scene`` and its variants, without controls."""
     now, solved = outline(scene.one_load)
     shown = {**tables(scattered(now, solved)), **over_torque(scene)}
     beside = [picture(other) for other in others]

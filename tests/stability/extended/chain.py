@@ -12,7 +12,8 @@ import mpmath as mp
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import scene_lines, smooth_nodes
+from gearbench.contact.lines import smooth_nodes
+from gearbench.contact.look import scene_lines
 from gearbench.contact.problem import ContactProblem
 from gearbench.geometry.action import ContactLines
 from gearbench.scene import Scene
@@ -76,7 +77,7 @@ def solve_problem(problem: ContactProblem, position: int, start: tuple[NDArray, 
     with mp.workdps(DIGITS):
         active = np.flatnonzero(problem.active[position])
         psi = [[mp.mpf(x) for x in problem.factor[position, i]] for i in active]
-        fields = problem.a, problem.h, problem.soft, problem.gap
+        fields = problem.a, problem.h, problem.sigma, problem.gap
         a, h, soft, e = ([mp.mpf(x) for x in v[position, active]] for v in fields)
         e = [gap + half for gap, half in zip(e, soft, strict=True)]  # in the middle of each cell
         block = [int(problem.block[i]) for i in active]

@@ -37,14 +37,14 @@ def law(s: Number, a: Number, h: Number) -> tuple[Number, Number]:
     return s / (h * big), 1 / (h * (big - 1))
 
 
-def cell_law(s: Number, a: Number, h: Number, soft: Number) -> tuple[Number, Number]:
+def cell_law(s: Number, a: Number, h: Number, sigma: Number) -> tuple[Number, Number]:
     """The same over a cell along which the compression varies by ±soft."""
-    if s >= soft:
+    if s >= sigma:
         return law(s, a, h)
-    if s <= -soft:
+    if s <= -sigma:
         return mp.mpf(0), mp.mpf(0)
-    t, whole = (s + soft) / (2 * soft), law(soft, a, h)[0]
-    return whole * t**2, whole * t / soft
+    t, whole = (s + sigma) / (2 * sigma), law(sigma, a, h)[0]
+    return whole * t**2, whole * t / sigma
 
 
 def reduced(block: list[int], psi: list[list[Number]]) -> list[list[Number]]:
@@ -69,7 +69,7 @@ def contact(
     psi: list[list[Number]],
     a: list[Number],
     h: list[Number],
-    soft: list[Number],
+    sigma: list[Number],
     e: list[Number],
     start: tuple[list[float], float],
 ) -> tuple[list[Number], Number, Number]:
@@ -80,7 +80,7 @@ def contact(
     delta, residual = mp.mpf(start[1]), mp.inf
     for _ in range(80):
         s = [delta - e[i] - mp.fdot(zip(psi[i], q[block[i]], strict=True)) for i in range(n)]
-        pairs = [cell_law(s[i], a[i], h[i], soft[i]) for i in range(n)]
+        pairs = [cell_law(s[i], a[i], h[i], sigma[i]) for i in range(n)]
         total, slope = 1 - mp.fsum(p for p, _ in pairs), mp.fsum(w for _, w in pairs)
         steps = {}
         residual = abs(total)
