@@ -22,8 +22,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import COARSE_SEGMENTS, COARSE_TRUNCATION, Look, assemble, scene_lines, smooth_nodes
+from gearbench.contact.assemble import assemble
 from gearbench.contact.gaps import flank_separation, gap_kinks, gaps_along
+from gearbench.contact.lines import smooth_nodes
+from gearbench.contact.look import COARSE_SEGMENTS, COARSE_TRUNCATION, Look, scene_lines
 from gearbench.contact.patches import compression
 from gearbench.contact.problem import ContactProblem, part_of, under
 from gearbench.contact.solver import Guess, solve_roughly
@@ -239,8 +241,9 @@ def _margins(scene: Scene, x: NDArray, share: NDArray, *, exact: bool = False) -
     number = np.floor(x).ravel()
     phase, position = np.unique(x.ravel() - number, return_inverse=True)
     problem, lines = _fine(scene, phase, exact=exact)
-    pair = number.astype(int) - lines.index[0]
-    there = lines.active[position, pair]
+    wanted = number.astype(int) - lines.index[0]
+    pair = np.clip(wanted, 0, lines.shape[1] - 1)
+    there = (pair == wanted) & lines.active[position, pair]
     margins = np.tile(np.where(there, np.inf, -np.inf), (2, 1))
     shared = np.flatnonzero(there & (lines.active.sum(axis=1) > 1)[position])
     if shared.size:

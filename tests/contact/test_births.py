@@ -9,11 +9,12 @@ import pytest
 
 from gearbench import read_scene
 from gearbench.accuracy.knobs import with_order
-from gearbench.contact.assemble import scene_lines
+from gearbench.contact.look import scene_lines
 from gearbench.contact.transitions import transitions
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.off_line_contact import OffLineContact
-from gearbench.scene import Load, Scene
+from gearbench.library.garambois2017 import gear
+from gearbench.scene import Load, Resolution, Scene
 from studies.s07_accuracy_cost.bodies import wide_scenes
 from tests.support.paths import ROOT
 
@@ -55,3 +56,10 @@ def test_the_law_of_the_table_is_the_law(name: str, share: float) -> None:
     error = (found.a - found.h * np.log(q))[there] / level - 1
     assert np.sqrt(np.mean(error**2)) < 2e-4
     assert np.abs(error).max() < 0.01
+
+
+def test_a_birth_is_looked_for_where_no_line_can_be() -> None:
+    """Row 19 of Table 2 off the line: one more pair than the lines of these phases have stood beyond their end."""
+    scene = gear("19").scene(resolution=Resolution(gauss_points=4))
+    scene = replace(scene, effects=(*scene.effects, OffLineContact()))
+    assert all(0 <= c.phase < 1 for c in transitions(scene))
