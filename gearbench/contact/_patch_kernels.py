@@ -126,8 +126,8 @@ def rows_on_pieces(y, half, piece, active, at, gauss_nodes, weights, rows):
     """Fill rows (position, pair, point, node), zero before: polynomials through the nodes y of each piece, at ``at``.
 
     Beyond the ends of a line the values are those at the ends. ``half`` are half the widths of the nodes, of which the
-    pieces of a line are made up, (position, pair, node). Row n of ``gauss_nodes`` and ``weights`` holds the rule of n points. The
-    barycentric formula (Berrut and Trefethen, SIAM Review 46, 2004).
+    pieces of a line are made up, (position, pair, node). Row n of ``gauss_nodes`` and ``weights`` holds the rule of n
+    points. The barycentric formula (Berrut and Trefethen, SIAM Review 46, 2004).
     """
     positions, pairs, nodes = y.shape
     points = at.shape[2]
