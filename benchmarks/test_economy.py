@@ -9,11 +9,13 @@ from statistics import median
 import numpy as np
 import pytest
 
-from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.assemble import assemble
 from gearbench.contact.gaps import total_gap
+from gearbench.contact.look import scene_lines
 from gearbench.contact.problem import ContactSolution
 from gearbench.contact.scaling import scale_problem
 from gearbench.contact.solver import solve
+from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.base import GapEffect
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.end_relief import EndRelief

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from benchmarks.pairs import GEARS, on_line, other_torques
-from gearbench.contact.assemble import mesh_phases
+from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.effort.clock import quickest, unseen

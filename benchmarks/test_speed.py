@@ -9,9 +9,11 @@ from statistics import median
 import numpy as np
 import pytest
 
-from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.assemble import assemble
 from gearbench.contact.batch import ROUNDING, SCATTER
+from gearbench.contact.look import scene_lines
 from gearbench.contact.problem import ContactProblem, full_factor
+from gearbench.contact.transitions import mesh_phases
 from gearbench.effort.clock import quickest
 from gearbench.library.garambois2017 import case, gear
 from gearbench.robustness.montecarlo import RobustProblem, prepare_scene, respond

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from benchmarks.pairs import paper_pair
-from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.assemble import assemble
+from gearbench.contact.look import scene_lines
 from gearbench.contact.solver import solve
+from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.base import Effect
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.tooth_bending import ToothBending

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import COARSE_PHASES, assemble, first_look, scene_lines
+from gearbench.contact.assemble import assemble
 from gearbench.contact.births import Birth, births, greatest_on_lines
+from gearbench.contact.look import COARSE_PHASES, first_look, scene_lines
 from gearbench.contact.patches import compression, solve_patches
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.results.cycle import curves

@@ -37,6 +37,24 @@ def check_target(path: str | Path) -> Path:
     return path
 
 
+def make_folder(key: str, path: str | Path) -> Path:
+    """Make a folder to write into, where it does not exist; ``key`` says where it was named.
+
+    Raises
+    ------
+    InputError
+        If ``path`` is a file, or cannot be made or written.
+    """
+    path = Path(path)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(key, str(path), f"must be a folder ({error.strerror})") from None
+    if not os.access(path, os.W_OK | os.X_OK):
+        raise InputError(key, str(path), "the folder is not writable")
+    return path
+
+
 #: Letters of a name that go into a file's name: up to 4 bytes each, of the 255 that a file system takes.
 _NAMED = 40
 

@@ -18,9 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.budget import ORDERS_AT_ONCE, cycles_memory, order_memory, require, room
-from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.assemble import assemble
 from gearbench.contact.batch import Batch, GapModes, chunks, on_threads, prepare, solve_one_chunk
+from gearbench.contact.look import scene_lines
 from gearbench.contact.size import contact_memory
+from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.base import GapEffect, Turning
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.assemble import assemble
+from gearbench.contact.look import scene_lines
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.transitions import loaded_phases
 from gearbench.geometry.action import ContactLines

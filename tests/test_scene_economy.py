@@ -18,9 +18,10 @@ import numpy as np
 import pytest
 import tomli_w
 
-from gearbench.contact.assemble import mesh_phases, scene_lines
 from gearbench.contact.gaps import total_gap
+from gearbench.contact.look import scene_lines
 from gearbench.contact.smooth import forget_sums
+from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.base import ComplianceEffect, GapEffect
 from gearbench.effects.registry import EFFECTS, effect_class
 from gearbench.errors import InputError

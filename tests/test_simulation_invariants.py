@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from gearbench.accuracy.measure import measured
-from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.assemble import assemble
+from gearbench.contact.look import scene_lines
 from gearbench.contact.problem import ContactSolution
 from gearbench.contact.solver import solve
+from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.base import Effect
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.end_relief import EndRelief

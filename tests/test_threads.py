@@ -10,6 +10,8 @@ import scipy.linalg.cython_blas  # noqa: F401
 from threadpoolctl import ThreadpoolController
 
 from gearbench import nonlinear_response, response, revolution_response, robust_response, simulate
+from gearbench.contact.look import scene_lines
+from gearbench.contact.transitions import mesh_phases
 from gearbench.library.garambois2017 import case
 from gearbench.scene import Resolution
 from gearbench.threads import lazy, single_threaded_blas
@@ -48,7 +50,7 @@ def test_compliance_by_itself_is_computed_on_one_thread(monkeypatch):
     seen, own = [], assembling.gap_and_variation
     monkeypatch.setattr(assembling, "gap_and_variation", lambda *a: (seen.append(threads()), own(*a))[1])
     scene = case(1, Resolution(positions=4))
-    assembling.assemble(scene, assembling.scene_lines(scene, assembling.mesh_phases(scene)[0]))
+    assembling.assemble(scene, scene_lines(scene, mesh_phases(scene)[0]))
     assert seen == [{1}]
 
 

@@ -7,8 +7,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gearbench import simulate, sweep
-from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.assemble import assemble
 from gearbench.contact.equilibrium import MeshAt, Statics, balance
+from gearbench.contact.look import scene_lines
 from gearbench.contact.patches import solve_patches
 from gearbench.errors import InputError
 from gearbench.results.origin import by_itself

@@ -161,19 +161,7 @@ def with_accuracy(scene: Scene, text: str | None) -> Scene:
 
 
 def plot_folder(folder: Path | None) -> Path | None:
-    """Make the folder for plots; refuse, before anything is computed, one that cannot be made.
+    """Make the folder for plots; refuse, before anything is computed, one that cannot be made."""
+    from gearbench.files import make_folder
 
-    Raises
-    ------
-    InputError
-        If ``folder`` is a file or cannot be made.
-    """
-    from gearbench.errors import InputError
-
-    if folder is None:
-        return None
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError("plots", str(folder), f"must be a folder ({error.strerror})") from None
-    return folder
+    return None if folder is None else make_folder("plots", folder)

@@ -53,10 +53,11 @@ def validate(
     Example: gearbench validate examples/case1.toml examples/case2.toml -o validation
     """
     from gearbench.errors import InputError
+    from gearbench.files import make_folder
     from gearbench.scene_file import load_scene
     from gearbench.validation.comparison import check
     from gearbench.validation.comparison import validate as run
-    from gearbench.validation.report import check_folder, write
+    from gearbench.validation.report import write
 
     if contact:
         _contact(scenes, output, phases, quiet=quiet, json=json)
@@ -67,7 +68,7 @@ def validate(
     loaded = [load_scene(path) for path in scenes]
     for path, scene in zip(scenes, loaded, strict=True):
         check(scene, str(path))
-    folder = check_folder(output)
+    folder = make_folder("output", output)
     report = progress_lines(quiet=quiet, json=json)
     dataset = run(loaded, wanted, lambda line: report(f"{line} …"))
     written = write(dataset, folder)
@@ -82,14 +83,14 @@ def validate(
 def _contact(paths: list[Path], output: Path, phases: int, *, quiet: bool, json: bool) -> None:
     """Three-way comparison with contact finite elements."""
     from gearbench.cli.summary import print_mapping
+    from gearbench.files import make_folder
     from gearbench.scene_file import load_scene
     from gearbench.validation.contact import check, compare_contact, findings, write
-    from gearbench.validation.report import check_folder
 
     loaded = [load_scene(path) for path in paths]
     for path, scene in zip(paths, loaded, strict=True):
         check(scene, str(path))
-    folder = check_folder(output)
+    folder = make_folder("output", output)
     report = progress_lines(quiet=quiet, json=json)
     found = []
     for path, scene in zip(paths, loaded, strict=True):

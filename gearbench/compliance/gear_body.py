@@ -26,7 +26,8 @@ from numpy.typing import NDArray
 from gearbench.compliance.bases import spline_weights
 from gearbench.compliance.flank import FlankCompliance
 from gearbench.compliance.lapack import addresses, cholesky, solve_lower
-from gearbench.compliance.ring import Ring, harmonic_weights
+from gearbench.compliance.ring import APART as RING_APART
+from gearbench.compliance.ring import APART_ON_SPRINGS, Ring, harmonic_weights
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.geometry.web import Web
 from gearbench.threads import lazy
@@ -36,9 +37,10 @@ if TYPE_CHECKING:
 
 #: Greatest n ψ of the harmonics counted, ψ the half-angle of a root: the remainder falls like its square.
 FINEST = 30.0
-#: All waves up to ``LONG`` are computed, and further ones these steps of ln tan(πm/2z) apart; degree of the spline
-#: between them.
+#: All waves up to ``LONG`` are computed, and further ones these steps of ln tan(πm/2z) apart, closer where springs
+#: hold the body; degree of the spline between them.
 LONG, APART, DEGREE = 5, 0.4, 7
+CLOSER = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,6 +86,11 @@ class ToothedRing:
         return 2 * self.tooth.gear.root_half_angle * self.tooth.gear.root_radius
 
     @property
+    def _apart(self) -> float:
+        """Steps between the waves computed."""
+        return APART if self.support is None else CLOSER
+
+    @property
     def _phase(self) -> NDArray:
         """η of the functions (field, k, j)."""
         return _phases(self.tooth.order[0], self.axis_order)
@@ -125,12 +132,13 @@ class ToothedRing:
         across, axis = self.tooth.order[0], self.axis_order
         z, psi = abs(gear.teeth), abs(gear.root_half_angle)
         turns = math.ceil(FINEST / psi / z)
-        m = waves_computed(z)
+        m = waves_computed(z, self._apart)
         n = m[:, None] + z * np.arange(-turns, turns + 1)
         bessel = _legendre_transform(across, n * psi) * math.sqrt(z * self.root_arc / (2 * math.pi))
         k, l = np.triu_indices(across)
         squares = np.swapaxes(bessel[:, :, k] * bessel[:, :, l], 1, 2)
-        some, each = harmonic_weights(int(np.abs(n).max()))
+        apart = RING_APART if self.support is None else APART_ON_SPRINGS
+        some, each = harmonic_weights(int(np.abs(n).max()), apart)
         c = rim_harmonics(self.ring, tuple(some))
         odd = ((-1.0) ** (np.array([1, 0, 1])[:, None] + np.arange(axis))).ravel()
         c = np.concatenate([c, np.conj(c) * (odd[:, None] * odd)]).reshape(2 * len(some), -1)
@@ -184,7 +192,7 @@ class ToothedRing:
         # the real part of φ η M η̄ φᵀ is left: sines between the phases ±1 and ±i, cosines otherwise
         twice = np.where((m == 0) | (2 * m == z), 1.0, 2.0) / z
         angle = 2 * math.pi * np.outer(np.arange(neighbours + 1), m) / z
-        even, odd = wave_weights(z)
+        even, odd = wave_weights(z, self._apart)
         cos, sin = twice * np.cos(angle) @ even, twice * np.sin(angle) @ odd
         same, other = self._waves
         found = np.tensordot(cos, np.real(same), 1) + np.tensordot(sin, np.real(other), 1)
@@ -290,13 +298,13 @@ def _seen_together(across: int, axis: int, split: bool) -> list[tuple[list[NDArr
     return found
 
 
-def waves_computed(teeth: int) -> NDArray:
+def waves_computed(teeth: int, apart: float = APART) -> NDArray:
     """Waves m of 0 … z/2 that are computed."""
     most = teeth // 2
     if most <= LONG:
         return np.arange(most + 1)
     start, stop = _abscissa(np.array([LONG, most]), teeth)
-    short = np.linspace(start, stop, 1 + math.ceil((stop - start) / APART))
+    short = np.linspace(start, stop, 1 + math.ceil((stop - start) / apart))
     short = np.round(2 * teeth / math.pi * np.arctan(np.exp(short)))
     return np.unique(np.append(np.arange(LONG), short)).astype(int)
 
@@ -307,12 +315,12 @@ def _abscissa(m: NDArray, teeth: int) -> NDArray:
 
 
 @lru_cache(maxsize=64)
-def wave_weights(teeth: int) -> tuple[NDArray, NDArray]:
+def wave_weights(teeth: int, apart: float = APART) -> tuple[NDArray, NDArray]:
     """Weights of the waves computed in all waves m = 0 … z/2, (m, computed): where they are even about z/2, and odd.
 
     Times sin(πm/z) they are smooth in ln tan(πm/2z).
     """
-    some, most = waves_computed(teeth), teeth // 2
+    some, most = waves_computed(teeth, apart), teeth // 2
     if len(some) == most + 1:
         return np.eye(most + 1), np.eye(most + 1)
     own = some[1:]

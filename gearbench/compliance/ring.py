@@ -33,8 +33,8 @@ from gearbench.geometry.material import lame
 LAYER = 7.0
 #: Grading of the functions along ln R towards the rim: their points lie e^1.5 times denser there than at the bore.
 GRADING = 1.5
-#: Each harmonic computed over the one before, about.
-APART = 1.45
+#: Each harmonic computed over the one before, about; of a ring on springs, which hold long waves and not short ones.
+APART, APART_ON_SPRINGS = 1.45, 1.1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -203,9 +203,9 @@ def _axial_products(q: int) -> tuple[NDArray, NDArray]:
 
 
 @lru_cache(maxsize=64)
-def harmonic_weights(most: int) -> tuple[NDArray, NDArray]:
+def harmonic_weights(most: int, apart: float = APART) -> tuple[NDArray, NDArray]:
     """Numbers of the harmonics computed, and their weights in all ĉ_n, n = 0 … ``most``: (n, computed)."""
-    some, weights = sampled(most, APART), np.eye(most + 1)
+    some, weights = sampled(most, apart), np.eye(most + 1)
     if len(some) <= most:
         n = np.arange(1, most + 1)
         weights = np.zeros((most + 1, len(some)))

@@ -22,8 +22,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import COARSE_SEGMENTS, COARSE_TRUNCATION, Look, assemble, scene_lines, smooth_nodes
+from gearbench.contact.assemble import assemble
 from gearbench.contact.gaps import flank_separation, gap_kinks, gaps_along
+from gearbench.contact.lines import smooth_nodes
+from gearbench.contact.look import COARSE_SEGMENTS, COARSE_TRUNCATION, Look, scene_lines
 from gearbench.contact.patches import compression
 from gearbench.contact.problem import ContactProblem, part_of, under
 from gearbench.contact.solver import Guess, solve_roughly

@@ -17,9 +17,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import COARSE_PHASES, conforming, first_look
 from gearbench.contact.births import Birth, births, greatest_on_lines
 from gearbench.contact.gaps import flank_separation, gap_kinks
+from gearbench.contact.lines import conforming
+from gearbench.contact.look import COARSE_PHASES, first_look, greatest_deflection
 from gearbench.contact.panels import CLOSE, LONGEST, Change, panel_ends
 from gearbench.contact.patches import compression
 from gearbench.contact.phases import gauss_phases, uniform_phases
@@ -31,6 +32,25 @@ from gearbench.threads import single_threaded_blas
 GAUSS_POINTS = 5
 #: Uniform phases of the coarse solution, and closeness, where more than five Gauss points follow.
 MORE_PHASES, CLOSER = 72, (1e-5, 1e-3, 1e-5)
+
+
+def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
+    """Mesh phases τ and weights (position,) that the scene's resolution asks for."""
+    resolution = scene.one_load.resolution
+    if resolution.accuracy is not None:
+        raise InputError("resolution.accuracy", resolution.accuracy, "is for simulate and robust; here give segments")
+    if resolution.positions is not None:
+        return uniform_phases(resolution.positions)
+    meshing, flanks = scene.pair.meshing, flank_separation(scene)
+    kinks, face = gap_kinks(scene, flanks)
+    changes = tuple(kinks) if flanks is not None else (meshing.path_start, meshing.path_end, *kinks)
+    if flanks is not None and not meshing.overlap_ratio:
+        # spur pairs take and leave their load, with a kink, where they are as far apart as the others are deflected
+        changes += flanks.reach(greatest_deflection(scene, flanks))
+    transitions = meshing.phases_at(changes, face)
+    size = scene.resolution.panel_size
+    assert size is not None
+    return gauss_phases(transitions, size)
 
 
 @lru_cache(maxsize=64)

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.assemble import assemble
 from gearbench.contact.gaps import total_gap
+from gearbench.contact.look import scene_lines
 from gearbench.contact.solver import solve
 from gearbench.dynamics.loaded_mesh import LoadedMesh
 

@@ -8,8 +8,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.assemble import assemble
 from gearbench.contact.bearings import OnShafts, settle
+from gearbench.contact.look import scene_lines
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.resultants import Resultants
 from gearbench.contact.transitions import loaded_phases

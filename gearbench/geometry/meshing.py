@@ -110,6 +110,15 @@ class Meshing:
         """u_E [mm]: the pinion's tip leaves, unless the wheel's involute ends earlier."""
         return min(self.tip_path[1], self._form_path[1])
 
+    @property
+    def form_room(self) -> float:
+        """Least length along the path of contact that fillets stay away from the mate's tips [mm]; negative: reached.
+
+        Negative on the pinion of a ring: involute interference.
+        """
+        (enters, leaves), (first, last) = self.tip_path, self._form_path
+        return min(enters - first, last - leaves)
+
     @cached_property
     def has_interference(self) -> tuple[bool, bool]:
         """Whether the fillet of pinion, wheel is reached by the mate's tip (contact below the form circle)."""

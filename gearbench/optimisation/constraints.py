@@ -6,8 +6,10 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from functools import cache, partial
 
-from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.assemble import assemble
+from gearbench.contact.look import scene_lines
 from gearbench.contact.solver import solve
+from gearbench.contact.transitions import mesh_phases
 from gearbench.errors import InputError, one_of
 from gearbench.optimisation.numbers import COST, NUMBERS, OF_SCENE, UNDER_LOAD
 from gearbench.optimisation.study import RESPONSES, Limit

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gearbench.errors import InputError
-from gearbench.files import is_part, write_text
+from gearbench.files import is_part, make_folder, write_text
 from gearbench.optimisation.dataset import designs_dataset, read_designs
 from gearbench.optimisation.problem import Evaluation
 from gearbench.optimisation.study import Design, OptimisationStudy
@@ -45,14 +45,8 @@ class Store:
     """
 
     def __init__(self, folder: str | Path, study: OptimisationStudy, *, resume: bool) -> None:
-        self.folder, self._study = Path(folder), study
-        try:
-            self.folder.mkdir(parents=True, exist_ok=True)
-            names = sorted(path.name for path in self.folder.iterdir())
-        except OSError as error:
-            raise InputError("output", str(folder), f"must be a folder ({error.strerror})") from None
-        if not os.access(self.folder, os.W_OK | os.X_OK):
-            raise InputError("output", str(folder), "the folder is not writable")
+        self.folder, self._study = make_folder("output", folder), study
+        names = sorted(path.name for path in self.folder.iterdir())
         self._check(names, resume)
         self._lock = self._take_lock()
         try:

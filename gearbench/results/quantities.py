@@ -122,6 +122,9 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "mesh_efficiency": Quantity("1", "η_z", "efficiency of the mesh"),
         },
         "limits of a design": {
+            "tip_room": Quantity("mm", "g_a", "room between tips of ring and pinion off the path of contact"),
+            "radial_room": Quantity("mm", "g_r", "room between tips where a pinion is pushed into its ring radially"),
+            "form_room": Quantity("mm", "g_F", "least length of the path of contact between fillets and mates' tips"),
             "total_contact_ratio": Quantity("1", "ε_γ", "total contact ratio"),
             "transverse_contact_ratio": Quantity("1", "ε_α", "transverse contact ratio"),
             "overlap_ratio": Quantity("1", "ε_β", "overlap ratio"),
@@ -203,6 +206,7 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
                 "max |μ|",
                 "largest Floquet multiplier; stable below 1, NaN where proven without it",
             ),
+            "bearing_load": Quantity("N", "B", "mean force of a shaft on its bearing"),
             "bearing_force_amplitude": Quantity("N", "B_n", "amplitude of a bearing force order"),
             "bearing_force_phase": Quantity("rad", "arg B_n", "phase of a bearing force order"),
             "housing_amplitude": Quantity("1", "y_n", "amplitude of an order at a point of the housing"),

@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import conforming
 from gearbench.contact.gaps import total_gap
+from gearbench.contact.lines import conforming
 from gearbench.contact.problem import ContactProblem, ContactSolution
 from gearbench.geometry.action import ContactLines
 from gearbench.results.cycle import MICROMETRES, MeshCycle, Phases

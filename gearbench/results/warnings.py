@@ -32,6 +32,10 @@ MOST_OVERLAP = 2.8
 _OFF_LINE = "add [effects.off_line_contact]"
 
 
+#: Half-width of contact over the difference of the radii of curvature of a ring and its mate, at most.
+CONFORMING = 0.1
+
+
 def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]:
     """Effects left out, random errors at their means, bodies beyond validation, pointed tips, interference.
 
@@ -57,8 +61,8 @@ def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]
         if pair.meshing.has_interference[index]:
             mate = GEARS[1 - index]
             found.append(f"interference: the tip of the {mate} reaches below the form circle of the {GEARS[index]}")
-    if pair.is_internal and (room := radial_room(pair)) < 0:
-        found.append(f"assembly along the axis only: pushed in radially tips would overlap by {-room:.3g} mm")
+    if pair.is_internal:
+        found += _of_ring(pair, dataset)
     if dataset is None:
         return tuple(found)
     if "flank_pressure_max" in dataset and (p := float(dataset["flank_pressure_max"].max())) > HARDENED:
@@ -66,6 +70,23 @@ def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]
         limit = f"a case-hardened flank carries {HARDENED:.0f} MPa (ISO 6336-5)"
         found.append(f"contact pressure {p:.0f} MPa: {limit}{reason}")
     return tuple(found)
+
+
+def _of_ring(pair: Pair, dataset: xr.Dataset | None) -> list[str]:
+    """Assembly along the axis only, and a strip too wide for the law of half-spaces on flanks that fit each other."""
+    found = []
+    if (room := radial_room(pair)) < 0:
+        found.append(f"assembly along the axis only: pushed in radially tips would overlap by {-room:.3g} mm")
+    if dataset is None or "flank_pressure_max" not in dataset:
+        return found
+    meshing, pressure = pair.meshing, float(dataset["flank_pressure_max"].max())
+    # a_H = 2pρ/E*; along the path |ρ_2| − ρ_1 stays |T1T2|
+    rho = float(meshing.curvature_radius(np.linspace(meshing.path_start, meshing.path_end, 9)).max())
+    width, apart = 2 * pressure * rho / pair.contact_modulus, abs(meshing.tangent_length)
+    if width > CONFORMING * apart:
+        said = f"half-width of contact up to {width:.2g} mm, radii of curvature differ by {apart:.3g} mm"
+        found.append(f"conforming flanks: {said}; the law of half-spaces is meant below {CONFORMING:g} of that")
+    return found
 
 
 def _at_their_means(errors: Effect, pair: Pair) -> list[str]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gearbench.accuracy.measure import MEASURED
 from gearbench.budget import gaps_memory, require
-from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.assemble import assemble
 from gearbench.contact.batch import (
     SCATTER,
     Batch,
@@ -25,7 +25,9 @@ from gearbench.contact.batch import (
     prepare,
     solve_one_chunk,
 )
+from gearbench.contact.look import scene_lines
 from gearbench.contact.problem import ContactProblem
+from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.expansion import Expansion
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.effects.varied import Scatter

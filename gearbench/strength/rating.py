@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
+from gearbench.geometry.ring_conditions import radial_room, tip_room
 from gearbench.scene import Scene
 from gearbench.strength.bending import RootBending
 
@@ -21,6 +22,9 @@ GEOMETRIC: Mapping[str, Callable[[Pair], float]] = MappingProxyType(
         "transverse_contact_ratio": lambda pair: pair.meshing.transverse_contact_ratio,
         "overlap_ratio": lambda pair: pair.meshing.overlap_ratio,
         "specific_sliding": lambda pair: pair.meshing.largest_sliding,
+        "tip_room": lambda pair: tip_room(pair) if pair.is_internal else math.inf,
+        "radial_room": lambda pair: radial_room(pair) if pair.is_internal else math.inf,
+        "form_room": lambda pair: pair.meshing.form_room,
     }
 )
 

@@ -14,14 +14,16 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble, conforming, mesh_phases, scene_lines, smooth_nodes
+from gearbench.contact.assemble import assemble
 from gearbench.contact.gaps import gap_and_variation, gaps_along
+from gearbench.contact.lines import conforming, smooth_nodes
 from gearbench.contact.loads import in_own_units, parted, stacked
 from gearbench.contact.loads import under as under_force
+from gearbench.contact.look import scene_lines
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.problem import ContactProblem, part_of, under
 from gearbench.contact.size import pairs_of_teeth
-from gearbench.contact.transitions import loaded_phases, phases_of_loads
+from gearbench.contact.transitions import loaded_phases, mesh_phases, phases_of_loads
 from gearbench.effects.base import ComplianceEffect
 from gearbench.geometry.action import ContactLines
 from gearbench.results.solved import Solved

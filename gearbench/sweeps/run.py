@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from gearbench.accuracy.measure import MEASURED, covered
 from gearbench.budget import require, room
-from gearbench.contact.assemble import mesh_phases
 from gearbench.contact.size import kept_memory
+from gearbench.contact.transitions import mesh_phases
 from gearbench.errors import InputError
 from gearbench.results.origin import keeping
 from gearbench.results.outputs import DEFAULT_OUTPUTS, check_outputs

@@ -9,8 +9,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.assemble import assemble
 from gearbench.contact.equilibrium import Balance, MeshAt, Statics, balance
+from gearbench.contact.look import scene_lines
 from gearbench.contact.panels import CLOSE, LONGEST, panel_ends
 from gearbench.contact.phases import gauss_phases, uniform_phases
 from gearbench.contact.transitions import CLOSER, GAUSS_POINTS, transitions

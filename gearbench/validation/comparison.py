@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from gearbench.contact.assemble import mesh_phases, scene_lines
+from gearbench.contact.look import scene_lines
+from gearbench.contact.transitions import mesh_phases
 from gearbench.effort.clock import timed, times, unseen
 from gearbench.errors import GearbenchError, InputError
 from gearbench.geometry.names import GEARS

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearbench.budget import MemoryBudgetError
-from gearbench.contact.assemble import mesh_phases, scene_lines
+from gearbench.contact.look import scene_lines
 from gearbench.contact.size import require_contact_memory
+from gearbench.contact.transitions import mesh_phases
 from gearbench.results.cycle import Phases
 from gearbench.scene import Scene
 from gearbench.solution import dataset, solve_lines

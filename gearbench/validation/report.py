@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gearbench.errors import InputError
-from gearbench.files import check_target, replacing
+from gearbench.files import make_folder, replacing
 from gearbench.html import head, picture, table
 from gearbench.results.netcdf import save
 from gearbench.validation import figures
@@ -34,35 +33,17 @@ _ERRORS = {
 }
 
 
-def check_folder(folder: str | Path) -> Path:
-    """Make the folder of a report; refuse, before anything is computed, one that cannot be written.
-
-    Raises
-    ------
-    InputError
-        If ``folder`` is a file, cannot be made, or is not writable.
-    """
-    folder = Path(folder)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError("output", str(folder), f"must be a folder ({error.strerror})") from None
-    for name in (REPORT, DATASET):
-        check_target(folder / name)
-    return folder
-
-
 def write(dataset: xr.Dataset, folder: str | Path) -> list[Path]:
     """Write report and Dataset of a validation into ``folder``: both, or none of them.
 
     Raises
     ------
     InputError
-        As ``check_folder``.
+        If the folder cannot be made or written.
     OSError
         If the disk is full or fails; files that were there before are untouched.
     """
-    folder = check_folder(folder)
+    folder = make_folder("output", folder)
     text = render(dataset)
     with replacing(folder / REPORT) as part:
         part.write_text(text, encoding="utf-8")

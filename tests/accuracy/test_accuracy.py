@@ -12,8 +12,8 @@ from pydantic import ValidationError
 from gearbench.accuracy.choose import choose
 from gearbench.accuracy.knobs import KNOBS, POSITIONS, SOLID_ORDER, with_resolution
 from gearbench.accuracy.measure import COVERED, FLOOR, HARMONIC_FLOOR, HARMONICS, covered, relative_errors, scales
-from gearbench.contact.assemble import mesh_phases
 from gearbench.contact.phases import gauss_phases
+from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.helix_slope import HelixSlope
 from gearbench.effects.hertz import Hertz
@@ -289,7 +289,8 @@ def test_gauss_panels_are_of_order_twice_their_points(points):
 
 
 def _means(scene: Scene, edges: np.ndarray, points: int) -> np.ndarray:
-    from gearbench.contact.assemble import assemble, scene_lines
+    from gearbench.contact.assemble import assemble
+    from gearbench.contact.look import scene_lines
     from gearbench.contact.solver import solve
 
     phase, weight = gauss_phases(edges, points)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 from gearbench.compliance.gear_body import ToothedRing
-from gearbench.compliance.ring import LAYER
+from gearbench.compliance.ring import LAYER, Ring
 from gearbench.compliance.solid_tooth import SolidTooth
 from gearbench.geometry.gear import Gear
+from gearbench.geometry.meshing import Meshing
 from tests.compliance.test_ring import R_O, annulus, ring
 from tests.support.toothed_rings import NU, E
 
@@ -119,3 +121,48 @@ def test_springs_alone_by_statics():
     # a force of tractions cos θ along both directions, one half each: displacement r_i/(r_o k)
     push = np.array([1.0, -1.0]) if found[1, 0, 1] < 0 else np.array([1.0, 1.0])
     assert push @ found[1, :2, :2] @ push / 2 == pytest.approx(r_i / (r_o * k), rel=5e-3)
+
+
+# -- limits -----------------------------------------------------------------------------------------------------------
+class Large(NamedTuple):
+    """A cutter with more teeth than a scene allows."""
+
+    teeth: int
+    profile_shift: float = 0.0
+
+
+def near_rack(sign: int, helix: float, rounding: float) -> Gear:
+    """A gear of 2·10⁸ teeth, external and cut by a rack, or internal and cut by a pinion of 10⁷ teeth."""
+    size = {"normal_module": 2.0, "pressure_angle": 20.0, "helix_angle": helix, "face_width": 12.0, "dedendum": 1.25}
+    shape = {"profile_shift": 0.1, "addendum": 0.9, "fillet_radius": rounding}
+    own = {"blank": "rack"} if sign > 0 else {"blank": "pinion_cutter", "cutter": Large(10_000_000)}
+    return Gear(teeth=sign * 200_000_000, **size, **shape, **own)
+
+
+@pytest.mark.parametrize(("helix", "rounding"), [(0.0, 0.2), (15.0, 1e-5)])
+def test_ring_and_wheel_meet_in_the_rack(helix, rounding):
+    """z₂ → ∓∞: path of contact, curvature, tooth with its fillet, its compliance, and the rim below it.
+
+    A rack is rounded in its normal section, a cutter in its transverse one.
+    """
+    pinion = Gear(
+        teeth=24, normal_module=2.0, pressure_angle=20.0, helix_angle=helix, face_width=12.0,
+        profile_shift=0.1, addendum=0.9, dedendum=1.25, fillet_radius=0.2,
+    )  # fmt: skip
+    found = []
+    for sign in (1, -1):
+        gear = near_rack(sign, helix, rounding)
+        a = pinion.pitch_radius + gear.pitch_radius + 0.2 * 2.0
+        mesh = Meshing(gears=(pinion, gear), centre_distance=a, face_width=12.0)
+        u = np.linspace(mesh.path_start, mesh.path_end, 7)
+        tooth = SolidTooth(gear=gear, E=E, nu=NU, order=(4, 5, 4))
+        x = np.linspace(0.0, gear.tooth_height, 9)
+        e = (gear.root_radius + x[1:]) * gear.half_angle(gear.root_radius + x[1:])
+        held = gear.root_radius - 8.0
+        rim = Ring(
+            inner_radius=held, radius=gear.root_radius, width=12.0, screw=math.tan(gear.beta) / gear.pitch_radius,
+            E=E, nu=NU, order=(6, 3),
+        ).harmonics(np.array([1e7, 1e8]))  # fmt: skip
+        found.append((mesh.curvature_radius(u), e, np.diff(u), tooth.matrix, rim))
+    for external, internal in zip(*found, strict=True):
+        assert_allclose(internal, external, rtol=1e-6, atol=1e-6 * np.abs(external).max())

@@ -9,7 +9,7 @@ import pytest
 
 from gearbench import read_scene
 from gearbench.accuracy.knobs import with_order
-from gearbench.contact.assemble import scene_lines
+from gearbench.contact.look import scene_lines
 from gearbench.contact.transitions import transitions
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.off_line_contact import OffLineContact

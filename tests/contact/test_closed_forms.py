@@ -11,9 +11,11 @@ import pytest
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.assemble import assemble
+from gearbench.contact.look import scene_lines
 from gearbench.contact.problem import ContactProblem, ContactSolution
 from gearbench.contact.solver import solve
+from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.base import ComplianceEffect, Dense, Effect, Effects, GapEffect, LineLaw, LowRank
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.helix_slope import HelixSlope

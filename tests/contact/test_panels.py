@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.assemble import assemble
+from gearbench.contact.look import scene_lines
 from gearbench.contact.panels import BESIDE, CLOSE, GROWTH, Change, panel_ends
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.phases import gauss_phases

@@ -12,11 +12,12 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.assemble import assemble
+from gearbench.contact.look import scene_lines
 from gearbench.contact.patches import solve_patches
 from gearbench.contact.phases import gauss_phases, uniform_phases
 from gearbench.contact.solver import solve
-from gearbench.contact.transitions import transitions
+from gearbench.contact.transitions import mesh_phases, transitions
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tip_relief import TipRelief
 from gearbench.effects.tooth_bending import ToothBending

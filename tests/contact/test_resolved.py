@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 
 from gearbench import read_scene
-from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.assemble import assemble
 from gearbench.contact.gaps import flank_separation, gap_kinks
+from gearbench.contact.look import scene_lines
 from gearbench.contact.patches import solve_patches
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.effects.tip_relief import TipRelief

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.assemble import assemble
+from gearbench.contact.look import scene_lines
 from gearbench.contact.problem import TRUNCATION, gram, stiffness_of_law, truncated_root
 from gearbench.contact.solver import solve
 from gearbench.scene_file import parse_scene

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench.contact.assemble import mesh_phases, scene_lines
+from gearbench.contact.look import scene_lines
+from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.base import GapEffect
 from gearbench.errors import InputError
 from gearbench.scene_file import parse_scene

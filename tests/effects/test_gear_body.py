@@ -15,7 +15,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gearbench.compliance.flank import NEGLIGIBLE
-from gearbench.contact.assemble import assemble, scene_lines
+from gearbench.contact.assemble import assemble
+from gearbench.contact.look import scene_lines
 from gearbench.contact.solver import solve
 from gearbench.effects.base import Dense, LowRank
 from gearbench.effects.gear_body import GearBody

@@ -8,7 +8,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from gearbench import Scene, robust, simulate
-from gearbench.contact.assemble import mesh_phases, scene_lines
+from gearbench.contact.look import scene_lines
+from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.crowning import Crowning
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.hertz import Hertz

@@ -17,8 +17,8 @@ import pytest
 from gearbench import budget, robust, simulate, sweep
 from gearbench.accuracy import choose
 from gearbench.budget import MemoryBudgetError, memory_limit, parse_memory, require, shared, shown
-from gearbench.contact.assemble import mesh_phases
 from gearbench.contact.size import contact_memory, kept_memory
+from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import InputError
 from gearbench.library.garambois2017 import case, gear

@@ -13,7 +13,7 @@ import pytest
 
 from gearbench import budget, read_study
 from gearbench.budget import MemoryBudgetError, memory_limit, nonlinear_memory, sample_memory, speed_memory
-from gearbench.contact.assemble import mesh_phases
+from gearbench.contact.transitions import mesh_phases
 from gearbench.dynamics.analysis import response
 from gearbench.dynamics.model import Model
 from gearbench.dynamics.nonlinear import PER_ORDER, STEPS, nonlinear_response

@@ -50,6 +50,7 @@ def test_random_rings_are_not_inverted_and_have_their_area():
     [
         (0.0, 1.2, None),
         pytest.param(0.0, 1.5, (0.0, 1.0), marks=pytest.mark.slow),
+        (0.0, 2.8, (0.0, 2000.0)),
         pytest.param(20.0, 3.0, None, marks=pytest.mark.slow),
         pytest.param(20.0, 1.5, (0.0, 1.0), marks=pytest.mark.slow),
     ],

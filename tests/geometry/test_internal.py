@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 import tomllib
+from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 from numpy.testing import assert_allclose
 from pydantic import ValidationError
 
@@ -23,6 +25,7 @@ from gearbench.geometry.separation import separation
 from gearbench.geometry.temperature import Temperatures
 from gearbench.geometry.thickness import over_balls, span
 from gearbench.geometry.tooth_shapes import mesh
+from gearbench.results.warnings import warnings
 from gearbench.scene_file import parse_scene
 from gearbench.simulation import simulate
 from tests.support.paths import EXAMPLES
@@ -359,3 +362,16 @@ def test_drawn_teeth_touch_where_contacts_are():
                 along = np.clip(((point - start) * (end - start)).sum(1) / ((end - start) ** 2).sum(1), 0, 1)[:, None]
                 # the polygon of a flank lies 0.01 mm beside it
                 assert np.hypot(*(point - start - along * (end - start)).T).min() < 0.02
+
+
+def test_conforming_flanks_are_warned_of():
+    scene = parse_scene(example())
+    assert not any("conforming" in line for line in warnings(scene, simulate(scene, outputs=["flank_pressure_max"])))
+    wheel, pinion = {"addendum": 0.6, "outer_diameter": 220.0}, {"addendum": 0.6, "bore_diameter": 60.0}
+    near = internal(80, 99, m=2.0, wheel=wheel, pinion=pinion)
+    pressure = 0.11 * abs(near.meshing.tangent_length) * near.contact_modulus / 2
+    rho = float(near.meshing.curvature_radius(np.linspace(*near.meshing.tip_path, 9)).max())
+    other = replace(scene, pair=near)
+    for factor, warned in ((1.0, True), (0.8, False)):
+        fake = xr.Dataset({"flank_pressure_max": factor * pressure / rho})
+        assert any("conforming" in line for line in warnings(other, fake)) == warned

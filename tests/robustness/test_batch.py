@@ -10,10 +10,12 @@ from numpy.testing import assert_allclose, assert_array_equal
 from gearbench.contact import batch as batching
 from gearbench.contact._batch_kernels import Blocks, solve_chunk
 from gearbench.contact._lane_kernels import LANES, POINT, Answers, Gaps, Lanes, apply_laws
-from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.assemble import assemble
 from gearbench.contact.batch import ROUNDING, SCATTER, GapModes
 from gearbench.contact.law import inverse, kernel_coefficients
+from gearbench.contact.look import scene_lines
 from gearbench.contact.patches import solve_patches
+from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.effects.off_line_contact import OffLineContact

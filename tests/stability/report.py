@@ -8,8 +8,10 @@ from __future__ import annotations
 import csv
 from collections.abc import Iterator
 
-from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.assemble import assemble
+from gearbench.contact.look import scene_lines
 from gearbench.contact.solver import solve
+from gearbench.contact.transitions import mesh_phases
 from tests.stability.catalogue import CASES
 from tests.stability.measure import compare, compare_body, compare_problem, compare_solid
 from tests.stability.models import BODIES, SOLIDS

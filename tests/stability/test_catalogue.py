@@ -12,9 +12,11 @@ from numpy.testing import assert_allclose
 from numpy.typing import NDArray
 
 from gearbench.contact._law_kernels import law
-from gearbench.contact.assemble import assemble, mesh_phases, scene_lines
+from gearbench.contact.assemble import assemble
+from gearbench.contact.look import scene_lines
 from gearbench.contact.problem import ContactProblem, ContactSolution, full_factor
 from gearbench.contact.solver import solve
+from gearbench.contact.transitions import mesh_phases
 from gearbench.geometry.material import Material
 from gearbench.geometry.pair import Pair
 from gearbench.scene import Load, Scene

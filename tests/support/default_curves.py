@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 
 from gearbench import read_scene
 from gearbench.contact import transitions
-from gearbench.contact.assemble import scene_lines
 from gearbench.contact.gaps import flank_separation, gap_kinks
+from gearbench.contact.look import scene_lines
 from gearbench.contact.phases import gauss_phases
 from gearbench.effects.base import Effect
 from gearbench.effects.crowning import Crowning

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench.contact.assemble import mesh_phases, scene_lines
+from gearbench.contact.look import scene_lines
+from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.teeth import plate_tooth
 from gearbench.effects.tooth_bending import ToothBending
