@@ -108,6 +108,8 @@ def draw_train(dataset: xr.Dataset, folder: Path) -> list[Path]:
     forces.set(xlabel="mesh order", ylabel=f"force on {first}, F_n [N]")
     # forces that cancel leave rounding
     forces.set_ylim(0.0, max(1.1 * float(amplitude.max()), 1e-6 * float(dataset["mesh_load"].max())))
+    if float(amplitude.max()) < 1e-6 * float(dataset["mesh_load"].max()):
+        forces.set_title(f"forces on {first} cancel", fontsize=9)
     forces.legend(frameon=False, fontsize=8)
     orders.bar(n, dataset["train_transmission_error_amplitude"], color=BLUE)
     orders.set(xlabel="mesh order", ylabel="|Δ_n| [µm]")
