@@ -24,6 +24,10 @@ Speed = Annotated[
 ]
 Harmonics = Annotated[int, typer.Option(metavar="H", help="Orders of the mesh frequency.")]
 Sound = Annotated[Path | None, to_file("OUT.wav", "Write a run-up of 10 s as sound.", "--sound")]
+SoundAt = Annotated[str | None, typer.Option(metavar="NAME", help="Bearing, or point of the housing, that is heard.")]
+FullScale = Annotated[
+    float | None, typer.Option(metavar="N", help="What the full scale of the sound is: alike for variants.", min=1e-9)
+]
 Nonlinear = Annotated[bool, typer.Option("--nonlinear", help="With loss of contact, up and down in speed.")]
 
 
@@ -53,6 +57,8 @@ def response(
     threads: Threads = None,
     housing: Housing = None,
     sound: Sound = None,
+    sound_at: SoundAt = None,
+    full_scale: FullScale = None,
     stage: StageName = None,
     torque: Torque = None,
     load_case: LoadCase = None,
@@ -79,8 +85,15 @@ def response(
     if transfer is not None:
         with naming(housing):
             dataset = housing_response(dataset, transfer)
-    written = _written(dataset, output, folder, sound)
+    written = _written(dataset, output, folder)
     notes = [*remarks, *filter(None, dataset.attrs.get("notes", "").split("\n"))]
+    if sound is not None:
+        from gearbench.dynamics.sound import write_run_up
+
+        file, scale = write_run_up(dataset, sound, at=sound_at, full_scale=full_scale)
+        written.append(file)
+        unit = dataset["housing_amplitude"].attrs["units"] if sound_at in dataset.get("point", ()) else "N"
+        notes.append(f"full scale of the sound is {scale:.4g} {unit}: for a variant, --full-scale {scale:.4g}")
     if json:
         summary.print_json(loaded, dataset, files=written, notes=notes)
         return
@@ -95,8 +108,8 @@ def response(
         say(line)
 
 
-def _written(dataset: xr.Dataset, output: Path | None, folder: Path | None, sound: Path | None) -> list[Path]:
-    """Files written: the Dataset, its figures, the sound of a run-up."""
+def _written(dataset: xr.Dataset, output: Path | None, folder: Path | None) -> list[Path]:
+    """Files written: the Dataset, its figures."""
     from gearbench.results.netcdf import save
 
     written = [save(dataset, output)] if output is not None else []
@@ -104,10 +117,6 @@ def _written(dataset: xr.Dataset, output: Path | None, folder: Path | None, soun
         from gearbench.dynamics.figures import draw_response
 
         written += draw_response(dataset, folder)
-    if sound is not None:
-        from gearbench.dynamics.sound import write_run_up
-
-        written.append(write_run_up(dataset, sound))
     return written
 
 

@@ -1,4 +1,4 @@
-"""Compiled Newton solver of the contact problem, held equal to a readable NumPy twin by the tests."""
+"""Compiled Newton solver of the contact problem, which the tests hold equal to a readable NumPy version."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gearbench.compiled import SUMS, entry, part
 from gearbench.contact._law_kernels import CONSTANTS, SCRATCH, apply_laws, law, law_constants
 from gearbench.contact.law import TANGENT_FROM
 
-#: Steps in a row without fall of the energy after which rounding is reached; convergence needs two or three.
+#: Steps without a decrease of the energy after which rounding is reached; convergence needs two or three.
 IDLE_STEPS = 8
 
 

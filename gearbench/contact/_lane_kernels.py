@@ -1,6 +1,6 @@
 """Common parts of the compiled solvers of samples side by side: gaps, contact law, initial guess.
 
-Arrays end with the lane: one sample a lane, which sees no other.
+The last axis of arrays is the lane: one sample per lane, independent of the others.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def add_combination(start, stop, coefficient, column, rows, out, r):
 
 @part(FUSED)
 def begin(start, guess, draws, weights, missed, q):
-    """First guess of the unknowns q (n, lanes): start + guess · draws, and by their weights what it missed before.
+    """First guess of the unknowns q (n, lanes): start + guess · draws, plus the weighted errors of earlier guesses.
 
     missed (2, n, lanes), at the two positions before; then less the first part at this one, and at the one before.
     """
@@ -123,7 +123,7 @@ def keep_settled(unknowns, delta, stiffness, done, kept):
 
 @part(FUSED)
 def restore_settled(unknowns, delta, stiffness, done, kept):
-    """Lanes that were done get back from kept what they had: they must not see that others were not."""
+    """Restore converged lanes from ``kept``, so that their results do not depend on other lanes."""
     n = unknowns.shape[0]
     for j in range(LANES):
         if kept[n + 2, j] == 1.0:

@@ -1,4 +1,4 @@
-"""Compiled search for the patches of contact on lines of cells; its readable twin is with the tests."""
+"""Compiled search for the patches of contact on lines of cells; the readable version is with the tests."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def share_nodes(width, nodes, count):
     for i in range(n):
         count[i] = least + math.floor((nodes - least * n) * math.sqrt(width[i]) / whole + 1e-9)
         left -= count[i]
-    # what is left over goes to the widest
+    # the remaining nodes go to the widest patch
     order = np.argsort(-width[:n], kind="mergesort")
     for i in range(left):
         count[order[i]] += 1
@@ -125,9 +125,9 @@ def patch_nodes(s, y, half, panel, active, least, gauss_nodes, gauss_weights, at
 def rows_on_pieces(y, half, piece, active, at, gauss_nodes, weights, rows):
     """Fill rows (position, pair, point, node), zero before: polynomials through the nodes y of each piece, at ``at``.
 
-    Beyond both ends of a line as at these. ``half`` are half the widths of the nodes, of which the pieces of a line
-    are made up, (position, pair, node). Row n of ``gauss_nodes`` and ``weights`` holds the rule of n points. The
-    barycentric formula (Berrut and Trefethen, SIAM Review 46, 2004).
+    Beyond the ends of a line the values are those at the ends. ``half`` are half the widths of the nodes, of which the
+    pieces of a line are made up, (position, pair, node). Row n of ``gauss_nodes`` and ``weights`` holds the rule of n
+    points. The barycentric formula (Berrut and Trefethen, SIAM Review 46, 2004).
     """
     positions, pairs, nodes = y.shape
     points = at.shape[2]

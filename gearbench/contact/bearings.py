@@ -1,4 +1,4 @@
-"""Contact on elastic shafts; where bearings depend on load, solved again with them at rest under it, to convergence."""
+"""Contact on elastic shafts, iterated with the equilibrium of bearings whose stiffness depends on load."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from gearbench.effects.shafts import SeatedGear, Shafts, flank_loads
 from gearbench.geometry.action import ContactLines
 from gearbench.scene import Scene
 
-#: Change of a segment's force over the largest one at which it has settled, and rounds until then.
+#: Convergence: change of a segment's force over the largest force, and maximum number of iterations.
 SETTLED, ROUNDS = 1e-9, 50
 
 
@@ -32,9 +32,9 @@ class OnShafts:
     lines
         Contact lines.
     effects
-        All that act, those of the shafts included.
+        Active effects, those of the shafts included.
     problem, solution, guess
-        The contact, its answer, and the amplitudes and the approach of that.
+        The contact problem, its solution, and its amplitudes and approach.
     gears
         Pinion and wheel on their shafts.
     """

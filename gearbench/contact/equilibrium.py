@@ -1,4 +1,4 @@
-"""Contact of all meshes of a train at once, where they touch each other through a few rigid motions only (M2).
+"""Contact of all meshes of a train together, coupled by a few rigid motions only (M2).
 
 Each mesh answers with its approach δ_m and its stiffness k_m under a force F_m, as a pair does; the forces that it may
 not know beforehand follow from the balance K q + Bᵀ F = f of the motions q, and from δ_m(F_m) = B_m q + g_m where it is
@@ -23,7 +23,7 @@ from gearbench.contact.solver import ConvergenceError, Guess
 SETTLED, STEPS = 1e-11, 60
 #: Force over the nominal one below which a mesh is its tangent.
 LEAST = 1e-6
-#: A force grows by this factor at most in a step: tangents of flanks that hardly touch are far too soft.
+#: A force grows by this factor at most in a step: tangents of flanks under small loads are far too compliant.
 GROWTH = 8.0
 #: Stiffness that parted meshes keep in the matrix of the inner steps, which alone it is for, over that under load.
 _PARTED = 1e-9
@@ -107,7 +107,7 @@ class Statics:
         Raises
         ------
         ConvergenceError
-            If it is not found which of them are loaded.
+            If the set of loaded springs does not converge.
         """
         B, K, f = self.rows, self.stiffness, self.force
         loaded, q = np.ones(k.shape, dtype=bool), np.zeros((len(k), B.shape[1]))
@@ -149,6 +149,6 @@ def balance(meshes: Sequence[MeshAt], statics: Statics) -> Balance:
             alone = [np.where(loaded, 1.0, 0.0) for loaded in (force > 0).T]  # parted flanks are loaded a little
             own = (replace(a[2], force=a[2].force * one[:, None, None]) for a, one in zip(answers, alone, strict=True))
             return Balance(force=force, motion=q, stiffness=k * (force > 0), solutions=tuple(own), steps=step + 1)
-        # the force of a mesh that is as good as parted is on its tangent
+        # the force of a mesh close to separation is on its tangent
         force = np.where(found > LEAST * nominal, np.minimum(found, GROWTH * at), found)
     raise ConvergenceError(f"forces of the meshes not settled after {STEPS} steps: {change.max():.1e} N")

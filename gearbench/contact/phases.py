@@ -17,9 +17,10 @@ def uniform_phases(count: int) -> tuple[NDArray, NDArray]:
 
 
 def mirrored_phases(pair: Pair, count: int) -> NDArray:
-    """``count`` equidistant phases in [0, 1), ascending, the same ones for pinion and wheel exchanged.
+    """``count`` equidistant phases in [0, 1), ascending, which stay the same if pinion and wheel are exchanged.
 
-    What is decided at them is the same for both: seen from the other end of path and face τ is ε_α − ε_β − τ.
+    Seen from the other end of path and face τ is ε_α − ε_β − τ, so decisions at these phases do not depend on the
+    order of the gears.
     """
     meshing = pair.meshing
     middle = (meshing.transverse_contact_ratio - meshing.overlap_ratio) / 2

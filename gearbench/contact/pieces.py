@@ -1,4 +1,4 @@
-"""From the Gauss points of whole contact lines to any others: what is smooth on each piece is a polynomial there."""
+"""Interpolation from the Gauss points of whole contact lines to other points, by a polynomial on each smooth piece."""
 
 from __future__ import annotations
 

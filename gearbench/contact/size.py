@@ -11,14 +11,14 @@ from gearbench.effects.base import ComplianceEffect, Dense, LowRank
 from gearbench.geometry.action import contact_lines, pair_indices
 from gearbench.scene import Scene
 
-#: Columns that no Ψ has more of: while the size with them is small, the columns are not counted.
+#: Upper bound of the columns of Ψ: while the size with it is small, the columns are not counted.
 MOST_COLUMNS = 1500
 
 
 def contact_memory(scene: Scene, positions: int, like: Scene | None = None) -> float:
     """Peak memory [bytes] of the contact problem of ``scene`` at a number of mesh phases, and of its results.
 
-    With the columns of a scene ``like`` it, where its own would take long to set up.
+    The columns may be those of a similar scene ``like``, if its own take long to set up.
     """
     segments = scene.resolution.segments
     columns, coupled = _columns(like or scene)

@@ -153,6 +153,7 @@ def over_speed(model: Model, speeds: NDArray, harmonics: int) -> Variables:
         by_source = np.where(model.is_source[:, None, None, None], np.moveaxis(shaken[..., own], 3, 1), 0.0)
         variables["bearing_force_amplitude"] = (dims, 2 * np.abs(by_source))
         variables["bearing_force_phase"] = (dims, np.angle(by_source))
+        variables["bearing_load"] = (("bearing", "direction"), model.mechanics.bearing_load)
     return variables
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,14 +15,17 @@ if TYPE_CHECKING:
 
 #: Modes with a smaller share in the compliance of a mesh are not drawn.
 SHOWN = 0.01
+#: Letters of a name in a title; of a label beyond which two stand in a row.
+NAME, LONG = 40, 36
 
 
 def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
-    """PNG plots of a response, one set for each mesh.
+    """PNG plots of a response, one set for each mesh; their titles name the scene, the mesh and what is found.
 
-    ``force_…`` the dynamic factor and the RMS of the mesh force over speed, ``orders_…`` the amplitude of every order
-    over speed, ``campbell_…`` orders and natural frequencies over speed, coloured by the mesh force; ``bands_…`` the
-    orders of a revolution; ``scatter`` the percentiles over error samples.
+    ``force_…`` the dynamic factor, the RMS of the mesh force and of the dynamic transmission error over speed,
+    ``orders_…`` the amplitude of every order over speed, ``campbell_…`` orders and the modes they meet over speed,
+    coloured by the mesh force, ``bearings_…`` the forces on the bearings over speed; ``bands_…`` the orders of a
+    revolution; ``scatter`` the percentiles over error samples.
     """
     if "percentile" in dataset.dims:
         _figure(_scatter, dataset, folder / "scatter.png")
@@ -31,6 +35,8 @@ def draw_response(dataset: xr.Dataset, folder: Path) -> list[Path]:
         kinds = (*kinds, ("bands", _bands))
     elif "sweep" not in dataset.dims and dataset.sizes["speed"] > 1:
         kinds = (*kinds, ("orders", _orders), ("campbell", _campbell))
+        if "bearing" in dataset.dims:
+            kinds = (*kinds, ("bearings", _bearings))
     written = []
     meshes = file_parts([str(mesh) for mesh in dataset["mesh"].values])
     for number, mesh in enumerate(meshes):
@@ -46,75 +52,140 @@ def _figure(draw: Any, one: xr.Dataset, path: Path) -> None:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(8, 4.8), layout="constrained")
+    figure = Figure(figsize=(8, 5.2), layout="constrained")
     FigureCanvasAgg(figure)
-    draw(figure, one)
+    found = draw(figure, one)
+    scene = tomllib.loads(one.attrs.get("scene", "")).get("name", "")
+    names = [scene, f"mesh {one['mesh'].item()}" if "mesh" in one.coords else ""]
+    title = ": ".join(filter(None, [", ".join(name[:NAME] for name in names if name), found]))
+    # names may hold what no font has
+    title = "".join(letter if letter.isprintable() or letter == "\n" else "?" for letter in title)
+    figure.suptitle(title, fontsize="medium", parse_math=False)
     with replacing(path) as part:
         figure.savefig(part, dpi=120, format="png")
 
 
-def _force(figure: Any, one: xr.Dataset) -> None:
-    axes = figure.subplots()
-    speed, other = one["speed"], axes.twinx()
+def _legend(figure: Any, lines: list, **more: Any) -> None:
+    """A legend below the axes, where it covers nothing."""
+    labels = [str(line.get_label()) for line in lines]
+    figure.legend(
+        lines,
+        labels,
+        loc="outside lower center",
+        ncols=2 if max(map(len, labels)) > LONG else 3,
+        fontsize="small",
+        **more,
+    )
+
+
+def _largest(values: Any, speeds: Any) -> tuple[float, float]:
+    """Largest of the values that are known, and the speed where it is."""
+    known = np.nan_to_num(np.asarray(values, dtype=float), nan=-np.inf)
+    at = int(known.argmax())
+    return float(known[at]), float(speeds[at])
+
+
+def _force(figure: Any, one: xr.Dataset) -> str:
+    factors, others = figure.subplots(2, sharex=True)
+    speed, errors, finding = one["speed"].values, others.twinx(), []
     for sweep in one["sweep"].values if "sweep" in one.dims else [None]:
         here = one if sweep is None else one.sel(sweep=sweep)
-        style, of = ("--", ", speed falling") if sweep == "down" else ("-", "" if sweep is None else ", speed rising")
-        kept = here["contact_kept"].values
-        axes.plot(speed, here["dynamic_factor"], style, color="C0", label=f"largest mesh force over mean{of}")
+        style, of = ("--", ", falling") if sweep == "down" else ("-", "" if sweep is None else ", rising")
+        kept, factor = here["contact_kept"].values, here["dynamic_factor"].values
+        factors.plot(speed, factor, style, color="C0", label=f"largest mesh force over mean{of}")
         if not kept.all():
-            axes.plot(speed[~kept], here["dynamic_factor"].values[~kept], ".", color="C3", label=f"flanks part{of}")
-        other.plot(speed, here["mesh_force_rms"], style, color="C1", linewidth=0.8, label=f"RMS of the mesh force{of}")
-    axes.set(xlabel="speed of the pinion [1/min]", ylabel="dynamic factor", title="Mesh force over speed")
-    other.set_ylabel("RMS of the mesh force [N]")
-    lines = [*axes.get_lines(), *other.get_lines()]
-    axes.legend(lines, [str(line.get_label()) for line in lines])
+            factors.plot(speed[~kept], factor[~kept], ".", color="C3", label=f"flanks part{of}")
+        others.plot(speed, here["mesh_force_rms"], style, color="C1", label=f"RMS of the mesh force{of}")
+        rms = here["dynamic_transmission_error_rms"]
+        errors.plot(speed, rms, style, color="C2", linewidth=0.8, label=f"RMS of the transmission error{of}")
+        largest, at = _largest(factor, speed)
+        finding.append(f"dynamic factor up to {largest:.3g} at {at:.4g} 1/min{of}")
+    factors.set_ylabel("dynamic factor")
+    others.set(xlabel="speed of the pinion [1/min]", ylabel="mesh force [N]")
+    errors.set_ylabel("transmission error [µm]")
+    _legend(figure, [*factors.get_lines(), *others.get_lines(), *errors.get_lines()])
+    return ";\n".join(finding)
 
 
-def _orders(figure: Any, one: xr.Dataset) -> None:
-    """Waterfall: one curve for each order, the RMS of all of them above."""
+def _orders(figure: Any, one: xr.Dataset) -> str:
+    """One curve for each order."""
     axes = figure.subplots()
     for order in one["harmonic"].values[:8]:
         axes.semilogy(one["speed"], one["mesh_force_amplitude"].sel(harmonic=order), label=f"order {order}")
-    axes.set(xlabel="speed of the pinion [1/min]", ylabel="mesh force [N]", title="Orders of the mesh frequency")
-    axes.legend(ncols=4, fontsize="small")
+    axes.set(xlabel="speed of the pinion [1/min]", ylabel="mesh force [N]")
+    _legend(figure, axes.get_lines())
+    force = np.nan_to_num(one["mesh_force_amplitude"].values)
+    order, (largest, at) = (
+        one["harmonic"].values[force.max(axis=0).argmax()],
+        _largest(force.max(axis=1), one["speed"].values),
+    )
+    return f"order {order} is the largest, {largest:.3g} N at {at:.4g} 1/min"
 
 
-def _bands(figure: Any, one: xr.Dataset) -> None:
+def _bearings(figure: Any, one: xr.Dataset) -> str:
+    """RMS of all orders and directions of each bearing."""
+    axes, found = figure.subplots(), {}
+    for name in one["bearing"].values:
+        squares = (one["bearing_force_amplitude"].sel(bearing=name) ** 2).sum(["direction", "harmonic"], skipna=False)
+        rms = np.sqrt(squares.values / 2)
+        axes.plot(one["speed"], rms, label=str(name))
+        found[name] = _largest(rms, one["speed"].values)
+    axes.set(xlabel="speed of the pinion [1/min]", ylabel="RMS of the force on the bearing [N]")
+    _legend(figure, axes.get_lines())
+    name = max(found, key=lambda each: found[each])
+    return f"bearing {name} feels the most, {found[name][0]:.3g} N at {found[name][1]:.4g} 1/min"
+
+
+def _bands(figure: Any, one: xr.Dataset) -> str:
     """Mesh orders and their side bands over speed, in decades below the largest."""
     axes = figure.subplots()
     force = one["mesh_force_amplitude"].values
     level = np.log10(np.maximum(force, max(force.max() * 1e-5, 1e-300)))
     shown = axes.pcolormesh(one["order"], one["speed"], level, cmap="viridis", shading="nearest")
     figure.colorbar(shown, ax=axes, label="log₁₀ of the mesh force [N]")
-    axes.set(xlabel="order of the mesh frequency", ylabel="speed of the pinion [1/min]", title="Orders and side bands")
+    axes.set(xlabel="order of the mesh frequency", ylabel="speed of the pinion [1/min]")
+    order = float(one["order"].values[force.max(axis=0).argmax()])
+    return f"orders and side bands, the largest of order {order:.4g}"
 
 
-def _scatter(figure: Any, one: xr.Dataset) -> None:
+def _scatter(figure: Any, one: xr.Dataset) -> str:
     axes = figure.subplots()
     for k, percentile in enumerate(one["percentile"].values):
         values = one["mesh_force_percentile"].sel(percentile=percentile)
         axes.plot(one["speed"], values, color=f"C{k}", label=f"{percentile:g} %")
-    axes.set(
-        xlabel="speed of the pinion [1/min]", ylabel="RMS of the mesh force [N]", title="Scatter of the mesh force"
-    )
-    axes.legend(title="of the samples below")
+    axes.set(xlabel="speed of the pinion [1/min]", ylabel="RMS of the mesh force [N]")
+    _legend(figure, axes.get_lines(), title="of the samples below")
+    largest, at = _largest(one["mesh_force_percentile"].sel(percentile=95.0).values, one["speed"].values)
+    return f"95 % of the samples stay below {largest:.3g} N, reached at {at:.4g} 1/min"
 
 
-def _campbell(figure: Any, one: xr.Dataset) -> None:
+def _campbell(figure: Any, one: xr.Dataset) -> str:
     axes = figure.subplots()
     speed, frequency = one["speed"].values, one["mesh_frequency"].values
     force = one["mesh_force_amplitude"].values
     floor = max(np.nanmax(force, initial=0.0) * 1e-4, 1e-300)
     orders = one["harmonic"].values
+    natural = one["natural_frequency"].values[one["mode_participation"].values > SHOWN]
+    # to what has modes, and the first order
+    top = 1.1 * max(natural.max(initial=0.0), frequency.max())
+    rows = np.multiply.outer(frequency, orders)
+    inside = rows <= top
     dots = axes.scatter(
-        np.repeat(speed, len(orders)),
-        np.multiply.outer(frequency, orders),
-        c=np.log10(np.maximum(np.nan_to_num(force), floor)),
+        np.broadcast_to(speed[:, None], rows.shape)[inside],
+        rows[inside],
+        c=np.log10(np.maximum(np.nan_to_num(force), floor))[inside],
         s=4,
         cmap="viridis",
     )
     figure.colorbar(dots, ax=axes, label="log₁₀ of the mesh force [N]")
-    natural = one["natural_frequency"].values[one["mode_participation"].values > SHOWN]
-    for f in natural:
+    for k, f in enumerate(natural):
         axes.axhline(f, color="C3", linewidth=0.8)
-    axes.set(xlabel="speed of the pinion [1/min]", ylabel="frequency [Hz]", title="Campbell diagram")
+        axes.annotate(
+            f"mode {k + 1}, {f:.4g} Hz", (speed.max(), f), fontsize="x-small", color="C3", ha="right", va="bottom"
+        )
+    for n in orders:
+        at = int(np.flatnonzero(n * frequency <= top)[-1]) if n * frequency.min() <= top else None
+        if at is not None:
+            axes.annotate(f"{n}", (speed[at], n * frequency[at]), fontsize="x-small", ha="right", va="bottom")
+    axes.set(xlabel="speed of the pinion [1/min]", ylabel="frequency [Hz]", ylim=(0, top))
+    return f"{len(natural)} modes that the mesh feels, and the orders that meet them"

@@ -93,7 +93,8 @@ def housing_response(dataset: xr.Dataset, housing: xr.Dataset) -> xr.Dataset:
     total = np.einsum("smnpbd,smnbd->smpn", reach, force)
     total[np.broadcast_to(outside[:, :, None], total.shape)] = np.nan
     dims = ("speed", "mesh", "point", "harmonic")
-    found = described({"housing_amplitude": (dims, np.abs(total)), "housing_phase": (dims, np.angle(total))})
+    values = {"housing_amplitude": (dims, np.abs(total)), "housing_phase": (dims, np.angle(total))}
+    found = described(values, "outside the frequencies of the housing")
     units = {"units": str(housing[PARTS[0]].attrs.get("units", "1/N")).removesuffix("/N")}
     found["housing_amplitude"] = (*found["housing_amplitude"][:2], found["housing_amplitude"][2] | units)
     result = dataset.assign(found).assign_coords(point=("point", list(map(str, housing["point"].values))))

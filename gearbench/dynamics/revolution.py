@@ -45,12 +45,12 @@ _LONG = 400
 
 @dataclass(frozen=True, kw_only=True)
 class Revolution:
-    """Excitation over as many mesh cycles as it takes to repeat.
+    """Excitation over one period, several mesh cycles long.
 
     Parameters
     ----------
     cycles
-        P: teeth of the pinion or the wheel, or all pairs of teeth that meet.
+        P: the number of teeth of the pinion or the wheel, or of all pairs of teeth that meet.
     error
         δ̂_s of the orders 0, 1/P, 2/P … H of the mesh frequency (H·P + 1,) [mm].
     stiffness
@@ -100,7 +100,7 @@ def revolution(mesh: LoadedMesh, effects: Sequence[GapEffect], harmonics: int) -
 
 
 def _repeats(amounts: NDArray, cycles: int) -> bool:
-    """Whether gaps (cycle, m) begin anew after so many cycles, but for rounding of their angles."""
+    """Whether gaps (cycle, m) repeat after this number of cycles, up to rounding of their angles."""
     return len(amounts) % cycles == 0 and np.allclose(
         amounts.reshape(-1, cycles, amounts.shape[-1]), amounts[:cycles], rtol=0, atol=1e-9 * np.abs(amounts).max()
     )
@@ -206,7 +206,7 @@ def _over_speed(
 def revolution_response(
     scene: Scene, *, speed: ArrayLike, harmonics: int = HARMONICS, error: ArrayLike | None = None
 ) -> xr.Dataset:
-    """Response of the scene's own pair over whole revolutions, with the side bands that unlike teeth excite.
+    """Response of the scene's own pair over whole revolutions, with side bands from differences between teeth.
 
     Stiffness and modes are as in ``response``, the stiffness the mean over all teeth; other meshes are springs of their
     mean stiffness.
@@ -220,8 +220,8 @@ def revolution_response(
     harmonics
         Orders of the mesh frequency.
     error
-        Transmission error at equal steps of one revolution of the pinion [µm], under the mean force, in place of what
-        the scene's teeth make.
+        Transmission error at equal steps of one revolution of the pinion [µm], under the mean force, in place of that
+        of the scene's teeth.
 
     Returns
     -------

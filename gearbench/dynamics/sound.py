@@ -19,64 +19,85 @@ if TYPE_CHECKING:
 RATE, PEAK = 44100, 0.9
 
 
-def run_up(dataset: xr.Dataset, seconds: float = 10.0, bearing: str | None = None) -> NDArray:
-    """Pressure-like signal (sample,) of a steady rise of speed over the dataset's range, largest value 1.
+def run_up(dataset: xr.Dataset, seconds: float = 10.0, at: str | None = None) -> NDArray:
+    """Signal (sample,) of a steady rise of speed over the dataset's range [N, or the unit of the housing's points].
 
     Parameters
     ----------
     dataset
-        From ``response`` or ``nonlinear_response`` (the speed rising; silence where nothing is stable), at two speeds
-        or more.
+        From ``response``, ``nonlinear_response`` (the speed rising) or ``revolution_response``, with its side bands, at
+        two speeds or more; silence where nothing is stable.
     seconds
         Duration.
-    bearing
-        Bearing whose force is heard (all directions); the mesh forces where absent.
+    at
+        Bearing whose force is heard (all directions), or point of the housing; the mesh forces where absent.
 
     Raises
     ------
     InputError
-        If there are fewer than two speeds, or no such bearing.
+        If there are fewer than two speeds, or no such bearing or point.
     """
-    if "harmonic" not in dataset.dims:
-        raise InputError("sound", "no orders of the mesh frequency", "is for a response, linear or nonlinear")
+    along = "order" if "order" in dataset.dims else "harmonic"
+    if along not in dataset.dims:
+        raise InputError("sound", "no orders of the mesh frequency", "is for a response, not for its scatter")
     if "sweep" in dataset.dims:
-        dataset = dataset.sel(sweep="up").fillna(0.0)
+        dataset = dataset.sel(sweep="up")
     speeds = dataset["speed"].values
     if len(speeds) < 2:
         raise InputError("speed", len(speeds), "a run-up needs two speeds or more")
+    amplitude, phase = (_heard(dataset, at, part).fillna(0.0) for part in ("amplitude", "phase"))
+    wave = (amplitude * np.exp(1j * phase)).transpose("speed", "mesh", along, ...)
     order = np.argsort(speeds)
+    values = wave.values.reshape(*wave.shape[:3], -1)[order]
     t = np.arange(round(seconds * RATE)) / RATE
     speed = speeds[order[0]] + (speeds[order[-1]] - speeds[order[0]]) * t / seconds
-    if bearing is None:
-        amplitude, phase = dataset["mesh_force_amplitude"], dataset["mesh_force_phase"]
-    else:
-        if "bearing" not in dataset.dims or bearing not in dataset["bearing"].values:
-            known = list(map(str, dataset["bearing"].values)) if "bearing" in dataset.dims else "none"
-            raise InputError("bearing", bearing, f"must be one of {known}")
-        chosen = dataset.sel(bearing=bearing)
-        amplitude, phase = chosen["bearing_force_amplitude"], chosen["bearing_force_phase"]
     signal = np.zeros(len(t))
     for mesh in range(dataset.sizes["mesh"]):
         per_speed = float(dataset["mesh_frequency"][0, mesh] / speeds[0])
         # the phase of the mesh itself: the integral of its frequency
         turn = 2 * np.pi * per_speed * np.cumsum(speed) / RATE
-        for n in dataset["harmonic"].values:
+        for k, n in enumerate(dataset[along].values):
             if n * per_speed * speed[-1] >= RATE / 2:
                 continue  # above what can be heard
-            a = amplitude.isel(mesh=mesh).sel(harmonic=n).values.reshape(len(speeds), -1)
-            p = phase.isel(mesh=mesh).sel(harmonic=n).values.reshape(len(speeds), -1)
-            wave = (a * np.exp(1j * p))[order]
-            for column in wave.T:
+            for column in values[:, mesh, k].T:
                 here = np.interp(speed, speeds[order], column.real) + 1j * np.interp(speed, speeds[order], column.imag)
                 signal += (here * np.exp(1j * n * turn)).real
-    return signal / max(np.abs(signal).max(), 1e-300)
+    return signal
 
 
-def write_run_up(dataset: xr.Dataset, path: str | Path, seconds: float = 10.0, bearing: str | None = None) -> Path:
-    """Write ``run_up`` as a WAV file, 16 bit, one channel; raises as it, and as ``files.check_target``."""
+def _heard(dataset: xr.Dataset, at: str | None, part: str) -> xr.DataArray:
+    if at is None:
+        return dataset[f"mesh_force_{part}"]
+    known = []
+    for dim, name in (("bearing", f"bearing_force_{part}"), ("point", f"housing_{part}")):
+        if name in dataset:
+            known += [str(label) for label in dataset[dim].values]
+            if at in dataset[dim].values:
+                return dataset[name].sel({dim: at})
+    raise InputError("sound_at", at, f"must be one of {known}" if known else "no bearing or point has its phases here")
+
+
+def write_run_up(
+    dataset: xr.Dataset, path: str | Path, *, at: str | None = None, full_scale: float | None = None
+) -> tuple[Path, float]:
+    """Write ``run_up`` as a WAV file, 16 bit, one channel; the file, and its full scale in the unit of the signal.
+
+    Parameters
+    ----------
+    at
+        As for ``run_up``.
+    full_scale
+        For variants on a common scale; what exceeds it is cut. A little more than its own largest value where absent.
+
+    Raises
+    ------
+    InputError
+        As ``run_up``, and as ``files.check_target``.
+    """
     from scipy.io import wavfile
 
-    samples = np.round(PEAK * 32767 * run_up(dataset, seconds, bearing)).astype(np.int16)
+    signal = run_up(dataset, at=at)
+    scale = full_scale or max(float(np.abs(signal).max()), 1e-300) / PEAK
     buffer = BytesIO()
-    wavfile.write(buffer, RATE, samples)
-    return write_bytes(path, buffer.getvalue())
+    wavfile.write(buffer, RATE, np.round(32767 * np.clip(signal / scale, -1.0, 1.0)).astype(np.int16))
+    return write_bytes(path, buffer.getvalue()), scale

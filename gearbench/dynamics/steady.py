@@ -1,4 +1,4 @@
-"""Steady motion of all meshes: the orders of each mesh frequency, and what the orders of two make of each other."""
+"""Steady motion of all meshes: the orders of each mesh frequency, and the combinations of two of them."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Steady:
     push
         Mesh forces less those of the mean stiffnesses (speed, row, order) [N].
     residual
-        What is left of the balance at each speed, over the excitation (speed,).
+        Residual of the balance at each speed over the excitation (speed,).
     """
 
     index: NDArray
@@ -45,7 +45,7 @@ class Steady:
 def steady(model: Model, speeds: NDArray, harmonics: int) -> Steady:
     """Balance of all meshes: each frequency by itself (D5), then, where there are several, all together.
 
-    The stiffness of a mesh varies for the motions that others excite, too: orders n of one frequency and m of another
+    The varying stiffness of a mesh also acts on motions that others excite: orders n of one frequency and m of another
     make combinations n ω_1 ± m ω_2.
     """
     groups, H = model.groups, harmonics

@@ -14,7 +14,7 @@ def curve(orders: NDArray, points: int) -> NDArray:
 
 
 def with_mean(orders: NDArray) -> NDArray:
-    """Orders 0 … H (…, H + 1) of what fluctuates by orders 1 … H about zero."""
+    """Orders 0 … H (…, H + 1) of a zero-mean fluctuation with the orders 1 … H."""
     return np.concatenate([np.zeros_like(orders[..., :1]), orders], axis=-1)
 
 
@@ -41,8 +41,8 @@ def phase(orders: NDArray) -> NDArray:
 def highest(orders: NDArray, index: NDArray, points: int) -> NDArray:
     """Largest value (…,) of Σ ŷ_s e^{i s·φ} over all phases φ of frequencies that have no common period.
 
-    Frequency by frequency to the highest point, from where the highest points of each by itself meet: what two make
-    together is small beside these.
+    Frequency by frequency to the highest point, starting at the highest points of each frequency; combinations of two
+    frequencies are small.
 
     Parameters
     ----------

@@ -78,7 +78,7 @@ class OneFace:
             raise InputError(f"{name}.length", max(lengths), allowed)
 
     def shapes(self, index: int | None, b: float) -> list[Shape]:
-        """The reliefs of a face of the width b [mm] that take something away."""
+        """The reliefs of nonzero amount and length on a face of the width b [mm]."""
         found = []
         for end, edge, inwards in zip(self.ends, (0.0, b), (1, -1), strict=True):
             if end is not None and end.amount and end.length:

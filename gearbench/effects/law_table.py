@@ -18,11 +18,11 @@ from gearbench.geometry.separation import NODES, Separation
 if TYPE_CHECKING:
     from gearbench.effects.hertz import Hertz
 
-#: Length of intervals over the half-width of the strip of contact: parabolas on them are good to 1e-4 c and better.
+#: Length of intervals over the half-width of the strip of contact; parabolas on them are accurate to 1e-4 c.
 _STEP = 0.25
 #: The fewest and the most intervals on a base pitch.
 _FEWEST, _MOST = NODES / 4, 2 * NODES
-#: Where within an interval the law is taken: on each side of its ends it may be another.
+#: Points within an interval at which the law is evaluated; at its ends the law may jump.
 _AT = np.array([1e-9, 0.5, 1 - 1e-9])
 
 

@@ -28,7 +28,7 @@ _RANK = 1e-14
 # one is itself alone: sums of compliances are kept by the effects that they are made of
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SeatedGear:
-    """A gear of the scene's own pair on its shaft: the shaft at rest, and the rows that its flank reads."""
+    """A gear of the scene's own pair on its shaft in equilibrium, with the rows of its flank's deflection."""
 
     box: Gearbox
     gear: int
@@ -98,7 +98,7 @@ def factor(gears: Sequence[SeatedGear], each: Sequence[NDArray]) -> NDArray:
 
 
 def _together(gears: tuple[SeatedGear, SeatedGear]) -> list[tuple[SeatedGear, ...]]:
-    """Seats by what they are settled with."""
+    """Seats grouped by the shafts and bodies that are in equilibrium together."""
     pinion, wheel = gears
     return [gears] if pinion.settled is wheel.settled else [(pinion,), (wheel,)]
 

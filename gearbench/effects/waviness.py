@@ -48,8 +48,8 @@ Waves = Annotated[tuple[Wave, ...], Field(max_length=100)]
 class Waviness(GapEffect):
     """Waves on the flanks, e = a cos β_b sin(2π q t/z + φ) (F7), t counting mesh periods over all revolutions.
 
-    Points that touch at the same time have the same deviation: the wave is made by a rolling motion, as that of a gear
-    that turns about another axis than its own, or of a hob or grinding worm whose table drive is not even. ``simulate``
+    Points that touch at the same time have the same deviation: the wave stems from a rolling motion, such as that of
+    an eccentric gear, or of a hob or grinding worm with an uneven table drive. ``simulate``
     has the mesh cycle 0 ≤ t < 1; ``hunting_cycle`` all of them.
 
     Parameters
@@ -82,7 +82,7 @@ class Waviness(GapEffect):
     def turning(self, lines: ContactLines, cycles: NDArray) -> Turning:
         """Two modes a wave: sin(x + ψ) = sin x cos ψ + cos x sin ψ, x of the mesh cycle and ψ of the revolution."""
         modes, amounts = [], []
-        sign = -1 if lines.coast else 1  # the mirror image of the coast flanks turns the other way round
+        sign = -1 if lines.coast else 1  # the mirror image of the coast flanks turns in the opposite direction
         for index, wave in self._waves():
             rate = 2 * math.pi * wave.order / abs(lines.pair.gears[index].teeth)
             x = (sign * rate * lines.mesh_phase + math.radians(wave.phase))[:, None, None]

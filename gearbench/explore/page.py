@@ -26,7 +26,7 @@ MOST = 3
 class Page:
     """The parts of the page, wired; the answer to a pick is added by the caller.
 
-    Every figure is a root of its own: Bokeh lays out a whole root where a label of an axis grows by a digit.
+    Every figure is a separate root, because Bokeh lays out a whole root again when an axis label grows by a digit.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Sets of objectives to be made small: which are not dominated, and how much they dominate."""
+"""Pareto-optimal points of objectives to be minimised, and their hypervolume."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from gearbench.dynamics.over_speed import ForceOverSpeed
     from gearbench.robustness.montecarlo import RobustProblem
 
-#: Violation of a design that makes no scene, or none that can be solved: more than limits can add up to.
+#: Violation of a design without a valid, solvable scene; larger than any sum of limits.
 NO_GEAR = 1e6
 
 
@@ -87,8 +87,8 @@ def evaluate(study: OptimisationStudy, design: Design, incumbents: Incumbents | 
     Where ``incumbents`` are given, it stops as soon as its error samples say that one of them beats it, and limits that
     it keeps roughly (``constraints.solve_roughly``) hold.
 
-    A design that makes no gear, or one that cannot be solved, is an answer too: it violates the constraints, with the
-    reason. No design raises, unless the machine is too small for it, which says nothing about the gear.
+    A design that is no valid gear, or that cannot be solved, violates the constraints, with the reason. Only too
+    little memory raises an error, because it says nothing about the gear.
 
     Raises
     ------
@@ -162,7 +162,7 @@ class _Candidate:
         return Evaluation(violation=violation, reason=reason, constraints=tuple(values.values()), statistics=nothing)
 
     def feasible(self) -> Evaluation:
-        """Its statistics, where it keeps its limits; their values are not in it."""
+        """Evaluation with its statistics, if it keeps its limits; without the values of the limits."""
         answer = self._of_samples() if self.study.robustness.samples else self._without_errors()
         known = dict(zip(self.study.statistics, answer.statistics, strict=True))
         for name in {name for objective in self.study.objectives for name in objective.weights}:
@@ -197,7 +197,7 @@ class _Candidate:
         return Evaluation(violation=0.0, reason="", constraints=(), statistics=known)
 
     def _of_samples(self) -> Evaluation:
-        """Statistics over the error samples, as many as it takes."""
+        """Statistics over as many error samples as needed."""
         study, incumbents, numbers = self.study, self.incumbents, self._numbers()
         r, kinds = study.robustness, self.scene.effect("manufacturing_errors")
         assert isinstance(kinds, ManufacturingErrors)

@@ -140,7 +140,7 @@ def select(
         Conditions to meet.
     rank
         Weights by name. Each quantity counts from its least to its greatest value on the front of the study, so that
-        weights say how much it matters, whatever its unit; negative where more is better. By default the objectives
+        weights are independent of units; negative if more is better. By default the objectives
         of the study.
     worst_case
         Rank by the maxima over the error samples instead of means and standard deviations.
@@ -168,7 +168,7 @@ def select(
 
 
 def _objectives(designs: Designs) -> dict[str, float]:
-    """Weights that let all objectives of the study count alike, weighted sums in their own proportions."""
+    """Weights that give all objectives of the study the same influence; weighted sums keep their proportions."""
     weights: dict[str, float] = {}
     for objective in designs.study.objectives:
         for name, weight in objective.weights.items():

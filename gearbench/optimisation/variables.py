@@ -14,9 +14,9 @@ from gearbench.schema import STRICT, given
 
 Value = bool | int | float | str
 
-#: More values than this are no grid any more: leave out the step.
+#: Most values of a grid; a variable with more should be real, without a step.
 MOST_VALUES = 1_000_000
-#: Beyond this neighbouring whole numbers are no longer told apart.
+#: Largest whole number; beyond it a double does not resolve neighbours.
 LARGEST = 1e15
 
 

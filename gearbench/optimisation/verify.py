@@ -1,4 +1,4 @@
-"""Verification of a front: its designs evaluated again with another compliance of the teeth, all else the same."""
+"""Verification of a front: its designs are evaluated again with finite elements in place of the fast teeth."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def verify(
     designs
         From ``gearbench.optimisation.select.open_designs``.
     numbers
-        Which designs, by their numbers in the dimension ``design``; the front by default.
+        Numbers of the designs in the dimension ``design``; the front by default.
     accuracy
         Relative error of the compliance that the meshes are refined to.
     threads

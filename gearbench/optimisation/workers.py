@@ -1,4 +1,4 @@
-"""Designs side by side on the worker processes of an executor, with the results that one after another has.
+"""Designs evaluated side by side by the worker processes of an executor.
 
 Most of an evaluation is not in compiled kernels but in Python, which works on one thread of a process at a time.
 """
@@ -24,7 +24,7 @@ from gearbench.threads import default_threads, single_threaded_blas
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-#: Seconds of processor time that this process works by itself before it starts others: each needs as long to be ready.
+#: Seconds of processor time that this process works alone before it starts workers, which need as long to start.
 AFTER = 1.5
 #: Tasks for each worker that are handed out ahead, and parts into which what is left is divided: the last tasks are
 #: small, so that workers end together.
@@ -47,7 +47,7 @@ class Workers:
     pool
         The workers.
     after
-        Seconds of processor time that the calling process works alone before workers are started, where they must be.
+        Seconds of processor time that the calling process works alone before it starts workers.
     """
 
     def __init__(self, pool: Pool, after: float = AFTER) -> None:
@@ -80,7 +80,7 @@ class Workers:
                     result = function(item)
                     self._spent += time.thread_time() - start
                     if self._warming is None and self._spent > self._after and self._pool.count > 1:
-                        # each worker loads its kernels; what comes out is known already
+                        # each worker loads its kernels; the result is already known
                         work = pickle.dumps(function)
                         self._warming = [self._submit(work, [item]) for _ in range(self._pool.count)]
                     yield item, result
@@ -95,7 +95,7 @@ class Workers:
                 self._pool.close()
 
     def _ready(self) -> bool:
-        """Whether workers are there and have loaded what they need."""
+        """Whether workers exist and have loaded their kernels."""
         return self._pool.ready or (self._warming is not None and all(future.done() for future in self._warming))
 
     def _side_by_side(self, work: Any, waiting: deque[Item]) -> Iterator[tuple[Item, Any]]:

@@ -206,6 +206,7 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
                 "max |μ|",
                 "largest Floquet multiplier; stable below 1, NaN where proven without it",
             ),
+            "bearing_load": Quantity("N", "B", "mean force of a shaft on its bearing"),
             "bearing_force_amplitude": Quantity("N", "B_n", "amplitude of a bearing force order"),
             "bearing_force_phase": Quantity("rad", "arg B_n", "phase of a bearing force order"),
             "housing_amplitude": Quantity("1", "y_n", "amplitude of an order at a point of the housing"),

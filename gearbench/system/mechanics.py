@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +41,8 @@ class Mechanics:
         Force on each bearing per motion, (bearing, 3, n) [N/mm].
     bearing_names
         Of the bearings, in order.
+    bearing_load
+        Mean force on each (bearing, 3) [N].
     """
 
     mass: NDArray
@@ -50,6 +52,7 @@ class Mechanics:
     spin: NDArray
     bearing: NDArray
     bearing_names: tuple[str, ...]
+    bearing_load: NDArray = field(default_factory=lambda: np.zeros((0, 3)))
 
 
 def two_wheels(system: System, pair: Pair) -> Mechanics:
@@ -141,6 +144,9 @@ def mechanics(box: Gearbox, settled: tuple[Settled, ...], spread: Sequence[NDArr
         spin=spin,
         bearing=rows,
         bearing_names=names,
+        bearing_load=np.array(
+            [force[:3] for number in models for force in settled[number].bearing_force(number)]
+        ).reshape(-1, 3),
     )
     return _without_massless(found, whole)
 

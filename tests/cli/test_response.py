@@ -8,7 +8,8 @@ from scipy.io import wavfile
 from gearbench.cli.response import parse_speeds
 from gearbench.dynamics.analysis import response
 from gearbench.dynamics.figures import draw_response
-from gearbench.dynamics.sound import RATE, run_up
+from gearbench.dynamics.revolution import revolution_response
+from gearbench.dynamics.sound import RATE, run_up, write_run_up
 from gearbench.errors import InputError
 from tests.support.systems import shafts, spur_scene
 
@@ -24,7 +25,9 @@ def test_response_writes_dataset_plots_and_sound(run, tmp_path):
     assert "largest dynamic factor" in printed
     data = xr.load_dataset(out, engine="h5netcdf")
     assert dict(data.sizes)["speed"] == 8
-    assert {path.name for path in plots.iterdir()} == {"force_pair.png", "orders_pair.png", "campbell_pair.png"}
+    assert {path.name for path in plots.iterdir()} == {
+        f"{name}_pair.png" for name in ("force", "orders", "campbell", "bearings")
+    }
     rate, samples = wavfile.read(wav)
     assert rate == RATE
     assert len(samples) == 10 * RATE
@@ -104,5 +107,23 @@ def test_run_up_needs_a_range_and_a_known_bearing():
     with pytest.raises(InputError, match="two speeds"):
         run_up(one)
     two = response(spur_scene({}), speed=[1000.0, 1100.0], harmonics=2)
-    with pytest.raises(InputError, match="bearing = left"):
-        run_up(two, bearing="left")
+    with pytest.raises(InputError, match="sound_at = left"):
+        run_up(two, at="left")
+
+
+@pytest.mark.slow
+def test_sounds_on_a_common_scale_and_of_side_bands(tmp_path):
+    """Twice the full scale is half as loud; a revolution sounds at orders between those of the mesh."""
+    speeds = [2400.0, 2400.5]
+    data = response(spur_scene({}), speed=speeds, harmonics=2)
+    _, scale = write_run_up(data, tmp_path / "one.wav")
+    write_run_up(data, tmp_path / "two.wav", full_scale=2 * scale)
+    one, two = (wavfile.read(tmp_path / f"{name}.wav")[1].astype(float) for name in ("one", "two"))
+    assert np.abs(one - 2 * two).max() <= 2
+    assert np.abs(run_up(data)).max() == pytest.approx(0.9 * scale)
+    error = np.cos(2 * np.pi * np.arange(400) / 400)  # once a revolution
+    turning = revolution_response(spur_scene({}), speed=speeds, harmonics=2, error=error)
+    signal = run_up(turning, 2.0)
+    spectrum = np.abs(np.fft.rfft(signal * np.hanning(len(signal))))
+    beside = round(2.0 * 2400.25 / 60 * 26)  # the band above the first order
+    assert spectrum[beside - 2 : beside + 3].max() > 10 * np.median(spectrum[beside - 40 : beside + 40])

@@ -64,6 +64,9 @@ def test_slow_response_is_the_simulation(seat, relief):
     forces = data["bearing_force_amplitude"].sel(bearing="input 2", direction=["x", "y"]).values[0, 0]
     assert_allclose(np.linalg.norm(forces), np.linalg.norm(expected), rtol=0.01)
     assert expected.max() > 1e-3 * scene.F_bt
+    # mean loads: the bearings of the pinion carry its force together
+    carried = data["bearing_load"].sel(bearing=["input 1", "input 2"], direction=["x", "y"]).sum("bearing").values
+    assert_allclose(np.linalg.norm(carried), scene.F_bt, rtol=1e-9)
 
 
 @dataclass(frozen=True, kw_only=True)

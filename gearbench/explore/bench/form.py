@@ -1,4 +1,4 @@
-"""Controls of a scene, made from its input classes: each key with its unit, its limits and what it means."""
+"""Controls of a scene, made from its input classes: each key with unit, limits and meaning."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class Group:
     Parameters
     ----------
     path, title, text
-        The table, its heading, and what it is.
+        The table, its heading, and its description.
     controls
         Its keys.
     present
@@ -100,7 +100,7 @@ def form(scene: Scene) -> tuple[Group, ...]:
         given = tables["effects"].get(name)
         try:
             kind = effect_class(name)
-        except GearbenchError:  # of another package, and broken: the scene can do without
+        except GearbenchError:  # a broken effect of another package: the scene works without it
             continue
         if given is not None or not takes_files(kind):
             shown = kind.example if given is None else given
@@ -160,7 +160,7 @@ def _control(key: Key, path: str, given: Any) -> Control | None:
         least, most, above = key.limits
         narrow = path.startswith("pair.") and key.name not in ("profile_shift", "helix_angle")
         low, high, step = _span(value, least, most, unit, whole=plain is int, above=above, narrow=narrow)
-        if path == "load.torque" and value is not None:  # of the sign that it has: neither flank carries 0
+        if path == "load.torque" and value is not None:  # keeps its sign: a torque of 0 loads neither flank
             low, high, step = _same_sign(value, low, high, step)
         kind: Kind = "integer" if plain is int else "number"
         return Control(**common, kind=kind, value=value, least=least, most=most, low=low, high=high, step=step)
