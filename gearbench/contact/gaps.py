@@ -52,7 +52,7 @@ def gap_effects(scene: Scene) -> tuple[GapEffect, ...]:
 
 
 def variation(scene: Scene, span: tuple[float, float] | None = None) -> tuple[float, float]:
-    """How much the gap varies at most along the contact lines over ``span``, and over all of them [mm]."""
+    """Maximum gap variation along and across the contact lines over ``span`` [mm]."""
     kinks, face = map(tuple, gap_kinks(scene))
     return _variation(scene.pair, gap_effects(scene), scene.load.coast, (kinks, face), flank_separation(scene), span)
 
