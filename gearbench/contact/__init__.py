@@ -6,5 +6,6 @@ The problem: ``gaps`` and ``lines``, ``assemble`` of both with the compliance, `
 The quadrature over a cycle: ``look`` solves it coarsely, ``births`` and ``transitions`` say at which phases the contact
 changes, ``panels`` and ``phases`` make Gauss points between them; along the lines ``patches`` and ``pieces`` do.
 
-The solvers: ``solver`` (one problem), ``batch`` (many samples), ``dense`` and ``reference`` (to compare with).
+The solvers: ``solver`` (one problem), ``batch`` (many samples), ``dense`` (active set), ``reference`` (linearised at
+the mean errors).
 """

@@ -33,23 +33,22 @@ def test_rows_are_as_they_were_stored(kept):
         number = list(kept["row"].values).index(name)
         found = judged(scene(number), plate_study(1).robustness)
         stored = np.array([kept[f"row_{each}"].values[number] for each in NAMES])
-        # the stored samples have the bias of cells, which samples are now without: up to 1.7 % on these rows
-        np.testing.assert_allclose(found, stored, rtol=0.02)
+        np.testing.assert_allclose(found, stored, rtol=1e-3)
 
 
 def test_the_page_says_what_the_stored_gears_show(kept):
     """Of contact ratios below 1.25 the fluctuation of the stiffness grows by a third and more, m_ste falls."""
     low = kept["row_contact_ratio"].values < 1.25
     assert low.sum() == 4
-    for model, least, most in (("plate", 34, 74), ("solid", 68, 121)):
+    for model, least, most in (("plate", 33, 74), ("solid", 67, 124)):
         m_k = change(kept, "row", "m_k", model)
         assert (round(m_k[low].min()), round(m_k[low].max())) == (least, most)
         assert np.abs(m_k[~low]).max() < 18
         assert change(kept, "row", "m_ste", model).max() < 2
     remain = [[measures(kept, "design", tool, "plate")[key] for tool in TOOLS] for key in _COUNTS]
-    assert remain == [[72, 66, 68], [12, 40, 39]]
+    assert remain == [[70, 65, 64], [12, 40, 37]]
     ranks = [measures(kept, "design", tool, "plate")["rank correlation of m_k"] for tool in TOOLS]
-    np.testing.assert_allclose(ranks, [0.10, 0.79, 0.88], atol=0.006)
+    np.testing.assert_allclose(ranks, [0.066, 0.782, 0.824], atol=0.006)
 
 
 _COUNTS = ("not dominated on the line", "of these, not dominated off the line")

@@ -38,8 +38,7 @@ def test_rows_are_as_they_were_stored(kept):
         assert table_2()[number].gear == name
         found = means(scene(number), plate_study(1).robustness)
         stored = [kept[f"row_{each}_solid"].values[number] for each in ("m_k", "m_ste")]
-        # the stored samples have the bias of cells, which samples are now without: up to 1.7 % on these rows
-        np.testing.assert_allclose(found, stored, rtol=0.02)
+        np.testing.assert_allclose(found, stored, rtol=1e-3)
 
 
 def on_front(dataset: xr.Dataset, tool: int, model: str) -> NDArray:
@@ -55,26 +54,26 @@ def test_the_page_says_what_the_stored_fronts_show(kept):
     assert row("gears on the front of the solid") == [28, 57, 54]
     assert row("gears on the front of the plate") == [79, 66, 68]
     assert row("of these, on the front of both together") == [4, 40, 34]
-    assert row("hypervolume of the solid's front", 3) == [0.507, 0.413, 0.398]
-    assert row("hypervolume of the plate's front, judged by the solid", 3) == [0.492, 0.408, 0.391]
-    for name, m_k, m_ste in (("median", [-27, -20, -8], [-4, -12, -12]), ("least", [-61, -31, -28], [-46, -36, -28])):
+    assert row("hypervolume of the solid's front", 3) == [0.51, 0.413, 0.396]
+    assert row("hypervolume of the plate's front, judged by the solid", 3) == [0.492, 0.407, 0.389]
+    for name, m_k, m_ste in (("median", [-28, -21, -8], [-4, -12, -12]), ("least", [-61, -32, -29], [-48, -36, -28])):
         comma = ", least" if name == "least" else " from plate to solid, median"
         assert (row(f"m_k{comma} [%]"), row(f"m_ste{comma} [%]")) == (m_k, m_ste)
-    assert (row("m_k, greatest [%]"), row("m_ste, greatest [%]")) == ([-18, -17, 0], [107, 41, -3])
+    assert (row("m_k, greatest [%]"), row("m_ste, greatest [%]")) == ([-18, -17, -1], [110, 40, -3])
     assert row("rank correlation of m_k", 2) == [0.61, 0.99, 0.98]
-    assert [round(100 * found[tool]["largest lead of a row of Table 2"], 1) for tool in TOOLS] == [-4.7, -0.2, -1.1]
+    assert [round(100 * found[tool]["largest lead of a row of Table 2"], 1) for tool in TOOLS] == [-4.6, -0.2, -1.2]
 
 
 def test_what_the_fronts_are_made_of(kept):
     crowned = [[int((kept["crowning"].values[on_front(kept, t, m)] > 2).sum()) for t in TOOLS] for m in MODELS]
     assert crowned == [[42, 20, 26], [0, 4, 0]]
     own = on_front(kept, 1, "solid")
-    quiet = own & (kept["m_ste_solid"].values < 0.23)
+    quiet = own & (kept["m_ste_solid"].values < 0.25)
     assert (own.sum(), quiet.sum()) == (28, 24)
     assert set(kept["helix_angle"].values[quiet]) == {25.0}
     assert kept["crowning"].values[quiet].max() == 0
     loud = own & ~quiet
-    assert round(kept["m_k_solid"].values[quiet].min() - kept["m_k_solid"].values[loud].min(), 2) == 0.13
+    assert round(kept["m_k_solid"].values[quiet].min() - kept["m_k_solid"].values[loud].min(), 2) == 0.21
     assert 6.5 < kept["m_ste_solid"].values[loud].min() / kept["m_ste_solid"].values[quiet].max() < 7.5
 
 
@@ -91,8 +90,8 @@ def test_rows_of_the_table_beside_the_fronts(kept):
         assert all(lead(row, solid) < 0 for row in theirs)
     assert covered == [(7, 7), (12, 13), (10, 11)]
     assert farthest[1:] == [0.5, 0.8]
-    assert gains == [43, 21, 21]
-    assert misses == [(29, 50), (0, 5), (0, 9)]
+    assert gains == [44, 22, 20]
+    assert misses == [(29, 50), (0, 5), (0, 8)]
 
 
 def _gain(point: NDArray, front: NDArray) -> float:
