@@ -8,8 +8,9 @@ loaded. Newton's method: under the forces found so far every mesh is its tangent
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,12 +23,15 @@ from gearbench.contact.solver import ConvergenceError, Guess
 #: Change of a force over the greatest at which Newton's method has ended, and steps until then at most.
 SETTLED, STEPS = 1e-11, 60
 #: Force over the nominal one below which a mesh is its tangent.
-LEAST = 1e-6
+LEAST = 1e-9
 #: A force grows by this factor at most in a step: tangents of flanks under small loads are far too compliant.
 GROWTH = 8.0
-#: Stiffness that parted meshes keep in the matrix of the inner steps, which alone it is for, over that under load.
-_PARTED = 1e-9
-_INNER = 100
+#: Stiffness that parted meshes keep in the matrices of Newton's method, which alone it is for, over that under load.
+PARTED = 1e-6
+#: What may be out of balance over the load, inner steps until then at most, and how often one is halved.
+_BALANCED, _INNER, _HALVED = 1e-13, 30, 30
+#: Where rounding of flanks that just touch leaves more than ``SETTLED``: the most that is an answer.
+ENOUGH = 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,30 +105,59 @@ class Statics:
     force: NDArray
     offset: NDArray
 
-    def motions(self, k: NDArray, free: NDArray) -> tuple[NDArray, NDArray]:
-        """q (position, motion) and F (position, mesh) of springs F = max(0, k (δ − free)), (position, mesh) each.
+    def balanced(
+        self, response: Callable[[NDArray], tuple[NDArray, NDArray]], q: NDArray, enough: float = 0.0
+    ) -> tuple[NDArray, NDArray]:
+        """q (…, motion) and F (…, mesh) that balance, where ``response`` gives F and ∂F/∂δ > 0 of the approaches δ.
+
+        The gradient of a convex function vanishes: Newton's method from ``q``, halving steps that go too far.
 
         Raises
         ------
         ConvergenceError
-            If the set of loaded springs does not converge.
+            If more than ``ENOUGH`` of the load, and than ``enough``, is left.
         """
         B, K, f = self.rows, self.stiffness, self.force
-        loaded, q = np.ones(k.shape, dtype=bool), np.zeros((len(k), B.shape[1]))
+        lever = np.abs(B).max(axis=0)  # torques are forces on these
+        load = np.abs(f / lever).max()
+
+        def state(q: NDArray) -> tuple[NDArray, NDArray, NDArray]:
+            F, k = response(q @ B.T + self.offset)
+            return F, k, f - q @ K - F @ B
+
+        F, k, rest = state(q)
+        size = np.abs(rest / lever).max(axis=-1) / load
+        best = q, F, size
         for _ in range(_INNER):
-            own = k * np.where(loaded, 1.0, _PARTED)
-            matrix = K + np.einsum("mi,pm,mj->pij", B, own, B)
-            s = q @ B.T + self.offset - free
-            rest = f - q @ K - (loaded * k * s) @ B
-            q = q + np.linalg.solve(matrix, rest[..., None])[..., 0]
-            s = q @ B.T + self.offset - free
-            now = s > 0
-            small = np.abs(k * s) <= 1e-12 * np.abs(k * s).max(axis=1, keepdims=True)
-            done = np.all((now == loaded) | small, axis=1)
-            if done.all():
-                return q, np.maximum(0.0, k * s)
-            loaded = np.where(done[:, None], loaded, now)
-        raise ConvergenceError("balance of the meshes not found: which of them are loaded")
+            left = best[2] > max(enough, _BALANCED)
+            if not left.any():
+                break
+            step = np.zeros_like(rest)
+            matrix = K + (B.T * k[left][:, None]) @ B
+            step[left] = np.linalg.solve(matrix, rest[left][..., None])[..., 0]
+            slope, t, new = np.einsum("...i,...i->...", rest, step), np.ones(q.shape[:-1]), q
+            for _ in range(_HALVED):
+                new = q + t[..., None] * step
+                F, k, rest = state(new)
+                far = np.einsum("...i,...i->...", rest, step) < -0.5 * slope
+                if not far.any():
+                    break
+                t = np.where(far, t / 2, t)
+            q, size = new, np.abs(rest / lever).max(axis=-1) / load
+            better = size < best[2]
+            best = tuple(
+                np.where(better.reshape(better.shape + (1,) * (now.ndim - better.ndim)), now, old)
+                for now, old in zip((q, F, size), best, strict=True)
+            )
+        if best[2].max() > max(enough, ENOUGH):
+            raise ConvergenceError(f"balance of the meshes not found: {best[2].max():.1e} of the load is left")
+        return best[0], best[1]
+
+
+def _tangents(approach: NDArray, *, k: NDArray, free: NDArray) -> tuple[NDArray, NDArray]:
+    """Forces and stiffness of springs that do not pull, F = max(0, k (δ − free))."""
+    s = approach - free
+    return np.maximum(0.0, k * s), np.where(s > 0, k, PARTED * k)
 
 
 def balance(meshes: Sequence[MeshAt], statics: Statics) -> Balance:
@@ -138,17 +171,25 @@ def balance(meshes: Sequence[MeshAt], statics: Statics) -> Balance:
     count = len(meshes[0].problem.gap)
     nominal = np.array([mesh.nominal for mesh in meshes])
     guesses = [Guess.nothing(mesh.problem) for mesh in meshes]
-    force, change = np.tile(nominal, (count, 1)), np.zeros(1)
+    force, before, left = np.tile(nominal, (count, 1)), np.zeros(1), 0.0
+    q = np.zeros((count, statics.rows.shape[1]))
     for step in range(STEPS):
         at = np.maximum(force, LEAST * nominal)
         answers = [mesh.answer(at[:, m], guesses[m]) for m, mesh in enumerate(meshes)]
         approach, k = np.stack([x for x, _, _ in answers], axis=1), np.stack([k for _, k, _ in answers], axis=1)
-        q, found = statics.motions(k, approach - at / k)
-        change = np.abs(np.where(force > LEAST * nominal, found - force, np.maximum(found - at, 0.0)))
-        if change.max() <= SETTLED * np.abs(found).max():
+        if step == 0:  # as if all were loaded
+            matrix = statics.stiffness + (statics.rows.T * k[:, None]) @ statics.rows
+            right = statics.force - (k * (statics.offset - approach) + at) @ statics.rows
+            q = np.linalg.solve(matrix, right[..., None])[..., 0]
+        q, found = statics.balanced(partial(_tangents, k=k, free=approach - at / k), q)
+        change = np.where(force > LEAST * nominal, found - force, np.maximum(found - at, 0.0))
+        left = np.abs(change).max() / np.abs(found).max()
+        if left <= (SETTLED if step < STEPS - 1 else ENOUGH):
             alone = [np.where(loaded, 1.0, 0.0) for loaded in (force > 0).T]  # parted flanks are loaded a little
             own = (replace(a[2], force=a[2].force * one[:, None, None]) for a, one in zip(answers, alone, strict=True))
             return Balance(force=force, motion=q, stiffness=k * (force > 0), solutions=tuple(own), steps=step + 1)
+        # forces that swing about where flanks begin to touch go half of the way
+        next_ = np.where(change * before < 0, (force + found) / 2, found)
         # the force of a mesh close to separation is on its tangent
-        force = np.where(found > LEAST * nominal, np.minimum(found, GROWTH * at), found)
-    raise ConvergenceError(f"forces of the meshes not settled after {STEPS} steps: {change.max():.1e} N")
+        force, before = np.where(next_ > LEAST * nominal, np.minimum(next_, GROWTH * at), next_), change
+    raise ConvergenceError(f"forces of the meshes not settled after {STEPS} steps: {left:.1e} of the greatest")

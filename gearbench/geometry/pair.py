@@ -221,10 +221,7 @@ class Pair:
 
     def __post_init__(self) -> None:
         total = self.pinion.teeth + self.wheel.teeth
-        if self.pinion.teeth < 0:
-            allowed = "a ring is the wheel of its pair; where it drives the torque is negative"
-            raise InputError("pinion.teeth", self.pinion.teeth, allowed)
-        if self.wheel.teeth < 0 <= total:
+        if min(self.pinion.teeth, self.wheel.teeth) < 0 and (self.pinion.teeth * self.wheel.teeth > 0 or total >= 0):
             raise InputError("wheel.teeth", self.wheel.teeth, "a ring meshes with a gear of fewer teeth than its own")
         if self.centre_distance == 0 or (total > 0 > self.centre_distance):
             raise InputError("centre_distance", self.centre_distance, "must be greater than 0")
@@ -240,7 +237,8 @@ class Pair:
             raise InputError("centre_distance", self.centre_distance, "no contact: the tip circles do not overlap")
         if self.is_internal and (room := tip_room(self)) < 0:
             allowed = f"its tips foul those of the ring by {-room:.3g} mm off the path of contact: must have fewer"
-            raise InputError("pinion.teeth", self.pinion.teeth, allowed)
+            pinion = min((0, 1), key=lambda index: abs(self.members[index].teeth))
+            raise InputError(f"{GEARS[pinion]}.teeth", self.members[pinion].teeth, allowed)
         if self.meshing.total_contact_ratio < 1:
             allowed = f"total contact ratio {self.meshing.total_contact_ratio:.4g} must be at least 1"
             raise InputError("centre_distance", self.centre_distance, allowed)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.results.points import Columns
-from gearbench.trains.scatter import balanced, curves
+from gearbench.trains.scatter import SETTLED, curves
 from gearbench.trains.solve import SolvedTrain
 
 #: Positions of the carrier against the ring.
@@ -31,7 +31,7 @@ def revolution_columns(solved: SolvedTrain) -> tuple[Columns, Columns]:
         way = np.cos(angle)[:, None] * modes[f"{name} x"] + np.sin(angle)[:, None] * modes[f"{name} y"]
         offset += amount * (way - modes[f"{name} x"])  # the set itself is at the beginning
     forces = curves(solved.contacts, float(short.keys.number))
-    F, _ = balanced(forces, solved.statics(offset), solved.balance.motion, float(solved.balance.force.max()))
+    _, F = solved.statics(offset[:, None]).balanced(forces, solved.begun(POINTS), SETTLED)
     sharing: NDArray = (F / solved.even).max(axis=1).T
     coords: Columns = {"revolution": (("revolution",), turns)}
     return coords, {"load_sharing_over_revolution": (("mesh", "revolution"), sharing)}

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.batch import on_threads
-from gearbench.contact.equilibrium import MeshAt, Statics
+from gearbench.contact.equilibrium import PARTED, MeshAt
 from gearbench.contact.problem import part_of
-from gearbench.contact.solver import ConvergenceError, Guess
+from gearbench.contact.solver import Guess
 from gearbench.effects.distributions import DISTRIBUTIONS
 from gearbench.errors import InputError
 from gearbench.geometry.planetary import DEVIATIONS, PlanetaryScatter
@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 
 #: Levels of the tabled force, the least of them over the force of even sharing, and samples that are solved together.
 LEVELS, LEAST, CHUNK = 32, 1e-3, 50
-#: Imbalance over the force at which a sample is solved, and Newton steps until then at most.
-SETTLED, STEPS = 1e-9, 60
+#: Imbalance over the load at which a sample is solved.
+SETTLED = 1e-9
 #: Numbers of a sample that get statistics and shares.
 STUDIED = ("mesh_load_factor", "train_transmission_error_rms")
 
@@ -79,7 +79,9 @@ class Curves:
         k = k0 + inside * (2 * c2 + 3 * c3 * inside)
         f, k = f + (t - inside) * np.where(t > 1, k1, k0), np.where(t > 1, k1, np.where(t < 0, k0, k)) / h
         parted = f <= 0
-        return np.moveaxis(np.where(parted, 0.0, f), 0, -1), np.moveaxis(np.where(parted, 0.0, k), 0, -1)
+        return np.moveaxis(np.where(parted, 0.0, f), 0, -1), np.moveaxis(
+            np.where(parted, PARTED * self.slope.max(), k), 0, -1
+        )
 
 
 def curves(meshes: Sequence[MeshAt], most: float) -> Curves:
@@ -95,34 +97,6 @@ def curves(meshes: Sequence[MeshAt], most: float) -> Curves:
         found.append([each.reshape(LEVELS, count).T for each in (approach, force, slope)])
     approach, force, slope = (np.stack(each) for each in zip(*found, strict=True))
     return Curves(approach=approach, force=force, slope=slope)
-
-
-def balanced(forces: Curves, statics: Statics, q: NDArray, scale: float) -> tuple[NDArray, NDArray]:
-    """Forces (sample, position, mesh) and motions of samples with the offsets (sample, mesh) of ``statics``.
-
-    ``q`` (position, motion) is where they begin, ``scale`` their greatest force.
-
-    Raises
-    ------
-    ConvergenceError
-        If a sample is not balanced.
-    """
-    B, K, f = statics.rows, statics.stiffness, statics.force
-    g = statics.offset[:, None]
-    q = np.broadcast_to(q, (len(g), *q.shape)).copy()
-    size = np.abs(B).max(axis=0)  # a torque is a force on the longest lever
-    left = np.ones(q.shape[:2], dtype=bool)
-    F, k = forces(q @ B.T + g)
-    for _ in range(STEPS):
-        rest = f - q @ K - F @ B
-        left = np.abs(rest / size).max(axis=-1) > SETTLED * scale
-        if not left.any():
-            return F, q
-        stiff = np.maximum(k[left], 1e-6 * k.max())
-        matrix = K + (B.T * stiff[:, None]) @ B
-        q[left] += np.linalg.solve(matrix, rest[left][..., None])[..., 0]
-        F, k = forces(q @ B.T + g)
-    raise ConvergenceError(f"{int(left.sum())} positions of samples not balanced after {STEPS} steps")
 
 
 def variables(scatter: PlanetaryScatter, planets: tuple[str, ...]) -> dict[str, float]:
@@ -217,8 +191,8 @@ def robust_train(
 
 def solved_samples(solved: SolvedTrain, forces: Curves, names: dict[str, float], errors: NDArray) -> dict[str, NDArray]:
     """Numbers of some samples, by their names, (sample, …)."""
-    statics = solved.statics(offsets(solved, names, errors))
-    F, q = balanced(forces, statics, solved.balance.motion, float(solved.balance.force.max()))
+    statics = solved.statics(offsets(solved, names, errors)[:, None])
+    q, F = statics.balanced(forces, solved.begun(len(errors)), SETTLED)
     sharing = F / solved.even
     error = MICROMETRES * solved.radius * solved.input_sense * q[..., solved.linkage.input]
     return {

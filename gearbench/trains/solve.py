@@ -66,6 +66,10 @@ class SolvedTrain:
         """Coupling of the meshes, with ``more`` approach of each mesh, (…, mesh) [mm]."""
         return replace(self.own, offset=self.own.offset + more)
 
+    def begun(self, samples: int) -> NDArray:
+        """Motions that samples begin with, (sample, position, motion)."""
+        return np.broadcast_to(self.balance.motion, (samples, *self.balance.motion.shape))
+
     @property
     def input_turn(self) -> NDArray:
         """Angle by which the shaft that torque enters turns more than stiff gears without errors, (position,) [rad]."""

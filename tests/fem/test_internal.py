@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from pydantic import ValidationError
 
 from fem_reference.refinement import Level, blocks_of, default_order
 from fem_reference.section import Body
@@ -16,7 +13,6 @@ from gearbench import simulate
 from gearbench.compliance.gear_body import ToothedRing
 from gearbench.effects.teeth import solid_tooth
 from gearbench.geometry.material import Material
-from gearbench.geometry.pair import Member, Pair
 from gearbench.scene_file import parse_scene
 from tests.geometry.test_internal import drawn, example, internal
 
@@ -96,45 +92,3 @@ def test_a_pair_with_a_ring_is_that_of_finite_elements(support):
         assert float(found[name]) == pytest.approx(float(exact[name]), rel=limit)
     name = "transmission_error_peak_to_peak"
     assert float(found[name]) == pytest.approx(float(exact[name]), rel=0.03)
-
-
-def pair_drawn(rng) -> dict:
-    """Tables of a pair without interference: spur or helical, rim of 1.2 to 6 modules, held firmly or on springs."""
-    while True:
-        z2, helix, m = int(rng.integers(45, 140)), float(rng.choice([0.0, rng.uniform(5.0, 30.0)])), 2.0
-        z1, b, rim = int(rng.integers(15, z2 - 14)), float(rng.uniform(5.0, 12.0)) * m, float(rng.uniform(1.2, 6.0))
-        wheel = {"teeth": -z2, "addendum": float(rng.uniform(0.7, 0.95))}
-        pinion = {"teeth": z1, "addendum": 0.95, "profile_shift": float(rng.uniform(-0.2, 0.5))}
-        size = {"normal_module": m, "helix_angle": helix, "face_width": b}
-        size["centre_distance"] = m * (z2 - z1) / 2 / math.cos(math.radians(helix))
-        try:
-            pair = Pair(**size, pinion=Member(**pinion), wheel=Member(**wheel))
-        except ValidationError:
-            continue
-        if any(pair.meshing.has_interference):
-            continue
-        own, ring = (gear.root_radius for gear in pair.gears)
-        pinion["bore_diameter"], wheel["outer_diameter"] = max(2 * own - 6 * m, own), 2 * (rim * m - ring)
-        if rng.uniform() < 0.5:
-            wheel["support"] = {"radial": 0.0, "tangential": float(10 ** rng.uniform(2.0, 4.5))}
-        torque = 0.15 * b * pair.gears[0].base_radius
-        effects = {"tooth_bending": {"model": "solid"}, "gear_body": {}, "hertz": {}, "off_line_contact": {}}
-        return {
-            "pair": {**size, "pinion": pinion, "wheel": wheel}, "load": {"torque": torque}, "effects": effects,
-            "resolution": {"positions": 24, "segments": 15},
-        }  # fmt: skip
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(6))
-def test_pairs_drawn_at_random_are_those_of_finite_elements(seed):
-    tables = pair_drawn(np.random.default_rng([31, seed]))
-    found = simulate(parse_scene(tables))
-    tables["effects"]["tooth_bending"] = {"model": "finite_elements"}
-    exact = simulate(parse_scene(tables))
-    mean = float(exact["transmission_error_mean"])
-    assert float(found["transmission_error_mean"]) == pytest.approx(mean, rel=0.01)
-    assert float(found["mesh_stiffness_mean"]) == pytest.approx(float(exact["mesh_stiffness_mean"]), rel=0.01)
-    name = "transmission_error_peak_to_peak"
-    # of helical pairs it is a hundredth of the mean
-    assert float(found[name]) == pytest.approx(float(exact[name]), rel=0.03, abs=1e-3 * mean)

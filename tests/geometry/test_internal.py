@@ -224,8 +224,7 @@ def test_radial_assembly_by_the_closed_form(z1, z2):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"teeth": 60}, "foul|fewer teeth"),
-        ({"teeth": -30}, "is the wheel"),
+        ({"teeth": 60}, "fewer teeth"),
         ({"wheel": {"bore_diameter": 300.0}}, "internal gear"),
         ({"pinion": {"outer_diameter": 300.0}}, "external gear"),
         ({"wheel": {"cutter": Cutter(teeth=70)}}, "fewer than"),
@@ -376,11 +375,3 @@ def test_conforming_flanks_are_warned_of():
     for factor, warned in ((1.0, True), (0.8, False)):
         fake = xr.Dataset({"flank_pressure_max": factor * pressure / rho})
         assert any("conforming" in line for line in warnings(other, fake)) == warned
-
-
-def test_coast_flanks_without_modifications_are_the_drive_flanks():
-    tables = example(pair__helix_angle=12.0, pair__centre_distance=60.0 / math.cos(math.radians(12.0)))
-    del tables["effects"]["tip_relief"]
-    drive, coast = (simulate(parse_scene({**tables, "load": {"torque": T}})) for T in (300.0, -300.0))
-    assert_allclose(coast["mesh_stiffness_mean"], drive["mesh_stiffness_mean"], rtol=1e-9)
-    assert_allclose(coast["transmission_error_mean"], drive["transmission_error_mean"], rtol=1e-9)
