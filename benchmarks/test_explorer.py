@@ -1,7 +1,6 @@
 """The explorer: its page over 60 000 designs in a real browser, and the picture of a gear behind its sliders."""
 
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +10,8 @@ from benchmarks.pairs import paper_pair
 from gearbench.effects.base import Effect
 from gearbench.effects.gear_body import GearBody
 from gearbench.effects.tooth_bending import ToothBending
+from gearbench.explore.controls import moved, positions
 from gearbench.explore.model import picture
-from gearbench.explore.settings import Settings
 from tests.browser.changes import change_times
 from tests.browser.chromium import chromium, missing, open_page, wait
 
@@ -30,7 +29,8 @@ def test_picture_of_a_gear_as_a_slider_moves(benchmark, teeth, number):
     amounts = iter(np.linspace(1.0, 9.0, 100))
     picture(base)
     benchmark.extra_info["target_s"] = 0.1
-    benchmark.pedantic(lambda: picture(replace(Settings.of(base), crowning=next(amounts)).applied(base)), rounds=20)
+    places = {name: slider["value"] for name, slider in positions(base).items()}
+    benchmark.pedantic(lambda: picture(moved(base, places | {"crowning": next(amounts)})), rounds=20)
 
 
 @pytest.mark.skipif(bool(missing()), reason=missing() or "–")

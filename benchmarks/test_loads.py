@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.pairs import GEARS, on_line, other_torques
 from gearbench import read_scene, robust, simulate, sweep
-from gearbench.contact.lines import conforming
+from gearbench.contact.gaps import conforming
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 

@@ -59,7 +59,7 @@ def read_scene(path: str | Path) -> Scene:
     return scene
 
 
-#: The name that code of gearbench still uses.
+#: Name before version 1.0.
 load_scene = read_scene
 
 

@@ -319,7 +319,7 @@ def test_the_other_terms_are_bit_identical(name):
             assert type(one) is type(other)
             for key, value in vars(one).items():
                 assert np.array_equal(value, getattr(other, key)), key
-    assert np.array_equal(total_gap(rest, lines), sum_of_gaps)
+    assert np.array_equal(total_gap(rest.acting_effects, lines), sum_of_gaps)
 
 
 @DROPPED

@@ -97,7 +97,8 @@ def _print_table(title: str, dataset: xr.Dataset) -> None:
     from gearbench.cli.table import print_columns
 
     elements = "compliance_error" in dataset
-    names = ("knob", "level", "error", "±", *(("compliance",) if elements else ()), "time", "memory", "order observed")
+    compliance = ("compliance",) if elements else ()
+    names = ("setting", "level", "error", "±", *compliance, "time", "memory", "order observed")
     table = []
     for knob in dataset["knob"].values:
         rows = dataset.isel(setting=dataset["setting_knob"].values == knob)

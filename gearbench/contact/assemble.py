@@ -46,7 +46,7 @@ def assemble(
     """
     acting = scene.acting_effects if effects is None else effects
     beside = {effect.name: effect for effect in acting}
-    gaps = gaps_along(scene, lines, acting)
+    gaps = gaps_along(acting, lines)
     gap, sigma = gap_and_variation(gaps)
     at = lines.smooth_lines(nodes or smooth_nodes(lines)) if lines.cells else lines
     adding = [effect for effect in acting if isinstance(effect, ComplianceEffect)]
@@ -65,7 +65,7 @@ def assemble(
     problem = _problem(scene, lines, own, laws, gap, sigma, truncation, smooth.length_scale)
     factor, rows = smooth.factor.reshape(*at.shape, -1), rows_of_cells(at, lines)
     along = Along(
-        scene=scene, effects=tuple(acting), lines=lines, gaps=gaps, smooth_lines=at, factor=factor, rows=rows,
+        effects=tuple(acting), lines=lines, gaps=gaps, smooth_lines=at, factor=factor, rows=rows,
         laws=own.laws, nodes=max(at.shape[2], ON_PANEL * (1 + int(lines.panel.max(initial=0)))),
         share=np.ones(len(gaps)),
     )  # fmt: skip

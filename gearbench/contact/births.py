@@ -135,7 +135,7 @@ def _kinks(scene: Scene, low: float, high: float) -> list[float]:
     meshing = scene.pair.meshing
     if meshing.overlap_ratio or flank_separation(scene) is not None:
         return []
-    phases = meshing.phases_at((meshing.path_start, meshing.path_end, *gap_kinks(scene, None)[0]))
+    phases = meshing.phases_at((meshing.path_start, meshing.path_end, *gap_kinks(scene)[0]))
     return sorted(x for phase in set(phases) for k in range(-1, 2) if low < (x := phase + math.floor(low) + k) < high)
 
 
@@ -210,7 +210,7 @@ def _from_look(scene: Scene, look: Look, x: NDArray, loaded: NDArray, changes: C
     )
     number = number.astype(int) - lines.index[0]
     own = np.arange(within.size), np.clip(number, 0, lines.shape[1] - 1)
-    gap = gaps_along(scene, lines)[own].reshape(*within.shape, shape[2], -1) / scale
+    gap = gaps_along(scene.acting_effects, lines)[own].reshape(*within.shape, shape[2], -1) / scale
     exists = (lines.active[own] & (number == own[1])).reshape(within.shape)
     length = lines.length[own].reshape(*within.shape, -1)
     cubics = [np.linalg.solve(np.vander(nodes).T, np.vander(t, len(nodes)).T).T for nodes in (AROUND, AROUND[:3])]

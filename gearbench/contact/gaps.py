@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gearbench.contact.phases import mirrored_phases
 from gearbench.effects.base import Effect, GapEffect
-from gearbench.geometry.action import ContactLines
+from gearbench.geometry.action import ContactLines, contact_lines
+from gearbench.geometry.pair import Pair
 from gearbench.geometry.separation import Separation, separation
 from gearbench.scene import Scene
+
+#: A gap that varies less than this along the contact lines is constant [mm].
+LEAST_VARIATION = 1e-10
+#: Phases, and nodes on their lines, at which the gap is looked at.
+TRIAL_PHASES, TRIAL_SEGMENTS = 8, 12
 
 
 def flank_separation(scene: Scene) -> Separation | None:
@@ -24,9 +32,9 @@ def profile_separation(scene: Scene) -> Separation:
     return separation(scene.pair, tuple(m for effect in gaps for m in effect.modifications(scene.pair)))
 
 
-def gap_kinks(scene: Scene, flanks: Separation | None) -> tuple[list[float], list[float]]:
+def gap_kinks(scene: Scene) -> tuple[list[float], list[float]]:
     """Positions u and y [mm] at which a gap or an output has a kink; those of the profiles are the separation's."""
-    gaps = [effect for effect in scene.acting_effects if isinstance(effect, GapEffect)]
+    gaps, flanks = gap_effects(scene), flank_separation(scene)
     added = [gap for gap in gaps if flanks is None or not gap.modifications(scene.pair)]
     own = [] if flanks is None else [float(u) for u in flanks.kinks]
     if scene.operation is not None:
@@ -43,16 +51,34 @@ def gap_effects(scene: Scene) -> tuple[GapEffect, ...]:
     return tuple(effect for effect in scene.acting_effects if isinstance(effect, GapEffect))
 
 
-def total_gap(scene: Scene, lines: ContactLines, effects: Sequence[Effect] | None = None) -> NDArray:
-    """Sum of the gaps of all effects, (position, pair, segment) [mm], over the lever arms of the segments.
-
-    ``effects`` replace those that act in the scene.
-    """
-    return sum_of_gaps(scene.acting_effects if effects is None else effects, lines)
+def variation(scene: Scene, span: tuple[float, float] | None = None) -> tuple[float, float]:
+    """Maximum gap variation along and across the contact lines over ``span`` [mm]."""
+    kinks, face = map(tuple, gap_kinks(scene))
+    return _variation(scene.pair, gap_effects(scene), scene.load.coast, (kinks, face), flank_separation(scene), span)
 
 
-def sum_of_gaps(effects: Iterable[Effect], lines: ContactLines) -> NDArray:
-    """``total_gap`` of the ``effects``."""
+@lru_cache(maxsize=32)
+def _variation(
+    pair: Pair,
+    effects: tuple[GapEffect, ...],
+    coast: bool,
+    kinks: tuple[tuple[float, ...], tuple[float, ...]],
+    flanks: Separation | None,
+    span: tuple[float, float] | None,
+) -> tuple[float, float]:
+    phase = mirrored_phases(pair, TRIAL_PHASES)
+    lines = contact_lines(pair, phase, TRIAL_SEGMENTS, *kinks, coast=coast, separation=flanks, span=span)
+    gap = total_gap(effects, lines)[lines.active]
+    return float(np.ptp(gap, axis=1).max(initial=0.0)), float(np.ptp(gap, axis=None)) if gap.size else 0.0
+
+
+def conforming(scene: Scene) -> bool:
+    """Whether the gap of the flanks is the same everywhere, so that all lines are loaded over their length."""
+    return flank_separation(scene) is None and variation(scene)[1] <= LEAST_VARIATION
+
+
+def total_gap(effects: Iterable[Effect], lines: ContactLines) -> NDArray:
+    """Sum of the gaps of the ``effects``, (position, pair, segment) [mm], over the lever arms of the segments."""
     total = np.zeros(lines.shape)
     for effect in effects:
         # modifications of the profiles alone are part of a separation
@@ -61,14 +87,14 @@ def sum_of_gaps(effects: Iterable[Effect], lines: ContactLines) -> NDArray:
     return total
 
 
-def gaps_along(scene: Scene, lines: ContactLines, effects: Sequence[Effect] | None = None) -> NDArray:
+def gaps_along(effects: Iterable[Effect], lines: ContactLines) -> NDArray:
     """Total gap at the beginning, middle and end of each cell a contact law is averaged over [mm], (…, 3).
 
     Where segments are no cells, at their middle alone: (…, 1).
     """
     if not lines.cells:
-        return total_gap(scene, lines, effects)[..., None]
-    return np.stack([total_gap(scene, each, effects) for each in (lines.moved(-1), lines, lines.moved(1))], axis=-1)
+        return total_gap(effects, lines)[..., None]
+    return np.stack([total_gap(effects, each) for each in (lines.moved(-1), lines, lines.moved(1))], axis=-1)
 
 
 def gap_and_variation(gaps: NDArray) -> tuple[NDArray, NDArray]:

@@ -4,73 +4,35 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import lru_cache
 
-import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.gaps import flank_separation, gap_effects, gap_kinks, sum_of_gaps
-from gearbench.contact.phases import mirrored_phases
-from gearbench.effects.base import GapEffect
+from gearbench.contact.gaps import LEAST_VARIATION, flank_separation, gap_kinks, variation
 from gearbench.geometry.action import ContactLines, contact_lines
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.separation import Separation
 from gearbench.scene import Scene
 
-#: A gap that varies less than this along the contact lines is constant [mm].
-LEAST_VARIATION = 1e-10
-#: Phases, and nodes on their lines, at which the gap is looked at.
-TRIAL_PHASES, TRIAL_SEGMENTS = 8, 12
 #: Segments up to which a line may have no cells where its compliance would ask for more Gauss points.
 FEW_SEGMENTS = 12
 #: Gauss points that a whole line has more for each kink of its deflections.
 ON_BEND = 2
 
 
-def lines_within(
-    scene: Scene, mesh_phase: NDArray, flanks: Separation | None = None, span: tuple[float, float] | None = None
-) -> ContactLines:
-    """Contact lines over the path of contact, or with the separation of the ``flanks`` over ``span``."""
-    pair, load = scene.pair, 0.0 if flanks is None else typical_load(scene)
-    coast, segments = scene.load.coast, scene.resolution.segments
-    kinks, face = gap_kinks(scene, flanks)
+def lines_within(scene: Scene, mesh_phase: NDArray, span: tuple[float, float] | None) -> ContactLines:
+    """Contact lines over the path of contact, or with the separation of the flanks over ``span``."""
+    pair, flanks, segments = scene.pair, flank_separation(scene), scene.resolution.segments
+    load = 0.0 if flanks is None else typical_load(scene)
+    kinks, face = gap_kinks(scene)
     # along the lines of helical pairs flanks that touch off the line of action are never equally far apart
     parting = flanks is not None and pair.meshing.overlap_ratio > 0
     if not parting:
-        looked_at = _variation(pair, gap_effects(scene), coast, tuple(kinks), tuple(face), flanks, span)
         # Gauss points that resolve the gap of flanks that touch all along do not resolve the compliance of wide ones
-        parting = looked_at[0] > LEAST_VARIATION or FEW_SEGMENTS < segments < _nodes(pair, segments)
+        parting = variation(scene, span)[0] > LEAST_VARIATION or FEW_SEGMENTS < segments < _nodes(pair, segments)
     lines = contact_lines(
         pair, mesh_phase, segments, kinks, face,
-        parting=parting, coast=coast, separation=flanks, span=span,
+        parting=parting, coast=scene.load.coast, separation=flanks, span=span,
     )  # fmt: skip
     return replace(lines, typical_load=load)
-
-
-def conforming(scene: Scene) -> bool:
-    """Whether the gap of the flanks is the same everywhere, so that all lines are loaded over their length."""
-    if flank_separation(scene) is not None:
-        return False
-    kinks, face = gap_kinks(scene, None)
-    variation = _variation(scene.pair, gap_effects(scene), scene.load.coast, tuple(kinks), tuple(face), None, None)
-    return variation[1] <= LEAST_VARIATION
-
-
-@lru_cache(maxsize=32)
-def _variation(
-    pair: Pair,
-    effects: tuple[GapEffect, ...],
-    coast: bool,
-    kinks: tuple[float, ...],
-    face_kinks: tuple[float, ...],
-    flanks: Separation | None,
-    span: tuple[float, float] | None,
-) -> tuple[float, float]:
-    """Maximum gap variation along and across sampled contact lines [mm]."""
-    phase = mirrored_phases(pair, TRIAL_PHASES)
-    lines = contact_lines(pair, phase, TRIAL_SEGMENTS, kinks, face_kinks, coast=coast, separation=flanks, span=span)
-    gap = sum_of_gaps(effects, lines)[lines.active]
-    return float(np.ptp(gap, axis=1).max(initial=0.0)), float(np.ptp(gap, axis=None)) if gap.size else 0.0
 
 
 def typical_load(scene: Scene) -> float:

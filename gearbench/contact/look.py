@@ -19,7 +19,6 @@ from gearbench.contact.solver import Guess, solve_roughly
 from gearbench.effects.base import GapEffect
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.pair import Pair
-from gearbench.geometry.separation import Separation
 from gearbench.scene import Resolution, Scene
 
 #: Uniform phases of a coarse solution, segments on its lines, share of the nodes their compliance would have, and how
@@ -40,33 +39,30 @@ def scene_lines(scene: Scene, mesh_phase: NDArray) -> ContactLines:
         If they, or what is computed on them, need more memory than there may be.
     """
     require_contact_memory(scene, len(mesh_phase))
-    flanks = flank_separation(scene)
-    if flanks is None:
-        return lines_within(scene, mesh_phase)
-    return lines_within(scene, mesh_phase, flanks, _reached(scene, flanks))
+    return lines_within(scene, mesh_phase, _reached(scene))
 
 
-def greatest_deflection(scene: Scene, flanks: Separation) -> float:
+def greatest_deflection(scene: Scene) -> float:
     """Greatest approach of the gears along the line of action over a mesh cycle [mm], whatever the resolution.
 
     By the first look at it; lines that reach ``MARGIN`` times as far miss nothing. Gaps other than the separation count
     with their range, so that samples of random errors stay within it.
     """
-    return _greatest_deflection(replace(scene, resolution=Resolution()), flanks)
+    return _greatest_deflection(replace(scene, resolution=Resolution()))
 
 
 @lru_cache(maxsize=16)
-def _greatest_deflection(scene: Scene, flanks: Separation) -> float:
+def _greatest_deflection(scene: Scene) -> float:
     if scene.pair.meshing.overlap_ratio:
         # amid the phases with fewest and with most pairs on the path
         most = scene.pair.meshing.transverse_contact_ratio % 1.0
-        look = _look(scene, np.array([(1 + most) / 2, most / 2]), flanks, _widest_span(scene.pair))
+        look = _look(scene, np.array([(1 + most) / 2, most / 2]), _widest_span(scene.pair))
     else:
         look = first_look(scene, COARSE_PHASES)
     deflection = float(look.problem.length_scale * look.guess.delta.max())
     others = [effect for effect in scene.flank_effects if effect.name != "off_line_contact"]
     if any(isinstance(effect, GapEffect) and not effect.modifications(scene.pair) for effect in others):
-        gap = total_gap(scene, look.lines, others)[look.lines.active]
+        gap = total_gap(others, look.lines)[look.lines.active]
         # gears whose flanks all have material in excess approach by less, even by less than nothing
         deflection += float(np.ptp(gap) - min(gap.max(), 0.0))
     return deflection / math.cos(scene.pair.meshing.beta_b)
@@ -112,17 +108,14 @@ def first_look(scene: Scene, count: int) -> Look:
     Off the line of action lines of spur pairs reach ``_REACH`` beyond the path of contact, whatever the load: their
     smooth compliance is that under other loads too. Longer lines of helical pairs would have longer cells.
     """
-    flanks = flank_separation(scene)
-    if flanks is None:
-        span = None
-    else:
-        span = _reached(scene, flanks) if scene.pair.meshing.overlap_ratio else _widest_span(scene.pair)
-    return _look(scene, mirrored_phases(scene.pair, count), flanks, span)
+    wide = not scene.pair.meshing.overlap_ratio and flank_separation(scene) is not None
+    span = _widest_span(scene.pair) if wide else _reached(scene)
+    return _look(scene, mirrored_phases(scene.pair, count), span)
 
 
-def _look(scene: Scene, phase: NDArray, flanks: Separation | None, span: tuple[float, float] | None) -> Look:
+def _look(scene: Scene, phase: NDArray, span: tuple[float, float] | None) -> Look:
     scene = replace(scene, resolution=Resolution(positions=len(phase), segments=COARSE_SEGMENTS))
-    lines = lines_within(scene, phase, flanks, span)
+    lines = lines_within(scene, phase, span)
     problem = assemble(scene, lines, truncation=COARSE_TRUNCATION, nodes=round(COARSE_NODES * smooth_nodes(lines)))
     guess = Guess.nothing(problem)
     solve_roughly(problem, guess)
@@ -135,7 +128,10 @@ def _widest_span(pair: Pair) -> tuple[float, float]:
     return pair.meshing.path_start - room, pair.meshing.path_end + room
 
 
-def _reached(scene: Scene, flanks: Separation) -> tuple[float, float]:
-    """Range of u [mm] in which flanks may touch under the load of ``scene``."""
+def _reached(scene: Scene) -> tuple[float, float] | None:
+    """Range of u [mm] in which flanks may touch under the load of ``scene``; None: the path of contact."""
+    flanks = flank_separation(scene)
+    if flanks is None:
+        return None
     # of flanks with material in excess, what they are pressed together counts
-    return flanks.reach(flanks.least + MARGIN * (greatest_deflection(scene, flanks) - flanks.least))
+    return flanks.reach(flanks.least + MARGIN * (greatest_deflection(scene) - flanks.least))

@@ -130,7 +130,7 @@ def on_patches(problem: ContactProblem, guess: Guess) -> tuple[ContactProblem, C
         w = nodes.touch.levers[0]
         a, h = (a + h * np.log(w)) / w**2, h / w**2
     factor = rows_at(along.smooth_lines, nodes.y) @ along.factor
-    gap = np.where(nodes.active[..., None], total_gap(along.scene, nodes, along.effects), 0.0)
+    gap = np.where(nodes.active[..., None], total_gap(along.effects, nodes), 0.0)
     new = scale_problem(nodes, gap, none[..., None], a, h, none, problem.force, problem.length_scale, coupled=False)
     new = under(new, along.share)
     block = np.repeat(problem.block[:: problem.shape[2]], nodes.shape[2])

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from gearbench.effects.base import ComplianceEffect, Effect
 from gearbench.geometry.action import ContactLines
-from gearbench.scene import Scene
 
 #: What a factor may leave out, trace of H over that of the law's slope: compliances change by less than this fraction.
 TRUNCATION = 1e-4
@@ -23,8 +22,8 @@ class Along:
 
     Parameters
     ----------
-    scene, effects
-        The scene, and the effects that act in it.
+    effects
+        Those that act.
     lines
         Lines whose segments are cells.
     gaps
@@ -43,7 +42,6 @@ class Along:
         Load of each position over that of the problem, (position,).
     """
 
-    scene: Scene
     effects: tuple[Effect, ...]
     lines: ContactLines
     gaps: NDArray

@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.births import Birth, births, greatest_on_lines
-from gearbench.contact.gaps import flank_separation, gap_kinks
-from gearbench.contact.lines import conforming
+from gearbench.contact.gaps import conforming, flank_separation, gap_kinks
 from gearbench.contact.look import COARSE_PHASES, first_look, greatest_deflection
 from gearbench.contact.panels import CLOSE, LONGEST, Change, panel_ends
 from gearbench.contact.patches import compression
@@ -42,11 +41,11 @@ def mesh_phases(scene: Scene) -> tuple[NDArray, NDArray]:
     if resolution.positions is not None:
         return uniform_phases(resolution.positions)
     meshing, flanks = scene.pair.meshing, flank_separation(scene)
-    kinks, face = gap_kinks(scene, flanks)
+    kinks, face = gap_kinks(scene)
     changes = tuple(kinks) if flanks is not None else (meshing.path_start, meshing.path_end, *kinks)
     if flanks is not None and not meshing.overlap_ratio:
         # spur pairs take and leave their load, with a kink, where they are as far apart as the others are deflected
-        changes += flanks.reach(greatest_deflection(scene, flanks))
+        changes += flanks.reach(greatest_deflection(scene))
     transitions = meshing.phases_at(changes, face)
     size = scene.resolution.panel_size
     assert size is not None
@@ -177,7 +176,7 @@ def _known(scene: Scene, x: NDArray, on_line: NDArray) -> list[list[Change]]:
     Under each load of ``on_line`` (load, 3, x): the greatest compression on a line, and those at its ends.
     """
     meshing, flanks = scene.pair.meshing, flank_separation(scene)
-    kinks, face = gap_kinks(scene, flanks)
+    kinks, face = gap_kinks(scene)
     if flanks is not None and not meshing.overlap_ratio:  # the line stands at the corner of a relief as a whole
         kinks = [*(u for u in kinks if u not in flanks.kinks), *flanks.changes]
     ends = (meshing.path_start, meshing.path_end)

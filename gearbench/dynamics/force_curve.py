@@ -78,7 +78,7 @@ def force_curve(cycle: LoadedMesh, steps: int) -> ForceCurve:
     phase, unit = np.arange(steps) / steps, scene.F_bt / mean_stiffness
     lines = scene_lines(scene, phase)
     cos_b = math.cos(pair.meshing.beta_b)
-    gap = np.where(lines.active[..., None], total_gap(scene, lines, cycle.effects), np.inf)
+    gap = np.where(lines.active[..., None], total_gap(cycle.effects, lines), np.inf)
     touch = gap.min(axis=(1, 2)) / cos_b
     forces, knots = [0.0], [touch]
     for level in LEVELS:

@@ -35,7 +35,7 @@ def read_study(path: str | Path) -> OptimisationStudy:
         raise error.in_file(str(path)) from None
 
 
-#: The name that code of gearbench still uses.
+#: Name before version 1.0.
 load_study = read_study
 
 

@@ -93,7 +93,7 @@ def open_result(path: str | Path, *, proven: bool = False) -> xr.Dataset:
         raise InputError("", str(path), error.allowed) from None
 
 
-#: The name that code of gearbench still uses.
+#: Name before version 1.0.
 load = open_result
 
 

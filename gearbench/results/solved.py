@@ -8,8 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.gaps import total_gap
-from gearbench.contact.lines import conforming
+from gearbench.contact.gaps import conforming, total_gap
 from gearbench.contact.problem import ContactProblem, ContactSolution
 from gearbench.geometry.action import ContactLines
 from gearbench.results.cycle import MICROMETRES, MeshCycle, Phases
@@ -61,4 +60,4 @@ class Solved:
 
     def initial_gap(self) -> NDArray:
         """Initial gap e, (position, pair, segment) [µm]."""
-        return MICROMETRES * total_gap(self.scene, self.lines)
+        return MICROMETRES * total_gap(self.scene.acting_effects, self.lines)

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.contact.assemble import assemble
-from gearbench.contact.gaps import gap_and_variation, gaps_along
-from gearbench.contact.lines import conforming, smooth_nodes
+from gearbench.contact.gaps import conforming, gap_and_variation, gaps_along
+from gearbench.contact.lines import smooth_nodes
 from gearbench.contact.loads import in_own_units, parted, stacked
 from gearbench.contact.loads import under as under_force
 from gearbench.contact.look import scene_lines
@@ -111,7 +111,7 @@ def _together(scenes: Sequence[Scene], found: Sequence[tuple], shared: Shared) -
     ):
         here = slice(end - n, end)
         part, share = part_of(problem, here), scene.F_bn / at.problem.force
-        along = replace(part.along, scene=scene, share=np.ones(n)) if part.along else None
+        along = replace(part.along, share=np.ones(n)) if part.along else None
         part = replace(part, force=scene.F_bn, length_scale=problem.length_scale * share, along=along)
         lines = at.lines.part(position[here])
         result.append(Solved(scene=scene, lines=lines, weight=weight, problem=part, solution=one, size=size))
@@ -162,11 +162,11 @@ class Shared:
 
 def _with_gaps(known: Assembled, scene: Scene) -> ContactProblem:
     """The known problem with the gaps of ``scene``, in its own units."""
-    gaps = gaps_along(scene, known.lines)
+    gaps = gaps_along(scene.acting_effects, known.lines)
     gap, sigma = (x.reshape(known.problem.gap.shape) for x in gap_and_variation(gaps))
     scale, law, along = known.problem.length_scale, known.problem.a.any(), known.problem.along
     sigma = sigma if law else np.zeros_like(sigma)  # without a law there is nothing to average
     gap, sigma = np.ascontiguousarray((gap - sigma) / scale), np.ascontiguousarray(sigma / scale)
     if along is not None:
-        along = replace(along, scene=scene, effects=tuple(scene.acting_effects), gaps=gaps)
+        along = replace(along, effects=tuple(scene.acting_effects), gaps=gaps)
     return replace(known.problem, gap=gap, sigma=sigma, along=along)

@@ -178,19 +178,16 @@ class _Solver:
         if self.draws:
             yield from self._sampled(group)
             return
-        for solved in self._chosen(group) if group[0].resolution.accuracy else self._at(group):
+        for solved in self._chosen(group) if group[0].resolution.accuracy else solve_group(group, self._shared):
             self._count("polished_positions", solved.solution.polished)
             yield from of_each_load(*columns(solved, self.outputs), solved.solution.approach.shape[:-1])
-
-    def _at(self, group: Sequence[Scene]) -> Iterator[Solved]:
-        return solve_group(group, self._shared)
 
     def _chosen(self, group: Sequence[Scene]) -> list[Solved]:
         """Solutions at the resolution that the accuracy asks for."""
         from gearbench.accuracy.choose import choose
 
         def run(scene: Scene) -> list[Solved]:
-            return list(self._at([scene.under(each.load) for each in group]))
+            return list(solve_group([scene.under(each.load) for each in group], self._shared))
 
         choice = choose(group[0], run, lambda found: np.vstack([covered(each.cycle).T for each in found]), left=LEFT)
         self._note(choice)

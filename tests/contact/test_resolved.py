@@ -14,7 +14,7 @@ import pytest
 
 from gearbench import read_scene
 from gearbench.contact.assemble import assemble
-from gearbench.contact.gaps import flank_separation, gap_kinks
+from gearbench.contact.gaps import gap_kinks
 from gearbench.contact.look import scene_lines
 from gearbench.contact.patches import solve_patches
 from gearbench.effects.off_line_contact import OffLineContact
@@ -49,8 +49,8 @@ class Halved:
 
     def __init__(self, scene: Scene) -> None:
         self.scene, self.known = scene, {}
-        meshing, flanks = scene.pair.meshing, flank_separation(scene)
-        kinks = meshing.phases_at((meshing.path_start, meshing.path_end, *gap_kinks(scene, flanks)[0]))
+        meshing = scene.pair.meshing
+        kinks = meshing.phases_at((meshing.path_start, meshing.path_end, *gap_kinks(scene)[0]))
         edges = np.unique([0.0, *np.linspace(0.0131, 0.9873, 17), *kinks])
         self.panels = list(pairwise([*edges[np.append(True, np.diff(edges) > 1e-9)].tolist(), 1.0]))
         self._solve(self.panels)

@@ -234,8 +234,8 @@ def scene(*effects: GapEffect, **resolution: int) -> Scene:
 def test_gaps_of_a_scene_are_the_sum_over_its_effects():
     effects = [e for e in every(3.0) if getattr(e, "shape", "linear") == "linear"]
     expected = sum(e.gap(lines(HELICAL)) for e in effects)
-    assert_allclose(total_gap(scene(*effects), lines(HELICAL)), expected, atol=1e-17)
-    assert_array_equal(total_gap(scene(), lines(HELICAL)), 0)
+    assert_allclose(total_gap(scene(*effects).acting_effects, lines(HELICAL)), expected, atol=1e-17)
+    assert_array_equal(total_gap(scene().acting_effects, lines(HELICAL)), 0)
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from gearbench import read_scene
 from gearbench.contact import transitions
-from gearbench.contact.gaps import flank_separation, gap_kinks
+from gearbench.contact.gaps import gap_kinks
 from gearbench.contact.look import scene_lines
 from gearbench.contact.phases import gauss_phases
 from gearbench.effects.base import Effect
@@ -126,7 +126,7 @@ def converged(scene: Scene, segments: int = 45) -> MeshCycle:
         transitions.MORE_PHASES = coarse
         transitions.transitions.cache_clear()
     meshing = scene.pair.meshing
-    kinks, face = gap_kinks(scene, flank_separation(scene))
+    kinks, face = gap_kinks(scene)
     known = meshing.phases_at((meshing.path_start, meshing.path_end, *kinks), face)
     steps = [sign * 10.0**-p for sign in (-1, 1) for p in (1.5, 2, 2.5, 3, 3.5, 4, 4.5)]
     near = [change.phase + step for change in changes if change.rank == 0 for step in steps]
