@@ -16,6 +16,7 @@ from gearbench import open_result, read_scene, save
 from gearbench.effects.registry import EFFECTS
 from gearbench.errors import InputError
 from gearbench.exchange.rexs import read_rexs
+from gearbench.geometry.names import GEARS
 from gearbench.geometry.pair import Pair
 from gearbench.results.origin import scene_of
 from gearbench.results.outputs import OUTPUTS
@@ -24,9 +25,9 @@ from gearbench.scene_file import parse_scene
 from gearbench.simulation import simulate
 from tests.support.paths import ROOT
 
-GEARS = sorted((ROOT / "examples" / "gears").glob("*.toml"))
+FILES = sorted((ROOT / "examples" / "gears").glob("*.toml"))
 SEW = ROOT / "tests" / "data" / "sew_3_stage_cylindrical_gearbox_1.0.rexs"
-NAMES = [*(path.stem for path in GEARS), *(f"sew stage {n}" for n in (1, 2, 3))]
+NAMES = [*(path.stem for path in FILES), *(f"sew stage {n}" for n in (1, 2, 3))]
 #: Numbers that are −∞, not finite, where a flank touches at its base circle.
 UNBOUNDED = {"specific_sliding"}
 #: Effects of the flank's shape, which the coast flanks may have of their own.

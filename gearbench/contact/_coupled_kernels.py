@@ -3,8 +3,7 @@
 Newton's method in the forces u beside those of the linear problem at the mean errors (``gearbench.contact.reference``,
 B2 of docs/theory.md): its matrices I + ΔG differ from the identity only where the slope of a law differs from that at
 the mean errors. Their solution by conjugate gradients needs a few digits only and has them in single precision;
-residuals and stiffness are computed in double precision. All lanes share G: the products with it are those of BLAS.
-No lane sees another. A NumPy twin in the tests holds it to the same answers.
+residuals and stiffness are computed in double precision. All lanes share G. No lane sees another. A NumPy twin in the tests holds it to the same answers.
 """
 
 from __future__ import annotations
@@ -108,11 +107,34 @@ def inner(a, b, product):
 
 
 @part(FUSED)
+def product_with(G, r, Gr):
+    """Gr ← G r, the sum of each lane in one order: that of BLAS depends, by the processor, on the place of the lane."""
+    n = len(G)
+    fours, twos = n - n % 4, n - n % 2
+    Gr[:] = np.float32(0.0)
+    for i in range(0, fours, 4):
+        for k in range(0, twos, 2):
+            a, b, c, d = G[i, k], G[i + 1, k], G[i + 2, k], G[i + 3, k]
+            a1, b1, c1, d1 = G[i, k + 1], G[i + 1, k + 1], G[i + 2, k + 1], G[i + 3, k + 1]
+            for j in range(LANES):
+                r0, r1 = r[k, j], r[k + 1, j]
+                Gr[i, j] += a * r0 + a1 * r1
+                Gr[i + 1, j] += b * r0 + b1 * r1
+                Gr[i + 2, j] += c * r0 + c1 * r1
+                Gr[i + 3, j] += d * r0 + d1 * r1
+    for i in range(n):
+        for k in range(twos if i < fours else 0, n):
+            a = G[i, k]
+            for j in range(LANES):
+                Gr[i, j] += a * r[k, j]
+
+
+@part(FUSED)
 def conjugate_gradients(G, work):
     """v with v + ΔG v = r to the ``precision`` of each lane in the norm of G, single precision; uses r up."""
     change, v, r, Gr, d, Gd, product, bound, alpha, beta, fresh, precision = work
     v[:] = np.float32(0.0)
-    np.dot(G, r, Gr)
+    product_with(G, r, Gr)
     first_direction(r, Gr, d, Gd, product)
     for j in range(LANES):
         bound[j] = precision[j] * precision[j] * product[j]
@@ -121,7 +143,7 @@ def conjugate_gradients(G, work):
         for j in range(LANES):
             alpha[j] = product[j] / alpha[j] if product[j] > bound[j] else np.float32(0.0)
         advance(change, d, Gd, alpha, v, r)
-        np.dot(G, r, Gr)
+        product_with(G, r, Gr)
         inner(r, Gr, fresh)
         count = 0
         for j in range(LANES):

@@ -222,7 +222,9 @@ class Pair:
     def __post_init__(self) -> None:
         total = self.pinion.teeth + self.wheel.teeth
         if min(self.pinion.teeth, self.wheel.teeth) < 0 and (self.pinion.teeth * self.wheel.teeth > 0 or total >= 0):
-            raise InputError("wheel.teeth", self.wheel.teeth, "a ring meshes with a gear of fewer teeth than its own")
+            ring = 0 if self.pinion.teeth < 0 else 1
+            allowed = "an internal gear meshes with an external gear of fewer teeth than its own"
+            raise InputError(f"{GEARS[ring]}.teeth", self.members[ring].teeth, allowed)
         if self.centre_distance == 0 or (total > 0 > self.centre_distance):
             raise InputError("centre_distance", self.centre_distance, "must be greater than 0")
         object.__setattr__(self, "centre_distance", math.copysign(self.centre_distance, total))

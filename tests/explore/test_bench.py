@@ -66,7 +66,7 @@ def test_controls_know_units_and_limits(controls):
     assert controls["pair.helix_angle"].unit == "°"
     assert controls["load.torque"].unit == "N·m"
     assert controls["effects.crowning.amount"].label == "crowning C_β"
-    assert (controls["pair.pinion.teeth"].kind, controls["pair.pinion.teeth"].least) == ("integer", 5)
+    assert (controls["pair.pinion.teeth"].kind, controls["pair.pinion.face_width"].least) == ("integer", 0.0)
     assert controls["effects.tooth_bending.model"].choices == ("plate", "solid", "finite_elements")
 
 
