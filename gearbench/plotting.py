@@ -252,23 +252,31 @@ def _circles(scene: Scene, index: int) -> list[tuple[float, str, str]]:
     return found
 
 
+def _studied(dataset: xr.Dataset) -> tuple[tuple[str, str], tuple[str, str]]:
+    """The two responses of ``robust`` that figures show, each with the words for it: of a pair, or of a train."""
+    if "mesh_load_factor" in dataset:
+        return ("mesh_load_factor", "K_γ"), ("train_transmission_error_rms", "RMS of Δ")
+    return ("transmission_error_rms", "RMS STE"), ("mesh_stiffness_rms", "RMS stiffness")
+
+
 def density(dataset: xr.Dataset, name: str, axes: Axes | None = None, colour: str = BLUE) -> Axes:
     """Density of a response over the error samples, with its mean and maximum (Figure 5 of the paper).
 
     Of a sweep the densities of its points, eight at most.
     """
     axes, attrs = _axes(axes), dataset[name].attrs
+    unit = "" if attrs["units"] == "1" else f" {attrs['units']}"
     points = _points(dataset, name, "sample")
     for one, label, own in points:
         values = one[name].values
         if len(points) == 1:
             axes.hist(values, bins=min(40, 5 + len(values) // 10), density=True, color=colour, alpha=0.3)
-            axes.axvline(values.mean(), color="black", lw=1, label=f"mean {values.mean():.3g} {attrs['units']}")
-            axes.axvline(values.max(), color=GREY, lw=1, ls="--", label=f"maximum {values.max():.3g} {attrs['units']}")
+            axes.axvline(values.mean(), color="black", lw=1, label=f"mean {values.mean():.3g}{unit}")
+            axes.axvline(values.max(), color=GREY, lw=1, ls="--", label=f"maximum {values.max():.3g}{unit}")
         if np.ptp(values) > 0 and len(values) > 2:
             axes.plot(*_smooth(values), color=own or colour, lw=1.8, label=label)
-    axes.set_xlabel(f"{attrs['symbol']} [{attrs['units']}]")
-    axes.set_ylabel(f"density [1/{attrs['units']}]")
+    axes.set_xlabel(f"{attrs['symbol']} [{unit.strip() or '–'}]")
+    axes.set_ylabel(f"density [{f'1/{unit.strip()}' if unit else '–'}]")
     # above the axes, where no line runs through it
     axes.legend(frameon=False, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     return axes
@@ -292,11 +300,12 @@ def contributions(dataset: xr.Dataset, axes: Axes | None = None) -> Axes:
 
     The pale part is that of its products with other errors, which counts for both; the last bar is what neither holds.
     """
-    _one_point(dataset, "transmission_error_rms_first_order", "error_name")
+    studied = _studied(dataset)
+    _one_point(dataset, f"{studied[0][0]}_first_order", "error_name")
     axes = _axes(axes, (7.0, 4.5))
     names = [str(name).replace("_", " ") for name in dataset["error_name"].values] + ["not attributed"]
     position = np.arange(len(names))
-    for shift, (name, colour) in enumerate((("transmission_error_rms", BLUE), ("mesh_stiffness_rms", ORANGE))):
+    for shift, ((name, _), colour) in enumerate(zip(studied, (BLUE, ORANGE), strict=True)):
         alone, total = (100 * dataset[f"{name}_{part}"].values for part in ("first_order", "total"))
         share = np.append(alone, max(0.0, 100 - alone.sum() - (total - alone).sum() / 2))
         error = np.append(100 * dataset[f"{name}_first_order_standard_error"].values, np.nan)
@@ -363,15 +372,12 @@ def draw_robust(dataset: xr.Dataset, folder: Path) -> list[Path]:
 
     name = heading(dataset)
     figure, axes = plt.subplots(1, 2, figsize=(10.5, 4.2), layout="constrained")
-    density(dataset, "transmission_error_rms", axes[0])
-    density(dataset, "mesh_stiffness_rms", axes[1], ORANGE)
-    ste, k = (
-        float(dataset[f"{v}_std"] / dataset[f"{v}_mean"]) for v in ("transmission_error_rms", "mesh_stiffness_rms")
-    )
-    figure.suptitle(
-        f"{name}\n{dataset.sizes['sample']} error samples scatter RMS STE by {100 * ste:.0f} %, "
-        f"RMS stiffness by {100 * k:.0f} %"
-    )
+    by = []
+    for (response, words), own, colour in zip(_studied(dataset), axes, (BLUE, ORANGE), strict=True):
+        density(dataset, response, own, colour)
+        scatter = float(dataset[f"{response}_std"] / dataset[f"{response}_mean"])
+        by.append(f"{words} by {100 * scatter:.0f} %")
+    figure.suptitle(f"{name}\n{dataset.sizes['sample']} error samples scatter {', '.join(by)}")
     written = [write_figure(figure, folder / "density.png")]
     axes = contributions(dataset)
     axes.set_title(f"{name}\n{_leading(dataset)}", fontsize=9, wrap=True)
@@ -379,13 +385,17 @@ def draw_robust(dataset: xr.Dataset, folder: Path) -> list[Path]:
 
 
 def _leading(dataset: xr.Dataset) -> str:
-    """The error that contributes most to the scatter of STE, and those that its standard error does not set apart."""
-    share, error = (dataset[f"transmission_error_rms_first_order{part}"].values for part in ("", "_standard_error"))
+    """The error that contributes most to the scatter of STE, and those that its standard error does not set apart.
+
+    Of a train K_γ takes the place of STE.
+    """
+    response, words = _studied(dataset)[0]
+    share, error = (dataset[f"{response}_first_order{part}"].values for part in ("", "_standard_error"))
     if not np.isfinite(share).all():
         return "too few error samples to tell the errors' shares"
     names = [str(name).replace("_", " ") for name in dataset["error_name"].values]
     first = int(np.argmax(share))
-    leader = f"{names[first]} alone causes {100 * share[first]:.0f} % of the variance of RMS STE"
+    leader = f"{names[first]} alone causes {100 * share[first]:.0f} % of the variance of {words}"
     # two shares differ if their difference exceeds twice its standard error
     close = [
         names[i]
@@ -396,9 +406,9 @@ def _leading(dataset: xr.Dataset) -> str:
         return (
             f"{leader}\n{', '.join(close[:2])}{' and others' * (len(close) > 2)}: equal within twice the standard error"
         )
-    with_others = int(np.argmax(dataset["transmission_error_rms_total"].values))
+    with_others = int(np.argmax(dataset[f"{response}_total"].values))
     if with_others != first:
-        total = 100 * float(dataset["transmission_error_rms_total"][with_others])
+        total = 100 * float(dataset[f"{response}_total"][with_others])
         return f"{leader}\n{names[with_others]} together with other errors {total:.0f} %"
     return leader
 

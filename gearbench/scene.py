@@ -287,7 +287,7 @@ class Scene:
             If it has several.
         """
         if self.train is not None and self.system is None:
-            allowed = "are for simulate and sweep, planetary sets for robust too: here give one"
+            allowed = "are for simulate without --report, sweep, and robust of planetary sets: here give one"
             raise InputError("meshes", f"{len(self.meshes)} meshes", allowed)
         return self
 

@@ -25,6 +25,7 @@ from gearbench.cli.rexs import AnyFile, LoadCase, StageName, Torque, load_any
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gearbench.geometry.pair import Pair
     from gearbench.scene import Scene
 
 Also = Annotated[
@@ -82,7 +83,9 @@ def simulate(
     asked = tuple(dict.fromkeys((*DEFAULT_OUTPUTS, *(also or ()), *shown)))
     dataset = run(with_accuracy(loaded, accuracy), outputs=asked)
     each = {name: by_itself(dataset, name) for name in loaded.meshes}
-    cautions = [*dict.fromkeys(line for name, own in each.items() for line in warnings(loaded.meshes[name], own))]
+    kinds = _kinds(loaded)
+    said = (line for name, own in each.items() for line in warnings(kinds[loaded.meshes[name].pair], own))
+    cautions = [*dict.fromkeys(said)]
     written = [save(dataset, output)] if output is not None else []
     if folder is not None:
         written += _draw(loaded, dataset, folder, scale)
@@ -125,6 +128,14 @@ def _draw(scene: Scene, dataset: xr.Dataset, folder: Path, scale: float | None) 
     return written
 
 
+def _kinds(scene: Scene) -> dict[Pair, Scene]:
+    """The first mesh of each pair of gears: planets are alike."""
+    found: dict[Pair, Scene] = {}
+    for each in scene.meshes.values():
+        found.setdefault(each.pair, each)
+    return found
+
+
 def _notes(scene: Scene) -> list[str]:
     """Notes on conventions and models that the numbers depend on."""
     found = []
@@ -139,7 +150,7 @@ def _print(scene: Scene, dataset: xr.Dataset) -> None:
     """Geometry, then results."""
     from gearbench.cli import summary
 
-    for one in {each.pair: each for each in scene.meshes.values()}.values():  # planets are alike
+    for one in _kinds(scene).values():
         summary.print_geometry(one)
     if scene.loads or scene.train is not None:
         summary.print_points(scene, dataset)

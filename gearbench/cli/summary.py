@@ -59,10 +59,15 @@ def _for_json(value: Any) -> Any:
 
 
 def pair_line(scene: Scene) -> str:
-    """One line that says which pair this is, under which torque, and the support of its teeth."""
+    """One line that says which pair or train this is, under which torque, and the support of its teeth."""
     pair = scene.pair
     kind = "spur" if pair.helix_angle == 0 else f"helical {pair.helix_angle:g}°"
     loads = ", ".join(f"{each.load.torque:g}" for each in scene.each_load)
+    if scene.train is not None:
+        meshes = scene.geometry.meshes
+        teeth = {gear: z.teeth for mesh in meshes for gear, z in zip(mesh.gears, mesh.pair.gears, strict=True)}
+        gears = ", ".join(f"{gear} (z {z})" for gear, z in teeth.items())
+        return f"{scene.name or 'scene'}: {gears}, {loads} N·m on {meshes[0].driver}, support: {support(scene)}"
     return (
         f"{scene.name or 'scene'}: {kind}, z {pair.pinion.teeth}/{pair.wheel.teeth}, m_n {pair.normal_module:g} mm, "
         f"ε_α {pair.meshing.transverse_contact_ratio:.3f}, ε_β {pair.meshing.overlap_ratio:.3f}, "
@@ -139,7 +144,7 @@ def forces(scene: Scene) -> dict[str, float]:
 
 def print_geometry(scene: Scene) -> None:
     """Print the derived geometry, under the line of the pair."""
-    print_columns(pair_line(scene), ("geometry", "pinion", "wheel", "unit"), geometry_rows(scene), left=(0, 3))
+    print_columns(pair_line(scene), ("geometry", *scene.gear_names, "unit"), geometry_rows(scene), left=(0, 3))
 
 
 def warnings(dataset: xr.Dataset) -> tuple[str, ...]:

@@ -57,10 +57,10 @@ def warnings(scene: Scene, dataset: xr.Dataset | None = None) -> tuple[str, ...]
         gear = pair.gears[index]
         tip = float(gear.normal_thickness(gear.tip_radius))
         if tip < LEAST_TIP * pair.normal_module:
-            found.append(f"pointed tip of the {GEARS[index]}: s_an = {tip:.3g} mm is below {LEAST_TIP} m_n")
+            found.append(f"pointed tip of the {scene.gear_names[index]}: s_an = {tip:.3g} mm is below {LEAST_TIP} m_n")
         if pair.meshing.has_interference[index]:
-            mate = GEARS[1 - index]
-            found.append(f"interference: the tip of the {mate} reaches below the form circle of the {GEARS[index]}")
+            own, mate = scene.gear_names[index], scene.gear_names[1 - index]
+            found.append(f"interference: the tip of the {mate} reaches below the form circle of the {own}")
     if pair.is_internal:
         found += _of_ring(pair, dataset)
     if dataset is None:

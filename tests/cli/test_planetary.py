@@ -1,0 +1,54 @@
+"""A planetary set at the command line: its gears by their names, figures of its scatter."""
+
+import pytest
+
+SET = """
+name = "set"
+[planetary]
+normal_module = 2.0
+face_width = 20.0
+centre_distance = 66.0
+[planetary.sun]
+teeth = 36
+[planetary.planet]
+teeth = 30
+[planetary.ring]
+teeth = -96
+[planetary.scatter]
+pin_tangential = 10.0
+sun_run_out = 10.0
+[load]
+torque = 300.0
+[effects.hertz]
+law = "yang_sun"
+[resolution]
+positions = 4
+"""
+
+
+@pytest.fixture
+def scene(tmp_path):
+    path = tmp_path / "set.toml"
+    path.write_text(SET)
+    return path
+
+
+def test_tables_and_warnings_call_gears_by_their_names(run, scene):
+    _, said, _ = run("simulate", scene)
+    assert "pinion" not in said
+    assert "wheel" not in said
+    assert said.count("the tip of the ring reaches below the form circle of the planet 1") == said.count("interference")
+    assert "sun (z 36), planet 1 (z 30), planet 2 (z 30), planet 3 (z 30), ring (z -96), 300 N·m on sun" in said
+
+
+def test_figures_of_the_scatter_are_drawn(run, scene, tmp_path):
+    code, said, _ = run("robust", scene, "--samples", "32", "--plots", tmp_path / "plots")
+    assert code == 0
+    assert "contributions.png" in said
+    assert {path.name for path in (tmp_path / "plots").iterdir()} == {"density.png", "contributions.png"}
+
+
+def test_a_page_is_refused_of_several_meshes(run, scene, tmp_path):
+    code, _, said = run("simulate", scene, "--report", tmp_path / "page.html")
+    assert code == 2
+    assert "without --report" in said
