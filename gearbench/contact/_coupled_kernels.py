@@ -3,7 +3,8 @@
 Newton's method in the forces u beside those of the linear problem at the mean errors (``gearbench.contact.reference``,
 B2 of docs/theory.md): its matrices I + ΔG differ from the identity only where the slope of a law differs from that at
 the mean errors. Their solution by conjugate gradients needs a few digits only and has them in single precision;
-residuals and stiffness are computed in double precision. All lanes share G. No lane sees another. A NumPy twin in the tests holds it to the same answers.
+residuals and stiffness are computed in double precision. All lanes share G. No lane sees another.
+A NumPy twin in the tests holds it to the same answers.
 """
 
 from __future__ import annotations
