@@ -19,6 +19,7 @@ from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.linkage import Linkage
 from gearbench.geometry.names import GEARS
+from gearbench.hunting import unlike
 from gearbench.results.cycle import Phases
 from gearbench.results.solved import Solved
 from gearbench.scene import Load, Resolution, Scene
@@ -131,6 +132,9 @@ def check_train(scene: Scene) -> Linkage:
         raise InputError("planetary.positions", short.keys.positions, f"{error.allowed}; {short.fitting}") from None
     linkage = scene.train.linkage(train, coast=scene.load.coast)
     linkage.check()
+    for effect in (effect for own in {_plain(own) for own in scene.meshes.values()} for effect in unlike(own)):
+        allowed = "is for one mesh: which tooth meets which planet, or path, is not known here"
+        raise InputError(f"effects.{effect.name}", "given", allowed)
     return linkage
 
 
