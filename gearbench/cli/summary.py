@@ -192,17 +192,19 @@ def print_table(title: str, rows: list[tuple[str, str, str]]) -> None:
 
 def result_rows(dataset: xr.Dataset) -> list[tuple[str, str, str]]:
     """Rows of every scalar variable, of both gears, and of the first orders, named and with units as in the Dataset."""
-    rows = []
+    rows, orders = [], []
     for name, values in dataset.data_vars.items():
         what, unit = str(values.attrs.get("long_name", name)), str(values.attrs.get("units", "1"))
         symbol = str(values.attrs.get("symbol", ""))
         if values.dims == ("harmonic",) and str(name).endswith("_amplitude"):
-            what, values, symbol = f"{what}, orders 1 to {ORDERS}", values[:ORDERS], ""
-        elif values.dims not in ((), ("gear",)) or "standard error" in what:
+            numbers = "  ".join(f"{value:.5g}" for value in values[:ORDERS].values)
+            orders.append((f"{what}, orders 1 to {ORDERS}", numbers, unit))
+            continue
+        if values.dims not in ((), ("gear",)) or "standard error" in what:
             continue
         what = f"{what}, {symbol}" if "_" in symbol else what
         rows.append((what, "  ".join(f"{value:.5g}" for value in np.atleast_1d(values.values)), unit))
-    return rows
+    return rows + orders
 
 
 def duration(seconds: float) -> str:

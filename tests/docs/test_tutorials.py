@@ -48,7 +48,7 @@ def test_from_a_gearbox_to_its_whine(folder):
         if block.language == "text":
             break
     assert (folder / "stage1.wav").stat().st_size == 44 + 2 * 441000
-    assert len(list((folder / "plots").glob("*.png"))) == 9
+    assert len(list((folder / "plots").glob("*.png"))) == 12
 
 
 @pytest.mark.slow
