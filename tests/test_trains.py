@@ -171,7 +171,7 @@ def test_samples_of_one_path_are_those_of_its_pairs(bending):
 
 
 def test_parallel_idlers_scatter_in_what_they_carry():
-    given = tables((0.0, 180.0), resolution={"positions": 4})
+    given = tables((0.0, 180.0), resolution={"gauss_points": 2})
     given["effects"] = given["effects"] | {"manufacturing_errors": ERRORS}
     found = robust(parse_scene(given), samples=16)
     names = [name for name in found["error_name"].values if name.startswith("helix_slope")]

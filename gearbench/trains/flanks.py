@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 
 from gearbench.contact.batch import Batch, chunks, solve_one_chunk
 from gearbench.effects.distributions import DISTRIBUTIONS
+from gearbench.effects.expansion import Expansion
 from gearbench.effects.manufacturing_errors import ErrorMode
 from gearbench.errors import InputError
 from gearbench.geometry.names import GEARS
-from gearbench.robustness.montecarlo import RobustProblem, prepare_problem, require_errors
+from gearbench.robustness.montecarlo import prepare_batch, require_errors
 from gearbench.scene import Scene
 from gearbench.trains.solve import SolvedTrain
 
@@ -35,10 +36,10 @@ class Flanks:
         Random variables by their names.
     columns
         Which of them each mesh has, in the order of its own.
-    problems
-        Each mesh at the mean errors.
+    batches, expansions
+        Each mesh at the mean errors, and the gaps of its samples.
     force, cos_b
-        F_bt that the problems are for [N], and cos β_b, (mesh,).
+        F_bt that the batches are for [N], and cos β_b, (mesh,).
     share
         Forces over these at which it is known what a batch misses, (level,).
     missed
@@ -47,7 +48,8 @@ class Flanks:
 
     errors: Mapping[str, ErrorMode]
     columns: tuple[tuple[int, ...], ...]
-    problems: tuple[RobustProblem, ...]
+    batches: tuple[Batch, ...]
+    expansions: tuple[Expansion, ...]
     force: NDArray
     cos_b: NDArray
     share: NDArray
@@ -65,10 +67,10 @@ class Flanks:
         Smaller forces than the least of ``share`` are answered as that one.
         """
         answers = []
-        for m, (problem, columns) in enumerate(zip(self.problems, self.columns, strict=True)):
+        for m, (batch, expansion) in enumerate(zip(self.batches, self.expansions, strict=True)):
             load = np.maximum(force[..., m].T / self.force[m], self.share[0])
-            amounts = problem.expansion.amounts(errors[:, list(columns)])
-            approach, k = _answer(problem.batch, amounts, load)
+            amounts = expansion.amounts(errors[:, list(self.columns[m])])
+            approach, k = _answer(batch, amounts, load)
             level = np.log(self.share)
             more = [np.interp(np.log(own), level, at) for own, at in zip(load, self.missed[m], strict=True)]
             cos_b = self.cos_b[m]
@@ -98,25 +100,25 @@ def flanks_of(solved: SolvedTrain, share: NDArray, approach: NDArray) -> Flanks:
     drive = {mesh.scene.gear_names[0] for mesh in solved.meshes.values()}
     both = drive & {mesh.scene.gear_names[1] for mesh in solved.meshes.values()}
     errors: dict[str, ErrorMode] = {}
-    columns, problems, missed = [], [], []
-    known: dict[int, tuple[RobustProblem, NDArray]] = {}
+    columns, found = [], []
+    known: dict[int, tuple[Batch, Expansion, NDArray]] = {}
     for (name, mesh), contact, own in zip(solved.meshes.items(), solved.contacts, approach, strict=True):
         named = _named(mesh.scene, name, both)
         errors |= named
         columns.append(tuple(named))
         if id(contact) not in known:
-            problem = prepare_problem(mesh.scene, mesh.lines, mesh.weight, contact.problem)
+            batch, expansion = prepare_batch(mesh.scene, mesh.lines, contact.problem)
             load = np.tile(share, (len(own), 1))
-            cells, _ = _answer(problem.batch, np.zeros((len(share), problem.batch.modes.shape[1])), load)
-            known[id(contact)] = problem, own - cells / contact.cos_b
-        problem, more = known[id(contact)]
-        problems.append(problem)
-        missed.append(more)
+            cells, _ = _answer(batch, np.zeros((len(share), batch.modes.shape[1])), load)
+            known[id(contact)] = batch, expansion, own - cells / contact.cos_b
+        found.append(known[id(contact)])
+    batches, expansions, missed = zip(*found, strict=True)
     order = {name: i for i, name in enumerate(errors)}
     return Flanks(
         errors=errors,
         columns=tuple(tuple(order[name] for name in own) for own in columns),
-        problems=tuple(problems),
+        batches=batches,
+        expansions=expansions,
         force=np.array([contact.nominal for contact in solved.contacts]),
         cos_b=np.array([contact.cos_b for contact in solved.contacts]),
         share=share,
