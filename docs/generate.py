@@ -129,7 +129,8 @@ that adds compliance may be left out, and what is left out is not there.
 A pair is a train of two gears; `[gears.NAME]` and `[[meshes]]` describe any number. Every mesh is simulated under the
 torque that the balance of the shafts gives it, and Datasets have the dimensions `mesh` and `gear`, by their names.
 Where paths are parallel and have one mesh frequency, all meshes are solved together: `load_sharing` of each,
-`mesh_load_factor`, and the `train_transmission_error` of the whole, over the phase of the first mesh. `simulate` and
+`mesh_load_factor`, and the `train_transmission_error` of the whole, over the phase of the first mesh; `pitch_errors`
+and `waviness` are refused there: which tooth meets which path is not known. `simulate` and
 `sweep` take several meshes; everything else takes one, or a gearbox: the gears of `[system]` are then called by their
 names, `gear = "idler"`, each on one shaft, and its meshes are those of the scene.
 

@@ -104,13 +104,13 @@ def _train(tables: Mapping[str, Any]) -> Scene:
     geometry, scenes = train.train(pairs), []
     coast, torques = train.coast(geometry), train.shares(geometry)
     for number, (name, pair) in enumerate(pairs.items()):
-        own, other = (train.flanks(number, coast=side) for side in (coast[name], not coast[name]))
-        theirs = {effect: table for effect, table in other.items() if table != own.get(effect)}
-        parts = {**rest, "pair": pair, "effects": own, "coast": theirs}
-        if scenes:
-            parts = parts | {"load": Load(torque=torques[name] * scenes[0].load.torque)}
-            parts.pop("loads", None)
         try:
+            own, other = (train.flanks(number, coast=side) for side in (coast[name], not coast[name]))
+            theirs = {effect: table for effect, table in other.items() if table != own.get(effect)}
+            parts = {**rest, "pair": pair, "effects": own, "coast": theirs}
+            if scenes:
+                parts = parts | {"load": Load(torque=torques[name] * scenes[0].load.torque)}
+                parts.pop("loads", None)
             scenes.append(parse_scene(parts))
         except InputError as error:
             raise train.named(error, number) from None

@@ -19,8 +19,8 @@ from gearbench.solution import dataset, solve_scene
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Noise floor over peak-to-peak above which a run says so.
-NOISE = 0.01
+#: Noise floors of harmonics, and of peak-to-peak values, over peak-to-peak above which a run says so.
+NOISE, EXTREMES = 0.01, 0.07
 
 _LOG = logging.getLogger(__name__)
 
@@ -84,16 +84,21 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
 
 
 def _warn_of_noise(solved: Solved) -> None:
-    """Say so where harmonics are not known to ``NOISE`` of peak-to-peak."""
-    loud = []
+    """Say so where harmonics are not known to ``NOISE`` of peak-to-peak, or that not to ``EXTREMES``."""
+    loud, extremes = [], []
     for curve in ("transmission_error", "mesh_stiffness"):
         whole = float(peak_to_peak(solved.phases, getattr(solved.cycle, curve)))
         floor = float(np.fmax.reduce(output(solved, f"{curve}_amplitude_noise_floor")[1], axis=None))
         # what hardly fluctuates has no harmonics to speak of
         level = abs(float(getattr(solved.cycle, curve).mean()))
+        doubt = float(output(solved, f"{curve}_peak_to_peak_noise_floor")[1])
         if floor > NOISE * whole > 1e-6 * level:
             loud.append(f"{curve} {100 * floor / whole:.1f} %")
+        elif doubt > EXTREMES * whole > EXTREMES * 1e-4 * level:
+            extremes.append(f"{curve} {100 * doubt / whole:.0f} %")
     if loud:
         _LOG.warning(
             "noise floor of the harmonics, of peak-to-peak: %s; resolution.accuracy lowers it", ", ".join(loud)
         )
+    if extremes:
+        _LOG.warning("noise floor of peak-to-peak: %s; more resolution.gauss_points may lower it", ", ".join(extremes))

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gearbench import revolution_response, robust, robust_response, simulate, sweep
+from gearbench import nonlinear_response, revolution_response, robust, robust_response, simulate, sweep
 from gearbench.effects.teeth import forget_fast_teeth
 from gearbench.library.garambois2017 import case
 from gearbench.scene import Resolution, Scene
@@ -113,6 +113,8 @@ def test_entries_are_called_with_contiguous_arrays(calls):
     simulate(replace(spur, pair=replace(spur.pair, wheel=wheel)))
     driven = spur_scene({}, effects={"hertz": {"law": "yang_sun"}} | errors, segments=4, gauss_points=2)
     robust_response(driven, speed=900.0, harmonics=1, samples=2)
+    driven = replace(driven, pair=replace(driven.pair, backlash=0.15), effects=driven.effects[:1])
+    nonlinear_response(driven, speed=[900.0], harmonics=1)
     pitch = {"pitch_errors": {"pinion": [0.0, 1.0] * 12 + [0.0]}}
     driven = spur_scene({}, effects={"hertz": {}} | pitch, segments=4, gauss_points=2)
     revolution_response(driven, speed=900.0, harmonics=1)

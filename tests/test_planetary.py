@@ -259,7 +259,12 @@ def test_the_plan_counts_meshes_and_motions():
     ("keys", "key", "words"),
     [
         ({"planets": 7}, "planetary.planets", "planets collide"),
-        ({"positions": [0.0, 100.0, 200.0]}, "gears", "does not assemble"),
+        ({"positions": [0.0, 100.0, 200.0]}, "planetary.positions", "does not assemble.* 2.72727°"),
+        (
+            {"planet": {"teeth": 30, "coast": {"tip_relief": {"amount": 5.0}}}},
+            "planetary.planet.coast.tip_relief",
+            "too",
+        ),
         ({"pin_radial": [1.0]}, "planetary.pin_radial", "one for each of the 3 planets"),
         ({"floating": ["sun"], "sun_support": 5.0}, "planetary.floating", "conflicts"),
         ({"floating": ["sun"], "planets": 2}, "gears", "sun .: nothing holds it|nothing holds"),
@@ -267,6 +272,7 @@ def test_the_plan_counts_meshes_and_motions():
         ({"planet": {"teeth": 30, "face": 1.0}}, "planetary.planet.face", "unknown|allowed|must be"),
         ({"planet": {"teeth": 3}}, "planetary.planet.teeth", "at least 5"),
         ({"centre_distance": 60.0}, "planetary.centre_distance", "."),
+        ({"sun": {"teeth": 36, "pitch_errors": [9.0] + 35 * [0.0]}}, "effects.pitch_errors", "which tooth meets"),
         ({"ring_support": -1.0}, "planetary.ring_support", "greater than 0"),
     ],
 )
@@ -276,6 +282,15 @@ def test_faults_are_one_line(keys, key, words):
     with pytest.raises(InputError, match=words) as caught:
         simulate(parse_scene(given))
     assert caught.value.key == key
+
+
+def test_planets_in_phase_have_one_phase_to_the_last_digit():
+    for helix in (0.0, 25.0):
+        given = tables(planets=4, helix_angle=helix)
+        given["planetary"]["centre_distance"] /= math.cos(math.radians(helix))
+        phases = list(parse_scene(given).geometry.phases().values())
+        assert len(set(phases)) == 2
+        assert all(0.0 <= phase < 1.0 for phase in phases)
 
 
 @pytest.mark.parametrize("floating", [[], ["sun"]])

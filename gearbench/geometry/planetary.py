@@ -195,6 +195,11 @@ class PlanetarySet:
         return tuple(2 * math.pi * (round(x) if abs(x - round(x)) < _NEAR else x) / self.steps for x in near)
 
     @property
+    def fitting(self) -> str:
+        """Words for the places where teeth fit."""
+        return f"they fit at steps of 360°/(z_s + |z_r|) = {360 / self.steps:.6g}° from the first planet"
+
+    @property
     def axes(self) -> dict[str, tuple[float, float]]:
         """Gear → place of its axis in the frame of the carrier [mm]."""
         a = self.keys.centre_distance

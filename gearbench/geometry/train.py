@@ -257,7 +257,8 @@ class Train:
                 found[mesh.name] = mesh.phase or 0.0
             else:
                 leads = [each.lead(gear, self._towards(each, coast), coast=coast) for each in (other, mesh)]
-                found[mesh.name] = (found[other.name] + leads[0] - leads[1]) % 1.0
+                # rounding, by which planets in phase would differ, left out
+                found[mesh.name] = round(found[other.name] + leads[0] - leads[1], 12) % 1.0
         return found
 
     def check_assembly(self, *, coast: bool = False) -> None:

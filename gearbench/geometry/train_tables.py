@@ -199,7 +199,7 @@ class TrainTables:
             drive = {k: v for k, v in self.tables["gears"][gear].items() if k not in known and k != "coast"}
             other = as_table(f"gears.{gear}.coast", self.tables["gears"][gear].get("coast", {}))
             if alone := other.keys() - drive.keys():
-                allowed = f"needs gears.{gear}.{min(alone)} of the drive flank too, of amount 0, say"
+                allowed = f"needs {min(alone)} of the drive flank too, of amount 0, say"
                 raise InputError(f"gears.{gear}.coast.{min(alone)}", "given", allowed)
             for name, value in {**drive, **(other if coast else {})}.items():
                 common = found.setdefault(name, {})

@@ -12,7 +12,16 @@ from numpy.typing import NDArray
 from gearbench.errors import InputError, one_of
 from gearbench.geometry.names import GEARS
 from gearbench.results import flank
-from gearbench.results.cycle import ACROSS, ALONG, CUT, LOCATED, MeshCycle, coefficients, noise_floor
+from gearbench.results.cycle import (
+    ACROSS,
+    ALONG,
+    CUT,
+    LOCATED,
+    MeshCycle,
+    coefficients,
+    noise_floor,
+    peak_to_peak_floor,
+)
 from gearbench.results.responses import USUAL, is_response, response, responses
 from gearbench.results.solved import Solved
 
@@ -32,6 +41,8 @@ OUTPUTS: Mapping[str, tuple[tuple[str, ...], Callable[[Solved], NDArray]]] = Map
         "mesh_stiffness_amplitude": (("harmonic",), lambda s: 2 * np.abs(_harmonics(s, "mesh_stiffness"))),
         "mesh_stiffness_amplitude_noise_floor": (("harmonic",), lambda s: _noise_floor(s, "mesh_stiffness")),
         "mesh_stiffness_phase": (("harmonic",), lambda s: np.angle(_harmonics(s, "mesh_stiffness"))),
+        "transmission_error_peak_to_peak_noise_floor": ((), lambda s: _peak_to_peak_floor(s, "transmission_error")),
+        "mesh_stiffness_peak_to_peak_noise_floor": ((), lambda s: _peak_to_peak_floor(s, "mesh_stiffness")),
         "flank_pressure": (_SEGMENTS, flank.pressure),
         "specific_sliding": (("gear", *_SEGMENTS), flank.specific_sliding),
         "sliding_speed": (_SEGMENTS, flank.sliding_speed),
@@ -62,6 +73,8 @@ DEFAULT_OUTPUTS = (
     *(name for name, (dims, _) in OUTPUTS.items() if dims == ("position",) or dims == ("harmonic",)),
     "line_load",
     *USUAL,
+    "transmission_error_peak_to_peak_noise_floor",
+    "mesh_stiffness_peak_to_peak_noise_floor",
 )
 
 
@@ -104,6 +117,11 @@ def _noise_floor(solved: Solved, curve: str) -> NDArray:
     if curve == "mesh_stiffness":
         least = np.hypot(least, CUT * values.mean(axis=-1))
     return noise_floor(solved.phases, values, values - getattr(coarse, curve), located=located, least=least)
+
+
+def _peak_to_peak_floor(solved: Solved, curve: str) -> NDArray:
+    """Estimated error of the peak-to-peak value of a curve, in its unit."""
+    return peak_to_peak_floor(solved.phases, getattr(solved.cycle, curve), _noise_floor(solved, curve))
 
 
 def _harmonics(solved: Solved, curve: str) -> NDArray:

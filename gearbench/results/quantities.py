@@ -65,6 +65,12 @@ GROUPS: Mapping[str, Mapping[str, Quantity]] = MappingProxyType(
             "transmission_error_amplitude_noise_floor": Quantity(
                 "µm", "ε(δ_n)", "numerical noise floor of the amplitudes of the harmonics of δ"
             ),
+            "transmission_error_peak_to_peak_noise_floor": Quantity(
+                "µm", "ε(PP δ)", "numerical noise floor of peak-to-peak δ"
+            ),
+            "mesh_stiffness_peak_to_peak_noise_floor": Quantity(
+                "N/µm", "ε(PP k)", "numerical noise floor of peak-to-peak k"
+            ),
             "transmission_error_phase": Quantity("rad", "arg δ_n", "phases of the harmonics of δ"),
             "mesh_stiffness_amplitude": Quantity("N/µm", "|k_n|", "amplitudes of the harmonics of k"),
             "mesh_stiffness_amplitude_noise_floor": Quantity(

@@ -51,7 +51,8 @@ def draw_set(dataset: xr.Dataset, axes: Axes) -> Axes:
         inside = _internal(train, gear)
         x, y = train.places[train.shaft(gear)] + np.array([0.0, points[:, 1].max() if inside else 0.0])
         axes.annotate(gear, (x, y), ha="center", va="top" if inside else "center", fontsize=8)
-    most = dataset["load_sharing"].max("position")
+    over = "load_sharing_over_revolution"
+    most = dataset[over].max("revolution") if over in dataset else dataset["load_sharing"].max("position")
     for mesh in train.meshes:
         share = float(most.sel(mesh=mesh.name))
         gear = mesh.pair.gears[0]

@@ -19,6 +19,7 @@ from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.geometry.linkage import Linkage
 from gearbench.geometry.names import GEARS
+from gearbench.hunting import unlike
 from gearbench.results.cycle import Phases
 from gearbench.results.solved import Solved
 from gearbench.scene import Load, Resolution, Scene
@@ -121,10 +122,19 @@ def check_train(scene: Scene) -> Linkage:
         if not np.isclose(rate, first, rtol=1e-12):
             allowed = f"must be that of the first, {first:g} z n, where paths are parallel"
             raise InputError("meshes", f"mesh frequency of {name}, {rate:g} z n", allowed)
-    train.check_assembly(coast=scene.load.coast)
     assert scene.train is not None
+    short = scene.train.planetary
+    try:
+        train.check_assembly(coast=scene.load.coast)
+    except InputError as error:
+        if short is None:
+            raise
+        raise InputError("planetary.positions", short.keys.positions, f"{error.allowed}; {short.fitting}") from None
     linkage = scene.train.linkage(train, coast=scene.load.coast)
     linkage.check()
+    for effect in (effect for own in {_plain(own) for own in scene.meshes.values()} for effect in unlike(own)):
+        allowed = "is for one mesh: which tooth meets which planet, or path, is not known here"
+        raise InputError(f"effects.{effect.name}", "given", allowed)
     return linkage
 
 
@@ -141,8 +151,7 @@ def solve_train(scene: Scene) -> SolvedTrain:
     assert scene.train is not None
     coast = scene.load.coast
     train, scenes = scene.geometry, scene.meshes
-    # rounding, by which planets in phase would differ, left out
-    shift = {name: round(phase, 12) % 1.0 for name, phase in train.phases(coast=coast).items()}
+    shift = train.phases(coast=coast)
     phases = _phases(scenes, shift)
     even = np.array([own.F_bt for own in scenes.values()])
     f = linkage.force(scene.load.torque)

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from gearbench import read_scene
+from gearbench import read_scene, simulate
 from gearbench.contact.assemble import assemble
 from gearbench.contact.gaps import gap_kinks
 from gearbench.contact.look import scene_lines
@@ -29,7 +29,7 @@ from tests.support.paths import EXAMPLES
 PAIRS = ("fine_pitch", "fzg_c", "hcr_spur", "nasa_28", "osu_50", "rim_17_43", "ross_62", "thin_rim")
 #: Torques of 90 that miss off the line, and by how many times at most: STE of nasa_28 is steep behind the corners of
 #: its relief, one dip of ross_62 between two births is as narrow as they are known.
-BEYOND = {"nasa_28": (5, 1.3), "ross_62": (1, 14.0), "thin_rim": (1, 1.1)}
+BEYOND = {"nasa_28": (1, 1.1), "ross_62": (1, 1.7)}
 CURVES = ("transmission_error", "mesh_stiffness")
 POINTS, TOLERANCE, LEAST = 5, 3e-5, 1e-6
 
@@ -115,7 +115,8 @@ def misses(scene: Scene) -> dict[str, float]:
             m, r = of(mine, found.phases.weight), of(right, truth.phases.weight)
             over[f"{curve} {name}"] = float(abs(m - r) / max(0.01 * abs(r), whole))
         miss = abs(float(peak_to_peak(found.phases, mine)) - total)
-        over[f"{curve} peak_to_peak"] = miss / max(0.01 * total, 2 * whole)
+        doubt = float(output(solved, f"{curve}_peak_to_peak_noise_floor")[1])
+        over[f"{curve} peak_to_peak"] = miss / max(0.01 * total, doubt)
     return over
 
 
@@ -136,6 +137,14 @@ def test_births_beside_ends_of_the_path_and_kinks_are_found(name, share):
     another one leaves its load."""
     over = misses(relieved(name, share, off_line=False))
     assert max(over.values()) < 1, over
+
+
+def test_a_dip_between_two_births_that_no_sample_sees_is_in_the_noise_floor(caplog):
+    """Its bottom, 13 % of peak-to-peak, is 0.0001 of the cycle wide."""
+    over = misses(scene := relieved("ross_62", np.linspace(0.1, 2.0, 90)[74], off_line=True))
+    assert max(over.values()) < 1.7, over
+    simulate(scene)
+    assert any("noise floor of peak-to-peak: mesh_stiffness 9 %" in line for line in caplog.messages)
 
 
 @pytest.mark.slow

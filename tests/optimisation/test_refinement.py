@@ -10,7 +10,7 @@ from gearbench.errors import InputError
 from gearbench.optimisation import refinement
 from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.problem import Evaluation, evaluate
-from gearbench.optimisation.refinement import continuous, refine, refine_design
+from gearbench.optimisation.refinement import continuous, polish, refine_design
 from gearbench.optimisation.study import Algorithm, Objective, OptimisationStudy, Robustness
 from gearbench.optimisation.variables import Variable
 from tests.support.paths import STUDY
@@ -82,7 +82,7 @@ def test_decimals_become_real_and_whole_numbers_do_not():
 def test_a_front_is_refined_and_opened_again(run, tmp_path):
     study = replace(SMALL, algorithm=Algorithm(population=8, generations=3, seed=2), robustness=Robustness(samples=8))
     front = optimise(study, directory=tmp_path / "front")
-    refined = refine(Designs(front), evaluations=12, threads=2)
+    refined = polish(Designs(front), evaluations=12, threads=2)
     F, G = refined["objective_before"].values, refined["objective"].values
     on_front = np.flatnonzero(front["on_front"].values)
     np.testing.assert_array_equal(F, front["objective"].values[on_front])

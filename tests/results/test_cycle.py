@@ -6,7 +6,16 @@ import xarray as xr
 from numpy.testing import assert_allclose
 
 from gearbench.contact.phases import gauss_phases, uniform_phases
-from gearbench.results.cycle import MeshCycle, Phases, coefficients, fourier, panels, peak_to_peak
+from gearbench.results.cycle import (
+    MeshCycle,
+    Phases,
+    coefficients,
+    fourier,
+    noise_floor,
+    panels,
+    peak_to_peak,
+    peak_to_peak_floor,
+)
 from gearbench.results.responses import response
 
 
@@ -125,3 +134,31 @@ def test_peak_to_peak_reaches_the_transitions():
     for name in names:
         # the nearest uniform position is half a step off the jump: relative 1e-5
         assert_allclose(coarse[name], fine[name], rtol=3e-5)
+
+
+def errors_and_floors(values, exact, low):
+    """Errors of harmonics and of peak-to-peak over their noise floors: of panels with 5 points against 400 of 8."""
+    phases, fine = gauss(5, (0.0, 0.3, 0.6)), gauss(8, tuple(np.arange(400) / 400))
+    floor = noise_floor(phases, values(phases.phase), np.zeros(15), located=0.0)
+    found, wanted = (2 * np.abs(coefficients(each, values(each.phase))) for each in (phases, fine))
+    peak = abs(peak_to_peak(phases, values(phases.phase)) - (exact - low))
+    return np.abs(found - wanted), floor, peak, peak_to_peak_floor(phases, values(phases.phase), floor)
+
+
+@pytest.mark.parametrize("at", [0.32, 0.37, 0.41, 0.48, 0.5, 0.58])
+def test_noise_floors_see_a_kink_within_a_panel(at):
+    error, floor, peak, doubt = errors_and_floors(lambda x: np.abs(x - at), max(at, 1 - at), 0.0)
+    assert np.all(error < 3.1 * floor)  # the share is that of all positions of a kink, in RMS
+    assert np.all(floor < 0.01)
+    assert peak < 2 * doubt < 0.2
+
+
+def test_noise_floors_see_no_error_where_panels_end_at_a_jump():
+    error, floor, peak, doubt = errors_and_floors(square, 5.0, 2.0)
+    assert max(error.max(), floor.max(), peak, doubt) < 1e-12
+
+
+def test_peak_to_peak_is_known_where_a_curve_that_runs_on_jumps_within_a_panel():
+    """Polynomials miss half of the jump; no extreme is missed."""
+    *_, floor, peak, doubt = errors_and_floors(lambda x: np.where(x < 0.45, x, 3 + x), 4.0, 0.0)
+    assert peak <= doubt < 3 * np.sqrt((floor**2).sum())

@@ -22,7 +22,7 @@ AMPLITUDES = {"profile_slope": 3.0, "profile_form": 4.0, "helix_slope": 5.0, "in
 def test_totals_count_products_for_both():
     """y = x_0 x_1 + x_0 on [−1, 1]: variances 1/9 and 1/3, so S = 3/4, 0 and S_T = 1, 1/4."""
     found = [
-        sensitivities(x, [x[:, 0] * x[:, 1] + x[:, 0]])
+        sensitivities(x, [x[:, 0] * x[:, 1] + x[:, 0]])[0]
         for s in range(5)
         for x in [2 * unit_samples("random", 1000, 6, s) - 1]
     ]

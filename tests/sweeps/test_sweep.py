@@ -26,7 +26,9 @@ from tests.support.paths import ROOT
 AMOUNT = "effects.tip_relief.amount"
 #: How the contact was solved, not what came out.
 HOW = {"newton_steps", "equilibrium_residual", "complementarity_residual", "minimum_force"} | {
-    f"{curve}_amplitude_noise_floor" for curve in ("transmission_error", "mesh_stiffness")
+    f"{curve}_{of}_noise_floor"
+    for curve in ("transmission_error", "mesh_stiffness")
+    for of in ("amplitude", "peak_to_peak")
 }
 
 
