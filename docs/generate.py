@@ -200,8 +200,8 @@ sun_run_out = 10.0
 
 All meshes are one contact problem. `simulate` gives `load_sharing` of each mesh, `mesh_load_factor` K_γ, the
 `train_transmission_error`, motions of what floats, forces and torques on every member and their harmonics; `robust` the
-same numbers over the errors of `[planetary.scatter]`; `sweep` takes keys of all of these tables. Ring and planets are
-stiff between their meshes.
+same numbers over the errors of `[planetary.scatter]` and of the flanks; `sweep` takes keys of all of these tables. Ring
+and planets are stiff between their meshes.
 
 {key_tables(Planetary)}
 ## Several loads

@@ -1,17 +1,21 @@
 """Planetary sets: load sharing, phases, what phasing cancels, against closed forms and a solution of its own."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
 from gearbench import robust, simulate, sweep
+from gearbench.contact.assemble import assemble
 from gearbench.contact.equilibrium import balance
+from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.effort.plan import plan
 from gearbench.errors import InputError
 from gearbench.scene_file import parse_scene
-from gearbench.trains.scatter import curves, draw, offsets, solved_samples, variables
+from gearbench.trains.flanks import flanks_of
+from gearbench.trains.scatter import curves, draw, levels, offsets, solved_samples, variables
 from gearbench.trains.solve import solve_train
 
 LINEAR = {"hertz": {"law": "yang_sun"}}
@@ -168,6 +172,44 @@ def test_samples_are_solved_as_single_sets_are():
         exact = balance(whole.contacts, whole.statics(offset))
         # a table of 32 levels
         assert_allclose(found["mesh_load_factor"][n], (exact.force / whole.even).max(), rtol=1e-5)
+
+
+FLANKS = {"iso_class": 7, "profile_slope": {}, "helix_slope": {"distribution": "normal_two_sided"}}
+
+
+@pytest.mark.parametrize("effects", [{"hertz": {}, "tooth_bending": {}}, LINEAR])
+def test_samples_with_errors_of_flanks_are_solved_as_single_sets_are(effects, monkeypatch):
+    own = {"scatter": {"pin_tangential": 15.0}, "pin_stiffness": 300.0, "phases": 4}
+    whole = solve_train(parse_scene(tables(planets=4, effects={**effects, "manufacturing_errors": FLANKS}, **own)))
+    keys = whole.scene.train.planetary.keys
+    names, forces = variables(keys.scatter, keys.names), curves(whole.contacts, 4.0)
+    flanks = flanks_of(whole, levels(4.0), forces.approach)
+    # of sun and ring one flank, of planets two
+    assert len(flanks.errors) == 2 * (1 + 1 + 4 * 2)
+    assert {"profile_slope sun", "helix_slope planet 2, driven flank", "helix_slope ring"} < set(flanks.errors)
+    unit = np.random.default_rng(1).random((3, len(names) + len(flanks.errors)))
+    errors = np.hstack([draw(keys.scatter, names, unit[:, :4]), flanks.draw(unit[:, 4:])])
+    found = solved_samples(whole, forces, names, errors, flanks)
+    for n, offset in enumerate(offsets(whole, names, errors)):
+        contacts = []
+        for mesh, contact, columns in zip(whole.meshes.values(), whole.contacts, flanks.columns, strict=True):
+            drawn = errors[n, 4:][list(columns)]
+            monkeypatch.setattr(ManufacturingErrors, "mean", lambda *_, drawn=drawn: drawn)
+            contacts.append(replace(contact, problem=assemble(mesh.scene, mesh.lines)))
+        exact = balance(contacts, whole.statics(offset))
+        turn = 1e3 * whole.radius * whole.input_sense * exact.motion[:, whole.linkage.input]
+        assert_allclose(found["load_sharing_greatest"][n], (exact.force / whole.even).max(axis=0), atol=1e-5)
+        assert_allclose(found["train_transmission_error_mean"][n], turn @ whole.phases.weight, rtol=1e-5)
+        assert_allclose(found["train_transmission_error_peak_to_peak"][n], np.ptp(turn), rtol=1e-5)
+        monkeypatch.undo()
+
+
+def test_errors_that_are_not_of_flanks_are_refused():
+    errors = {"iso_class": 6, "profile_slope": {}, "inclination": {}}
+    scene = parse_scene(tables(effects={**LINEAR, "manufacturing_errors": errors}))
+    with pytest.raises(InputError, match="inclination is for one mesh") as caught:
+        robust(scene, samples=8)
+    assert caught.value.key == "effects.manufacturing_errors.inclination"
 
 
 def test_over_a_revolution_run_outs_turn_with_their_members():

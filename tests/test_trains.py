@@ -6,14 +6,16 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from gearbench import simulate, sweep
+from gearbench import robust, simulate, sweep
 from gearbench.contact.assemble import assemble
 from gearbench.contact.equilibrium import MeshAt, Statics, balance
 from gearbench.contact.look import scene_lines
 from gearbench.contact.patches import solve_patches
 from gearbench.errors import InputError
 from gearbench.results.origin import by_itself
+from gearbench.robustness.montecarlo import prepare_phases, respond
 from gearbench.scene_file import parse_scene
+from gearbench.trains.scatter import robust_train
 from gearbench.trains.solve import solve_train
 
 GEAR = {"normal_module": 2.0, "face_width": 20.0}
@@ -138,3 +140,42 @@ def test_the_dataset_holds_each_mesh_and_what_they_have_in_common():
 def test_faults_are_one_line(change, words):
     with pytest.raises(InputError, match=words):
         simulate(parse_scene(tables(**{"angles": [0.0, 180.0]} | change)))
+
+
+ERRORS = {"iso_class": 6, "profile_slope": {}, "profile_form": {}, "helix_slope": {"distribution": "normal"}}
+
+
+@pytest.mark.parametrize("bending", [{}, {"model": "solid"}])
+def test_samples_of_one_path_are_those_of_its_pairs(bending):
+    gears = {name: {"teeth": z} for name, z in {"sun": 36, "planet": 30, "ring": -96}.items()}
+    one = {**gears, "normal_module": 2.0, "face_width": 20.0, "centre_distance": 66.0, "planets": 1}
+    effects = {"tooth_bending": bending, "hertz": {}, "manufacturing_errors": ERRORS}
+    more = {"load": {"torque": 60.0}, "resolution": {"positions": 4}}
+    scene = parse_scene({"planetary": one, "effects": effects, **more})
+    found = robust_train(scene, samples=16)
+    total = 0.0
+    for mesh in solve_train(scene).meshes.values():
+        pair = prepare_phases(mesh.scene, mesh.lines.mesh_phase, mesh.weight)
+        # the planet has a flank at either mesh
+        driver, driven = (
+            name + f", {side} flank" * (name == "planet 1")
+            for name, side in zip(mesh.scene.gear_names, ("driving", "driven"), strict=True)
+        )
+        flanks = {"pinion": driver, "wheel": driven}
+        names = [f"{kind} {flanks[gear]}" for kind, _, gear in (name.rpartition("_") for name in pair.names)]
+        drawn = found["error"].sel(error_name=names).values
+        total = total + respond(pair, drawn)[0]["transmission_error_mean"]
+    assert_allclose(found["train_transmission_error_mean"], total, rtol=1e-5)
+    assert_allclose(found["mesh_load_factor"], 1.0, rtol=1e-8)
+    assert float(np.std(total)) > 0.1
+
+
+def test_parallel_idlers_scatter_in_what_they_carry():
+    given = tables((0.0, 180.0), resolution={"gauss_points": 2})
+    given["effects"] = given["effects"] | {"manufacturing_errors": ERRORS}
+    found = robust(parse_scene(given), samples=16)
+    names = [name for name in found["error_name"].values if name.startswith("helix_slope")]
+    flanks = [f"idler {n}, {flank} flank" for n in (0, 1) for flank in ("driving", "driven")]
+    assert sorted(names) == sorted(f"helix_slope {each}" for each in ("sun", "out", *flanks))
+    assert float(found["mesh_load_factor"].min()) >= 1.0
+    assert float(found["mesh_load_factor"].std()) > 0.01

@@ -68,17 +68,17 @@ def compress(first, ranks, factor, q, delta, lanes):
 
 
 @part(FUSED)
-def normal_equations(first, ranks, factor, product, lanes, equations):
+def normal_equations(first, ranks, factor, product, load, lanes, equations):
     """Gradient and Hessian of J(q, δ) per block; lower triangles of the Hessian stored row by row.
 
-    product (rank(rank+1)/2, n).
+    product (rank(rank+1)/2, n), load (lane,).
     """
     blocks, rank = first.size - 1, factor.shape[1]
     p, w, total, slope = lanes.p, lanes.w, lanes.total, lanes.slope
     q, grad, cross, hess = equations
     size = rank * (rank + 1) // 2
     for j in range(LANES):
-        total[j] = -1.0
+        total[j] = -load[j]
         slope[j] = 0.0
     for i in range(first[blocks]):
         for j in range(LANES):
@@ -201,7 +201,7 @@ def solve_lanes(t, system, laws, lanes, equations, delta, stiffness, tolerance, 
     for iteration in range(limit):
         compress(first, ranks, factor, equations.q, delta, lanes)
         apply_laws(first[blocks], laws, lanes)
-        normal_equations(first, ranks, factor, system.product[t], lanes, equations)
+        normal_equations(first, ranks, factor, system.product[t], lanes.load[t], lanes, equations)
         for j in range(LANES):
             residual[j] = abs(lanes.total[j])
         for r in range(blocks * rank):

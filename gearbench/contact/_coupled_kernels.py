@@ -44,14 +44,14 @@ class Conjugate(NamedTuple):
 
 
 @part(FUSED)
-def residuals(u, z, p, w, rise, weight, own, change, total):
-    """own ← −F, F = u + p − W₀ z, and change ← W − W₀, single precision; total ← Σ|F|. z lacks ``rise``."""
+def residuals(u, z, p, w, rise, load, weight, own, change, total):
+    """own ← −F, F = u + p − W₀ z, and change ← W − W₀, single precision; total ← Σ|F|. z lacks ``rise`` · ``load``."""
     for j in range(LANES):
         total[j] = 0.0
     for i in range(u.shape[0]):
         w0, r = weight[i], rise[i]
         for j in range(LANES):
-            f = u[i, j] + p[i, j] - w0 * (z[i, j] + r)
+            f = u[i, j] + p[i, j] - w0 * (z[i, j] + r * load[j])
             total[j] += abs(f)
             own[i, j] = -f
             change[i, j] = w[i, j] - w0
@@ -179,15 +179,15 @@ def solve_coupled_lanes(t, G, G32, linear, laws, lanes, u, z, work, stiffness, s
     """
     tolerance, fine, limit = steps
     n, total, done, p, w, s = len(u), lanes.total, lanes.done, lanes.p, lanes.w, lanes.s
-    rise, weight = linear.rise[t, :n], linear.weight[t, :n]
+    rise, weight, load = linear.rise[t, :n], linear.weight[t, :n], lanes.load[t]
     iteration, conjugate = 0, 0
     for iteration in range(limit + 1):
         np.dot(G, u, z)
         for i in range(n):
             for j in range(LANES):
-                s[i, j] = z[i, j] + rise[i] - lanes.gap[i, j]
+                s[i, j] = z[i, j] + rise[i] * load[j] - lanes.gap[i, j]
         apply_laws(n, laws, lanes)
-        residuals(u, z, p, w, rise, weight, work.r, work.change, total)
+        residuals(u, z, p, w, rise, load, weight, work.r, work.change, total)
         count = 0.0
         for j in range(LANES):
             done[j] = 1.0 if total[j] <= tolerance else 0.0
@@ -258,7 +258,7 @@ def solve_coupled_chunk(gaps, linear, draws, lanes, accuracy, limit, answers):
         newton += steps[0]
         conjugate += steps[1]
         for j in range(LANES):
-            delta[j] = linear.flexibility[t] + lanes.least[j]
+            delta[j] = linear.flexibility[t] * lanes.load[t, j] + lanes.least[j]
             done[j] = lanes.done[j]
         for i in range(m):
             for j in range(LANES):

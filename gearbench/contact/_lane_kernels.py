@@ -43,7 +43,8 @@ class Lanes(NamedTuple):
     """Gaps, compressions, forces and slopes of a position, (segment, lane), and numbers of each lane, (lane,).
 
     ``sigma``: half of what the compression varies along each cell, and the inverse of twice that, (2, segment, lane);
-    ``level`` (3, lane) scratch of the law; ``least`` the smallest gap, from which gaps and δ are counted.
+    ``level`` (3, lane) scratch of the law; ``least`` the smallest gap, from which gaps and δ are counted; ``load``
+    (position, lane) is ΣP.
     """
 
     gap: NDArray
@@ -58,14 +59,15 @@ class Lanes(NamedTuple):
     residual: NDArray
     done: NDArray
     step: NDArray
+    load: NDArray
 
     @classmethod
-    def of(cls, segments: int) -> Lanes:
-        """Lanes of so many segments."""
+    def of(cls, segments: int, load: NDArray) -> Lanes:
+        """Lanes of so many segments under ``load`` (position, lane), 1 that of the problem."""
         gap, s, p, w, sigma, inverse = np.empty((6, segments, LANES))
         least, total, slope, residual, done, step = np.empty((6, LANES))
         level = np.empty((3, LANES))
-        return cls(gap, np.stack([sigma, inverse]), s, p, w, level, least, total, slope, residual, done, step)
+        return cls(gap, np.stack([sigma, inverse]), s, p, w, level, least, total, slope, residual, done, step, load)
 
 
 @part(FUSED)

@@ -31,7 +31,7 @@ from gearbench.geometry.action import ContactLines
 
 if TYPE_CHECKING:
     from gearbench.contact._kernels import Arrays
-    from gearbench.contact._lane_kernels import Gaps
+    from gearbench.contact._lane_kernels import Answers, Gaps
 
 T = TypeVar("T")
 
@@ -358,17 +358,23 @@ def chunks(draws: NDArray) -> Iterator[NDArray]:
         yield np.concatenate([chunk, np.repeat(chunk[-1:], LANES - len(chunk), axis=0)])
 
 
-def solve_one_chunk(batch: Batch, draws: NDArray) -> BatchSolution:
-    """Solve every position for one full chunk of errors, (lanes, error), on this thread."""
+def solve_one_chunk(batch: Batch, draws: NDArray, load: NDArray | None = None) -> BatchSolution:
+    """Solve every position for one full chunk of errors, (lanes, error), on this thread.
+
+    ``load`` (position, lanes) over that of the problem, 1 where it is absent; what the cells miss is that of 1.
+    """
+    from gearbench.contact._lane_kernels import Answers
+
     shape = (len(batch.count), len(draws))
+    load = np.ones(shape) if load is None else np.ascontiguousarray(load)
     delta, stiffness, done = np.empty(shape), np.empty(shape), np.empty(shape)
     lanes = np.ascontiguousarray(draws.T)
     with np.errstate(all="ignore"):
-        _run(batch, lanes, delta, stiffness, done)
+        _run(batch, lanes, load, Answers(delta, stiffness, done))
     good = (done == 1.0) & np.isfinite(delta) & np.isfinite(stiffness)
     missed = np.argwhere(~good)
     for t, j in missed:
-        delta[t, j], stiffness[t, j] = _rescue(batch, int(t), lanes[:, j])
+        delta[t, j], stiffness[t, j] = _rescue(batch, int(t), lanes[:, j], float(load[t, j]))
     p = batch.problem
     return BatchSolution(
         approach=p.length_scale * delta + batch.missed[0][:, None],
@@ -377,13 +383,13 @@ def solve_one_chunk(batch: Batch, draws: NDArray) -> BatchSolution:
     )
 
 
-def _run(batch: Batch, lanes: NDArray, delta: NDArray, stiffness: NDArray, done: NDArray) -> None:
-    """Fill δ, ∂F/∂δ and whether they converged, (position, lane), by the kernel of the batch."""
+def _run(batch: Batch, lanes: NDArray, load: NDArray, answers: Answers) -> None:
+    """Fill the answers by the kernel of the batch."""
     from gearbench.contact._batch_kernels import Blocks, solve_chunk
     from gearbench.contact._coupled_kernels import solve_coupled_chunk
-    from gearbench.contact._lane_kernels import Answers, Lanes
+    from gearbench.contact._lane_kernels import Lanes
 
-    b, work, answers = batch, Lanes.of(batch.gap.shape[1]), Answers(delta, stiffness, done)
+    b, work = batch, Lanes.of(batch.gap.shape[1], load)
     if b.reference is not None:
         accuracy = b.precision.coupled, b.precision.stiffness
         solve_coupled_chunk(b.gaps, b.reference, lanes, work, accuracy, NEWTON_LIMIT, answers)
@@ -395,8 +401,8 @@ def _run(batch: Batch, lanes: NDArray, delta: NDArray, stiffness: NDArray, done:
     solve_chunk(b.gaps, blocks, lanes, work, b.precision.newton, NEWTON_LIMIT, answers)
 
 
-def _rescue(batch: Batch, t: int, draw: NDArray) -> tuple[float, float]:
-    """One position of one sample by the solver with line search.
+def _rescue(batch: Batch, t: int, draw: NDArray, load: float) -> tuple[float, float]:
+    """One position of one sample by the solver with line search, in units of its own load (see ``problem.under``).
 
     Raises
     ------
@@ -406,6 +412,8 @@ def _rescue(batch: Batch, t: int, draw: NDArray) -> tuple[float, float]:
     from gearbench.contact._kernels import Work, solve_positions
 
     arrays = batch.arrays(draw, slice(t, t + 1))
+    own = {"gap": arrays.gap / load, "sigma": arrays.sigma / load, "a": arrays.a - arrays.h * np.log(load)}
+    arrays = arrays._replace(**own)
     blocks, rank, n = int(batch.blocks.max()), batch.rank, arrays.gap.shape[1]
     least = arrays.gap[arrays.active].min()
     delta, stiffness, steps = np.full(1, -np.inf), np.empty(1), np.zeros(1, dtype=np.int64)
@@ -415,7 +423,7 @@ def _rescue(batch: Batch, t: int, draw: NDArray) -> tuple[float, float]:
     )  # fmt: skip
     if steps[0] >= MAX_STEPS:
         raise ConvergenceError(f"contact not solved: position {t}, {steps[0]} Newton steps")
-    return float(delta[0] + least), float(stiffness[0])
+    return float(load * (delta[0] + least)), float(stiffness[0])
 
 
 def on_threads(work: Callable[[NDArray], T], items: Iterable[NDArray], threads: int) -> Iterator[T]:

@@ -160,6 +160,58 @@ def _tangents(approach: NDArray, *, k: NDArray, free: NDArray) -> tuple[NDArray,
     return np.maximum(0.0, k * s), np.where(s > 0, k, PARTED * k)
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Forces:
+    """Search for the forces of meshes that ``answer`` with approach and stiffness (…, mesh) [mm, N/mm].
+
+    Parameters
+    ----------
+    answer
+        Of forces (…, mesh) [N], all positive.
+    nominal
+        F_bt of each mesh, (mesh,) [N].
+    least
+        Force over the nominal one below which a mesh is its tangent.
+    settled
+        Change of a force over the greatest at which the search has ended.
+    """
+
+    answer: Callable[[NDArray], tuple[NDArray, NDArray]]
+    nominal: NDArray
+    least: float = LEAST
+    settled: float = SETTLED
+
+    def found(
+        self, statics: Statics, force: NDArray, q: NDArray | None = None
+    ) -> tuple[NDArray, NDArray, NDArray, int]:
+        """F, q and ∂F/∂δ in balance, and steps, from ``force`` and, where it is known, ``q``.
+
+        Raises
+        ------
+        ConvergenceError
+            If the forces do not settle.
+        """
+        least = self.least * self.nominal
+        before, left = np.zeros(1), 0.0
+        for step in range(STEPS):
+            at = np.maximum(force, least)
+            approach, k = self.answer(at)
+            if q is None:  # as if all were loaded
+                matrix = statics.stiffness + (statics.rows.T * k[:, None]) @ statics.rows
+                right = statics.force - (k * (statics.offset - approach) + at) @ statics.rows
+                q = np.linalg.solve(matrix, right[..., None])[..., 0]
+            q, found = statics.balanced(partial(_tangents, k=k, free=approach - at / k), q)
+            change = np.where(force > least, found - force, np.maximum(found - at, 0.0))
+            left = np.abs(change).max() / np.abs(found).max()
+            if left <= (self.settled if step < STEPS - 1 else max(self.settled, ENOUGH)):
+                return force, q, k * (force > 0), step + 1
+            # forces that swing about where flanks begin to touch go half of the way
+            next_ = np.where(change * before < 0, (force + found) / 2, found)
+            # the force of a mesh close to separation is on its tangent
+            force, before = np.where(next_ > least, np.minimum(next_, GROWTH * at), next_), change
+        raise ConvergenceError(f"forces of the meshes not settled after {STEPS} steps: {left:.1e} of the greatest")
+
+
 def balance(meshes: Sequence[MeshAt], statics: Statics) -> Balance:
     """Forces of all meshes, contact of each included.
 
@@ -168,28 +220,17 @@ def balance(meshes: Sequence[MeshAt], statics: Statics) -> Balance:
     ConvergenceError
         If the forces do not settle, or the contact of a mesh is not solved.
     """
-    count = len(meshes[0].problem.gap)
     nominal = np.array([mesh.nominal for mesh in meshes])
     guesses = [Guess.nothing(mesh.problem) for mesh in meshes]
-    force, before, left = np.tile(nominal, (count, 1)), np.zeros(1), 0.0
-    q = np.zeros((count, statics.rows.shape[1]))
-    for step in range(STEPS):
-        at = np.maximum(force, LEAST * nominal)
-        answers = [mesh.answer(at[:, m], guesses[m]) for m, mesh in enumerate(meshes)]
-        approach, k = np.stack([x for x, _, _ in answers], axis=1), np.stack([k for _, k, _ in answers], axis=1)
-        if step == 0:  # as if all were loaded
-            matrix = statics.stiffness + (statics.rows.T * k[:, None]) @ statics.rows
-            right = statics.force - (k * (statics.offset - approach) + at) @ statics.rows
-            q = np.linalg.solve(matrix, right[..., None])[..., 0]
-        q, found = statics.balanced(partial(_tangents, k=k, free=approach - at / k), q)
-        change = np.where(force > LEAST * nominal, found - force, np.maximum(found - at, 0.0))
-        left = np.abs(change).max() / np.abs(found).max()
-        if left <= (SETTLED if step < STEPS - 1 else ENOUGH):
-            alone = [np.where(loaded, 1.0, 0.0) for loaded in (force > 0).T]  # parted flanks are loaded a little
-            own = (replace(a[2], force=a[2].force * one[:, None, None]) for a, one in zip(answers, alone, strict=True))
-            return Balance(force=force, motion=q, stiffness=k * (force > 0), solutions=tuple(own), steps=step + 1)
-        # forces that swing about where flanks begin to touch go half of the way
-        next_ = np.where(change * before < 0, (force + found) / 2, found)
-        # the force of a mesh close to separation is on its tangent
-        force, before = np.where(next_ > LEAST * nominal, np.minimum(next_, GROWTH * at), next_), change
-    raise ConvergenceError(f"forces of the meshes not settled after {STEPS} steps: {left:.1e} of the greatest")
+    solutions: list[ContactSolution] = []
+
+    def answer(force: NDArray) -> tuple[NDArray, NDArray]:
+        answers = [mesh.answer(force[:, m], guesses[m]) for m, mesh in enumerate(meshes)]
+        solutions[:] = [solution for _, _, solution in answers]
+        return np.stack([x for x, _, _ in answers], axis=1), np.stack([k for _, k, _ in answers], axis=1)
+
+    even = np.tile(nominal, (len(meshes[0].problem.gap), 1))
+    force, q, k, steps = Forces(answer=answer, nominal=nominal).found(statics, even)
+    alone = [np.where(loaded, 1.0, 0.0) for loaded in (force > 0).T]  # parted flanks are loaded a little
+    own = (replace(a, force=a.force * one[:, None, None]) for a, one in zip(solutions, alone, strict=True))
+    return Balance(force=force, motion=q, stiffness=k, solutions=tuple(own), steps=steps)

@@ -109,7 +109,9 @@ class ManufacturingErrors(GapEffect):
     """Random errors of profile, helix and axes. An error is drawn if and only if its table is there.
 
     ``robust`` draws them; ``simulate`` computes the gear with every error at its mean. Errors of different gears and
-    kinds are independent.
+    kinds are independent. In a train with parallel paths, or a planetary set, those of profiles and helices are drawn,
+    once for each flank: sun and ring bring the same errors to all planets, a planet has a flank at the sun and another
+    at the ring. Teeth that are drawn one by one are others in each mesh. "pinion" is there the driver of each mesh.
 
     Parameters
     ----------

@@ -131,8 +131,14 @@ def _train_plan(scene: Scene) -> Plan:
     size = f"{len(scenes)} meshes, {len(linkage.motions)} free motions"
     parts.append(PlanPart("balance", "forces and motions of all meshes, Newton's method", size))
     assert scene.train is not None
-    if scene.train.planetary is not None and scene.train.planetary.keys.scatter is not None:
-        parts.append(PlanPart("robust", "samples of pins, planets and run-outs", f"{SAMPLES} samples"))
+    short = scene.train.planetary
+    drawn = {
+        "pins, planets and run-outs": short is not None and short.keys.scatter is not None,
+        "flanks": scene.effect("manufacturing_errors") is not None,
+    }
+    if any(drawn.values()):
+        of = " and of ".join(name for name, given in drawn.items() if given)
+        parts.append(PlanPart("robust", f"samples of {of}", f"{SAMPLES} samples"))
     # phases that suit one mesh are asked of all
     different = len({round(phase, 9) for phase in scene.geometry.phases().values()})
     return Plan(parts=tuple(parts), megabytes={"simulate": different * megabytes})

@@ -166,11 +166,12 @@ def peak_to_peak_floor(phases: Phases, values: NDArray, floor: NDArray) -> NDArr
 
     What panels have ``_missed`` where it would move the greatest or the least value: no more than by which the samples
     there and on both neighbours turn back, since a curve that runs on has no extreme there. Of everything else twice
-    the root sum of squares of the harmonics' floors, which add up where the curve is extreme.
+    the root sum of squares of the harmonics' floors, which add up where the curve is extreme; orders that uniform
+    phases do not give count like the greatest of those that they do.
     """
-    whole = 2 * np.sqrt((floor**2).sum(axis=-1))
     if phases.size is None:
-        return whole
+        return 2 * math.sqrt(floor.shape[-1]) * np.fmax.reduce(floor, axis=-1)
+    whole = 2 * np.sqrt((floor**2).sum(axis=-1))
     (low, high), missed = _extremes(phases, values), _missed(phases, values)
     by_panel = values.reshape(*values.shape[:-1], -1, phases.size)
     around = np.concatenate([np.roll(by_panel, shift, axis=-2) for shift in (1, 0, -1)], axis=-1)

@@ -128,6 +128,15 @@ def prepare_problem(
     scene: Scene, lines: ContactLines, weight: NDArray, problem: ContactProblem, precision: Precision = SCATTER
 ) -> RobustProblem:
     """Prepare a scene on given contact lines and for a given contact problem, see ``prepare_phases``."""
+    batch, expansion = prepare_batch(scene, lines, problem, precision)
+    phases = Phases(phase=lines.mesh_phase, weight=weight, size=scene.resolution.panel_size)
+    return RobustProblem(scene=scene, errors=require_errors(scene), batch=batch, expansion=expansion, phases=phases)
+
+
+def prepare_batch(
+    scene: Scene, lines: ContactLines, problem: ContactProblem, precision: Precision = SCATTER
+) -> tuple[Batch, Expansion]:
+    """The contact problem at the mean errors on lines at any phases, and the gaps of samples."""
     errors = require_errors(scene)
     positions, pairs, segments = lines.shape
     number = len(errors.variables(scene.pair))
@@ -139,9 +148,7 @@ def prepare_problem(
     quantiles = np.repeat((np.arange(QUANTILES)[:, None] + 0.5) / QUANTILES, number, axis=1)
     spread = expansion.amounts(errors.draw(quantiles, scene.pair)).std(axis=0)
     gaps = GapModes.on(lines, lambda each: errors.expansion(each, effects).modes, spread)
-    phases = Phases(phase=lines.mesh_phase, weight=weight, size=scene.resolution.panel_size)
-    batch = prepare(problem, gaps, precision)
-    return RobustProblem(scene=scene, errors=errors, batch=batch, expansion=expansion, phases=phases)
+    return prepare(problem, gaps, precision), expansion
 
 
 def require_errors(scene: Scene) -> ManufacturingErrors:

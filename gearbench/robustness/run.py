@@ -56,7 +56,8 @@ def robust(
     Dataset over the samples: means and RMS values, the errors drawn; of the RMS values and the responses asked for,
     statistics with standard errors, and the share of each error in the variance. After Ctrl-C it holds the samples
     finished until then (``complete`` is 0). Of several loads it is that of ``sweep``, the same samples under each. Of a
-    planetary set load sharing and its transmission error over the errors of ``[planetary.scatter]``.
+    train of parallel paths or a planetary set load sharing and its transmission error, over the errors of
+    ``[planetary.scatter]`` and those of profiles and helices.
 
     Raises
     ------

@@ -1,7 +1,9 @@
-"""Load sharing and transmission error of a planetary set over random errors of its members.
+"""Load sharing and transmission error of a train over random errors of its members and of their flanks.
 
 Errors of pins, planets and run-outs move the flanks as wholes: the contact of each mesh stays what it is, force over
-approach and phase, and is tabled once. A sample is then the balance (M2) of a few motions.
+approach and phase, and is tabled once. A sample is then the balance (M2) of a few motions. Errors of flanks change the
+contact: from the forces that the table leads to, the search of ``gearbench.contact.equilibrium`` goes on with the
+contact of all samples side by side.
 """
 
 from __future__ import annotations
@@ -15,14 +17,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.batch import on_threads
-from gearbench.contact.equilibrium import PARTED, MeshAt
+from gearbench.contact.batch import chunks, on_threads
+from gearbench.contact.equilibrium import PARTED, Forces, MeshAt
 from gearbench.contact.problem import part_of
 from gearbench.contact.solver import Guess
 from gearbench.effects.distributions import DISTRIBUTIONS
 from gearbench.errors import InputError
 from gearbench.geometry.planetary import DEVIATIONS, PlanetaryScatter
-from gearbench.results.cycle import MICROMETRES, fluctuation_rms, peak_to_peak
+from gearbench.results.cycle import HARMONICS, MICROMETRES, coefficients, fluctuation_rms, peak_to_peak
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
 from gearbench.robustness.sampling import Sampler, unit_samples
@@ -31,6 +33,7 @@ from gearbench.robustness.statistics import summarise
 from gearbench.robustness.tightening import FINER
 from gearbench.scene import Scene
 from gearbench.threads import default_threads, single_threaded_blas
+from gearbench.trains.flanks import Flanks, check_flanks, flanks_of
 from gearbench.trains.solve import SolvedTrain, solve_train
 
 if TYPE_CHECKING:
@@ -38,6 +41,8 @@ if TYPE_CHECKING:
 
 #: Levels of the tabled force, the least of them over the force of even sharing, and samples that are solved together.
 LEVELS, LEAST, CHUNK = 32, 1e-3, 50
+#: Change of a force over the greatest at which samples with errors of flanks are solved.
+TOUCHED = 1e-5
 #: Imbalance over the load at which a sample is solved.
 SETTLED = 1e-9
 #: Numbers of a sample that get statistics and shares.
@@ -84,9 +89,14 @@ class Curves:
         )
 
 
+def levels(most: float) -> NDArray:
+    """Forces of a table over that of even sharing."""
+    return np.geomspace(LEAST, most, LEVELS)
+
+
 def curves(meshes: Sequence[MeshAt], most: float) -> Curves:
     """Tables up to ``most`` times the force of even sharing."""
-    shares = np.geomspace(LEAST, most, LEVELS)
+    shares = levels(most)
     found = []
     for mesh in meshes:
         count = len(mesh.problem.gap)
@@ -115,10 +125,10 @@ def variables(scatter: PlanetaryScatter, planets: tuple[str, ...]) -> dict[str, 
 def offsets(solved: SolvedTrain, names: dict[str, float], errors: NDArray) -> NDArray:
     """Approach that errors (sample, variable) add to each mesh, (sample, mesh) [mm]."""
     assert solved.scene.train is not None
-    short = solved.scene.train.planetary
-    assert short is not None
-    modes, found = short.modes(solved.linkage), np.zeros((len(errors), len(solved.even)))
-    columns = dict(zip(names, errors.T, strict=True))
+    short, found = solved.scene.train.planetary, np.zeros((len(errors), len(solved.even)))
+    if short is None:
+        return found
+    modes, columns = short.modes(solved.linkage), dict(zip(names, errors.T, strict=False))
     for name, amount in columns.items():
         kind, _, body = name.partition(" ")
         if kind == "run_out":
@@ -150,12 +160,12 @@ def robust_train(
     threads: int | None = None,
     progress: Callable[[int], None] = lambda _: None,
 ) -> xr.Dataset:
-    """Dataset of a planetary set over samples of ``[planetary.scatter]``.
+    """Dataset of a train over samples of ``[planetary.scatter]`` and ``[effects.manufacturing_errors]``.
 
     Raises
     ------
     InputError
-        If the scene has none.
+        If the scene has neither, or errors that are not of flanks.
     ConvergenceError
         If a sample is not solved.
     """
@@ -163,36 +173,54 @@ def robust_train(
 
     start = time.perf_counter()
     short = None if scene.train is None else scene.train.planetary
-    if short is None or short.keys.scatter is None:
-        raise InputError("planetary.scatter", "missing", "robustness of a train needs it: pin_tangential = 20.0, say")
+    scatter, of_flanks = None if short is None else short.keys.scatter, scene.effect("manufacturing_errors") is not None
+    if scatter is None and not of_flanks:
+        allowed = "robustness of a train needs it, or effects.manufacturing_errors: pin_tangential = 20.0, say"
+        raise InputError("planetary.scatter", "missing", allowed)
     if scene.loads:
-        raise InputError("loads", f"{len(scene.loads)} loads", "are not for robust of a set: give one [load]")
-    if scene.effect("manufacturing_errors") is not None:
-        raise InputError("effects.manufacturing_errors", "given", "is for one mesh: here planetary.scatter")
+        raise InputError("loads", f"{len(scene.loads)} loads", "are not for robust of a train: give one [load]")
+    if of_flanks:
+        check_flanks(scene)
     solved = solve_train(scene)
-    names = variables(short.keys.scatter, short.keys.names)
-    if not names:
+    names = variables(scatter, short.keys.names) if short is not None and scatter is not None else {}
+    if scatter is not None and not names:
         raise InputError("planetary.scatter", "no error", "must have at least one, e.g. pin_tangential = 20.0")
-    errors = draw(short.keys.scatter, names, unit_samples(sampler, samples, len(names), seed))
-    forces = curves(solved.contacts, float(short.keys.number))
-    chunks = [errors[i : i + CHUNK] for i in range(0, samples, CHUNK)]
+    most = float(len(solved.meshes) if short is None else short.keys.number)
+    forces = curves(solved.contacts, most)
+    flanks = flanks_of(solved, levels(most), forces.approach) if of_flanks else None
+    unit = unit_samples(sampler, samples, len(names) + (0 if flanks is None else len(flanks.errors)), seed)
+    errors = np.empty((samples, 0)) if scatter is None else draw(scatter, names, unit[:, : len(names)])
+    if flanks is not None:
+        errors = np.hstack([errors, flanks.draw(unit[:, len(names) :])])
+    parts = (errors[i : i + CHUNK] for i in range(0, samples, CHUNK)) if flanks is None else chunks(errors)
     answers, done = [], 0
-    for each in on_threads(partial(solved_samples, solved, forces, names), iter(chunks), threads or default_threads()):
+    work = partial(solved_samples, solved, forces, names, flanks=flanks)
+    for each in on_threads(work, parts, threads or default_threads()):
         answers.append(each)
         done += len(each["mesh_load_factor"])
-        progress(done)
-    found = {name: np.concatenate([each[name] for each in answers]) for name in answers[0]}
+        progress(min(done, samples))
+    found = {name: np.concatenate([each[name] for each in answers])[:samples] for name in answers[0]}
     attrs = provenance(scene, wall_time=time.perf_counter() - start, seed=seed)
     attrs |= {"sampler": sampler, "samples": samples, "complete": 1}
     columns = _columns(found, errors, sampler)
-    coords = {"error_name": np.array(list(names)), "mesh": np.array(list(solved.meshes))}
+    coords = {
+        "error_name": np.array([*names, *(flanks.errors if flanks is not None else ())]),
+        "mesh": np.array(list(solved.meshes)),
+    }
+    coords["harmonic"] = np.arange(1, HARMONICS + 1)
     return xr.Dataset(described(columns, "NaN where the samples are too few to tell"), coords=coords, attrs=attrs)
 
 
-def solved_samples(solved: SolvedTrain, forces: Curves, names: dict[str, float], errors: NDArray) -> dict[str, NDArray]:
-    """Numbers of some samples, by their names, (sample, …)."""
+def solved_samples(
+    solved: SolvedTrain, forces: Curves, names: dict[str, float], errors: NDArray, flanks: Flanks | None = None
+) -> dict[str, NDArray]:
+    """Numbers of some samples, by their names, (sample, …); errors of ``flanks`` are behind those of ``names``."""
     statics = solved.statics(offsets(solved, names, errors)[:, None])
     q, F = statics.balanced(forces, solved.begun(len(errors)), SETTLED)
+    if flanks is not None:
+        answer = partial(flanks.answer, errors[:, len(names) :])
+        own = Forces(answer=answer, nominal=flanks.force, least=LEAST, settled=TOUCHED)
+        F, q, _, _ = own.found(statics, F, q)
     sharing = F / solved.even
     error = MICROMETRES * solved.radius * solved.input_sense * q[..., solved.linkage.input]
     return {
@@ -201,13 +229,15 @@ def solved_samples(solved: SolvedTrain, forces: Curves, names: dict[str, float],
         "train_transmission_error_mean": error @ solved.phases.weight,
         "train_transmission_error_rms": fluctuation_rms(error, solved.phases.weight),
         "train_transmission_error_peak_to_peak": peak_to_peak(solved.phases, error),
+        "train_transmission_error_amplitude": 2 * np.abs(coefficients(solved.phases, error)),
     }
 
 
 def _columns(found: dict[str, NDArray], errors: NDArray, sampler: Sampler) -> dict[str, tuple]:
     """Variables of the Dataset: the samples, their statistics, and the share of each error."""
     columns: dict[str, tuple] = {
-        name: (("sample", "mesh")[: values.ndim], values) for name, values in found.items()
+        name: (("sample", "harmonic" if name.endswith("amplitude") else "mesh")[: values.ndim], values)
+        for name, values in found.items()
     } | {"error": (("sample", "error_name"), errors)}
     if len(errors) < 2:
         return columns

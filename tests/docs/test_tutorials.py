@@ -54,7 +54,7 @@ def test_from_a_gearbox_to_its_whine(folder):
 @pytest.mark.slow
 def test_from_a_planetary_set_to_its_load_shares(folder):
     done = list(follow("tutorial_planetary.md"))
-    assert [block.language for block in done].count("python") == 3
+    assert [block.language for block in done].count("python") == 4
     assert {path.name for path in (folder / "plots").glob("*.png")} == {"load_shares.png", "train.png"}
 
 

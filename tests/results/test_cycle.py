@@ -162,3 +162,12 @@ def test_peak_to_peak_is_known_where_a_curve_that_runs_on_jumps_within_a_panel()
     """Polynomials miss half of the jump; no extreme is missed."""
     *_, floor, peak, doubt = errors_and_floors(lambda x: np.where(x < 0.45, x, 3 + x), 4.0, 0.0)
     assert peak <= doubt < 3 * np.sqrt((floor**2).sum())
+
+
+def test_few_uniform_phases_give_a_noise_floor_of_peak_to_peak():
+    """Of the ten orders they know three."""
+    phases = uniform(8)
+    floor = noise_floor(phases, square(phases.phase), np.zeros(8))
+    assert np.isnan(floor).sum() == 7
+    doubt = peak_to_peak_floor(phases, square(phases.phase), floor)
+    assert doubt == pytest.approx(2 * np.sqrt(10) * np.nanmax(floor))

@@ -119,7 +119,7 @@ def test_what_the_first_guess_missed_at_the_positions_before_saves_steps():
     for ahead in (np.zeros_like(b.ahead), b.ahead):
         delta, stiffness, done = np.empty((3, len(b.count), LANES))
         gaps = Gaps(b.count, ahead, b.gap, b.tilt, b.modes, b.tilts, b.laws)
-        work, answers = Lanes.of(b.gap.shape[1]), Answers(delta, stiffness, done)
+        work, answers = Lanes.of(b.gap.shape[1], np.ones(delta.shape)), Answers(delta, stiffness, done)
         steps = solve_chunk(gaps, blocks, draws, work, b.precision.newton, batching.NEWTON_LIMIT, answers)
         assert done.all()
         found.append((steps, delta, stiffness))
@@ -161,7 +161,7 @@ def test_the_law_of_the_lanes_is_that_of_its_readable_twin(h, sigma):
     rng = np.random.default_rng(0)
     a = np.array([0.4, 1.0, 3.0]) + 8 * h
     s = np.concatenate([10.0 ** rng.uniform(-14, 3, (3, LANES - 2)), [[0.0, -1.0]] * 3], axis=1)
-    laws, lanes = kernel_coefficients(a[None], np.full((1, 3), h))[0], Lanes.of(3)
+    laws, lanes = kernel_coefficients(a[None], np.full((1, 3), h))[0], Lanes.of(3, np.ones((1, LANES)))
     lanes.s[:], lanes.sigma[0], lanes.sigma[1] = s, max(sigma, POINT), 0.5 / max(sigma, POINT)
     force, slope, _ = inverse(s, np.broadcast_to(a[:, None], s.shape), np.full(s.shape, h), sigma)
     apply_laws(3, laws, lanes)
