@@ -84,14 +84,18 @@ def draw_train(dataset: xr.Dataset, folder: Path) -> list[Path]:
     (shares, error), (forces, orders) = rows
     for number, name in enumerate(dataset["mesh"].values.tolist()):
         own = dataset.sel(mesh=name)
-        plot_two_periods(shares, own, "load_sharing", label=name, color=f"C{number % 10}", lw=1.3)
+        # meshes that carry the same lie on each other: the later ones are dashed
+        style = "-" if 2 * number < dataset.sizes["mesh"] else (0, (3, 3))
+        plot_two_periods(shares, own, "load_sharing", label=name, color=f"C{number % 10}", lw=1.6, ls=style)
     shares.set(xlabel="phase of the first mesh τ [mesh periods]", ylabel="load share L [–]", xlim=(0, 2))
-    shares.set_ylim(0.0, 1.1 * max(float(dataset["mesh_load_factor"]), 1.0))
+    least, most = min(1.0, float(dataset["load_sharing"].min())), max(1.0, float(dataset["load_sharing"].max()))
+    room = max(0.02, 0.15 * (most - least))
+    shares.set_ylim(least - room, most + room)
     plot_two_periods(error, dataset, "train_transmission_error", color=BLUE, lw=1.6)
     error.set(xlabel="phase of the first mesh τ [mesh periods]", ylabel="Δ [µm]", xlim=(0, 2))
     error.set_title(
-        f"transmission error of the train {float(dataset['train_transmission_error_mean']):.3g} µm in the mean, "
-        f"{float(dataset['train_transmission_error_peak_to_peak']):.3g} µm peak-to-peak",
+        f"transmission error of the train: {float(dataset['train_transmission_error_mean']):.3g} µm, "
+        f"peak-to-peak {float(dataset['train_transmission_error_peak_to_peak']):.3g} µm",
         fontsize=9,
     )
     if "revolution" in dataset.dims:
@@ -107,12 +111,15 @@ def draw_train(dataset: xr.Dataset, folder: Path) -> list[Path]:
     for axis, shift, colour in (("x", -0.2, BLUE), ("y", 0.2, ORANGE)):
         forces.bar(n + shift, amplitude.sel(axis=axis), width=0.4, color=colour, label=axis)
     forces.set(xlabel="mesh order", ylabel=f"force on {first}, F_n [N]")
-    # forces that cancel leave rounding
-    forces.set_ylim(0.0, max(1.1 * float(amplitude.max()), 1e-6 * float(dataset["mesh_load"].max())))
-    if float(amplitude.max()) < 1e-6 * float(dataset["mesh_load"].max()):
-        forces.set_title(f"forces on {first} cancel", fontsize=9)
-    forces.legend(frameon=False, fontsize=8)
+    if float(amplitude.max()) < 1e-6 * float(dataset["mesh_load"].max()):  # rounding is left
+        forces.clear()
+        forces.set_axis_off()
+        forces.text(0.5, 0.5, f"forces on {first} cancel at all mesh orders", ha="center", transform=forces.transAxes)
+    else:
+        forces.set_ylim(0.0, 1.1 * float(amplitude.max()))
+        forces.legend(frameon=False, fontsize=8)
     orders.bar(n, dataset["train_transmission_error_amplitude"], color=BLUE)
     orders.set(xlabel="mesh order", ylabel="|Δ_n| [µm]")
+    figure.suptitle(f"{heading(dataset)}; K_γ {factor:.3f}", fontsize=10)
     legend_below(figure, shares, 4)
     return [*written, write_figure(figure, folder / "train.png")]
