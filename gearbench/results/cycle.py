@@ -180,14 +180,14 @@ def peak_to_peak_floor(phases: Phases, values: NDArray, floor: NDArray) -> NDArr
 
 
 def _turn(values: NDArray) -> NDArray:
-    """How far values rise above the least before and the least after them, at most, last axis."""
+    """Greatest rise of values above the least before and the least after them, along the last axis."""
     before = np.minimum.accumulate(values, axis=-1)
     after = np.minimum.accumulate(values[..., ::-1], axis=-1)[..., ::-1]
     return (values - np.maximum(before, after)).max(axis=-1)
 
 
 def _missed(phases: Phases, values: NDArray) -> NDArray:
-    """How far the curve may be from the polynomials of the panels, (…, panel).
+    """Estimated distance of the curve from the polynomial of each panel, (…, panel).
 
     By the last two coefficients, of which one vanishes where the curve is even or odd on a panel, or by the jumps to
     both neighbours, whichever says less: where the curve itself jumps the polynomials on either side converge, and
