@@ -138,6 +138,8 @@ def on_bodies_under_loads(tables: dict[str, Any]) -> dict[str, Any]:
     """The same on solid teeth and bodies, under two torques, one of each flank."""
     torque = tables["load"]["torque"]
     tables = {key: table for key, table in tables.items() if key != "load"}
+    for gear in GEARS:  # of pinions cut into their shafts the file gives no bore
+        tables["pair"][gear].setdefault("bore_diameter", 4.0)
     tables["loads"] = [{"torque": torque, "weight": 2.0}, {"torque": -0.6 * torque}]
     return tables | {"effects": tables["effects"] | {"tooth_bending": {"model": "solid"}, "gear_body": {}}}
 

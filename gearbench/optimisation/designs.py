@@ -58,7 +58,8 @@ class Designs:
     def study(self) -> OptimisationStudy:
         """The study that was run."""
         text = str(self.dataset.attrs["study"])
-        if self.dataset.attrs.get("study_sha256") not in (None, sha256(text.encode()).hexdigest()):
+        found = sha256(text.encode(errors="surrogatepass")).hexdigest()
+        if self.dataset.attrs.get("study_sha256") not in (None, found):
             raise InputError("", self.source, "is damaged or changed: its study is not that of its digest")
         try:
             return parse_study(tomllib.loads(text))
