@@ -300,6 +300,11 @@ def _connected(scheduler: str, local: int | None) -> Iterator[Any]:
     """A client of a scheduler, or of one that is started here with ``local`` workers.
 
     Ctrl-C waits until it is connected, because a half-connected client cannot be closed.
+
+    Raises
+    ------
+    GearbenchError
+        If local workers cannot be started.
     """
     from distributed import Client, LocalCluster
 
@@ -308,7 +313,10 @@ def _connected(scheduler: str, local: int | None) -> Iterator[Any]:
             address: Any = scheduler
             if local is not None:
                 options: dict[str, Any] = {"dashboard_address": None, "silence_logs": logging.CRITICAL + 1}
-                address = stack.enter_context(LocalCluster(n_workers=local, threads_per_worker=1, **options))
+                try:
+                    address = stack.enter_context(LocalCluster(n_workers=local, threads_per_worker=1, **options))
+                except (RuntimeError, OSError) as error:
+                    raise GearbenchError(f"scheduler {scheduler}: workers could not be started: {error}") from None
             client = stack.enter_context(Client(address, set_as_default=False, timeout=ANSWERS))
         yield client
 

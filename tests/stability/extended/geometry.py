@@ -126,7 +126,7 @@ def segments_at(scene: Scene, tau: float) -> list[Namespace]:
         if high - low <= shortest:
             continue
         edges = [low, *(y for y in inside if low < y < high), high]
-        if 2 * sum(b - a > shortest for a, b in pairwise(edges)) > scene.resolution.segments:
+        if sum(b - a > shortest for a, b in pairwise(edges)) > scene.resolution.segments:
             edges = [low, high]
         nodes = lines.y[0, list(lines.index).index(k)]
         for a, b in pairwise(edges):
