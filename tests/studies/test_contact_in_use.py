@@ -29,7 +29,7 @@ def test_stored_curves_keep_their_limits(kept):
 def test_the_page_says_what_the_stored_curves_show(kept):
     """Greatest residuals, and the pairs on which the fast teeth are nearer with contact on the line."""
     off = {model: residual(kept).sel(model=model).values for model in kept["model"].values}
-    assert round(float(off["fast_off_line"].max()), 2) == 0.71
+    assert round(float(off["fast_off_line"].max()), 2) == 0.68
     nearer = [name for name, a, b in zip(names(kept), off["fast"], off["fast_off_line"], strict=True) if a < b]
     assert nearer == ["fzg_c", "drawn_4"]
     assert len(names(kept)) == 22
