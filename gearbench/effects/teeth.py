@@ -224,7 +224,7 @@ def require_bores(pair: Pair) -> tuple[float, float]:
     Raises
     ------
     InputError
-        If one is missing, or leaves no body below the teeth.
+        If one is missing.
     """
     found = []
     for name, member, gear in zip(("pinion", "wheel"), (pair.pinion, pair.wheel), pair.gears, strict=True):
@@ -232,8 +232,5 @@ def require_bores(pair: Pair) -> tuple[float, float]:
         diameter = member.bore_diameter if gear.teeth > 0 else member.outer_diameter
         if diameter is None:
             raise InputError("", f"no pair.{name}.{key}_diameter", f"needs {needs}")
-        try:
-            found.append(2 * blank_of(gear.blank).support(gear, diameter))
-        except InputError as error:
-            raise InputError("", f"pair.{name}.{error.key} = {error.value:.6g}", error.allowed) from None
+        found.append(2 * blank_of(gear.blank).support(gear, diameter))
     return found[0], found[1]

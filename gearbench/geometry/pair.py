@@ -12,7 +12,7 @@ from pydantic import BeforeValidator, Field
 from pydantic.dataclasses import dataclass
 
 from gearbench.errors import InputError
-from gearbench.geometry.blank import CUTTER, RACK
+from gearbench.geometry.blank import CUTTER, RACK, blank_of
 from gearbench.geometry.cutter import Cutter, standard_cutter, standard_rounding
 from gearbench.geometry.faces import Ends, Faces
 from gearbench.geometry.gear import Gear
@@ -235,6 +235,7 @@ class Pair:
             raise InputError("temperature.wheel", self.temperature and self.temperature.wheel, allowed)
         for index in (0, 1):
             self._check_clearance(index)
+            self._check_body(index)
         if self.meshing.path_end <= self.meshing.path_start:
             raise InputError("centre_distance", self.centre_distance, "no contact: the tip circles do not overlap")
         if self.is_internal and (room := tip_room(self)) < 0:
@@ -271,6 +272,15 @@ class Pair:
             allowed = f"tip runs {-clearance:.4g} mm into the root of its mate: reduce it{way}"
             name = "addendum" if self.members[index].tip_diameter is None else "tip_diameter"
             raise InputError(f"{GEARS[index]}.{name}", getattr(self.members[index], name), allowed)
+
+    def _check_body(self, index: int) -> None:
+        member, gear = self.members[index], self.gears[index]
+        diameter = member.bore_diameter if gear.teeth > 0 else member.outer_diameter
+        if diameter is not None:
+            try:
+                blank_of(gear.blank).support(gear, diameter)
+            except InputError as error:
+                raise error.within(GEARS[index]) from None
 
     @property
     def is_internal(self) -> bool:

@@ -75,8 +75,8 @@ def simulated(kind: str, body: str = ""):
     [
         ({"gear_body": {}}, {}, "effects.gear_body = alone: requires effects.hertz: "),
         (
-            {"hertz": {}, "gear_body": {}}, {"bore_diameter": 70.0},
-            "effects.gear_body = pair.pinion.bore_diameter = 70: must be at most 64.8417 (root circle)",
+            {"hertz": {}}, {"bore_diameter": 70.0},  # whether its body is simulated or not
+            "pair.pinion.bore_diameter = 70: must be at most 64.8417 (root circle)",
         ),
         (
             {"hertz": {}, "gear_body": {"model": "sainsot_velex", "coupled": False}}, {},

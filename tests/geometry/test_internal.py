@@ -228,6 +228,7 @@ def test_radial_assembly_by_the_closed_form(z1, z2):
         ({"wheel": {"bore_diameter": 300.0}}, "internal gear"),
         ({"pinion": {"outer_diameter": 300.0}}, "external gear"),
         ({"wheel": {"cutter": Cutter(teeth=70)}}, "fewer than"),
+        ({"wheel": {"outer_diameter": 100.0}}, "root circle"),
         ({"wheel": {"tip_diameter": 118.0}}, "base circle|trims"),
         ({"a": 40.0}, "base radii"),
         ({"a": 46.8, "pinion": {"profile_shift": 0.0}, "wheel": {"profile_shift": 0.0}}, "overlap"),
