@@ -10,7 +10,7 @@ from gearbench.effects.base import Effect
 from gearbench.effects.hertz import Hertz
 from gearbench.library.garambois2017 import case
 from gearbench.scene import Load, Resolution, Scene
-from gearbench.scene_file import load_scene
+from gearbench.scene_file import read_scene
 
 GEARS = sorted((Path(__file__).parents[1] / "examples" / "gears").glob("*.toml"))
 
@@ -26,7 +26,7 @@ def paper_pair(number: int, teeth: tuple[Effect, ...], resolution: Resolution | 
 
 def on_line(path: Path) -> Scene:
     """The gear pair of a scene file, with contact on the line of action."""
-    return load_scene(path).without("off_line_contact")
+    return read_scene(path).without("off_line_contact")
 
 
 def other_torques(scene: Scene) -> Callable[[], Scene]:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gearbench.effort.figures import cheapest
-from gearbench.results.netcdf import load
+from gearbench.results.netcdf import open_result
 from studies.s07_accuracy_cost.data import ACCURACIES
 from studies.s07_accuracy_cost.findings import TIMES, diagram, meshed, met, ratios, scaling_part
 from studies.s07_accuracy_cost.pictures import cheapest_mesh, pareto
@@ -137,7 +137,7 @@ def main(folder: Path) -> None:
     shutil.copyfile(folder / f"{NAME}.nc", DATA)
     for name in FIGURES:
         shutil.copyfile(folder / f"{name}.png", DOCS / "figures" / f"performance_{name}.png")
-    write_tables(load(DATA), TABLES)
+    write_tables(open_result(DATA), TABLES)
 
 
 if __name__ == "__main__":

@@ -59,10 +59,6 @@ def read_scene(path: str | Path) -> Scene:
     return scene
 
 
-#: Name before version 1.0.
-load_scene = read_scene
-
-
 def parse_scene(tables: Mapping[str, Any]) -> Scene:
     """Scene from nested tables (as read from TOML); a table may also be the object it describes.
 

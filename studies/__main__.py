@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import studies
-from gearbench.results.netcdf import load, save
+from gearbench.results.netcdf import open_result, save
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -75,7 +75,7 @@ def figures(names: Names, output: Output = DEFAULT_OUTPUT) -> None:
     """Draw the figures of studies again from their stored Datasets."""
     for module in modules(names):
         folder = output / short(module)
-        module.figures(load(folder / f"{short(module)}.nc"), folder)
+        module.figures(open_result(folder / f"{short(module)}.nc"), folder)
         print(f"{short(module)}: {folder}")
 
 

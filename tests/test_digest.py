@@ -10,7 +10,7 @@ import pytest
 from gearbench.errors import InputError
 from gearbench.files import seal, together, unseal, write_text
 from gearbench.library.garambois2017 import case
-from gearbench.results.netcdf import load, save
+from gearbench.results.netcdf import open_result, save
 from gearbench.simulation import simulate
 from tests.support.explore_designs import front
 from tests.support.paths import EXAMPLES, STUDY
@@ -30,16 +30,16 @@ def test_any_flipped_bit_is_refused(result, tmp_path):
         data[at] ^= 1 << int(rng.integers(4))
         (tmp_path / "damaged.nc").write_bytes(data)
         with pytest.raises(InputError, match=r"damaged\.nc: (is damaged|must be a netCDF file)"):
-            load(tmp_path / "damaged.nc")
+            open_result(tmp_path / "damaged.nc")
 
 
 def test_a_result_without_a_digest_is_read_and_a_line_says_so(result, tmp_path, caplog):
     (tmp_path / "bare.nc").write_bytes(unseal(result.read_bytes()))
-    assert load(tmp_path / "bare.nc").identical(load(result))
+    assert open_result(tmp_path / "bare.nc").identical(open_result(result))
     line = "bare.nc carries no digest: whether its data are those that were computed is not known"
     assert [message[-len(line) :] for message in caplog.messages] == [line]
     with pytest.raises(InputError, match=r"bare\.nc: carries no digest"):
-        load(tmp_path / "bare.nc", proven=True)
+        open_result(tmp_path / "bare.nc", proven=True)
 
 
 def test_a_flipped_bit_of_the_data_does_not_rank_another_design_first(run, tmp_path):
@@ -59,7 +59,7 @@ def test_sealed_bytes_are_those_that_were_sealed():
 
 def test_other_readers_of_hdf5_take_no_notice_of_the_digest(result):
     with h5py.File(result, "r") as file:
-        np.testing.assert_array_equal(file["transmission_error"][...], load(result)["transmission_error"])
+        np.testing.assert_array_equal(file["transmission_error"][...], open_result(result)["transmission_error"])
 
 
 def test_a_file_that_reaches_for_others_is_refused(tmp_path):
@@ -70,7 +70,7 @@ def test_a_file_that_reaches_for_others_is_refused(tmp_path):
         file.create_dataset("read", (10,), "f8", external=[(str(secret), 0, 80)])
     path.write_bytes(seal(path.read_bytes()))
     with pytest.raises(InputError, match="must hold its data itself"):
-        load(path)
+        open_result(path)
 
 
 def test_a_file_that_unpacks_to_very_much_is_refused(tmp_path):
@@ -79,7 +79,7 @@ def test_a_file_that_unpacks_to_very_much_is_refused(tmp_path):
         file.create_dataset("zeros", (10**11,), "f8", chunks=(10**6,), compression="gzip")
     path.write_bytes(seal(path.read_bytes()))
     with pytest.raises(InputError, match=r"unpack to 100000000000 values"):
-        load(path)
+        open_result(path)
 
 
 @pytest.mark.parametrize(("variable", "key"), [(None, "scene"), (None, "versions"), ("mesh_phase", "units")])
@@ -92,7 +92,7 @@ def test_attributes_that_must_be_text_are(result, tmp_path, variable, key):
     path.write_bytes(seal(path.read_bytes()))
     of = f" of {variable}" if variable else ""
     with pytest.raises(InputError, match=f"^{path}: its attribute {key}{of} must be text$"):
-        load(path)
+        open_result(path)
 
 
 def test_files_of_a_command_appear_together_or_not_at_all(tmp_path):

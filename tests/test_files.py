@@ -12,7 +12,7 @@ import xarray as xr
 
 from gearbench.errors import InputError
 from gearbench.files import file_parts, replacing, write_bytes, write_text
-from gearbench.results.netcdf import load, save
+from gearbench.results.netcdf import open_result, save
 from tests.support.explore_designs import front
 from tests.support.paths import EXAMPLES, ROOT
 
@@ -68,7 +68,7 @@ def test_a_dataset_that_is_not_written_leaves_nothing(tmp_path, monkeypatch):
         save(xr.Dataset({"x": ("i", np.arange(3.0))}), tmp_path / "x.nc")
     assert list(tmp_path.iterdir()) == []
     monkeypatch.undo()
-    assert load(save(xr.Dataset({"x": ("i", np.arange(3.0))}), tmp_path / "x.nc"))["x"].size == 3
+    assert open_result(save(xr.Dataset({"x": ("i", np.arange(3.0))}), tmp_path / "x.nc"))["x"].size == 3
 
 
 def test_two_writers_of_one_name_do_not_take_each_others_files_away(tmp_path):
@@ -169,5 +169,5 @@ def test_any_name_becomes_a_file_in_its_folder(tmp_path):
 
 def test_names_of_results_that_are_joined_keep_their_length(tmp_path):
     rows = [xr.Dataset(coords={"name": ("row", [name])}) for name in ("SC", "e_drive_input")]
-    joined = xr.concat([load(save(each, tmp_path / f"{i}.nc")) for i, each in enumerate(rows)], "row")
-    assert load(save(joined, tmp_path / "both.nc"))["name"].values.tolist() == ["SC", "e_drive_input"]
+    joined = xr.concat([open_result(save(each, tmp_path / f"{i}.nc")) for i, each in enumerate(rows)], "row")
+    assert open_result(save(joined, tmp_path / "both.nc"))["name"].values.tolist() == ["SC", "e_drive_input"]

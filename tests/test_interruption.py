@@ -131,7 +131,7 @@ def test_an_interruption_that_is_raised_elsewhere_ends_a_command_alike(run, monk
     def interrupted(_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("gearbench.scene_file.load_scene", interrupted)
+    monkeypatch.setattr("gearbench.scene_file.read_scene", interrupted)
     assert run("simulate", SCENE) == (130, "", "gearbench: interrupted\n")
 
 

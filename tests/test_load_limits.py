@@ -5,13 +5,13 @@ import pytest
 from gearbench.errors import InputError
 from gearbench.library.garambois2017 import case
 from gearbench.scene import LOADS, Load
-from gearbench.scene_file import load_scene
+from gearbench.scene_file import read_scene
 from gearbench.schema import changed
 from gearbench.simulation import simulate
 from gearbench.sweeps.run import sweep
 from tests.support.paths import EXAMPLES
 
-CASE = load_scene(EXAMPLES / "case1.toml")
+CASE = read_scene(EXAMPLES / "case1.toml")
 
 
 @pytest.mark.parametrize("torque", ["5e-324", "1e300", "1.7e308"])

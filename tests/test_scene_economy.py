@@ -362,9 +362,9 @@ def test_conflicting_effects_are_refused_naming_both(one, other):
 
 
 def test_a_scene_is_the_same_whether_from_a_file_or_from_tables(tmp_path):
-    from gearbench.scene_file import load_scene
+    from gearbench.scene_file import read_scene
 
     file = tmp_path / "scene.toml"
     names = full_with("tooth_bending")
     file.write_text(tomli_w.dumps(tables(names)), encoding="utf-8")
-    assert load_scene(file).digest == scene(*names).digest
+    assert read_scene(file).digest == scene(*names).digest

@@ -80,11 +80,11 @@ def _folder(path: Path) -> str:
     """An optimisation, all of its files looked at."""
     from gearbench.errors import InputError
     from gearbench.optimisation.store import FRONT, STUDY
-    from gearbench.optimisation.study_file import load_study
+    from gearbench.optimisation.study_file import read_study
 
     if not (path / STUDY).exists():
         raise InputError("", str(path), f"holds no optimisation: there is no {STUDY}")
-    study = load_study(path / STUDY)
+    study = read_study(path / STUDY)
     generations = sorted(path.glob("generation_*.nc"))
     for file in generations:
         _result(file)
@@ -94,9 +94,9 @@ def _folder(path: Path) -> str:
 
 def _result(path: Path) -> str:
     from gearbench.errors import InputError
-    from gearbench.results.netcdf import load
+    from gearbench.results.netcdf import open_result
 
-    dataset = load(path)
+    dataset = open_result(path)
     try:
         kind = _kind(dataset)
     except InputError as error:
@@ -148,11 +148,11 @@ def _rexs(path: Path) -> str:
 
 def _tables(path: Path) -> str:
     from gearbench.cli.summary import pair_line
-    from gearbench.optimisation.study_file import load_study
-    from gearbench.scene_file import load_scene
+    from gearbench.optimisation.study_file import read_study
+    from gearbench.scene_file import read_scene
     from gearbench.schema import read_toml
 
     if "objectives" in read_toml(path):
-        study = load_study(path)
+        study = read_study(path)
         return f"study {study.name}: {len(study.variables)} variables, {len(study.objectives)} objectives"
-    return pair_line(load_scene(path))
+    return pair_line(read_scene(path))

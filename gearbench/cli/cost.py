@@ -39,9 +39,9 @@ def cost(
     from gearbench.cli.options import plot_folder
     from gearbench.effort.workprecision import cost as run
     from gearbench.results.netcdf import save
-    from gearbench.scene_file import load_scene
+    from gearbench.scene_file import read_scene
 
-    loaded = load_scene(scene)
+    loaded = read_scene(scene)
     folder = plot_folder(output)
     dataset = run(loaded, repeats)
 

@@ -45,10 +45,10 @@ def hunting(
     from gearbench.cli import summary
     from gearbench.hunting import draw_side_bands, hunting_cycle
     from gearbench.results.netcdf import save
-    from gearbench.scene_file import load_scene
+    from gearbench.scene_file import read_scene
     from gearbench.threads import default_threads
 
-    loaded = load_scene(scene)
+    loaded = read_scene(scene)
     folder = plot_folder(plots)
     dataset = hunting_cycle(loaded, orders=orders, threads=threads or default_threads())
     written = [save(dataset, output)] if output is not None else []

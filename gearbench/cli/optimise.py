@@ -44,9 +44,9 @@ def optimise(
     Example: gearbench optimise examples/optimise_pair.toml -o front
     """
     from gearbench.optimisation.run import optimise as run
-    from gearbench.optimisation.study_file import load_study
+    from gearbench.optimisation.study_file import read_study
 
-    loaded = load_study(study)
+    loaded = read_study(study)
     try:
         with progress_line(quiet=quiet, json=json) as tell:
             options = {"resume": resume, "scheduler": scheduler, "threads": threads}

@@ -58,9 +58,9 @@ def _is_study(path: Path) -> bool:
 def _plan_study(path: Path, *, quiet: bool, json: bool) -> None:
     from gearbench.cli.summary import duration, print_mapping
     from gearbench.effort.plan import study_plan
-    from gearbench.optimisation.study_file import load_study
+    from gearbench.optimisation.study_file import read_study
 
-    study = load_study(path)
+    study = read_study(path)
     made = study_plan(study)
     if json:
         print_mapping({"name": study.name, "study_sha256": study.digest, **asdict(made)})

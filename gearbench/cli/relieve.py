@@ -40,12 +40,12 @@ def relieve(
     from gearbench.files import write_text
     from gearbench.results.netcdf import save
     from gearbench.results.origin import scene_of
-    from gearbench.scene_file import load_scene
+    from gearbench.scene_file import read_scene
     from gearbench.sweeps.ranges import parse_range
     from gearbench.sweeps.relieve import draw_relief
     from gearbench.sweeps.relieve import relieve as run
 
-    loaded = load_scene(scene)
+    loaded = read_scene(scene)
     torques = None if torque is None else parse_range("torque", torque)
     folder = plot_folder(plots)
     with progress_line(quiet=quiet, json=json) as tell, naming(scene):

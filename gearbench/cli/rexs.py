@@ -62,12 +62,12 @@ def load_any(
         found = stage_scene(document, chosen, torque=torque, load_case=load_case)
         by_id = (f"{stage} is the id of stage {chosen.number}",) if stage not in (None, str(chosen.number)) else ()
         return scene_of(document, found), (*by_id, *found.notes)
-    from gearbench.scene_file import load_scene
+    from gearbench.scene_file import read_scene
 
     for name, value in (("stage", stage), ("load-case", load_case)):
         if value is not None:
             raise InputError(f"--{name}", value, "only for REXS files: a scene file says so itself", str(path))
-    loaded = load_scene(path)
+    loaded = read_scene(path)
     return (loaded if torque is None else with_torque(loaded, torque)), ()
 
 
@@ -108,9 +108,9 @@ def rexs(
     if write is not None:
         from gearbench.exchange.rexs import find_stage
         from gearbench.exchange.rexs_results import write_results
-        from gearbench.results.netcdf import load
+        from gearbench.results.netcdf import open_result
 
-        files.append(write_results(document, find_stage(document, stage), load(write[0]), write[1]))
+        files.append(write_results(document, find_stage(document, stage), open_result(write[0]), write[1]))
     if not files:
         _list(document, torque, load_case, json=json)
     elif json:

@@ -61,9 +61,9 @@ def robust(
     from gearbench.robustness.montecarlo import SAMPLES
     from gearbench.robustness.run import robust as run
     from gearbench.robustness.tightening import tighten_first
-    from gearbench.scene_file import load_scene
+    from gearbench.scene_file import read_scene
 
-    loaded = with_accuracy(load_scene(scene), accuracy)
+    loaded = with_accuracy(read_scene(scene), accuracy)
     folder = plot_folder(plots)
     wanted = samples or (None if loaded.resolution.accuracy is not None else SAMPLES)
     with progress_line(quiet=quiet, json=json) as tell:

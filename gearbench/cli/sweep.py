@@ -67,11 +67,11 @@ def sweep(
     """
     from gearbench.errors import naming
     from gearbench.results.netcdf import save
-    from gearbench.scene_file import load_scene
+    from gearbench.scene_file import read_scene
     from gearbench.sweeps.ranges import parse_range, parse_setting
     from gearbench.sweeps.run import sweep as run
 
-    loaded = load_scene(scene)
+    loaded = read_scene(scene)
     ranges = {} if torque is None else {"torque": parse_range("torque", torque)}
     ranges |= dict(map(parse_setting, set_ or ()))
     folder = plot_folder(plots)

@@ -54,7 +54,7 @@ def validate(
     """
     from gearbench.errors import InputError
     from gearbench.files import make_folder
-    from gearbench.scene_file import load_scene
+    from gearbench.scene_file import read_scene
     from gearbench.validation.comparison import check
     from gearbench.validation.comparison import validate as run
     from gearbench.validation.report import write
@@ -65,7 +65,7 @@ def validate(
     wanted = None if accuracy is None else share(accuracy)
     if wanted is not None and not 1e-4 <= wanted <= 0.1:
         raise InputError("accuracy", accuracy, "must lie between 0.01% and 10%")
-    loaded = [load_scene(path) for path in scenes]
+    loaded = [read_scene(path) for path in scenes]
     for path, scene in zip(scenes, loaded, strict=True):
         check(scene, str(path))
     folder = make_folder("output", output)
@@ -84,10 +84,10 @@ def _contact(paths: list[Path], output: Path, phases: int, *, quiet: bool, json:
     """Three-way comparison with contact finite elements."""
     from gearbench.cli.summary import print_mapping
     from gearbench.files import make_folder
-    from gearbench.scene_file import load_scene
+    from gearbench.scene_file import read_scene
     from gearbench.validation.contact import check, compare_contact, findings, write
 
-    loaded = [load_scene(path) for path in paths]
+    loaded = [read_scene(path) for path in paths]
     for path, scene in zip(paths, loaded, strict=True):
         check(scene, str(path))
     folder = make_folder("output", output)

@@ -17,7 +17,7 @@ from gearbench.explore.names import as_text
 from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.select import chosen_scene, open_designs
 from gearbench.optimisation.study import RESPONSES
-from gearbench.results.netcdf import load
+from gearbench.results.netcdf import open_result
 from gearbench.results.origin import scene_of
 from gearbench.results.provenance import support
 from gearbench.results.responses import is_response, statistics_of
@@ -78,7 +78,7 @@ def open_results(paths: Sequence[str | Path]) -> tuple[Stored, ...]:
 def _open(path: Path) -> Stored:
     if path.is_dir():
         return of_designs(open_designs(path), str(path))
-    dataset = load(path)
+    dataset = open_result(path)
     if "study" in dataset.attrs:
         return of_designs(Designs(dataset, str(path)), str(path))
     if "scene" in dataset.attrs and any(name in dataset for name in RESPONSES):
@@ -94,7 +94,7 @@ def scene_of_run(path: Path) -> Scene | None:
     InputError
         If the file cannot be read.
     """
-    dataset = load(path)
+    dataset = open_result(path)
     single = "study" not in dataset.attrs and "scene" in dataset.attrs
     return scene_of(dataset) if single else None
 

@@ -13,7 +13,7 @@ from gearbench.errors import InputError
 from gearbench.optimisation.conditions import Condition
 from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.store import FRONT, STUDY
-from gearbench.results.netcdf import load
+from gearbench.results.netcdf import open_result
 from gearbench.results.responses import split_statistic
 from gearbench.scene import Scene
 
@@ -119,7 +119,7 @@ def open_designs(path: str | Path) -> Designs:
             reason = "is not finished: continue it with --resume" if begun else f"holds no optimisation (no {FRONT})"
             raise InputError("", str(path), reason)
         path = path / FRONT
-    return Designs(load(path), str(path))
+    return Designs(open_result(path), str(path))
 
 
 def select(

@@ -17,7 +17,7 @@ from gearbench.files import is_part, make_folder, write_text
 from gearbench.optimisation.dataset import designs_dataset, read_designs
 from gearbench.optimisation.problem import Evaluation
 from gearbench.optimisation.study import Design, OptimisationStudy
-from gearbench.results.netcdf import load, save, with_digest
+from gearbench.results.netcdf import open_result, save, with_digest
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -108,7 +108,7 @@ class Store:
         if not path.exists():
             return None
         try:
-            dataset = load(path, proven=True)
+            dataset = open_result(path, proven=True)
             rows = read_designs(dataset, self._study)
         except (InputError, LookupError, ValueError):
             return None

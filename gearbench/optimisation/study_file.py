@@ -35,10 +35,6 @@ def read_study(path: str | Path) -> OptimisationStudy:
         raise error.in_file(str(path)) from None
 
 
-#: Name before version 1.0.
-load_study = read_study
-
-
 def parse_study(tables: Mapping[str, Any]) -> OptimisationStudy:
     """Study from nested tables (as read from TOML), checked against the keys of a scene.
 

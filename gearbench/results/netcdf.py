@@ -93,10 +93,6 @@ def open_result(path: str | Path, *, proven: bool = False) -> xr.Dataset:
         raise InputError("", str(path), error.allowed) from None
 
 
-#: Name before version 1.0.
-load = open_result
-
-
 def _of_now(dataset: xr.Dataset) -> xr.Dataset:
     """With the dimension gear, where an earlier version wrote a variable for the pinion and one for the wheel."""
     import xarray as xr

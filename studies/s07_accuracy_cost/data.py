@@ -98,13 +98,13 @@ def _parts(quick: bool) -> Iterator[tuple[str, Callable[[], xr.Dataset]]]:
 
 def _kept(compute: Callable[[], xr.Dataset], path: Path | None) -> xr.Dataset:
     """Result of ``compute``, read from ``path`` if it exists."""
-    from gearbench.results.netcdf import load, save
+    from gearbench.results.netcdf import open_result, save
 
     if path is None:
         return compute()
     if not path.exists():
         save(compute(), path)
-    return load(path)
+    return open_result(path)
 
 
 def join(parts: list[xr.Dataset]) -> xr.Dataset:

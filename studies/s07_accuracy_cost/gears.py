@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from gearbench.accuracy.knobs import GAUSS_POINTS, SEGMENTS, SOLID_ORDER, solid_orders
 from gearbench.effort.curves import as_dataset, knob_curve
-from gearbench.scene_file import load_scene
+from gearbench.scene_file import read_scene
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,7 +28,7 @@ KNOBS = (
 
 def gears() -> dict[str, Scene]:
     """The pairs of ``examples/gears`` by name, with contact on the line of action."""
-    return {path.stem: load_scene(path).one_load.without("off_line_contact") for path in sorted(_GEARS.glob("*.toml"))}
+    return {path.stem: read_scene(path).one_load.without("off_line_contact") for path in sorted(_GEARS.glob("*.toml"))}
 
 
 def gear_cost(scene: Scene) -> xr.Dataset:

@@ -20,7 +20,7 @@ from gearbench.effects.tooth_bending import ToothBending
 from gearbench.results.cycle import MeshCycle
 from gearbench.results.responses import described
 from gearbench.scene import Load, Resolution, Scene
-from gearbench.scene_file import load_scene, parse_scene
+from gearbench.scene_file import parse_scene, read_scene
 from gearbench.validation.contact import model_cycle
 from gearbench.validation.reference import reference_scene
 from studies.s05_tooth_models.pairs import draw, in_use
@@ -58,7 +58,7 @@ def scenes() -> list[Scene]:
     )  # fmt: skip
     found = [plain, replace(plain, name="hcr_30_50", pair=high, load=Load(torque=400.0))]
     for name, part in KNOWN.items():
-        read = load_scene(_GEARS / f"{name}.toml").without("off_line_contact")
+        read = read_scene(_GEARS / f"{name}.toml").without("off_line_contact")
         found.append(replace(read, name=name, load=Load(torque=part * read.load.torque)))
     return found + list(_drawn())
 
@@ -100,13 +100,13 @@ def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
     """Curves of all pairs; those of the contact finite elements are kept in ``folder``, where a run goes on."""
     if quick:
         return collected([with_models(contact_curve(spur_scene("spur"), 2))])
-    from gearbench.results.netcdf import load, save
+    from gearbench.results.netcdf import open_result, save
 
     rows = []
     for number, each in enumerate(scenes()):
         path = folder / f"{number:02d}.nc" if folder is not None else None
         if path is not None and path.exists():
-            rows.append(load(path))
+            rows.append(open_result(path))
             continue
         rows.append(contact_curve(each, PHASES))
         if path is not None:
@@ -116,9 +116,9 @@ def compute(*, quick: bool = False, folder: Path | None = None) -> xr.Dataset:
 
 def gathered(folder: Path) -> xr.Dataset:
     """The pairs whose contact finite elements are in ``folder``, beside the models as they are today."""
-    from gearbench.results.netcdf import load
+    from gearbench.results.netcdf import open_result
 
-    return collected([with_models(load(path)) for path in sorted(folder.glob("[0-9][0-9].nc"))])
+    return collected([with_models(open_result(path)) for path in sorted(folder.glob("[0-9][0-9].nc"))])
 
 
 def contact_curve(scene: Scene, phases: int) -> xr.Dataset:

@@ -12,7 +12,7 @@ from gearbench.explore.bench.session import example
 from gearbench.explore.catalogue import catalogue, fronts
 from gearbench.explore.stored import open_results
 from gearbench.results.netcdf import save
-from gearbench.scene_file import load_scene
+from gearbench.scene_file import read_scene
 from gearbench.simulation import simulate
 from tests.browser.chromium import chromium, faults, missing, shot, wait
 from tests.support.explore_designs import front
@@ -146,7 +146,7 @@ def test_change_compare_undo_and_save(explored, scene_file, tmp_path):
 
         driver.find_element("id", "save").click()
         file = wait(lambda: next((p for p in tmp_path.glob("example*.toml") if p.stat().st_size), None), "no file")
-        assert load_scene(file).effect("crowning").amount == 7
+        assert read_scene(file).effect("crowning").amount == 7
         driver.find_element("id", "pictures").click()
         drawn = wait(lambda: next((p for p in tmp_path.glob("*.svg") if p.stat().st_size), None), "no picture")
         assert drawn.read_text(encoding="utf-8").count("<svg") >= 8
@@ -218,7 +218,7 @@ def test_an_answer_costs_one_message_and_a_paint_of_each_figure(explored, scene_
 
 def test_a_single_result_as_a_file_shows_no_empty_panels(scene_file, tmp_path):
     page, result = tmp_path / "page.html", tmp_path / "result.nc"
-    save(simulate(load_scene(scene_file)), result)
+    save(simulate(read_scene(scene_file)), result)
     command = [sys.executable, "-m", "gearbench", "explore", str(result), "--export", str(page), "-q"]
     done = subprocess.run(command, check=True, capture_output=True, text=True)
     assert (done.stdout, done.stderr) == ("", "")

@@ -11,11 +11,11 @@ import pytest
 
 from gearbench.explore.bench.session import example
 from gearbench.explore.scripts import text_of
-from gearbench.optimisation.study_file import load_study
+from gearbench.optimisation.study_file import read_study
 from gearbench.optimisation.variables import Variable
 from gearbench.results.netcdf import save
 from gearbench.scene import Resolution
-from gearbench.scene_file import load_scene
+from gearbench.scene_file import read_scene
 from gearbench.simulation import simulate
 from tests.browser.chromium import chromium, faults, missing, open_page, wait
 from tests.browser.test_bench import DRAWN
@@ -41,7 +41,7 @@ def hostile(name: str, path: Path) -> Path:
     """A result whose study, and a value of one of whose variables, have the name."""
     grid = path.with_suffix(".csv")
     grid.write_text("radius,-4,4\n15,0,0\n20,0,0\n")
-    study = load_study(STUDY)
+    study = read_study(STUDY)
     choice = Variable(name="flank", paths=("effects.topography.pinion",), values=(name, str(grid)))
     return save(front(24, 1, replace(study, name=name, variables=(*study.variables, choice))), path)
 
@@ -112,7 +112,7 @@ def test_a_hostile_name_gives_a_harmless_name_of_a_file(explored, tmp_path):
         asked = driver.execute_script(text_of("js/download.js") + ASKED, texts)
         check(driver)
     assert saved.name == "_img_src_x_onerror_window_ran_1_.toml"
-    assert load_scene(saved).name == NAMES[0]
+    assert read_scene(saved).name == NAMES[0]
     found = dict(zip(scenes, asked, strict=True))
     assert {name: found[name] for name in FILES} == FILES
     assert all(re.fullmatch(r"\w{1,81}\.toml", name, re.ASCII) for name in asked)

@@ -10,7 +10,7 @@ from gearbench.explore.catalogue import catalogue, fronts
 from gearbench.explore.controls import values
 from gearbench.explore.stored import open_results
 from gearbench.results.netcdf import save
-from gearbench.scene_file import load_scene
+from gearbench.scene_file import read_scene
 from gearbench.simulation import simulate
 from tests.browser.changes import CHANGES, change_times
 from tests.browser.chromium import chromium, faults, missing, open_page, shot, wait
@@ -92,9 +92,9 @@ def test_select_filter_slide_and_export(served, tmp_path):
         press(driver, "Save scene file")
         (file,) = wait(lambda: list(tmp_path.glob("*.toml")), "nothing was downloaded")
         wait(lambda: file.stat().st_size > 0, "an empty file")
-        placed = values(load_scene(file))
+        placed = values(read_scene(file))
         assert (placed["crowning"], placed["iso_class"]) == (9.0, 8)
-        assert load_scene(file).pair == designs.scene(chosen).pair
+        assert read_scene(file).pair == designs.scene(chosen).pair
         assert faults(driver) == []
 
 
@@ -207,7 +207,7 @@ def test_the_file_works_without_any_network(tmp_path):
         press(driver, "Save scene file")
         (file,) = wait(lambda: list(tmp_path.glob("*.toml")), "nothing was downloaded")
         assert wait(lambda: file.stat().st_size, "an empty file")
-        assert load_scene(file) == designs.scene(last)
+        assert read_scene(file) == designs.scene(last)
         assert faults(driver) == []
         resources = driver.execute_script("return performance.getEntriesByType('resource').map((r) => r.name)")
         assert [name for name in resources if not name.startswith(("blob:", "data:"))] == []

@@ -15,8 +15,8 @@ from gearbench import __version__
 from gearbench.doctor import Finding
 from gearbench.library.garambois2017 import case, gear
 from gearbench.plotting import density
-from gearbench.results.netcdf import load
-from gearbench.scene_file import load_scene
+from gearbench.results.netcdf import open_result
+from gearbench.scene_file import read_scene
 from tests.support.paths import EXAMPLES
 
 GOOD = """
@@ -57,7 +57,7 @@ def test_the_torque_of_the_command_line_takes_the_place_of_the_files(run, tmp_pa
     scene.write_text(GOOD, encoding="utf-8")
     other.write_text(GOOD.replace("torque = 10.0", "torque = 200.0"), encoding="utf-8")
     assert run("simulate", scene, "--torque", 200, "-q", "-o", target) == (0, "", "")
-    assert load(target).attrs["scene_sha256"] == load_scene(other).digest
+    assert open_result(target).attrs["scene_sha256"] == read_scene(other).digest
     code, _, err = run("simulate", scene, "--torque", 0)
     assert (code, err.count("\n")) == (2, 1)
     assert "--torque = 0: must not be 0" in err
@@ -158,7 +158,7 @@ def test_plots_are_drawn_where_asked(run, tmp_path):
 
 def test_no_line_runs_through_the_legend_of_a_density(run, tmp_path):
     run("robust", EXAMPLES / "gear55_robust.toml", "--samples", 16, "-o", tmp_path / "r.nc", "-q")
-    axes = density(load(tmp_path / "r.nc"), "mesh_stiffness_rms")
+    axes = density(open_result(tmp_path / "r.nc"), "mesh_stiffness_rms")
     axes.figure.canvas.draw()
     assert axes.get_legend().get_window_extent().y0 >= axes.get_window_extent().y1
 

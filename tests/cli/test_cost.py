@@ -17,7 +17,7 @@ from gearbench.effort.clock import peak_megabytes
 from gearbench.effort.curves import WorkPrecision, as_dataset, knob_curve, observed_order
 from gearbench.effort.samples import sample_curves
 from gearbench.library.garambois2017 import case, gear
-from gearbench.results.netcdf import load
+from gearbench.results.netcdf import open_result
 from tests.support.paths import EXAMPLES, ROOT
 
 DOCS = ROOT / "docs"
@@ -47,7 +47,7 @@ def test_cost_prints_every_knob_and_writes_dataset_and_plot(run, tmp_path):
     for knob in ("segments", "gauss_points", "positions"):
         assert knob in out
     assert "plate order" not in out  # no tooth, no knob for it
-    dataset = load(tmp_path / "cost" / "cost.nc")
+    dataset = open_result(tmp_path / "cost" / "cost.nc")
     assert list(dataset["quantity"].values) == list(MEASURED)
     assert (dataset["seconds"] > 0).all()
     assert (dataset["megabytes"] > 0).all()
@@ -70,7 +70,7 @@ def test_accuracy_on_the_command_line(run, tmp_path):
     code, out, _ = run("simulate", EXAMPLES / "sc.toml", "--accuracy", "1%", "-o", tmp_path / "a.nc")
     assert code == 0
     assert "accuracy 1 %: segments = " in out
-    assert load(tmp_path / "a.nc").attrs["accuracy_requested"] == 0.01
+    assert open_result(tmp_path / "a.nc").attrs["accuracy_requested"] == 0.01
 
 
 @pytest.mark.parametrize(
@@ -204,7 +204,7 @@ def test_curves_are_rows_of_one_dataset():
 def test_tables_of_the_page_on_run_time_are_those_of_its_dataset(tmp_path):
     from docs.performance import DATA, FIGURES, TABLES, write_tables
 
-    for made in write_tables(load(DATA), tmp_path):
+    for made in write_tables(open_result(DATA), tmp_path):
         assert made.read_text(encoding="utf-8") == (TABLES / made.name).read_text(encoding="utf-8")
     for name in FIGURES:
         assert (DOCS / "figures" / f"performance_{name}.png").exists()

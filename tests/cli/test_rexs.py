@@ -12,7 +12,7 @@ import xarray as xr
 from gearbench.exchange.rexs import read_rexs
 from gearbench.exchange.rexs_document import children, read_document
 from gearbench.exchange.rexs_system import system_scene
-from gearbench.scene_file import load_scene
+from gearbench.scene_file import read_scene
 from tests.support.paths import DATA
 
 SEW, NEW = DATA / "sew_3_stage_cylindrical_gearbox_1.0.rexs", DATA / "stage_1.6.rexs"
@@ -75,7 +75,7 @@ def test_a_circle_on_the_wrong_side_is_named_as_in_the_file(run, tmp_path, name,
 def test_a_stage_becomes_a_scene_file(run, tmp_path):
     target = tmp_path / "stage2.toml"
     assert run("rexs", SEW, "--scene", 2, target)[0] == 0
-    scene = load_scene(target)
+    scene = read_scene(target)
     document = read_document(SEW)
     whole, notes = system_scene(document, 2)
     assert replace(scene, system=None, further=()) == read_rexs(SEW, 2)

@@ -12,7 +12,7 @@ from concurrent.futures import ProcessPoolExecutor
 import pytest
 
 from gearbench.errors import install_extra
-from gearbench.results.netcdf import load
+from gearbench.results.netcdf import open_result
 
 #: A narrow pair, cheap to solve.
 SCENE = """
@@ -52,7 +52,7 @@ def test_a_report_and_a_dataset_are_written(run, scene, tmp_path):
     assert (code, err) == (0, "")
     assert "narrow. Against finite elements: mean STE" in out
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["report.html", "validation.nc"]
-    first = load(tmp_path / "out" / "validation.nc")
+    first = open_result(tmp_path / "out" / "validation.nc")
     # the solid is the better of our teeth: near finite elements, of which the accuracy asked for is a part
     assert abs(float(first["transmission_error_mean_error"][0])) < 5
     assert abs(float(first["mesh_stiffness_mean_error"][0])) < 5
@@ -73,11 +73,11 @@ def work(path: str, cache: str) -> tuple[float, int]:
     import os
 
     os.environ["GEARBENCH_CACHE"] = cache
-    from gearbench.scene_file import load_scene
+    from gearbench.scene_file import read_scene
     from gearbench.validation.comparison import validate
     from gearbench.validation.report import render
 
-    found = validate([load_scene(path)], accuracy=0.1)
+    found = validate([read_scene(path)], accuracy=0.1)
     return float(found["transmission_error_mean_error"][0]), len(render(found))
 
 
@@ -95,7 +95,7 @@ def test_a_pair_on_its_body_is_compared_with_teeth_on_a_body(run, scene, tmp_pat
     scene.write_text(SCENE + "[effects.gear_body]\n", encoding="utf-8")
     code, _, err = run("validate", scene, "-o", tmp_path / "out", "--accuracy", 0.1, "-q")
     assert (code, err) == (0, "")
-    found = load(tmp_path / "out" / "validation.nc")
+    found = open_result(tmp_path / "out" / "validation.nc")
     assert "[effects.gear_body]" in str(found["reference_scene_toml"].values[0])
     assert abs(float(found["transmission_error_mean_error"][0])) < 10
 

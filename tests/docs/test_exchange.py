@@ -6,7 +6,7 @@ import shutil
 import pytest
 import xarray as xr
 
-from gearbench.scene_file import load_scene
+from gearbench.scene_file import read_scene
 from tests.support import pages
 from tests.support.pages import run_command
 from tests.support.paths import ROOT
@@ -35,7 +35,7 @@ def test_commands_run_one_after_the_other(folder, capsys):
     for line in lines:
         run(line)
     assert (folder / "gearbox_with_results.rexs").stat().st_size > (folder / "gearbox.rexs").stat().st_size
-    assert load_scene(folder / "stage2.toml").pair.pinion.teeth == 13
+    assert read_scene(folder / "stage2.toml").pair.pinion.teeth == 13
 
 
 @pytest.mark.parametrize("number", range(len(blocks("python"))))

@@ -15,7 +15,7 @@ from gearbench.dynamics.model import Model
 from gearbench.dynamics.modes import modes
 from gearbench.dynamics.stability import multipliers
 from gearbench.errors import InputError
-from gearbench.scene_file import load_scene
+from gearbench.scene_file import read_scene
 from gearbench.schema import read
 from gearbench.system.gearbox import Gearbox
 from gearbench.system.mechanics import Mechanics
@@ -210,7 +210,7 @@ def test_two_equal_opposite_meshes_cancel(tmp_path):
     for name, phase in (("together", 0.0), ("apart", 0.5)):
         tables = plain.to_mapping() | {"system": split(phase, 180)}
         (tmp_path / f"{name}.toml").write_text(tomli_w.dumps(tables))
-        data = response(load_scene(tmp_path / f"{name}.toml"), speed=[1500.0, 4000.0], harmonics=5)
+        data = response(read_scene(tmp_path / f"{name}.toml"), speed=[1500.0, 4000.0], harmonics=5)
         chosen = data["bearing_force_amplitude"].sel(mesh="pair", bearing=["input 1", "input 2"])
         forces[name] = chosen.sel(direction=["x", "y"]).max(["speed", "bearing", "direction"]).values
     # half a period apart the odd orders add, the even ones cancel; contacts are solved to 1e-9
@@ -290,7 +290,7 @@ def test_dataset_of_a_pair_on_shafts():
 @pytest.mark.slow
 def test_relief_that_a_helical_stage_needs():
     """The numbers of docs/tutorial_response.md: largest RMS of the mesh force over the relief of both gears."""
-    scene = load_scene(EXAMPLES / "shafts.toml")
+    scene = read_scene(EXAMPLES / "shafts.toml")
     relief, found = scene.effect("tip_relief"), []
     for amount in (0.0, 10.0, 20.0, 30.0):
         changed = tuple(replace(e, amount=amount) if e is relief else e for e in scene.effects)

@@ -10,7 +10,7 @@ from scipy.linalg import eigh
 
 from gearbench.dynamics.analysis import response
 from gearbench.dynamics.model import Model
-from gearbench.scene_file import load_scene
+from gearbench.scene_file import read_scene
 from tests.support.systems import series, spur_scene
 
 ENDS = [{"position": p, "radial_stiffness": 300.0, "axial_stiffness": 150.0} for p in (0.0, 160.0)]
@@ -46,7 +46,7 @@ def two_stages(folder):
     }
     path = folder / "gearbox.toml"
     path.write_text(tomli_w.dumps(one.to_mapping() | {"system": system}))
-    return load_scene(path)
+    return read_scene(path)
 
 
 @pytest.mark.slow

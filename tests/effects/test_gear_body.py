@@ -26,7 +26,7 @@ from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import InputError
 from gearbench.geometry.action import ContactLines
 from gearbench.scene import Scene
-from gearbench.scene_file import load_scene, parse_scene
+from gearbench.scene_file import parse_scene, read_scene
 from gearbench.simulation import simulate
 
 SPUR: dict[str, Any] = {
@@ -115,7 +115,7 @@ def test_old_names_of_tables_are_answered_with_the_new_ones(name, command, tmp_p
     path = tmp_path / "scene.toml"
     path.write_text(parse_scene(tables("spur", SOLID)).to_toml() + f"[effects.{name}]\n", encoding="utf-8")
     with pytest.raises(InputError, match=rf"scene\.toml: effects\.{name} = old name: write \[effects\."):
-        load_scene(path)
+        read_scene(path)
     code, out, err = run(command, path, "-o", tmp_path / "out.nc")
     assert (code, out) == (2, "")
     assert err.count("\n") == 1
@@ -150,10 +150,10 @@ order = [4, 5, 5]
 [effects.gear_body]
 model = "ring"
 """)
-    found = load_scene(path)
+    found = read_scene(path)
     assert found.effect("gear_body") == COUPLED
     path.write_text(found.to_toml() + "coupled = false\n")
-    assert load_scene(path).effect("gear_body") == OWN
+    assert read_scene(path).effect("gear_body") == OWN
 
 
 # -- what is added ----------------------------------------------------------------------------------------------------

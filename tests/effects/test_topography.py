@@ -21,7 +21,7 @@ from gearbench.effects.topography import Topography
 from gearbench.errors import InputError
 from gearbench.results.origin import scene_of
 from gearbench.scene import Resolution, Scene
-from gearbench.scene_file import load_scene
+from gearbench.scene_file import read_scene
 from gearbench.simulation import simulate
 from tests.support.texts import HELICAL
 
@@ -42,7 +42,7 @@ def scene(tmp_path):
     def make(text: str | bytes, *, name: str = "flank.csv", tables: str = 'pinion = "flank.csv"') -> Scene:
         (tmp_path / name).write_bytes(text if isinstance(text, bytes) else text.encode())
         (tmp_path / "scene.toml").write_text(SCENE + tables)
-        return load_scene(tmp_path / "scene.toml")
+        return read_scene(tmp_path / "scene.toml")
 
     return make
 
@@ -142,18 +142,18 @@ def test_the_hash_knows_what_is_in_the_file_and_not_where_it_is(scene, tmp_path)
     for name in ("flank.csv", "scene.toml"):
         (elsewhere / name).write_text((tmp_path / name).read_text())
     (elsewhere / "flank.csv").write_text(text)
-    assert load_scene(elsewhere / "scene.toml").digest == first.digest
+    assert read_scene(elsewhere / "scene.toml").digest == first.digest
 
 
 def test_a_file_that_changed_is_refused(scene, tmp_path):
     made = scene(csv("radius", [25.0, 29.0], [0.0], [[0], [8]]))
     (tmp_path / "again.toml").write_text(made.to_toml())
-    assert load_scene(tmp_path / "again.toml") == made
+    assert read_scene(tmp_path / "again.toml") == made
     (tmp_path / "flank.csv").write_text(csv("radius", [25.0, 29.0], [0.0], [[0], [9]]))
     text = made.to_toml().replace(made.to_toml().split('sha256 = "')[1][:64], "0" * 64)
     (tmp_path / "again.toml").write_text(text)
     with pytest.raises(InputError, match=r"again.toml: effects\.topography\.pinion_sha256.*has changed"):
-        load_scene(tmp_path / "again.toml")
+        read_scene(tmp_path / "again.toml")
 
 
 def test_effects_survive_pickling_and_replace(scene, tmp_path):

@@ -22,7 +22,7 @@ from gearbench.contact.transitions import mesh_phases
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.errors import InputError
 from gearbench.library.garambois2017 import case, gear
-from gearbench.optimisation.study_file import load_study
+from gearbench.optimisation.study_file import read_study
 from gearbench.optimisation.workers import evaluations, open_workers
 from gearbench.scene import Resolution, Scene
 from gearbench.scene_file import parse_scene
@@ -124,7 +124,7 @@ def test_error_samples_and_orders_beyond_the_memory_are_refused(monkeypatch):
 
 
 def test_a_machine_that_is_too_small_says_nothing_about_a_gear(monkeypatch):
-    study = load_study(ROOT / "examples" / "optimise_small.toml")
+    study = read_study(ROOT / "examples" / "optimise_small.toml")
     study = replace(study, base={**study.base, "resolution": {"positions": 20_000, "segments": 400}})
     monkeypatch.setenv(budget.VARIABLE, "3e8")
     designs = [(z, 5, 4, 1, 0, 3) for z in range(4)]

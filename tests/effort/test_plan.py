@@ -17,9 +17,9 @@ from gearbench.effort.plan import plan, study_plan
 from gearbench.errors import GearbenchError
 from gearbench.library.garambois2017 import case, gear
 from gearbench.loads import WeightedLoad, greatest_load
-from gearbench.optimisation.study_file import load_study
+from gearbench.optimisation.study_file import read_study
 from gearbench.scene import Resolution
-from gearbench.scene_file import load_scene
+from gearbench.scene_file import read_scene
 from gearbench.simulation import simulate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -36,7 +36,7 @@ def test_the_parts_are_those_of_the_scene(positions):
 
 
 def test_memory_is_that_of_the_run():
-    scene = load_scene(EXAMPLES / "gears" / "e_drive_input.toml")
+    scene = read_scene(EXAMPLES / "gears" / "e_drive_input.toml")
     simulate(scene)  # code is loaded
     tracemalloc.start()
     simulate(scene)
@@ -56,12 +56,12 @@ def test_finite_elements_are_counted_not_run(monkeypatch, tmp_path):
 
 
 def test_other_commands_that_the_scene_is_fit_for():
-    assert list(plan(load_scene(EXAMPLES / "shafts.toml")).megabytes) == [
+    assert list(plan(read_scene(EXAMPLES / "shafts.toml")).megabytes) == [
         "simulate",
         "response at 200 speeds",
         "validate",
     ]
-    waves = load_scene(Path(__file__).parents[1] / "data" / "waves.toml")
+    waves = read_scene(Path(__file__).parents[1] / "data" / "waves.toml")
     assert "hunting" in plan(waves).megabytes
 
 
@@ -82,7 +82,7 @@ def test_several_loads_keep_the_results_of_each():
 
 
 def test_a_search_costs_its_designs():
-    study = load_study(EXAMPLES / "optimise_small.toml")
+    study = read_study(EXAMPLES / "optimise_small.toml")
     made = study_plan(study, threads=4)
     assert made.designs == study.algorithm.population * study.algorithm.generations
     assert made.seconds == pytest.approx(made.designs * made.design_seconds / 4)

@@ -17,7 +17,7 @@ from gearbench.explore.bench.answers import COARSE, QUICK_ORDER, TORQUES, Answer
 from gearbench.explore.bench.form import form
 from gearbench.explore.bench.session import bench_html, example
 from gearbench.scene import Load, Resolution
-from gearbench.scene_file import load_scene, parse_scene
+from gearbench.scene_file import parse_scene, read_scene
 from gearbench.simulation import simulate
 
 
@@ -160,7 +160,7 @@ def test_teeth_that_are_new_are_sketched_with_few_functions_until_they_are_known
 
 @pytest.mark.parametrize("gear", ["e_drive_input", "e_drive_output", "fine_pitch"])
 def test_few_functions_are_good_enough_for_a_look(gear):
-    base = replace(load_scene(f"examples/gears/{gear}.toml"), resolution=COARSE)
+    base = replace(read_scene(f"examples/gears/{gear}.toml"), resolution=COARSE)
     few = replace(base.effect("tooth_bending"), order=QUICK_ORDER)
     quick = replace(base, effects=tuple(few if each.name == few.name else each for each in base.effects))
     expected, found = (simulate(each) for each in (base, quick))
@@ -231,4 +231,4 @@ def load_text(text):
 
 def test_the_example_is_a_scene_file(tmp_path, scene):
     (tmp_path / "example.toml").write_text(scene.to_toml(), encoding="utf-8")
-    assert load_scene(tmp_path / "example.toml") == scene
+    assert read_scene(tmp_path / "example.toml") == scene

@@ -21,7 +21,7 @@ from gearbench.optimisation.front import non_dominated
 from gearbench.results.netcdf import save
 from gearbench.robustness.run import robust
 from gearbench.scene import Load
-from gearbench.scene_file import load_scene, parse_scene
+from gearbench.scene_file import parse_scene, read_scene
 from gearbench.simulation import simulate
 from gearbench.solution import solve_scene
 from tests.support.explore_designs import front, stored
@@ -35,7 +35,7 @@ def test_a_missing_result_is_one_plain_line(run, tmp_path):
 
 @pytest.fixture(scope="module")
 def robust_scene():
-    return load_scene(EXAMPLES / "gear55_robust.toml")
+    return read_scene(EXAMPLES / "gear55_robust.toml")
 
 
 # -- what is stored ---------------------------------------------------------------------------------------------------
@@ -266,4 +266,4 @@ def test_an_interrupted_scatter_is_an_interruption(monkeypatch):
     """No fault of the picture: the program would end with 1, not with the code of its signal."""
     monkeypatch.setattr("gearbench.explore.model.respond", lambda *_: ({}, False))
     with pytest.raises(KeyboardInterrupt):
-        picture(load_scene(EXAMPLES / "gear55_robust.toml"))
+        picture(read_scene(EXAMPLES / "gear55_robust.toml"))

@@ -17,7 +17,7 @@ from fem_reference.stress import plane_root_stress
 from gearbench.geometry.action import contact_lines
 from gearbench.geometry.pair import Member, Pair
 from gearbench.results.flank import loaded_root_stress
-from gearbench.scene_file import load_scene
+from gearbench.scene_file import read_scene
 from gearbench.solution import solve_scene
 from gearbench.strength.bending import RootBending
 from tests.support.gears import standard_gear
@@ -145,7 +145,7 @@ def test_root_stress_of_the_load_found_against_finite_elements(name, index):
 
     −2.5 and −2.6 % on osu_50, 6.6 and 3.6 % on e_drive_output, against level 3; level 4 is 1.2 % lower on osu_50.
     """
-    scene = load_scene(EXAMPLES / "gears" / f"{name}.toml")
+    scene = read_scene(EXAMPLES / "gears" / f"{name}.toml")
     pair, solved = scene.pair, solve_scene(scene)
     body = Body(gear=pair.gears[index], bore_radius=pair.members[index].bore_diameter / 2)
     found = fillet_stress(body, pair.materials[index], 3, driven=index == 1)

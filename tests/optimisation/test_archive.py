@@ -26,7 +26,7 @@ from gearbench.optimisation.select import open_designs
 from gearbench.optimisation.store import Store
 from gearbench.optimisation.study import Algorithm, Design, OptimisationStudy
 from gearbench.optimisation.study_file import parse_study
-from gearbench.results.netcdf import load, save
+from gearbench.results.netcdf import open_result, save
 from tests.support.paths import EXAMPLES
 
 EXAMPLE = EXAMPLES / "optimise_small.toml"
@@ -150,7 +150,7 @@ def resumed(folder: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, damag
     damage(copy / "generation_0002.nc")
     monkeypatch.setattr("gearbench.optimisation.workers.evaluate", answer)
     found = optimise(SEARCH, directory=copy, resume=True, threads=1, progress=states.append)
-    assert found.attrs["data_sha256"] == load(folder / "front.nc").attrs["data_sha256"]
+    assert found.attrs["data_sha256"] == open_result(folder / "front.nc").attrs["data_sha256"]
     shutil.rmtree(copy)
     return states[-1].restored
 
@@ -167,7 +167,7 @@ def changed(dataset: xr.Dataset, name: str) -> xr.Dataset:
 def test_every_variable_of_a_generation_is_proven(search, tmp_path, monkeypatch):
     """Changed by gearbench, by xarray, or left out: what is on disk is not taken for the generation."""
     folder, _ = search
-    dataset = load(folder / "generation_0002.nc")
+    dataset = open_result(folder / "generation_0002.nc")
     asked = [design for design, _ in read_designs(dataset, SEARCH)]
     assert set(STUDY.statistics) <= set(dataset.variables)
     copy = Path(shutil.copytree(folder, tmp_path / "damaged"))
@@ -186,7 +186,7 @@ def test_every_variable_of_a_generation_is_proven(search, tmp_path, monkeypatch)
 
 def test_a_generation_that_another_program_saved_again_is_read(search, tmp_path, monkeypatch):
     folder, _ = search
-    dataset = load(folder / "generation_0002.nc")
+    dataset = open_result(folder / "generation_0002.nc")
     assert resumed(folder, monkeypatch, tmp_path, partial(dataset.to_netcdf, engine="h5netcdf")) == 3
     # as an earlier version wrote it, whose digest is that of the file's bytes alone
     assert resumed(folder, monkeypatch, tmp_path, partial(save, dataset.drop_attrs().assign_attrs(versions="old"))) == 3
@@ -199,7 +199,7 @@ def test_a_front_that_another_program_saved_again_is_read_and_a_changed_one_is_r
     folder, front = search
     path = tmp_path / "front.nc"
     front.to_netcdf(path, engine="h5netcdf")
-    xr.testing.assert_identical(open_designs(path).dataset, load(folder / "front.nc"))
+    xr.testing.assert_identical(open_designs(path).dataset, open_result(folder / "front.nc"))
     assert caplog.messages == []
     xr.open_dataset(path).drop_attrs(deep=False).assign_attrs(study=front.attrs["study"]).to_netcdf(
         tmp_path / "bare.nc"

@@ -11,11 +11,11 @@ from gearbench.optimisation.front import hypervolume, non_dominated
 from gearbench.optimisation.problem import Evaluation, assignments
 from gearbench.optimisation.search import Search
 from gearbench.optimisation.study import Algorithm, Objective, OptimisationStudy, Robustness
-from gearbench.optimisation.study_file import load_study
+from gearbench.optimisation.study_file import read_study
 from gearbench.optimisation.variables import Variable
 from tests.support.paths import STUDY
 
-SMALL = load_study(STUDY)
+SMALL = read_study(STUDY)
 
 
 @pytest.mark.parametrize("objectives", [1, 2, 3])

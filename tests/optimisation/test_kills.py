@@ -23,7 +23,7 @@ import xarray as xr
 from gearbench import optimise, read_study
 from gearbench.optimisation.study import Algorithm, OptimisationStudy, Robustness
 from gearbench.optimisation.workers import AFTER
-from gearbench.results.netcdf import load
+from gearbench.results.netcdf import open_result
 from tests.support.campaign import many
 from tests.support.paths import ROOT
 
@@ -140,7 +140,7 @@ def flip_a_bit(folder: Path, rng: random.Random) -> None:
 
 
 def assert_as_if_nothing_had_happened(folder: Path, expected: xr.Dataset) -> None:
-    front = load(folder / "front.nc")
+    front = open_result(folder / "front.nc")
     assert front.attrs["data_sha256"] == expected.attrs["data_sha256"]
     np.testing.assert_array_equal(front["objective"].values, expected["objective"].values)
     generations = [f"generation_{g:04d}.nc" for g in range(1, expected.sizes["generation"] + 1)]

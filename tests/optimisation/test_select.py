@@ -21,17 +21,17 @@ from gearbench.optimisation.listing import csv_text, markdown_name, markdown_tex
 from gearbench.optimisation.run import optimise
 from gearbench.optimisation.select import Resonance, chosen_scene, open_designs, select
 from gearbench.optimisation.study import Algorithm, Robustness
-from gearbench.optimisation.study_file import load_study, parse_study
+from gearbench.optimisation.study_file import parse_study, read_study
 from gearbench.results.netcdf import save
 from gearbench.robustness.run import robust
-from gearbench.scene_file import load_scene
+from gearbench.scene_file import read_scene
 from tests.support.paths import STUDY
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A small finished optimisation; a law of the contact is one of its variables, so that texts occur."""
-    mapping = load_study(STUDY).to_mapping()
+    mapping = read_study(STUDY).to_mapping()
     mapping["variables"]["law"] = {"paths": ["effects.hertz.law"], "values": ["weber_banaschek", "yang_sun"]}
     # some designs without any micro-geometry
     mapping["variables"]["effects.crowning.amount"] = {"values": [0.0, 3.0]}
@@ -260,7 +260,7 @@ def test_exported_scene_gives_the_stored_result(run, folder, designs, tmp_path):
     code, out, err = run("select", folder, "--export", number, target)
     assert (code, err) == (0, "")
     assert str(target) in out
-    scene = load_scene(target)
+    scene = read_scene(target)
     assert scene == chosen_scene(designs, number)
     assert scene.name == f"small, design {number}"
     found = robust(scene, samples=8, seed=0)

@@ -7,7 +7,7 @@ import pytest
 from gearbench.errors import InputError
 from gearbench.optimisation.problem import assignments, scene_of
 from gearbench.optimisation.study import Limit, Objective
-from gearbench.optimisation.study_file import load_study, parse_study
+from gearbench.optimisation.study_file import parse_study, read_study
 from gearbench.optimisation.variables import Variable
 from tests.support.paths import ROOT
 
@@ -17,7 +17,7 @@ SMALL = (ROOT / "examples" / "optimise_small.toml").read_text(encoding="utf-8")
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
 def test_examples_are_studies_and_survive_the_way_through_a_file(path):
-    study = load_study(path)
+    study = read_study(path)
     again = parse_study(tomllib.loads(study.to_toml()))
     assert again == study
     assert again.digest == study.digest
@@ -153,7 +153,7 @@ def test_every_fault_is_one_line_with_key_and_what_is_allowed(change, tmp_path):
     path = tmp_path / "study.toml"
     path.write_text(faulty(change), encoding="utf-8")
     with pytest.raises(InputError) as caught:
-        load_study(path)
+        read_study(path)
     message = str(caught.value)
     assert message.startswith(f"{path}: ")
     assert key in message

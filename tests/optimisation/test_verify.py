@@ -18,9 +18,9 @@ from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.run import optimise
 from gearbench.optimisation.select import open_designs
 from gearbench.optimisation.study import Algorithm, Robustness
-from gearbench.optimisation.study_file import load_study, parse_study
+from gearbench.optimisation.study_file import parse_study, read_study
 from gearbench.optimisation.verify import rank_correlation, reference_study, verify
-from gearbench.results.netcdf import load, save
+from gearbench.results.netcdf import open_result, save
 from gearbench.robustness.run import robust
 from gearbench.validation.verification import findings
 from tests.support.paths import STUDY
@@ -34,7 +34,7 @@ PLATE = ToothBending.compliance
 @pytest.fixture(scope="module")
 def stored(tmp_path_factory) -> Path:
     study = replace(
-        load_study(EXAMPLE),
+        read_study(EXAMPLE),
         name="small",
         algorithm=Algorithm(population=20, generations=3, seed=2),
         robustness=Robustness(samples=8),
@@ -68,7 +68,7 @@ def answer(monkeypatch, compliance) -> None:
 
 
 def mapping(**effects) -> dict:
-    tables = load_study(EXAMPLE).to_mapping()
+    tables = read_study(EXAMPLE).to_mapping()
     tables["base"]["effects"] |= effects
     return tables
 
@@ -124,10 +124,10 @@ def test_rank_correlation_is_spearmans():
 
 # -- what is replaced --------------------------------------------------------------------------------------------------
 def test_limits_are_left_out_and_the_tooth_replaced():
-    found = reference_study(load_study(EXAMPLE), 0.02)
+    found = reference_study(read_study(EXAMPLE), 0.02)
     assert found.constraints == {}
     assert found.base["effects"]["tooth_bending"] == {"model": "finite_elements", "accuracy": 0.02}
-    assert load_study(EXAMPLE).base["effects"].keys() == found.base["effects"].keys()
+    assert read_study(EXAMPLE).base["effects"].keys() == found.base["effects"].keys()
 
 
 def test_a_study_with_a_gear_body_is_verified_on_its_rim():
@@ -190,7 +190,7 @@ def test_command(stored, tmp_path, monkeypatch, run, plate_for_finite_elements):
     assert code == 0
     assert "mean RMS k: rank correlation 1.000, shift +0.0 to +0.0 %" in out
     assert (tmp_path / "plots" / "verification.png").stat().st_size > 10_000
-    found = load(data)
+    found = open_result(data)
     assert table.read_text(encoding="utf-8").count("(+0.0 %)") == 2 * found.sizes["design"]
     assert found.attrs["study_sha256"] == open_designs(stored).dataset.attrs["study_sha256"]
     code, out, _ = run("verify", stored, "--json")

@@ -21,7 +21,7 @@ from gearbench.results.outputs import DEFAULT_OUTPUTS
 from gearbench.results.quantities import KEYS, QUANTITIES, Quantity
 from gearbench.results.responses import Metric, quantity, register, response, responses, split_statistic
 from gearbench.robustness.run import robust
-from gearbench.scene_file import load_scene
+from gearbench.scene_file import read_scene
 from gearbench.simulation import simulate
 from gearbench.solution import solve_scene
 from tests.support.paths import EXAMPLES
@@ -43,7 +43,7 @@ def softest(monkeypatch):
 
 @pytest.fixture(scope="module")
 def scene():
-    return load_scene(EXAMPLES / "gear55_robust.toml")
+    return read_scene(EXAMPLES / "gear55_robust.toml")
 
 
 @pytest.mark.usefixtures("softest")

@@ -11,7 +11,7 @@ from fem_reference.contact.result import PhaseResult
 from gearbench.compliance.edge import edge_softening
 from gearbench.effects.law_table import law_table
 from gearbench.effects.off_line_contact import OffLineContact
-from gearbench.results.netcdf import load
+from gearbench.results.netcdf import open_result
 from studies.s08_contact import checks, figures
 from studies.s08_contact.data import CASES, fast, scene
 from studies.s08_contact.findings import harmonics, levels, off_line
@@ -23,7 +23,7 @@ from studies.s08_contact.width import checks as checks_of_width
 def kept() -> xr.Dataset:
     """The stored Dataset: docs/results_contact.md stands on it."""
     with resources.as_file(resources.files("studies.s08_contact") / "dataset.nc") as path:
-        return load(path)
+        return open_result(path)
 
 
 def test_stored_curves_keep_their_limits(kept):
@@ -45,7 +45,7 @@ def test_fast_teeth_off_the_line_keep_to_the_stored_curves(kept):
 def test_light_loads_reliefs_and_helices_keep_to_finite_elements_of_finite_width(name):
     """Mean, RMS, peak-to-peak and harmonics 1 to 5 of every curve, by the fast teeth as they are today."""
     with resources.as_file(resources.files("studies.s08_contact") / f"{name}.nc") as path:
-        exact = load(path)
+        exact = open_result(path)
     expected = [(which, torque) for which, torques in WIDE[name].curves.items() for torque in torques]
     assert list(zip(exact.case.values, exact.torque.values, strict=True)) == expected
     found = checks_of_width(exact)

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from fem_reference.contact.cycle import halfway
-from gearbench.results.netcdf import load, save
+from gearbench.results.netcdf import open_result, save
 from studies.s09_contact_in_use import checks, figures
 from studies.s09_contact_in_use.data import collected, curve, gathered, residual, scenes
 from studies.s09_contact_in_use.findings import names
@@ -17,7 +17,7 @@ from studies.s09_contact_in_use.findings import names
 def kept() -> xr.Dataset:
     """The pairs that were measured: docs/results_contact.md stands on them."""
     with resources.as_file(resources.files("studies.s09_contact_in_use") / "dataset.nc") as path:
-        return load(path)
+        return open_result(path)
 
 
 def test_stored_curves_keep_their_limits(kept):

@@ -14,7 +14,7 @@ from gearbench.optimisation.derived import unit_contact_addendum
 from gearbench.optimisation.problem import scene_of
 from gearbench.optimisation.store import Store
 from gearbench.optimisation.study import Algorithm, Robustness
-from gearbench.results.netcdf import load, save
+from gearbench.results.netcdf import open_result, save
 from studies.s06_paper_fronts import checks, compare, compute, figures
 from studies.s06_paper_fronts import search as searching
 from studies.s06_paper_fronts.data import macro_and_micro
@@ -172,7 +172,7 @@ def dataset(tmp_path_factory) -> xr.Dataset:
         size = (Algorithm(population=16, generations=5, seed=1), Robustness(samples=16))
         patch.setattr(searching, "QUICK", size)
         path = save(compute(quick=True), tmp_path_factory.mktemp("fronts") / "fronts.nc")
-    return load(path)
+    return open_result(path)
 
 
 @pytest.mark.slow

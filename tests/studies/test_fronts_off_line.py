@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from gearbench.results.netcdf import load
+from gearbench.results.netcdf import open_result
 from studies.s06_paper_fronts.search import TOOLS
 from studies.s06_paper_fronts.search import study as plate_study
 from studies.s12_fronts_off_line import checks, figures
@@ -17,7 +17,7 @@ from studies.s12_fronts_off_line.findings import change, measures
 @pytest.fixture(scope="module")
 def kept() -> xr.Dataset:
     with resources.as_file(resources.files("studies.s12_fronts_off_line") / "dataset.nc") as path:
-        return load(path)
+        return open_result(path)
 
 
 def test_stored_gears_keep_their_limits(kept):

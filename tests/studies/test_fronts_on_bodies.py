@@ -8,7 +8,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from gearbench.library.garambois2017 import table_2
-from gearbench.results.netcdf import load
+from gearbench.results.netcdf import open_result
 from studies.s06_paper_fronts.compare import coverage, distance, lead
 from studies.s06_paper_fronts.search import TOOLS
 from studies.s06_paper_fronts.search import study as plate_study
@@ -20,7 +20,7 @@ from studies.s10_fronts_on_bodies.findings import measures, points, row_points
 @pytest.fixture(scope="module")
 def kept() -> xr.Dataset:
     with resources.as_file(resources.files("studies.s10_fronts_on_bodies") / "dataset.nc") as path:
-        return load(path)
+        return open_result(path)
 
 
 def test_stored_fronts_keep_their_limits(kept):

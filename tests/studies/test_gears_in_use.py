@@ -9,7 +9,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from gearbench.results.netcdf import load
+from gearbench.results.netcdf import open_result
 from gearbench.results.warnings import MOST_OVERLAP
 from gearbench.scene_file import parse_scene
 from studies.s05_tooth_models.data import ERRORS
@@ -22,7 +22,7 @@ from studies.s11_gears_in_use.findings import BEST, LIMITS, drawn_later, excess
 @pytest.fixture(scope="module")
 def kept():
     with resources.as_file(resources.files("studies.s11_gears_in_use") / "dataset.nc") as path:
-        return load(path)
+        return open_result(path)
 
 
 def test_the_stored_pairs_are_those_that_are_drawn(kept):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import studies
-from gearbench.results.netcdf import load, save
+from gearbench.results.netcdf import open_result, save
 from gearbench.scene import Scene
 from gearbench.scene_file import parse_scene
 from tests.support.paths import ROOT
@@ -33,7 +33,7 @@ def test_a_study_has_its_four_parts(name):
 def test_study(name, tmp_path):
     study = import_module(f"studies.{name}")
     path = save(study.compute(quick=True), tmp_path / f"{name}.nc")
-    dataset = load(path)
+    dataset = open_result(path)
     study.figures(dataset, tmp_path)
     assert list(tmp_path.glob("*.png"))
     checks = study.checks(dataset)
@@ -46,7 +46,7 @@ def test_study(name, tmp_path):
 def kept():
     """The stored Dataset of the tooth models: the claims of docs/results_teeth.md rest on it."""
     with resources.as_file(resources.files("studies.s05_tooth_models") / "dataset.nc") as path:
-        return load(path)
+        return open_result(path)
 
 
 def test_the_stored_tooth_models_keep_their_limits(kept):

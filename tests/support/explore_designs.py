@@ -13,14 +13,14 @@ from gearbench.optimisation.designs import Designs
 from gearbench.optimisation.front import non_dominated
 from gearbench.optimisation.problem import Evaluation, scene_of
 from gearbench.optimisation.study import OptimisationStudy
-from gearbench.optimisation.study_file import load_study
+from gearbench.optimisation.study_file import read_study
 from tests.support.paths import STUDY
 
 
 @cache
 def macro_geometries() -> tuple[tuple[int, int, int], ...]:
     """Codes of teeth, addendum and helix angle that are gears."""
-    study, found = load_study(STUDY), []
+    study, found = read_study(STUDY), []
     for code in product((1, 2, 3), (4, 6, 8), (0, 1, 2, 3)):
         try:
             scene_of(study, (*code, 0, 0, 0))
@@ -35,7 +35,7 @@ def front(count: int, seed: int = 0, study: OptimisationStudy | None = None) -> 
 
     Variables that ``study`` has beside those of the example take their first value in the first design.
     """
-    study = study or load_study(STUDY)
+    study = study or read_study(STUDY)
     random = np.random.default_rng(seed)
     macro = np.array(macro_geometries())
     codes = np.column_stack([macro[random.integers(len(macro), size=count)], random.integers(0, (8, 6, 6), (count, 3))])

@@ -7,7 +7,7 @@ import time
 import pytest
 
 from gearbench.files import is_part
-from gearbench.results.netcdf import load
+from gearbench.results.netcdf import open_result
 from tests.support.paths import ROOT
 
 
@@ -24,7 +24,7 @@ def test_a_killed_sweep_leaves_what_was_done(tmp_path):
     time.sleep(0.3)
     program.kill()
     program.wait()
-    found = load(target)  # whole, with the digest of its bytes
+    found = open_result(target)  # whole, with the digest of its bytes
     done = found["transmission_error_mean"].notnull()
     assert found.attrs["complete"] == 0
     assert 0 < int(done.sum()) < done.size

@@ -14,7 +14,7 @@ from gearbench.errors import InputError
 from gearbench.library.garambois2017 import case
 from gearbench.results.origin import scene_of
 from gearbench.scene import Resolution, Scene
-from gearbench.scene_file import load_scene
+from gearbench.scene_file import read_scene
 
 PTP = "transmission_error_peak_to_peak"
 TORQUES = [3000.0, 6000.0, 9000.0]
@@ -76,5 +76,5 @@ def test_the_command_writes_the_scene_and_the_figure(scene, tmp_path, monkeypatc
     monkeypatch.setattr("gearbench.sweeps.relieve.GRID", ((0.3,), (0.6,), (0.0, 0.2)))
     (tmp_path / "scene.toml").write_text(replace(scene, effects=(*scene.effects, Crowning(amount=2.0))).to_toml())
     command(tmp_path / "scene.toml", "3000,9000", tmp_path / "relieved.toml", tmp_path / "out.nc", tmp_path / "plots")
-    assert load_scene(tmp_path / "relieved.toml").effect("tip_relief").amount > 0
+    assert read_scene(tmp_path / "relieved.toml").effect("tip_relief").amount > 0
     assert (tmp_path / "plots" / "relief_over_torque.png").stat().st_size > 10_000

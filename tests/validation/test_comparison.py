@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 from gearbench.effects.hertz import Hertz
 from gearbench.effects.tooth_bending import ToothBending
 from gearbench.library.garambois2017 import case
-from gearbench.results.netcdf import load, save
+from gearbench.results.netcdf import open_result, save
 from gearbench.results.quantities import QUANTITIES
 from gearbench.results.responses import quantity
 from gearbench.scene import Resolution
@@ -91,7 +91,7 @@ def test_scenes_of_different_sizes_share_a_dataset_and_come_back(monkeypatch, tm
     plates_for_finite_elements(monkeypatch)
     scenes = [case(1), replace(case(2), resolution=Resolution(positions=5, segments=4)), replace(case(2), name="")]
     each = [compare(scene) for scene in scenes]
-    stored = load(save(stack(each, labels(scenes)), tmp_path / "several.nc"))
+    stored = open_result(save(stack(each, labels(scenes)), tmp_path / "several.nc"))
     assert list(stored["scene"].values) == ["case 1", "case 2", "scene"]
     for i, one in enumerate(each):
         back = of_scene(stored, i)

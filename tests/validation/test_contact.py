@@ -11,7 +11,7 @@ import xarray as xr
 from fem_reference.contact.spatial import SpatialSettings
 from gearbench.effects.off_line_contact import OffLineContact
 from gearbench.errors import InputError
-from gearbench.results.netcdf import load
+from gearbench.results.netcdf import open_result
 from gearbench.validation import contact
 from studies.s08_contact.data import scene
 
@@ -70,7 +70,7 @@ def test_parts_add_up_and_load_outside_the_path_is_seen(cycle, tmp_path):
     assert "+0.000 µm compliance" in second
     written = contact.write([found, found], tmp_path)
     assert sorted(path.name for path in written) == ["contact-1.nc", "contact-1.png", "contact-2.nc", "contact-2.png"]
-    assert load(tmp_path / "contact-1.nc").attrs["method"] == "known"
+    assert open_result(tmp_path / "contact-1.nc").attrs["method"] == "known"
 
 
 def test_scenes_without_a_comparison_are_refused():

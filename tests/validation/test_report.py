@@ -12,7 +12,7 @@ import pytest
 from gearbench.errors import InputError
 from gearbench.files import make_folder
 from gearbench.library.garambois2017 import case
-from gearbench.results.netcdf import load
+from gearbench.results.netcdf import open_result
 from gearbench.validation import report
 from gearbench.validation.comparison import validate
 from tests.support.validation_fakes import plates_for_finite_elements
@@ -120,7 +120,7 @@ def test_report_and_dataset_are_written_together(dataset, html, tmp_path, monkey
     written = report.write(dataset, folder)
     assert sorted(path.name for path in folder.iterdir()) == ["report.html", "validation.nc"]
     assert {path.name for path in written} == {"report.html", "validation.nc"}
-    assert load(folder / "validation.nc")["mac"].identical(dataset["mac"])
+    assert open_result(folder / "validation.nc")["mac"].identical(dataset["mac"])
     assert (folder / "report.html").read_text(encoding="utf-8") == html
 
 
