@@ -130,8 +130,6 @@ class RootBending:
         if member.bore_diameter is None:
             return 1.0
         rim = member.rim_thickness or gear.root_radius - member.bore_diameter / 2
-        if rim <= 0:
-            return math.inf
         # the fit falls below 1 just where the rim is thick enough, at 1.2 h_t
         return max(1.0, 1.6 * math.log(2.242 * gear.tooth_height / rim))
 

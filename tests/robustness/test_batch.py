@@ -124,7 +124,8 @@ def test_what_the_first_guess_missed_at_the_positions_before_saves_steps():
         assert done.all()
         found.append((steps, delta, stiffness))
     assert found[1][0] < 0.9 * found[0][0]
-    assert_allclose(found[1][1], found[0][1], rtol=1e-12)
+    # an approach near zero has the rounding of the others: all are of some µm
+    assert_allclose(found[1][1], found[0][1], rtol=1e-12, atol=1e-14)
     assert_allclose(found[1][2], found[0][2], rtol=1e-8)
     active, phase = problem.batch.problem.active, problem.phases.phase
     line = np.where((b.ahead[:, 1] < 0)[2:], b.ahead[2:, 0] * phase[1:-1] + b.ahead[2:, 1] * phase[:-2], phase[2:])
