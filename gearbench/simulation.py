@@ -73,14 +73,15 @@ def simulate(scene: Scene, *, outputs: Sequence[str] = DEFAULT_OUTPUTS) -> xr.Da
 
         return sweep(scene, outputs=outputs)
     if scene.resolution.accuracy is None:
-        solved = solve_scene(scene)
+        solved, chosen = solve_scene(scene), {}
         _warn_of_noise(solved)
-        return keeping(dataset(solved, outputs, start), scene)
-    from gearbench.accuracy.choose import choose
-    from gearbench.accuracy.measure import covered
+    else:
+        from gearbench.accuracy.choose import choose
+        from gearbench.accuracy.measure import covered
 
-    choice = choose(scene, solve_scene, lambda solved: covered(solved.cycle))
-    return keeping(dataset(choice.run, outputs, start).assign_attrs(choice.attrs), scene)
+        choice = choose(scene, solve_scene, lambda solved: covered(solved.cycle))
+        solved, chosen = choice.run, choice.attrs
+    return keeping(dataset(solved, outputs, start).assign_attrs(chosen), scene)
 
 
 def _warn_of_noise(solved: Solved) -> None:

@@ -80,6 +80,16 @@ def assemble(
     )
 
 
+def with_gaps(problem: ContactProblem, effects: Sequence[Effect], lines: ContactLines) -> ContactProblem:
+    """``problem``, assembled on ``lines``, with the gaps of other ``effects`` of the same compliance."""
+    gaps = gaps_along(effects, lines)
+    gap, sigma = (x.reshape(problem.gap.shape) for x in gap_and_variation(gaps))
+    sigma = sigma if problem.a.any() else np.zeros_like(sigma)  # without a law there is nothing to average
+    gap, sigma = (np.ascontiguousarray(x / problem.length_scale) for x in (gap - sigma, sigma))
+    along = problem.along and replace(problem.along, effects=tuple(effects), gaps=gaps)
+    return replace(problem, gap=gap, sigma=sigma, along=along)
+
+
 def _problem(
     scene: Scene,
     lines: ContactLines,

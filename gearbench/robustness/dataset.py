@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.results.origin import keeping
+from gearbench.results.points import Columns
 from gearbench.results.provenance import provenance
 from gearbench.results.responses import described
 from gearbench.threads import single_threaded_blas
@@ -54,33 +55,47 @@ def robust_dataset(
     """
     import xarray as xr
 
+    coords, variables = robust_columns(problem, errors, responses, run.sampler, more, shares=shares)
+    variables["error"] = (("sample", "error_name"), errors[: len(responses)])
+    attrs = provenance(problem.scene, wall_time=run.wall_time, seed=run.seed)
+    attrs |= {"sampler": run.sampler, "samples": len(responses)}
+    attrs |= {"complete": int(run.complete), "rescued": responses.rescued}
+    return keeping(xr.Dataset(described(variables, MISSING), coords=coords, attrs=attrs), problem.scene)
+
+
+def robust_columns(
+    problem: RobustProblem,
+    errors: NDArray,
+    responses: Responses,
+    sampler: Sampler,
+    more: Sequence[str] = (),
+    *,
+    shares: bool = True,
+) -> tuple[Columns, Columns]:
+    """Coordinates and variables of ``robust_dataset``, but for the errors themselves."""
     from gearbench.robustness.sensitivity import sensitivities
     from gearbench.robustness.statistics import summarise
     from gearbench.robustness.tightening import FINER
 
     count = len(responses)
     errors = errors[:count]
-    variables: dict[str, tuple] = {name: ("sample", values) for name, values in responses.values.items()}
-    variables["error"] = (("sample", "error_name"), errors)
+    variables: Columns = {name: (("sample",), values) for name, values in responses.values.items()}
     if problem.errors.centre_distance is not None or problem.errors.tooth_thickness is not None:
-        variables["backlash"] = ("sample", _backlash(problem, errors))
+        variables["backlash"] = ("sample",), _backlash(problem, errors)
     drawn = problem.errors.variables(problem.scene.pair)
-    variables["tightening_cost"] = ("error_name", [each.cost for each in drawn])
+    variables["tightening_cost"] = ("error_name",), np.array([each.cost for each in drawn])
     studied = tuple(dict.fromkeys((*STUDIED, *more))) if count > 1 else ()
     for name in studied:
-        for statistic, (value, standard_error) in summarise(responses[name], run.sampler).items():
-            variables[f"{name}_{statistic}"] = ((), value)
-            variables[f"{name}_{statistic}_standard_error"] = ((), standard_error)
+        for statistic, (value, standard_error) in summarise(responses[name], sampler).items():
+            variables[f"{name}_{statistic}"] = (), np.array(value)
+            variables[f"{name}_{statistic}_standard_error"] = (), np.array(standard_error)
     found = sensitivities(errors[:ENOUGH], [responses[name][:ENOUGH] for name in studied], FINER) if shares else []
     for name, each in zip(studied, found, strict=False):
         for part in ("first_order", "total", "tightened"):
             value, uncertainty = getattr(each, part)
-            variables[f"{name}_{part}"] = ("error_name", value)
-            variables[f"{name}_{part}_standard_error"] = ("error_name", uncertainty)
-    attrs = provenance(problem.scene, wall_time=run.wall_time, seed=run.seed)
-    attrs |= {"sampler": run.sampler, "samples": count, "complete": int(run.complete), "rescued": responses.rescued}
-    coords = {"error_name": np.array(problem.names, dtype=str)}
-    return keeping(xr.Dataset(described(variables, MISSING), coords=coords, attrs=attrs), problem.scene)
+            variables[f"{name}_{part}"] = ("error_name",), value
+            variables[f"{name}_{part}_standard_error"] = ("error_name",), uncertainty
+    return {"error_name": (("error_name",), np.array(problem.names, dtype=str))}, variables
 
 
 def _backlash(problem: RobustProblem, errors: NDArray) -> NDArray:

@@ -51,7 +51,6 @@ def over_loads(dataset: xr.Dataset, loads: Sequence[WeightedLoad]) -> xr.Dataset
     if not loads:
         return dataset
     weight = dataset["torque"].copy(data=load_weights(loads))
-    dataset = dataset.assign_coords(described({"load_weight": ("torque", weight.values)}))
     found: dict[str, xr.DataArray] = {}
     for name, values in dataset.data_vars.items():
         if "torque" in values.dims and is_response(str(name)):
@@ -60,7 +59,8 @@ def over_loads(dataset: xr.Dataset, loads: Sequence[WeightedLoad]) -> xr.Dataset
             if f"{name}_std" in dataset:
                 for kind in OVER_LOADS:
                     found |= _statistics(f"{name}{kind}", found[f"{name}{kind}"], dataset.attrs["sampler"])
-    return dataset.assign(described({name: (values.dims, values.values) for name, values in found.items()}))
+    added = described({name: (x.dims, x.values) for name, x in {"load_weight": weight, **found}.items()})
+    return dataset.assign(added).set_coords("load_weight")
 
 
 def _statistics(name: str, values: xr.DataArray, sampler: Any) -> dict[str, xr.DataArray]:

@@ -14,8 +14,8 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
-from gearbench.contact.assemble import assemble
-from gearbench.contact.gaps import conforming, gap_and_variation, gaps_along
+from gearbench.contact.assemble import assemble, with_gaps
+from gearbench.contact.gaps import conforming
 from gearbench.contact.lines import smooth_nodes
 from gearbench.contact.loads import in_own_units, parted, stacked
 from gearbench.contact.loads import under as under_force
@@ -145,28 +145,16 @@ class Shared:
     def assembled(self, scene: Scene, phase: NDArray) -> Assembled:
         """Contact problem of ``scene`` at mesh phases."""
         lines = scene_lines(scene, phase)
-        if scene.has_shafts:  # their compliance depends on the load: bearings are at rest under the torque
-            return Assembled(lines=lines, problem=assemble(scene, lines))
         stiff = tuple(effect for effect in scene.effects if isinstance(effect, ComplianceEffect))
         # lines end and bend where gaps do; a separation is kept by those that use it, and so is its identity
         nodes = (lines.u.tobytes(), lines.y.tobytes(), lines.length.tobytes())
         key = (scene.pair, stiff, nodes, lines.cells, lines.coast, id(lines.separation), lines.typical_load)
         known = self._known.get(key)
         if known is not None:
-            return Assembled(lines=known.lines, problem=_with_gaps(known, scene))
-        while len(self._known) >= KEPT:
-            self._known.pop(next(iter(self._known)))
-        self._known[key] = Assembled(lines=lines, problem=assemble(scene, lines))
-        return self._known[key]
-
-
-def _with_gaps(known: Assembled, scene: Scene) -> ContactProblem:
-    """The known problem with the gaps of ``scene``, in its own units."""
-    gaps = gaps_along(scene.acting_effects, known.lines)
-    gap, sigma = (x.reshape(known.problem.gap.shape) for x in gap_and_variation(gaps))
-    scale, law, along = known.problem.length_scale, known.problem.a.any(), known.problem.along
-    sigma = sigma if law else np.zeros_like(sigma)  # without a law there is nothing to average
-    gap, sigma = np.ascontiguousarray((gap - sigma) / scale), np.ascontiguousarray(sigma / scale)
-    if along is not None:
-        along = replace(along, effects=tuple(scene.acting_effects), gaps=gaps)
-    return replace(known.problem, gap=gap, sigma=sigma, along=along)
+            return Assembled(lines=known.lines, problem=with_gaps(known.problem, scene.acting_effects, known.lines))
+        found = Assembled(lines=lines, problem=assemble(scene, lines))
+        if not scene.has_shafts:  # their compliance depends on the load: bearings are at rest under the torque
+            while len(self._known) >= KEPT:
+                self._known.pop(next(iter(self._known)))
+            self._known[key] = found
+        return found

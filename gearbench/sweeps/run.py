@@ -23,7 +23,7 @@ from gearbench.results.provenance import beyond_elasticity, provenance
 from gearbench.results.responses import is_response
 from gearbench.results.solved import Solved
 from gearbench.robustness.adaptive import LEFT
-from gearbench.robustness.dataset import Run, robust_dataset
+from gearbench.robustness.dataset import robust_columns
 from gearbench.robustness.montecarlo import respond
 from gearbench.scene import Load, Resolution, Scene, check_scene
 from gearbench.scene_file import scene_at
@@ -208,14 +208,8 @@ class _Solver:
             answers, complete = respond(problem, errors, self.threads, names=names)
             if not complete:
                 raise KeyboardInterrupt
-            own = Run(sampler=how["sampler"], seed=how["seed"], complete=True, wall_time=0.0)
-            made = robust_dataset(problem, errors, answers, run=own, more=self.outputs)
             self._count("rescued", answers.rescued)
-            coords, variables = (
-                {str(name): (tuple(map(str, each.dims)), each.values) for name, each in table.items()}
-                for table in (made.coords, made.drop_vars("error").data_vars)
-            )
-            yield Point(coords, variables)
+            yield Point(*robust_columns(problem, errors, answers, how["sampler"], self.outputs))
 
     def _count(self, name: str, number: int) -> None:
         self.attrs[name] = self.attrs.get(name, 0) + number
