@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from gearbench.budget import require_each, speed_memory
 from gearbench.dynamics import waves
-from gearbench.dynamics.model import Group, Model
+from gearbench.dynamics.model import Group, LinearModel, Model
 from gearbench.dynamics.size import bearings
 from gearbench.dynamics.stability import is_proven, multipliers
 from gearbench.dynamics.steady import MOST as MOST_COMBINATIONS
@@ -107,7 +107,7 @@ def check_harmonics(harmonics: int) -> None:
         raise InputError("harmonics", harmonics, f"must be a whole number, 1 to {MOST}")
 
 
-def over_speed(model: Model, speeds: NDArray, harmonics: int) -> Variables:
+def over_speed(model: LinearModel, speeds: NDArray, harmonics: int) -> Variables:
     """Variables of the Dataset that depend on speed."""
     rows, found = np.arange(len(model.stiffness)), steady(model, speeds, harmonics)
     index, push = found.index[1:], np.moveaxis(found.push, 1, 2)[:, 1:]
@@ -163,7 +163,7 @@ def _combination(names: Sequence[str], index: NDArray) -> str:
     return f"{n} × {a} {'+' if m > 0 else '−'} {abs(m)} × {b}"
 
 
-def growth(model: Model, group: Group, speeds: NDArray, harmonics: int) -> NDArray:
+def growth(model: LinearModel, group: Group, speeds: NDArray, harmonics: int) -> NDArray:
     """Largest Floquet multiplier (speed,) of a group; NaN where stability is proven at any speed."""
     rows = model.rows_of(group.meshes)
     stiffness = waves.curve(model.excitation(group, harmonics).stiffness, max(256, 16 * harmonics))
@@ -173,7 +173,7 @@ def growth(model: Model, group: Group, speeds: NDArray, harmonics: int) -> NDArr
     return multipliers(model.modes, rows, model.omega(group, speeds), stiffness[None])
 
 
-def _of_own_frequency(model: Model, harmonics: int) -> NDArray:
+def _of_own_frequency(model: LinearModel, harmonics: int) -> NDArray:
     """Positions of the orders of each mesh's own frequency among all but order zero, (mesh, harmonic)."""
     group = np.empty(len(model.names), dtype=int)
     for number, each in enumerate(model.groups):
@@ -181,7 +181,7 @@ def _of_own_frequency(model: Model, harmonics: int) -> NDArray:
     return harmonics * group[:, None] + np.arange(harmonics)
 
 
-def modal_variables(model: Model, speeds: NDArray, harmonics: int) -> Variables:
+def modal_variables(model: LinearModel, speeds: NDArray, harmonics: int) -> Variables:
     """Elastic modes up to the highest frequency that is excited, and the speeds at which orders meet them."""
     modes = model.modes
     highest = max(float(model.omega(group, speeds).max()) for group in model.groups) * harmonics
@@ -198,7 +198,7 @@ def modal_variables(model: Model, speeds: NDArray, harmonics: int) -> Variables:
     }
 
 
-def notes(model: Model, speeds: NDArray, harmonics: int, variables: Variables) -> list[str]:
+def notes(model: LinearModel, speeds: NDArray, harmonics: int, variables: Variables) -> list[str]:
     """Notes for the reader of the result, one line each."""
     lines = []
     if unlike(model.scene):
@@ -215,8 +215,7 @@ def notes(model: Model, speeds: NDArray, harmonics: int, variables: Variables) -
         ):
             if where.any():
                 lines.append(f"mesh {name}: {text} at {spans(speeds, where)} 1/min")
-    for name, cycle in zip(model.names, model.cycles, strict=True):
-        at_rest = cycle.waves(2 * harmonics)[1:] @ cycle.motion[:, 0]
+    for name, at_rest in zip(model.names, model.at_rest(2 * harmonics)[:, 1:], strict=True):
         share = float(np.linalg.norm(at_rest[harmonics:]) / max(np.linalg.norm(at_rest), 1e-300))
         if share > BEYOND:
             lines.append(
@@ -249,7 +248,7 @@ def spans(speeds: NDArray, true: NDArray) -> str:
 
 
 def _dataset(
-    model: Model, speeds: NDArray, harmonics: int, variables: Variables, lines: Sequence[str], start: float
+    model: LinearModel, speeds: NDArray, harmonics: int, variables: Variables, lines: Sequence[str], start: float
 ) -> xr.Dataset:
     import xarray as xr
 

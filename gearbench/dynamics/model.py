@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -40,8 +41,82 @@ class Group:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Model:
-    """Model that ``response`` solves, at any speed.
+class LinearModel(ABC):
+    """Meshes that excite a linear system: what is solved over speed.
+
+    Parameters
+    ----------
+    scene
+        Gears, load and effects.
+    """
+
+    scene: Scene
+
+    @property
+    @abstractmethod
+    def names(self) -> tuple[str, ...]:
+        """Names of the meshes."""
+
+    @property
+    @abstractmethod
+    def force(self) -> NDArray:
+        """Mean force of each mesh along the line of action (mesh,) [N]."""
+
+    @cached_property
+    @abstractmethod
+    def mechanics(self) -> Mechanics:
+        """Matrices of the system about its point of rest."""
+
+    @property
+    @abstractmethod
+    def damping_ratio(self) -> float:
+        """ζ of every mode."""
+
+    @cached_property
+    @abstractmethod
+    def stiffness(self) -> NDArray:
+        """K̄ of all meshes (row, row) [N/mm]."""
+
+    @cached_property
+    @abstractmethod
+    def groups(self) -> tuple[Group, ...]:
+        """Meshes by their mesh frequency, in order of their first."""
+
+    @abstractmethod
+    def excitation(self, group: Group, harmonics: int) -> Excitation:
+        """Excitation of the meshes of a group, each at its phase."""
+
+    @abstractmethod
+    def at_rest(self, orders: int) -> NDArray:
+        """Approach of each mesh at rest by orders 0 … n of its mesh frequency, (mesh, n + 1) [mm]."""
+
+    @cached_property
+    def modes(self) -> Modes:
+        """Modes of the system with its mean mesh stiffnesses."""
+        return modes(self.mechanics, self.stiffness, self.damping_ratio)
+
+    def rows_of(self, meshes: NDArray) -> NDArray:
+        """Numbers of the rows of ``meshes`` among those of all."""
+        each = len(self.stiffness) // len(self.names)
+        return (each * np.asarray(meshes)[:, None] + np.arange(each)).ravel()
+
+    @cached_property
+    def is_source(self) -> NDArray:
+        """Whether a mesh is the first of its frequency (mesh,)."""
+        return np.isin(np.arange(len(self.names)), [group.meshes[0] for group in self.groups])
+
+    def omega(self, group: Group, speed: NDArray) -> NDArray:
+        """Mesh frequency (speed,) [rad/s] of a group at speeds of the pinion [1/min]."""
+        return 2 * np.pi / 60 * group.rate * speed
+
+    def receptances(self, group: Group, speed: NDArray, harmonics: int) -> NDArray:
+        """ĥ_c (speed, order 0 … H, row, row) [mm/N] of a group."""
+        return receptances(self.modes, self.rows_of(group.meshes), self.omega(group, speed), harmonics)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Model(LinearModel):
+    """Model of a scene with ``[system]``, at any speed.
 
     Parameters
     ----------
@@ -52,7 +127,6 @@ class Model:
         the face; more, bending over the face. Meshes without inertia follow quasi-statically.
     """
 
-    scene: Scene
     rows: int = ROWS
 
     def __post_init__(self) -> None:
@@ -92,11 +166,11 @@ class Model:
         """K̄ of all meshes (row, row) [N/mm]."""
         return np.asarray(block_diag(*(cycle.mean_stiffness for cycle in self.cycles)))
 
-    @cached_property
-    def modes(self) -> Modes:
-        """Modes of the system with its mean mesh stiffnesses."""
+    @property
+    def damping_ratio(self) -> float:
+        """ζ of every mode."""
         assert self.scene.system is not None
-        return modes(self.mechanics, self.stiffness, self.scene.system.damping_ratio)
+        return self.scene.system.damping_ratio
 
     @cached_property
     def groups(self) -> tuple[Group, ...]:
@@ -113,16 +187,6 @@ class Model:
             left = [m for m in left if m not in same]
         return tuple(groups)
 
-    def rows_of(self, meshes: NDArray) -> NDArray:
-        """Numbers of the rows of ``meshes`` among those of all."""
-        each = len(self.stiffness) // len(self.cycles)
-        return (each * np.asarray(meshes)[:, None] + np.arange(each)).ravel()
-
-    @cached_property
-    def is_source(self) -> NDArray:
-        """Whether a mesh is the first of its frequency (mesh,)."""
-        return np.isin(np.arange(len(self.names)), [group.meshes[0] for group in self.groups])
-
     def excitation(self, group: Group, harmonics: int) -> Excitation:
         """Excitation of the meshes of a group, each at its phase: ŷ_n e^{2πinφ}."""
         each = len(self.stiffness) // len(self.cycles)
@@ -136,10 +200,6 @@ class Model:
             motion[here], force[here] = ((waves[: harmonics + 1] @ of).T for of in (cycle.motion, cycle.force))
         return Excitation(stiffness=stiffness, motion=motion, force=force)
 
-    def omega(self, group: Group, speed: NDArray) -> NDArray:
-        """Mesh frequency (speed,) [rad/s] of a group at speeds of the pinion [1/min]."""
-        return 2 * np.pi / 60 * group.rate * speed
-
-    def receptances(self, group: Group, speed: NDArray, harmonics: int) -> NDArray:
-        """ĥ_c (speed, order 0 … H, row, row) [mm/N] of a group."""
-        return receptances(self.modes, self.rows_of(group.meshes), self.omega(group, speed), harmonics)
+    def at_rest(self, orders: int) -> NDArray:
+        """Approach of each mesh at rest by orders 0 … n of its mesh frequency, (mesh, n + 1) [mm]."""
+        return np.array([cycle.waves(orders) @ cycle.motion[:, 0] for cycle in self.cycles])

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gearbench.dynamics.balance import convolution, orders, real, solve
-from gearbench.dynamics.model import Model
+from gearbench.dynamics.model import LinearModel
 
 #: Combinations kept: those that reach this share of the largest order of a mesh force at one of the speeds looked at,
 #: the most of them, and the speeds.
@@ -42,7 +42,7 @@ class Steady:
     residual: NDArray
 
 
-def steady(model: Model, speeds: NDArray, harmonics: int) -> Steady:
+def steady(model: LinearModel, speeds: NDArray, harmonics: int) -> Steady:
     """Balance of all meshes: each frequency by itself (D5), then, where there are several, all together.
 
     The varying stiffness of a mesh also acts on motions that others excite: orders n of one frequency and m of another
@@ -66,7 +66,7 @@ def steady(model: Model, speeds: NDArray, harmonics: int) -> Steady:
     return found if len(groups) == 1 else _together(model, speeds, found, rest, drive)
 
 
-def _together(model: Model, speeds: NDArray, alone: Steady, rest: NDArray, drive: NDArray) -> Steady:
+def _together(model: LinearModel, speeds: NDArray, alone: Steady, rest: NDArray, drive: NDArray) -> Steady:
     """The balance y + ĥ V y = −x_s − ĥ p_s of all orders at once, V y = (K − K̄) y; from what each frequency excites.
 
     By conjugate residuals: a few steps, since the meshes of one frequency are in balance already.
@@ -96,7 +96,7 @@ def _together(model: Model, speeds: NDArray, alone: Steady, rest: NDArray, drive
     return Steady(index=index, omega=omega, push=drive + pushed(y), residual=residual.ravel())
 
 
-def _frequencies(model: Model, speeds: NDArray) -> NDArray:
+def _frequencies(model: LinearModel, speeds: NDArray) -> NDArray:
     return np.stack([model.omega(group, speeds) for group in model.groups], axis=-1)
 
 
@@ -105,12 +105,12 @@ def _moved(h: NDArray, push: NDArray) -> NDArray:
     return np.einsum("snij,sjn->sin", h, push, optimize=True)
 
 
-def _product(model: Model, a: NDArray, b: NDArray) -> NDArray:
+def _product(model: LinearModel, a: NDArray, b: NDArray) -> NDArray:
     """Energy of two motions in the mean stiffnesses (speed, 1, 1)."""
     return np.einsum("sin,i,sin->s", a.conj(), np.diag(model.stiffness), b).real[:, None, None]
 
 
-def _pushed(model: Model, index: NDArray, harmonics: int) -> Callable[[NDArray], NDArray]:
+def _pushed(model: LinearModel, index: NDArray, harmonics: int) -> Callable[[NDArray], NDArray]:
     """V of the orders kept: from y to (K − K̄) y, both (speed, row, order)."""
     parts, N = [], 2 * len(index) - 1
     for g, group in enumerate(model.groups):
@@ -128,7 +128,7 @@ def _pushed(model: Model, index: NDArray, harmonics: int) -> Callable[[NDArray],
     return apply
 
 
-def _combinations(model: Model, alone: Steady, x: NDArray) -> NDArray:
+def _combinations(model: LinearModel, alone: Steady, x: NDArray) -> NDArray:
     """Combinations of two orders (combination, frequency) whose force is largest, at some of the speeds.
 
     The stiffness of a mesh pushes them by orders of the other frequency in its motions x (speed, row, order).
