@@ -13,9 +13,9 @@ from gearbench.contact.equilibrium import balance
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
 from gearbench.effort.plan import plan
 from gearbench.errors import InputError
+from gearbench.results.train_cycle import USUAL_OF_TRAIN
 from gearbench.scene_file import parse_scene
-from gearbench.trains.flanks import flanks_of
-from gearbench.trains.scatter import curves, draw, levels, offsets, solved_samples, variables
+from gearbench.trains.scatter import offsets, sampled_train
 from gearbench.trains.solve import solve_train
 
 LINEAR = {"hertz": {"law": "yang_sun"}}
@@ -54,9 +54,9 @@ def test_planets_in_phase_are_one_planet_under_its_part_of_the_torque():
     one = solved(planets=1, torque=50.0, effects={"tooth_bending": {}, "hertz": {}})
     four = solved(planets=4, torque=200.0, effects={"tooth_bending": {}, "hertz": {}})
     assert_allclose(four.balance.force, np.repeat(one.balance.force, 4, axis=1), rtol=1e-10)
-    assert_allclose(four.input_turn, one.input_turn, rtol=1e-10)
+    assert_allclose(four.cycle.input_turn, one.cycle.input_turn, rtol=1e-10)
     two = sum(own.solution.approach for own in one.meshes.values())
-    assert_allclose(one.input_turn * one.radius, two, rtol=1e-10)
+    assert_allclose(1e-3 * one.cycle.transmission_error, two, rtol=1e-10)
 
 
 def test_turning_the_set_and_the_order_of_planets_change_nothing():
@@ -67,7 +67,7 @@ def test_turning_the_set_and_the_order_of_planets_change_nothing():
     step = 360.0 / (36 + 96)
     for turn in (0.0, 33 * step):
         found = solved(positions=[90.0 * i + turn for i in other], **keys)
-        assert_allclose(found.input_turn, base.input_turn, rtol=1e-10)
+        assert_allclose(found.cycle.input_turn, base.cycle.input_turn, rtol=1e-10)
         assert_allclose(found.balance.force[:, :4], base.balance.force[:, other], rtol=1e-9)
 
 
@@ -160,14 +160,38 @@ def test_suppression_follows_the_tooth_numbers(planets, ring, sun):
         assert radial[:, 0].min() > 1e-3 * mean
 
 
+def test_forces_on_the_sun_turn_with_the_meshes_and_move_a_sun_that_floats():
+    names = ["sun_force_amplitude_1", "sun_force_rms", "sun_motion_rms", "ring_force_amplitude_1"]
+    held, floating = (
+        simulate(parse_scene(tables((35, 31, 97), planets=3, phases=24, floating=own)), outputs=names)
+        for own in ([], ["sun"])
+    )
+    # the first harmonic of a sequential set turns: its axes x and y are alike
+    assert_allclose(held["member_force_amplitude"].sel(member="sun", harmonic=1), held["sun_force_amplitude_1"])
+    assert float(held["sun_force_rms"]) >= float(held["sun_force_amplitude_1"]) > 1.0
+    assert held["sun_motion_rms"] == 0.0
+    assert float(floating["sun_force_rms"]) < 1e-9 * float(held["sun_force_rms"])
+    assert float(floating["sun_motion_rms"]) > 0.01
+    in_phase = simulate(parse_scene(tables((36, 30, 96), planets=3, phases=24)), outputs=names)
+    assert float(in_phase["sun_force_rms"]) < 1e-10 * float(in_phase["mesh_load"].max())
+
+
+def test_torque_at_uniform_speed_keeps_the_turn_of_the_input():
+    whole = solved(planets=3, phases=4)
+    more = whole.cycle.carrier_torque * 36 / (36 + 96)
+    assert np.ptp(more) > 0.01
+    turn = [solved(planets=3, phases=4, torque=200.0 + own).cycle.input_turn[i] for i, own in enumerate(more)]
+    assert_allclose(turn, turn[0], rtol=1e-12)
+    assert whole.phases.weight @ more == pytest.approx(0.0, abs=1e-9)
+
+
 def test_samples_are_solved_as_single_sets_are():
     scene = parse_scene(tables(planets=4, pin_stiffness=300.0, scatter={"pin_tangential": 15.0, "sun_run_out": 10.0}))
-    whole = solve_train(scene)
-    scatter, planets = scene.train.planetary.keys.scatter, scene.train.planetary.keys.names
-    names = variables(scatter, planets)
+    train = sampled_train(scene)
+    whole, names = train.solved, train.names
     assert list(names)[-2:] == ["run_out sun", "angle sun"]
-    errors = draw(scatter, names, np.random.default_rng(1).random((3, len(names))))
-    found = solved_samples(whole, curves(whole.contacts, 4.0), names, errors)
+    errors = train.draw(np.random.default_rng(1).random((3, len(names))))
+    found = train.respond(errors, USUAL_OF_TRAIN)
     for n, offset in enumerate(offsets(whole, names, errors)):
         exact = balance(whole.contacts, whole.statics(offset))
         # a table of 32 levels
@@ -180,16 +204,13 @@ FLANKS = {"iso_class": 7, "profile_slope": {}, "helix_slope": {"distribution": "
 @pytest.mark.parametrize("effects", [{"hertz": {}, "tooth_bending": {}}, LINEAR])
 def test_samples_with_errors_of_flanks_are_solved_as_single_sets_are(effects, monkeypatch):
     own = {"scatter": {"pin_tangential": 15.0}, "pin_stiffness": 300.0, "phases": 4}
-    whole = solve_train(parse_scene(tables(planets=4, effects={**effects, "manufacturing_errors": FLANKS}, **own)))
-    keys = whole.scene.train.planetary.keys
-    names, forces = variables(keys.scatter, keys.names), curves(whole.contacts, 4.0)
-    flanks = flanks_of(whole, levels(4.0), forces.approach)
+    train = sampled_train(parse_scene(tables(planets=4, effects={**effects, "manufacturing_errors": FLANKS}, **own)))
+    whole, names, flanks = train.solved, train.names, train.flanks
     # of sun and ring one flank, of planets two
     assert len(flanks.errors) == 2 * (1 + 1 + 4 * 2)
     assert {"profile_slope sun", "helix_slope planet 2, driven flank", "helix_slope ring"} < set(flanks.errors)
-    unit = np.random.default_rng(1).random((3, len(names) + len(flanks.errors)))
-    errors = np.hstack([draw(keys.scatter, names, unit[:, :4]), flanks.draw(unit[:, 4:])])
-    found = solved_samples(whole, forces, names, errors, flanks)
+    errors = train.draw(np.random.default_rng(1).random((3, len(train.error_names))))
+    found = train.respond(errors, USUAL_OF_TRAIN)
     for n, offset in enumerate(offsets(whole, names, errors)):
         contacts = []
         for mesh, contact, columns in zip(whole.meshes.values(), whole.contacts, flanks.columns, strict=True):
@@ -197,7 +218,7 @@ def test_samples_with_errors_of_flanks_are_solved_as_single_sets_are(effects, mo
             monkeypatch.setattr(ManufacturingErrors, "mean", lambda *_, drawn=drawn: drawn)
             contacts.append(replace(contact, problem=assemble(mesh.scene, mesh.lines)))
         exact = balance(contacts, whole.statics(offset))
-        turn = 1e3 * whole.radius * whole.input_sense * exact.motion[:, whole.linkage.input]
+        turn = replace(whole.cycle, motion=exact.motion).transmission_error
         assert_allclose(found["load_sharing_greatest"][n], (exact.force / whole.even).max(axis=0), atol=1e-5)
         assert_allclose(found["train_transmission_error_mean"][n], turn @ whole.phases.weight, rtol=1e-5)
         assert_allclose(found["train_transmission_error_peak_to_peak"][n], np.ptp(turn), rtol=1e-5)
@@ -246,7 +267,7 @@ def test_a_negative_torque_is_the_set_in_a_mirror():
     keys["pin_tangential"] = [-10.0, 5.0, 0.0]
     coast = solved(positions=[0.0, 120.0, 240.0], torque=-200.0, **keys)
     assert_allclose(coast.balance.force[:, [0, 2, 1, 3, 5, 4]], drive.balance.force, rtol=1e-9)
-    assert_allclose(coast.input_turn, drive.input_turn, rtol=1e-9)
+    assert_allclose(coast.cycle.input_turn, drive.cycle.input_turn, rtol=1e-9)
 
 
 def test_the_plan_counts_meshes_and_motions():

@@ -45,7 +45,7 @@ def tables(angles, torque=60.0, teeth=(21, 43), helix=0.0, **more):
 def solved(*args, **kwargs):
     """Forces (position, mesh) and angle of the sun (position,) of the train of ``tables``."""
     found = solve_train(parse_scene(tables(*args, **kwargs)))
-    return found.balance.force, found.input_turn
+    return found.balance.force, found.cycle.input_turn
 
 
 @pytest.mark.parametrize("extra", [{}, {"crowning": {"amount": 5.0}}])
@@ -75,8 +75,8 @@ def test_a_chain_is_two_springs_in_series():
         alone = own.problem
         solution = solve_patches(alone)
         found, k[n] = found + solution.approach, solution.stiffness
-    r_b = whole.radius
-    assert_allclose(whole.input_turn * r_b, found, rtol=1e-12)
+    r_b = whole.meshes[next(iter(whole.meshes))].scene.pair.gears[0].base_radius
+    assert_allclose(whole.cycle.input_turn * r_b, found, rtol=1e-12)
     assert_allclose(whole.input_stiffness / r_b**2, 1 / (1 / k).sum(axis=0), rtol=1e-9)
 
 

@@ -1,4 +1,4 @@
-"""Responses: the numbers that a mesh cycle answers, each declared once.
+"""Responses: the numbers that a mesh cycle answers, that of a pair or that of a train, each declared once.
 
 ``simulate``, ``robust``, the accuracy control, objectives and limits of an optimisation, and the explorer take them
 from here; an objective is ``<response>_<statistic>`` over the error samples. Another package adds one by ``register``,
@@ -30,6 +30,7 @@ from gearbench.results.cycle import (
     relative_rms,
 )
 from gearbench.results.quantities import QUANTITIES, Quantity
+from gearbench.results.train_cycle import NUMBERS, Curve, TrainCycle
 
 #: Group of the entry points.
 GROUP = "gearbench.metrics"
@@ -59,7 +60,9 @@ class Metric:
     quantity
         Unit, symbol and meaning.
     reduce
-        From a cycle with curves (…, position) to the numbers (…).
+        From a cycle with curves (…, position) to the numbers (…): a ``MeshCycle``, or a ``TrainCycle``.
+    of_train
+        Whether it is one of trains whose meshes are one contact problem.
     over_speed
         Whether it is one of the dynamic response over a range of speeds, which a study gives it: no cycle has it alone.
 
@@ -71,7 +74,8 @@ class Metric:
 
     name: str
     quantity: Quantity
-    reduce: Callable[[MeshCycle], NDArray]
+    reduce: Callable[[Any], NDArray]
+    of_train: bool = False
     over_speed: bool = False
 
     def __post_init__(self) -> None:
@@ -129,6 +133,11 @@ def is_response(name: str) -> bool:
 def is_over_speed(name: str) -> bool:
     """Whether a response of that name is one of the dynamic response over a range of speeds."""
     return is_response(name) and response(name).over_speed
+
+
+def is_of_train(name: str) -> bool:
+    """Whether a response of that name is one of trains, see ``Metric``."""
+    return is_response(name) and response(name).of_train
 
 
 def split_statistic(name: str) -> tuple[str, str] | None:
@@ -252,6 +261,15 @@ def _stiffness_rms(cycle: MeshCycle) -> NDArray:
     return relative_rms(cycle.mesh_stiffness, cycle.phases.weight)
 
 
+def _of_train(name: str, units: str, symbol: str, words: str, reduce: Curve) -> Metric:
+    def checked(cycle: Any) -> NDArray:
+        if not isinstance(cycle, TrainCycle):
+            raise InputError("response", name, "is for planetary sets and trains of parallel paths")
+        return reduce(cycle)
+
+    return Metric(name=name, quantity=Quantity(units, symbol, words), reduce=checked, of_train=True)
+
+
 def _needs_speeds(cycle: MeshCycle) -> NDArray:
     raise InputError("mesh_force", "no speeds", "is for studies with [speeds], and for response and robust_response")
 
@@ -281,3 +299,4 @@ KNOWN: dict[str, Metric] = {
 #: RMS over speeds, and over torques where there are several, of the RMS of the mesh force.
 _FORCE = Quantity("N", "RMS f", "RMS of the mesh force over the range of speeds")
 KNOWN["mesh_force"] = Metric(name="mesh_force", quantity=_FORCE, reduce=_needs_speeds, over_speed=True)
+KNOWN |= {each[0]: _of_train(*each) for each in NUMBERS}

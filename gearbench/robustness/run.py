@@ -79,7 +79,7 @@ def robust(
     if scene.coupled:
         from gearbench.trains.scatter import robust_train
 
-        how = {"seed": seed, "sampler": sampler, "threads": threads, "progress": progress}
+        how = {"seed": seed, "sampler": sampler, "threads": threads, "progress": progress, "responses": responses}
         return robust_train(scene, samples=samples or SAMPLES, **how)
     chosen: dict[str, Any] = {}
     if scene.resolution.accuracy is not None:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gearbench.results.cycle import HARMONICS, MICROMETRES, Phases, coefficients, fluctuation_rms, mean, peak_to_peak
-from gearbench.results.points import Columns, Point, beside
+from gearbench.results.cycle import HARMONICS, MICROMETRES, coefficients
+from gearbench.results.points import Point, beside
+from gearbench.results.responses import is_of_train, response
+from gearbench.results.train_cycle import USUAL_OF_TRAIN
 from gearbench.solution import columns
 from gearbench.trains.revolution import revolution_columns
 from gearbench.trains.solve import SolvedTrain
@@ -19,7 +20,9 @@ def train_point(solved: SolvedTrain, outputs: Sequence[str]) -> Point:
 
     All over the phase of the first mesh.
     """
-    each = beside([Point(*columns(own, outputs)) for own in solved.meshes.values()], "mesh")
+    own = [name for name in outputs if is_of_train(name)]
+    others = [name for name in outputs if name not in own]
+    each = beside([Point(*columns(mesh, others)) for mesh in solved.meshes.values()], "mesh")
     coords, variables = dict(each.coords), dict(each.variables)
     linkage, balance, phases = solved.linkage, solved.balance, solved.phases
     shift = linkage.train.phases(coast=linkage.coast)
@@ -31,13 +34,18 @@ def train_point(solved: SolvedTrain, outputs: Sequence[str]) -> Point:
     variables |= {
         "mesh_load": (("mesh", "position"), force),
         "load_sharing": (("mesh", "position"), sharing),
-        "mesh_load_factor": ((), np.array(sharing.max())),
     }
-    turn, r_b = solved.input_turn, solved.radius
-    error = MICROMETRES * r_b * turn
-    variables |= {f"train_transmission_error{name}": own for name, own in _curve(phases, error).items()}
-    variables["train_stiffness"] = ("position",), solved.input_stiffness / (MICROMETRES * r_b**2)
-    variables["turning_error"] = ("member", "position"), 1e6 * np.multiply.outer(solved.ratios, turn)
+    cycle = solved.cycle
+    error, r_b = cycle.transmission_error, linkage.train.meshes[0].pair.gears[0].base_radius
+    amplitude = coefficients(phases, error)
+    variables |= {
+        "train_transmission_error": (("position",), error),
+        "train_transmission_error_amplitude": (("harmonic",), 2 * np.abs(amplitude)),
+        "train_transmission_error_phase": (("harmonic",), np.angle(amplitude)),
+        "train_stiffness": (("position",), solved.input_stiffness / (MICROMETRES * r_b**2)),
+        "turning_error": (("member", "position"), 1e6 * np.multiply.outer(solved.ratios, cycle.input_turn)),
+    }
+    variables |= {name: ((), response(name).reduce(cycle)) for name in (*USUAL_OF_TRAIN, *own)}
     if more := linkage.more:
         coords["motion"] = ("motion",), np.array([motion.name for motion in more])
         variables["motion_amount"] = ("motion", "position"), MICROMETRES * balance.motion[:, -len(more) :].T
@@ -53,16 +61,3 @@ def train_point(solved: SolvedTrain, outputs: Sequence[str]) -> Point:
     if over:
         variables["mesh_load_factor"] = (), np.maximum(sharing.max(), over["load_sharing_over_revolution"][1].max())
     return Point(coords | more_coords, variables | over)
-
-
-def _curve(phases: Phases, values: NDArray) -> Columns:
-    """A curve, its harmonics and the numbers of it, by the ends of their names."""
-    found = coefficients(phases, values)
-    return {
-        "": (("position",), values),
-        "_amplitude": (("harmonic",), 2 * np.abs(found)),
-        "_phase": (("harmonic",), np.angle(found)),
-        "_mean": ((), mean(values, phases.weight)),
-        "_rms": ((), fluctuation_rms(values, phases.weight)),
-        "_peak_to_peak": ((), peak_to_peak(phases, values)),
-    }

@@ -9,8 +9,8 @@ contact of all samples side by side.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -24,9 +24,10 @@ from gearbench.contact.solver import Guess
 from gearbench.effects.distributions import DISTRIBUTIONS
 from gearbench.errors import InputError
 from gearbench.geometry.planetary import DEVIATIONS, PlanetaryScatter
-from gearbench.results.cycle import HARMONICS, MICROMETRES, coefficients, fluctuation_rms, peak_to_peak
+from gearbench.results.cycle import HARMONICS, coefficients
 from gearbench.results.provenance import provenance
-from gearbench.results.responses import described
+from gearbench.results.responses import described, is_of_train, response
+from gearbench.results.train_cycle import USUAL_OF_TRAIN, TrainCycle
 from gearbench.robustness.sampling import Sampler, unit_samples
 from gearbench.robustness.sensitivity import sensitivities
 from gearbench.robustness.statistics import summarise
@@ -45,7 +46,7 @@ LEVELS, LEAST, CHUNK = 32, 1e-3, 50
 TOUCHED = 1e-5
 #: Imbalance over the load at which a sample is solved.
 SETTLED = 1e-9
-#: Numbers of a sample that get statistics and shares.
+#: Responses that get statistics and shares.
 STUDIED = ("mesh_load_factor", "train_transmission_error_rms")
 
 
@@ -150,28 +151,86 @@ def draw(scatter: PlanetaryScatter, names: dict[str, float], unit: NDArray) -> N
     return found
 
 
-@single_threaded_blas()
-def robust_train(
-    scene: Scene,
-    *,
-    samples: int,
-    seed: int = 0,
-    sampler: Sampler = "sobol",
-    threads: int | None = None,
-    progress: Callable[[int], None] = lambda _: None,
-) -> xr.Dataset:
-    """Dataset of a train over samples of ``[planetary.scatter]`` and ``[effects.manufacturing_errors]``.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SampledTrain:
+    """A train ready for samples of its errors.
+
+    Parameters
+    ----------
+    solved
+        The train at the errors that the scene has.
+    forces
+        Contact of its meshes, tabled.
+    scatter, names
+        Errors of the members, where there are any: the table, and ``variables`` of it.
+    flanks
+        Errors of the flanks, where there are any.
+    """
+
+    solved: SolvedTrain
+    forces: Curves
+    scatter: PlanetaryScatter | None
+    names: dict[str, float]
+    flanks: Flanks | None
+
+    @property
+    def error_names(self) -> tuple[str, ...]:
+        """Names of the errors of a sample."""
+        return (*self.names, *(() if self.flanks is None else self.flanks.errors))
+
+    def draw(self, unit: NDArray) -> NDArray:
+        """Errors of points of the unit cube, (sample, error)."""
+        count = len(self.names)
+        parts = [] if self.scatter is None else [draw(self.scatter, self.names, unit[:, :count])]
+        parts += [] if self.flanks is None else [self.flanks.draw(unit[:, count:])]
+        return np.hstack(parts)
+
+    def cycles(
+        self, errors: NDArray, threads: int = 1, progress: Callable[[int], None] = lambda _: None
+    ) -> Iterator[TrainCycle]:
+        """Mesh cycles under ``errors`` (sample, error), some samples at a time; the last ones may be too many."""
+        parts = chunks(errors) if self.flanks else (errors[i : i + CHUNK] for i in range(0, len(errors), CHUNK))
+        done = 0
+        for cycle in on_threads(self._cycle, parts, threads):
+            yield cycle
+            done += len(cycle.force)
+            progress(min(done, len(errors)))
+
+    def respond(
+        self,
+        errors: NDArray,
+        names: Sequence[str],
+        threads: int = 1,
+        progress: Callable[[int], None] = lambda _: None,
+    ) -> dict[str, NDArray]:
+        """Responses ``names`` to ``errors`` (sample, error), (sample,) each; and ``load_sharing_greatest``."""
+        found = [
+            {name: response(name).reduce(cycle) for name in names}
+            | {"load_sharing_greatest": cycle.sharing.max(axis=1)}
+            | {"train_transmission_error_amplitude": 2 * np.abs(coefficients(cycle.phases, cycle.transmission_error))}
+            for cycle in self.cycles(errors, threads, progress)
+        ]
+        return {name: np.concatenate([each[name] for each in found])[: len(errors)] for name in found[0]}
+
+    def _cycle(self, errors: NDArray) -> TrainCycle:
+        solved, count = self.solved, len(self.names)
+        statics = solved.statics(offsets(solved, self.names, errors)[:, None])
+        q, F = statics.balanced(self.forces, solved.begun(len(errors)), SETTLED)
+        if self.flanks is not None:
+            answer = partial(self.flanks.answer, errors[:, count:])
+            own = Forces(answer=answer, nominal=self.flanks.force, least=LEAST, settled=TOUCHED)
+            F, q, _, _ = own.found(statics, F, q)
+        return replace(solved.cycle, force=F, motion=q)
+
+
+def sampled_train(scene: Scene) -> SampledTrain:
+    """A train ready for samples of ``[planetary.scatter]`` and ``[effects.manufacturing_errors]``.
 
     Raises
     ------
     InputError
         If the scene has neither, or errors that are not of flanks.
-    ConvergenceError
-        If a sample is not solved.
     """
-    import xarray as xr
-
-    start = time.perf_counter()
     short = None if scene.train is None else scene.train.planetary
     scatter, of_flanks = None if short is None else short.keys.scatter, scene.effect("manufacturing_errors") is not None
     if scatter is None and not of_flanks:
@@ -181,71 +240,67 @@ def robust_train(
         raise InputError("loads", f"{len(scene.loads)} loads", "are not for robust of a train: give one [load]")
     if of_flanks:
         check_flanks(scene)
-    solved = solve_train(scene)
     names = variables(scatter, short.keys.names) if short is not None and scatter is not None else {}
     if scatter is not None and not names:
         raise InputError("planetary.scatter", "no error", "must have at least one, e.g. pin_tangential = 20.0")
+    solved = solve_train(scene)
     most = float(len(solved.meshes) if short is None else short.keys.number)
     forces = curves(solved.contacts, most)
     flanks = flanks_of(solved, levels(most), forces.approach) if of_flanks else None
-    unit = unit_samples(sampler, samples, len(names) + (0 if flanks is None else len(flanks.errors)), seed)
-    errors = np.empty((samples, 0)) if scatter is None else draw(scatter, names, unit[:, : len(names)])
-    if flanks is not None:
-        errors = np.hstack([errors, flanks.draw(unit[:, len(names) :])])
-    parts = (errors[i : i + CHUNK] for i in range(0, samples, CHUNK)) if flanks is None else chunks(errors)
-    answers, done = [], 0
-    work = partial(solved_samples, solved, forces, names, flanks=flanks)
-    for each in on_threads(work, parts, threads or default_threads()):
-        answers.append(each)
-        done += len(each["mesh_load_factor"])
-        progress(min(done, samples))
-    found = {name: np.concatenate([each[name] for each in answers])[:samples] for name in answers[0]}
+    return SampledTrain(solved=solved, forces=forces, scatter=scatter, names=names, flanks=flanks)
+
+
+@single_threaded_blas()
+def robust_train(
+    scene: Scene,
+    *,
+    samples: int,
+    seed: int = 0,
+    sampler: Sampler = "sobol",
+    threads: int | None = None,
+    responses: Sequence[str] = (),
+    progress: Callable[[int], None] = lambda _: None,
+) -> xr.Dataset:
+    """Dataset of a train over samples of its errors; ``responses`` are more than ``USUAL_OF_TRAIN``.
+
+    Raises
+    ------
+    InputError
+        As ``sampled_train``; if a response is none of trains.
+    ConvergenceError
+        If a sample is not solved.
+    """
+    import xarray as xr
+
+    start = time.perf_counter()
+    for name in responses:
+        if not is_of_train(name):
+            raise InputError("responses", name, f"is for one mesh: a train has {', '.join(USUAL_OF_TRAIN)}, …")
+    train = sampled_train(scene)
+    errors = train.draw(unit_samples(sampler, samples, len(train.error_names), seed))
+    names = tuple(dict.fromkeys((*USUAL_OF_TRAIN, *responses)))
+    found = train.respond(errors, names, threads or default_threads(), progress)
     attrs = provenance(scene, wall_time=time.perf_counter() - start, seed=seed)
     attrs |= {"sampler": sampler, "samples": samples, "complete": 1}
-    columns = _columns(found, errors, sampler)
-    coords = {
-        "error_name": np.array([*names, *(flanks.errors if flanks is not None else ())]),
-        "mesh": np.array(list(solved.meshes)),
-    }
+    columns = _columns(found, errors, sampler, tuple(dict.fromkeys((*STUDIED, *responses))))
+    coords = {"error_name": np.array(train.error_names), "mesh": np.array(list(train.solved.meshes))}
     coords["harmonic"] = np.arange(1, HARMONICS + 1)
     return xr.Dataset(described(columns, "NaN where the samples are too few to tell"), coords=coords, attrs=attrs)
 
 
-def solved_samples(
-    solved: SolvedTrain, forces: Curves, names: dict[str, float], errors: NDArray, flanks: Flanks | None = None
-) -> dict[str, NDArray]:
-    """Numbers of some samples, by their names, (sample, …); errors of ``flanks`` are behind those of ``names``."""
-    statics = solved.statics(offsets(solved, names, errors)[:, None])
-    q, F = statics.balanced(forces, solved.begun(len(errors)), SETTLED)
-    if flanks is not None:
-        answer = partial(flanks.answer, errors[:, len(names) :])
-        own = Forces(answer=answer, nominal=flanks.force, least=LEAST, settled=TOUCHED)
-        F, q, _, _ = own.found(statics, F, q)
-    sharing = F / solved.even
-    error = MICROMETRES * solved.radius * solved.input_sense * q[..., solved.linkage.input]
-    return {
-        "mesh_load_factor": sharing.max(axis=(1, 2)),
-        "load_sharing_greatest": sharing.max(axis=1),
-        "train_transmission_error_mean": error @ solved.phases.weight,
-        "train_transmission_error_rms": fluctuation_rms(error, solved.phases.weight),
-        "train_transmission_error_peak_to_peak": peak_to_peak(solved.phases, error),
-        "train_transmission_error_amplitude": 2 * np.abs(coefficients(solved.phases, error)),
-    }
-
-
-def _columns(found: dict[str, NDArray], errors: NDArray, sampler: Sampler) -> dict[str, tuple]:
-    """Variables of the Dataset: the samples, their statistics, and the share of each error."""
+def _columns(found: dict[str, NDArray], errors: NDArray, sampler: Sampler, studied: Sequence[str]) -> dict[str, tuple]:
+    """Variables of the Dataset: the samples, statistics of those ``studied``, and the share of each error in them."""
     columns: dict[str, tuple] = {
         name: (("sample", "harmonic" if name.endswith("amplitude") else "mesh")[: values.ndim], values)
         for name, values in found.items()
     } | {"error": (("sample", "error_name"), errors)}
     if len(errors) < 2:
         return columns
-    for name in STUDIED:
+    for name in studied:
         for statistic, (value, standard_error) in summarise(found[name], sampler).items():
             columns[f"{name}_{statistic}"] = (), value
             columns[f"{name}_{statistic}_standard_error"] = (), standard_error
-    for name, each in zip(STUDIED, sensitivities(errors, [found[name] for name in STUDIED], FINER), strict=True):
+    for name, each in zip(studied, sensitivities(errors, [found[name] for name in studied], FINER), strict=True):
         for part in ("first_order", "total", "tightened"):
             value, uncertainty = getattr(each, part)
             columns[f"{name}_{part}"] = "error_name", value

@@ -22,6 +22,7 @@ from gearbench.geometry.names import GEARS
 from gearbench.hunting import unlike
 from gearbench.results.cycle import Phases
 from gearbench.results.solved import Solved
+from gearbench.results.train_cycle import TrainCycle
 from gearbench.scene import Load, Resolution, Scene
 from gearbench.schema import changed
 from gearbench.threads import single_threaded_blas
@@ -71,20 +72,17 @@ class SolvedTrain:
         """Motions that samples begin with, (sample, position, motion)."""
         return np.broadcast_to(self.balance.motion, (samples, *self.balance.motion.shape))
 
-    @property
-    def input_turn(self) -> NDArray:
-        """Angle by which the shaft that torque enters turns more than stiff gears without errors, (position,) [rad]."""
-        return self.input_sense * self.balance.motion[:, self.linkage.input]
-
-    @property
-    def input_sense(self) -> float:
-        """Sense in which torque turns that shaft."""
-        return float(np.sign(self.linkage.force(1.0)[self.linkage.input]))
-
-    @property
-    def radius(self) -> float:
-        """Base radius of the driver of the first mesh [mm]."""
-        return self.linkage.train.meshes[0].pair.gears[0].base_radius
+    @cached_property
+    def cycle(self) -> TrainCycle:
+        """Forces and motions over the mesh cycle."""
+        return TrainCycle(
+            linkage=self.linkage,
+            phases=self.phases,
+            force=self.balance.force,
+            even=self.even,
+            motion=self.balance.motion,
+            input_stiffness=self.input_stiffness,
+        )
 
     @cached_property
     def input_stiffness(self) -> NDArray:

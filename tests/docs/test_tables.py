@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from docs.generate import FOLDER, PAGES
+from docs.generate import FOLDER, HIGHER, PAGES
 from docs.keys import key_tables, prose
 from gearbench.cli.app import COMMANDS
 from gearbench.effects.manufacturing_errors import ManufacturingErrors
@@ -20,7 +20,7 @@ def test_the_page_is_up_to_date(name):
 
 def test_every_quantity_is_on_its_page_once():
     page = PAGES["quantities.md"]()
-    everything = QUANTITIES | {name: each.quantity for name, each in responses().items()}
+    everything = QUANTITIES | {name: each.quantity for name, each in responses().items() if not HIGHER.search(name)}
     for name, quantity in everything.items():
         row = next(line for line in page.splitlines() if line.startswith((f"| `{name}` |", f"| **`{name}`** |")))
         assert f"| {quantity.units} |" in row
